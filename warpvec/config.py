@@ -1,0 +1,176 @@
+"""Every setting of a fit: one frozen object, validated once, passed whole."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, fields, replace
+from typing import Any
+
+from warpvec.errors import InputError
+
+RENDERERS = ("exact",)
+"""Renderers by name. Each name is a module of this package with the same stem."""
+
+Z_ORDERS = ("creation", "area")
+COLOR_PARAMETERS = ("direct", "logit")
+LR_DECAYS = ("cosine", "constant")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitConfig:
+    """Settings of one fit. Lengths are in pixels of the fitted image unless the name says otherwise.
+
+    Raises:
+        InputError: a field is outside its range; the message names field, rule, value and remedy.
+    """
+
+    # what is made
+    curves: int = 512
+    """N, the number of closed paths in the result."""
+    segments: int = 4
+    """Cubic segments per path; a path has 3 * segments control points."""
+    precision: int = 2
+    """Decimals of the coordinates in the SVG."""
+    fit_size: int = 1024
+    """Longest side, in pixels, of the image that is fitted; larger photos are reduced to it."""
+
+    # how it runs
+    iterations: int = 1500
+    time_budget: float | None = None
+    """Wall-clock seconds for the optimisation loop; the schedule is stretched or cut to fit in it."""
+    seed: int = 0
+    renderer: str = "exact"
+    device: str = "auto"
+    """"auto", "cpu", "cuda" or "cuda:K"."""
+    threads: int | None = None
+    """CPU threads for the kernels; None takes all cores. The result does not depend on it."""
+
+    # Algorithm 1: the population
+    initial_curves: int = 16
+    """N0."""
+    growth: float = 2.0
+    """r_num: the population is min(N0 * growth**k, N) after k inflations."""
+    inflation_gap: int = 50
+    """dT: iterations between inflations."""
+    initial_radius: float = 0.25
+    """Radius of the first generation, in units of half the longer side."""
+    radius_decay: float = 0.5
+    """r_rad: the radius of a generation over that of the one before it."""
+    prune_opacity: float = 0.01
+    """Paths whose opacity is at most this are removed at each inflation."""
+    compensate: bool = True
+    """Spawn as many paths as were pruned, on top of the inflation."""
+    z_order: str = "creation"
+    """"creation": the newest path is on top, for life. "area": smaller bounding boxes are on top."""
+    flat: bool = False
+    """All N paths at once with no stratification (the paper's flat baseline)."""
+
+    # recycling: beyond the paper
+    recycle_gap: int = 50
+    """Iterations between recyclings at full population; 0 switches recycling off."""
+    recycle_share: float = 0.2
+    """Share of the paths that one recycling replaces: those whose removal costs least."""
+    recycle_until: float = 0.7
+    """Last recycling, as a share of the iterations."""
+
+    # optimizer
+    lr_points: float = 0.012
+    """Learning rate of control points, in units of half the longer side."""
+    lr_color: float = 0.01
+    lr_opacity: float = 0.05
+    lr_scale: float = 1.0
+    """Multiplies every learning rate."""
+    lr_decay: str = "cosine"
+    lr_final: float = 0.02
+    """Final learning rate over the initial one under cosine decay."""
+    color_parameter: str = "direct"
+    """"direct": colours in [0, 1], clamped after a step. "logit": the sigmoid of a free parameter."""
+
+    # loss (equation 5)
+    opacity_weight: float = 0.01
+    xing_weight: float = 0.02
+    bezier_weight: float = 1.0
+
+    def __post_init__(self) -> None:
+        _check_counts(self)
+        _check_ranges(self)
+        _check_choices(self)
+
+    @property
+    def point_count(self) -> int:
+        """Control points per path."""
+        return 3 * self.segments
+
+    def to_dict(self) -> dict[str, Any]:
+        """The settings as plain values, for the metadata of the file and for JSON."""
+        return asdict(self)
+
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "draft": {"iterations": 400, "inflation_gap": 30, "recycle_gap": 40},
+    "default": {},
+    "best": {"iterations": 6000},
+    "paper": {
+        "iterations": 5000,
+        "inflation_gap": 100,
+        "recycle_gap": 0,
+        "lr_points": 0.01,
+        "lr_color": 0.5,
+        "lr_opacity": 0.5,
+        "lr_decay": "constant",
+        "color_parameter": "logit",
+    },
+}
+"""Preset name -> the fields in which it differs from FitConfig's defaults."""
+
+
+def make_config(preset: str = "default", **settings: Any) -> FitConfig:
+    """A preset with some fields replaced.
+
+    Raises:
+        InputError: no such preset or setting, or a value outside its range.
+    """
+    if preset not in PRESETS:
+        raise InputError(f"preset must be one of {', '.join(PRESETS)}, got {preset!r}")
+    known = {field.name for field in fields(FitConfig)}
+    for name in settings:
+        if name not in known:
+            raise InputError(f"{name} is not a setting; see warpvec.FitConfig for the names")
+    return replace(FitConfig(), **{**PRESETS[preset], **settings})
+
+
+def _check_counts(config: FitConfig) -> None:
+    minimum = {
+        "curves": 1, "segments": 2, "precision": 0, "fit_size": 1, "iterations": 1, "seed": 0,
+        "initial_curves": 1, "inflation_gap": 1, "recycle_gap": 0,
+    }  # fmt: skip
+    for name, least in minimum.items():
+        value = getattr(config, name)
+        if not isinstance(value, int) or isinstance(value, bool) or value < least:
+            raise InputError(f"{name} must be a whole number of at least {least}, got {value!r}")
+    if config.threads is not None and config.threads < 1:
+        raise InputError(f"threads must be at least 1, got {config.threads}; leave it out for all cores")
+
+
+def _check_ranges(config: FitConfig) -> None:
+    ranges = {
+        "growth": (1.0, math.inf), "initial_radius": (0.0, math.inf), "radius_decay": (0.0, 1.0),
+        "prune_opacity": (0.0, 1.0), "recycle_share": (0.0, 1.0), "recycle_until": (0.0, 1.0),
+        "lr_points": (0.0, math.inf), "lr_color": (0.0, math.inf), "lr_opacity": (0.0, math.inf),
+        "lr_scale": (0.0, math.inf), "lr_final": (0.0, 1.0), "opacity_weight": (0.0, math.inf),
+        "xing_weight": (0.0, math.inf), "bezier_weight": (0.0, math.inf),
+    }  # fmt: skip
+    for name, (low, high) in ranges.items():
+        value = getattr(config, name)
+        if not math.isfinite(value) or not low <= value <= high:
+            raise InputError(f"{name} must lie between {low:g} and {high:g}, got {value!r}")
+    if config.time_budget is not None and not config.time_budget > 0:
+        raise InputError(f"time_budget must be more than 0 seconds, got {config.time_budget!r}")
+
+
+def _check_choices(config: FitConfig) -> None:
+    choices = {"renderer": RENDERERS, "z_order": Z_ORDERS, "color_parameter": COLOR_PARAMETERS, "lr_decay": LR_DECAYS}
+    for name, allowed in choices.items():
+        value = getattr(config, name)
+        if value not in allowed:
+            raise InputError(f"{name} must be one of {', '.join(allowed)}, got {value!r}")
