@@ -1,0 +1,33 @@
+"""Cubic segments to polygons: the Bernstein form, evaluated at equal steps of the parameter."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+
+def flatten(points: Tensor, counts: Tensor) -> list[Tensor]:
+    """Closed polygons, one [V_i, 2] per path, the last vertex joined to the first.
+
+    Args:
+        points: control points [N, 3 S, 2]; segment s has the points 3s .. 3s + 3, modulo 3 S.
+        counts: chords per segment [N, S], each at least 1; V_i is the sum of row i.
+    """
+    return [_flatten_path(path, row) for path, row in zip(points, counts.tolist(), strict=True)]
+
+
+def uniform_counts(points: Tensor, count: int) -> Tensor:
+    """Counts [N, S] that give every segment of ``points`` [N, 3 S, 2] the same number of chords."""
+    return torch.full((points.shape[0], points.shape[1] // 3), count, dtype=torch.int64)
+
+
+def _flatten_path(path: Tensor, counts: list[int]) -> Tensor:
+    closed = torch.cat([path, path[:1]])
+    return torch.cat([_chord_starts(closed[3 * s : 3 * s + 4], count) for s, count in enumerate(counts)])
+
+
+def _chord_starts(control: Tensor, count: int) -> Tensor:
+    """B(j / count) for j < count: the end of a segment is the start of the next."""
+    t = torch.arange(count, dtype=control.dtype) / count
+    u = 1 - t
+    return torch.stack([u**3, 3 * u**2 * t, 3 * u * t**2, t**3], -1) @ control
