@@ -1,0 +1,35 @@
+"""Cubic Bezier segments: the Bernstein weights, in which points are linear, and the bound on a chord's error."""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warpvec.kernels.constants import CHORD_TOLERANCE, SEGMENT_CHORDS_MAX
+from warpvec.kernels.lanes import Lanes
+
+
+@cache
+def make_functions(lanes: Lanes) -> SimpleNamespace:
+    """``weights(t)`` and ``chord_count(p0, p1, p2, p3)`` for the precision of ``lanes``."""
+    dtype, vec2, vec4 = lanes.dtype, lanes.vec2, lanes.vec4
+    chords_per_root = wp.constant(dtype((0.75 / CHORD_TOLERANCE) ** 0.5))
+
+    most_chords = wp.constant(dtype(SEGMENT_CHORDS_MAX))
+
+    @wp.func
+    def weights(t: dtype):
+        """Bernstein weights of the four control points at t; also d(point)/d(control point)."""
+        u = dtype(1.0) - t
+        return vec4(u * u * u, dtype(3.0) * u * u * t, dtype(3.0) * u * t * t, t * t * t)
+
+    @wp.func
+    def chord_count(p0: vec2, p1: vec2, p2: vec2, p3: vec2):
+        """Chords of equal parameter length within CHORD_TOLERANCE of the cubic (Wang's bound), 1 if not finite."""
+        bend = wp.max(wp.length(p0 - dtype(2.0) * p1 + p2), wp.length(p1 - dtype(2.0) * p2 + p3))
+        chords = chords_per_root * wp.sqrt(bend)
+        if not wp.isfinite(chords):
+            return 1
+        return int(wp.clamp(wp.ceil(chords), dtype(1.0), most_chords))
+
+    return SimpleNamespace(weights=weights, chord_count=chord_count)

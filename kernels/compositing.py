@@ -1,0 +1,118 @@
+"""Stage 4: windings, colours and opacities -> the image, path over path: C <- C + a (c - C), a = opacity coverage."""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warpvec.kernels.constants import COLUMNS, FULL, TILE
+from warpvec.kernels.lanes import Lanes, stage_module
+
+
+@cache
+def make_functions(lanes: Lanes) -> SimpleNamespace:
+    """What forward and adjoint share: where a tile's visible paths begin, and the alpha of a pair's pixels."""
+    dtype, vector = lanes.dtype, lanes.vector
+    least, most, mul, sub, spread = lanes.least, lanes.most, lanes.mul, lanes.sub, lanes.spread
+    blocks = wp.constant(lanes.blocks)
+    zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
+
+    @wp.func
+    def first_visible(
+        start: int,
+        end: int,
+        transmittance_min: dtype,
+        hit_pair: wp.array(dtype=int),
+        pair_path: wp.array(dtype=int),
+        pair_class: wp.array(dtype=int),
+        opacity: wp.array(dtype=dtype),
+    ):
+        """Lowest hit of a tile that is not hidden behind its full pairs."""
+        transmittance = dtype(1.0)
+        hit = end
+        while hit > start and transmittance >= transmittance_min:
+            hit -= 1
+            pair = hit_pair[hit]
+            if pair_class[pair] == FULL:
+                transmittance *= one - opacity[pair_path[pair]]
+        return hit
+
+    @wp.func
+    def winding_index(slot: int, part: int):
+        """Index of lane value ``part`` of a tile in ``slot``; pixels are stored column by column."""
+        return slot * wp.static(COLUMNS * lanes.blocks) + part
+
+    @wp.func
+    def coverage(winding: vector):
+        """min(abs(winding), 1): the non-zero rule for the mean winding of a pixel."""
+        return least(most(winding, sub(spread(zero), winding)), spread(one))
+
+    @wp.func
+    def coverage_slope(winding: vector):
+        """d(coverage)/d(winding): its sign, and zero beyond 1, where more winding covers no more."""
+        positive = lanes.where_less(spread(zero), winding, spread(one), spread(zero))
+        sign = lanes.where_less(winding, spread(zero), spread(-one), positive)
+        return lanes.where_less(spread(one), most(winding, sub(spread(zero), winding)), spread(zero), sign)
+
+    return SimpleNamespace(
+        first_visible=first_visible, winding_index=winding_index, coverage=coverage, coverage_slope=coverage_slope
+    )
+
+
+@cache
+def make_kernels(lanes: Lanes) -> SimpleNamespace:
+    """``composite``."""
+    dtype, vec3, vector = lanes.dtype, lanes.vec3, lanes.vector
+    mul, fma, sub, spread = lanes.mul, lanes.fma, lanes.sub, lanes.spread
+    functions = make_functions(lanes)
+    first_visible, winding_index, coverage = functions.first_visible, functions.winding_index, functions.coverage
+    tile_vectors = wp.constant(lanes.tile_vectors)
+    tile_threads = wp.constant(lanes.tile_threads)
+    tile_size = wp.constant(lanes.tile_vectors * lanes.tile_threads)
+    module = stage_module("compositing", lanes)
+
+    @wp.kernel(module=module)
+    def composite(
+        first: int,
+        tile_first_hit: wp.array(dtype=int),  # [tiles + 1]
+        hit_pair: wp.array(dtype=int),  # [K]
+        pair_path: wp.array(dtype=int),  # [K]
+        pair_class: wp.array(dtype=int),  # [K]
+        pair_slot: wp.array(dtype=int),  # [K + 1]
+        slot_winding: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
+        color: wp.array(dtype=vec3),  # [N]
+        opacity: wp.array(dtype=dtype),  # [N]
+        background: wp.array(dtype=vec3),  # [1]
+        transmittance_min: dtype,
+        # outputs
+        tile_image: wp.array(dtype=vector),  # [tiles, 3, TILE TILE / width]
+    ):
+        """The image of one tile (CPU) or one pixel (scalar lanes), back to front."""
+        item = first + wp.tid()
+        tile = item // tile_threads
+        lane = item % tile_threads
+        start = tile_first_hit[tile]
+        end = tile_first_hit[tile + 1]
+        begin = first_visible(start, end, transmittance_min, hit_pair, pair_path, pair_class, opacity)
+        base = background[0]
+        for vector_index in range(tile_vectors):
+            part = lane * tile_vectors + vector_index
+            red = spread(base[0])
+            green = spread(base[1])
+            blue = spread(base[2])
+            for hit in range(begin, end):
+                pair = hit_pair[hit]
+                path = pair_path[pair]
+                alpha = spread(opacity[path])
+                if pair_class[pair] != FULL:
+                    alpha = mul(alpha, coverage(slot_winding[winding_index(pair_slot[pair], part)]))
+                c = color[path]
+                red = fma(alpha, sub(spread(c[0]), red), red)
+                green = fma(alpha, sub(spread(c[1]), green), green)
+                blue = fma(alpha, sub(spread(c[2]), blue), blue)
+            index = tile * 3 * tile_size + part
+            tile_image[index] = red
+            tile_image[index + tile_size] = green
+            tile_image[index + 2 * tile_size] = blue
+
+    return SimpleNamespace(composite=composite)

@@ -1,0 +1,262 @@
+"""Adjoint of stage 4, and the fused render + MSE + adjoint of the fitting loop.
+
+With T_i the transmittance in front of path i and B_i the colour behind it, at each pixel with image adjoint g:
+dL/dc_i = T_i a_i g and dL/da_i = T_i g . (c_i - B_i). Recovering B_i from the image would divide by 1 - a_i, which
+vanishes for opaque paths, so a tile first composites back to front and stacks every B_i, then walks front to back.
+
+Exact importance of a path (what the MSE loses without it) needs one more sum over pixels, T_i^2 coverage_i^2
+|c_i - B_i|^2, because the image is affine in one path's opacity.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warpvec.kernels import compositing
+from warpvec.kernels.constants import EMPTY, FULL, PARTIAL, TILE
+from warpvec.kernels.lanes import Lanes, stage_module
+
+TERMS = 5
+"""Sums of a pair: dL/dred, dL/dgreen, dL/dblue, dL/dopacity, importance; of a tile: dL/dbackground, squared error."""
+
+
+@cache
+def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace:
+    """``composite_adjoint``, ``gather_paths_adjoint`` and ``gather_tiles``.
+
+    ``fused``: the image adjoint is that of the squared error against ``tile_reference``, which is the target; else
+    ``tile_reference`` is dL/d(image) itself. ``importance``: fill the fifth sum of each pair.
+    """
+    dtype, vec3, vector = lanes.dtype, lanes.vec3, lanes.vector
+    add, mul, fma, fnma, sub = lanes.add, lanes.mul, lanes.fma, lanes.fnma, lanes.sub
+    spread, get, put, reduce_tile = lanes.spread, lanes.get, lanes.put, lanes.reduce_tile
+    functions = compositing.make_functions(lanes)
+    first_visible, winding_index = functions.first_visible, functions.winding_index
+    coverage, coverage_slope = functions.coverage, functions.coverage_slope
+    tile_vectors = wp.constant(lanes.tile_vectors)
+    tile_threads = wp.constant(lanes.tile_threads)
+    tile_size = wp.constant(lanes.tile_vectors * lanes.tile_threads)
+    blocks, width = wp.constant(lanes.blocks), wp.constant(lanes.width)
+    reducers, terms = wp.constant(lanes.reducers), wp.constant(TERMS)
+    local_array = lanes.tile_vectors > 1
+    zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
+    module = stage_module(f"compositing_adjoint{'_fused' * fused}{'_importance' * importance}", lanes)
+
+    @wp.func
+    def on_canvas(tile: int, part: int, tile_columns: int, height: int, width_px: int):
+        """1 for the lanes of ``part`` whose pixel lies on the canvas, else 0."""
+        column = (tile % tile_columns) * TILE + part // blocks
+        row = (tile // tile_columns) * TILE + (part % blocks) * width
+        inside = wp.where(column < width_px, one, zero)
+        half = dtype(0.5)
+        return lanes.where_less(lanes.ramp_from(dtype(row) + half), spread(dtype(height)), spread(inside), spread(zero))
+
+    @wp.func
+    def clear_hidden(
+        hit_begin: int,
+        hit_end: int,
+        lane: int,
+        hit_pair: wp.array(dtype=int),
+        pair_class: wp.array(dtype=int),
+        pair_slot: wp.array(dtype=int),
+        slot_winding: wp.array(dtype=vector),
+        pair_sums: wp.array2d(dtype=dtype),
+    ):
+        """Zero adjoints for the hits that nothing of a tile shows."""
+        for hit in range(hit_begin, hit_end):
+            pair = hit_pair[hit]
+            for term in range(terms):
+                reduce_tile(pair_sums, pair, term, spread(zero), lane)
+            if pair_class[pair] == PARTIAL:
+                for vector_index in range(tile_vectors):
+                    slot_winding[winding_index(pair_slot[pair], lane * tile_vectors + vector_index)] = spread(zero)
+
+    @wp.kernel(module=module)
+    def composite_adjoint(
+        first: int,
+        tile_first_hit: wp.array(dtype=int),  # [tiles + 1]
+        hit_pair: wp.array(dtype=int),  # [K]
+        pair_path: wp.array(dtype=int),  # [K]
+        pair_class: wp.array(dtype=int),  # [K]
+        pair_slot: wp.array(dtype=int),  # [K + 1]
+        color: wp.array(dtype=vec3),  # [N]
+        opacity: wp.array(dtype=dtype),  # [N]
+        background: wp.array(dtype=vec3),  # [1]
+        transmittance_min: dtype,
+        tile_columns: int,
+        height: int,
+        width_px: int,
+        tile_reference: wp.array(dtype=vector),  # [tiles, 3, TILE TILE / width] target (fused) or dL/d(image)
+        error_scale: dtype,  # dL/d(squared error), fused only
+        stack_chunk: int,  # tiles that share a stack, one after another; 0: every tile has its own
+        stack_depth: int,  # entries of a shared stack
+        stack: wp.array(dtype=vector),  # [entries, 3, TILE TILE / width] scratch: the colour behind each hit
+        # in: winding, out: dL/d(winding)
+        slot_winding: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
+        # outputs
+        pair_sums: wp.array2d(dtype=dtype),  # [K reducers, TERMS]
+        tile_sums: wp.array2d(dtype=dtype),  # [tiles reducers, TERMS]
+    ):
+        """Adjoints of one tile (CPU) or one pixel (scalar lanes)."""
+        item = first + wp.tid()
+        tile = item // tile_threads
+        lane = item % tile_threads
+        start = tile_first_hit[tile]
+        end = tile_first_hit[tile + 1]
+        begin = first_visible(start, end, transmittance_min, hit_pair, pair_path, pair_class, opacity)
+        clear_hidden(start, begin, lane, hit_pair, pair_class, pair_slot, slot_winding, pair_sums)
+        entry0 = start + tile
+        if stack_chunk > 0:
+            entry0 = (tile // stack_chunk) * stack_depth
+        part0 = lane * tile_vectors
+        stack0 = entry0 * 3 * tile_size + part0
+
+        base = background[0]
+        for v in range(tile_vectors):
+            stack[stack0 + v] = spread(base[0])
+            stack[stack0 + v + tile_size] = spread(base[1])
+            stack[stack0 + v + 2 * tile_size] = spread(base[2])
+        above = stack0
+        for hit in range(begin, end):
+            pair = hit_pair[hit]
+            path = pair_path[pair]
+            c = color[path]
+            red, green, blue = spread(c[0]), spread(c[1]), spread(c[2])
+            full_alpha = spread(opacity[path])
+            is_full = pair_class[pair] == FULL
+            winding0 = winding_index(pair_slot[pair], part0)
+            behind = above
+            above += 3 * tile_size
+            for v in range(tile_vectors):
+                alpha = full_alpha
+                if not is_full:
+                    alpha = mul(full_alpha, coverage(slot_winding[winding0 + v]))
+                b0, b1, b2 = stack[behind + v], stack[behind + v + tile_size], stack[behind + v + 2 * tile_size]
+                stack[above + v] = fma(alpha, sub(red, b0), b0)
+                stack[above + v + tile_size] = fma(alpha, sub(green, b1), b1)
+                stack[above + v + 2 * tile_size] = fma(alpha, sub(blue, b2), b2)
+
+        if wp.static(local_array):
+            transmittance = wp.zeros(shape=(tile_vectors,), dtype=vector)
+            g0 = wp.zeros(shape=(tile_vectors,), dtype=vector)
+            g1 = wp.zeros(shape=(tile_vectors,), dtype=vector)
+            g2 = wp.zeros(shape=(tile_vectors,), dtype=vector)
+        else:
+            transmittance = spread(one)
+            g0 = spread(zero)
+            g1 = spread(zero)
+            g2 = spread(zero)
+        squared_error = spread(zero)
+        reference0 = tile * 3 * tile_size + part0
+        for v in range(tile_vectors):
+            put(transmittance, v, spread(one))
+            r0 = tile_reference[reference0 + v]
+            r1 = tile_reference[reference0 + v + tile_size]
+            r2 = tile_reference[reference0 + v + 2 * tile_size]
+            if wp.static(fused):
+                mask = on_canvas(tile, part0 + v, tile_columns, height, width_px)
+                r0 = mul(mask, sub(stack[above + v], r0))
+                r1 = mul(mask, sub(stack[above + v + tile_size], r1))
+                r2 = mul(mask, sub(stack[above + v + 2 * tile_size], r2))
+                squared_error = fma(r0, r0, fma(r1, r1, fma(r2, r2, squared_error)))
+                scale = spread(dtype(2.0) * error_scale)
+                r0, r1, r2 = mul(scale, r0), mul(scale, r1), mul(scale, r2)
+            put(g0, v, r0)
+            put(g1, v, r1)
+            put(g2, v, r2)
+
+        for below in range(end - begin):
+            hit = end - 1 - below
+            above -= 3 * tile_size
+            pair = hit_pair[hit]
+            path = pair_path[pair]
+            c = color[path]
+            red, green, blue = spread(c[0]), spread(c[1]), spread(c[2])
+            full_alpha = spread(opacity[path])
+            is_full = pair_class[pair] == FULL
+            winding0 = winding_index(pair_slot[pair], part0)
+            adj_red = spread(zero)
+            adj_green = spread(zero)
+            adj_blue = spread(zero)
+            adj_opacity = spread(zero)
+            weight = spread(zero)
+            for v in range(tile_vectors):
+                t = get(transmittance, v)
+                a0, a1, a2 = get(g0, v), get(g1, v), get(g2, v)
+                d0 = sub(red, stack[above + v])
+                d1 = sub(green, stack[above + v + tile_size])
+                d2 = sub(blue, stack[above + v + 2 * tile_size])
+                adj_alpha = mul(t, fma(a0, d0, fma(a1, d1, mul(a2, d2))))
+                covered = spread(one)
+                if not is_full:
+                    winding = slot_winding[winding0 + v]
+                    covered = coverage(winding)
+                    slot_winding[winding0 + v] = mul(mul(adj_alpha, full_alpha), coverage_slope(winding))
+                shown = mul(t, mul(full_alpha, covered))
+                adj_red = fma(shown, a0, adj_red)
+                adj_green = fma(shown, a1, adj_green)
+                adj_blue = fma(shown, a2, adj_blue)
+                adj_opacity = fma(adj_alpha, covered, adj_opacity)
+                if wp.static(importance):
+                    seen = mul(t, covered)
+                    mask = on_canvas(tile, part0 + v, tile_columns, height, width_px)
+                    weight = fma(mul(mask, mul(seen, seen)), fma(d0, d0, fma(d1, d1, mul(d2, d2))), weight)
+                put(transmittance, v, sub(t, shown))
+            reduce_tile(pair_sums, pair, 0, adj_red, lane)
+            reduce_tile(pair_sums, pair, 1, adj_green, lane)
+            reduce_tile(pair_sums, pair, 2, adj_blue, lane)
+            reduce_tile(pair_sums, pair, 3, adj_opacity, lane)
+            if wp.static(importance):
+                reduce_tile(pair_sums, pair, 4, weight, lane)
+
+        adj_red = spread(zero)
+        adj_green = spread(zero)
+        adj_blue = spread(zero)
+        for v in range(tile_vectors):
+            t = get(transmittance, v)
+            adj_red = fma(t, get(g0, v), adj_red)
+            adj_green = fma(t, get(g1, v), adj_green)
+            adj_blue = fma(t, get(g2, v), adj_blue)
+        reduce_tile(tile_sums, tile, 0, adj_red, lane)
+        reduce_tile(tile_sums, tile, 1, adj_green, lane)
+        reduce_tile(tile_sums, tile, 2, adj_blue, lane)
+        reduce_tile(tile_sums, tile, 3, squared_error, lane)
+
+    @wp.kernel(module=module)
+    def gather_paths_adjoint(
+        first: int,
+        path_first_pair: wp.array(dtype=int),  # [N + 1]
+        pair_class: wp.array(dtype=int),  # [K]
+        pair_sums: wp.array2d(dtype=dtype),  # [K reducers, TERMS]
+        # outputs
+        path_sums: wp.array2d(dtype=dtype),  # [N, TERMS]
+    ):
+        """The sums of one path, over its pairs in their fixed order."""
+        path = first + wp.tid()
+        for term in range(terms):
+            path_sums[path, term] = zero
+        for pair in range(path_first_pair[path], path_first_pair[path + 1]):
+            if pair_class[pair] != EMPTY:
+                for row in range(pair * reducers, (pair + 1) * reducers):
+                    for term in range(terms):
+                        path_sums[path, term] = path_sums[path, term] + pair_sums[row, term]
+
+    @wp.kernel(module=module)
+    def gather_tiles(
+        first: int,
+        tile_sums: wp.array2d(dtype=dtype),  # [tiles reducers, TERMS]
+        row_count: int,
+        # outputs
+        canvas_sums: wp.array(dtype=dtype),  # [TERMS]
+    ):
+        """One sum over all tiles: dL/dbackground and the squared error."""
+        term = first + wp.tid()
+        value = wp.float64(0.0)
+        for row in range(row_count):
+            value += wp.float64(tile_sums[row, term])
+        canvas_sums[term] = dtype(value)
+
+    return SimpleNamespace(
+        composite_adjoint=composite_adjoint, gather_paths_adjoint=gather_paths_adjoint, gather_tiles=gather_tiles
+    )

@@ -1,0 +1,227 @@
+"""Lane arithmetic: one kernel body for a CPU thread that owns 16 pixels at a time and a CUDA thread that owns one.
+
+On the CPU a lane value is a ``vector(16)`` whose operations are native 16-wide vector instructions (Warp's own vector
+operators are unrolled to scalars and 3 to 15 times slower). On CUDA a lane value is a scalar. Kernels are built once
+per :class:`Lanes` by a cached factory; float64 lanes exist for the gradient checks.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import warp as wp
+
+from warpvec.kernels.constants import CPU_FLAGS, REDUCED_LANES, TILE
+
+_C_NAME = {wp.float32: "float", wp.float64: "double"}
+
+
+class Lanes(SimpleNamespace):
+    """A lane type and its operations; hashed by identity, as there is one object per width and precision."""
+
+    __hash__ = object.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+
+@cache
+def make_lanes(width: int, dtype: Any) -> Lanes:
+    """Lane operations for ``width`` 16 (CPU) or 1 (CUDA, and the CPU as a check of it), ``dtype`` wp.float32 or 64.
+
+    Fields: ``vector`` the lane type, ``blocks`` lane values per pixel column, ``tile_vectors`` and ``tile_threads``
+    how a tile is shared out, ``reducers`` slots of a sum over a tile, and the operations.
+    """
+    vector = dtype if width == 1 else wp.types.vector(width, dtype=dtype)
+    operations = _scalar_operations(dtype) if width == 1 else _native_operations(width, dtype, vector)
+    return Lanes(
+        width=width,
+        dtype=dtype,
+        vector=vector,
+        vec2=wp.types.vector(2, dtype=dtype),
+        vec3=wp.types.vector(3, dtype=dtype),
+        vec4=wp.types.vector(4, dtype=dtype),
+        name=f"{width}x{_C_NAME[dtype]}",
+        blocks=TILE // width,
+        tile_vectors=TILE if width > 1 else 1,
+        tile_threads=1 if width > 1 else TILE * TILE,
+        reducers=1 if width > 1 else TILE * TILE // REDUCED_LANES,
+        **operations,
+    )
+
+
+def stage_module(stage: str, lanes: Lanes) -> wp.Module:
+    """The Warp module, one compile unit, of a stage's kernels for these lanes."""
+    module = wp.get_module(f"warpvec.kernels.{stage}.{lanes.name}")
+    # Rolled loops keep the 16 columns of a tile in one small loop; the adjoints are written by hand.
+    module.options.update(enable_backward=False, max_unroll=1, cpu_compiler_flags=CPU_FLAGS, optimization_level=3)
+    return module
+
+
+def _native_operations(width: int, dtype: Any, vector: Any) -> dict[str, Any]:
+    c_type = _C_NAME[dtype]
+    declare = f"typedef {c_type} lanes_t __attribute__((ext_vector_type({width}), aligned({4 if c_type == 'float' else 8})));"
+    give = f"wp::vec_t<{width},{c_type}> o; *(lanes_t*)&o = r; return o;"
+
+    def snippet(expression: str, names: str) -> str:
+        views = "".join(f"lanes_t {name.upper()} = *(lanes_t*)&{name}; " for name in names)
+        return f"{declare} {views} lanes_t r = {expression}; {give}"
+
+    ramp = ", ".join(str(lane) for lane in range(width))
+
+    @wp.func_native(snippet("A + B", "ab"))
+    def add(a: vector, b: vector) -> vector: ...
+
+    @wp.func_native(snippet("A - B", "ab"))
+    def sub(a: vector, b: vector) -> vector: ...
+
+    @wp.func_native(snippet("A * B", "ab"))
+    def mul(a: vector, b: vector) -> vector: ...
+
+    @wp.func_native(snippet("A * B + C", "abc"))
+    def fma(a: vector, b: vector, c: vector) -> vector: ...
+
+    @wp.func_native(snippet("C - A * B", "abc"))
+    def fnma(a: vector, b: vector, c: vector) -> vector: ...
+
+    @wp.func_native(snippet("A < B ? A : B", "ab"))
+    def least(a: vector, b: vector) -> vector: ...
+
+    @wp.func_native(snippet("A > B ? A : B", "ab"))
+    def most(a: vector, b: vector) -> vector: ...
+
+    @wp.func_native(snippet("A < B ? C : D", "abcd"))
+    def where_less(a: vector, b: vector, c: vector, d: vector) -> vector: ...
+
+    @wp.func_native(f"{declare} lanes_t r = (lanes_t)s; {give}")
+    def spread(s: dtype) -> vector: ...
+
+    @wp.func_native(f"{declare} lanes_t r = {{{ramp}}}; r += s; {give}")
+    def ramp_from(s: dtype) -> vector: ...
+
+    @wp.func_native(declare + _tree_sum(width, c_type))
+    def total(a: vector) -> dtype: ...
+
+    @wp.func
+    def get(values: wp.array(dtype=vector), index: int):
+        return values[index]
+
+    @wp.func
+    def put(values: wp.array(dtype=vector), index: int, value: vector):
+        values[index] = value
+
+    @wp.func
+    def reduce_tile(sums: wp.array2d(dtype=dtype), slot: int, term: int, value: vector, lane: int):
+        sums[slot, term] = total(value)
+
+    return _named(
+        add, sub, mul, fma, fnma, least, most, where_less, spread, ramp_from, total, get, put, reduce_tile
+    )
+
+
+def _tree_sum(width: int, c_type: str) -> str:
+    text, value = "lanes_t A = *(lanes_t*)&a; ", "A"
+    while width > 2:
+        width //= 2
+        text += f"typedef {c_type} h{width}_t __attribute__((ext_vector_type({width}))); "
+        text += f"h{width}_t h{width} = {value}.lo + {value}.hi; "
+        value = f"h{width}"
+    return text + f"return {value}.x + {value}.y;"
+
+
+# A literal passed to a decorator inside a function breaks Warp's dedenting of the source, hence these names.
+_WARP_SUM = """
+#if defined(__CUDA_ARCH__)
+for (int offset = 16; offset; offset >>= 1) value += __shfl_xor_sync(0xffffffffu, value, offset);
+#endif
+return value;
+"""
+_IS_CUDA = """
+#if defined(__CUDA_ARCH__)
+return 1;
+#else
+return 0;
+#endif
+"""
+
+
+def _scalar_operations(dtype: Any) -> dict[str, Any]:
+    @wp.func
+    def add(a: dtype, b: dtype):
+        return a + b
+
+    @wp.func
+    def sub(a: dtype, b: dtype):
+        return a - b
+
+    @wp.func
+    def mul(a: dtype, b: dtype):
+        return a * b
+
+    @wp.func
+    def fma(a: dtype, b: dtype, c: dtype):
+        return a * b + c
+
+    @wp.func
+    def fnma(a: dtype, b: dtype, c: dtype):
+        return c - a * b
+
+    @wp.func
+    def least(a: dtype, b: dtype):
+        return wp.min(a, b)
+
+    @wp.func
+    def most(a: dtype, b: dtype):
+        return wp.max(a, b)
+
+    @wp.func
+    def where_less(a: dtype, b: dtype, c: dtype, d: dtype):
+        return wp.where(a < b, c, d)
+
+    @wp.func
+    def spread(s: dtype):
+        return s
+
+    @wp.func
+    def ramp_from(s: dtype):
+        return s
+
+    @wp.func
+    def total(a: dtype):
+        return a
+
+    @wp.func
+    def get(value: dtype, index: int):
+        return value
+
+    @wp.func
+    def put(target: wp.ref[dtype], index: int, value: dtype):
+        target = value
+
+    @wp.func_native(_WARP_SUM)
+    def warp_sum(value: dtype) -> dtype: ...
+
+    @wp.func_native(_IS_CUDA)
+    def is_cuda() -> int: ...
+
+    @wp.func
+    def reduce_tile(sums: wp.array2d(dtype=dtype), slot: int, term: int, value: dtype, lane: int):
+        row = slot * wp.static(TILE * TILE // REDUCED_LANES) + lane // wp.static(REDUCED_LANES)
+        if is_cuda() == 1:
+            warp_total = warp_sum(value)
+            if lane % wp.static(REDUCED_LANES) == 0:
+                sums[row, term] = warp_total
+        else:
+            # On the CPU lanes run one after another: the first of a group starts its sum.
+            if lane % wp.static(REDUCED_LANES) == 0:
+                sums[row, term] = value
+            else:
+                sums[row, term] = sums[row, term] + value
+
+    return _named(
+        add, sub, mul, fma, fnma, least, most, where_less, spread, ramp_from, total, get, put, reduce_tile
+    )
+
+
+def _named(*functions: Any) -> dict[str, Any]:
+    return {function.func.__name__: function for function in functions}

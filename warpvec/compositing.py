@@ -1,0 +1,129 @@
+"""Host side of stage 4, compositing: the image, and the adjoints of colour, opacity, background and winding."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import torch
+import warp as wp
+from torch import Tensor
+
+from warpvec.binning import Binning, TileGrid
+from warpvec.coverage import Coverage
+from warpvec.kernels import compositing as kernels
+from warpvec.kernels import compositing_adjoint as adjoint_kernels
+from warpvec.kernels.compositing_adjoint import TERMS
+from warpvec.kernels.constants import TILE, TRANSMITTANCE_MIN
+from warpvec.kernels.lanes import Lanes
+from warpvec.launch import Buffers, Launcher
+
+
+def to_tiles(image: Tensor, grid: TileGrid) -> Tensor:
+    """[h, w, 3] -> [tiles, 3, TILE, TILE], column by column within a tile, zero outside the canvas."""
+    height, width = grid.rows * TILE, grid.columns * TILE
+    padded = torch.nn.functional.pad(image, (0, 0, 0, width - grid.width, 0, height - grid.height))
+    tiles = padded.reshape(grid.rows, TILE, grid.columns, TILE, 3).permute(0, 2, 4, 3, 1)
+    return tiles.reshape(grid.count, 3, TILE, TILE).contiguous()
+
+
+def from_tiles(tiles: Tensor, grid: TileGrid) -> Tensor:
+    """The inverse of :func:`to_tiles`."""
+    image = tiles.reshape(grid.rows, grid.columns, 3, TILE, TILE).permute(0, 4, 1, 3, 2)
+    return image.reshape(grid.rows * TILE, grid.columns * TILE, 3)[: grid.height, : grid.width].contiguous()
+
+
+class Paint:
+    """Colour [N], opacity [N] and background [1] as Warp arrays over torch memory."""
+
+    def __init__(self, color: Tensor, opacity: Tensor, background: Tensor, lanes: Lanes) -> None:
+        self.path_count = len(color)
+        self.arrays = [
+            wp.from_torch(color.detach().contiguous(), dtype=lanes.vec3),
+            wp.from_torch(opacity.detach().contiguous(), dtype=lanes.dtype),
+            wp.from_torch(background.detach().reshape(1, 3).contiguous(), dtype=lanes.vec3),
+        ]
+
+
+class Compositing:
+    """Forward and adjoint compositing of a canvas."""
+
+    def __init__(
+        self, launch: Launcher, lanes: Lanes, grid: TileGrid, transmittance_min: float = TRANSMITTANCE_MIN
+    ) -> None:
+        self._launch, self._lanes, self._grid = launch, lanes, grid
+        self._transmittance_min = lanes.dtype(transmittance_min)
+        self._buffers = Buffers(launch.device)
+
+    def run(self, binning: Binning, coverage: Coverage, paint: Paint, tile_image: Tensor) -> None:
+        """Composite into ``tile_image`` [tiles, 3, TILE, TILE]."""
+        lanes = self._lanes
+        arguments = [*_hits(binning), coverage.slot_winding, *paint.arrays, self._transmittance_min]
+        image = _lane_array(tile_image, lanes)
+        self._launch(
+            kernels.make_kernels(lanes).composite, self._grid.count * lanes.tile_threads, [*arguments, image]
+        )
+
+    def adjoint(
+        self,
+        binning: Binning,
+        coverage: Coverage,
+        paint: Paint,
+        tile_reference: Tensor,
+        error_scale: float | None = None,
+        importance: bool = False,
+    ) -> tuple[Tensor, Tensor]:
+        """Sums per path [N, TERMS] and over the canvas [TERMS]; turns ``coverage.slot_winding`` into its adjoint.
+
+        ``tile_reference`` is dL/d(image), or, where ``error_scale`` = dL/d(squared error) is given, the target.
+        """
+        lanes, grid, get = self._lanes, self._grid, self._buffers.get
+        stage = adjoint_kernels.make_kernels(lanes, error_scale is not None, importance)
+        chunk, depth, stack = self._stack(binning)
+        pair_sums = get("pair_sums", (binning.pair_count * lanes.reducers, TERMS), lanes.dtype)
+        tile_sums = get("tile_sums", (grid.count * lanes.reducers, TERMS), lanes.dtype)
+        reference = _lane_array(tile_reference, lanes)
+        canvas = [self._transmittance_min, grid.columns, grid.height, grid.width]
+        scratch = [lanes.dtype(error_scale or 0.0), chunk, depth, stack]
+        arguments = [*_hits(binning), *paint.arrays, *canvas, reference, *scratch]
+        outputs = [coverage.slot_winding, pair_sums, tile_sums]
+        item_count = grid.count * lanes.tile_threads
+        self._launch(stage.composite_adjoint, item_count, [*arguments, *outputs], chunk or None)
+        return self._gather(stage, binning, paint.path_count, pair_sums, tile_sums)
+
+    def _gather(
+        self, stage: SimpleNamespace, binning: Binning, path_count: int, pair_sums: wp.array, tile_sums: wp.array
+    ) -> tuple[Tensor, Tensor]:
+        lanes = self._lanes
+        dtype = wp.dtype_to_torch(lanes.dtype)
+        path_sums = torch.empty((path_count, TERMS), dtype=dtype, device=wp.device_to_torch(self._launch.device))
+        canvas_sums = torch.empty(TERMS, dtype=dtype, device=path_sums.device)
+        arguments = [binning.path_first_pair, binning.pair_class, pair_sums, wp.from_torch(path_sums)]
+        self._launch(stage.gather_paths_adjoint, path_count, arguments)
+        row_count = self._grid.count * lanes.reducers
+        self._launch(stage.gather_tiles, TERMS - 1, [tile_sums, row_count, wp.from_torch(canvas_sums)])
+        return path_sums, canvas_sums
+
+    def _stack(self, binning: Binning) -> tuple[int, int, wp.array]:
+        """Tiles per chunk (0 on scalar lanes), entries per chunk, and the stack of colours behind each hit."""
+        lanes, count = self._lanes, self._grid.count
+        if lanes.tile_threads > 1:
+            entries = binning.pair_count + count
+            return 0, 0, self._buffers.get("stack", entries * 3 * TILE * TILE, lanes.vector)
+        chunk = self._launch.chunk_items(count)
+        depth = 1 + _deepest(binning.tile_first_hit.numpy()[: count + 1])
+        size = -(-count // chunk) * depth * 3 * lanes.tile_vectors
+        return chunk, depth, self._buffers.get("stack", size, lanes.vector)
+
+
+def _hits(binning: Binning) -> list[Any]:
+    return [binning.tile_first_hit, binning.hit_pair, binning.pair_path, binning.pair_class, binning.pair_slot]
+
+
+def _lane_array(tiles: Tensor, lanes: Lanes) -> wp.array:
+    return wp.from_torch(tiles.reshape(-1) if lanes.width == 1 else tiles.reshape(-1, lanes.width), dtype=lanes.vector)
+
+
+def _deepest(first_hit: np.ndarray[Any, Any]) -> int:
+    return int(np.diff(first_hit).max())
