@@ -1,0 +1,245 @@
+"""Scene -> SVG text: what is written is exactly what `quantize` returns. And how much any path data draws."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from warpvec import __version__
+from warpvec.scene import Scene
+
+OPACITY_DECIMALS = 3
+"""Two decimals would be coarser than the 8 bits in which viewers blend; a fourth would be invisible."""
+
+COLOR_LEVELS = 255
+"""Colours are written as two hexadecimal digits a channel."""
+
+MAX_TICKS = 2.0**53
+"""Ticks are counted in float64 before they become integers; beyond this it no longer tells neighbours apart."""
+
+NUMBER = r"(?>[-+]?(?>\d+\.?\d*|\.\d+)(?>[eE][-+]?\d+)?)"
+"""A number of SVG, as a regular expression; atomic, since digits that could be split would cost exponential time."""
+
+_GAP = r"[\s,]*+"
+_NUMBERS = re.compile(NUMBER)
+# The two flags of an arc are single digits that need no separator: "a1 1 0 01.5.5".
+_ARC = re.compile(_GAP.join([NUMBER] * 3 + ["[01]"] * 2 + [NUMBER] * 2))
+_COMMAND = re.compile(r"([MLHVCSQTAZ])([^MLHVCSQTAZ]*+)", re.IGNORECASE)
+_NUMBERS_PER_SEGMENT = {"L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2}
+
+# XML 1.0 forbids these even when escaped, and file names may hold them.
+_ILLEGAL_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIMALS) -> Scene:
+    """The scene as its file will say it, for rendering precisely what is exported.
+
+    Coordinates have ``precision`` decimals, colours 8 bits, opacities ``opacity_decimals`` decimals; colours and
+    opacities outside [0, 1] are clamped. Paths whose opacity rounds to 0 are gone, as they are from the file. Each
+    path starts at the anchor and runs in the direction that take the fewest bytes: under the non-zero rule neither
+    matters. Quantizing a second time changes nothing. Device and dtype are kept, gradients are not.
+
+    Raises:
+        ValueError: a value is not finite, or a coordinate has 2**53 ticks of the last decimal or more.
+    """
+    scene = scene.detach()
+    _check_finite(scene, precision)
+    quantized = replace(
+        scene,
+        points=_rounded(scene.points, 10**precision),
+        color=_rounded(scene.color.clamp(0, 1), COLOR_LEVELS),
+        opacity=_rounded(scene.opacity.clamp(0, 1), 10**opacity_decimals),
+        background=_rounded(scene.background.clamp(0, 1), COLOR_LEVELS),
+    )
+    visible = quantized.select(quantized.opacity > 0)
+    order = _shortest_traversals(_ticks(visible.points, 10**precision).cpu().numpy(), precision)
+    rows = torch.arange(len(visible), device=scene.points.device)[:, None]
+    return replace(visible, points=visible.points[rows, torch.from_numpy(order).to(rows.device)])
+
+
+def write_svg(
+    scene: Scene,
+    width: int,
+    height: int,
+    *,
+    precision: int = 2,
+    opacity_decimals: int = OPACITY_DECIMALS,
+    title: str | None = None,
+    metadata: dict[str, Any] | None = None,
+) -> str:
+    """SVG text of ``quantize(scene)`` on a canvas of ``width`` x ``height`` user units.
+
+    A background rectangle, then one group per run of equal generation (a layer in Inkscape, a named group in
+    editors that go by id), one path per line. ``metadata`` is stored as JSON beside the version of warpvec.
+    The text depends on the arguments alone: it holds no dates and no file paths.
+
+    Raises:
+        ValueError: as `quantize`, or ``metadata`` holds what JSON cannot say.
+    """
+    scene = quantize(scene, precision, opacity_decimals).cpu()
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
+        f' width="{width}" height="{height}" viewBox="0 0 {width} {height}">',
+        *_description(title, metadata or {}),
+        f'<rect id="background" width="{width}" height="{height}" fill="{_hex_colors(scene.background[None])[0]}"/>',
+        *_layers(scene.generation.numpy(), _path_elements(scene, precision, opacity_decimals)),
+        "</svg>",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def format_number(ticks: int, decimals: int) -> str:
+    """``ticks / 10**decimals`` in the fewest characters that SVG allows: "12.5", "-.25", "0"."""
+    whole, fraction = divmod(abs(ticks), 10**decimals)
+    digits = f"{fraction:0{decimals}d}".rstrip("0")
+    text = (str(whole) if whole or not digits else "") + ("." + digits if digits else "")
+    return "-" + text if ticks < 0 else text
+
+
+def count_segments(path_data: str) -> int:
+    """Lines, curves and arcs that any SVG path data draws; closing a path counts as none."""
+    return sum(_count_of_command(letter.upper(), numbers) for letter, numbers in _COMMAND.findall(path_data))
+
+
+def _count_of_command(letter: str, numbers: str) -> int:
+    if letter == "Z":
+        return 0
+    if letter == "A":
+        return len(_ARC.findall(numbers))
+    count = len(_NUMBERS.findall(numbers))
+    # The pairs that follow the first of a move are lines.
+    return max(count // 2 - 1, 0) if letter == "M" else count // _NUMBERS_PER_SEGMENT[letter]
+
+
+def _check_finite(scene: Scene, precision: int) -> None:
+    for name in ("points", "color", "opacity", "background"):
+        if not torch.isfinite(getattr(scene, name)).all():
+            raise ValueError(f"{name} of a scene to be written must be finite; its renderer or optimizer let one slip")
+    if len(scene) and scene.points.abs().max().double() * 10**precision >= MAX_TICKS:
+        raise ValueError(f"points must lie within 2**53 steps of 1e-{precision} of the origin to be written")
+
+
+def _ticks(values: Tensor, per_unit: int) -> Tensor:
+    """Nearest whole numbers (int64) of ``1 / per_unit``.
+
+    Taken in float64, so that a value rounded to a tick and stored in float32 gives the same tick again.
+    """
+    return (values.double() * per_unit).round().long()
+
+
+def _rounded(values: Tensor, per_unit: int) -> Tensor:
+    return (_ticks(values, per_unit).double() / per_unit).to(values.dtype)
+
+
+def _description(title: str | None, metadata: dict[str, Any]) -> Iterator[str]:
+    if title is not None:
+        yield f"<title>{_xml_text(title)}</title>"
+    origin = {"generator": f"warpvec {__version__}", **metadata}
+    yield f"<metadata>{_xml_text(json.dumps(origin, allow_nan=False))}</metadata>"
+
+
+def _xml_text(text: str) -> str:
+    return escape(_ILLEGAL_IN_XML.sub("\N{REPLACEMENT CHARACTER}", text))
+
+
+def _layers(generation: NDArray[np.int64], elements: list[str]) -> Iterator[str]:
+    """``elements`` in one group per run of equal generation; the running number keeps ids unique."""
+    starts = np.flatnonzero(np.diff(generation, prepend=-1)).tolist() if len(elements) else []
+    for number, (start, stop) in enumerate(zip(starts, [*starts[1:], len(elements)], strict=True), 1):
+        plural = "path" if stop - start == 1 else "paths"
+        label = f"Layer {number}: generation {generation[start]}, {stop - start} {plural}"
+        identifier = f"layer-{number}-generation-{generation[start]}"
+        yield f'<g id="{identifier}" inkscape:groupmode="layer" inkscape:label={quoteattr(label)}>'
+        yield from elements[start:stop]
+        yield "</g>"
+
+
+def _path_elements(scene: Scene, precision: int, opacity_decimals: int) -> list[str]:
+    data = _path_data(_ticks(scene.points, 10**precision).numpy(), precision)
+    opaque = 10**opacity_decimals
+    opacity = _ticks(scene.opacity, opaque).tolist()
+    return [
+        f'<path fill="{fill}"{_opacity_attribute(ticks, opacity_decimals) if ticks < opaque else ""} d="{d}"/>'
+        for fill, ticks, d in zip(_hex_colors(scene.color), opacity, data, strict=True)
+    ]
+
+
+def _opacity_attribute(ticks: int, decimals: int) -> str:
+    return f' fill-opacity="{format_number(ticks, decimals)}"'
+
+
+def _hex_colors(color: Tensor) -> list[str]:
+    """``#rrggbb``, or ``#rgb`` where that says the same, of each row of ``color`` [N, 3]."""
+    names = (bytes(levels).hex() for levels in _ticks(color, COLOR_LEVELS).tolist())
+    return ["#" + (name[::2] if name[::2] == name[1::2] else name) for name in names]
+
+
+def _shortest_traversals(ticks: NDArray[np.int64], decimals: int) -> NDArray[np.int64]:
+    """Order [N, 3 S] in which to take the points ``ticks`` [N, 3 S, 2] of each path for the shortest path data.
+
+    It saves 1 to 2 % of the file. The order as it stands wins a tie.
+    """
+    forward = np.arange(ticks.shape[1])
+    backward = np.roll(forward[::-1], 1)
+    starts = range(0, ticks.shape[1], 3)
+    orders = np.stack([np.roll(way, -start) for way in (forward, backward) for start in starts])
+    lengths = [_data_lengths(ticks[:, order], decimals) for order in orders]
+    best: NDArray[np.int64] = orders[np.argmin(lengths, axis=0)]
+    return best
+
+
+def _data_lengths(ticks: NDArray[np.int64], decimals: int) -> NDArray[np.int64]:
+    """Characters of the numbers in the path data of each of ``ticks`` [N, 3 S, 2]."""
+    total = np.zeros(len(ticks), dtype=np.int64)
+    for numbers in (ticks[:, 0], _relative(ticks)):
+        vocabulary, index = _words(numbers, decimals)
+        total += np.array([len(word) for word in vocabulary])[index].sum(axis=1)
+    return total
+
+
+def _path_data(ticks: NDArray[np.int64], decimals: int) -> list[str]:
+    """Path data of closed cubics with control points ``ticks`` [N, 3 S, 2]."""
+    heads = _number_lists(ticks[:, 0], decimals)
+    tails = _number_lists(_relative(ticks), decimals)
+    return [f"M{head}c{tail}z" for head, tail in zip(heads, tails, strict=True)]
+
+
+def _relative(ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The control points of each segment from its start, [N, 6 S].
+
+    Differences of rounded positions, not rounded differences: a reader's running sum meets every anchor exactly.
+    """
+    anchor = ticks[:, ::3]
+    control = np.stack([ticks[:, 1::3], ticks[:, 2::3], np.roll(anchor, -1, axis=1)], axis=2)
+    return (control - anchor[:, :, None]).reshape(len(ticks), 2 * ticks.shape[1])
+
+
+def _number_lists(ticks: NDArray[np.int64], decimals: int) -> list[str]:
+    """Each row of ``ticks`` [N, K] as an SVG number list."""
+    vocabulary, index = _words(ticks, decimals)
+    return ["".join(row) for row in np.array(vocabulary, dtype=object)[index].tolist()]
+
+
+def _words(ticks: NDArray[np.int64], decimals: int) -> tuple[list[str], NDArray[np.int64]]:
+    """The distinct words of number lists, and which of them stand in each row of ``ticks`` [N, K].
+
+    A minus sign separates, and so does a leading point after a number that already has its point.
+    """
+    per_unit = 10**decimals
+    distinct, index = np.unique(ticks, return_inverse=True)
+    words = [format_number(value, decimals) for value in distinct.tolist()]
+    has_point = ticks % per_unit != 0
+    separates = ticks < 0
+    separates[:, 1:] |= (ticks[:, 1:] < per_unit) & has_point[:, 1:] & has_point[:, :-1]
+    separates[:, 0] = True
+    return [*words, *(" " + word for word in words)], index.reshape(ticks.shape) + np.where(separates, 0, len(words))

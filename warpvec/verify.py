@@ -1,0 +1,301 @@
+"""What a file is worth: drawn by resvg, an independent renderer, and compared with the photo.
+
+Files come from anywhere and are checked before native code sees them: entities, size, nesting, other files.
+"""
+
+from __future__ import annotations
+
+import functools
+import gzip
+import io
+import math
+import re
+import zlib
+from collections.abc import Iterator
+from typing import Any, TypedDict
+from xml.parsers import expat
+
+import numpy as np
+import resvg_py
+from numpy.typing import NDArray
+from PIL.PngImagePlugin import PngImageFile
+
+from warpvec.errors import InputError
+from warpvec.files import gzip_bytes
+from warpvec.svg import NUMBER, count_segments
+
+MAX_SVG_BYTES = 2**28
+"""Far above any drawing that an editor opens; stops a few kilobytes of gzip from filling the memory."""
+
+MAX_PIXELS = 2**27
+"""Above the largest photo we take (100 megapixels); resvg aborts the process where it cannot allocate."""
+
+MAX_DEPTH = 100
+"""Nested elements; resvg overflows its stack, and ends the process, somewhere between 200 and 300."""
+
+Image = NDArray[np.float64]
+"""Of shape [h, w, c], in [0, 1]."""
+
+SSIM_WINDOW = 7
+"""Side of the square window of SSIM, scikit-image's default."""
+
+# Stabilisers of SSIM for a data range of 1, from Wang et al. 2004: (K1 L)^2 and (K2 L)^2.
+_SSIM_C1, _SSIM_C2 = 0.01**2, 0.03**2
+
+# Rows compared at a time: bounds the float64 copies of a 100-megapixel photo to some tens of megabytes.
+_BAND_ROWS = 256
+
+# CSS pixels per unit of length (CSS 2.1, section 4.3.2); em and ex at resvg's font size of 16.
+_PIXELS_PER_UNIT = {
+    "": 1.0, "px": 1.0, "pt": 4 / 3, "pc": 16.0, "in": 96.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "em": 16.0, "ex": 8.0,
+}  # fmt: skip
+
+_DRAWS_A_FILE = frozenset({"image", "feImage", "use"})
+
+
+class FileFacts(TypedDict):
+    """What an SVG consists of: <path> elements, segments they draw, bytes of text, bytes when gzipped."""
+
+    paths: int
+    segments: int
+    bytes: int
+    gzip_bytes: int
+
+
+def draw(svg: str | bytes, width: int | None = None, height: int | None = None) -> NDArray[np.uint8]:
+    """The file drawn by resvg over white: sRGB [height, width, 3].
+
+    ``svg`` is text, or the bytes of an ``.svg`` or ``.svgz`` file. Without both ``width`` and ``height``, in pixels,
+    the size is the one that the file states.
+
+    Raises:
+        InputError: not an SVG, not of the proportions asked for (a pixel of rounding is allowed), or refused as
+            unsafe: entities, references to other files, too large, too deep.
+    """
+    text = _read_text(svg)
+    reader = _read(text)
+    if width is None or height is None:
+        _check_pixels(*_stated_size(reader.root))
+        return _rasterize(text)
+    _check_pixels(width, height)
+    return _fitted(_rasterize(text, width, height), width, height)
+
+
+def measure(svg: str | bytes, photo: NDArray[Any]) -> dict[str, float]:
+    """PSNR (dB) and SSIM of the file, drawn at the photo's size, against ``photo`` [h, w, 3].
+
+    The drawing has 8 bits, as a viewer shows it. The photo is taken as read, 8 bit or float in [0, 1] and not
+    rounded, so that a 16-bit photo is not flattered; for 8-bit photos this is the usual 8-bit figure.
+
+    Raises:
+        InputError: as `draw`.
+    """
+    drawing: NDArray[Any] = draw(svg, photo.shape[1], photo.shape[0])
+    if photo.dtype != np.uint8:
+        # In the photo's own precision, so that equal pixels are equal.
+        drawing = (drawing / 255.0).astype(photo.dtype)
+    return {"psnr": psnr(drawing, photo), "ssim": ssim(drawing, photo)}
+
+
+def psnr(a: NDArray[Any], b: NDArray[Any]) -> float:
+    """Peak signal-to-noise ratio in dB over all channels of two images [h, w, c]; infinite where they are equal.
+
+    Each is uint8, or float in [0, 1].
+    """
+    _check_images(a, b)
+    squares = math.fsum(np.square(x - y).sum() for x, y in _bands(a, b))
+    return 10.0 * math.log10(a.size / squares) if squares else math.inf
+
+
+def ssim(a: NDArray[Any], b: NDArray[Any]) -> float:
+    """Mean structural similarity (Wang et al. 2004) of two images [h, w, c], each uint8 or float in [0, 1].
+
+    Agrees with scikit-image's ``structural_similarity(a, b, channel_axis=2, data_range=1)``: uniform 7x7 windows
+    inside the image, sample covariance. On an image smaller than the window, where scikit-image gives up, the
+    window is cut to the image.
+    """
+    _check_images(a, b)
+    rows, columns = min(SSIM_WINDOW, a.shape[0]), min(SSIM_WINDOW, a.shape[1])
+    maps = (_ssim_map(x, y, rows, columns) for x, y in _bands(a, b, overlap=rows - 1))
+    window_count: int = (a.shape[0] - rows + 1) * (a.shape[1] - columns + 1) * a.shape[2]
+    return math.fsum(float(similarity.sum()) for similarity in maps) / window_count
+
+
+def count_paths(svg: str | bytes) -> int:
+    """Number of <path> elements.
+
+    Raises:
+        InputError: not an SVG, or refused as unsafe.
+    """
+    return len(_read(_read_text(svg)).path_data)
+
+
+def file_facts(svg: str | bytes) -> FileFacts:
+    """Counts and sizes of any SVG; those of the text and of its gzip, whichever of the two is given.
+
+    A segment is one curve, line or arc of a path; closing a path counts as none.
+
+    Raises:
+        InputError: not an SVG, or refused as unsafe.
+    """
+    text = _read_text(svg)
+    data, path_data = text.encode(), _read(text).path_data
+    segment_count = sum(map(count_segments, path_data))
+    return FileFacts(paths=len(path_data), segments=segment_count, bytes=len(data), gzip_bytes=len(gzip_bytes(data)))
+
+
+class _Reader:
+    """Takes from an SVG what we need to know, in one pass and without building a tree."""
+
+    def __init__(self) -> None:
+        self.root: dict[str, str] = {}
+        self.path_data: list[str] = []
+        self._depth = 0
+
+    def start_element(self, name: str, attributes: dict[str, str]) -> None:
+        local_name = name.rpartition(" ")[2]
+        if self._depth == 0:
+            _check_root(local_name)
+            self.root = attributes
+        if self._depth == MAX_DEPTH:
+            raise InputError(f"SVG must nest at most {MAX_DEPTH} elements, this one nests more; ungroup it")
+        self._depth += 1
+        if local_name == "path":
+            self.path_data.append(attributes.get("d", ""))
+        if local_name in _DRAWS_A_FILE:
+            _check_references(local_name, attributes)
+
+    def end_element(self, _: str) -> None:
+        self._depth -= 1
+
+
+def _read(text: str) -> _Reader:
+    reader = _Reader()
+    parser = expat.ParserCreate("utf-8", namespace_separator=" ")
+    parser.StartElementHandler = reader.start_element
+    parser.EndElementHandler = reader.end_element
+    parser.EntityDeclHandler = _refuse_entity
+    try:
+        parser.Parse(text.encode(), True)
+    except expat.ExpatError as error:
+        raise InputError(f"SVG must be well-formed XML, got {error}; save it again from its editor") from None
+    return reader
+
+
+def _check_root(local_name: str) -> None:
+    if local_name != "svg":
+        raise InputError(f"SVG must have <svg> as its outermost element, got <{local_name}>; is it an SVG file?")
+
+
+def _refuse_entity(name: str, *_: object) -> None:
+    raise InputError(f"SVG must not declare entities, got {name!r}; save it as plain SVG")
+
+
+def _check_references(local_name: str, attributes: dict[str, str]) -> None:
+    """What is measured is the file alone: a link to the photo itself would score without limit."""
+    for name, value in attributes.items():
+        if name.rpartition(" ")[2] == "href" and not value.strip().startswith(("#", "data:")):
+            raise InputError(f"SVG must not draw other files, got <{local_name} href={value[:80]!r}>; embed it instead")
+
+
+def _read_text(svg: str | bytes) -> str:
+    if isinstance(svg, str):
+        return svg
+    try:
+        data = _gunzip(svg) if svg.startswith(b"\x1f\x8b") else svg
+        return data.decode("utf-8-sig")
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(f"SVG must be whole if gzipped, got: {error}; write it again") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"SVG must be UTF-8 text, not so at byte {error.start}; is it an SVG file?") from None
+
+
+def _gunzip(data: bytes) -> bytes:
+    with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
+        text = file.read(MAX_SVG_BYTES + 1)
+    if len(text) > MAX_SVG_BYTES:
+        raise InputError(f"SVG must have at most {MAX_SVG_BYTES} bytes when unpacked, this one has more; simplify it")
+    return text
+
+
+def _stated_size(root: dict[str, str]) -> tuple[float, float]:
+    """Width and height in pixels: as stated, else of the view box. What resvg itself would take, or larger."""
+    box = [float(number) for number in re.findall(NUMBER, root.get("viewBox", ""))]
+    width, height = (_pixels(root.get(name, "")) for name in ("width", "height"))
+    if len(box) == 4 and box[2] > 0 and box[3] > 0:
+        scale = max((width or box[2]) / box[2], (height or box[3]) / box[3])
+        width, height = width or box[2] * scale, height or box[3] * scale
+    if not width or not height:
+        raise InputError("SVG must state its size as width and height or viewBox, this one does not; ask for a size")
+    return width, height
+
+
+def _pixels(length: str) -> float | None:
+    match = re.fullmatch(rf"\s*({NUMBER})\s*([a-z]*)\s*", length)
+    if not match or match[2] not in _PIXELS_PER_UNIT:
+        return None
+    return float(match[1]) * _PIXELS_PER_UNIT[match[2]]
+
+
+def _check_pixels(width: float, height: float) -> None:
+    if not (width > 0 and height > 0 and width * height <= MAX_PIXELS):
+        raise InputError(f"SVG must be drawn at 1 to {MAX_PIXELS} pixels, got {width:g} x {height:g}; ask for a size")
+
+
+def _rasterize(text: str, width: int | None = None, height: int | None = None) -> NDArray[np.uint8]:
+    # The system's fonts are left out: they take time to load and differ between machines, and paths need none.
+    try:
+        png = resvg_py.svg_to_bytes(
+            text, width=width, height=height, background="#ffffff", dpi=96, skip_system_fonts=True
+        )
+    except (ValueError, OverflowError) as error:
+        raise InputError(f"SVG must be one that resvg can draw, got: {error}; open it in a viewer to check") from None
+    # Not Image.open: its guard against unknown large images would warn about our own.
+    with PngImageFile(io.BytesIO(png)) as image:
+        return np.asarray(image.convert("RGB"))
+
+
+def _fitted(image: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
+    """``image`` on exactly ``width`` x ``height``: resvg keeps proportions, which may fall a pixel short."""
+    rows, columns = height - image.shape[0], width - image.shape[1]
+    if not (0 <= rows <= 1 and 0 <= columns <= 1):
+        got = f"{image.shape[1]} x {image.shape[0]}"
+        raise InputError(f"SVG must have the proportions of {width} x {height}, got {got}; is it of another photo?")
+    return np.pad(image, ((0, rows), (0, columns), (0, 0)), mode="edge")
+
+
+def _check_images(a: NDArray[Any], b: NDArray[Any]) -> None:
+    if a.shape != b.shape or a.ndim != 3 or not a.size:
+        raise InputError(f"images to compare must share one shape [h, w, c], got {list(a.shape)} and {list(b.shape)}")
+    for image in (a, b):
+        if image.dtype != np.uint8 and image.dtype.kind != "f":
+            raise InputError(f"images to compare must be uint8 or float in [0, 1], got {image.dtype}; scale them first")
+
+
+def _bands(a: NDArray[Any], b: NDArray[Any], overlap: int = 0) -> Iterator[tuple[Image, Image]]:
+    """Both images as float64 in bands of rows, each ``overlap`` rows into the next."""
+    for top in range(0, len(a) - overlap, _BAND_ROWS):
+        rows = slice(top, top + _BAND_ROWS + overlap)
+        yield _as_float(a[rows]), _as_float(b[rows])
+
+
+def _as_float(image: NDArray[Any]) -> Image:
+    return image / 255.0 if image.dtype == np.uint8 else image.astype(np.float64)
+
+
+def _ssim_map(a: Image, b: Image, rows: int, columns: int) -> Image:
+    """SSIM of every window of ``rows`` x ``columns`` (Wang et al. 2004, equation 13)."""
+    mean_a, mean_b = (_window_mean(x, rows, columns) for x in (a, b))
+    # A window of one pixel has no variance to correct.
+    unbiased = rows * columns / max(rows * columns - 1, 1)
+    variances = unbiased * (_window_mean(a * a + b * b, rows, columns) - mean_a**2 - mean_b**2)
+    covariance = unbiased * (_window_mean(a * b, rows, columns) - mean_a * mean_b)
+    luminance = (2 * mean_a * mean_b + _SSIM_C1) / (mean_a**2 + mean_b**2 + _SSIM_C1)
+    return luminance * (2 * covariance + _SSIM_C2) / (variances + _SSIM_C2)
+
+
+def _window_mean(x: Image, rows: int, columns: int) -> Image:
+    height, width = x.shape[0] - rows + 1, x.shape[1] - columns + 1
+    down = functools.reduce(np.add, (x[row : row + height] for row in range(rows)))
+    both = functools.reduce(np.add, (down[:, column : column + width] for column in range(columns)))
+    return both / (rows * columns)
