@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from PIL import ExifTags, Image, ImageCms, ImageColor, UnidentifiedImageError
 
 from warpvec.errors import InputError
+from warpvec.files import check_writable, write_atomic
 
 ImageSource = str | os.PathLike[str] | bytes | Image.Image | NDArray[Any]
 
@@ -92,35 +93,18 @@ def fit_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.floa
     return reduced.clip(0.0, 1.0)
 
 
-def write_png(path: str | os.PathLike[str], pixels: NDArray[np.floating[Any]]) -> None:
-    """Writes ``pixels`` [h, w, 3] in [0, 1] as an 8 bit PNG, rounded to the nearest level, whole or not at all.
+def write_png(path: str | os.PathLike[str], pixels: NDArray[np.floating[Any]], name: str = "OUT") -> None:
+    """Write ``pixels`` [h, w, 3] in [0, 1] as an 8 bit PNG, rounded to the nearest level, whole or not at all.
 
     Raises:
-        InputError: the file cannot be written.
+        InputError: ``path``, which messages call ``name``, cannot be written.
+        OSError: writing it failed all the same: the disk is full, say.
     """
+    check_writable(path, name)
     levels = np.rint(np.clip(pixels, 0.0, 1.0) * 255.0).astype(np.uint8)
     encoded = BytesIO()
     Image.fromarray(levels).save(encoded, format="PNG")
-    replace_file(path, encoded.getvalue())
-
-
-def replace_file(path: str | os.PathLike[str], data: bytes, name: str = "OUT") -> None:
-    """Writes ``data`` beside ``path`` and renames it there, so that no reader and no kill ever sees half a file.
-
-    Raises:
-        InputError: the file cannot be written.
-    """
-    path = Path(path)
-    temporary = path.parent / f".{path.name}.{os.getpid()}.tmp"
-    try:
-        temporary.write_bytes(data)
-        temporary.replace(path)
-    except (OSError, ValueError) as error:
-        rule = f"{name} must be a file that can be written, got {str(path)!r}"
-        raise InputError(f"{rule} ({_reason(error)}); choose another path") from error
-    finally:
-        with contextlib.suppress(OSError, ValueError):
-            temporary.unlink()
+    write_atomic(path, encoded.getvalue())
 
 
 def _decode(source: str | os.PathLike[str] | bytes | Image.Image, name: str) -> NDArray[Any]:
@@ -143,7 +127,10 @@ def _open_file(source: str | os.PathLike[str], name: str) -> BinaryIO:
     except (OSError, ValueError) as error:
         rule = f"{name} must be an image file, got {str(path)!r}"
         raise InputError(f"{rule} ({_reason(error)}); check the path") from error
-    return stream if stream.seekable() else BytesIO(stream.read())
+    if stream.seekable():
+        return stream
+    with stream:
+        return BytesIO(stream.read())
 
 
 def _decode_stream(stream: BinaryIO, label: str, name: str) -> NDArray[Any]:
@@ -246,7 +233,9 @@ def _to_srgb(image: Image.Image) -> Image.Image:
         if mode is None:
             return image.convert("RGB")
         # The default intent, perceptual, is what browsers use; a profile without its table falls back by itself.
-        transform = ImageCms.buildTransform(profile, ImageCms.createProfile("sRGB"), mode, "RGB")
+        # Little CMS samples what is no matrix on a coarse grid: off by 10 levels in the darks of a linear grey.
+        flags = ImageCms.Flags.NOOPTIMIZE if mode == "L" else ImageCms.Flags.HIGHRESPRECALC
+        transform = ImageCms.buildTransform(profile, ImageCms.createProfile("sRGB"), mode, "RGB", flags=flags)
         return transform.apply(image.convert(mode))
     except (KeyError, OSError, ImageCms.PyCMSError):
         # No profile, or a damaged one: sRGB, as viewers do.
@@ -290,9 +279,8 @@ def _unit_floats(samples: NDArray[Any], name: str) -> NDArray[np.float32]:
 
 def _composite(samples: NDArray[np.float32], backdrop: NDArray[np.float32]) -> NDArray[np.float32]:
     """Colour [h, w, 3] of ``samples`` [h, w, 1 to 4] over ``backdrop`` [3], blended as encoded, as SVG viewers do."""
-    height, width, channel_count = samples.shape
-    if channel_count in (2, 4):
+    if samples.shape[2] in (2, 4):
         alpha = samples[..., -1:]
         # Rounding may pass 1 by one unit in the last place.
         samples = (samples[..., :-1] * alpha + backdrop * (1 - alpha)).clip(max=1)
-    return np.ascontiguousarray(np.broadcast_to(samples, (height, width, 3)))
+    return np.ascontiguousarray(samples.repeat(3, -1) if samples.shape[2] == 1 else samples)

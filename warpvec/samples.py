@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from warpvec.errors import InputError
-from warpvec.image import replace_file
+from warpvec.files import check_writable, write_atomic
 
 SAMPLES = (
     "coffee.png",
@@ -24,11 +24,12 @@ SAMPLES = (
 
 
 def write_sample(name: str, path: str | os.PathLike[str]) -> None:
-    """Copies the photo ``name``, one of ``SAMPLES``, to ``path``.
+    """Copy the photo ``name``, one of ``SAMPLES``, to ``path``, whole or not at all.
 
     Raises:
         InputError: no such sample, scikit-image is not installed, or ``path`` cannot be written.
     """
+    check_writable(path, "OUT")
     if name not in SAMPLES:
         raise InputError(f"NAME must be one of {', '.join(SAMPLES)}, got {name!r}; choose one of these")
     try:
@@ -36,7 +37,7 @@ def write_sample(name: str, path: str | os.PathLike[str]) -> None:
     except OSError as error:
         remedy = "pip install --upgrade 'warpvec[eval]'"
         raise InputError(f"NAME must be a photo that scikit-image carries, {name!r} is not there; {remedy}") from error
-    replace_file(path, data)
+    write_atomic(path, data)
 
 
 def _data_folder() -> Path:
