@@ -1,0 +1,5 @@
+"""``python -m warpvec``: the same as the command ``warpvec``."""
+
+from warpvec.cli import main
+
+main(prog_name="warpvec")

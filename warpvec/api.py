@@ -1,0 +1,211 @@
+"""The Python interface: an image in, a `Result` out."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from warpvec.autograd import render
+from warpvec.config import FitConfig, make_config
+from warpvec.errors import InputError
+from warpvec.files import check_writable, encode_svg, write_atomic
+from warpvec.fit import FitResult, Progress, fit
+from warpvec.image import ImageSource, fit_image, read_image
+from warpvec.scene import Scene
+from warpvec.svg import quantize, write_svg
+from warpvec.verify import file_facts, measure, psnr
+
+OnProgress = Callable[[Progress], None]
+
+BAND_PIXELS = 4_000_000
+"""Pixels drawn at a time outside the fit: the renderer's working memory, some 100 bytes a pixel, stays under a GB."""
+
+# Settings that leave the fit's result alone; the file must not depend on them either.
+_UNRECORDED = ("threads", "device")
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A fitted photo.
+
+    Attributes:
+        photo: the photo [h, w, 3], sRGB-encoded in [0, 1], as it was read.
+        fitted_size: height and width in pixels of the reduced photo that was fitted.
+        config: every setting of the fit.
+        fitted: what the fit returned, in pixels of the reduced photo.
+        title: title of the SVG, None for none.
+    """
+
+    photo: NDArray[np.float32]
+    fitted_size: tuple[int, int]
+    config: FitConfig
+    fitted: FitResult
+    title: str | None = None
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene as the file says it: in pixels of the photo, rounded to the file's precision."""
+        height, width = self.photo.shape[:2]
+        fitted_height, fitted_width = self.fitted_size
+        enlarged = _stretched(self.fitted.scene, width / fitted_width, height / fitted_height)
+        return quantize(enlarged, self.config.precision)
+
+    @property
+    def history(self) -> list[dict[str, Any]]:
+        """One record an iteration: iteration, curves, psnr (internal, dB), seconds since the start."""
+        return self.fitted.history
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended the fit early; the result is then the best until that moment."""
+        return self.fitted.interrupted
+
+    def svg(self) -> str:
+        """The text of the SVG; its user units are the photo's pixels."""
+        return self._text
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the SVG to ``path``, whole or not at all; gzipped if the name ends in ``.svgz``.
+
+        Raises:
+            InputError: ``path`` cannot be written.
+        """
+        check_writable(path, "path")
+        write_atomic(path, encode_svg(self.svg(), path))
+
+    def render(self, scale: float = 1.0) -> NDArray[np.float32]:
+        """The scene drawn with exact coverage, [h, w, 3] with h and w ``scale`` times the photo's, rounded.
+
+        Raises:
+            InputError: ``scale`` is not above 0.
+        """
+        if not 0 < scale < float("inf"):
+            raise InputError(f"scale must be above 0 and finite, got {scale!r}; 1 gives the photo's size")
+        height, width = (max(1, round(side * scale)) for side in self.photo.shape[:2])
+        x_factor, y_factor = width / self.photo.shape[1], height / self.photo.shape[0]
+        return _draw(_stretched(self.scene, x_factor, y_factor), height, width, self.fitted.device)
+
+    @cached_property
+    def metrics(self) -> dict[str, Any]:
+        """Plain values that describe the result; computed at the first use.
+
+        ``psnr`` (dB) and ``ssim`` compare the photo with the file as resvg draws it; ``internal_psnr`` compares it
+        with `render`. ``bytes`` and ``gzip_bytes`` are sizes of the SVG text, plain and gzipped.
+        """
+        height, width = self.photo.shape[:2]
+        opacity = self.scene.opacity
+        return {
+            **evaluate(self.svg(), self.photo),
+            "internal_psnr": psnr(self.render(), self.photo),
+            "mean_opacity": opacity.mean().item() if len(opacity) else 0.0,
+            "width": width,
+            "height": height,
+            "fitted_width": self.fitted_size[1],
+            "fitted_height": self.fitted_size[0],
+            "iterations": self.fitted.iterations,
+            "seconds": self.fitted.seconds,
+            "device": self.fitted.device,
+            "interrupted": self.interrupted,
+        }
+
+    @cached_property
+    def _text(self) -> str:
+        height, width = self.photo.shape[:2]
+        settings = {name: value for name, value in self.config.to_dict().items() if name not in _UNRECORDED}
+        precision = self.config.precision
+        return write_svg(self.scene, width, height, precision=precision, title=self.title, metadata=settings)
+
+
+def vectorize(
+    image: ImageSource,
+    curves: int = 512,
+    *,
+    preset: str = "default",
+    background: str = "#ffffff",
+    on_progress: OnProgress | None = None,
+    **settings: Any,
+) -> Result:
+    """Turns ``image`` into ``curves`` closed Bezier paths.
+
+    Args:
+        image: a path, the bytes of an image file, a PIL image, or an array as `warpvec.image.read_image` takes.
+        curves: number of paths.
+        preset: "draft", "default", "best" or "paper".
+        background: colour behind a transparent image.
+        on_progress: called after every iteration; keep it cheap.
+        settings: fields of `warpvec.FitConfig` that replace those of the preset.
+
+    Raises:
+        InputError: the image cannot be read, or a setting is wrong.
+    """
+    config = make_config(preset, curves=curves, **settings)
+    check_device(config.device)
+    photo = read_image(image, background, name="image")
+    title = Path(image).stem if isinstance(image, str | os.PathLike) else None
+    return fit_photo(photo, config, title=title, on_progress=on_progress)
+
+
+def fit_photo(
+    photo: NDArray[np.float32],
+    config: FitConfig,
+    *,
+    title: str | None = None,
+    on_progress: OnProgress | None = None,
+) -> Result:
+    """Fits ``photo`` [h, w, 3], reduced to ``config.fit_size``, as `read_image` gives it."""
+    target = fit_image(photo, config.fit_size)
+    fitted = fit(torch.from_numpy(target), config, on_progress)
+    height, width = target.shape[:2]
+    return Result(photo, (height, width), config, fitted, title)
+
+
+def evaluate(svg: str | bytes, photo: NDArray[Any]) -> dict[str, Any]:
+    """Counts, sizes, PSNR (dB) and SSIM of any SVG, drawn by resvg at the size of ``photo`` [h, w, 3].
+
+    Keys: curves (its <path> elements), segments, bytes, gzip_bytes, psnr, ssim.
+
+    Raises:
+        InputError: not an SVG, refused as unsafe, or not of the photo's proportions.
+    """
+    facts = file_facts(svg)
+    sizes = {"curves": facts["paths"], "segments": facts["segments"], "bytes": facts["bytes"]}
+    return {**sizes, "gzip_bytes": facts["gzip_bytes"], **measure(svg, photo)}
+
+
+def check_device(name: str) -> None:
+    """Check that this machine has the device ``name``: "auto", "cpu", "cuda" or "cuda:K".
+
+    Raises:
+        InputError: the name is none of these, or there is no such device.
+    """
+    kind, _, index = name.partition(":")
+    if name in ("auto", "cpu"):
+        return
+    if kind != "cuda" or (name != "cuda" and not index.isdecimal()):
+        raise InputError(f"device must be auto, cpu, cuda or cuda:K, got {name!r}; auto takes the best there is")
+    count = torch.cuda.device_count()
+    if int(index or 0) >= count:
+        raise InputError(f"device must be on this machine, got {name!r} of {count} CUDA devices; use cpu or auto")
+
+
+def _stretched(scene: Scene, x_factor: float, y_factor: float) -> Scene:
+    return replace(scene, points=scene.points * scene.points.new_tensor([x_factor, y_factor]))
+
+
+def _draw(scene: Scene, height: int, width: int, device: str) -> NDArray[np.float32]:
+    """The exact image [h, w, 3], drawn in bands of rows so that memory does not grow with the photo."""
+    row_count = max(1, BAND_PIXELS // width)
+    image = np.empty((height, width, 3), np.float32)
+    for top in range(0, height, row_count):
+        bottom = min(top + row_count, height)
+        band = replace(scene, points=scene.points - scene.points.new_tensor([0.0, top]))
+        image[top:bottom] = render(band, bottom - top, width, device=device).detach().cpu().numpy()
+    return image

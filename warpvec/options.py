@@ -1,0 +1,89 @@
+"""Every setting of a fit as an option of the command line, in sections."""
+
+from __future__ import annotations
+
+from dataclasses import Field, fields
+from typing import Any
+
+import click
+
+from warpvec.config import FitConfig
+
+SETTINGS = {
+    "The result": {
+        "curves": "Closed paths in the result.",
+        "segments": "Cubic segments per path.",
+        "precision": "Decimals of the coordinates.",
+        "fit_size": "Longest side in pixels that the fit works on; the SVG keeps the photo's units.",
+    },
+    "The run": {
+        "iterations": "Optimization steps.",
+        "time_budget": "Seconds for the optimization; the schedule is fitted to them.",
+        "seed": "Start of the random numbers; equal seeds give equal files.",
+        "renderer": "Renderer by name: exact.",
+        "device": "auto, cpu, cuda or cuda:K.",
+        "threads": "CPU threads; the result does not depend on them.",
+    },
+    "Population (Algorithm 1 of the paper)": {
+        "initial_curves": "Paths at the start, N0.",
+        "growth": "Factor of the population at an inflation, r_num.",
+        "inflation_gap": "Iterations between inflations, dT.",
+        "initial_radius": "First radius in units of half the longer side.",
+        "radius_decay": "Radius of a generation over that of the one before, r_rad.",
+        "prune_opacity": "Paths of at most this opacity are removed at an inflation.",
+        "compensate": "Replace what was pruned.",
+        "z_order": "What is on top: creation (the newest) or area (the smallest).",
+        "flat": "All paths at once, no generations.",
+    },
+    "Recycling of the least important paths": {
+        "recycle_gap": "Iterations between recyclings; 0 for none.",
+        "recycle_share": "Share of the paths that one recycling replaces.",
+        "recycle_until": "Last recycling, as a share of the iterations.",
+    },
+    "Optimizer": {
+        "lr_points": "Learning rate of control points, in units of half the longer side.",
+        "lr_color": "Learning rate of colours.",
+        "lr_opacity": "Learning rate of opacities.",
+        "lr_scale": "Multiplies every learning rate.",
+        "lr_decay": "cosine or constant.",
+        "lr_final": "Last learning rate over the first under cosine decay.",
+        "color_parameter": "Colours are optimized as such (direct) or through a sigmoid (logit).",
+    },
+    "Loss": {
+        "opacity_weight": "Weight of the term that wants opaque paths.",
+        "xing_weight": "Weight of the term that keeps a segment's handles from crossing.",
+        "bezier_weight": "Weight of the Bezier regularizer.",
+    },
+}
+"""Section of the help -> field of FitConfig -> its line there."""
+
+_TYPES: dict[str, type] = {"int": int, "float": float, "str": str}
+
+
+class SettingsCommand(click.Command):
+    """A command with an option for each field of FitConfig, in the sections of ``SETTINGS``."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        by_name = {field.name: field for field in fields(FitConfig)}
+        for section in SETTINGS.values():
+            self.params += [_setting_option(by_name[name], text) for name, text in section.items()]
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        settings = {name for section in SETTINGS.values() for name in section}
+        options = {option.name: option for option in self.get_params(ctx) if isinstance(option, click.Option)}
+        sections = {"Options": [name for name in options if name not in settings], **SETTINGS}
+        for title, names in sections.items():
+            with formatter.section(title):
+                records = (options[name].get_help_record(ctx) for name in names)
+                formatter.write_dl([record for record in records if record])
+
+
+def _setting_option(field: Field[Any], text: str) -> click.Option:
+    """The option of one setting. Its default is None, so that what is not given falls to the preset."""
+    flag = field.name.replace("_", "-")
+    shown = "" if field.default is None else f" [{field.default}]"
+    if field.type == "bool":
+        return click.Option([f"--{flag}/--no-{flag}"], default=None, help=text + shown)
+    kind = _TYPES[str(field.type).removesuffix(" | None")]
+    return click.Option([f"--{flag}"], type=kind, default=None, help=text + shown)
