@@ -31,8 +31,9 @@ NUMBER = r"(?>[-+]?(?>\d+\.?\d*|\.\d+)(?>[eE][-+]?\d+)?)"
 
 _GAP = r"[\s,]*+"
 _NUMBERS = re.compile(NUMBER)
-# The two flags of an arc are single digits that need no separator: "a1 1 0 01.5.5".
-_ARC = re.compile(_GAP.join([NUMBER] * 3 + ["[01]"] * 2 + [NUMBER] * 2))
+# The two flags of an arc are single digits that need no separator: "a1 1 0 01.5.5". Where there is no arc a number is
+# skipped, not a digit, so that the time is linear.
+_ARC = re.compile(f"({_GAP.join([NUMBER] * 3 + ['[01]'] * 2 + [NUMBER] * 2)})|{NUMBER}")
 _COMMAND = re.compile(r"([MLHVCSQTAZ])([^MLHVCSQTAZ]*+)", re.IGNORECASE)
 _NUMBERS_PER_SEGMENT = {"L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2}
 
@@ -115,7 +116,7 @@ def _count_of_command(letter: str, numbers: str) -> int:
     if letter == "Z":
         return 0
     if letter == "A":
-        return len(_ARC.findall(numbers))
+        return sum(match[1] is not None for match in _ARC.finditer(numbers))
     count = len(_NUMBERS.findall(numbers))
     # The pairs that follow the first of a move are lines.
     return max(count // 2 - 1, 0) if letter == "M" else count // _NUMBERS_PER_SEGMENT[letter]
@@ -154,8 +155,9 @@ def _xml_text(text: str) -> str:
 
 def _layers(generation: NDArray[np.int64], elements: list[str]) -> Iterator[str]:
     """``elements`` in one group per run of equal generation; the running number keeps ids unique."""
-    starts = np.flatnonzero(np.diff(generation, prepend=-1)).tolist() if len(elements) else []
-    for number, (start, stop) in enumerate(zip(starts, [*starts[1:], len(elements)], strict=True), 1):
+    starts = np.flatnonzero(np.diff(generation, prepend=generation[:1] - 1)).tolist()
+    stops = (np.flatnonzero(np.diff(generation, append=generation[-1:] + 1)) + 1).tolist()
+    for number, (start, stop) in enumerate(zip(starts, stops, strict=True), 1):
         plural = "path" if stop - start == 1 else "paths"
         label = f"Layer {number}: generation {generation[start]}, {stop - start} {plural}"
         identifier = f"layer-{number}-generation-{generation[start]}"
@@ -194,8 +196,7 @@ def _shortest_traversals(ticks: NDArray[np.int64], decimals: int) -> NDArray[np.
     starts = range(0, ticks.shape[1], 3)
     orders = np.stack([np.roll(way, -start) for way in (forward, backward) for start in starts])
     lengths = [_data_lengths(ticks[:, order], decimals) for order in orders]
-    best: NDArray[np.int64] = orders[np.argmin(lengths, axis=0)]
-    return best
+    return orders[np.argmin(lengths, axis=0)]
 
 
 def _data_lengths(ticks: NDArray[np.int64], decimals: int) -> NDArray[np.int64]:
@@ -203,7 +204,7 @@ def _data_lengths(ticks: NDArray[np.int64], decimals: int) -> NDArray[np.int64]:
     total = np.zeros(len(ticks), dtype=np.int64)
     for numbers in (ticks[:, 0], _relative(ticks)):
         vocabulary, index = _words(numbers, decimals)
-        total += np.array([len(word) for word in vocabulary])[index].sum(axis=1)
+        total += np.array([len(word) for word in vocabulary], dtype=np.int64)[index].sum(axis=1)
     return total
 
 

@@ -90,11 +90,10 @@ def measure(svg: str | bytes, photo: NDArray[Any]) -> dict[str, float]:
     Raises:
         InputError: as `draw`.
     """
-    drawing: NDArray[Any] = draw(svg, photo.shape[1], photo.shape[0])
-    if photo.dtype != np.uint8:
-        # In the photo's own precision, so that equal pixels are equal.
-        drawing = (drawing / 255.0).astype(photo.dtype)
-    return {"psnr": psnr(drawing, photo), "ssim": ssim(drawing, photo)}
+    drawing = draw(svg, photo.shape[1], photo.shape[0])
+    # In the photo's own precision, so that equal pixels are equal.
+    shown = drawing if photo.dtype == np.uint8 else (drawing / 255.0).astype(photo.dtype)
+    return {"psnr": psnr(shown, photo), "ssim": ssim(shown, photo)}
 
 
 def psnr(a: NDArray[Any], b: NDArray[Any]) -> float:
@@ -117,7 +116,7 @@ def ssim(a: NDArray[Any], b: NDArray[Any]) -> float:
     _check_images(a, b)
     rows, columns = min(SSIM_WINDOW, a.shape[0]), min(SSIM_WINDOW, a.shape[1])
     maps = (_ssim_map(x, y, rows, columns) for x, y in _bands(a, b, overlap=rows - 1))
-    window_count: int = (a.shape[0] - rows + 1) * (a.shape[1] - columns + 1) * a.shape[2]
+    window_count = (a.shape[0] - rows + 1) * (a.shape[1] - columns + 1) * a.shape[2]
     return math.fsum(float(similarity.sum()) for similarity in maps) / window_count
 
 
@@ -221,20 +220,20 @@ def _gunzip(data: bytes) -> bytes:
 def _stated_size(root: dict[str, str]) -> tuple[float, float]:
     """Width and height in pixels: as stated, else of the view box. What resvg itself would take, or larger."""
     box = [float(number) for number in re.findall(NUMBER, root.get("viewBox", ""))]
-    width, height = (_pixels(root.get(name, "")) for name in ("width", "height"))
-    if len(box) == 4 and box[2] > 0 and box[3] > 0:
-        scale = max((width or box[2]) / box[2], (height or box[3]) / box[3])
-        width, height = width or box[2] * scale, height or box[3] * scale
+    sides = box[2:] if len(box) == 4 and min(box[2:]) > 0 else [0.0, 0.0]
+    width, height = (_pixels(root.get(name, ""), side) for name, side in zip(("width", "height"), sides, strict=True))
+    if any(sides):
+        scale = max((width or sides[0]) / sides[0], (height or sides[1]) / sides[1])
+        width, height = width or sides[0] * scale, height or sides[1] * scale
     if not width or not height:
         raise InputError("SVG must state its size as width and height or viewBox, this one does not; ask for a size")
     return width, height
 
 
-def _pixels(length: str) -> float | None:
-    match = re.fullmatch(rf"\s*({NUMBER})\s*([a-z]*)\s*", length)
-    if not match or match[2] not in _PIXELS_PER_UNIT:
-        return None
-    return float(match[1]) * _PIXELS_PER_UNIT[match[2]]
+def _pixels(length: str, whole: float) -> float:
+    """``length`` in pixels, per cent being of ``whole``; 0 where it states none."""
+    match = re.fullmatch(rf"\s*({NUMBER})\s*(%|[a-z]*)\s*", length)
+    return float(match[1]) * (_PIXELS_PER_UNIT | {"%": whole / 100}).get(match[2], 0.0) if match else 0.0
 
 
 def _check_pixels(width: float, height: float) -> None:
@@ -252,7 +251,7 @@ def _rasterize(text: str, width: int | None = None, height: int | None = None) -
         raise InputError(f"SVG must be one that resvg can draw, got: {error}; open it in a viewer to check") from None
     # Not Image.open: its guard against unknown large images would warn about our own.
     with PngImageFile(io.BytesIO(png)) as image:
-        return np.asarray(image.convert("RGB"))
+        return np.array(image.convert("RGB"))
 
 
 def _fitted(image: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
