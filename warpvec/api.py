@@ -19,6 +19,7 @@ from warpvec.errors import InputError
 from warpvec.files import check_writable, encode_svg, write_atomic
 from warpvec.fit import FitResult, Progress, fit
 from warpvec.image import ImageSource, fit_image, read_image
+from warpvec.launch import resolve_device
 from warpvec.scene import Scene
 from warpvec.svg import quantize, write_svg
 from warpvec.verify import file_facts, measure, psnr
@@ -59,8 +60,8 @@ class Result:
         return quantize(enlarged, self.config.precision)
 
     @property
-    def history(self) -> list[dict[str, Any]]:
-        """One record an iteration: iteration, curves, psnr (internal, dB), seconds since the start."""
+    def history(self) -> list[dict[str, float]]:
+        """Records along the fit: iteration, curves, psnr (internal, dB), seconds since the start."""
         return self.fitted.history
 
     @property
@@ -91,7 +92,7 @@ class Result:
             raise InputError(f"scale must be above 0 and finite, got {scale!r}; 1 gives the photo's size")
         height, width = (max(1, round(side * scale)) for side in self.photo.shape[:2])
         x_factor, y_factor = width / self.photo.shape[1], height / self.photo.shape[0]
-        return _draw(_stretched(self.scene, x_factor, y_factor), height, width, self.fitted.device)
+        return _draw(_stretched(self.scene, x_factor, y_factor), height, width, self.config)
 
     @cached_property
     def metrics(self) -> dict[str, Any]:
@@ -147,7 +148,7 @@ def vectorize(
         InputError: the image cannot be read, or a setting is wrong.
     """
     config = make_config(preset, curves=curves, **settings)
-    check_device(config.device)
+    resolve_device(config.device)  # an unknown one is found before the photo is read
     photo = read_image(image, background, name="image")
     title = Path(image).stem if isinstance(image, str | os.PathLike) else None
     return fit_photo(photo, config, title=title, on_progress=on_progress)
@@ -180,32 +181,18 @@ def evaluate(svg: str | bytes, photo: NDArray[Any]) -> dict[str, Any]:
     return {**sizes, "gzip_bytes": facts["gzip_bytes"], **measure(svg, photo)}
 
 
-def check_device(name: str) -> None:
-    """Check that this machine has the device ``name``: "auto", "cpu", "cuda" or "cuda:K".
-
-    Raises:
-        InputError: the name is none of these, or there is no such device.
-    """
-    kind, _, index = name.partition(":")
-    if name in ("auto", "cpu"):
-        return
-    if kind != "cuda" or (name != "cuda" and not index.isdecimal()):
-        raise InputError(f"device must be auto, cpu, cuda or cuda:K, got {name!r}; auto takes the best there is")
-    count = torch.cuda.device_count()
-    if int(index or 0) >= count:
-        raise InputError(f"device must be on this machine, got {name!r} of {count} CUDA devices; use cpu or auto")
-
-
 def _stretched(scene: Scene, x_factor: float, y_factor: float) -> Scene:
     return replace(scene, points=scene.points * scene.points.new_tensor([x_factor, y_factor]))
 
 
-def _draw(scene: Scene, height: int, width: int, device: str) -> NDArray[np.float32]:
+def _draw(scene: Scene, height: int, width: int, config: FitConfig) -> NDArray[np.float32]:
     """The exact image [h, w, 3], drawn in bands of rows so that memory does not grow with the photo."""
     row_count = max(1, BAND_PIXELS // width)
     image = np.empty((height, width, 3), np.float32)
     for top in range(0, height, row_count):
         bottom = min(top + row_count, height)
         band = replace(scene, points=scene.points - scene.points.new_tensor([0.0, top]))
-        image[top:bottom] = render(band, bottom - top, width, device=device).detach().cpu().numpy()
+        image[top:bottom] = (
+            render(band, bottom - top, width, renderer=config.renderer, threads=config.threads).detach().cpu().numpy()
+        )
     return image

@@ -115,12 +115,15 @@ def run(
     """
     config = make_config(preset, **{name: value for name, value in settings.items() if value is not None})
     _check_out(out)
-    from warpvec.api import check_device, fit_photo
     from warpvec.image import read_image
+
+    photo = read_image(_read_source(source), background, name="IN")
+    # Only now what takes seconds to import: most mistakes have been found by then.
+    from warpvec.api import fit_photo
+    from warpvec.launch import resolve_device
     from warpvec.progress import show_progress
 
-    check_device(config.device)
-    photo = read_image(_read_source(source), background, name="IN")
+    resolve_device(config.device)
     save_frame = _frame_saver(save_frames, every, photo, config) if save_frames else None
     title = None if source == "-" else Path(source).stem
     with show_progress(sys.stderr, quiet=quiet) as show:
