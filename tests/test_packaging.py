@@ -1,0 +1,103 @@
+"""What is installed is what is in the checkout: sdist -> wheel, compared with the sources, imported elsewhere."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import tarfile
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import warpvec
+
+ROOT = Path(__file__).resolve().parents[1]
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel built from the sdist that is built from a copy of the sources."""
+    pytest.importorskip("build")
+    copy, dist = tmp_path_factory.mktemp("sources") / "warpvec", tmp_path_factory.mktemp("dist")
+    # A copy, as building leaves its folders beside the sources; whole, as symbolic links have to survive.
+    ignored = shutil.ignore_patterns(".*", "__pycache__", "*.egg-info", "build", "dist")
+    shutil.copytree(ROOT, copy, symlinks=True, ignore=ignored)
+    # The back end is in the "test" extra: no network.
+    command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(dist), str(copy)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    (path,) = dist.glob("*.whl")
+    return path
+
+
+@pytest.fixture(scope="module")
+def site(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the unpacked wheel and nothing else."""
+    folder = tmp_path_factory.mktemp("site")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(folder)
+    return folder
+
+
+def _sources(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.glob("*.py")}
+
+
+@pytest.mark.parametrize(("packed", "source"), [("warpvec", "warpvec"), ("warpvec/kernels", "kernels")])
+def test_wheel_holds_every_module_as_it_is(site: Path, packed: str, source: str) -> None:
+    expected = _sources(ROOT / source)
+    assert len(expected) > 5
+    assert _sources(site / packed) == expected
+
+
+def test_wheel_holds_nothing_else(site: Path) -> None:
+    assert sorted(path.name for path in site.iterdir()) == ["warpvec", f"warpvec-{warpvec.__version__}.dist-info"]
+    others = [path for path in site.glob("warpvec/**/*") if path.is_file() and path.suffix != ".py"]
+    assert [path.name for path in others] == ["py.typed"]
+
+
+def test_wheel_states_version_licence_and_command(site: Path) -> None:
+    info = site / f"warpvec-{warpvec.__version__}.dist-info"
+    metadata = (info / "METADATA").read_text(encoding="utf-8")
+    assert f"\nVersion: {warpvec.__version__}\n" in metadata
+    assert "\nLicense-Expression: Apache-2.0\n" in metadata
+    assert (info / "licenses" / "LICENSE").read_bytes() == (ROOT / "LICENSE").read_bytes()
+    assert "warpvec = warpvec.cli:main" in (info / "entry_points.txt").read_text(encoding="utf-8")
+
+
+def test_sdist_holds_the_kernels_once(wheel: Path) -> None:
+    (path,) = wheel.parent.glob("*.tar.gz")
+    with tarfile.open(path) as archive:
+        names = [name.partition("/")[2] for name in archive.getnames()]
+    assert {f"kernels/{name}" for name in _sources(ROOT / "kernels")} <= set(names)
+    assert not [name for name in names if name.startswith("warpvec/kernels/")]
+
+
+def test_installed_wheel_works_outside_the_checkout(site: Path, tmp_path: Path) -> None:
+    code = "import warpvec.kernels.coverage as k, warpvec; print(k.__file__); print(warpvec.__file__)"
+    environment = {"PYTHONPATH": str(site), "PATH": ""}
+    # -P: the current folder is not searched either.
+    command = [sys.executable, "-P", "-c", code]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    assert [Path(line) for line in done.stdout.splitlines()[-2:]] == [
+        site / "warpvec" / "kernels" / "coverage.py",
+        site / "warpvec" / "__init__.py",
+    ]
+
+
+def test_every_dependency_says_why() -> None:
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    for requirement in tomllib.loads(text)["project"]["dependencies"]:
+        (line,) = (line for line in text.splitlines() if line.strip().startswith(f'"{requirement}"'))
+        assert "# " in line, f"{requirement} has no reason beside it"
+
+
+def test_kernels_are_a_link_in_the_checkout() -> None:
+    link = ROOT / "warpvec" / "kernels"
+    assert link.is_symlink()
+    assert link.readlink() == Path("../kernels")
