@@ -88,8 +88,9 @@ class Compositing:
         scratch = [lanes.dtype(error_scale or 0.0), chunk, depth, stack]
         arguments = [*_hits(binning), *paint.arrays, *canvas, reference, *scratch]
         outputs = [coverage.slot_winding, pair_sums, tile_sums]
-        item_count = grid.count * lanes.tile_threads
-        self._launch(stage.composite_adjoint, item_count, [*arguments, *outputs], chunk or None)
+        # Whole tiles: scalar lanes of a tile add to sums that they share.
+        threads, tiles = lanes.tile_threads, self._launch.chunk_items(grid.count)
+        self._launch(stage.composite_adjoint, grid.count * threads, [*arguments, *outputs], tiles * threads)
         return self._gather(stage, binning, paint.path_count, pair_sums, tile_sums)
 
     def _gather(
