@@ -24,8 +24,8 @@ PROJECTION_WEIGHT = 0.01
 """Weight of the projection term inside the Bezier regularizer, from Bezier Splatting's code."""
 
 EXTENT_MIN = 1.0
-"""Added to the squared chord of a path, in pixels per axis: a chord below a pixel has no direction that the
-image shows, and in float32 it may be nothing but rounding. (Bezier Splatting adds 1e-8 in normalised units.)"""
+"""Added to the squared extent of a path, in pixels per axis: a path below a pixel has no shape that the image shows.
+(Bezier Splatting adds 1e-8 in normalised units.)"""
 
 TIP_PARAMETER = 5 / 32
 """How far along the two cubics at an anchor its tip is probed. Bezier Splatting looks 5 of 128 samples of the closed
@@ -136,9 +136,10 @@ def bezier_loss(points: Tensor, width: float, height: float) -> Tensor:
     **Projection**, inner control points beyond the chord of their curve. The original has two quintics on one chord
     v = P5 - P0 and asks of the eight other points Q that a = (Q - P0).v / |v|^2 lies in [0, 1]:
     0.01 / N sum [relu(a - 1)^2 + relu(-a)^2]. Here each cubic has its own chord v and two inner points (eight per path
-    again if S = 4), and both overshoots, (Q - A).v - |v|^2 and -(Q - A).v, are divided not by |v|^2 but by its mean
-    over the path (plus ``EXTENT_MIN``), a constant for the gradient. That is the same for equal chords; but one chord
-    of several may well come near zero, where a ratio to itself would explode.
+    again if S = 4), and both overshoots, (Q - A).v - |v|^2 and -(Q - A).v, are divided not by |v|^2 but by the extent
+    of the path, a constant for the gradient: the mean over its cubics of max(|v|^2, |AB|^2 + |BC|^2 + |CD|^2), plus
+    a pixel. That is the same for equal chords and modest overshoots; but one chord of several may well come near zero,
+    where a ratio to itself would explode.
 
     **Tips**, needles at the joints. With u and w from a joint to the outline a little before and after it: mean of
     |u + w|^2, counted where u and w enclose less than 60 degrees. The joints are here all S anchors, not two, and
@@ -154,7 +155,7 @@ def bezier_loss(points: Tensor, width: float, height: float) -> Tensor:
     pixel = _pixel(points, width, height)
     legs = _legs(planes) * pixel
     chord = legs.sum(0)
-    projection = (_overshoot(legs, chord).square() * _projection_weight(chord, pixel)).sum()
+    projection = (_overshoot(legs, chord).square() * _projection_weight(legs, chord, pixel)).sum()
     return projection + _mean(_tips(legs).square()) * 2.0 + _mean(_outside(planes[0] * pixel - 1.0).abs())
 
 
@@ -173,17 +174,19 @@ def _overshoot(legs: Tensor, chord: Tensor) -> Tensor:
     return _combine(_beyond(legs.dtype, legs.device), (legs * chord).sum(1)).relu()
 
 
-def _projection_weight(chord: Tensor, pixel: Tensor) -> Tensor:
-    """What a squared overshoot times chord counts [N, S]: no gradient flows through the size of the path."""
-    extent = _dot(chord, chord).detach().mean(-1, keepdim=True).add_((EXTENT_MIN * pixel).square().sum())
-    weight = extent.square_().reciprocal_().mul_(PROJECTION_WEIGHT / max(len(extent), 1))
-    return weight.repeat(1, chord.shape[2])
+def _projection_weight(legs: Tensor, chord: Tensor, pixel: Tensor) -> Tensor:
+    """What a squared overshoot times chord counts [N, S]: no gradient flows through the extent of the path."""
+    with torch.no_grad():
+        extent = torch.maximum(_dot(chord, chord), (legs * legs).sum((0, 1))).mean(-1, keepdim=True)
+        extent += (EXTENT_MIN * pixel).square().sum()
+        weight = extent.square_().reciprocal_().mul_(PROJECTION_WEIGHT / max(len(extent), 1))
+        return weight.repeat(1, chord.shape[2])
 
 
 def _projection_adjoint(legs: Tensor, pixel: Tensor) -> tuple[Tensor, Tensor]:
     chord = legs.sum(0)
     overshoot = _overshoot(legs, chord)
-    weighted = overshoot * _projection_weight(chord, pixel)
+    weighted = overshoot * _projection_weight(legs, chord, pixel)
     adj_share = _combine(_beyond(legs.dtype, legs.device).T, weighted).mul_(2.0)[:, None]
     adj_chord = (adj_share * legs).sum(0)
     return weighted.mul_(overshoot).sum(), (adj_share * chord).add_(adj_chord)
