@@ -1,0 +1,198 @@
+"""When paths come, how many, how large and where, and the learning rate: pure functions of the iteration."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import torch
+from torch import Tensor
+from torch.nn.functional import conv1d, pad
+
+from warpvec.config import FitConfig
+from warpvec.errors import InputError
+
+RADIUS_MIN = math.sqrt(2.0)
+"""Smallest radius of a new path in pixels: that of the smallest circle that wholly covers the pixel under its centre,
+wherever in the pixel that is. A path that covers no pixel wholly cannot tell its colour from its opacity."""
+
+INFLATION_SHARE = 0.5
+"""The last inflation comes no later than at this share of the iterations: a short run still reaches its N paths, with
+as many iterations left to fit them."""
+
+RECYCLING_FILL = 0.5
+"""Area of the N paths over that of the canvas if all had the radius of a recycled one: 8 px for 256 paths on 384x256,
+11 px for 512 on 768x512, in the middle of what proved best in experiments."""
+
+BLUR_SIGMA = 2.0
+"""Of the blur of the residual, in pixels: about the radius of the smallest new path, so that paths are drawn to errors
+that they can cover and not to single noisy pixels."""
+
+BLUR_REACH = 3
+"""Radius of the blur in sigmas; 0.3 % of a Gaussian lie beyond."""
+
+BLOCK = 1024
+"""Pixels in a block of the two-level draw: the square root of a megapixel, so that both levels stay small."""
+
+
+# The population.
+
+
+def population(k: int, config: FitConfig) -> int:
+    """Paths after k inflations: min(N0 growth^k, N), rounded to the nearest whole number (halves up); N if flat."""
+    if config.flat or k >= _generations_to(config.curves, config):
+        return config.curves
+    return min(math.floor(config.initial_curves * config.growth**k + 0.5), config.curves)
+
+
+def inflation_count(config: FitConfig) -> int:
+    """How many inflations until the population is N; 0 if flat.
+
+    Raises:
+        InputError: the population does not grow and starts below N.
+    """
+    return 0 if config.flat else _last_generation(config)
+
+
+def inflation_steps(config: FitConfig, iterations: int) -> list[int]:
+    """The iterations after which an inflation is due: dT, 2 dT, ... (Algorithm 1).
+
+    dT is shortened where the last would come after half the run (``INFLATION_SHARE``). In a very short run several fall
+    on one iteration: the population then goes straight to that of the last of them.
+    """
+    count = inflation_count(config)
+    gap = min(config.inflation_gap, INFLATION_SHARE * iterations / max(count, 1))
+    return [math.floor(k * gap) for k in range(1, count + 1)]
+
+
+def _last_generation(config: FitConfig) -> int:
+    if config.curves <= config.initial_curves:
+        return 0
+    if config.growth == 1.0:
+        raise InputError(
+            f"growth must be more than 1 to get from initial_curves {config.initial_curves} to {config.curves} curves,"
+            " got 1.0; raise it, or set flat to start with all of them"
+        )
+    # Half a path below N rounds to N. The logarithm may be off by its last digit, hence the look at both neighbours.
+    guess = math.ceil(_generations_to(config.curves - 0.5, config))
+    return next(k for k in range(max(guess - 1, 0), guess + 2) if population(k, config) == config.curves)
+
+
+def _generations_to(count: float, config: FitConfig) -> float:
+    """The k, not whole, at which N0 growth^k is ``count``; infinite without growth."""
+    if count <= config.initial_curves:
+        return 0.0
+    return math.log(count / config.initial_curves) / math.log(config.growth) if config.growth > 1.0 else math.inf
+
+
+# The size of new paths.
+
+
+def radius(k: int, config: FitConfig, height: int, width: int) -> float:
+    """Radius in pixels of paths that are spawned at generation k: R_k = R_0 r_rad^k, at least ``RADIUS_MIN``.
+
+    R_0 is ``initial_radius`` of half the longer side. A flat fit spawns all its paths at generation 0, with the radius
+    of the last generation it would have had: 0.008 of half the side for 512 paths, where Bezier Splatting, which is
+    flat, takes 0.01.
+    """
+    if config.flat:
+        k = _last_generation(replace(config, flat=False))
+    first = config.initial_radius * max(height, width) / 2
+    return max(first * config.radius_decay**k, RADIUS_MIN)
+
+
+def recycling_radius(config: FitConfig, height: int, width: int) -> float:
+    """Radius in pixels of recycled paths: N of them cover the share ``RECYCLING_FILL`` of the canvas."""
+    return max(math.sqrt(RECYCLING_FILL * height * width / (math.pi * config.curves)), RADIUS_MIN)
+
+
+# What is due at an iteration.
+
+
+def lr_factor(iteration: int, config: FitConfig, iterations: int) -> float:
+    """Factor of every learning rate: ``lr_scale``, times a cosine from 1 (first iteration) to ``lr_final`` (last).
+
+    Without decay it is ``lr_scale`` throughout.
+    """
+    if config.lr_decay == "constant":
+        return config.lr_scale
+    progress = min(iteration / max(iterations - 1, 1), 1.0)
+    return config.lr_scale * (config.lr_final + (1.0 - config.lr_final) * 0.5 * (1.0 + math.cos(math.pi * progress)))
+
+
+def is_recycling(iteration: int, config: FitConfig, iterations: int) -> bool:
+    """Whether a recycling is due: every ``recycle_gap`` after full population, until ``recycle_until`` of the run."""
+    if config.recycle_gap == 0 or iteration > config.recycle_until * iterations:
+        return False
+    since_full = iteration - max(inflation_steps(config, iterations), default=0)
+    return since_full > 0 and since_full % config.recycle_gap == 0
+
+
+# Where new paths go.
+
+
+def sample_positions(residual: Tensor, count: int, generator: torch.Generator) -> Tensor:
+    """Positions [count, 2] in pixels, each uniform in a pixel drawn in proportion to the blurred ``residual``.
+
+    No pixel is drawn twice, unless there are fewer pixels than positions. Where no residual is left, all remaining
+    pixels are alike. The order is random, so that it can be the z-order.
+
+    Args:
+        residual: squared error of each pixel [height, width]; negative and non-finite values count as 0.
+        count: how many positions.
+        generator: its state decides everything.
+    """
+    weights = _blur(residual.nan_to_num(0.0, 0.0, 0.0).clamp_min(0.0)).flatten()
+    if count > len(weights):
+        pixels = _draw(weights if bool(weights.any()) else torch.ones_like(weights), count, generator)
+    else:
+        pixels = _draw_distinct(weights, count, generator)
+    pixels = pixels[torch.randperm(count, generator=generator, device=generator.device).to(pixels.device)]
+    corner = torch.stack([pixels % residual.shape[1], pixels // residual.shape[1]], 1)
+    return (corner + _uniform((count, 2), generator).to(corner.device)).to(residual.dtype)
+
+
+def _blur(image: Tensor) -> Tensor:
+    """``image`` [height, width] under a Gaussian of ``BLUR_SIGMA``; beyond the border its outermost pixels go on."""
+    reach = math.ceil(BLUR_REACH * BLUR_SIGMA)
+    offset = torch.arange(-reach, reach + 1, dtype=image.dtype, device=image.device)
+    kernel = torch.exp(-0.5 * (offset / BLUR_SIGMA).square())
+    kernel = (kernel / kernel.sum())[None, None]
+    for _ in range(2):
+        rows = pad(image[:, None], (reach, reach), mode="replicate")
+        image = conv1d(rows, kernel)[:, 0].T
+    return image.contiguous()
+
+
+def _draw_distinct(weights: Tensor, count: int, generator: torch.Generator) -> Tensor:
+    """Distinct indices [count], distributed as if drawn one by one from what is left, in ascending order."""
+    # Repeats in a batch are dropped and drawn again from the rest, which is drawing one by one and ignoring repeats.
+    taken = torch.zeros_like(weights, dtype=torch.bool)
+    remaining = count
+    while remaining:
+        left = weights.masked_fill(taken, 0.0)
+        if not left.any():
+            left = (~taken).to(weights.dtype)
+        taken[_draw(left, remaining, generator)] = True
+        remaining = count - int(taken.sum())
+    return taken.nonzero().flatten()
+
+
+def _draw(weights: Tensor, count: int, generator: torch.Generator) -> Tensor:
+    """Indices [count], with repeats, in proportion to ``weights`` [n]: first the block, then the place in it.
+
+    Not torch.multinomial, which stops at 2^24 categories. Sums are in float64; a weight of 0 is never drawn.
+    """
+    blocks = pad(weights, (0, -len(weights) % BLOCK)).view(-1, BLOCK)
+    block = _invert(blocks.sum(1, dtype=torch.float64).cumsum(0), _uniform((count,), generator))
+    place = _invert(blocks[block].cumsum(1, dtype=torch.float64), _uniform((count, 1), generator))
+    return block * BLOCK + place[:, 0]
+
+
+def _invert(cumulative: Tensor, uniform: Tensor) -> Tensor:
+    """The first entry of ``cumulative`` beyond the share ``uniform`` of its end."""
+    return torch.searchsorted(cumulative, uniform.to(cumulative.device) * cumulative[..., -1:], right=True)
+
+
+def _uniform(shape: tuple[int, ...], generator: torch.Generator) -> Tensor:
+    return torch.rand(shape, generator=generator, device=generator.device, dtype=torch.float64)
