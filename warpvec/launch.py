@@ -15,6 +15,8 @@ from typing import Any
 
 import warp as wp
 
+from warpvec.errors import InputError
+
 # Fewer items than this a chunk cost more in hand-over (about 20 us) than a second thread saves.
 _CHUNK_ITEMS_MIN = 64
 # Chunks per thread: enough that one slow chunk leaves little idle time at the end, few enough to launch cheaply.
@@ -25,6 +27,21 @@ def start_warp() -> None:
     """Initialise Warp without its banner; nothing but our own lines belongs on the user's terminal."""
     wp.config.log_level = wp.LOG_ERROR
     wp.init()
+
+
+def resolve_device(name: str) -> str:
+    """A Warp device, "cpu" or "cuda:K", for "auto" (the first GPU, else the CPU), "cpu", "cuda" or "cuda:K".
+
+    Raises:
+        InputError: no such device.
+    """
+    start_warp()
+    gpu_count = wp.get_cuda_device_count()
+    devices = ["cpu", *(f"cuda:{k}" for k in range(gpu_count))]
+    wanted = {"auto": devices[min(gpu_count, 1)], "cuda": "cuda:0"}.get(name, name)
+    if wanted not in devices:
+        raise InputError(f"device must be auto or one of {', '.join(devices)} on this machine, got {name!r}")
+    return wanted
 
 
 class Launcher:

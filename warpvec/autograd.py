@@ -1,0 +1,130 @@
+"""The bridge: a renderer as a differentiable torch operator. Nothing but the bridge lives here.
+
+It is registered as a custom operator, so ``torch.compile(fullgraph=True)`` takes it, and its backward pass is an
+operator of its own: the hand-written adjoint, which renders again from the inputs and saves nothing in between.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from importlib import import_module
+from threading import Lock
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from warpvec.config import RENDERERS
+from warpvec.errors import InputError
+from warpvec.scene import Scene
+
+# A renderer holds buffers for its canvas; a handful serves a user who alternates between sizes.
+_RENDERERS_KEPT = 4
+# Renderers reuse their buffers from call to call, so calls take turns.
+_lock = Lock()
+
+
+def render(
+    scene: Scene, height: int, width: int, *, renderer: str = "exact", threads: int | None = None
+) -> Tensor:
+    """The image [height, width, 3] of ``scene``, differentiable in its points, colour, opacity and background.
+
+    Runs where the scene's tensors are, in their precision (float32 or float64), on ``threads`` CPU threads (all
+    cores if None). Colours are sRGB-encoded and blended as they stand, as SVG viewers do. A path that is not finite
+    is not drawn and gets a zero gradient.
+
+    Raises:
+        InputError: no such renderer, an empty canvas, or tensors of several dtypes or devices.
+    """
+    inputs = (scene.points, scene.color, scene.opacity, scene.background)
+    if renderer not in RENDERERS:
+        raise InputError(f"renderer must be one of {', '.join(RENDERERS)}, got {renderer!r}")
+    if height < 1 or width < 1:
+        raise InputError(f"height and width must be at least 1 pixel, got {height} x {width}")
+    kinds = {(str(tensor.dtype), str(tensor.device)) for tensor in inputs}
+    if len(kinds) > 1 or scene.points.dtype not in (torch.float32, torch.float64):
+        raise InputError(f"scene must hold float32 or float64 tensors on one device, got {sorted(kinds)}")
+    image: Tensor = _render(*inputs, height, width, renderer, threads or 0)
+    return image
+
+
+@lru_cache(maxsize=_RENDERERS_KEPT)
+def _renderer(name: str, height: int, width: int, device: str, dtype: torch.dtype, threads: int) -> Any:
+    module = import_module(f"warpvec.{name}")
+    return module.Renderer(height, width, device=device, dtype=dtype, threads=threads or None)
+
+
+@torch.library.custom_op("warpvec::render", mutates_args=())
+def _render(
+    points: Tensor,
+    color: Tensor,
+    opacity: Tensor,
+    background: Tensor,
+    height: int,
+    width: int,
+    renderer: str,
+    threads: int,
+) -> Tensor:
+    with _lock:
+        stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads)
+        image: Tensor = stages.render(points, color, opacity, background)
+    return image
+
+
+@_render.register_fake
+def _(
+    points: Tensor,
+    color: Tensor,
+    opacity: Tensor,
+    background: Tensor,
+    height: int,
+    width: int,
+    renderer: str,
+    threads: int,
+) -> Tensor:
+    return points.new_empty((height, width, 3))
+
+
+@torch.library.custom_op("warpvec::render_adjoint", mutates_args=())
+def _render_adjoint(
+    points: Tensor,
+    color: Tensor,
+    opacity: Tensor,
+    background: Tensor,
+    adj_image: Tensor,
+    renderer: str,
+    threads: int,
+) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    height, width = adj_image.shape[:2]
+    with _lock:
+        stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads)
+        adjoints = stages.adjoint(points, color, opacity, background, adj_image)
+    # An operator's outputs must not share memory with one another.
+    return adjoints.points, adjoints.color.clone(), adjoints.opacity.clone(), adjoints.background.clone()
+
+
+@_render_adjoint.register_fake
+def _(
+    points: Tensor,
+    color: Tensor,
+    opacity: Tensor,
+    background: Tensor,
+    adj_image: Tensor,
+    renderer: str,
+    threads: int,
+) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    inputs = (points, color, opacity, background)
+    return tuple(torch.empty_like(tensor, memory_format=torch.contiguous_format) for tensor in inputs)  # type: ignore[return-value]
+
+
+def _setup(ctx: Any, inputs: tuple[Any, ...], output: Tensor) -> None:
+    ctx.save_for_backward(*inputs[:4])
+    ctx.renderer, ctx.threads = inputs[6:]
+
+
+def _backward(ctx: Any, adj_image: Tensor) -> tuple[Any, ...]:
+    adjoints = _render_adjoint(*ctx.saved_tensors, adj_image, ctx.renderer, ctx.threads)
+    return (*adjoints, None, None, None, None)
+
+
+_render.register_autograd(_backward, setup_context=_setup)

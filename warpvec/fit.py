@@ -1,0 +1,253 @@
+"""The fit: Algorithm 1 of the paper, and recycling, which goes past it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from warpvec import schedule
+from warpvec.config import FitConfig
+from warpvec.launch import resolve_device
+from warpvec.loss import psnr_from_mse, regularization_adjoint
+from warpvec.population import Population
+from warpvec.scene import Scene, circle_points
+
+# Opacity of a new path: enough to be seen by the gradient at once, not enough to hide what it stands on.
+_NEW_OPACITY = 0.8
+# Iterations between entries of the history; each reads one number back from the device.
+_HISTORY_GAP = 10
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a fit stands after an iteration."""
+
+    iteration: int
+    iteration_count: int
+    curve_count: int
+    seconds: float
+    loss: Tensor = field(repr=False)
+    scene: Callable[[], Scene] = field(repr=False)
+    """The scene as it stands, in pixels of the fitted image."""
+
+    @property
+    def psnr(self) -> float:
+        """Internal PSNR of the iteration's image, in dB; reads one number back from the device."""
+        return psnr_from_mse(float(self.loss))
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """What a fit gives: the scene in pixels of the fitted image, on the CPU, and how it got there."""
+
+    scene: Scene
+    history: list[dict[str, float]]
+    iterations: int
+    seconds: float
+    interrupted: bool
+    device: str
+
+
+def fit(
+    target: Tensor, config: FitConfig, on_progress: Callable[[Progress], None] | None = None
+) -> FitResult:
+    """Fit paths to ``target`` [h, w, 3], sRGB-encoded in [0, 1].
+
+    ``on_progress`` is called after every iteration. A KeyboardInterrupt ends the fit and gives the best scene so far.
+
+    Raises:
+        InputError: the device does not exist.
+    """
+    device = resolve_device(config.device)
+    with _single_torch_thread(), torch.no_grad():
+        run = _Fit(target, config, device, on_progress)
+        try:
+            run.iterate()
+        except KeyboardInterrupt:
+            run.interrupted = True
+        return run.result()
+
+
+@contextmanager
+def _single_torch_thread() -> Iterator[None]:
+    """Torch's sums depend on its thread count, results must not; the kernels bring their own threads."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
+
+
+class _Fit:
+    """The state of one run of the loop."""
+
+    def __init__(
+        self, target: Tensor, config: FitConfig, device: str, on_progress: Callable[[Progress], None] | None
+    ) -> None:
+        self._config, self._device, self._on_progress = config, device, on_progress
+        self._height, self._width = target.shape[:2]
+        self._target = target.to(device, torch.float32)
+        renderer = import_module(f"warpvec.{config.renderer}")
+        self._renderer = renderer.Renderer(self._height, self._width, device=device, threads=config.threads)
+        self._prepared_target = self._renderer.prepare_target(self._target)
+        self._generator = torch.Generator().manual_seed(config.seed)
+        self._generation = 0
+        self._start = time.perf_counter()
+        self._iteration = 0
+        self._iteration_count = config.iterations
+        self._loss = torch.zeros(())
+        self._best: tuple[float, Scene] | None = None
+        self.history: list[dict[str, float]] = []
+        self.interrupted = False
+        self._population = self._first_generation()
+
+    def iterate(self) -> None:
+        """Run the loop to its end."""
+        while self._iteration < self._iteration_count:
+            due = self._recycling_due()
+            removal = self._step(due)
+            self._iteration += 1
+            self._report()
+            if removal is not None:
+                self._recycle(removal)
+            elif (generation := self._generation_due()) > self._generation:
+                self._inflate(generation)
+            if self._config.z_order == "area":
+                self._sort_by_area()
+            self._iteration_count = self._planned_iterations()
+
+    def result(self) -> FitResult:
+        """The scene as it stands, or the best one before the last change of population if that was better."""
+        scene, loss = self._population.scene, float(self._loss)
+        if self.interrupted and self._best is not None and self._best[0] < loss:
+            scene = self._best[1]
+        return FitResult(
+            scene.cpu(), self.history, self._iteration, self._seconds(), self.interrupted, self._device
+        )
+
+    def _step(self, want_removal: bool) -> Tensor | None:
+        """Render, loss, adjoint, update; gives each path's removal cost if that was asked for."""
+        scene, config = self._population.scene, self._config
+        adjoints = self._renderer.fit_step(
+            scene.points, scene.color, scene.opacity, scene.background, self._prepared_target, want_removal
+        )
+        _, reg_points, reg_opacity = regularization_adjoint(
+            scene.points, scene.opacity, self._width, self._height, config
+        )
+        factor = schedule.lr_factor(self._iteration, config, self._iteration_count)
+        self._population.step(
+            adjoints.points + reg_points, adjoints.color, adjoints.opacity + reg_opacity, adjoints.background, factor
+        )
+        self._loss = adjoints.loss
+        return adjoints.removal if want_removal else None
+
+    # Population
+
+    def _first_generation(self) -> Population:
+        mean = self._target.mean((0, 1))
+        error = (self._target - mean).square().sum(-1)
+        config = self._config
+        count = config.curves if config.flat else schedule.population(0, config)
+        scene = self._spawn(count, schedule.radius(0, config, self._height, self._width), error, mean)
+        return Population(scene, config, max(self._height, self._width) / 2)
+
+    def _generation_due(self) -> int:
+        """The generation that the schedule has reached; several may fall on one iteration of a very short run."""
+        steps = schedule.inflation_steps(self._config, self._iteration_count)
+        return max(self._generation, sum(step <= self._iteration for step in steps))
+
+    def _inflate(self, generation: int) -> None:
+        """One inflation of Algorithm 1: prune, halve the radius, spawn at the residual."""
+        config = self._config
+        self._remember()
+        before = len(self._population)
+        self._population.keep(self._population.scene.opacity > config.prune_opacity)
+        pruned = before - len(self._population)
+        grown = schedule.population(generation, config) - schedule.population(self._generation, config)
+        self._generation = generation
+        count = grown + (pruned if config.compensate else 0)
+        self._append(count, schedule.radius(generation, config, self._height, self._width))
+
+    def _recycling_due(self) -> bool:
+        full = self._generation >= schedule.inflation_count(self._config)
+        return full and schedule.is_recycling(self._iteration + 1, self._config, self._iteration_count)
+
+    def _recycle(self, removal: Tensor) -> None:
+        """Move the paths whose removal costs least to where the residual is large."""
+        count = int(len(self._population) * self._config.recycle_share)
+        self._remember()
+        keep = torch.ones(len(removal), dtype=torch.bool, device=removal.device)
+        keep[removal.topk(count, largest=False).indices] = False
+        self._population.keep(keep)
+        self._generation = schedule.inflation_count(self._config) + 1
+        self._append(count, schedule.recycling_radius(self._config, self._height, self._width))
+
+    def _append(self, count: int, radius: float) -> None:
+        scene = self._population.scene
+        image = self._renderer.render(scene.points, scene.color, scene.opacity, scene.background)
+        error = (image - self._target).square().sum(-1)
+        self._population.append(self._spawn(count, radius, error, scene.background))
+
+    def _spawn(self, count: int, radius: float, error: Tensor, background: Tensor) -> Scene:
+        """``count`` circles at points drawn from the squared ``error`` [h, w], in the target's colours there."""
+        centers = schedule.sample_positions(error, count, self._generator).to(self._target)
+        columns, rows = centers.long().unbind(-1)
+        color = self._target[rows.clamp(0, self._height - 1), columns.clamp(0, self._width - 1)]
+        points = circle_points(centers, torch.full_like(centers[:, 0], radius), self._config.segments)
+        opacity = torch.full_like(centers[:, 0], _NEW_OPACITY)
+        generation = torch.full((count,), self._generation, device=centers.device)
+        return Scene(points, color, opacity, background, generation)
+
+    def _sort_by_area(self) -> None:
+        size = self._population.scene.points.amax(1) - self._population.scene.points.amin(1)
+        order = size.prod(-1).argsort(descending=True, stable=True)
+        self._population.keep(order)
+
+    # Bookkeeping
+
+    def _remember(self) -> None:
+        """Keep the scene before its population changes, in case the fit is interrupted before it recovers."""
+        loss = float(self._loss)
+        if self._best is None or loss < self._best[0]:
+            self._best = (loss, self._population.scene)
+
+    def _report(self) -> None:
+        progress = Progress(
+            self._iteration,
+            self._iteration_count,
+            len(self._population),
+            self._seconds(),
+            self._loss,
+            lambda: self._population.scene,
+        )
+        if self._iteration % _HISTORY_GAP == 0 or self._iteration == self._iteration_count:
+            self.history.append(_history_entry(progress))
+        if self._on_progress is not None:
+            self._on_progress(progress)
+
+    def _planned_iterations(self) -> int:
+        """The iterations that the settings ask for, or that the time budget allows at the pace so far."""
+        budget = self._config.time_budget
+        if budget is None:
+            return self._config.iterations
+        return max(self._iteration, int(self._iteration * budget / self._seconds()))
+
+    def _seconds(self) -> float:
+        return time.perf_counter() - self._start
+
+
+def _history_entry(progress: Progress) -> dict[str, Any]:
+    return {
+        "iteration": progress.iteration,
+        "curves": progress.curve_count,
+        "psnr": progress.psnr,
+        "seconds": progress.seconds,
+    }

@@ -1,0 +1,80 @@
+"""The paths under optimisation: free parameters, their optimizer, and paths that come and go."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from warpvec.adan import Adan
+from warpvec.config import FitConfig
+from warpvec.scene import Scene
+
+# Opacities and logit colours are kept this far from 0 and 1, where the logit is infinite.
+_LOGIT_MARGIN = 1e-4
+
+
+class Population:
+    """N paths as free parameters.
+
+    Points are in units of half the canvas's longer side, as learning rates are; opacities are logits; colours are
+    themselves or logits, as ``config.color_parameter`` says.
+    """
+
+    def __init__(self, scene: Scene, config: FitConfig, half_side: float) -> None:
+        self._half_side = half_side
+        self._logit_color = config.color_parameter == "logit"
+        self._points, self._color, self._opacity = self._to_raw(scene)
+        self._background = self._raw_color(scene.background)
+        self.generation = scene.generation
+        rates = (config.lr_points, config.lr_color, config.lr_opacity, config.lr_color)
+        parameters = (self._points, self._color, self._opacity, self._background)
+        groups = [{"params": [p], "lr": lr, "base_lr": lr} for p, lr in zip(parameters, rates, strict=True)]
+        self._optimizer = Adan(groups)
+        self.scene = self._to_scene()
+
+    def __len__(self) -> int:
+        return len(self._points)
+
+    def step(self, adj_points: Tensor, adj_color: Tensor, adj_opacity: Tensor, adj_background: Tensor, factor: float) -> None:
+        """One optimizer step from the adjoints of ``scene``'s values, learning rates multiplied by ``factor``."""
+        self._points.grad = adj_points * self._half_side
+        self._opacity.grad = adj_opacity * self.scene.opacity * (1.0 - self.scene.opacity)
+        self._color.grad = self._color_adjoint(adj_color, self.scene.color)
+        self._background.grad = self._color_adjoint(adj_background, self.scene.background)
+        for group in self._optimizer.param_groups:
+            group["lr"] = group["base_lr"] * factor
+        self._optimizer.step()
+        if not self._logit_color:
+            self._color.clamp_(0.0, 1.0)
+            self._background.clamp_(0.0, 1.0)
+        self.scene = self._to_scene()
+
+    def keep(self, rows: Tensor) -> None:
+        """Keep the paths ``rows`` (a mask, or indices in their new order)."""
+        self._points, self._color, self._opacity = (
+            self._optimizer.keep_rows(p, rows) for p in (self._points, self._color, self._opacity)
+        )
+        self.generation = self.generation[rows]
+        self.scene = self._to_scene()
+
+    def append(self, scene: Scene) -> None:
+        """Add the paths of ``scene`` on top, with fresh optimizer state."""
+        rows = zip((self._points, self._color, self._opacity), self._to_raw(scene), strict=True)
+        self._points, self._color, self._opacity = (self._optimizer.append_rows(p, new) for p, new in rows)
+        self.generation = torch.cat([self.generation, scene.generation])
+        self.scene = self._to_scene()
+
+    def _to_raw(self, scene: Scene) -> tuple[Tensor, Tensor, Tensor]:
+        return scene.points / self._half_side, self._raw_color(scene.color), scene.opacity.logit(_LOGIT_MARGIN)
+
+    def _raw_color(self, color: Tensor) -> Tensor:
+        return color.logit(_LOGIT_MARGIN) if self._logit_color else color.clone()
+
+    def _to_scene(self) -> Scene:
+        color, background = self._color, self._background
+        if self._logit_color:
+            color, background = color.sigmoid(), background.sigmoid()
+        return Scene(self._points * self._half_side, color, self._opacity.sigmoid(), background, self.generation)
+
+    def _color_adjoint(self, adj: Tensor, color: Tensor) -> Tensor:
+        return adj * color * (1.0 - color) if self._logit_color else adj.contiguous()
