@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import io
+import re
 from pathlib import Path
 from typing import Any
 
@@ -62,10 +63,15 @@ def test_scene_is_in_the_photos_pixels_when_rounding_differs_by_axis() -> None:
 
 
 @pytest.mark.usefixtures("quick_fit")
-def test_scene_is_what_the_file_says(photo: Photo) -> None:
-    result = _vectorize(photo, precision=1)
-    tenths = result.scene.points.double() * 10
-    torch.testing.assert_close(tenths, tenths.round(), atol=1e-4, rtol=0)
+@pytest.mark.parametrize("precision", [0, 1, 3])
+def test_scene_is_what_the_file_says(photo: Photo, precision: int) -> None:
+    result = _vectorize(photo, precision=precision)
+    ticks = result.scene.points.double() * 10**precision
+    torch.testing.assert_close(ticks, ticks.round(), atol=1e-3, rtol=0)
+    decimals = {
+        len(digits) for data in re.findall(r' d="(.*?)"', result.svg()) for digits in re.findall(r"\.(\d+)", data)
+    }
+    assert max(decimals, default=0) == precision
 
 
 @pytest.mark.usefixtures("quick_fit")
