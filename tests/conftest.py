@@ -7,8 +7,6 @@ import pytest
 import torch
 import warp as wp
 
-pytest.register_assert_rewrite("assertions")
-
 wp.config.log_level = wp.LOG_WARNING
 
 # Sums in torch then have one order, so that a seeded test gives the same digits on every machine.

@@ -157,9 +157,10 @@ def test_close_off_edges_fails_on_one_outlier_too_many() -> None:
         assert_close_off_edges(*image_with_outliers(5, 0.05), atol=1e-3, outlier_share=0.02, outlier_atol=0.1)
 
 
-def test_close_off_edges_fails_on_an_outlier_too_large() -> None:
+@pytest.mark.parametrize("size", [0.2, -0.2])
+def test_close_off_edges_fails_on_an_outlier_too_large(size: float) -> None:
     with pytest.raises(AssertionError, match=r"a pixel is off by more than 1.0e-01"):
-        assert_close_off_edges(*image_with_outliers(1, 0.2), atol=1e-3, outlier_share=0.02, outlier_atol=0.1)
+        assert_close_off_edges(*image_with_outliers(1, size), atol=1e-3, outlier_share=0.02, outlier_atol=0.1)
 
 
 def test_finite_difference_is_exact_on_a_quadratic() -> None:

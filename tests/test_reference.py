@@ -22,12 +22,11 @@ from scenes import (
     figure_eight,
     random_scene,
     rectangle,
-    straight,
 )
 from torch import Tensor
 
 EXACT = 1e-12
-"""Rounding of a few hundred float64 operations on values of the size of a canvas; the worst seen is 3e-14."""
+"""Rounding of a few hundred float64 operations on values of the size of a canvas; the worst seen is 6e-14."""
 
 DIFFERENTIABLE = [case for case in ZOO if case.differentiable and len(case.scene.points)]
 
@@ -89,7 +88,7 @@ def test_rectangle_is_the_product_of_its_overlaps(box: tuple[float, float, float
     x, y = torch.arange(9, dtype=torch.float64), torch.arange(7, dtype=torch.float64)
     across = ((x + 1).clamp(max=right) - x.clamp(min=left)).clamp(min=0)
     down = ((y + 1).clamp(max=bottom) - y.clamp(min=top)).clamp(min=0)
-    signed = signed_coverage(polygon_of(rectangle(*box)), 7, 9)
+    signed = signed_coverage(polygon_of(rectangle(*box), 3), 7, 9)
     torch.testing.assert_close(signed, down[:, None] * across, rtol=0, atol=EXACT)
 
 
@@ -120,14 +119,7 @@ def test_disc_has_the_area_of_its_polygon_and_nearly_of_the_circle() -> None:
 @pytest.mark.parametrize("seed", range(5))
 def test_pixels_sum_to_the_shoelace_area(seed: int) -> None:
     polygon = random_polygon(seed, 11, 17, 33)
-    torch.testing.assert_close(signed_coverage(polygon, 17, 33).sum(), shoelace(polygon), rtol=0, atol=1e-11)
-
-
-def test_reversing_a_path_changes_the_sign() -> None:
-    polygon = random_polygon(3, 9, 12, 12)
-    torch.testing.assert_close(
-        signed_coverage(polygon.flip(0), 12, 12), -signed_coverage(polygon, 12, 12), rtol=0, atol=EXACT
-    )
+    torch.testing.assert_close(signed_coverage(polygon, 17, 33).sum(), shoelace(polygon), rtol=0, atol=EXACT)
 
 
 # Coverage of paths that cover themselves
@@ -139,6 +131,7 @@ def test_figure_eight_has_lobes_of_both_signs_and_fills_both() -> None:
     torch.testing.assert_close(signed, -signed.flip(1), rtol=0, atol=EXACT)
     assert signed[4, 1].item() == pytest.approx(1.0)
     assert coverage(signed).sum().item() == pytest.approx(36.0)
+    torch.testing.assert_close(coverage(signed), supersampled_coverage(polygon, 8, 14), rtol=0, atol=0.01)
 
 
 def test_double_wound_square_is_filled_once() -> None:
@@ -153,8 +146,8 @@ def test_double_wound_square_is_filled_once() -> None:
 def test_signed_coverage_is_the_mean_winding_number_of_wild_polygons(seed: int) -> None:
     polygon = random_polygon(seed, 9, 7, 9) * 1.3 - 1.0
     sampled = supersampled_winding(polygon, 7, 9).mean(-1)
-    # 64 x 64 samples: each edge through a pixel costs up to about 1/64 in the worst direction.
-    torch.testing.assert_close(signed_coverage(polygon, 7, 9), sampled, rtol=0, atol=0.02)
+    # 64 x 64 samples: an edge costs up to 1/128 where it is parallel to the grid, far less in general; 9e-4 was seen.
+    torch.testing.assert_close(signed_coverage(polygon, 7, 9), sampled, rtol=0, atol=3e-3)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -225,7 +218,7 @@ def test_zoo_gradients_agree_with_finite_differences(case: ZooCase) -> None:
     eps = 1e-6
     got = gradient(lambda points: weighted_sum(points, scene), scene.points).flatten()[entries]
     want = finite_difference(lambda points: weighted_sum(points, scene), scene.points, eps, entries)
-    # Cancellation leaves about 1e-16 * (a sum of 1e3) / eps in an entry.
+    # The gradient is continuous but not smooth at a pixel border: 2e-6 per entry was seen there, 4e-8 elsewhere.
     assert_grad_close(got, want, rtol=1e-5, atol=1e-6, name=case.name)
 
 
@@ -249,8 +242,7 @@ def test_compositing_paints_later_paths_on_top() -> None:
 
 
 def test_no_paths_leave_the_background() -> None:
-    scene = ZOO[0].scene
-    assert ZOO[0].name == "no_paths"
+    scene = next(case.scene for case in ZOO if case.name == "no_paths")
     image = render(*scene, uniform_counts(scene.points, 4))
     assert image.eq(scene.background).all()
 
@@ -295,8 +287,10 @@ def test_scenes_depend_on_their_seed_alone() -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_blobs_turn_once_about_a_point_inside(seed: int) -> None:
+def test_blobs_are_smooth_and_turn_once_about_a_point_inside(seed: int) -> None:
     scene = blob_scene(seed, 20, 64, 64)
+    anchor, leaving, arriving = scene.points[:, ::3], scene.points[:, 1::3], scene.points[:, 2::3].roll(1, 1)
+    torch.testing.assert_close(leaving + arriving, 2 * anchor)
     for polygon in flatten(scene.points, uniform_counts(scene.points, 16)):
         spoke = polygon - polygon[::16].mean(0)
         following = spoke.roll(-1, 0)
@@ -304,15 +298,3 @@ def test_blobs_turn_once_about_a_point_inside(seed: int) -> None:
         turn = torch.atan2(cross, (spoke * following).sum(1))
         assert cross.min() > 0
         assert turn.sum().item() == pytest.approx(2 * math.pi)
-
-
-def test_zoo_names_are_unique() -> None:
-    names = [case.name for case in ZOO]
-    assert len(set(names)) == len(names)
-
-
-def test_straight_paths_are_their_polygon() -> None:
-    vertices = [(1.0, 2.0), (8.0, 3.0), (4.0, 9.0)]
-    polygon = polygon_of(straight(*vertices), 2)
-    torch.testing.assert_close(polygon[::2], torch.tensor(vertices, dtype=torch.float64))
-    torch.testing.assert_close(polygon[1::2], (polygon[::2] + polygon[::2].roll(-1, 0)) / 2)

@@ -90,13 +90,11 @@ def _retract(loop: Tensor, axis: int) -> Tensor:
 def _breaks(start: Tensor, edge: Tensor) -> Tensor:
     """Parameters [P, V, 3] of an edge's start and of where it meets 0 and 1, in the order of travel.
 
-    A line that is not met repeats an end point. The order comes from the direction, not from sorting: where a vertex
-    lies on a pixel border two parameters are equal, but move apart as it moves, and the gradient sees which is first.
+    A line that is not met repeats an end point. The two are ordered before they are clamped: on a vertex that lies on a
+    pixel border they become equal, and the wrong one of them first would carry a wrong gradient.
     """
     parallel = edge == 0
     step = edge.masked_fill(parallel, 1.0)
-    low, high = ((border - start) / step for border in (0.0, 1.0))
-    forward = edge > 0
-    t = torch.stack([torch.where(forward, low, high), torch.where(forward, high, low)], -1)
-    t = t.masked_fill(parallel[..., None], 0.0).clamp(0.0, 1.0)
-    return torch.cat([torch.zeros_like(t[..., :1]), t], -1)
+    zero, one = -start / step, (1.0 - start) / step
+    t = torch.stack([torch.zeros_like(zero), torch.minimum(zero, one), torch.maximum(zero, one)], -1)
+    return t.masked_fill(parallel[..., None], 0.0).clamp(0.0, 1.0)
