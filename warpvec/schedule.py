@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import torch
 from torch import Tensor
-from torch.nn.functional import conv1d, pad
+from torch.nn.functional import pad
 
 from warpvec.config import FitConfig
 from warpvec.errors import InputError
@@ -142,7 +142,7 @@ def sample_positions(residual: Tensor, count: int, generator: torch.Generator) -
         count: how many positions.
         generator: its state decides everything.
     """
-    weights = _blur(residual.nan_to_num(0.0, 0.0, 0.0).clamp_min(0.0)).flatten()
+    weights = _blur(residual.nan_to_num(0.0, 0.0, 0.0).clamp_min_(0.0)).flatten()
     if count > len(weights):
         pixels = _draw(weights if bool(weights.any()) else torch.ones_like(weights), count, generator)
     else:
@@ -154,14 +154,16 @@ def sample_positions(residual: Tensor, count: int, generator: torch.Generator) -
 
 def _blur(image: Tensor) -> Tensor:
     """``image`` [height, width] under a Gaussian of ``BLUR_SIGMA``; beyond the border its outermost pixels go on."""
+    # Shifted sums, not conv1d, which took 80 bytes a pixel and several times as long.
     reach = math.ceil(BLUR_REACH * BLUR_SIGMA)
-    offset = torch.arange(-reach, reach + 1, dtype=image.dtype, device=image.device)
-    kernel = torch.exp(-0.5 * (offset / BLUR_SIGMA).square())
-    kernel = (kernel / kernel.sum())[None, None]
+    kernel = [math.exp(-0.5 * (offset / BLUR_SIGMA) ** 2) for offset in range(-reach, reach + 1)]
     for _ in range(2):
-        rows = pad(image[:, None], (reach, reach), mode="replicate")
-        image = conv1d(rows, kernel)[:, 0].T
-    return image.contiguous()
+        padded = pad(image[None], (reach, reach), mode="replicate")[0]
+        image = torch.zeros_like(image)
+        for offset, weight in enumerate(kernel):
+            image.add_(padded[:, offset : offset + image.shape[1]], alpha=weight / sum(kernel))
+        image = image.T.contiguous()
+    return image
 
 
 def _draw_distinct(weights: Tensor, count: int, generator: torch.Generator) -> Tensor:
