@@ -34,18 +34,22 @@ def show_progress(stream: TextIO, *, quiet: bool = False) -> Iterator[Show]:
         yield _Lines(stream)
 
 
-def format_progress(progress: Progress) -> str:
-    """One line: where the fit is, how good, how long it will take."""
-    return (
-        f"iteration {progress.iteration} of {progress.iteration_count}, {progress.curve_count} curves, "
-        f"{progress.psnr:.2f} dB, {seconds_left(progress):.0f} s left"
-    )
+class Pace:
+    """Estimates the time that is left; counts from the first iteration, which loads or compiles the kernels."""
 
+    def __init__(self) -> None:
+        self._first: Progress | None = None
 
-def seconds_left(progress: Progress) -> float:
-    """Time until the last iteration if the rest run at the mean speed so far."""
-    remaining = progress.iteration_count - progress.iteration
-    return progress.seconds / max(progress.iteration, 1) * remaining
+    def describe(self, progress: Progress) -> str:
+        """One line: where the fit is, how good, how long it will take."""
+        self._first = self._first or progress
+        done = progress.iteration - self._first.iteration
+        remaining = progress.iteration_count - progress.iteration
+        left = f", {(progress.seconds - self._first.seconds) / done * remaining:.0f} s left" if done else ""
+        return (
+            f"iteration {progress.iteration} of {progress.iteration_count}, {progress.curve_count} curves, "
+            f"{progress.psnr:.2f} dB{left}"
+        )
 
 
 def _show_nothing(progress: Progress) -> None:
@@ -86,6 +90,7 @@ class _BarUpdate:
         self._bar = bar
         self._task = bar.add_task("starting (a first run compiles its kernels)", total=None)
         self._ticker = _Ticker(BAR_SECONDS)
+        self._pace = Pace()
 
     def __call__(self, progress: Progress) -> None:
         if not self._ticker.is_due() and progress.iteration < progress.iteration_count:
@@ -94,7 +99,7 @@ class _BarUpdate:
             self._task,
             completed=progress.iteration,
             total=progress.iteration_count,
-            description=format_progress(progress),
+            description=self._pace.describe(progress),
         )
         self._bar.refresh()
 
@@ -103,7 +108,8 @@ class _Lines:
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._ticker = _Ticker(LINE_SECONDS)
+        self._pace = Pace()
 
     def __call__(self, progress: Progress) -> None:
         if self._ticker.is_due() or progress.iteration == progress.iteration_count:
-            print(format_progress(progress), file=self._stream, flush=True)
+            print(self._pace.describe(progress), file=self._stream, flush=True)
