@@ -25,11 +25,14 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def chord_count(p0: vec2, p1: vec2, p2: vec2, p3: vec2):
-        """Chords of equal parameter length within CHORD_TOLERANCE of the cubic (Wang's bound), 1 if not finite."""
+        """Chords of equal parameter length within CHORD_TOLERANCE of the cubic (Wang's bound).
+
+        2 if that is not finite: the vertex between then shows that the path is not, or lies out of range.
+        """
         bend = wp.max(wp.length(p0 - dtype(2.0) * p1 + p2), wp.length(p1 - dtype(2.0) * p2 + p3))
         chords = chords_per_root * wp.sqrt(bend)
         if not wp.isfinite(chords):
-            return 1
+            return 2
         return int(wp.clamp(wp.ceil(chords), dtype(1.0), most_chords))
 
     return SimpleNamespace(weights=weights, chord_count=chord_count)
