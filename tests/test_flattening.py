@@ -1,0 +1,145 @@
+"""Flattening: chords stay within the tolerance and are not many more than that takes; the adjoint is the transpose."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import torch
+import warp as wp
+from assertions import assert_grad_close, assert_grad_present
+from oracles import Stages, lane_widths, precisions, run_stages
+from reference.flattening import flatten
+from scenes import random_scene, straight
+from torch import Tensor
+
+from warpvec.kernels.constants import CHORD_TOLERANCE, SEGMENT_CHORDS_MAX
+
+SAMPLES = 32
+"""Points of the curve looked at per chord; the largest distance lies near the middle, and is flat there."""
+
+SCALES = [0.1, 1.0, 10.0, 100.0, 1000.0]
+
+
+def random_cubics(count: int, scale: float) -> Tensor:
+    """Paths [count, 6, 2] of two random cubics each, of ``scale`` pixels."""
+    return scale * torch.rand(count, 6, 2, generator=torch.Generator().manual_seed(7), dtype=torch.float64)
+
+
+def segments(points: Tensor) -> Tensor:
+    """Control points [N S, 4, 2] of each segment."""
+    closed = torch.cat([points, points[:, :1]], 1)
+    return torch.stack([closed[:, s : s + 4] for s in range(0, points.shape[1], 3)], 1).reshape(-1, 4, 2)
+
+
+def curve(control: Tensor, t: Tensor) -> Tensor:
+    """de Casteljau: points [..., 2] of one cubic at ``t``."""
+    t, row = t[..., None], list(control)
+    while len(row) > 1:
+        row = [a + t * (b - a) for a, b in zip(row, row[1:], strict=False)]
+    return row[0]
+
+
+def chord_error(control: Tensor, chord_count: int) -> float:
+    """Largest distance in pixels from the curve to the chord of its own piece, for equal steps of t."""
+    inside = (torch.arange(SAMPLES, dtype=torch.float64) + 0.5) / SAMPLES
+    start = torch.arange(chord_count, dtype=torch.float64)[:, None]
+    a, b = curve(control, start / chord_count), curve(control, (start + 1) / chord_count)
+    point, along = curve(control, (start + inside) / chord_count), b - a
+    nearest = ((point - a) * along).sum(-1, keepdim=True) / along.square().sum(-1, keepdim=True).clamp(min=1e-300)
+    return (point - a - nearest.clamp(0, 1) * along).norm(dim=-1).max().item()
+
+
+def chords_needed(control: Tensor) -> int:
+    return next(count for count in range(1, SEGMENT_CHORDS_MAX) if chord_error(control, count) <= CHORD_TOLERANCE)
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_chords_stay_within_the_tolerance_of_the_curve(scale: float) -> None:
+    points = random_cubics(20, scale)
+    counts = run_stages(points, 8, 8).chord_counts.flatten().tolist()
+    errors = [chord_error(control, count) for control, count in zip(segments(points), counts, strict=True)]
+    assert max(counts) < SEGMENT_CHORDS_MAX
+    assert max(errors) <= CHORD_TOLERANCE
+
+
+@pytest.mark.parametrize("scale", [10.0, 100.0, 1000.0])
+def test_chords_are_not_many_more_than_the_tolerance_takes(scale: float) -> None:
+    # Wang's bound takes the largest second difference for the whole cubic, and counts speed along it as bend: 1.4
+    # times the chords needed, in all, and 3 times for a cubic whose handles are nearly in line with it.
+    points = random_cubics(20, scale)
+    counts = run_stages(points, 8, 8).chord_counts.flatten().tolist()
+    needed = [chords_needed(control) for control in segments(points)]
+    assert sum(counts) <= 1.5 * sum(needed)
+    assert sorted(count / least for count, least in zip(counts, needed, strict=True))[len(needed) // 2] <= 1.5
+
+
+@lane_widths
+@precisions
+def test_chord_count_follows_wang(lane_width: int, dtype: torch.dtype) -> None:
+    bend = torch.tensor([0.0, 0.05, 0.07, 1.0, 30.0, 1000.0], dtype=torch.float64)
+    points = torch.zeros(len(bend), 6, 2, dtype=torch.float64)
+    # Of both segments the second differences are bend and 0.
+    points[:, 1, 1], points[:, 2, 1] = -bend, -bend
+    points[:, 1, 1] *= 2 / 3
+    points[:, 2, 1] *= 1 / 3
+    points[:, 3], points[:, 4], points[:, 5] = points[:, 0], points[:, 0], points[:, 0]
+    want = [max(1, math.ceil(math.sqrt(0.75 * b / CHORD_TOLERANCE))) for b in bend.tolist()]
+    counts = run_stages(points, 8, 8, lane_width, dtype).chord_counts
+    assert counts[:, 0].tolist() == want
+    assert counts[:, 1].tolist() == [1] * len(bend)
+
+
+@precisions
+def test_lines_take_one_chord_and_wild_paths_the_most_there_may_be(dtype: torch.dtype) -> None:
+    line = straight((1.0, 2.0), (30.0, 2.5), (4.0, 29.0))
+    wild = random_cubics(1, 1e6)[0].repeat(2, 1)[:9]
+    nowhere = torch.full_like(line, torch.nan)
+    counts = run_stages(torch.stack([line, wild, nowhere]), 8, 8, dtype=dtype).chord_counts.tolist()
+    assert counts == [[1] * 3, [SEGMENT_CHORDS_MAX] * 3, [2] * 3]
+
+
+@lane_widths
+@precisions
+@pytest.mark.parametrize("segment_count", [2, 3, 4, 7])
+def test_vertices_are_those_of_the_reference(lane_width: int, dtype: torch.dtype, segment_count: int) -> None:
+    points = random_scene(1, 9, 200, 300, segment_count).points
+    stages = run_stages(points, 200, 300, lane_width, dtype)
+    want = torch.cat(flatten(points, stages.chord_counts))
+    # Rounding of a sum of four products of canvas-sized numbers.
+    tolerance = 4 * torch.finfo(dtype).eps * points.abs().max().item()
+    torch.testing.assert_close(stages.vertices.double(), want, rtol=0, atol=tolerance)
+
+
+@pytest.mark.parametrize("path_count", [0, 1, 2, 63, 64, 65, 200])
+@pytest.mark.parametrize("threads", [1, 3])
+def test_paths_shared_among_threads_are_flattened_once_each(path_count: int, threads: int) -> None:
+    points = random_scene(path_count, path_count, 64, 64, 3).points
+    stages = run_stages(points, 64, 64, threads=threads)
+    assert stages.flattening.vertex_count == stages.chord_counts.sum()
+    want = torch.cat([points.new_zeros(0, 2), *flatten(points, stages.chord_counts)])
+    torch.testing.assert_close(stages.vertices[: len(want)], want, rtol=0, atol=1e-12)
+
+
+@lane_widths
+@pytest.mark.parametrize("segment_count", [2, 3, 4, 7])
+def test_adjoint_is_the_transpose(lane_width: int, segment_count: int) -> None:
+    points = random_scene(2, 66, 50, 50, segment_count).points
+    stages = run_stages(points, 50, 50, lane_width)
+    edge_adjoint = torch.randn(stages.flattening.vertex_count, 4, dtype=torch.float64)
+    leaf = points.clone().requires_grad_()
+    polygons = flatten(leaf, stages.chord_counts)
+    ends = torch.cat([torch.cat([polygon, polygon.roll(-1, 0)], 1) for polygon in polygons])
+    (want,) = torch.autograd.grad((ends * edge_adjoint).sum(), leaf)
+    got = points_adjoint(stages, edge_adjoint, lane_width)
+    assert_grad_close(got, want, rtol=1e-14, atol=0.0, name="points")
+    assert_grad_present(got, want, "points")
+
+
+def points_adjoint(stages: Stages, edge_adjoint: Tensor, lane_width: int) -> Tensor:
+    lanes = stages.flattening._lanes
+    assert lanes.width == lane_width
+    adj_points = torch.full_like(stages.points, torch.nan)
+    edges = wp.from_torch(edge_adjoint, dtype=lanes.vec4)
+    stages.flattening.adjoint(edges, wp.from_torch(adj_points, dtype=lanes.vec2))
+    return adj_points
