@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 import warpvec
 
@@ -78,16 +80,24 @@ def test_sdist_holds_the_kernels_once(wheel: Path) -> None:
     assert not [name for name in names if name.startswith("warpvec/kernels/")]
 
 
-def test_installed_wheel_works_outside_the_checkout(site: Path, tmp_path: Path) -> None:
+def _run_from(site: Path, folder: Path, *arguments: str) -> str:
+    """What Python prints in ``folder`` when the wheel stands first in its path and the current folder nowhere."""
+    environment = {**os.environ, "PYTHONPATH": str(site)}
+    command = [sys.executable, "-P", *arguments]
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True).stdout
+
+
+def test_installed_wheel_finds_its_own_kernels(site: Path, tmp_path: Path) -> None:
     code = "import warpvec.kernels.coverage as k, warpvec; print(k.__file__); print(warpvec.__file__)"
-    environment = {"PYTHONPATH": str(site), "PATH": ""}
-    # -P: the current folder is not searched either.
-    command = [sys.executable, "-P", "-c", code]
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
-    assert [Path(line) for line in done.stdout.splitlines()[-2:]] == [
-        site / "warpvec" / "kernels" / "coverage.py",
-        site / "warpvec" / "__init__.py",
-    ]
+    lines = _run_from(site, tmp_path, "-c", code).splitlines()[-2:]
+    expected = [site / "warpvec" / "kernels" / "coverage.py", site / "warpvec" / "__init__.py"]
+    assert [Path(line) for line in lines] == expected
+
+
+def test_installed_wheel_turns_a_photo_into_an_svg(site: Path, tmp_path: Path) -> None:
+    Image.linear_gradient("L").resize((24, 16)).save(tmp_path / "photo.png")
+    _run_from(site, tmp_path, "-m", "warpvec", "run", "photo.png", "out.svg", "--curves", "4", "--iterations", "10")
+    assert (tmp_path / "out.svg").read_text(encoding="utf-8").endswith("</svg>\n")
 
 
 def test_every_dependency_says_why() -> None:
