@@ -242,6 +242,7 @@ def test_the_text_depends_on_the_scene_alone():
     assert write_svg(scene, 768, 512) == write_svg(quantize(scene, 2), 768, 512)
     trained = replace(scene, points=scene.points.clone().requires_grad_())
     assert write_svg(trained, 768, 512) == write_svg(scene, 768, 512)
+    assert not quantize(trained, 2).points.requires_grad
 
 
 def test_an_empty_scene_is_a_background():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -169,7 +170,13 @@ def test_a_size_of_nothing_is_refused(size):
 
 def test_a_gzip_bomb_is_refused_before_it_fills_the_memory(monkeypatch):
     monkeypatch.setattr(verify, "MAX_SVG_BYTES", 1000)
-    assert "at most 1000 bytes" in refusal(draw, gzip.compress(svg_file(" " * 1000).encode()))
+    bomb = gzip.compress(svg_file(" " * 10_000_000).encode())
+    tracemalloc.start()
+    try:
+        assert "at most 1000 bytes" in refusal(draw, bomb)
+        assert tracemalloc.get_traced_memory()[1] < 1_000_000
+    finally:
+        tracemalloc.stop()
     assert draw(gzip.compress(svg_file(" " * 800).encode())).shape == (4, 8, 3)
 
 

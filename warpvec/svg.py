@@ -52,7 +52,6 @@ def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIM
     Raises:
         ValueError: a value is not finite, or a coordinate has 2**53 ticks of the last decimal or more.
     """
-    scene = scene.detach()
     _check_finite(scene, precision)
     quantized = replace(
         scene,

@@ -202,7 +202,7 @@ def _read_text(svg: str | bytes) -> str:
         return svg
     try:
         data = _gunzip(svg) if svg.startswith(b"\x1f\x8b") else svg
-        return data.decode("utf-8-sig")
+        return data.decode()
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(f"SVG must be whole if gzipped, got: {error}; write it again") from None
     except UnicodeDecodeError as error:
