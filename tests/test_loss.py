@@ -158,6 +158,21 @@ def test_projection_of_two_curves_is_the_original():
     assert bezier_loss(points, *LARGE).item() == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    "inner", [((-0.7, 0.3), (0.1, 0.3)), ((0.7, 0.3), (0.2, 0.3)), ((-0.2, 0.3), (-0.7, 0.3)), ((0.1, 0.3), (0.7, 0.3))]
+)
+def test_projection_of_each_inner_point_beyond_each_end(inner):
+    start, end, back = (-0.5, 0.0), (0.5, 0.0), [(0.5, -0.4), (-0.5, -0.4)]
+    points = to_pixels([start, *inner, end, *back])
+
+    def extent_of(corners):
+        return max(1.0, sum(math.dist(p, q) ** 2 for p, q in itertools.pairwise(corners)))
+
+    extent = (extent_of([start, *inner, end]) + extent_of([end, *back, start])) / 2
+    expected = 0.01 * ((0.7 - 0.5) / extent) ** 2
+    assert bezier_loss(points, *LARGE).item() == pytest.approx(expected, rel=1e-6)
+
+
 def test_projection_divides_by_the_mean_squared_chord_of_the_path():
     # A rectangle with chords 0.8 and 0.4, and one handle on a long chord, 0.1 beyond its end.
     points = polygon((-0.4, 0.0), (0.4, 0.0), (0.4, 0.4), (-0.4, 0.4))
