@@ -15,7 +15,7 @@ from warpvec.binning import Binning, TileGrid
 from warpvec.coverage import Coverage
 from warpvec.exact import Adjoints, Renderer
 from warpvec.flattening import Flattening
-from warpvec.kernels.constants import COLUMNS, TILE
+from warpvec.kernels.constants import COLUMNS, PARTIAL, TILE
 from warpvec.kernels.lanes import make_lanes
 from warpvec.launch import Launcher, start_warp
 
@@ -47,17 +47,30 @@ class Stages:
         """[V, 2]."""
         return torch.from_numpy(self.flattening.vertices.numpy()[: self.flattening.vertex_count].copy())
 
+    @property
+    def slots(self) -> Tensor:
+        """What is stored for the partial pairs [slots, COLUMNS, TILE rows], sharing its memory."""
+        values = torch.from_numpy(self.coverage.slot_winding.numpy()).flatten()
+        return values[: self.binning.slot_count * COLUMNS * TILE].reshape(-1, COLUMNS, TILE)
+
+    def partial_pairs(self) -> list[tuple[int, int, int]]:
+        """Path, tile and slot of each partial pair."""
+        hits = range(int(self.binning.tile_first_hit.numpy()[self.grid.count]))
+        slot, pair_class = self.binning.pair_slot.numpy(), self.binning.pair_class.numpy()
+        found = map(self.hit, hits)
+        return [(path, tile, int(slot[pair])) for path, tile, pair in found if pair_class[pair] == PARTIAL]
+
     def winding(self) -> Tensor:
-        """Winding of the pixels [N, tiles, TILE rows, TILE columns] of partial pairs; NaN elsewhere."""
-        binning, count = self.binning, self.grid.count
-        slots = torch.from_numpy(self.coverage.slot_winding.numpy()).reshape(-1, COLUMNS, TILE)
-        image = torch.full((len(self.points), count, TILE, TILE), torch.nan, dtype=slots.dtype)
-        for hit in range(int(binning.tile_first_hit.numpy()[count])):
-            path, tile, pair = self.hit(hit)
-            slot, following = binning.pair_slot.numpy()[pair : pair + 2]
-            if following > slot:
-                image[path, tile] = slots[slot, :TILE].T
-        return image
+        """Winding of the pixels [N, tiles, TILE rows, TILE columns] of partial pairs; NaN elsewhere.
+
+        With the reference's sign: positive inside a path that runs clockwise on the screen. The kernels count the
+        other way round, which the non-zero rule does not see.
+        """
+        slots = self.slots
+        tiles = torch.full((len(self.points), self.grid.count, TILE, TILE), torch.nan, dtype=slots.dtype)
+        for path, tile, slot in self.partial_pairs():
+            tiles[path, tile] = -slots[slot, :TILE].T
+        return tiles
 
     def hit(self, hit: int) -> tuple[int, int, int]:
         """Path, tile and pair of a position among the sorted pairs."""
@@ -70,7 +83,8 @@ def run_stages(
 ) -> Stages:
     """Flattening, binning and coverage of paths with control points [N, 3 S, 2]."""
     start_warp()
-    launch, lanes, grid = Launcher("cpu", threads), make_lanes(lane_width, wp.dtype_from_torch(dtype)), TileGrid(height, width)
+    launch, grid = Launcher("cpu", threads), TileGrid(height, width)
+    lanes = make_lanes(lane_width, wp.dtype_from_torch(dtype))
     stages = Stages(points, grid, Flattening(launch, lanes), Binning(launch, lanes, grid), Coverage(launch, lanes))
     path_count, segment_count = points.shape[0], points.shape[1] // 3
     stages.flattening.run(wp.from_torch(points.to(dtype).contiguous(), dtype=lanes.vec2))
