@@ -20,7 +20,7 @@ from warpvec.population import Population
 from warpvec.scene import Scene, circle_points
 
 # Opacity of a new path: enough to be seen by the gradient at once, not enough to hide what it stands on.
-_NEW_OPACITY = 0.8
+_NEW_OPACITY = 0.5
 # Iterations between entries of the history; each reads one number back from the device.
 _HISTORY_GAP = 10
 

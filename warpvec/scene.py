@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import torch
@@ -77,10 +78,10 @@ _CIRCLE_HANDLE = 4.0 / 3.0
 
 def circle_points(center: Tensor, radius: Tensor, segment_count: int) -> Tensor:
     """Control points [N, 3 S, 2] of circles at ``center`` [N, 2] with ``radius`` [N], clockwise on screen."""
-    step = 2.0 * torch.pi / segment_count
+    step = 2.0 * math.pi / segment_count
     angle = torch.arange(segment_count, dtype=center.dtype, device=center.device) * step
     anchor = torch.stack([angle.cos(), angle.sin()], -1)
-    tangent = torch.stack([-angle.sin(), angle.cos()], -1) * (_CIRCLE_HANDLE * torch.tan(torch.tensor(step / 4)))
+    tangent = torch.stack([-angle.sin(), angle.cos()], -1) * (_CIRCLE_HANDLE * math.tan(step / 4))
     following, following_tangent = anchor.roll(-1, 0), tangent.roll(-1, 0)
     unit = torch.stack([anchor, anchor + tangent, following - following_tangent], 1).reshape(-1, 2)
     return center[:, None, :] + radius[:, None, None] * unit
