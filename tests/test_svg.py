@@ -15,7 +15,7 @@ import torch
 from warpvec import __version__
 from warpvec.scene import Scene, circle_points
 from warpvec.svg import count_segments, format_number, quantize, write_svg
-from warpvec.verify import draw
+from warpvec.verify import draw, psnr
 
 SVG = "{http://www.w3.org/2000/svg}"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
@@ -89,7 +89,7 @@ def test_colors_and_opacities_are_written_as_quantized():
     quantized = quantize(scene, 2)
     for row, element in enumerate(path_elements(write_svg(scene, 768, 512))):
         assert read_color(element.get("fill", "")) == ticks(quantized.color[row], 255)
-        assert Fraction(element.get("fill-opacity", "1")) * 1000 == ticks(quantized.opacity[row], 1000)
+        assert Fraction(element.get("fill-opacity", "1")) * 100 == ticks(quantized.opacity[row], 100)
 
 
 def read_color(text: str) -> list[int]:
@@ -98,26 +98,23 @@ def read_color(text: str) -> list[int]:
     return list(bytes.fromhex(digits))
 
 
-def test_quantize_moves_nothing_by_more_than_half_a_step():
+@pytest.mark.parametrize(("precision", "handle_step"), [(0, 1.0), (1, 0.1), (2, 0.1), (3, 0.01)])
+def test_quantize_moves_nothing_by_more_than_half_a_step(precision, handle_step):
     scene = make_scene(300)
-    quantized = quantize(scene, 2)
-    # 2e-5: half the spacing of float32 at 512, in which both ends are stored.
-    nearest = torch.cdist(quantized.points.double(), scene.points.double(), p=torch.inf).amin(-1)
-    assert nearest.max() <= 0.005 + 2e-5
+    quantized = quantize(scene, precision)
+    moved = (quantized.points - scene.points).abs().unflatten(1, (-1, 3))
+    # 7e-5: the spacing of float32 at 512, in which both ends are stored.
+    assert moved[:, :, 0].max() <= 0.5 * 10**-precision + 7e-5
+    assert moved[:, :, 1:].max() <= 0.5 * handle_step + 7e-5
     assert (quantized.color - scene.color).abs().max() <= 0.5 / 255 + 1e-7
-    assert (quantized.opacity - scene.opacity).abs().max() <= 0.0005 + 1e-7
+    assert (quantized.opacity - scene.opacity).abs().max() <= 0.005 + 1e-7
     assert (quantized.background - scene.background).abs().max() <= 0.5 / 255 + 1e-7
 
 
-def test_quantize_keeps_each_path_as_a_closed_loop():
-    scene = make_scene(300)
-    quantized = quantize(scene, 2)
-    rounded = torch.tensor(ticks(scene.points, 100))
-    got = torch.tensor(ticks(quantized.points, 100))
-    ways = [way.roll(shift, 1) for way in (rounded, rounded.flip(1).roll(1, 1)) for shift in (0, 3, 6, 9)]
-    matches = torch.stack([(got == way).flatten(1).all(1) for way in ways])
-    assert matches.any(0).all()
-    assert (~matches[0]).any(), "no path was turned: the scene does not test anything"
+def test_handles_are_a_whole_number_of_tenths_from_the_start_of_their_segment():
+    points = torch.tensor(ticks(quantize(make_scene(300), 2).points, 100)).unflatten(1, (-1, 3))
+    assert ((points[:, :, 1:] - points[:, :, :1]) % 10 == 0).all()
+    assert (points[:, :, 0] % 10 != 0).any()
 
 
 @pytest.mark.parametrize("size", [(768, 512), (30000, 20000)])
@@ -155,23 +152,22 @@ def test_format_number_is_exact_and_short(ticks, decimals, text):
 
 
 def test_numbers_are_packed_as_tightly_as_the_grammar_allows():
-    points = torch.tensor([[0, 0], [0.5, 0.25], [1, 0.5], [1.5, 1], [0.5, 0.75], [0.25, -0.5]])[None]
+    points = torch.tensor([[0, 0], [0.5, 0.2], [1, 0.5], [1.55, 0.25], [1.25, -0.25], [0.05, -0.75]])[None]
     scene = replace(make_scene(1, 2), points=points)
-    # Clockwise as given, that would be "M0 0c.5.25 1 .5 1.5 1-1-.25-1.25-1.5-1.5-1z".
-    assert 'd="M0 0c.25-.5.5.75 1.5 1-.5-.5-1-.75-1.5-1z"' in write_svg(scene, 2, 2)
+    assert 'd="M0 0c.5.2 1 .5 1.55.25-.3-.5-1.5-1-1.55-.25z"' in write_svg(scene, 2, 2)
 
 
 def test_opaque_paths_have_no_opacity_and_exact_colors_are_short():
     scene = replace(make_scene(3), color=torch.tensor([[1.0, 0, 0.2], [1.0, 0, 0.21], [0.5, 0.5, 0.5]]))
-    scene = replace(scene, opacity=torch.tensor([1.0, 0.99951, 0.9994]))
+    scene = replace(scene, opacity=torch.tensor([1.0, 0.9951, 0.994]))
     first, second, third = path_elements(write_svg(scene, 768, 512))
     assert first.get("fill") == "#f03"
     assert second.get("fill") == "#ff0036"
-    assert [path.get("fill-opacity") for path in (first, second, third)] == [None, None, ".999"]
+    assert [path.get("fill-opacity") for path in (first, second, third)] == [None, None, ".99"]
 
 
 def test_invisible_paths_are_left_out_of_file_and_quantized_scene():
-    scene = replace(make_scene(4), opacity=torch.tensor([1.0, 0.0, 0.0004, 0.0006]))
+    scene = replace(make_scene(4), opacity=torch.tensor([1.0, 0.0, 0.004, 0.006]))
     assert len(path_elements(write_svg(scene, 768, 512))) == len(quantize(scene, 2)) == 2
 
 
@@ -269,17 +265,17 @@ def test_an_independent_renderer_draws_relative_and_absolute_data_alike():
     assert np.array_equal(draw(svg), draw(absolute))
 
 
-def test_rounding_and_turning_paths_is_invisible():
-    scene = make_scene(100)
-    svg = write_svg(scene, 768, 512, precision=4)
+def test_rounding_the_points_is_almost_invisible():
+    scene = make_scene(512)
+    svg = write_svg(scene, 768, 512)
     exact = with_path_data(svg, [absolute_data(path) for path in scene.points.tolist()])
-    # Levels of 255 a channel; seen: 0.0005 at most over three seeds, from anti-aliasing at a few cusps.
-    assert np.abs(draw(svg).astype(int) - draw(exact)).mean() <= 0.002
+    # Seen: 52 to 53 dB over three seeds. Renderers differ from one another by as much.
+    assert psnr(draw(svg), draw(exact)) >= 51
 
 
 def test_a_file_of_512_paths_is_small():
-    # Paths of 14 pixels radius on average: 168 bytes each when this was written, 28 of them markup and colour.
-    assert len(write_svg(make_scene(512), 768, 512)) <= 512 * 170
+    # The goal is 85 KB for fitted scenes; these paths have 14 pixels radius on average.
+    assert len(write_svg(make_scene(512), 768, 512)) <= 85_000
 
 
 @pytest.mark.parametrize(

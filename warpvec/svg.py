@@ -17,8 +17,11 @@ from torch import Tensor
 from warpvec import __version__
 from warpvec.scene import Scene
 
-OPACITY_DECIMALS = 3
-"""Two decimals would be coarser than the 8 bits in which viewers blend; a fourth would be invisible."""
+OPACITY_DECIMALS = 2
+"""Half a step moves a blend of black and white by 1.3 of 255 levels; a third decimal costs 4 % of a file's bytes."""
+
+MIN_HANDLE_DECIMALS = 1
+"""Handles have a decimal fewer than anchors, but not fewer than this: see `quantize`."""
 
 COLOR_LEVELS = 255
 """Colours are written as two hexadecimal digits a channel."""
@@ -45,25 +48,24 @@ def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIM
     """The scene as its file will say it, for rendering precisely what is exported.
 
     Coordinates have ``precision`` decimals, colours 8 bits, opacities ``opacity_decimals`` decimals; colours and
-    opacities outside [0, 1] are clamped. Paths whose opacity rounds to 0 are gone, as they are from the file. Each
-    path starts at the anchor and runs in the direction that take the fewest bytes: under the non-zero rule neither
-    matters. Quantizing a second time changes nothing. Device and dtype are kept, gradients are not.
+    opacities outside [0, 1] are clamped. Handles stand a whole number of coarser steps from the start of their
+    segment, 0.1 at two decimals: a handle moves its curve by at most 4/9 of its own move, and at 512 paths this
+    saves 9 % of the file for 0.003 dB. Paths whose opacity rounds to 0 are gone, as they are from the file.
+    Quantizing a second time changes nothing. Device and dtype are kept, gradients are not.
 
     Raises:
         ValueError: a value is not finite, or a coordinate has 2**53 ticks of the last decimal or more.
     """
+    scene = scene.detach()
     _check_finite(scene, precision)
     quantized = replace(
         scene,
-        points=_rounded(scene.points, 10**precision),
+        points=_rounded_points(scene.points, precision),
         color=_rounded(scene.color.clamp(0, 1), COLOR_LEVELS),
         opacity=_rounded(scene.opacity.clamp(0, 1), 10**opacity_decimals),
         background=_rounded(scene.background.clamp(0, 1), COLOR_LEVELS),
     )
-    visible = quantized.select(quantized.opacity > 0)
-    order = _shortest_traversals(_ticks(visible.points, 10**precision).cpu().numpy(), precision)
-    rows = torch.arange(len(visible), device=scene.points.device)[:, None]
-    return replace(visible, points=visible.points[rows, torch.from_numpy(order).to(rows.device)])
+    return quantized.select(quantized.opacity > 0)
 
 
 def write_svg(
@@ -141,6 +143,15 @@ def _rounded(values: Tensor, per_unit: int) -> Tensor:
     return (_ticks(values, per_unit).double() / per_unit).to(values.dtype)
 
 
+def _rounded_points(points: Tensor, precision: int) -> Tensor:
+    """Anchors at whole ticks; the two handles of each segment at whole handle steps from its start."""
+    ticks = points.double().reshape(len(points), points.shape[1] // 3, 3, 2) * 10**precision
+    anchor = ticks[:, :, :1].round()
+    step = 10 ** (precision - min(precision, max(precision - 1, MIN_HANDLE_DECIMALS)))
+    rounded = anchor + ((ticks - anchor) / step).round() * step
+    return (rounded.flatten(1, 2) / 10**precision).to(points.dtype)
+
+
 def _description(title: str | None, metadata: dict[str, Any]) -> Iterator[str]:
     if title is not None:
         yield f"<title>{_xml_text(title)}</title>"
@@ -185,61 +196,30 @@ def _hex_colors(color: Tensor) -> list[str]:
     return ["#" + (name[::2] if name[::2] == name[1::2] else name) for name in names]
 
 
-def _shortest_traversals(ticks: NDArray[np.int64], decimals: int) -> NDArray[np.int64]:
-    """Order [N, 3 S] in which to take the points ``ticks`` [N, 3 S, 2] of each path for the shortest path data.
-
-    It saves 1 to 2 % of the file. The order as it stands wins a tie.
-    """
-    forward = np.arange(ticks.shape[1])
-    backward = np.roll(forward[::-1], 1)
-    starts = range(0, ticks.shape[1], 3)
-    orders = np.stack([np.roll(way, -start) for way in (forward, backward) for start in starts])
-    lengths = [_data_lengths(ticks[:, order], decimals) for order in orders]
-    return orders[np.argmin(lengths, axis=0)]
-
-
-def _data_lengths(ticks: NDArray[np.int64], decimals: int) -> NDArray[np.int64]:
-    """Characters of the numbers in the path data of each of ``ticks`` [N, 3 S, 2]."""
-    total = np.zeros(len(ticks), dtype=np.int64)
-    for numbers in (ticks[:, 0], _relative(ticks)):
-        vocabulary, index = _words(numbers, decimals)
-        total += np.array([len(word) for word in vocabulary], dtype=np.int64)[index].sum(axis=1)
-    return total
-
-
 def _path_data(ticks: NDArray[np.int64], decimals: int) -> list[str]:
-    """Path data of closed cubics with control points ``ticks`` [N, 3 S, 2]."""
-    heads = _number_lists(ticks[:, 0], decimals)
-    tails = _number_lists(_relative(ticks), decimals)
-    return [f"M{head}c{tail}z" for head, tail in zip(heads, tails, strict=True)]
-
-
-def _relative(ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The control points of each segment from its start, [N, 6 S].
+    """Path data of closed cubics with control points ``ticks`` [N, 3 S, 2].
 
     Differences of rounded positions, not rounded differences: a reader's running sum meets every anchor exactly.
     """
     anchor = ticks[:, ::3]
     control = np.stack([ticks[:, 1::3], ticks[:, 2::3], np.roll(anchor, -1, axis=1)], axis=2)
-    return (control - anchor[:, :, None]).reshape(len(ticks), 2 * ticks.shape[1])
+    relative = (control - anchor[:, :, None]).reshape(len(ticks), 2 * ticks.shape[1])
+    heads, tails = _number_lists(ticks[:, 0], decimals), _number_lists(relative, decimals)
+    return [f"M{head}c{tail}z" for head, tail in zip(heads, tails, strict=True)]
 
 
 def _number_lists(ticks: NDArray[np.int64], decimals: int) -> list[str]:
-    """Each row of ``ticks`` [N, K] as an SVG number list."""
-    vocabulary, index = _words(ticks, decimals)
-    return ["".join(row) for row in np.array(vocabulary, dtype=object)[index].tolist()]
-
-
-def _words(ticks: NDArray[np.int64], decimals: int) -> tuple[list[str], NDArray[np.int64]]:
-    """The distinct words of number lists, and which of them stand in each row of ``ticks`` [N, K].
+    """Each row of ``ticks`` [N, K] as an SVG number list.
 
     A minus sign separates, and so does a leading point after a number that already has its point.
     """
     per_unit = 10**decimals
     distinct, index = np.unique(ticks, return_inverse=True)
     words = [format_number(value, decimals) for value in distinct.tolist()]
+    vocabulary = np.array([*words, *(" " + word for word in words)], dtype=object)
     has_point = ticks % per_unit != 0
     separates = ticks < 0
     separates[:, 1:] |= (ticks[:, 1:] < per_unit) & has_point[:, 1:] & has_point[:, :-1]
     separates[:, 0] = True
-    return [*words, *(" " + word for word in words)], index.reshape(ticks.shape) + np.where(separates, 0, len(words))
+    chosen = index.reshape(ticks.shape) + np.where(separates, 0, len(words))
+    return ["".join(row) for row in vocabulary[chosen].tolist()]
