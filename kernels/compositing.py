@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warpvec.kernels.constants import COLUMNS, FULL, TILE
+from warpvec.kernels.constants import COLUMNS, FULL
 from warpvec.kernels.lanes import Lanes, stage_module
 
 
@@ -13,8 +13,7 @@ from warpvec.kernels.lanes import Lanes, stage_module
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """What forward and adjoint share: where a tile's visible paths begin, and the alpha of a pair's pixels."""
     dtype, vector = lanes.dtype, lanes.vector
-    least, most, mul, sub, spread = lanes.least, lanes.most, lanes.mul, lanes.sub, lanes.spread
-    blocks = wp.constant(lanes.blocks)
+    least, most, sub, spread = lanes.least, lanes.most, lanes.sub, lanes.spread
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
 
     @wp.func

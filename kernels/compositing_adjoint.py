@@ -29,7 +29,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
     ``tile_reference`` is dL/d(image) itself. ``importance``: fill the fifth sum of each pair.
     """
     dtype, vec3, vector = lanes.dtype, lanes.vec3, lanes.vector
-    add, mul, fma, fnma, sub = lanes.add, lanes.mul, lanes.fma, lanes.fnma, lanes.sub
+    mul, fma, sub = lanes.mul, lanes.fma, lanes.sub
     spread, get, put, reduce_tile = lanes.spread, lanes.get, lanes.put, lanes.reduce_tile
     functions = compositing.make_functions(lanes)
     first_visible, winding_index = functions.first_visible, functions.winding_index

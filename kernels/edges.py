@@ -17,7 +17,7 @@ from warpvec.kernels.lanes import Lanes
 @cache
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Scalar and lane functions of an edge for the precision of ``lanes``."""
-    dtype, vec2, vector = lanes.dtype, lanes.vec2, lanes.vector
+    dtype, vec2 = lanes.dtype, lanes.vec2
     least, most, mul, sub, spread, ramp_from = (
         lanes.least, lanes.most, lanes.mul, lanes.sub, lanes.spread, lanes.ramp_from
     )  # fmt: skip
@@ -58,6 +58,4 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         s = mul(sub(ramp_from(row), spread(y0)), spread(inv_dy))
         return least(most(s, spread(zero)), spread(one))
 
-    return SimpleNamespace(
-        inverse=inverse, column_range=column_range, row_range=row_range, row_crossing=row_crossing
-    )
+    return SimpleNamespace(inverse=inverse, column_range=column_range, row_range=row_range, row_crossing=row_crossing)

@@ -60,7 +60,9 @@ def stage_module(stage: str, lanes: Lanes) -> wp.Module:
 
 def _native_operations(width: int, dtype: Any, vector: Any) -> dict[str, Any]:
     c_type = _C_NAME[dtype]
-    declare = f"typedef {c_type} lanes_t __attribute__((ext_vector_type({width}), aligned({4 if c_type == 'float' else 8})));"
+    declare = (
+        f"typedef {c_type} lanes_t __attribute__((ext_vector_type({width}), aligned({4 if c_type == 'float' else 8})));"
+    )
     give = f"wp::vec_t<{width},{c_type}> o; *(lanes_t*)&o = r; return o;"
 
     def snippet(expression: str, names: str) -> str:
@@ -114,9 +116,7 @@ def _native_operations(width: int, dtype: Any, vector: Any) -> dict[str, Any]:
     def reduce_tile(sums: wp.array2d(dtype=dtype), slot: int, term: int, value: vector, lane: int):
         sums[slot, term] = total(value)
 
-    return _named(
-        add, sub, mul, fma, fnma, least, most, where_less, spread, ramp_from, total, get, put, reduce_tile
-    )
+    return _named(add, sub, mul, fma, fnma, least, most, where_less, spread, ramp_from, total, get, put, reduce_tile)
 
 
 def _tree_sum(width: int, c_type: str) -> str:
@@ -196,7 +196,7 @@ def _scalar_operations(dtype: Any) -> dict[str, Any]:
 
     @wp.func
     def put(target: wp.ref[dtype], index: int, value: dtype):
-        target = value
+        target = value  # noqa: F841 - a Warp reference: this writes the caller's variable
 
     @wp.func_native(_WARP_SUM)
     def warp_sum(value: dtype) -> dtype: ...
@@ -218,9 +218,7 @@ def _scalar_operations(dtype: Any) -> dict[str, Any]:
             else:
                 sums[row, term] = sums[row, term] + value
 
-    return _named(
-        add, sub, mul, fma, fnma, least, most, where_less, spread, ramp_from, total, get, put, reduce_tile
-    )
+    return _named(add, sub, mul, fma, fnma, least, most, where_less, spread, ramp_from, total, get, put, reduce_tile)
 
 
 def _named(*functions: Any) -> dict[str, Any]:

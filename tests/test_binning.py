@@ -53,7 +53,9 @@ def check_classes(stages: Stages) -> None:
             elif pair_class == FULL:
                 assert winding.abs().min() > 0.5 and (winding - winding[0]).abs().max() < 1e-9
             else:
-                assert winding.abs().max() < 1e-9, f"path {path}, tile {tile} was dropped, winding {winding.abs().max()}"
+                assert winding.abs().max() < 1e-9, (
+                    f"path {path}, tile {tile} was dropped, winding {winding.abs().max()}"
+                )
 
 
 def touches(polygon: Tensor, tile: int, stages: Stages) -> bool:

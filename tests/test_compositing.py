@@ -18,7 +18,9 @@ def covers(count: int, height: int, width: int, opacity: float | None = None) ->
     """Paths that cover the whole canvas, far beyond its borders."""
     scene = random_scene(count, count, height, width)
     points = rectangle(-100, -100, width + 100, height + 100).expand(count, 12, 2).contiguous()
-    return scene._replace(points=points, opacity=scene.opacity if opacity is None else torch.full_like(scene.opacity, opacity))
+    return scene._replace(
+        points=points, opacity=scene.opacity if opacity is None else torch.full_like(scene.opacity, opacity)
+    )
 
 
 def rounding(dtype: torch.dtype, path_count: int) -> float:
@@ -51,7 +53,9 @@ def test_whole_covers_blend_in_order(lane_width: int, dtype: torch.dtype, path_c
 
 
 @lane_widths
-@pytest.mark.parametrize(("height", "width"), [(16, 16 * n) for n in (1, 2, 63, 64, 65, 130)] + [(2100, 16), (17, 1037)])
+@pytest.mark.parametrize(
+    ("height", "width"), [(16, 16 * n) for n in (1, 2, 63, 64, 65, 130)] + [(2100, 16), (17, 1037)]
+)
 def test_tiles_shared_among_threads_are_each_drawn_once(height: int, width: int, lane_width: int) -> None:
     scene = random_scene(width, 5, height, width)
     renderer = make_renderer(scene, lane_width, threads=3)
@@ -96,10 +100,12 @@ def test_the_default_threshold_changes_the_image_by_at_most_itself(lane_width: i
 def test_partial_paths_never_count_as_hiding(lane_width: int) -> None:
     # The right half of the canvas' only tile is not covered, however many opaque paths there are.
     scene = random_scene(5, 30, 16, 16)
-    scene = scene._replace(points=rectangle(-5, -5, 8, 20).expand(30, 12, 2).contiguous(), opacity=torch.ones(30).double())
+    scene = scene._replace(
+        points=rectangle(-5, -5, 8, 20).expand(30, 12, 2).contiguous(), opacity=torch.ones(30).double()
+    )
     image = render(scene, make_renderer(scene, lane_width, transmittance_min=TRANSMITTANCE_MIN))
     want = torch.cat([scene.color[-1].expand(16, 8, 3), scene.background.expand(16, 8, 3)], 1)
-    torch.testing.assert_close(image, want, rtol=0, atol=rounding(torch.float64, 1))
+    torch.testing.assert_close(image, want, rtol=0, atol=1e-13)
 
 
 @lane_widths

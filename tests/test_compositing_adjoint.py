@@ -80,7 +80,9 @@ def test_two_covers_in_closed_form(lane_width: int, dtype: torch.dtype) -> None:
     # A sum over the pixels of a tile column by column: float32 rounds it once an addend.
     rtol = 256 * torch.finfo(dtype).eps
     for value, want in [(got.color[0], 0.375), (got.color[1], 0.5), (got.background, 0.125)]:
-        torch.testing.assert_close(value.double(), torch.full((3,), pixels * want, dtype=torch.float64), rtol=rtol, atol=0)
+        torch.testing.assert_close(
+            value.double(), torch.full((3,), pixels * want, dtype=torch.float64), rtol=rtol, atol=0
+        )
     torch.testing.assert_close(got.opacity.double(), pixels * opacity, rtol=rtol, atol=rtol * pixels)
 
 
@@ -113,7 +115,9 @@ def test_what_was_left_in_the_buffers_by_another_scene_does_not_count(lane_width
 @pytest.mark.parametrize(("height", "width"), [(1, 1), (33, 50), (17, 1037)])
 @lane_widths
 @precisions
-def test_fit_step_is_render_then_error_then_adjoint(height: int, width: int, lane_width: int, dtype: torch.dtype) -> None:
+def test_fit_step_is_render_then_error_then_adjoint(
+    height: int, width: int, lane_width: int, dtype: torch.dtype
+) -> None:
     scene = random_scene(height, 12, height, width)
     renderer = make_renderer(scene, lane_width, dtype)
     difference = render(scene, renderer) - target_image(scene).to(dtype)

@@ -100,7 +100,9 @@ def tile_is_whole(tile: int, left: float, top: float, right: float, bottom: floa
 @lane_widths
 def test_a_diagonal_halves_its_pixels(lane_width: int) -> None:
     got = winding_of(straight((0, 0), (16, 16), (0, 16)), lane_width=lane_width)
-    torch.testing.assert_close(got, torch.ones(16, 16).tril(-1).double() + 0.5 * torch.eye(16).double(), rtol=0, atol=1e-14)
+    torch.testing.assert_close(
+        got, torch.ones(16, 16).tril(-1).double() + 0.5 * torch.eye(16).double(), rtol=0, atol=1e-14
+    )
 
 
 @lane_widths

@@ -24,9 +24,7 @@ _RENDERERS_KEPT = 4
 _lock = Lock()
 
 
-def render(
-    scene: Scene, height: int, width: int, *, renderer: str = "exact", threads: int | None = None
-) -> Tensor:
+def render(scene: Scene, height: int, width: int, *, renderer: str = "exact", threads: int | None = None) -> Tensor:
     """The image [height, width, 3] of ``scene``, differentiable in its points, colour, opacity and background.
 
     Runs where the scene's tensors are, in their precision (float32 or float64), on ``threads`` CPU threads (all

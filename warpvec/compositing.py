@@ -17,7 +17,7 @@ from warpvec.kernels import compositing_adjoint as adjoint_kernels
 from warpvec.kernels.compositing_adjoint import TERMS
 from warpvec.kernels.constants import TILE, TRANSMITTANCE_MIN
 from warpvec.kernels.lanes import Lanes
-from warpvec.launch import Buffers, Launcher
+from warpvec.launch import Buffers, Launcher, as_warp
 
 
 def to_tiles(image: Tensor, grid: TileGrid) -> Tensor:
@@ -40,9 +40,9 @@ class Paint:
     def __init__(self, color: Tensor, opacity: Tensor, background: Tensor, lanes: Lanes) -> None:
         self.path_count = len(color)
         self.arrays = [
-            wp.from_torch(color.detach().contiguous(), dtype=lanes.vec3),
-            wp.from_torch(opacity.detach().contiguous(), dtype=lanes.dtype),
-            wp.from_torch(background.detach().reshape(1, 3).contiguous(), dtype=lanes.vec3),
+            as_warp(color, lanes.vec3),
+            as_warp(opacity, lanes.dtype),
+            as_warp(background.reshape(1, 3), lanes.vec3),
         ]
 
 
@@ -61,9 +61,7 @@ class Compositing:
         lanes = self._lanes
         arguments = [*_hits(binning), coverage.slot_winding, *paint.arrays, self._transmittance_min]
         image = _lane_array(tile_image, lanes)
-        self._launch(
-            kernels.make_kernels(lanes).composite, self._grid.count * lanes.tile_threads, [*arguments, image]
-        )
+        self._launch(kernels.make_kernels(lanes).composite, self._grid.count * lanes.tile_threads, [*arguments, image])
 
     def adjoint(
         self,
@@ -122,8 +120,8 @@ def _hits(binning: Binning) -> list[Any]:
     return [binning.tile_first_hit, binning.hit_pair, binning.pair_path, binning.pair_class, binning.pair_slot]
 
 
-def _lane_array(tiles: Tensor, lanes: Lanes) -> wp.array:
-    return wp.from_torch(tiles.reshape(-1) if lanes.width == 1 else tiles.reshape(-1, lanes.width), dtype=lanes.vector)
+def _lane_array(tiles: Tensor, lanes: Lanes) -> Any:
+    return as_warp(tiles.reshape(-1) if lanes.width == 1 else tiles.reshape(-1, lanes.width), lanes.vector)
 
 
 def _deepest(first_hit: np.ndarray[Any, Any]) -> int:

@@ -14,7 +14,7 @@ from warpvec.coverage import Coverage
 from warpvec.flattening import Flattening
 from warpvec.kernels.constants import TILE, TRANSMITTANCE_MIN
 from warpvec.kernels.lanes import make_lanes
-from warpvec.launch import Launcher, start_warp
+from warpvec.launch import Launcher, as_warp, start_warp
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,7 @@ class Renderer:
         start_warp()
         self.grid = TileGrid(height, width)
         self._launch = Launcher(device, threads)
-        self._lanes = make_lanes(
-            lane_width or (1 if self._launch.device.is_cuda else TILE), wp.dtype_from_torch(dtype)
-        )
+        self._lanes = make_lanes(lane_width or (1 if self._launch.device.is_cuda else TILE), wp.dtype_from_torch(dtype))
         self.dtype = dtype
         self.device = torch.device(wp.device_to_torch(self._launch.device))
         self._flattening = Flattening(self._launch, self._lanes)
@@ -106,13 +104,11 @@ class Renderer:
         # L without path i, minus L: the loss is a parabola in one opacity (design: recycling).
         o, adj_o = opacity.detach(), adjoints.opacity
         gain = o * o * path_sums[:, 4] * scale - o * adj_o if removal else None
-        return Adjoints(
-            adjoints.points, adjoints.color, adj_o, adjoints.background, canvas_sums[3] * scale, gain
-        )
+        return Adjoints(adjoints.points, adjoints.color, adj_o, adjoints.background, canvas_sums[3] * scale, gain)
 
     def _cover(self, points: Tensor) -> None:
         path_count, segment_count = points.shape[0], points.shape[1] // 3
-        array = wp.from_torch(points.detach().contiguous(), dtype=self._lanes.vec2)
+        array = as_warp(points, self._lanes.vec2)
         self._flattening.run(array)
         self._binning.run(self._flattening, path_count, segment_count)
         self._coverage.run(self._flattening, self._binning, segment_count)
@@ -124,5 +120,5 @@ class Renderer:
         path_count, segment_count = points.shape[0], points.shape[1] // 3
         edge_adjoint = self._coverage.adjoint(self._flattening, self._binning, path_count, segment_count)
         adj_points = torch.empty(points.shape, dtype=self.dtype, device=self.device)
-        self._flattening.adjoint(edge_adjoint, wp.from_torch(adj_points, dtype=self._lanes.vec2))
+        self._flattening.adjoint(edge_adjoint, as_warp(adj_points, self._lanes.vec2))
         return Adjoints(adj_points, path_sums[:, :3], path_sums[:, 3], canvas_sums[:3])

@@ -55,9 +55,7 @@ class FitResult:
     device: str
 
 
-def fit(
-    target: Tensor, config: FitConfig, on_progress: Callable[[Progress], None] | None = None
-) -> FitResult:
+def fit(target: Tensor, config: FitConfig, on_progress: Callable[[Progress], None] | None = None) -> FitResult:
     """Fit paths to ``target`` [h, w, 3], sRGB-encoded in [0, 1].
 
     ``on_progress`` is called after every iteration. A KeyboardInterrupt ends the fit and gives the best scene so far.
@@ -129,9 +127,7 @@ class _Fit:
         scene, loss = self._population.scene, float(self._loss)
         if self.interrupted and self._best is not None and self._best[0] < loss:
             scene = self._best[1]
-        return FitResult(
-            scene.cpu(), self.history, self._iteration, self._seconds(), self.interrupted, self._device
-        )
+        return FitResult(scene.cpu(), self.history, self._iteration, self._seconds(), self.interrupted, self._device)
 
     def _step(self, want_removal: bool) -> Tensor | None:
         """Render, loss, adjoint, update; gives each path's removal cost if that was asked for."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 import warp as wp
 
 from warpvec.kernels import flattening as kernels

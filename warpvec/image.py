@@ -102,9 +102,10 @@ def write_png(path: str | os.PathLike[str], pixels: NDArray[np.floating[Any]], n
     """
     check_writable(path, name)
     levels = np.rint(np.clip(pixels, 0.0, 1.0) * 255.0).astype(np.uint8)
-    encoded = BytesIO()
-    Image.fromarray(levels).save(encoded, format="PNG")
-    write_atomic(path, encoded.getvalue())
+    # Here and not above: only runs that save frames write images, and importing imageio takes a tenth of a second.
+    import imageio.v3 as iio
+
+    write_atomic(path, iio.imwrite("<bytes>", levels, extension=".png"))
 
 
 def _decode(source: str | os.PathLike[str] | bytes | Image.Image, name: str) -> NDArray[Any]:

@@ -8,11 +8,14 @@ they were shared out.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import cache
 from itertools import count
 from typing import Any
 
+import torch
 import warp as wp
 
 from warpvec.errors import InputError
@@ -23,10 +26,25 @@ _CHUNK_ITEMS_MIN = 64
 _CHUNKS_PER_THREAD = 6
 
 
+@cache
 def start_warp() -> None:
-    """Initialise Warp without its banner; nothing but our own lines belongs on the user's terminal."""
+    """Initialise Warp in silence; nothing but our own lines belongs on the user's terminal."""
     wp.config.log_level = wp.LOG_ERROR
-    wp.init()
+    with _silent_native_stderr():
+        wp.init()
+
+
+@contextmanager
+def _silent_native_stderr() -> Iterator[None]:
+    # Without a GPU driver Warp's native code prints a warning that no setting of Warp's silences.
+    kept, sink = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(sink, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(sink)
 
 
 def resolve_device(name: str) -> str:
@@ -36,7 +54,8 @@ def resolve_device(name: str) -> str:
         InputError: no such device.
     """
     start_warp()
-    gpu_count = wp.get_cuda_device_count()
+    # Both sides of the bridge must see a GPU for it to be of use.
+    gpu_count = wp.get_cuda_device_count() if torch.cuda.is_available() else 0
     devices = ["cpu", *(f"cuda:{k}" for k in range(gpu_count))]
     wanted = {"auto": devices[min(gpu_count, 1)], "cuda": "cuda:0"}.get(name, name)
     if wanted not in devices:
@@ -64,7 +83,9 @@ class Launcher:
         if self._pool is None or item_count <= chunk:
             self._launch(kernel, 0, item_count, arguments)
             return
-        self._share(lambda first: self._launch(kernel, first, min(chunk, item_count - first), arguments), item_count, chunk)
+        self._share(
+            lambda first: self._launch(kernel, first, min(chunk, item_count - first), arguments), item_count, chunk
+        )
 
     def _launch(self, kernel: Any, first: int, item_count: int, arguments: list[Any]) -> None:
         wp.launch(kernel, dim=item_count, inputs=[first, *arguments], device=self.device, record_tape=False)
@@ -94,7 +115,7 @@ class Buffers:
         self._arrays: dict[str, wp.array] = {}
 
     def get(self, name: str, shape: int | tuple[int, ...], dtype: Any) -> wp.array:
-        """An array of at least ``shape`` along its first axis, exactly ``shape`` along the others; contents are stale."""
+        """An array of at least ``shape`` along its first axis, equal to it along the others; contents are stale."""
         shape = (shape,) if isinstance(shape, int) else shape
         array = self._arrays.get(name)
         if array is None or array.shape[0] < shape[0] or array.shape[1:] != shape[1:]:
@@ -114,3 +135,8 @@ def exclusive_scan(buffers: Buffers, name: str, counts: wp.array, count_: int) -
     sums = buffers.get(name, count_ + 1, wp.int32)
     wp.utils.array_scan(counts[: count_ + 1], sums[: count_ + 1], inclusive=False)
     return sums, int(sums[count_ : count_ + 1].numpy()[0])
+
+
+def as_warp(tensor: torch.Tensor, dtype: Any) -> Any:
+    """A Warp array of ``dtype`` over the memory of a contiguous tensor, outside autograd."""
+    return wp.from_torch(tensor.detach().contiguous(), dtype=dtype)

@@ -35,7 +35,9 @@ class Population:
     def __len__(self) -> int:
         return len(self._points)
 
-    def step(self, adj_points: Tensor, adj_color: Tensor, adj_opacity: Tensor, adj_background: Tensor, factor: float) -> None:
+    def step(
+        self, adj_points: Tensor, adj_color: Tensor, adj_opacity: Tensor, adj_background: Tensor, factor: float
+    ) -> None:
         """One optimizer step from the adjoints of ``scene``'s values, learning rates multiplied by ``factor``."""
         self._points.grad = adj_points * self._half_side
         self._opacity.grad = adj_opacity * self.scene.opacity * (1.0 - self.scene.opacity)
