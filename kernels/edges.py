@@ -31,7 +31,8 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     @wp.func
     def inverse(difference: dtype):
         """1 / difference, or a huge number for a difference of nearly zero: a denormal's quotient would be infinite."""
-        return one / wp.where(wp.abs(difference) < flat_edge, flat_edge, difference)
+        flat = wp.where(difference < zero, -flat_edge, flat_edge)
+        return one / wp.where(wp.abs(difference) < flat_edge, flat, difference)
 
     @wp.func
     def column_range(v0: vec2, v1: vec2, top: dtype, bottom: dtype):
