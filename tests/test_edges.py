@@ -116,6 +116,6 @@ def test_inverse_is_finite_and_keeps_a_crossing_in_the_edge(dtype: torch.dtype, 
     wp.launch(kernel, dim=len(rows), inputs=[*arrays, out], device="cpu")
     inverse, crossing = out.numpy().T.astype(np.float64)
     assert np.isfinite(inverse).all() and np.isfinite(crossing).all()
-    want = 1 / difference if abs(difference) > FLAT_EDGE else 1 / FLAT_EDGE
+    want = 1 / (difference if abs(difference) > FLAT_EDGE else -FLAT_EDGE if difference < 0 else FLAT_EDGE)
     np.testing.assert_allclose(inverse, want, rtol=1e-6)
     np.testing.assert_allclose(crossing, np.clip(rows * want, 0, 1), rtol=1e-6)
