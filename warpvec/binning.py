@@ -82,7 +82,7 @@ class Binning:
         self.pair_path, self.pair_class, _, is_partial, self.hit_tile, self.hit_pair = arrays
         boxes = [self.path_tile_box, self.path_first_strip, self.path_first_pair, self.strip_path]
         arguments = [*polylines, grid.columns, grid.count, *boxes, *arrays]
-        self._launch(self._kernels.classify_pairs, self.strip_count, arguments)
+        self._launch.shared(self._kernels.classify_pairs, self.strip_count, arguments)
         self.pair_slot, self.slot_count = exclusive_scan(self._buffers, "pair_slot", is_partial, pair_count)
 
     def _sort(self) -> None:

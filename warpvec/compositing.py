@@ -61,7 +61,9 @@ class Compositing:
         lanes = self._lanes
         arguments = [*_hits(binning), coverage.slot_winding, *paint.arrays, self._transmittance_min]
         image = _lane_array(tile_image, lanes)
-        self._launch(kernels.make_kernels(lanes).composite, self._grid.count * lanes.tile_threads, [*arguments, image])
+        self._launch.shared(
+            kernels.make_kernels(lanes).composite, self._grid.count * lanes.tile_threads, [*arguments, image]
+        )
 
     def adjoint(
         self,
@@ -88,7 +90,7 @@ class Compositing:
         outputs = [coverage.slot_winding, pair_sums, tile_sums]
         # Whole tiles: scalar lanes of a tile add to sums that they share.
         threads, tiles = lanes.tile_threads, self._launch.chunk_items(grid.count)
-        self._launch(stage.composite_adjoint, grid.count * threads, [*arguments, *outputs], tiles * threads)
+        self._launch.shared(stage.composite_adjoint, grid.count * threads, [*arguments, *outputs], tiles * threads)
         return self._gather(stage, binning, paint.path_count, pair_sums, tile_sums)
 
     def _gather(

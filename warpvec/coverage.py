@@ -35,7 +35,7 @@ class Coverage:
         polylines = [flattening.vertices, flattening.segment_first_vertex, segment_count]
         boxes = [binning.path_tile_box, binning.path_first_strip, binning.path_first_pair, binning.strip_path]
         arguments = [*polylines, *boxes, binning.pair_slot, self.slot_winding]
-        self._launch(self._forward.accumulate_winding, binning.strip_count * self._lanes.blocks, arguments)
+        self._launch.shared(self._forward.accumulate_winding, binning.strip_count * self._lanes.blocks, arguments)
 
     def adjoint(self, flattening: Flattening, binning: Binning, path_count: int, segment_count: int) -> wp.array:
         """dL/d(start), dL/d(end) of every edge [V] of vec4, once ``slot_winding`` holds dL/d(winding)."""
@@ -43,5 +43,5 @@ class Coverage:
         polylines = [flattening.vertices, flattening.segment_first_vertex, segment_count]
         pairs = [binning.path_tile_box, binning.path_first_pair, binning.pair_class, binning.pair_slot]
         arguments = [*polylines, *pairs, self.slot_winding, edge_adjoint]
-        self._launch(self._adjoint.integrate_edges, path_count * segment_count, arguments)
+        self._launch.shared(self._adjoint.integrate_edges, path_count * segment_count, arguments)
         return edge_adjoint

@@ -110,17 +110,18 @@ class _Fit:
     def iterate(self) -> None:
         """Run the loop to its end."""
         while self._iteration < self._iteration_count:
-            due = self._recycling_due()
-            removal = self._step(due)
+            removal = self._step(self._recycling_due())
             self._iteration += 1
             self._report()
+            self._iteration_count = self._planned_iterations()
+            if self._iteration == self._iteration_count:
+                break  # new paths would stay as they are spawned
             if removal is not None:
                 self._recycle(removal)
             elif (generation := self._generation_due()) > self._generation:
                 self._inflate(generation)
             if self._config.z_order == "area":
                 self._sort_by_area()
-            self._iteration_count = self._planned_iterations()
 
     def result(self) -> FitResult:
         """The scene as it stands, or the best one before the last change of population if that was better."""
