@@ -1,0 +1,99 @@
+"""Settings: every field has a range, every error one line that names field, rule and value."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import FrozenInstanceError, fields
+from importlib import import_module
+from typing import Any
+
+import pytest
+
+from warpvec.config import PRESETS, RENDERERS, FitConfig, make_config
+from warpvec.errors import InputError
+
+BAD = [
+    *[(name, value) for name in ("curves", "iterations", "fit_size", "initial_curves", "inflation_gap") for value in (0, -3)],
+    ("segments", 1), ("precision", -1), ("seed", -1), ("recycle_gap", -1), ("threads", 0),
+    ("curves", 1.5), ("curves", "512"), ("curves", True), ("iterations", math.nan),
+    ("growth", 0.5), ("growth", math.inf), ("initial_radius", -1.0), ("radius_decay", 1.5), ("radius_decay", math.nan),
+    ("prune_opacity", 2.0), ("recycle_share", -0.1), ("recycle_until", 1.1), ("lr_final", 1.1),
+    *[(name, -1.0) for name in ("lr_points", "lr_color", "lr_opacity", "lr_scale")],
+    *[(name, math.nan) for name in ("opacity_weight", "xing_weight", "bezier_weight")],
+    ("time_budget", 0.0), ("time_budget", -1.0), ("time_budget", math.nan),
+    ("renderer", "fast"), ("z_order", "random"), ("color_parameter", "lab"), ("lr_decay", "step"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "value"), BAD)
+def test_bad_values_are_named_in_one_line(name: str, value: Any) -> None:
+    with pytest.raises(InputError) as caught:
+        FitConfig(**{name: value})
+    message = str(caught.value)
+    assert message.startswith(f"{name} must") and "\n" not in message
+    assert repr(value) in message or str(value) in message
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_presets_are_valid_and_differ_where_they_say(preset: str) -> None:
+    config = make_config(preset)
+    for name, value in PRESETS[preset].items():
+        assert getattr(config, name) == value
+    others = {field.name for field in fields(FitConfig)} - set(PRESETS[preset])
+    assert all(getattr(config, name) == getattr(FitConfig(), name) for name in others)
+
+
+def test_the_paper_preset_is_the_papers() -> None:
+    paper = make_config("paper")
+    assert (paper.lr_points, paper.lr_color, paper.lr_opacity, paper.lr_decay) == (0.01, 0.5, 0.5, "constant")
+    assert (paper.inflation_gap, paper.iterations, paper.recycle_gap) == (100, 5000, 0)
+    assert (paper.opacity_weight, paper.xing_weight, paper.bezier_weight) == (0.01, 0.02, 1.0)
+
+
+def test_settings_win_over_the_preset() -> None:
+    config = make_config("draft", iterations=7, curves=3)
+    assert (config.iterations, config.curves) == (7, 3)
+    assert config.inflation_gap == PRESETS["draft"]["inflation_gap"]
+
+
+def test_unknown_names_are_told() -> None:
+    with pytest.raises(InputError, match="preset must be one of .*default.*, got 'fast'"):
+        make_config("fast")
+    with pytest.raises(InputError, match="curvse is not a setting"):
+        make_config(curvse=3)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"curves": 1}, {"precision": 0}, {"seed": 0}, {"recycle_gap": 0}, {"threads": None}, {"threads": 1},
+        {"time_budget": None}, {"time_budget": 0.5}, {"recycle_share": 0.0}, {"recycle_share": 1.0}, {"growth": 1.01},
+        {"initial_radius": 0.0}, {"opacity_weight": 0.0}, {"segments": 2},
+    ],
+)  # fmt: skip
+def test_values_at_the_ends_of_their_ranges_are_good(settings: dict[str, Any]) -> None:
+    config = FitConfig(**settings)
+    assert all(getattr(config, name) == value for name, value in settings.items())
+
+
+def test_a_population_that_does_not_grow_is_refused_unless_it_starts_whole() -> None:
+    with pytest.raises(InputError, match="growth must be more than 1"):
+        FitConfig(growth=1.0)
+    assert FitConfig(growth=1.0, flat=True).flat
+    assert FitConfig(growth=1.0, curves=16).curves == 16
+
+
+def test_settings_are_frozen_plain_and_by_name_only() -> None:
+    config = FitConfig()
+    with pytest.raises(FrozenInstanceError):
+        config.curves = 3  # type: ignore[misc]
+    with pytest.raises(TypeError):
+        FitConfig(512)  # type: ignore[misc]
+    assert json.loads(json.dumps(config.to_dict())) == config.to_dict()
+    assert FitConfig(**config.to_dict()) == config
+    assert config.point_count == 3 * config.segments
+
+
+def test_each_renderer_is_a_module() -> None:
+    assert all(hasattr(import_module(f"warpvec.{name}"), "Renderer") for name in RENDERERS)
