@@ -13,8 +13,10 @@ import pytest
 from warpvec.config import PRESETS, RENDERERS, FitConfig, make_config
 from warpvec.errors import InputError
 
+COUNTS = ("curves", "iterations", "fit_size", "initial_curves", "inflation_gap")
+
 BAD = [
-    *[(name, value) for name in ("curves", "iterations", "fit_size", "initial_curves", "inflation_gap") for value in (0, -3)],
+    *[(name, value) for name in COUNTS for value in (0, -3)],
     ("segments", 1), ("precision", -1), ("seed", -1), ("recycle_gap", -1), ("threads", 0),
     ("curves", 1.5), ("curves", "512"), ("curves", True), ("iterations", math.nan),
     ("growth", 0.5), ("growth", math.inf), ("initial_radius", -1.0), ("radius_decay", 1.5), ("radius_decay", math.nan),

@@ -1,4 +1,4 @@
-"""The renderer as a whole against the reference: image and gradients at every size, degenerate paths, reproducibility."""
+"""The renderer as a whole against the reference: image and gradients at every size, degenerate paths, equal bits."""
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 import torch
@@ -36,7 +37,7 @@ def curve(control: Tensor, t: Tensor) -> Tensor:
     """de Casteljau: points [..., 2] of one cubic at ``t``."""
     t, row = t[..., None], list(control)
     while len(row) > 1:
-        row = [a + t * (b - a) for a, b in zip(row, row[1:], strict=False)]
+        row = [a + t * (b - a) for a, b in pairwise(row)]
     return row[0]
 
 

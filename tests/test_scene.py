@@ -57,7 +57,9 @@ def test_a_scene_does_not_change() -> None:
         scene.points = torch.zeros(3, 12, 2)  # type: ignore[misc]
 
 
-@pytest.mark.parametrize("rows", [torch.tensor([2, 0]), torch.tensor([True, False, True]), torch.tensor([], dtype=torch.long)])
+@pytest.mark.parametrize(
+    "rows", [torch.tensor([2, 0]), torch.tensor([True, False, True]), torch.tensor([], dtype=torch.long)]
+)
 def test_select_takes_rows_of_every_field(rows: Tensor) -> None:
     scene = make_scene()
     picked = scene.select(rows)
@@ -107,4 +109,6 @@ def test_circle_points_lie_on_circles(segment_count: int, error: float) -> None:
 
 def test_circles_run_clockwise_on_the_screen() -> None:
     anchors = circle_points(torch.zeros(1, 2), torch.ones(1), 4)[0, ::3]
-    torch.testing.assert_close(anchors, torch.tensor([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]), rtol=0, atol=1e-6)
+    torch.testing.assert_close(
+        anchors, torch.tensor([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]), rtol=0, atol=1e-6
+    )
