@@ -78,7 +78,8 @@ def test_chords_are_not_many_more_than_the_tolerance_takes(scale: float) -> None
 @lane_widths
 @precisions
 def test_chord_count_follows_wang(lane_width: int, dtype: torch.dtype) -> None:
-    bend = torch.tensor([0.0, 0.05, 0.07, 1.0, 30.0, 1000.0], dtype=torch.float64)
+    # In units of the tolerance, and none at a whole number of chords, which rounding could pass.
+    bend = CHORD_TOLERANCE * torch.tensor([0.0, 1.0, 1.4, 21.0, 613.0, 20011.0], dtype=torch.float64)
     points = torch.zeros(len(bend), 6, 2, dtype=torch.float64)
     # Of both segments the second differences are bend and 0.
     points[:, 1, 1], points[:, 2, 1] = -bend, -bend
