@@ -16,9 +16,9 @@ from warpvec.kernels.lanes import Lanes, stage_module
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """``count_chords``, ``emit_vertices`` and ``gather_points_adjoint``."""
-    dtype, vec2, vec4 = lanes.dtype, lanes.vec2, lanes.vec4
+    vec2, vec4 = lanes.vec2, lanes.vec4
     functions = bezier.make_functions(lanes)
-    weights, chord_count = functions.weights, functions.chord_count
+    vertex_weights, chord_count = functions.vertex_weights, functions.chord_count
     module = stage_module("flattening", lanes)
 
     @wp.kernel(module=module)
@@ -57,9 +57,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         p3 = points[path, (point + 3) % (3 * segment_count)]
         start = segment_first_vertex[segment]
         count = segment_first_vertex[segment + 1] - start
-        step = dtype(1.0) / dtype(count)
         for j in range(count):
-            w = weights(dtype(j) * step)
+            w = vertex_weights(j, count)
             vertices[start + j] = w[0] * p0 + w[1] * p1 + w[2] * p2 + w[3] * p3
 
     @wp.kernel(module=module)
@@ -78,7 +77,6 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         for s in range(segment_count):
             start = segment_first_vertex[path * segment_count + s]
             count = segment_first_vertex[path * segment_count + s + 1] - start
-            step = dtype(1.0) / dtype(count)
             a0 = vec2()
             a1 = vec2()
             a2 = vec2()
@@ -87,8 +85,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 adj = edge_adjoint[start + j]
                 adj_start = vec2(adj[0], adj[1])
                 adj_end = vec2(adj[2], adj[3])
-                w = weights(dtype(j) * step)
-                v = weights(dtype(j + 1) * step)
+                w = vertex_weights(j, count)
+                v = vertex_weights(j + 1, count)
                 a0 += w[0] * adj_start + v[0] * adj_end
                 a1 += w[1] * adj_start + v[1] * adj_end
                 a2 += w[2] * adj_start + v[2] * adj_end

@@ -1,4 +1,4 @@
-"""The regularizers against closed forms and scalar transcriptions, and their adjoint against autograd."""
+"""The regularizers against closed forms and scalar transcriptions."""
 
 import itertools
 import math
@@ -7,14 +7,12 @@ import pytest
 import torch
 
 from warpvec.config import FitConfig
+from warpvec.kernels.constants import LEG_MIN, TIP_PARAMETER, XING_SCALE
 from warpvec.loss import (
-    LEG_MIN,
-    TIP_PARAMETER,
     bezier_loss,
     opacity_loss,
     psnr_from_mse,
     regularization,
-    regularization_adjoint,
     xing_loss,
 )
 from warpvec.scene import circle_points
@@ -54,7 +52,8 @@ SCENES = {
     "random": random_points(40, 4),
     "two_segments": random_points(9, 2),
     "five_segments": random_points(11, 5),
-    "on_a_coarse_grid": (random_points(40, 4, seed=1) / 60).round() * 60,
+    # 7 px off the canvas's borders, where the gradient of the anchor term is a matter of rounding.
+    "on_a_coarse_grid": (random_points(40, 4, seed=1) / 60).round() * 60 + 7,
     "all_points_equal": random_points(5, 4, seed=2)[:1, :1].expand(5, 12, 2).contiguous(),
     "coincident_anchors": random_points(6, 4, seed=3).index_fill(1, torch.tensor([0, 3, 6, 9]), 77.0),
     "short_legs": random_points(20, 4, seed=4).round() * 0.005 + 50.0,
@@ -205,14 +204,6 @@ def test_projection_is_a_mean_over_paths():
     assert bezier_loss(both, *LARGE).item() == pytest.approx(bezier_loss(one, *LARGE).item())
 
 
-def test_projection_of_a_vanishing_chord_stays_small():
-    # Anchors 0.001 px apart with handles of 20 px, next to chords of 50 px.
-    points = polygon((50.0, 50.0), (50.001, 50.0), (100.0, 50.0), (100.0, 100.0))
-    points[0, 1, 0] += 20.0
-    _, adj_points, _ = regularization_adjoint(points, torch.ones(1), WIDTH, HEIGHT, FitConfig())
-    assert adj_points.abs().max() < 1e-3
-
-
 def test_tips_are_counted_below_sixty_degrees_alone():
     # A right-angled triangle: two corners of 45 degrees, with legs 0.5 and the hypotenuse between them.
     triangle = [(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25)]
@@ -252,68 +243,13 @@ def test_handles_may_leave_the_canvas():
     assert bezier_loss(ellipse, WIDTH, HEIGHT).item() == pytest.approx(bezier_loss(inside, WIDTH, HEIGHT).item())
 
 
-# The sum and its adjoint
+# The sum
 
 
 def test_regularization_is_the_weighted_sum():
     points, opacity = random_points(6, 4), torch.linspace(0, 1, 6, dtype=torch.float64)
     config = FitConfig(opacity_weight=0.5, xing_weight=0.25, bezier_weight=2.0)
-    expected = 0.5 * opacity_loss(opacity) + 0.25 * xing_loss(points) + 2.0 * bezier_loss(points, WIDTH, HEIGHT)
+    expected = (
+        0.5 * opacity_loss(opacity) + 0.25 * XING_SCALE * xing_loss(points) + 2.0 * bezier_loss(points, WIDTH, HEIGHT)
+    )
     assert regularization(points, opacity, WIDTH, HEIGHT, config).item() == pytest.approx(expected.item(), rel=1e-14)
-
-
-@pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("weights", [(0.01, 0.02, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
-def test_adjoint_equals_autograd(scene, weights):
-    points = SCENES[scene].clone().requires_grad_()
-    opacity = torch.linspace(0, 1, len(points), dtype=torch.float64).requires_grad_()
-    config = FitConfig(opacity_weight=weights[0], xing_weight=weights[1], bezier_weight=weights[2])
-    expected = regularization(points, opacity, WIDTH, HEIGHT, config)
-    expected.backward()
-    value, adj_points, adj_opacity = regularization_adjoint(points, opacity, WIDTH, HEIGHT, config)
-    assert points.grad.isfinite().all()
-    torch.testing.assert_close(value, expected.detach(), rtol=1e-12, atol=1e-15)
-    torch.testing.assert_close(adj_points, points.grad, rtol=1e-10, atol=1e-15)
-    torch.testing.assert_close(adj_opacity, opacity.grad, rtol=1e-12, atol=0)
-
-
-def test_adjoint_equals_finite_differences():
-    # Two curves whose chord gives the extent and is held: the extent is a constant for the gradient.
-    points = to_pixels([(-0.5, 0.0), (-0.6, 0.1), (0.0, 0.1), (0.5, 0.0), (0.6, -0.05), (0.1, -0.35)], (WIDTH, HEIGHT))
-    config, opacity, step = FitConfig(xing_weight=1.0), torch.ones(1, dtype=torch.float64), 1e-5
-    _, adj_points, _ = regularization_adjoint(points, opacity, WIDTH, HEIGHT, config)
-    assert (adj_points[0, [1, 4, 5]] != 0.0).any(-1).all()
-    for k in (1, 2, 4, 5):
-        for axis in (0, 1):
-            values = []
-            for sign in (1, -1):
-                moved = points.clone()
-                moved[0, k, axis] += sign * step
-                values.append(regularization(moved, opacity, WIDTH, HEIGHT, config).item())
-            got = adj_points[0, k, axis].item()
-            assert got == pytest.approx((values[0] - values[1]) / (2 * step), rel=1e-5, abs=1e-10), (k, axis)
-
-
-def test_points_in_one_place_have_no_gradient():
-    points = torch.full((3, 12, 2), 50.0)
-    value, adj_points, _ = regularization_adjoint(points, torch.ones(3), WIDTH, HEIGHT, FitConfig())
-    assert value.item() == 0.0
-    assert adj_points.abs().max() == 0.0
-
-
-@pytest.mark.parametrize("scene", SCENES)
-def test_float32_adjoint_is_finite_and_close(scene):
-    points, config = SCENES[scene], FitConfig()
-    opacity = torch.linspace(0, 1, len(points))
-    value, adj_points, _ = regularization_adjoint(points.float(), opacity, WIDTH, HEIGHT, config)
-    expected, adj_expected, _ = regularization_adjoint(points.float().double(), opacity.double(), WIDTH, HEIGHT, config)
-    assert adj_points.dtype == torch.float32
-    torch.testing.assert_close(value.double(), expected, rtol=1e-4, atol=1e-7)
-    torch.testing.assert_close(adj_points.double(), adj_expected, rtol=1e-3, atol=1e-6)
-
-
-def test_adjoint_leaves_its_arguments_alone():
-    points, opacity = random_points(4, 4), torch.linspace(0, 1, 4, dtype=torch.float64)
-    regularization_adjoint(points, opacity, WIDTH, HEIGHT, FitConfig())
-    torch.testing.assert_close(points, random_points(4, 4), rtol=0, atol=0)
-    torch.testing.assert_close(opacity, torch.linspace(0, 1, 4, dtype=torch.float64), rtol=0, atol=0)

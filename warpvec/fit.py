@@ -15,8 +15,9 @@ from torch import Tensor
 from warpvec import schedule
 from warpvec.config import FitConfig
 from warpvec.launch import resolve_device
-from warpvec.loss import psnr_from_mse, regularization_adjoint
+from warpvec.loss import psnr_from_mse
 from warpvec.population import Population
+from warpvec.regularization import Regularization
 from warpvec.scene import Scene, circle_points
 
 # Opacity of a new path: enough to be seen by the gradient at once, not enough to hide what it stands on.
@@ -95,6 +96,7 @@ class _Fit:
         self._target = target.to(device, torch.float32)
         renderer = import_module(f"warpvec.{config.renderer}")
         self._renderer = renderer.Renderer(self._height, self._width, device=device, threads=config.threads)
+        self._regularization = Regularization(self._height, self._width, config, device, config.threads)
         self._prepared_target = self._renderer.prepare_target(self._target)
         self._generator = torch.Generator().manual_seed(config.seed)
         self._generation = 0
@@ -136,13 +138,10 @@ class _Fit:
         adjoints = self._renderer.fit_step(
             scene.points, scene.color, scene.opacity, scene.background, self._prepared_target, want_removal
         )
-        _, reg_points, reg_opacity = regularization_adjoint(
-            scene.points, scene.opacity, self._width, self._height, config
-        )
+        adj_opacity = adjoints.opacity.contiguous()
+        self._regularization.add_adjoint(scene.points, scene.opacity, adjoints.points, adj_opacity)
         factor = schedule.lr_factor(self._iteration, config, self._iteration_count)
-        self._population.step(
-            adjoints.points + reg_points, adjoints.color, adjoints.opacity + reg_opacity, adjoints.background, factor
-        )
+        self._population.step(adjoints.points, adjoints.color, adj_opacity, adjoints.background, factor)
         self._loss = adjoints.loss
         return adjoints.removal if want_removal else None
 

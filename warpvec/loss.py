@@ -1,7 +1,7 @@
-"""Regularizers of the paths (equation 5), each beside its adjoint, and PSNR.
+"""Regularizers of the paths (equation 5), and PSNR.
 
-The adjoints are written by hand because the fit needs them on every step: they cost less than half of what autograd
-does. Inside, geometry lies in planes, the last two dimensions always [N, S]: ``planes`` [3, 2, N, S] are the control
+The fit takes their gradients from ``kernels/regularization.py``, in a tenth of the time that autograd needs. Here,
+geometry lies in planes, the last two dimensions always [N, S]: ``planes`` [3, 2, N, S] are the control
 points A, B, C of each cubic, ``legs`` [3, 2, N, S] the sides AB, BC, CD of its control polygon.
 """
 
@@ -15,28 +15,14 @@ from torch import Tensor
 from torch.nn.functional import threshold
 
 from warpvec.config import FitConfig
-
-XING_SCALE = 1e-2
-"""What ``xing_weight`` multiplies besides the loss: the scale inside Bezier Splatting's ``xing_loss``, on which
-the paper builds (LIVE's own is 1e-3). Without it the weight 0.02 costs 1.5 dB after 400 iterations."""
-
-LEG_MIN = 1e-2
-"""Shortest leg with a direction, in pixels: the ends of a shorter one round to the same point of the file (2 decimals).
-The gradient of a sine grows as 1 / length, so this also bounds it."""
-
-PROJECTION_WEIGHT = 0.01
-"""Weight of the projection term inside the Bezier regularizer, from Bezier Splatting's code."""
-
-EXTENT_MIN = 1.0
-"""Added to the squared extent of a path, in pixels per axis: a path below a pixel has no shape that the image shows.
-(Bezier Splatting adds 1e-8 in normalised units.)"""
-
-TIP_PARAMETER = 5 / 32
-"""How far along the two cubics at an anchor its tip is probed. Bezier Splatting looks 5 of 128 samples of the closed
-outline away, which is 5 / 32 of a cubic when 4 of them make the outline."""
-
-TIP_COSINE = 0.5
-"""Corners sharper than 60 degrees are needle tips (Bezier Splatting)."""
+from warpvec.kernels.constants import (
+    EXTENT_MIN,
+    LEG_MIN,
+    PROJECTION_WEIGHT,
+    TIP_COSINE,
+    TIP_PARAMETER,
+    XING_SCALE,
+)
 
 
 def psnr_from_mse(mse: float) -> float:
@@ -60,34 +46,12 @@ def regularization(points: Tensor, opacity: Tensor, width: float, height: float,
     )
 
 
-@torch.no_grad()
-def regularization_adjoint(
-    points: Tensor, opacity: Tensor, width: float, height: float, config: FitConfig
-) -> tuple[Tensor, Tensor, Tensor]:
-    """The value of ``regularization``, dL/dpoints [N, 3 S, 2] per pixel, and dL/dopacity [N]."""
-    planes = _planes(points)
-    legs = _legs(planes)
-    opacity_value, adj_opacity = _opacity_adjoint(opacity)
-    xing_value, adj_xing_legs = _xing_adjoint(legs)
-    bezier_value, adj_legs, adj_anchors = _bezier_adjoint(legs, planes[0], width, height)
-    value = opacity_value * config.opacity_weight
-    value.add_(xing_value, alpha=config.xing_weight * XING_SCALE).add_(bezier_value, alpha=config.bezier_weight)
-    adj_legs = adj_legs.mul_(config.bezier_weight).add_(adj_xing_legs, alpha=config.xing_weight * XING_SCALE)
-    adj_planes = _legs_adjoint(adj_legs)
-    adj_planes[0].add_(adj_anchors, alpha=config.bezier_weight)
-    return value, _planes_adjoint(adj_planes), adj_opacity.mul_(config.opacity_weight)
-
-
 # Opacity, equation (4).
 
 
 def opacity_loss(opacity: Tensor) -> Tensor:
     """Mean of |1 - opacity| over the paths [N]: equation (4)."""
     return _mean((opacity - 1.0).abs())
-
-
-def _opacity_adjoint(opacity: Tensor) -> tuple[Tensor, Tensor]:
-    return opacity_loss(opacity), (opacity - 1.0).sign_().div_(max(opacity.numel(), 1))
 
 
 # Xing: Ma et al., Towards Layer-wise Image Vectorization, 2022.
@@ -105,17 +69,6 @@ def xing_loss(points: Tensor) -> Tensor:
     legs = _legs(_planes(points))
     directions, _ = _directions(legs[::2])
     return _mean((_cross(*directions) * _turn(legs)).neg().relu())
-
-
-def _xing_adjoint(legs: Tensor) -> tuple[Tensor, Tensor]:
-    """The value of ``xing_loss`` and dL/dlegs [3, 2, N, S]."""
-    (first, last), inverse_length = _directions(legs[::2])
-    turn = _turn(legs)
-    crossing = _cross(first, last).mul_(turn).neg_().relu_()
-    # The sine grows by cosine d(angle), and moving a leg v by dv turns it by cross(v, dv) / |v|^2.
-    rate = _dot(first, last).mul_(turn).mul_(crossing > 0.0).div_(max(turn.numel(), 1)) * inverse_length
-    adj_first, adj_last = _perpendicular(first * rate[0]), _perpendicular(last * rate[1]).neg_()
-    return _mean(crossing), torch.stack([adj_first, torch.zeros_like(adj_first), adj_last])
 
 
 def _directions(legs: Tensor) -> tuple[Tensor, Tensor]:
@@ -164,16 +117,6 @@ def bezier_loss(points: Tensor, width: float, height: float) -> Tensor:
     return projection + _mean(_tips(legs).square()) * 2.0 + _mean(_outside(planes[0] * pixel - 1.0).abs())
 
 
-def _bezier_adjoint(legs: Tensor, anchors: Tensor, width: float, height: float) -> tuple[Tensor, Tensor, Tensor]:
-    """The value of ``bezier_loss``, dL/dlegs [3, 2, N, S] and dL/danchors [2, N, S] per pixel, from both in pixels."""
-    pixel = _pixel(legs, width, height)
-    legs = legs * pixel
-    projection, adj_legs = _projection_adjoint(legs, pixel)
-    tip, adj_tip_legs = _tip_adjoint(legs)
-    anchor, adj_anchors = _anchor_adjoint(anchors * pixel - 1.0)
-    return projection + tip + anchor, adj_legs.add_(adj_tip_legs).mul_(pixel), adj_anchors.mul_(pixel)
-
-
 def _overshoot(legs: Tensor, chord: Tensor) -> Tensor:
     """Overshoots times chord [4, N, S] over both ends for both inner points."""
     return _combine(_beyond(legs.dtype, legs.device), (legs * chord).sum(1)).relu()
@@ -186,15 +129,6 @@ def _projection_weight(legs: Tensor, chord: Tensor, pixel: Tensor) -> Tensor:
         extent += (EXTENT_MIN * pixel).square().sum()
         weight = extent.square_().reciprocal_().mul_(PROJECTION_WEIGHT / max(len(extent), 1))
         return weight.repeat(1, chord.shape[2])
-
-
-def _projection_adjoint(legs: Tensor, pixel: Tensor) -> tuple[Tensor, Tensor]:
-    chord = legs.sum(0)
-    overshoot = _overshoot(legs, chord)
-    weighted = overshoot * _projection_weight(legs, chord, pixel)
-    adj_share = _combine(_beyond(legs.dtype, legs.device).T, weighted).mul_(2.0)[:, None]
-    adj_chord = (adj_share * legs).sum(0)
-    return weighted.mul_(overshoot).sum(), (adj_share * chord).add_(adj_chord)
 
 
 @cache
@@ -214,13 +148,6 @@ def _tips(legs: Tensor) -> Tensor:
     return tips
 
 
-def _tip_adjoint(legs: Tensor) -> tuple[Tensor, Tensor]:
-    tips = _tips(legs)
-    adj_tips = tips * (4.0 / max(tips.numel(), 1))
-    adj_ends = torch.stack([adj_tips, adj_tips.roll(-1, -1).neg_()])
-    return _mean(tips.square_()) * 2.0, _combine(_reach(legs.dtype, legs.device).T, adj_ends)
-
-
 @cache
 def _reach(dtype: torch.dtype, device: torch.device) -> Tensor:
     # B(t) - A in the legs, each with the Bernstein weights of the points after it; D - B(1 - t) is its mirror image.
@@ -235,11 +162,6 @@ def _outside(anchors: Tensor) -> Tensor:
     return anchors - anchors.clamp(-1.0, 1.0)
 
 
-def _anchor_adjoint(anchors: Tensor) -> tuple[Tensor, Tensor]:
-    outside = _outside(anchors)
-    return _mean(outside.abs()), outside.sign_().div_(max(outside.numel(), 1))
-
-
 # Planes.
 
 
@@ -249,16 +171,8 @@ def _planes(points: Tensor) -> Tensor:
     return points.reshape(path_count, point_count // 3, 3, 2).permute(2, 3, 0, 1).contiguous()
 
 
-def _planes_adjoint(adj_planes: Tensor) -> Tensor:
-    return adj_planes.permute(2, 3, 0, 1).flatten(1, 2)
-
-
 def _legs(planes: Tensor) -> Tensor:
     return torch.cat([planes[1:], planes[:1].roll(-1, -1)]).sub(planes)
-
-
-def _legs_adjoint(adj_legs: Tensor) -> Tensor:
-    return torch.cat([adj_legs[2:].roll(1, -1), adj_legs[:2]]).sub_(adj_legs)
 
 
 def _combine(rows: Tensor, planes: Tensor) -> Tensor:
@@ -273,10 +187,6 @@ def _pixel(like: Tensor, width: float, height: float) -> Tensor:
 
 def _dot(u: Tensor, v: Tensor) -> Tensor:
     return u[0] * v[0] + u[1] * v[1]
-
-
-def _perpendicular(v: Tensor) -> Tensor:
-    return torch.stack([-v[1], v[0]])
 
 
 def _cross(u: Tensor, v: Tensor) -> Tensor:

@@ -1,0 +1,168 @@
+"""Adjoint of the regularizers (equation 5): Xing, Bezier and opacity, added to the adjoints of the render.
+
+The functions differentiated here are written in torch in ``warpvec/loss.py``, which says what they mean; the fit needs
+their gradients on every step and their values never. One thread a path: the terms of its cubics, then its own rows.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warpvec.kernels.constants import EXTENT_MIN, LEG_MIN, PROJECTION_WEIGHT, TIP_COSINE, TIP_PARAMETER
+from warpvec.kernels.lanes import Lanes, stage_module
+
+
+def tip_weights() -> tuple[float, float, float]:
+    """B(t) - A in the legs AB, BC, CD at t = TIP_PARAMETER: each has the Bernstein weights of the points after it."""
+    t = TIP_PARAMETER
+    third = t**3
+    second = third + 3 * (1 - t) * t**2
+    return second + 3 * (1 - t) ** 2 * t, second, third
+
+
+@cache
+def make_kernels(lanes: Lanes) -> SimpleNamespace:
+    """``add_regularizers``."""
+    dtype, vec2, vec3 = lanes.dtype, lanes.vec2, lanes.vec3
+    zero, one, two = wp.constant(dtype(0.0)), wp.constant(dtype(1.0)), wp.constant(dtype(2.0))
+    leg_min_squared = wp.constant(dtype(LEG_MIN**2))
+    extent_min = wp.constant(dtype(EXTENT_MIN))
+    projection_weight = wp.constant(dtype(PROJECTION_WEIGHT))
+    tip_cosine_squared = wp.constant(dtype(TIP_COSINE**2))
+    reach1, reach2, reach3 = (wp.constant(dtype(weight)) for weight in tip_weights())
+    matrix = wp.types.matrix(shape=(3, 2), dtype=dtype)
+    module = stage_module("regularization", lanes)
+
+    @wp.func
+    def legs_of(points: wp.array2d(dtype=vec2), path: int, segment: int, segment_count: int):
+        """The legs AB, BC, CD [3, 2] of a cubic in pixels; ``segment`` counts modulo S."""
+        first = 3 * (segment % segment_count)
+        a = points[path, first]
+        b = points[path, first + 1]
+        c = points[path, first + 2]
+        d = points[path, (first + 3) % (3 * segment_count)]
+        ab, bc, cd = b - a, c - b, d - c
+        return matrix(ab[0], ab[1], bc[0], bc[1], cd[0], cd[1])
+
+    @wp.func
+    def scaled(legs: matrix, pixel: vec2):
+        """Legs in units in which the canvas is [-1, 1] on both axes."""
+        return matrix(
+            legs[0, 0] * pixel[0], legs[0, 1] * pixel[1],
+            legs[1, 0] * pixel[0], legs[1, 1] * pixel[1],
+            legs[2, 0] * pixel[0], legs[2, 1] * pixel[1],
+        )  # fmt: skip
+
+    @wp.func
+    def turned(v: vec2):
+        """``v`` turned by a quarter, clockwise on screen: d(cross(v, dv))/d(dv)."""
+        return vec2(-v[1], v[0])
+
+    @wp.func
+    def cross(u: vec2, v: vec2):
+        return u[0] * v[1] - u[1] * v[0]
+
+    @wp.func
+    def xing_adjoint(legs: matrix):
+        """d(-turn sin)/d(legs), where sin is that of the angle from AB to CD; zero where it does not count."""
+        ab, bc, cd = legs[0], legs[1], legs[2]
+        adj = matrix()
+        ab_squared = wp.dot(ab, ab)
+        cd_squared = wp.dot(cd, cd)
+        if ab_squared > leg_min_squared and cd_squared > leg_min_squared:
+            inv_ab = one / wp.sqrt(ab_squared)
+            inv_cd = one / wp.sqrt(cd_squared)
+            turn = wp.where(cross(ab, bc) >= zero, one, -one)
+            sine = cross(ab, cd) * inv_ab * inv_cd
+            if sine * turn < zero:
+                # The sine grows by cosine d(angle), and moving a leg v by dv turns it by cross(v, dv) / |v|^2.
+                cosine = wp.dot(ab, cd) * inv_ab * inv_cd * turn
+                adj_ab = turned(ab) * (cosine * inv_ab * inv_ab)
+                adj_cd = turned(cd) * (cosine * inv_cd * inv_cd)
+                adj = matrix(adj_ab[0], adj_ab[1], zero, zero, -adj_cd[0], -adj_cd[1])
+        return adj
+
+    @wp.func
+    def projection_adjoint(legs: matrix, weight: dtype):
+        """d(weight times the squared overshoots)/d(legs) of inner points beyond the chord's ends."""
+        chord = legs[0] + legs[1] + legs[2]
+        along = vec3(wp.dot(legs[0], chord), wp.dot(legs[1], chord), wp.dot(legs[2], chord))
+        b_before = wp.max(-along[0], zero)
+        b_after = wp.max(-along[1] - along[2], zero)
+        c_before = wp.max(-along[0] - along[1], zero)
+        c_after = wp.max(-along[2], zero)
+        scale = -two * weight
+        adj = vec3(scale * (b_before + c_before), scale * (b_after + c_before), scale * (b_after + c_after))
+        adj_chord = adj[0] * legs[0] + adj[1] * legs[1] + adj[2] * legs[2]
+        return wp.outer(adj, chord) + wp.outer(vec3(one, one, one), adj_chord)
+
+    @wp.func
+    def needle_tip(before: matrix, after: matrix):
+        """u + w of the anchor between two cubics where it is a needle tip, else zero."""
+        ahead = reach1 * after[0] + reach2 * after[1] + reach3 * after[2]
+        behind = -(reach3 * before[0] + reach2 * before[1] + reach1 * before[2])
+        cosine = wp.max(wp.dot(ahead, behind), zero)
+        tip = vec2()
+        if cosine * cosine > wp.dot(ahead, ahead) * wp.dot(behind, behind) * tip_cosine_squared:
+            tip = ahead + behind
+        return tip
+
+    @wp.func
+    def beyond(value: dtype):
+        """Sign of what lies outside [-1, 1]."""
+        return wp.where(value > one, one, wp.where(value < -one, -one, zero))
+
+    @wp.func
+    def inverse_extent_squared(points: wp.array2d(dtype=vec2), path: int, segment_count: int, pixel: vec2):
+        """1 / extent^2 of a path, the projection's unit, which has no gradient."""
+        extent = dtype(0.0)
+        for s in range(segment_count):
+            legs = scaled(legs_of(points, path, s, segment_count), pixel)
+            chord = legs[0] + legs[1] + legs[2]
+            extent += wp.max(wp.dot(chord, chord), wp.ddot(legs, legs))
+        extent = extent / dtype(segment_count) + extent_min * extent_min * wp.dot(pixel, pixel)
+        return one / (extent * extent)
+
+    @wp.kernel(module=module)
+    def add_regularizers(
+        first: int,
+        points: wp.array2d(dtype=vec2),  # [N, 3 S] px
+        opacity: wp.array(dtype=dtype),  # [N]
+        segment_count: int,  # S
+        path_count: int,  # N
+        pixel: vec2,  # size of a pixel where the canvas is [-1, 1]
+        xing_weight: dtype,
+        bezier_weight: dtype,
+        opacity_weight: dtype,
+        # in and out
+        adj_points: wp.array2d(dtype=vec2),  # [N, 3 S]
+        adj_opacity: wp.array(dtype=dtype),  # [N]
+    ):
+        """Add the regularizers' adjoints of one path."""
+        path = first + wp.tid()
+        per_path = one / dtype(path_count)
+        per_cubic = per_path / dtype(segment_count)
+        share = projection_weight * per_path * inverse_extent_squared(points, path, segment_count, pixel)
+        for s in range(segment_count):
+            legs = legs_of(points, path, s, segment_count)
+            units = scaled(legs, pixel)
+            tip0 = needle_tip(scaled(legs_of(points, path, s + segment_count - 1, segment_count), pixel), units)
+            tip1 = needle_tip(units, scaled(legs_of(points, path, s + 1, segment_count), pixel))
+            adj_tips = wp.outer(vec3(reach1, reach2, reach3), tip0) - wp.outer(vec3(reach3, reach2, reach1), tip1)
+            adj_units = projection_adjoint(units, share) + two * per_cubic * adj_tips
+            adj = xing_weight * per_cubic * xing_adjoint(legs) + bezier_weight * scaled(adj_units, pixel)
+            anchor = points[path, 3 * s]
+            adj_anchor = vec2(
+                beyond(anchor[0] * pixel[0] - one) * pixel[0], beyond(anchor[1] * pixel[1] - one) * pixel[1]
+            )
+            last = (3 * s + 3) % (3 * segment_count)
+            weight = bezier_weight * per_cubic / two
+            adj_points[path, 3 * s] = adj_points[path, 3 * s] + weight * adj_anchor - adj[0]
+            adj_points[path, 3 * s + 1] = adj_points[path, 3 * s + 1] + adj[0] - adj[1]
+            adj_points[path, 3 * s + 2] = adj_points[path, 3 * s + 2] + adj[1] - adj[2]
+            adj_points[path, last] = adj_points[path, last] + adj[2]
+        slope = wp.where(opacity[path] < one, -one, wp.where(opacity[path] > one, one, zero))
+        adj_opacity[path] = adj_opacity[path] + opacity_weight * per_path * slope
+
+    return SimpleNamespace(add_regularizers=add_regularizers)

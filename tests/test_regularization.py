@@ -1,0 +1,83 @@
+"""The regularizers' adjoint against autograd through ``loss.py``, and against finite differences."""
+
+import pytest
+import torch
+from test_loss import HEIGHT, SCENES, WIDTH, polygon, random_points, to_pixels
+
+from warpvec.config import FitConfig
+from warpvec.loss import regularization
+from warpvec.regularization import Regularization
+
+WEIGHTS = [(0.01, 0.02, 1.0), (1.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 1.0)]
+
+
+def adjoint(points, opacity, config, threads=1, device="cpu"):
+    """dL/dpoints and dL/dopacity, added to zeros."""
+    points, opacity = points.to(device), opacity.to(device)
+    adj_points, adj_opacity = torch.zeros_like(points), torch.zeros_like(opacity)
+    stage = Regularization(HEIGHT, WIDTH, config, device, threads)
+    stage.add_adjoint(points, opacity, adj_points, adj_opacity)
+    return adj_points, adj_opacity
+
+
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("weights", WEIGHTS)
+def test_adjoint_equals_autograd(scene, weights, device):
+    points = SCENES[scene].clone().requires_grad_()
+    opacity = torch.linspace(0, 1, len(points), dtype=torch.float64).requires_grad_()
+    config = FitConfig(opacity_weight=weights[0], xing_weight=weights[1], bezier_weight=weights[2])
+    regularization(points, opacity, WIDTH, HEIGHT, config).backward()
+    adj_points, adj_opacity = adjoint(points.detach(), opacity.detach(), config, device=device)
+    assert points.grad.isfinite().all()
+    torch.testing.assert_close(adj_points.cpu(), points.grad, rtol=1e-9, atol=1e-14)
+    torch.testing.assert_close(adj_opacity.cpu(), opacity.grad, rtol=1e-12, atol=0)
+
+
+def test_adjoint_equals_finite_differences():
+    # Two curves whose chord gives the extent and is held: the extent is a constant for the gradient.
+    points = to_pixels([(-0.5, 0.0), (-0.6, 0.1), (0.0, 0.1), (0.5, 0.0), (0.6, -0.05), (0.1, -0.35)], (WIDTH, HEIGHT))
+    config, opacity, step = FitConfig(xing_weight=100.0, bezier_weight=1.0), torch.ones(1, dtype=torch.float64), 1e-5
+    adj_points, _ = adjoint(points, opacity, config)
+    assert (adj_points[0, [1, 4, 5]] != 0.0).any(-1).all()
+    for k in (1, 2, 4, 5):
+        for axis in (0, 1):
+            values = []
+            for sign in (1, -1):
+                moved = points.clone()
+                moved[0, k, axis] += sign * step
+                values.append(regularization(moved, opacity, WIDTH, HEIGHT, config).item())
+            got = adj_points[0, k, axis].item()
+            assert got == pytest.approx((values[0] - values[1]) / (2 * step), rel=1e-5, abs=1e-10), (k, axis)
+
+
+def test_projection_of_a_vanishing_chord_stays_small():
+    # Anchors 0.001 px apart with handles of 20 px, next to chords of 50 px.
+    points = polygon((50.0, 50.0), (50.001, 50.0), (100.0, 50.0), (100.0, 100.0))
+    points[0, 1, 0] += 20.0
+    adj_points, _ = adjoint(points, torch.ones(1, dtype=torch.float64), FitConfig(bezier_weight=1.0))
+    assert 0.0 < adj_points.abs().max() < 1e-3
+
+
+def test_points_in_one_place_have_no_gradient():
+    points = torch.full((3, 12, 2), 50.0)
+    adj_points, _ = adjoint(points, torch.ones(3), FitConfig())
+    assert adj_points.abs().max() == 0.0
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_float32_adjoint_is_finite_and_close(scene):
+    points, config = SCENES[scene], FitConfig()
+    opacity = torch.linspace(0, 1, len(points))
+    adj_points, _ = adjoint(points.float(), opacity, config)
+    expected, _ = adjoint(points.float().double(), opacity.double(), config)
+    assert adj_points.dtype == torch.float32
+    torch.testing.assert_close(adj_points.double(), expected, rtol=1e-3, atol=1e-6)
+
+
+def test_adjoint_adds_to_what_is_there():
+    points, opacity = random_points(70, 4), torch.linspace(0, 1, 70, dtype=torch.float64)
+    expected = adjoint(points, opacity, FitConfig())
+    adj_points, adj_opacity = torch.full_like(points, 2.0), torch.full_like(opacity, 3.0)
+    Regularization(HEIGHT, WIDTH, FitConfig(), "cpu", 2).add_adjoint(points, opacity, adj_points, adj_opacity)
+    torch.testing.assert_close(adj_points - 2.0, expected[0], rtol=0, atol=1e-14)
+    torch.testing.assert_close(adj_opacity - 3.0, expected[1], rtol=0, atol=1e-14)
