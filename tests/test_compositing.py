@@ -98,13 +98,12 @@ def test_the_default_threshold_changes_the_image_by_at_most_itself(lane_width: i
 
 @lane_widths
 def test_partial_paths_never_count_as_hiding(lane_width: int) -> None:
-    # The right half of the canvas' only tile is not covered, however many opaque paths there are.
+    # Both halves of the canvas' only tile are covered, by opaque paths that each leave the other half to those below.
     scene = random_scene(5, 30, 16, 16)
-    scene = scene._replace(
-        points=rectangle(-5, -5, 8, 20).expand(30, 12, 2).contiguous(), opacity=torch.ones(30).double()
-    )
+    right, left = rectangle(8, -5, 20, 20), rectangle(-5, -5, 8, 20)
+    scene = scene._replace(points=torch.stack([right, left]).repeat_interleave(15, 0), opacity=torch.ones(30).double())
     image = render(scene, make_renderer(scene, lane_width, transmittance_min=TRANSMITTANCE_MIN))
-    want = torch.cat([scene.color[-1].expand(16, 8, 3), scene.background.expand(16, 8, 3)], 1)
+    want = torch.cat([scene.color[-1].expand(16, 8, 3), scene.color[14].expand(16, 8, 3)], 1)
     torch.testing.assert_close(image, want, rtol=0, atol=1e-13)
 
 
