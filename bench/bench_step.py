@@ -1,0 +1,302 @@
+"""Times one step of the fit, and a plain render, by stage.
+
+What: the step that `warpvec.fit` takes, unchanged, with a stopwatch around the methods that are its stages; a row is
+named after the kernel file that does its work. "host" is what the stages leave of the step. The learning rate is 0, so
+that every step sees the same scene while the optimizer does all of its work.
+
+Why this scene: a short fit of a real photo. How paths overlap, how many pixels their edges cross and how many lie
+under opaque ones decide the time, and random scenes are like photos in none of these.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import fields, replace
+from functools import wraps
+from pathlib import Path
+from typing import Any, NamedTuple
+from unittest.mock import patch
+
+import click
+import numpy as np
+import resvg_py
+import torch
+from harness import (
+    Laps,
+    Statistics,
+    comma_separated_counts,
+    default_cache,
+    machine_facts,
+    machine_line,
+    markdown_table,
+    parse_settings,
+    settings_option,
+)
+
+from warpvec.adan import Adan
+from warpvec.binning import Binning
+from warpvec.compositing import Compositing
+from warpvec.config import FitConfig, make_config
+from warpvec.coverage import Coverage
+from warpvec.errors import InputError
+from warpvec.fit import _Fit, fit
+from warpvec.flattening import Flattening
+from warpvec.image import fit_image, read_image
+from warpvec.launch import resolve_device
+from warpvec.population import Population
+from warpvec.regularization import Regularization
+from warpvec.samples import write_sample
+from warpvec.scene import Scene
+from warpvec.svg import write_svg
+
+# Steps before the first lap: kernels are compiled and loaded, buffers reach their size, caches fill.
+_WARMUP_STEPS = 5
+
+
+class Stage(NamedTuple):
+    """A row of the table: the time spent in a method. A ``part`` lies within another row and is not added again."""
+
+    name: str
+    owner: type
+    method: str
+    part: bool = False
+
+
+STAGES = (
+    Stage("flattening", Flattening, "run"),
+    Stage("binning", Binning, "run"),
+    Stage("- bounds", Binning, "_bound_paths", part=True),
+    Stage("- classes", Binning, "_classify", part=True),
+    Stage("- sort", Binning, "_sort", part=True),
+    Stage("coverage", Coverage, "run"),
+    Stage("compositing", Compositing, "run"),
+    Stage("compositing_adjoint", Compositing, "adjoint"),
+    Stage("coverage_adjoint", Coverage, "adjoint"),
+    Stage("flattening, adjoint", Flattening, "adjoint"),
+    Stage("regularization", Regularization, "add_adjoint"),
+    Stage("parameters", Population, "step"),
+    Stage("- adan", Adan, "step", part=True),
+)
+"""In the order of the step; ``compositing_adjoint`` composites, takes the loss and goes back in one pass."""
+
+
+class Bench:
+    """The step and the render of one scene on one device and thread count, with the times of their laps."""
+
+    def __init__(self, target: torch.Tensor, scene: Scene, config: FitConfig, device: str) -> None:
+        self._fit = _Fit(target, config, device, None)
+        on_device = {field.name: getattr(scene, field.name).to(device) for field in fields(Scene)}
+        # The fit's own start is replaced by the scene to measure.
+        self._fit._population = Population(Scene(**on_device), config, max(target.shape[:2]) / 2)
+        self.step, self.render = Laps(device), Laps(device)
+        self.counts: dict[str, int] = {"paths": len(scene)}
+
+    def warm_up(self) -> None:
+        """Compile, load and fill whatever is kept between steps."""
+        for _ in range(_WARMUP_STEPS):
+            self._take_step()
+            self._draw()
+
+    def lap(self) -> None:
+        """Time one step and one render as they are, then one of each by stage."""
+        for name, laps, action in (("step", self.step, self._take_step), ("render", self.render, self._draw)):
+            laps.start()
+            laps.time(name, action)
+            with self._watched(laps):
+                laps.time("by stage", action)
+
+    def results(self) -> dict[str, dict[str, Statistics]]:
+        """Statistics of "step" and "render" by row, the rows in the order of ``STAGES``."""
+        return {name: _rows(name, laps) for name, laps in (("step", self.step), ("render", self.render))}
+
+    def _take_step(self) -> None:
+        self._fit._step(False)
+
+    def _draw(self) -> None:
+        scene = self._fit._population.scene
+        self._fit._renderer.render(scene.points, scene.color, scene.opacity, scene.background)
+
+    @contextmanager
+    def _watched(self, laps: Laps) -> Iterator[None]:
+        with ExitStack() as patches:
+            for stage in STAGES:
+                patches.enter_context(patch.object(stage.owner, stage.method, self._timed(stage, laps)))
+            yield
+
+    def _timed(self, stage: Stage, laps: Laps) -> Callable[..., Any]:
+        method = getattr(stage.owner, stage.method)
+
+        @wraps(method)
+        def call(owner: Any, *args: Any, **kwargs: Any) -> Any:
+            result = laps.time(stage.name, lambda: method(owner, *args, **kwargs))
+            self._count(owner)
+            return result
+
+        return call
+
+    def _count(self, owner: object) -> None:
+        if isinstance(owner, Flattening):
+            self.counts["vertices"] = owner.vertex_count
+        elif isinstance(owner, Binning) and hasattr(owner, "slot_count"):
+            self.counts |= {"pairs": owner.pair_count, "partial pairs": owner.slot_count}
+
+
+def _rows(whole: str, laps: Laps) -> dict[str, Statistics]:
+    laps.remainder("host", "by stage", [stage.name for stage in STAGES if not stage.part])
+    found = laps.statistics()
+    order = [*(stage.name for stage in STAGES), "host", "by stage", whole]
+    return {name: found[name] for name in order if name in found}
+
+
+# The scene
+
+
+def fitted_scene(photo: Path, target: torch.Tensor, config: FitConfig, cache: Path) -> Path:
+    """The file of a fit's scene in ``cache``: made once, so that changes to warpvec meet the same scene."""
+    settings = {**config.to_dict(), "threads": None}  # of no influence on the result
+    digest = hashlib.sha256(photo.read_bytes() + json.dumps(settings, sort_keys=True).encode()).hexdigest()[:12]
+    path = cache / f"{photo.stem}-{config.curves}-{digest}.npz"
+    if not path.exists():
+        click.echo(f"fitting {photo.name} once, for {path}", err=True)
+        save_scene(fit(target, config).scene, path)
+    return path
+
+
+def save_scene(scene: Scene, path: Path) -> None:
+    """Write the fields of ``scene`` as arrays of an .npz file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.savez(path, **{field.name: getattr(scene, field.name).numpy() for field in fields(Scene)})
+
+
+def load_scene(path: Path) -> Scene:
+    """The scene that :func:`save_scene` wrote."""
+    with np.load(path) as arrays:
+        return Scene(**{field.name: torch.from_numpy(arrays[field.name]) for field in fields(Scene)})
+
+
+def sample_photo(cache: Path) -> Path:
+    """A photo that scikit-image carries, 600 x 400."""
+    path = cache / "coffee.png"
+    if not path.exists():
+        cache.mkdir(parents=True, exist_ok=True)
+        write_sample("coffee.png", path)
+    return path
+
+
+# The run
+
+
+def time_resvg(scene: Scene, height: int, width: int, repeat: int) -> Statistics:
+    """resvg's parse, drawing and PNG encoding of the same scene: what the step's forward half does, and more."""
+    text, laps = write_svg(scene, width, height), Laps()
+    resvg_py.svg_to_bytes(text, skip_system_fonts=True)
+    for _ in range(repeat):
+        laps.start()
+        laps.time("resvg", lambda: resvg_py.svg_to_bytes(text, skip_system_fonts=True))
+    return laps.statistics()["resvg"]
+
+
+def run_laps(benches: dict[str, Bench], repeat: int) -> None:
+    """Laps of all thread counts in turn, so that a busy moment of the machine falls on each alike."""
+    for bench in benches.values():
+        bench.warm_up()
+    for _ in range(repeat):
+        for bench in benches.values():
+            bench.lap()
+
+
+def report(whole: str, results: dict[str, dict[str, Statistics]]) -> str:
+    """Table of a row per stage: median, least, spread and CPU time in ms of each column; ratios to the first one."""
+    first, *others = results
+    header = [f"{whole}, ms"]
+    for label in results:
+        header += [label, "min", "spread", "CPU"]
+    header += [f"{label} / {first}" for label in others]
+    rows = []
+    for name, base in results[first].items():
+        cells = [f"{1e3 * value:.2f}" for result in results.values() for value in _values(result[name])]
+        ratios = [f"{results[label][name].median / base.median:.2f}" for label in others]
+        rows.append([name, *cells, *ratios])
+    return markdown_table(header, rows)
+
+
+def _values(row: Statistics) -> tuple[float, float, float, float]:
+    return row.median, row.minimum, row.spread, row.cpu_median
+
+
+@click.command()
+@click.option("--image", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Photo [coffee.png].")
+@click.option("--curves", default=1024, show_default=True)
+@click.option("--threads", callback=comma_separated_counts, default="1,2", show_default=True, help="CPU thread counts.")
+@click.option("--device", default="cpu", show_default=True, help="cpu, cuda or cuda:K.")
+@click.option("--fit-iterations", default=300, show_default=True, help="Iterations of the fit that makes the scene.")
+@click.option("--scene", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Scene to take instead.")
+@click.option("--repeat", type=click.IntRange(min=1), default=30, show_default=True, help="Laps.")
+@click.option("--cache", type=click.Path(path_type=Path), default=default_cache, help="Folder that keeps the scene.")
+@settings_option
+def main(
+    image: Path | None,
+    curves: int,
+    threads: list[int],
+    device: str,
+    fit_iterations: int,
+    scene: Path | None,
+    repeat: int,
+    cache: Path,
+    assignments: tuple[str, ...],
+) -> None:
+    """Time one step of the fit, and a render, by stage."""
+    torch.set_num_threads(1)  # as the fit does
+    settings = {"curves": curves, "iterations": fit_iterations, **parse_settings(assignments)}
+    try:
+        config, where = make_config(**settings), resolve_device(device)
+        facts = machine_facts(where)  # before the run makes load of its own
+        photo = image or sample_photo(cache)
+        target = torch.from_numpy(fit_image(read_image(photo), config.fit_size))
+        path = scene or fitted_scene(photo, target, config, cache)
+    except InputError as error:
+        raise click.UsageError(str(error)) from error
+    measured = load_scene(path)
+    with torch.no_grad():
+        benches = _benches(target, measured, config, where, threads)
+        run_laps(benches, repeat)
+    resvg = time_resvg(measured, target.shape[0], target.shape[1], max(1, repeat // 5))
+    _print(benches, resvg, {**facts, "scene": path.name})
+
+
+def _benches(
+    target: torch.Tensor, scene: Scene, config: FitConfig, device: str, threads: list[int]
+) -> dict[str, Bench]:
+    """A bench for each thread count, or the only one of a GPU, by the label of its column."""
+    columns = {device: None} if device != "cpu" else {f"{count} thr.": count for count in threads}
+    still = replace(config, lr_scale=0.0)
+    return {label: Bench(target, scene, replace(still, threads=count), device) for label, count in columns.items()}
+
+
+def _print(benches: dict[str, Bench], resvg: Statistics, facts: dict[str, Any]) -> None:
+    results = {label: bench.results() for label, bench in benches.items()}
+    counts = next(iter(benches.values())).counts
+    for whole in ("step", "render"):
+        click.echo(report(whole, {label: result[whole] for label, result in results.items()}) + "\n")
+    click.echo(", ".join(f"{count} {name}" for name, count in counts.items()))
+    click.echo(f"resvg: {1e3 * resvg.median:.1f} ms to parse, draw and encode the same scene")
+    for whole in ("step", "render"):
+        ratios = [f"{result[whole][whole].median / resvg.median:.3f}" for result in results.values()]
+        click.echo(f"{whole} / resvg: {', '.join(ratios)}")
+    click.echo(machine_line(facts))
+    line = {"bench": "step", **facts, "counts": counts, "resvg_ms": resvg.milliseconds(), "ms": _plain(results)}
+    click.echo(json.dumps(line))
+
+
+def _plain(results: dict[str, dict[str, dict[str, Statistics]]]) -> dict[str, Any]:
+    return {
+        label: {whole: {name: row.milliseconds() for name, row in rows.items()} for whole, rows in result.items()}
+        for label, result in results.items()
+    }
+
+
+if __name__ == "__main__":
+    main()

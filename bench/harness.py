@@ -1,0 +1,242 @@
+"""What the benchmarks share: timing by laps, settings as text, facts of the machine, tables.
+
+Imports neither torch nor Warp at the top: a process that measures the memory of another must be small itself.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import statistics
+import subprocess
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, fields
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import click
+
+import warpvec
+from warpvec.config import FitConfig
+
+T = TypeVar("T")
+
+_PACKAGE = Path(warpvec.__file__).parent
+CHECKOUT = _PACKAGE.parent
+"""Where the measured copy of warpvec lies."""
+
+
+# Time
+
+
+class Span(NamedTuple):
+    """Seconds on the wall and of this process's CPU time, all threads together."""
+
+    wall: float
+    cpu: float
+
+    def plus(self, other: Span) -> Span:
+        return Span(self.wall + other.wall, self.cpu + other.cpu)
+
+    def minus(self, other: Span) -> Span:
+        return Span(self.wall - other.wall, self.cpu - other.cpu)
+
+
+ZERO = Span(0.0, 0.0)
+
+
+class Laps:
+    """Times named parts of a repeated action; a part that runs twice within a lap counts with the sum."""
+
+    def __init__(self, device: str = "cpu") -> None:
+        self._synchronize = _synchronizer(device)
+        self._laps: list[dict[str, Span]] = []
+
+    def start(self) -> None:
+        """Begin the next lap."""
+        self._laps.append(defaultdict(lambda: ZERO))
+
+    def time(self, name: str, action: Callable[[], T]) -> T:
+        """Run ``action`` and add its time to part ``name`` of this lap."""
+        self._synchronize()
+        wall, cpu = time.perf_counter(), time.process_time()
+        result = action()
+        self._synchronize()
+        lap = self._laps[-1]
+        lap[name] = lap[name].plus(Span(time.perf_counter() - wall, time.process_time() - cpu))
+        return result
+
+    def remainder(self, name: str, whole: str, parts: Iterable[str]) -> None:
+        """Enter what ``parts`` leave of ``whole`` as part ``name`` of every lap."""
+        for lap in self._laps:
+            rest = lap[whole]
+            for part in parts:
+                rest = rest.minus(lap.get(part, ZERO))
+            lap[name] = rest
+
+    def statistics(self) -> dict[str, Statistics]:
+        """Part -> its statistics, in the order in which the parts first ended."""
+        names = dict.fromkeys(name for lap in self._laps for name in lap)
+        return {name: summarize([lap.get(name, ZERO) for lap in self._laps]) for name in names}
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Of the seconds of repeated runs; ``spread`` is the distance between the quartiles."""
+
+    median: float
+    minimum: float
+    spread: float
+    cpu_median: float
+    count: int
+
+    def milliseconds(self) -> dict[str, float]:
+        """Every time in ms, for JSON."""
+        named = {"median": self.median, "min": self.minimum, "spread": self.spread, "cpu_median": self.cpu_median}
+        return {name: round(1e3 * seconds, 4) for name, seconds in named.items()}
+
+
+def summarize(spans: Sequence[Span]) -> Statistics:
+    """Statistics of at least one span. A median, as other processes only ever add time, and now and then much."""
+    wall = sorted(span.wall for span in spans)
+    lower, _, upper = statistics.quantiles(wall, n=4, method="inclusive") if len(wall) > 1 else (0.0, 0.0, 0.0)
+    cpu = statistics.median(span.cpu for span in spans)
+    return Statistics(statistics.median(wall), wall[0], upper - lower, cpu, len(wall))
+
+
+def _synchronizer(device: str) -> Callable[[], object]:
+    """Waits for the device; launches on CUDA return before the work is done."""
+    if device == "cpu":
+        return lambda: None
+    import warp as wp
+
+    return lambda: wp.synchronize_device(device)
+
+
+# Settings
+
+
+def parse_settings(assignments: Iterable[str]) -> dict[str, Any]:
+    """``name=value`` texts as fields of FitConfig with values of their types."""
+    kinds = {field.name: str(field.type) for field in fields(FitConfig)}
+    settings = {}
+    for assignment in assignments:
+        name, _, value = assignment.partition("=")
+        if name not in kinds:
+            raise click.BadParameter(f"--set must name a field of warpvec.FitConfig, got {assignment!r}")
+        settings[name] = _parse_value(assignment, value, kinds[name].removesuffix(" | None"))
+    return settings
+
+
+def _parse_value(assignment: str, value: str, kind: str) -> Any:
+    parsers: dict[str, Callable[[str], Any]] = {"int": int, "float": float, "bool": _parse_bool}
+    try:
+        return parsers.get(kind, str)(value)
+    except ValueError:
+        raise click.BadParameter(f"--set must give a value of type {kind}, got {assignment!r}") from None
+
+
+def _parse_bool(value: str) -> bool:
+    words = {"true": True, "1": True, "false": False, "0": False}
+    if value.lower() not in words:
+        raise ValueError(value)
+    return words[value.lower()]
+
+
+def comma_separated(ctx: click.Context, param: click.Parameter, value: str) -> list[str]:
+    """Callback of an option whose value is a list such as draft,default."""
+    del ctx, param
+    return value.split(",")
+
+
+def comma_separated_counts(ctx: click.Context, param: click.Parameter, value: str) -> list[int]:
+    """Callback of an option whose value is a list of whole numbers such as 256,512,1024."""
+    items = comma_separated(ctx, param, value)
+    if not all(item.isdecimal() and int(item) > 0 for item in items):
+        raise click.BadParameter(f"must be whole numbers of at least 1, as in 1,2 without blanks, got {value!r}")
+    return [int(item) for item in items]
+
+
+settings_option = click.option(
+    "--set", "assignments", metavar="NAME=VALUE", multiple=True, help="A field of warpvec.FitConfig; may be repeated."
+)
+
+
+# What was measured, and where
+
+
+def machine_facts(device: str = "cpu") -> dict[str, Any]:
+    """What a number must be read with: machine, its load before the run, versions, commit."""
+    packages = ("torch", "warp-lang", "numpy", "resvg_py")
+    return {
+        "cpu": _cpu_name(),
+        "cores": os.cpu_count(),
+        "load": round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None,
+        "device": _device_name(device),
+        "system": f"{platform.system()} {platform.machine()}",
+        "python": platform.python_version(),
+        "warpvec": warpvec.__version__,
+        **{package: version(package) for package in packages},
+        "commit": _commit(),
+        "source": source_digest(),
+    }
+
+
+@cache
+def source_digest() -> str:
+    """Digest of warpvec's sources, kernels included: tells apart what a commit with changes on top does not."""
+    digest = hashlib.sha256()
+    for path in sorted([*_PACKAGE.glob("*.py"), *(_PACKAGE / "kernels").glob("*.py")]):
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def _cpu_name() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def _device_name(device: str) -> str:
+    if not device.startswith("cuda"):
+        return device
+    import torch
+
+    return f"{device} {torch.cuda.get_device_name(device)}"
+
+
+def _commit() -> str | None:
+    """The commit of the checkout, with "-dirty" where tracked files differ from it; None outside a checkout."""
+    command = ["git", "-C", str(CHECKOUT), "describe", "--always", "--dirty", "--exclude=*"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None
+
+
+def default_cache() -> Path:
+    """A folder outside the checkout for what is costly to make again."""
+    return Path(tempfile.gettempdir()) / "warpvec-bench"
+
+
+# Text
+
+
+def markdown_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A Markdown table: the first column on the left, the others, numbers, on the right."""
+    lines = [header, ["---", *["---:"] * (len(header) - 1)], *rows]
+    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
+
+
+def machine_line(facts: dict[str, Any]) -> str:
+    """The facts of the machine as a line of text under a table."""
+    return ", ".join(f"{name} {value}" for name, value in facts.items() if value is not None)

@@ -1,0 +1,212 @@
+"""Fits every image of a folder and measures the files as resvg draws them.
+
+What: PSNR, SSIM and size of the files, and the seconds that the fits took, in one process whose kernels are compiled
+and loaded before the first fit. Why these photos: the Kodak set is what papers on vectorization report means of.
+
+Every result is written to a CSV file as soon as it is there. A line is known by the image's bytes, the settings and
+warpvec's sources: a run that was interrupted goes on where it ended, one after a change to any of them starts anew.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import os
+import time
+from collections.abc import Callable, Iterable, Sequence
+from itertools import product
+from pathlib import Path
+from statistics import fmean
+from typing import Any
+
+import click
+import numpy as np
+from harness import (
+    comma_separated_counts,
+    default_cache,
+    machine_facts,
+    machine_line,
+    markdown_table,
+    parse_settings,
+    settings_option,
+    source_digest,
+)
+
+from warpvec import vectorize
+from warpvec.config import FitConfig, make_config
+from warpvec.errors import InputError
+from warpvec.launch import resolve_device
+
+METRICS = ("psnr", "ssim", "internal_psnr", "bytes", "gzip_bytes", "mean_opacity", "iterations", "seconds", "device")
+FIELDS = ("key", "image", "preset", "curves", "settings", *METRICS, "gap", "total_seconds", "source")
+"""Columns of the CSV. ``seconds`` is the fit's; ``total_seconds`` adds reading the photo and writing the SVG."""
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif")
+
+_HEADER = ("PSNR", "SSIM", "internal", "gap", "bytes", "opacity", "fit s", "total s")
+_FORMATS = {
+    "psnr": ".3f", "ssim": ".4f", "internal_psnr": ".3f", "gap": ".3f",
+    "bytes": ",.0f", "mean_opacity": ".3f", "seconds": ".1f", "total_seconds": ".1f",
+}  # fmt: skip
+
+Row = dict[str, str]
+
+
+# The CSV
+
+
+def read_rows(path: Path) -> dict[str, Row]:
+    """Key -> line of the file; none if it is not there. Half a line at its end, of a killed run, is cut off.
+
+    Raises:
+        click.UsageError: the file has other columns.
+    """
+    if not path.exists():
+        return {}
+    text = path.read_text()
+    whole = text[: text.rfind("\n") + 1]
+    if whole != text:
+        path.write_text(whole)
+    reader = csv.DictReader(io.StringIO(whole))
+    if reader.fieldnames is not None and tuple(reader.fieldnames) != FIELDS:
+        raise click.UsageError(f"--out must be a file of this version's columns, {path} has others; name a new file")
+    return {row["key"]: row for row in reader}
+
+
+def append_row(path: Path, row: dict[str, Any]) -> None:
+    """Add one line, and the header before the first, by one write that has reached the disk when this returns."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, FIELDS, lineterminator="\n")
+    with path.open("a", newline="") as file:
+        if file.tell() == 0:
+            writer.writeheader()
+        writer.writerow(row)
+        file.write(text.getvalue())
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def row_key(image: Path, config: FitConfig) -> str:
+    """What a result depends on, time and device included."""
+    settings = json.dumps(config.to_dict(), sort_keys=True)
+    return hashlib.sha256(image.read_bytes() + settings.encode() + source_digest().encode()).hexdigest()[:16]
+
+
+# The fits
+
+
+def measure_image(image: Path, preset: str, config: FitConfig, given: dict[str, Any]) -> dict[str, Any]:
+    """The line of one image.
+
+    Raises:
+        click.Abort: Ctrl-C ended the fit; its result would not be that of the settings.
+    """
+    start = time.perf_counter()
+    result = vectorize(image, preset=preset, **{**given, "curves": config.curves})
+    result.svg()
+    total_seconds = time.perf_counter() - start
+    if result.interrupted:
+        raise click.Abort
+    metrics = result.metrics
+    gap = metrics["internal_psnr"] - metrics["psnr"]
+    known = {"key": row_key(image, config), "image": image.name, "preset": preset, "curves": config.curves}
+    measured = {name: metrics[name] for name in METRICS}
+    run = {"settings": json.dumps(given), "total_seconds": total_seconds, "source": source_digest()}
+    return {**known, **measured, "gap": gap, **run}
+
+
+def warm_up(settings: dict[str, Any]) -> None:
+    """Load every kernel of a fit, growth and recycling included."""
+    noise = np.random.default_rng(0).random((32, 32, 3), dtype=np.float32)
+    short = {"curves": 32, "iterations": 40, "inflation_gap": 1, "recycle_gap": 5}
+    _ = vectorize(noise, **{**settings, **short}).metrics
+
+
+def find_images(folder: Path, limit: int | None) -> list[Path]:
+    """The images of ``folder`` by name, the first ``limit`` of them.
+
+    Raises:
+        click.UsageError: there are none.
+    """
+    images = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)[:limit]
+    if not images:
+        raise click.UsageError(f"FOLDER must hold images ({', '.join(SUFFIXES)}), {folder} holds none")
+    return images
+
+
+def collect(cases: Iterable[tuple[Path, FitConfig]], out: Path, measure: Callable[..., dict[str, Any]]) -> list[Row]:
+    """The line of every case: from ``out`` if it is there, else measured and added to it."""
+    done, keys = read_rows(out), []
+    for image, config in cases:
+        keys.append(key := row_key(image, config))
+        if key not in done:
+            row = measure(image, config)
+            append_row(out, row)
+            done[key] = {name: str(value) for name, value in row.items()}
+            click.echo(f"{image.name} {config.curves}: {row['psnr']:.2f} dB, {row['total_seconds']:.1f} s", err=True)
+    return [done[key] for key in keys]
+
+
+# The tables
+
+
+def means_table(rows: Sequence[Row], curves: Sequence[int]) -> str:
+    """Means over the images for each number of curves; a mean of PSNRs is one of decibels, as papers give it."""
+    lines = []
+    for count in curves:
+        chosen = [row for row in rows if int(row["curves"]) == count]
+        means = [format(fmean(float(row[name]) for row in chosen), form) for name, form in _FORMATS.items()]
+        lines.append([count, len(chosen), *means])
+    return markdown_table(("curves", "images", *_HEADER), lines)
+
+
+def details_table(rows: Sequence[Row]) -> str:
+    """A line for every image and number of curves."""
+    values = ([format(float(row[name]), form) for name, form in _FORMATS.items()] for row in rows)
+    lines = [[row["image"], row["curves"], *cells] for row, cells in zip(rows, values, strict=True)]
+    return markdown_table(("image", "curves", *_HEADER), lines)
+
+
+@click.command()
+@click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.option("--curves", callback=comma_separated_counts, default="256,512,1024", show_default=True)
+@click.option("--preset", default="default", show_default=True)
+@click.option("--threads", type=int, help="CPU threads of the kernels [all cores].")
+@click.option("--limit", type=click.IntRange(min=1), help="Only the first so many images.")
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="CSV file [kodak.csv in a temp folder].")
+@click.option("--details", is_flag=True, help="A table of every image, too.")
+@settings_option
+def main(
+    folder: Path,
+    curves: list[int],
+    preset: str,
+    threads: int | None,
+    limit: int | None,
+    out: Path | None,
+    details: bool,
+    assignments: tuple[str, ...],
+) -> None:
+    """Fit every image of FOLDER and measure the files as resvg draws them."""
+    given = {**parse_settings(assignments), **({} if threads is None else {"threads": threads})}
+    out = out or default_cache() / "kodak.csv"
+    try:
+        configs = [make_config(preset, **{**given, "curves": count}) for count in curves]
+        facts = machine_facts(resolve_device(configs[0].device))
+        cases = [(image, config) for config, image in product(configs, find_images(folder, limit))]
+        if any(row_key(*case) not in read_rows(out) for case in cases):
+            warm_up({**given, "preset": preset})
+        rows = collect(cases, out, lambda image, config: measure_image(image, preset, config, given))
+    except InputError as error:
+        raise click.UsageError(str(error)) from error
+    if details:
+        click.echo(details_table(rows) + "\n")
+    click.echo(means_table(rows, curves) + "\n")
+    click.echo(f"preset {preset}, settings {json.dumps(given)}; every line: {out}")
+    click.echo(machine_line(facts))
+
+
+if __name__ == "__main__":
+    main()
