@@ -287,15 +287,8 @@ def _print(benches: dict[str, Bench], resvg: Statistics, facts: dict[str, Any]) 
         ratios = [f"{result[whole][whole].median / resvg.median:.3f}" for result in results.values()]
         click.echo(f"{whole} / resvg: {', '.join(ratios)}")
     click.echo(machine_line(facts))
-    line = {"bench": "step", **facts, "counts": counts, "resvg_ms": resvg.milliseconds(), "ms": _plain(results)}
-    click.echo(json.dumps(line))
-
-
-def _plain(results: dict[str, dict[str, dict[str, Statistics]]]) -> dict[str, Any]:
-    return {
-        label: {whole: {name: row.milliseconds() for name, row in rows.items()} for whole, rows in result.items()}
-        for label, result in results.items()
-    }
+    line = {"bench": "step", **facts, "counts": counts, "resvg_ms": resvg, "ms": results}
+    click.echo(json.dumps(line, default=Statistics.milliseconds))
 
 
 if __name__ == "__main__":
