@@ -35,7 +35,7 @@ class FitConfig:
     """Longest side, in pixels, of the image that is fitted; larger photos are reduced to it."""
 
     # how it runs
-    iterations: int = 1500
+    iterations: int = 2000
     time_budget: float | None = None
     """Wall-clock seconds for the optimisation loop; the schedule is stretched or cut to fit in it."""
     seed: int = 0
@@ -68,7 +68,7 @@ class FitConfig:
     # recycling: beyond the paper
     recycle_gap: int = 25
     """Iterations between recyclings at full population; 0 switches recycling off."""
-    recycle_share: float = 0.1
+    recycle_share: float = 0.06
     """Share of the paths that one recycling replaces: those whose removal costs least."""
     recycle_until: float = 0.7
     """Last recycling, as a share of the iterations."""
