@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import itertools
 import json
 import sys
@@ -165,8 +166,9 @@ def test_whole_fit(folder: Path) -> None:
     assert run["cpu"] > 0
 
 
-def test_a_failing_child_is_reported_in_a_line() -> None:
-    assert bench_fit.run_child(["-c", "print('out')"]).stdout == "out\n"
+def test_a_child_gets_its_environment_and_reports_failure_in_a_line() -> None:
+    code = "import os; print(os.environ['WARP_CACHE_PATH'])"
+    assert bench_fit.run_child(["-c", code], {"WARP_CACHE_PATH": "here"}).stdout == "here\n"
     with pytest.raises(click.ClickException, match="ValueError: no luck$"):
         bench_fit.run_child(["-c", "raise ValueError('no luck')"])
 
@@ -240,7 +242,12 @@ def test_kodak_resumes_a_killed_run(folder: Path, tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(kodak, "measure_image", lambda *args: measured.append(args[0].name) or measure(*args))
     assert _kodak(folder, out).exit_code == 0
     assert measured == ["b.png"]
-    assert [line.split(",")[:4] for line in out.read_text().splitlines()] == [line.split(",")[:4] for line in lines]
+    again = out.read_text().splitlines(keepends=True)
+    assert again[:-1] == lines[:-1]
+    assert [row["psnr"] for row in csv.DictReader(again[:1] + again[-1:])] == [
+        row["psnr"] for row in csv.DictReader(lines[:1] + lines[-1:])
+    ]
+    assert all(row["source"] == harness.source_digest() for row in csv.DictReader(again))
 
 
 def test_kodak_tells_settings_photos_and_sources_apart(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

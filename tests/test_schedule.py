@@ -33,7 +33,7 @@ def test_population_doubles_until_it_is_full():
     assert [population(k, config) for k in range(9)] == [16, 32, 64, 128, 256, 512, 1000, 1000, 1000]
 
 
-@pytest.mark.parametrize("growth", [1.0, 1.0001, 1.1, 1.5, math.e, 3.0, 100.0])
+@pytest.mark.parametrize("growth", [1.0001, 1.1, 1.5, math.e, 3.0, 100.0])
 @pytest.mark.parametrize(("initial", "curves"), [(16, 512), (1, 3), (7, 1000), (16, 16), (32, 5)])
 def test_population_is_the_rounded_power_capped(growth, initial, curves):
     config = FitConfig(growth=growth, initial_curves=initial, curves=curves)
@@ -43,7 +43,6 @@ def test_population_is_the_rounded_power_capped(growth, initial, curves):
 
 def test_population_after_very_many_inflations_is_full():
     assert population(10**9, FitConfig()) == 512
-    assert population(10**9, FitConfig(growth=1.0)) == 16
 
 
 @pytest.mark.parametrize(("curves", "count"), [(16, 0), (17, 1), (256, 4), (512, 5), (513, 6), (1024, 6)])
@@ -78,7 +77,7 @@ def test_inflation_steps_of_the_paper():
     assert inflation_steps(make_config("paper", curves=1024), 5000) == [100, 200, 300, 400, 500, 600]
 
 
-@pytest.mark.parametrize("iterations", [1, 2, 7, 100, 499])
+@pytest.mark.parametrize("iterations", [1, 2, 7, 100, 299])
 def test_a_short_run_is_full_at_half_time(iterations):
     steps = inflation_steps(FitConfig(curves=512), iterations)
     assert len(steps) == 5
@@ -111,10 +110,10 @@ def test_flat_radius_is_that_of_the_last_generation():
     assert radius(0, flat, 512, 768) == radius(inflation_count(config), config, 512, 768) == 3.0
 
 
-def test_recycled_paths_cover_half_the_canvas():
+def test_recycled_paths_cover_their_share_of_the_canvas():
     area = 512 * math.pi * recycling_radius(FitConfig(curves=512), 512, 768) ** 2
-    assert area == pytest.approx(0.5 * 512 * 768)
-    assert recycling_radius(FitConfig(curves=256), 256, 384) == pytest.approx(8.0, rel=0.05)
+    assert area == pytest.approx(0.3 * 512 * 768)
+    assert recycling_radius(FitConfig(curves=256), 256, 384) == pytest.approx(6.05, rel=0.01)
     assert recycling_radius(FitConfig(curves=1024), 8, 8) == RADIUS_MIN
 
 
@@ -247,8 +246,8 @@ def test_all_pixels_are_drawn_once_even_where_the_residual_is_zero():
 def test_positions_stay_near_a_single_error():
     residual = torch.zeros(300, 400)
     residual[120, 250] = 1e-12
-    offset = sample_positions(residual, 50, seeded()) - torch.tensor([250.5, 120.5])
-    assert offset.abs().max() <= 6.5
+    offset = sample_positions(residual, 20, seeded()) - torch.tensor([250.5, 120.5])
+    assert offset.abs().max() <= 3.5
     # Without replacement the draws are a little wider than the blur.
     assert offset.std(0).mean().item() == pytest.approx(BLUR_SIGMA, rel=0.3)
 
