@@ -103,6 +103,7 @@ class _Fit:
         self._start = time.perf_counter()
         self._iteration = 0
         self._iteration_count = config.iterations
+        self._first_seconds = 0.0
         self._loss = torch.zeros(())
         self._best: tuple[float, Scene] | None = None
         self.history: list[dict[str, float]] = []
@@ -234,7 +235,12 @@ class _Fit:
         budget = self._config.time_budget
         if budget is None:
             return self._config.iterations
-        return max(self._iteration, int(self._iteration * budget / self._seconds()))
+        if self._iteration == 1:
+            # It may have compiled kernels, and tells nothing of the pace.
+            self._first_seconds = self._seconds()
+            return self._config.iterations if self._first_seconds < budget else 1
+        pace = (self._seconds() - self._first_seconds) / (self._iteration - 1)
+        return self._iteration + max(0, int((budget - self._seconds()) / pace))
 
     def _seconds(self) -> float:
         return time.perf_counter() - self._start

@@ -1,0 +1,181 @@
+"""The fit on small pictures: its population, its reproducibility, its ends, and that each of its parts does good."""
+
+import math
+
+import pytest
+import torch
+
+from warpvec.config import FitConfig, make_config
+from warpvec.errors import InputError
+from warpvec.fit import fit
+from warpvec.schedule import population
+
+HEIGHT, WIDTH = 40, 56
+
+
+def picture():
+    """Discs and stripes over a ramp [40, 56, 3]: smooth areas, straight and round edges."""
+    y, x = torch.meshgrid(torch.arange(HEIGHT) + 0.5, torch.arange(WIDTH) + 0.5, indexing="ij")
+    image = torch.stack([x / WIDTH, y / HEIGHT, 0.3 + 0.0 * x], -1)
+    image[(x - 18).square() + (y - 15).square() < 90] = torch.tensor([0.9, 0.2, 0.1])
+    image[(x - 40).square() + (y - 26).square() < 60] = torch.tensor([0.1, 0.3, 0.9])
+    image[(y > 33) & (x % 8 < 4)] = torch.tensor([1.0, 1.0, 0.8])
+    return image
+
+
+def run(on_progress=None, **settings):
+    config = make_config("default", **{"curves": 48, "iterations": 60, "inflation_gap": 8, "threads": 1} | settings)
+    return fit(picture(), config, on_progress)
+
+
+def final_psnr(result):
+    return result.history[-1]["psnr"]
+
+
+def test_population_follows_the_schedule():
+    counts = []
+    config = FitConfig(curves=100, initial_curves=16, growth=2.0, inflation_gap=10, prune_opacity=0.0)
+    run(lambda progress: counts.append(progress.curve_count), curves=100, iterations=80, inflation_gap=10)
+    for k in range(4):
+        assert set(counts[10 * k : 10 * (k + 1)]) == {population(k, config)}, k
+    assert counts[-1] == 100
+    assert len(counts) == 80
+
+
+def test_pruned_paths_are_compensated():
+    # Every path is below this opacity at the first inflations, so all are replaced each time.
+    counts = []
+    result = run(lambda progress: counts.append(progress.curve_count), prune_opacity=1.0, recycle_gap=0)
+    assert counts[-1] == 48
+    assert (result.scene.generation == result.scene.generation.max()).all()
+
+
+def test_without_compensation_pruned_paths_are_gone():
+    counts = []
+    run(lambda progress: counts.append(progress.curve_count), prune_opacity=1.0, compensate=False, recycle_gap=0)
+    # 16, then only the spawned: 16, then 16 more for 48.
+    assert counts[-1] == 16
+
+
+def test_new_generations_are_on_top():
+    generation = run().scene.generation
+    assert (generation.diff() >= 0).all()
+    assert generation[0] == 0
+
+
+def test_flat_starts_with_all_paths_in_one_generation():
+    counts = []
+    result = run(lambda progress: counts.append(progress.curve_count), flat=True, recycle_gap=0)
+    assert set(counts) == {48}
+    assert (result.scene.generation == 0).all()
+
+
+def test_area_order_puts_small_boxes_on_top():
+    scene = run(z_order="area", recycle_gap=0).scene
+    size = (scene.points.amax(1) - scene.points.amin(1)).prod(-1)
+    # The last step moves points after the last sorting.
+    assert (size.diff() <= 0.1 * size[:-1]).all()
+
+
+def test_fit_improves_and_recycling_improves_it():
+    kept = run(iterations=150, recycle_gap=0)
+    recycled = run(iterations=150, recycle_gap=10, recycle_share=0.15)
+    assert final_psnr(kept) > 22.0
+    assert final_psnr(recycled) > final_psnr(kept) + 0.5
+
+
+@pytest.mark.parametrize("preset", ["draft", "default", "best", "paper"])
+def test_every_preset_fits(preset):
+    config = make_config(preset, curves=32, iterations=40, threads=1)
+    result = fit(picture(), config)
+    assert final_psnr(result) > 15.0
+    assert result.scene.points.isfinite().all()
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_result_does_not_depend_on_threads(threads):
+    one, many = run(threads=1).scene, run(threads=threads).scene
+    for name in ("points", "color", "opacity", "background", "generation"):
+        assert torch.equal(getattr(one, name), getattr(many, name)), name
+
+
+def test_seed_decides():
+    assert torch.equal(run(seed=1).scene.points, run(seed=1).scene.points)
+    assert not torch.equal(run(seed=1).scene.points, run(seed=2).scene.points)
+
+
+def test_torch_threads_are_given_back():
+    before = torch.get_num_threads()
+    run(iterations=2)
+    assert torch.get_num_threads() == before
+
+
+def test_last_iteration_spawns_nothing():
+    # A recycling is due at the last iteration; its paths would never be fitted.
+    result = run(iterations=60, recycle_gap=4, recycle_until=1.0)
+    assert final_psnr(result) == pytest.approx(rendered_psnr(result.scene), abs=0.5)
+
+
+def rendered_psnr(scene):
+    from warpvec.autograd import render
+
+    error = render(scene, HEIGHT, WIDTH) - picture()
+    return -10 * math.log10(error.square().mean().item())
+
+
+def test_interruption_gives_the_best_so_far():
+    def interrupt(progress):
+        if progress.iteration == 31:
+            raise KeyboardInterrupt
+
+    result = run(interrupt)
+    assert result.interrupted
+    assert result.iterations == 31
+    assert rendered_psnr(result.scene) > 12.0
+
+
+def test_interruption_after_a_recycling_gives_the_scene_before_it():
+    psnr = {}
+
+    def interrupt(progress):
+        psnr[progress.iteration] = progress.psnr
+        if progress.iteration == 93:
+            raise KeyboardInterrupt
+
+    # The population is full after iteration 16; 76 iterations later all paths are replaced, for the worse.
+    result = run(interrupt, iterations=200, recycle_gap=76, recycle_share=1.0)
+    assert psnr[93] < psnr[92] - 1.0
+    assert rendered_psnr(result.scene) > psnr[92] - 0.1
+
+
+def test_time_budget_ends_the_fit():
+    result = run(iterations=10**6, time_budget=1.0)
+    assert result.seconds < 10.0
+    assert 10 < result.iterations < 10**6
+    assert len(result.scene) == 48
+
+
+def test_progress_tells_where_the_fit_stands():
+    seen = []
+    run(lambda progress: seen.append((progress, len(progress.scene()))), iterations=12, inflation_gap=5)
+    assert [progress.iteration for progress, _ in seen] == list(range(1, 13))
+    assert all(progress.iteration_count == 12 for progress, _ in seen)
+    assert all(progress.curve_count == count for progress, count in seen[:5])
+    assert seen[-1][0].psnr > seen[0][0].psnr
+
+
+def test_history_is_of_the_last_iteration_too():
+    result = run(iterations=33)
+    assert [entry["iteration"] for entry in result.history] == [10, 20, 30, 33]
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 30), (30, 1), (17, 16)])
+def test_tiny_pictures(size):
+    result = fit(torch.full((*size, 3), 0.25), make_config(curves=20, iterations=20, threads=1))
+    assert result.scene.points.isfinite().all()
+    assert final_psnr(result) > 30.0
+
+
+def test_unknown_device():
+    with pytest.raises(InputError, match="device must be auto or one of"):
+        run(device="tpu")
