@@ -103,6 +103,7 @@ class Bench:
     def lap(self) -> None:
         """Time one step and one render as they are, then one of each by stage."""
         for name, laps, action in (("step", self.step, self._take_step), ("render", self.render, self._draw)):
+            action()  # in a fit a step follows a step of the same buffers, not one of another thread count's
             laps.start()
             laps.time(name, action)
             with self._watched(laps):

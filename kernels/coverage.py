@@ -5,6 +5,8 @@ covered area of a simple path under the non-zero rule. An edge adds, to each pix
 distance to the pixel's right border, and passes the rest of dy on to the right; sums along the row then give the
 winding (the accumulation buffer of font-rs and stb_truetype, with exact areas).
 
+Inside a path that runs counter-clockwise on screen the winding is positive.
+
 A lane is a pixel row, so the sums along the rows of a tile are 16 additions.
 """
 

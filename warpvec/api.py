@@ -105,7 +105,7 @@ class Result:
         opacity = self.scene.opacity
         return {
             **evaluate(self.svg(), self.photo),
-            "internal_psnr": psnr(self.render(), self.photo),
+            "internal_psnr": psnr(np.rint(self.render() * 255.0) / 255.0, self.photo),
             "mean_opacity": opacity.mean().item() if len(opacity) else 0.0,
             "width": width,
             "height": height,

@@ -39,10 +39,10 @@ class Flattening:
         )
         self.vertices = self._buffers.get("vertices", self.vertex_count, self._lanes.vec2)
         arguments = [points, self.segment_first_vertex, segment_count, self.vertices]
-        self._launch.shared(self._kernels.emit_vertices, total, arguments)
+        self._launch(self._kernels.emit_vertices, total, arguments)
 
     def adjoint(self, edge_adjoint: wp.array, adj_points: wp.array) -> None:
         """``edge_adjoint`` [V] of vec4 -> ``adj_points`` [N, 3 S] of vec2, overwritten."""
         path_count, segment_count = adj_points.shape[0], adj_points.shape[1] // 3
         arguments = [self.segment_first_vertex, edge_adjoint, segment_count, adj_points]
-        self._launch.shared(self._kernels.gather_points_adjoint, path_count, arguments)
+        self._launch(self._kernels.gather_points_adjoint, path_count, arguments)

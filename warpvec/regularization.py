@@ -28,4 +28,4 @@ class Regularization:
         settings = [lanes.vec2(*self._pixel), *(lanes.dtype(weight) for weight in self._weights)]
         outputs = [as_warp(adj_points, lanes.vec2), as_warp(adj_opacity, lanes.dtype)]
         kernel = kernels.make_kernels(lanes).add_regularizers
-        self._launch.shared(kernel, path_count, [*inputs, *settings, *outputs])
+        self._launch(kernel, path_count, [*inputs, *settings, *outputs])
