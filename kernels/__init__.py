@@ -6,6 +6,7 @@ Stages in order, each with its adjoint beside it or in ``<stage>_adjoint``::
     binning       vertices -> (path, tile) pairs       (no gradient)
     coverage      vertices, pairs -> winding           adj_winding -> adj_edges
     compositing   winding, colour, opacity -> image    adj_image -> adj_color, adj_opacity, adj_winding
+    regularization                                     adds to adj_points, adj_opacity
 
 Conventions: pixels, origin at the top left, x right, y down, the centre of pixel (row i, column j) at
 (j + 0.5, i + 0.5). Tiles are TILE x TILE pixels and store their pixels column by column, so that the TILE rows of one

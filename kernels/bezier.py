@@ -11,7 +11,7 @@ from warpvec.kernels.lanes import Lanes
 
 @cache
 def make_functions(lanes: Lanes) -> SimpleNamespace:
-    """``weights(t)`` and ``chord_count(p0, p1, p2, p3)`` for the precision of ``lanes``."""
+    """``weights``, ``vertex_weights`` and ``chord_count`` for the precision of ``lanes``."""
     dtype, vec2, vec4 = lanes.dtype, lanes.vec2, lanes.vec4
     chords_per_root = wp.constant(dtype((0.75 / CHORD_TOLERANCE) ** 0.5))
 
@@ -28,26 +28,26 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     def chord_count(p0: vec2, p1: vec2, p2: vec2, p3: vec2):
         """Chords of equal parameter length within CHORD_TOLERANCE of the cubic (Wang's bound).
 
-        2 if that is not finite: the vertex between then shows that the path is not, or lies out of range.
+        3 if that is not finite: a vertex at a third, off any symmetry, then shows that the path is not, or is too far.
         """
         bend = wp.max(wp.length(p0 - dtype(2.0) * p1 + p2), wp.length(p1 - dtype(2.0) * p2 + p3))
         chords = chords_per_root * wp.sqrt(bend)
         if not wp.isfinite(chords):
-            return 2
+            return 3
         return int(wp.clamp(wp.ceil(chords), dtype(1.0), most_chords))
 
     @wp.func
     def vertex_weights(j: int, count: int):
-        """Weights of vertex j of ``count`` chords: the point at t = j / n less P''(t) / (12 n^2), joints as they are.
+        """Weights of vertex j of n = ``count`` chords: the point at t = j / n less P''(t) / (12 n (n - 1)).
 
-        A chord lies P'' / (8 n^2) inside its arc at its middle and 2/3 of that in the mean. Shifting the vertices out
-        by that mean makes the polygon's area that of the curve: no bias for an optimizer to absorb.
+        A chord lies P'' / (8 n^2) inside its arc at its middle and 2/3 of that in the mean. The n - 1 vertices between
+        the joints, which stay, are moved out by n / (n - 1) times that mean, so that a parabola's polygon has its area:
+        chords that lie inside would be a bias for an optimizer to absorb and for the file to show.
         """
-        step = one / dtype(count)
-        t = dtype(j) * step
+        t = dtype(j) / dtype(count)
         w = weights(t)
         if j > 0 and j < count:
-            shift = step * step * half
+            shift = half / dtype(count * (count - 1))
             w -= shift * vec4(one - t, three * t - two, one - three * t, t)
         return w
 

@@ -39,6 +39,8 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
     tile_size = wp.constant(lanes.tile_vectors * lanes.tile_threads)
     blocks, width = wp.constant(lanes.blocks), wp.constant(lanes.width)
     reducers, terms = wp.constant(lanes.reducers), wp.constant(TERMS)
+    used_terms = wp.constant(TERMS if importance else TERMS - 1)
+    sums_type = wp.types.vector(TERMS, dtype=dtype)
     local_array = lanes.tile_vectors > 1
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
     module = stage_module(f"compositing_adjoint{'_fused' * fused}{'_importance' * importance}", lanes)
@@ -234,13 +236,14 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
     ):
         """The sums of one path, over its pairs in their fixed order."""
         path = first + wp.tid()
-        for term in range(terms):
-            path_sums[path, term] = zero
+        total = sums_type()
         for pair in range(path_first_pair[path], path_first_pair[path + 1]):
             if pair_class[pair] != EMPTY:
                 for row in range(pair * reducers, (pair + 1) * reducers):
-                    for term in range(terms):
-                        path_sums[path, term] = path_sums[path, term] + pair_sums[row, term]
+                    for term in range(used_terms):
+                        total[term] = total[term] + pair_sums[row, term]
+        for term in range(terms):
+            path_sums[path, term] = total[term]
 
     @wp.kernel(module=module)
     def gather_tiles(

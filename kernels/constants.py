@@ -19,8 +19,9 @@ COORDINATE_MAX = 1.0e7
 and integer tile indices could overflow."""
 
 COLUMN_GUARD = 1.0 / 64.0
-"""Pixels by which an edge's range of columns is widened, so that rounding in the clipping (about 1e-5 px at 8,000 px)
-never puts part of an edge in a column or a tile that was not marked."""
+COLUMN_GUARD_SLOPE = 1.0e-6
+"""Pixels, and share of its length, by which an edge's range of columns is widened, so that rounding in the clipping
+(1e-5 px at 8,000 px, and of the order of 1e-7 of a long edge) never puts part of an edge in an unmarked tile."""
 
 TRANSMITTANCE_MIN = 1.0e-4
 """Paths behind full pairs that let less light through than this are skipped: at most 0.026 of an 8-bit level."""
@@ -35,8 +36,9 @@ EMPTY, FULL, PARTIAL = 0, 1, 2
 REDUCED_LANES = 32
 """Scalar lanes that share one slot of a sum over a tile: one CUDA warp."""
 
-CPU_FLAGS = "-march=native -ffp-contract=fast -mprefer-vector-width=512"
-"""Clang flags for the CPU kernels: fused multiply-adds gain 10-25 %, 512-bit vectors up to 5 %."""
+CPU_FLAGS = "-march=native -ffp-contract=fast"
+CPU_FLAGS_X86 = " -mprefer-vector-width=512"
+"""Clang flags for the CPU kernels: fused multiply-adds gain 10-25 %, 512-bit vectors, of x86 alone, up to 5 %."""
 
 XING_SCALE = 1e-2
 """What ``xing_weight`` multiplies besides the loss: the scale inside Bezier Splatting's ``xing_loss``, on which

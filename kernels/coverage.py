@@ -90,21 +90,24 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                         carry = fma(spread(dy), most(sub(high, low), spread(zero)), carry)
                     passed = spread(zero)
                     last = wp.min(touched[1], end_column - 1)
-                    index = int(0)
+                    index = int(-1)
                     while column <= last:
                         following = (dtype(column + 1) - v0[0]) * inv_dx
                         low = most(row_low, spread(wp.min(cross, following)))
                         high = least(row_high, spread(wp.max(cross, following)))
                         part = mul(spread(dy), most(sub(high, low), spread(zero)))
                         middle = fma(mul(add(low, high), spread(half)), spread(dx), spread(v0[0] - dtype(column)))
-                        slot = pair_slot[pair0 + column // TILE - box[0]]
-                        index = (slot * COLUMNS + column % TILE) * blocks + block
-                        area = fnma(part, middle, part)
-                        slot_winding[index] = add(slot_winding[index], add(area, passed))
-                        passed = sub(part, area)
+                        pair = pair0 + column // TILE - box[0]
+                        slot = pair_slot[pair]
+                        # A column that only the guard includes may lie in a tile that rounding left unmarked.
+                        if pair_slot[pair + 1] > slot:
+                            index = (slot * COLUMNS + column % TILE) * blocks + block
+                            area = fnma(part, middle, part)
+                            slot_winding[index] = add(slot_winding[index], add(area, passed))
+                            passed = sub(part, area)
                         cross = following
                         column += 1
-                    if touched[1] >= left_column:
+                    if index >= 0:
                         slot_winding[index + blocks] = add(slot_winding[index + blocks], passed)
             v0 = v1
 

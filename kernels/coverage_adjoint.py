@@ -85,7 +85,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         pair_slot: wp.array(dtype=int),  # [K + 1]
         adj_winding: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
         # outputs
-        edge_adjoint: wp.array(dtype=vec4),  # [V] dL/d(start), dL/d(end)
+        adj_edges: wp.array(dtype=vec4),  # [V] dL/d(start), dL/d(end)
     ):
         """dL/d(start) and dL/d(end) of each edge of one segment."""
         segment = first + wp.tid()
@@ -107,6 +107,6 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 dx = v1[0] - v0[0]
                 dy = v1[1] - v0[1]
                 adjoint = vec4(-dy * w0, dx * w0, -dy * w1, dx * w1)
-            edge_adjoint[v] = adjoint
+            adj_edges[v] = adjoint
 
     return SimpleNamespace(integrate_edges=integrate_edges)

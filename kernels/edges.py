@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warpvec.kernels.constants import COLUMN_GUARD, COORDINATE_MAX, FLAT_EDGE, TILE
+from warpvec.kernels.constants import COLUMN_GUARD, COLUMN_GUARD_SLOPE, COORDINATE_MAX, FLAT_EDGE, TILE
 from warpvec.kernels.lanes import Lanes
 
 
@@ -23,7 +23,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     )  # fmt: skip
     flat_edge = wp.constant(dtype(FLAT_EDGE))
     guard = wp.constant(dtype(COLUMN_GUARD))
-    guard_per_length = wp.constant(dtype(1.0e-6))
+    guard_per_length = wp.constant(dtype(COLUMN_GUARD_SLOPE))
     farthest = wp.constant(dtype(COORDINATE_MAX))
     side = wp.constant(dtype(TILE))
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))

@@ -1,7 +1,8 @@
 """Stage 1: control points -> vertices of closed polylines, and the adjoint.
 
-Vertex j of n in a segment is its point at t = j / n, so a path's vertices are its segments' vertices one after
-another, and the edge of vertex v runs to the path's next vertex.
+Vertex j of n in a segment is its point at t = j / n, moved out a little so that the polygon has the curve's area
+(``bezier.vertex_weights``). A path's vertices are its segments' vertices one after another, and the edge of vertex v
+runs to the path's next vertex.
 """
 
 from functools import cache
@@ -29,7 +30,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         # outputs
         segment_chord_count: wp.array(dtype=int),  # [N S + 1]
     ):
-        """Chords of each segment; the entry behind the last stays 0, so that an exclusive scan ends in the total."""
+        """Chords of each segment."""
         segment = first + wp.tid()
         path = segment // segment_count
         point = (segment % segment_count) * 3
@@ -47,7 +48,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         # outputs
         vertices: wp.array(dtype=vec2),  # [V] px
     ):
-        """The points of each segment at t = j / n."""
+        """The vertices of each segment."""
         segment = first + wp.tid()
         path = segment // segment_count
         point = (segment % segment_count) * 3
@@ -65,7 +66,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     def gather_points_adjoint(
         first: int,
         segment_first_vertex: wp.array(dtype=int),  # [N S + 1]
-        edge_adjoint: wp.array(dtype=vec4),  # [V] dL/d(start), dL/d(end) of each edge
+        adj_edges: wp.array(dtype=vec4),  # [V] dL/d(start), dL/d(end) of each edge
         segment_count: int,  # S
         # outputs
         adj_points: wp.array2d(dtype=vec2),  # [N, 3 S]
@@ -82,7 +83,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             a2 = vec2()
             a3 = vec2()
             for j in range(count):
-                adj = edge_adjoint[start + j]
+                adj = adj_edges[start + j]
                 adj_start = vec2(adj[0], adj[1])
                 adj_end = vec2(adj[2], adj[3])
                 w = vertex_weights(j, count)

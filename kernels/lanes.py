@@ -5,13 +5,14 @@ operators are unrolled to scalars and 3 to 15 times slower). On CUDA a lane valu
 per :class:`Lanes` by a cached factory; float64 lanes exist for the gradient checks.
 """
 
+import platform
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
 import warp as wp
 
-from warpvec.kernels.constants import CPU_FLAGS, REDUCED_LANES, TILE
+from warpvec.kernels.constants import CPU_FLAGS, CPU_FLAGS_X86, REDUCED_LANES, TILE
 
 _C_NAME = {wp.float32: "float", wp.float64: "double"}
 
@@ -54,7 +55,8 @@ def stage_module(stage: str, lanes: Lanes) -> wp.Module:
     """The Warp module, one compile unit, of a stage's kernels for these lanes."""
     module = wp.get_module(f"warpvec.kernels.{stage}.{lanes.name}")
     # Rolled loops keep the 16 columns of a tile in one small loop; the adjoints are written by hand.
-    module.options.update(enable_backward=False, max_unroll=1, cpu_compiler_flags=CPU_FLAGS, optimization_level=3)
+    flags = CPU_FLAGS + CPU_FLAGS_X86 * (platform.machine() in ("x86_64", "AMD64"))
+    module.options.update(enable_backward=False, max_unroll=1, cpu_compiler_flags=flags, optimization_level=3)
     return module
 
 

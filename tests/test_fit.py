@@ -164,6 +164,31 @@ def test_progress_tells_where_the_fit_stands():
     assert seen[-1][0].psnr > seen[0][0].psnr
 
 
+def test_a_kept_scene_does_not_change():
+    kept = []
+
+    def keep(progress):
+        if progress.iteration == 5:
+            scene = progress.scene()
+            kept.extend([scene, scene.points.clone(), scene.color.clone(), scene.background.clone()])
+
+    run(keep, iterations=20)
+    scene, points, color, background = kept
+    assert torch.equal(scene.points, points)
+    assert torch.equal(scene.color, color)
+    assert torch.equal(scene.background, background)
+
+
+def test_time_budget_does_not_add_iterations():
+    assert run(iterations=15, time_budget=60.0).iterations == 15
+
+
+def test_fit_on_every_device(device):
+    result = run(device=device, iterations=100)
+    assert final_psnr(result) > 20.0
+    assert result.device.startswith(device)
+
+
 def test_history_is_of_the_last_iteration_too():
     result = run(iterations=33)
     assert [entry["iteration"] for entry in result.history] == [10, 20, 30, 33]

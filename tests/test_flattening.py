@@ -86,13 +86,13 @@ def test_chords_stay_within_the_tolerance_of_the_curve(scale: float) -> None:
 @pytest.mark.parametrize("radius", [3.0, 20.0, 150.0])
 @pytest.mark.parametrize("turns", [1, -1])
 def test_polygons_have_the_area_of_the_curve(radius: float, turns: int) -> None:
-    # Vertices on the curve lose 2/3 of the chords' distance all along a convex outline; moved out, except at the
-    # joints of the segments, they keep all but the joints' part of it.
+    # Vertices on the curve lose 2/3 of the chords' distance all along a convex outline; moved out, they keep it but for
+    # terms of a higher order.
     stages = run_stages(circle(200.0, 200.0, radius, turns=turns)[None], 8, 8)
     count = int(stages.chord_counts[0, 0])
     fine, plain = (torch.cat([on_curve(s, n)[:-1] for s in segments(stages.points)]) for n in (4000, count))
     area, lost = signed_area(fine), signed_area(fine) - signed_area(plain)
-    assert (signed_area(stages.vertices) - area).abs() < 0.5 * lost.abs()
+    assert (signed_area(stages.vertices) - area).abs() < 0.2 * lost.abs()
     assert abs(area.item()) == pytest.approx(torch.pi * radius**2, rel=1e-3)
 
 
@@ -130,7 +130,7 @@ def test_lines_take_one_chord_and_wild_paths_the_most_there_may_be(dtype: torch.
     wild = random_cubics(1, 1e6)[0].repeat(2, 1)[:9]
     nowhere = torch.full_like(line, torch.nan)
     counts = run_stages(torch.stack([line, wild, nowhere]), 8, 8, dtype=dtype).chord_counts.tolist()
-    assert counts == [[1] * 3, [SEGMENT_CHORDS_MAX] * 3, [2] * 3]
+    assert counts == [[1] * 3, [SEGMENT_CHORDS_MAX] * 3, [3] * 3]
 
 
 @lane_widths

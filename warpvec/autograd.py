@@ -6,22 +6,31 @@ operator of its own: the hand-written adjoint, which renders again from the inpu
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache, lru_cache
 from importlib import import_module
 from threading import Lock
 from typing import Any
 
 import torch
+import warp as wp
 from torch import Tensor
 
-from warpvec.config import RENDERERS
+from warpvec.config import RENDERERS, check_choice, check_count
 from warpvec.errors import InputError
+from warpvec.launch import start_warp
 from warpvec.scene import Scene
 
 # A renderer holds buffers for its canvas; a handful serves a user who alternates between sizes.
 _RENDERERS_KEPT = 4
 # Renderers reuse their buffers from call to call, so calls take turns.
 _lock = Lock()
+
+_OPERATOR: dict[str, Any] = {"mutates_args": ()}
+# A render reads counts back to size its buffers, which no CUDA graph can record. Torch before 2.9 cannot be told.
+if hasattr(torch.Tag, "cudagraph_unsafe"):
+    _OPERATOR["tags"] = (torch.Tag.cudagraph_unsafe,)
 
 
 def render(scene: Scene, height: int, width: int, *, renderer: str = "exact", threads: int | None = None) -> Tensor:
@@ -32,18 +41,43 @@ def render(scene: Scene, height: int, width: int, *, renderer: str = "exact", th
     is not drawn and gets a zero gradient.
 
     Raises:
-        InputError: no such renderer, an empty canvas, or tensors of several dtypes or devices.
+        InputError: no such renderer, an empty canvas, fewer than one thread, or tensors of several dtypes or devices,
+            or of one that has no renderer.
     """
+    check_choice("renderer", renderer, RENDERERS)
+    height, width = check_count("height", height, 1), check_count("width", width, 1)
+    thread_count = 0 if threads is None else check_count("threads", threads, 1)
     inputs = (scene.points, scene.color, scene.opacity, scene.background)
-    if renderer not in RENDERERS:
-        raise InputError(f"renderer must be one of {', '.join(RENDERERS)}, got {renderer!r}")
-    if height < 1 or width < 1:
-        raise InputError(f"height and width must be at least 1 pixel, got {height} x {width}")
-    kinds = {(str(tensor.dtype), str(tensor.device)) for tensor in inputs}
-    if len(kinds) > 1 or scene.points.dtype not in (torch.float32, torch.float64):
-        raise InputError(f"scene must hold float32 or float64 tensors on one device, got {sorted(kinds)}")
-    image: Tensor = _render(*inputs, height, width, renderer, threads or 0)
+    _check_kinds(inputs)
+    image: Tensor = _render(*inputs, height, width, renderer, thread_count)
     return image
+
+
+def _check_kinds(inputs: tuple[Tensor, ...]) -> None:
+    kinds = {(str(tensor.dtype), str(tensor.device)) for tensor in inputs}
+    if len(kinds) > 1 or inputs[0].dtype not in (torch.float32, torch.float64):
+        raise InputError(
+            f"scene must hold float32 or float64 tensors on one device, got {sorted(kinds)}; convert with Scene.to"
+        )
+    if inputs[0].device.type not in ("cpu", "cuda"):
+        raise InputError(f"scene must be on the CPU or a CUDA device, got {inputs[0].device}; move it with Scene.to")
+
+
+@contextmanager
+def _turn(device: torch.device) -> Iterator[None]:
+    """A caller's turn at the renderers; on CUDA, Warp works on torch's current stream for as long."""
+    start_warp()
+    with _lock:
+        stream = _warp_stream(torch.cuda.current_stream(device)) if device.type == "cuda" else None
+        # Warp's own stream waits for this one at the end, and this one waited for it at the start: so turns on
+        # several streams come one after another on the device too, where they share buffers.
+        with wp.ScopedStream(stream, sync_exit=True):
+            yield
+
+
+@cache  # Torch takes its streams from a small pool that lives as long as the process.
+def _warp_stream(stream: torch.cuda.Stream) -> Any:
+    return wp.stream_from_torch(stream)
 
 
 @lru_cache(maxsize=_RENDERERS_KEPT)
@@ -52,7 +86,7 @@ def _renderer(name: str, height: int, width: int, device: str, dtype: torch.dtyp
     return module.Renderer(height, width, device=device, dtype=dtype, threads=threads or None)
 
 
-@torch.library.custom_op("warpvec::render", mutates_args=())
+@torch.library.custom_op("warpvec::render", **_OPERATOR)
 def _render(
     points: Tensor,
     color: Tensor,
@@ -63,7 +97,7 @@ def _render(
     renderer: str,
     threads: int,
 ) -> Tensor:
-    with _lock:
+    with _turn(points.device):
         stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads)
         image: Tensor = stages.render(points, color, opacity, background)
     return image
@@ -83,7 +117,7 @@ def _(
     return points.new_empty((height, width, 3))
 
 
-@torch.library.custom_op("warpvec::render_adjoint", mutates_args=())
+@torch.library.custom_op("warpvec::render_adjoint", **_OPERATOR)
 def _render_adjoint(
     points: Tensor,
     color: Tensor,
@@ -94,7 +128,7 @@ def _render_adjoint(
     threads: int,
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     height, width = adj_image.shape[:2]
-    with _lock:
+    with _turn(points.device):
         stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads)
         adjoints = stages.adjoint(points, color, opacity, background, adj_image)
     # An operator's outputs must not share memory with one another.

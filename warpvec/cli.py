@@ -124,7 +124,7 @@ def run(
     from warpvec.progress import show_progress
 
     resolve_device(config.device)
-    save_frame = _frame_saver(save_frames, every, photo, config) if save_frames else None
+    save_frame = _frame_saver(save_frames, every, photo, config) if save_frames is not None else None
     title = None if source == "-" else Path(source).stem
     with show_progress(sys.stderr, quiet=quiet) as show:
         result = fit_photo(photo, config, title=title, on_progress=_both(show, save_frame))
@@ -209,11 +209,15 @@ def _frame_saver(folder: str, every: int, photo: NDArray[np.float32], config: Fi
 
 
 def _make_folder(folder: str) -> None:
+    if not folder:  # which pathlib takes for the current folder
+        raise InputError("--save-frames must be a folder or a name for one, got ''; choose another")
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(f"--save-frames must be a folder or a name for one, got {folder!r} ({reason})") from error
+        raise InputError(
+            f"--save-frames must be a folder or a name for one, got {folder!r} ({reason}); choose another"
+        ) from error
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"--save-frames must be a folder you may write to, got {folder!r}; choose another")
 

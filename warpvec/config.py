@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import asdict, dataclass, fields, replace
+from numbers import Real
 from typing import Any
 
 from warpvec.errors import InputError
@@ -15,13 +17,18 @@ Z_ORDERS = ("creation", "area")
 COLOR_PARAMETERS = ("direct", "logit")
 LR_DECAYS = ("cosine", "constant")
 
+GROWTH_MIN = 1.01
+"""Least growth other than 1: an inflation that adds no path to the first hundred is a mistake, not a schedule."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class FitConfig:
     """Settings of one fit. Lengths are in pixels of the fitted image unless the name says otherwise.
 
+    Numbers may be NumPy's; they are kept as Python's.
+
     Raises:
-        InputError: a field is outside its range; the message names field, rule, value and remedy.
+        InputError: a field is of the wrong type or outside its range; the message names field, rule, value and remedy.
     """
 
     # what is made
@@ -93,19 +100,10 @@ class FitConfig:
     """The paper's is 1, which costs 0.5 dB with the exact renderer; 0.2 costs nothing at 512 paths."""
 
     def __post_init__(self) -> None:
-        _check_counts(self)
-        _check_ranges(self)
+        for name, value in {**_counts(self), **_numbers(self)}.items():
+            object.__setattr__(self, name, value)
         _check_choices(self)
-        if self.growth == 1.0 and self.initial_curves < self.curves and not self.flat:
-            raise InputError(
-                f"growth must be more than 1 to get from initial_curves {self.initial_curves} to {self.curves} curves,"
-                " got 1.0; set flat to start with all of them"
-            )
-
-    @property
-    def point_count(self) -> int:
-        """Control points per path."""
-        return 3 * self.segments
+        _check_growth(self)
 
     def to_dict(self) -> dict[str, Any]:
         """The settings as plain values, for the metadata of the file and for JSON."""
@@ -137,8 +135,7 @@ def make_config(preset: str = "default", **settings: Any) -> FitConfig:
     Raises:
         InputError: no such preset or setting, or a value outside its range.
     """
-    if preset not in PRESETS:
-        raise InputError(f"preset must be one of {', '.join(PRESETS)}, got {preset!r}")
+    check_choice("preset", preset, tuple(PRESETS))
     known = {field.name for field in fields(FitConfig)}
     for name in settings:
         if name not in known:
@@ -146,20 +143,43 @@ def make_config(preset: str = "default", **settings: Any) -> FitConfig:
     return replace(FitConfig(), **{**PRESETS[preset], **settings})
 
 
-def _check_counts(config: FitConfig) -> None:
-    minimum = {
-        "curves": 1, "segments": 2, "precision": 0, "fit_size": 1, "iterations": 1, "seed": 0,
-        "initial_curves": 1, "inflation_gap": 1, "recycle_gap": 0,
+def check_count(name: str, value: Any, least: int, most: int | None = None) -> int:
+    """``value``, Python's or NumPy's, as an int.
+
+    Raises:
+        InputError: not a whole number from ``least`` to ``most``.
+    """
+    rule = f"of at least {least}" if most is None else f"from {least} to {most}"
+    remedy = f"{least} or more" if most is None else "a number in that range"
+    try:
+        count = operator.index(value)
+    except TypeError:
+        count = least - 1
+    if isinstance(value, bool) or count < least or (most is not None and count > most):
+        raise InputError(f"{name} must be a whole number {rule}, got {_show(value)}; give {remedy}")
+    return count
+
+
+def check_choice(name: str, value: Any, allowed: tuple[str, ...]) -> None:
+    """Raises InputError unless ``value`` is one of the ``allowed`` names."""
+    if not isinstance(value, str) or value not in allowed:
+        raise InputError(f"{name} must be one of {', '.join(allowed)}, got {_show(value)}; give one of these")
+
+
+def _counts(config: FitConfig) -> dict[str, int]:
+    ranges = {
+        "curves": (1, None), "segments": (2, None), "fit_size": (1, None), "iterations": (1, None),
+        "initial_curves": (1, None), "inflation_gap": (1, None), "recycle_gap": (0, None),
+        # float32 has seven digits, and one at least stands before the point.
+        "precision": (0, 6),
+        # The generators take a signed 64-bit seed.
+        "seed": (0, 2**63 - 1),
     }  # fmt: skip
-    for name, least in minimum.items():
-        value = getattr(config, name)
-        if not isinstance(value, int) or isinstance(value, bool) or value < least:
-            raise InputError(f"{name} must be a whole number of at least {least}, got {value!r}; give {least} or more")
-    if config.threads is not None and config.threads < 1:
-        raise InputError(f"threads must be at least 1, got {config.threads}; leave it out for all cores")
+    counts = {name: check_count(name, getattr(config, name), *limits) for name, limits in ranges.items()}
+    return counts if config.threads is None else {**counts, "threads": check_count("threads", config.threads, 1)}
 
 
-def _check_ranges(config: FitConfig) -> None:
+def _numbers(config: FitConfig) -> dict[str, float]:
     ranges = {
         "growth": (1.0, math.inf), "initial_radius": (0.0, math.inf), "radius_decay": (0.0, 1.0),
         "prune_opacity": (0.0, 1.0), "recycle_share": (0.0, 1.0), "recycle_until": (0.0, 1.0),
@@ -167,21 +187,58 @@ def _check_ranges(config: FitConfig) -> None:
         "lr_scale": (0.0, math.inf), "lr_final": (0.0, 1.0), "opacity_weight": (0.0, math.inf),
         "xing_weight": (0.0, math.inf), "bezier_weight": (0.0, math.inf),
     }  # fmt: skip
+    numbers = {}
     for name, (low, high) in ranges.items():
         value = getattr(config, name)
-        if not math.isfinite(value) or not low <= value <= high:
-            raise InputError(
-                f"{name} must lie between {low:g} and {high:g}, got {value!r}; give a number in that range"
-            )
-    if config.time_budget is not None and not config.time_budget > 0:
+        numbers[name] = _as_float(value)
+        if not low <= numbers[name] <= high:
+            rule = f"be finite and at least {low:g}" if high == math.inf else f"lie between {low:g} and {high:g}"
+            raise InputError(f"{name} must {rule}, got {_show(value)}; give a number in that range")
+    return numbers if config.time_budget is None else {**numbers, "time_budget": _time_budget(config.time_budget)}
+
+
+def _time_budget(value: Any) -> float:
+    seconds = _as_float(value)
+    if not seconds > 0:
         raise InputError(
-            f"time_budget must be more than 0 seconds, got {config.time_budget!r}; leave it out for no limit"
+            f"time_budget must be a finite number of seconds above 0, got {_show(value)}; leave it out for no limit"
         )
+    return seconds
+
+
+def _as_float(value: Any) -> float:
+    """``value``, Python's or NumPy's, as a float; NaN, which lies in no range, if it is not a finite number."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return math.nan
+    try:
+        number = float(value)
+    except OverflowError:
+        return math.nan
+    return number if math.isfinite(number) else math.nan
 
 
 def _check_choices(config: FitConfig) -> None:
     choices = {"renderer": RENDERERS, "z_order": Z_ORDERS, "color_parameter": COLOR_PARAMETERS, "lr_decay": LR_DECAYS}
     for name, allowed in choices.items():
-        value = getattr(config, name)
-        if value not in allowed:
-            raise InputError(f"{name} must be one of {', '.join(allowed)}, got {value!r}; give one of these")
+        check_choice(name, getattr(config, name), allowed)
+    for name in ("compensate", "flat"):
+        if not isinstance(getattr(config, name), bool):
+            raise InputError(f"{name} must be True or False, got {_show(getattr(config, name))}; give one of these")
+    # Which devices there are is asked where the fit starts: to find out takes seconds.
+    if not isinstance(config.device, str):
+        raise InputError(f"device must be a name, got {_show(config.device)}; give 'auto', 'cpu', 'cuda' or 'cuda:K'")
+
+
+def _check_growth(config: FitConfig) -> None:
+    if 1.0 < config.growth < GROWTH_MIN:
+        raise InputError(f"growth must be 1 or at least {GROWTH_MIN}, got {config.growth}; give {GROWTH_MIN} or more")
+    if config.growth == 1.0 and config.initial_curves < config.curves and not config.flat:
+        raise InputError(
+            f"growth must be more than 1 to get from initial_curves {config.initial_curves} to {config.curves} curves,"
+            " got 1.0; set flat to start with all of them"
+        )
+
+
+def _show(value: Any) -> str:
+    """``value`` in one line; arrays print in several."""
+    return " ".join(repr(value).split())

@@ -39,9 +39,9 @@ class Coverage:
 
     def adjoint(self, flattening: Flattening, binning: Binning, path_count: int, segment_count: int) -> wp.array:
         """dL/d(start), dL/d(end) of every edge [V] of vec4, once ``slot_winding`` holds dL/d(winding)."""
-        edge_adjoint = self._buffers.get("edge_adjoint", flattening.vertex_count, self._lanes.vec4)
+        adj_edges = self._buffers.get("adj_edges", flattening.vertex_count, self._lanes.vec4)
         polylines = [flattening.vertices, flattening.segment_first_vertex, segment_count]
         pairs = [binning.path_tile_box, binning.path_first_pair, binning.pair_class, binning.pair_slot]
-        arguments = [*polylines, *pairs, self.slot_winding, edge_adjoint]
+        arguments = [*polylines, *pairs, self.slot_winding, adj_edges]
         self._launch.shared(self._adjoint.integrate_edges, path_count * segment_count, arguments)
-        return edge_adjoint
+        return adj_edges

@@ -101,7 +101,7 @@ class Renderer:
             self._binning, self._coverage, paint, prepared_target, scale, removal
         )
         adjoints = self._collect(points, path_sums, canvas_sums)
-        # L without path i, minus L: the loss is a parabola in one opacity (design: recycling).
+        # L without path i, minus L: the image is affine in one opacity, the loss a parabola.
         o, adj_o = opacity.detach(), adjoints.opacity
         gain = o * o * path_sums[:, 4] * scale - o * adj_o if removal else None
         return Adjoints(adjoints.points, adjoints.color, adj_o, adjoints.background, canvas_sums[3] * scale, gain)
@@ -118,7 +118,7 @@ class Renderer:
 
     def _collect(self, points: Tensor, path_sums: Tensor, canvas_sums: Tensor) -> Adjoints:
         path_count, segment_count = points.shape[0], points.shape[1] // 3
-        edge_adjoint = self._coverage.adjoint(self._flattening, self._binning, path_count, segment_count)
+        adj_edges = self._coverage.adjoint(self._flattening, self._binning, path_count, segment_count)
         adj_points = torch.empty(points.shape, dtype=self.dtype, device=self.device)
-        self._flattening.adjoint(edge_adjoint, as_warp(adj_points, self._lanes.vec2))
+        self._flattening.adjoint(adj_edges, as_warp(adj_points, self._lanes.vec2))
         return Adjoints(adj_points, path_sums[:, :3], path_sums[:, 3], canvas_sums[:3])

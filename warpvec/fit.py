@@ -115,8 +115,8 @@ class _Fit:
         while self._iteration < self._iteration_count:
             removal = self._step(self._recycling_due())
             self._iteration += 1
-            self._report()
             self._iteration_count = self._planned_iterations()
+            self._report()
             if self._iteration == self._iteration_count:
                 break  # new paths would stay as they are spawned
             if removal is not None:
@@ -231,16 +231,16 @@ class _Fit:
             self._on_progress(progress)
 
     def _planned_iterations(self) -> int:
-        """The iterations that the settings ask for, or that the time budget allows at the pace so far."""
-        budget = self._config.time_budget
+        """The iterations that the settings ask for, or fewer if the time budget allows no more at the pace so far."""
+        wanted, budget = self._config.iterations, self._config.time_budget
         if budget is None:
-            return self._config.iterations
+            return wanted
         if self._iteration == 1:
             # It may have compiled kernels, and tells nothing of the pace.
             self._first_seconds = self._seconds()
-            return self._config.iterations if self._first_seconds < budget else 1
+            return wanted if self._first_seconds < budget else 1
         pace = (self._seconds() - self._first_seconds) / (self._iteration - 1)
-        return self._iteration + max(0, int((budget - self._seconds()) / pace))
+        return min(wanted, self._iteration + max(0, int((budget - self._seconds()) / pace)))
 
     def _seconds(self) -> float:
         return time.perf_counter() - self._start

@@ -32,7 +32,6 @@ class Flattening:
         path_count, segment_count = points.shape[0], points.shape[1] // 3
         total = path_count * segment_count
         chord_count = self._buffers.get("segment_chord_count", total + 1, wp.int32)
-        chord_count[total : total + 1].zero_()
         self._launch(self._kernels.count_chords, total, [points, segment_count, chord_count])
         self.segment_first_vertex, self.vertex_count = exclusive_scan(
             self._buffers, "segment_first_vertex", chord_count, total
@@ -41,8 +40,8 @@ class Flattening:
         arguments = [points, self.segment_first_vertex, segment_count, self.vertices]
         self._launch(self._kernels.emit_vertices, total, arguments)
 
-    def adjoint(self, edge_adjoint: wp.array, adj_points: wp.array) -> None:
-        """``edge_adjoint`` [V] of vec4 -> ``adj_points`` [N, 3 S] of vec2, overwritten."""
+    def adjoint(self, adj_edges: wp.array, adj_points: wp.array) -> None:
+        """``adj_edges`` [V] of vec4 -> ``adj_points`` [N, 3 S] of vec2, overwritten."""
         path_count, segment_count = adj_points.shape[0], adj_points.shape[1] // 3
-        arguments = [self.segment_first_vertex, edge_adjoint, segment_count, adj_points]
+        arguments = [self.segment_first_vertex, adj_edges, segment_count, adj_points]
         self._launch(self._kernels.gather_points_adjoint, path_count, arguments)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import cache
 from itertools import count
@@ -19,9 +19,12 @@ import torch
 import warp as wp
 
 from warpvec.errors import InputError
+from warpvec.kernels.constants import TILE
 
 # A chunk of fewer items is done before a second thread has woken up, which takes about 0.1 ms.
 _CHUNK_ITEMS_MIN = 64
+# Kernels index with 32 bits.
+_ENTRIES_MAX = 2**31
 # Chunks per thread: enough that one slow chunk leaves little idle time at the end, few enough to launch cheaply.
 _CHUNKS_PER_THREAD = 4
 
@@ -37,7 +40,12 @@ def start_warp() -> None:
 @contextmanager
 def _silent_native_stderr() -> Iterator[None]:
     # Without a GPU driver Warp's native code prints a warning that no setting of Warp's silences.
-    kept, sink = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        kept = os.dup(2)
+    except OSError:  # stderr is closed: there is nothing to silence
+        yield
+        return
+    sink = os.open(os.devnull, os.O_WRONLY)
     os.dup2(sink, 2)
     try:
         yield
@@ -63,12 +71,17 @@ def resolve_device(name: str) -> str:
     return wanted
 
 
+def _core_count() -> int:
+    """Cores that this process may use: fewer than the machine has, in a container."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 class Launcher:
     """Launches kernels on one device, on ``threads`` CPU threads (all cores if None)."""
 
     def __init__(self, device: str, threads: int | None = None) -> None:
         self.device = wp.get_device(device)
-        self.threads = 1 if self.device.is_cuda else threads or os.cpu_count() or 1
+        self.threads = 1 if self.device.is_cuda else threads or _core_count()
         self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
         self._commands: dict[Any, list[_Command]] = {}
 
@@ -90,7 +103,7 @@ class Launcher:
         thread_count = min(self.threads, -(-item_count // chunk))
         commands = self._commands.setdefault(kernel, [])
         commands += [_Command(kernel, arguments, self.device) for _ in range(thread_count - len(commands))]
-        for command in commands[:thread_count]:
+        for command in commands:
             command.update(arguments)
         if thread_count == 1:
             commands[0].run(0, item_count)
@@ -106,7 +119,10 @@ class Launcher:
                 command.run(first, min(chunk, item_count - first))
 
         helpers = [self._pool.submit(work, command) for command in commands[1:]]
-        work(commands[0])
+        try:
+            work(commands[0])
+        finally:  # Ctrl-C too must find no helper still writing
+            wait(helpers)
         for helper in helpers:
             helper.result()
 
@@ -116,7 +132,10 @@ class _Command:
 
     def __init__(self, kernel: Any, arguments: list[Any], device: Any) -> None:
         inputs = [0, *arguments]
-        self._launch = wp.launch(kernel, dim=1, inputs=inputs, device=device, record_tape=False, record_cmd=True)
+        # One block per tile where a work item is a pixel: sums over a tile are made in whole warps.
+        self._launch = wp.launch(
+            kernel, dim=1, inputs=inputs, device=device, block_dim=TILE * TILE, record_tape=False, record_cmd=True
+        )
         self._arguments = list(arguments)
 
     def update(self, arguments: list[Any]) -> None:
@@ -145,6 +164,11 @@ class Buffers:
         """An array of at least ``shape`` along its first axis, equal to it along the others; contents are stale."""
         shape = (shape,) if isinstance(shape, int) else shape
         array = self._arrays.get(name)
+        if shape[0] >= _ENTRIES_MAX:
+            raise InputError(
+                f"the scene needs {shape[0]:,} entries of {name}, at most {_ENTRIES_MAX:,} can be counted; "
+                "give a smaller --fit-size or fewer curves"
+            )
         if array is None or array.shape[0] < shape[0] or array.shape[1:] != shape[1:]:
             capacity = (int(shape[0] * self._HEADROOM) + 1, *shape[1:])
             array = wp.zeros(capacity, dtype=dtype, device=self._device)
@@ -157,11 +181,11 @@ class Buffers:
         return sum(array.capacity for array in self._arrays.values())
 
 
-def exclusive_scan(buffers: Buffers, name: str, counts: wp.array, count_: int) -> tuple[wp.array, int]:
-    """Exclusive sums of ``counts[: count_]`` and their total, which is entry ``count_`` of the result."""
-    sums = buffers.get(name, count_ + 1, wp.int32)
-    wp.utils.array_scan(counts[: count_ + 1], sums[: count_ + 1], inclusive=False)
-    return sums, int(sums[count_ : count_ + 1].numpy()[0])
+def exclusive_scan(buffers: Buffers, name: str, counts: wp.array, item_count: int) -> tuple[wp.array, int]:
+    """Exclusive sums of ``counts[: item_count]`` and their total, which is entry ``item_count`` of the result."""
+    sums = buffers.get(name, item_count + 1, wp.int32)
+    wp.utils.array_scan(counts[: item_count + 1], sums[: item_count + 1], inclusive=False)
+    return sums, int(sums[item_count : item_count + 1].numpy()[0])
 
 
 def as_warp(tensor: torch.Tensor, dtype: Any) -> Any:

@@ -13,7 +13,7 @@ SETTINGS = {
     "The result": {
         "curves": "Closed paths in the result.",
         "segments": "Cubic segments per path.",
-        "precision": "Decimals of the coordinates.",
+        "precision": "Decimals of the coordinates, 0 to 6.",
         "fit_size": "Longest side in pixels that the fit works on; the SVG keeps the photo's units.",
     },
     "The run": {
@@ -26,7 +26,7 @@ SETTINGS = {
     },
     "Population (Algorithm 1 of the paper)": {
         "initial_curves": "Paths at the start, N0.",
-        "growth": "Factor of the population at an inflation, r_num.",
+        "growth": "Factor of the population at an inflation, r_num, at least 1.01.",
         "inflation_gap": "Iterations between inflations, dT.",
         "initial_radius": "First radius in units of half the longer side.",
         "radius_decay": "Radius of a generation over that of the one before, r_rad.",

@@ -73,9 +73,10 @@ class Population:
         return color.logit(_LOGIT_MARGIN) if self._logit_color else color.clone()
 
     def _to_scene(self) -> Scene:
-        color, background = self._color, self._background
-        if self._logit_color:
-            color, background = color.sigmoid(), background.sigmoid()
+        # Copies: the optimizer goes on changing the parameters in place.
+        color, background = (
+            value.sigmoid() if self._logit_color else value.clone() for value in (self._color, self._background)
+        )
         return Scene(self._points * self._half_side, color, self._opacity.sigmoid(), background, self.generation)
 
     def _color_adjoint(self, adj: Tensor, color: Tensor) -> Tensor:

@@ -27,13 +27,13 @@ def _flatten_path(path: Tensor, counts: list[int]) -> Tensor:
 
 
 def _chord_starts(control: Tensor, count: int) -> Tensor:
-    """B(t) - B''(t) / (12 count^2) at t = j / count for j < count, B itself at the joint j = 0.
+    """B(t) - B''(t) / (12 n (n - 1)) at t = j / n for j < n = ``count``, B itself at the joint j = 0.
 
-    A parabola's chord has the mean distance |B''| / (12 count^2) from its arc, so moving the vertices out by that
-    much gives the polygon the area of the curve. The end of a segment is the start of the next.
+    A parabola's chord has the mean distance |B''| / (12 n^2) from its arc; moving the n - 1 vertices between the joints
+    out by n / (n - 1) times that gives its polygon its area. The end of a segment is the start of the next.
     """
     t = torch.arange(count, dtype=control.dtype)[:, None] / count
     u = 1 - t
     point = torch.cat([u**3, 3 * u**2 * t, 3 * u * t**2, t**3], -1) @ control
     bend = 6 * (u * (control[0] - 2 * control[1] + control[2]) + t * (control[1] - 2 * control[2] + control[3]))
-    return point - bend * (t > 0) / (12 * count**2)
+    return point - bend * (t > 0) / (12 * count * max(count - 1, 1))
