@@ -8,9 +8,12 @@ import sys
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
+import numpy as np
 import pytest
 import torch
+import warp as wp
 from assertions import assert_grad_close
 from oracles import GRADIENTS, adjoint, cotangent, make_renderer
 from scenes import SceneTensors, circle, random_scene
@@ -168,12 +171,17 @@ def test_threads_change_no_bit() -> None:
 @pytest.mark.parametrize(
     ("height", "width", "options", "message"),
     [
-        (0, 5, {}, "height and width must be at least 1 pixel, got 0 x 5"),
-        (5, -1, {}, "height and width must be at least 1 pixel, got 5 x -1"),
+        (0, 5, {}, "height must be a whole number of at least 1, got 0; "),
+        (5, -1, {}, "width must be a whole number of at least 1, got -1; "),
+        (16.0, 5, {}, "height must be a whole number of at least 1, got 16.0; "),
+        (5, "5", {}, "width must be a whole number of at least 1, got '5'; "),
+        (5, 5, {"threads": -1}, "threads must be a whole number of at least 1, got -1; "),
+        (5, 5, {"threads": 0}, "threads must be a whole number of at least 1, got 0; "),
+        (5, 5, {"threads": 1.5}, "threads must be a whole number of at least 1, got 1.5; "),
         (5, 5, {"renderer": "fast"}, "renderer must be one of exact, got 'fast'"),
     ],
 )
-def test_bad_arguments_are_told_in_one_line(height: int, width: int, options: dict[str, str], message: str) -> None:
+def test_bad_arguments_are_told_in_one_line(height: Any, width: Any, options: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError) as caught:
         warpvec.render(scene_of(random_scene(1, 1, 5, 5)), height, width, **options)
     assert str(caught.value).startswith(message) and "\n" not in str(caught.value)
@@ -188,6 +196,50 @@ def test_mixed_or_half_precision_is_told_in_one_line(change: dict[str, torch.dty
     with pytest.raises(InputError, match="float32 or float64") as caught:
         warpvec.render(scene, 5, 5)
     assert "\n" not in str(caught.value)
+
+
+def test_a_device_without_a_renderer_is_told_in_one_line() -> None:
+    scene = scene_of(random_scene(1, 2, 5, 5), device="meta")
+    with pytest.raises(InputError, match="scene must be on the CPU or a CUDA device, got meta; ") as caught:
+        warpvec.render(scene, 5, 5)
+    assert "\n" not in str(caught.value)
+
+
+def test_sizes_may_be_numpys() -> None:
+    scene = scene_of(random_scene(1, 2, 5, 6))
+    image = warpvec.render(scene, np.int64(5), np.int32(6), threads=np.int64(1))
+    assert torch.equal(image, warpvec.render(scene, 5, 6))
+
+
+@pytest.mark.skipif(not hasattr(torch.Tag, "cudagraph_unsafe"), reason="torch before 2.9 has no such tag")
+@pytest.mark.parametrize("name", ["render", "render_adjoint"])
+def test_no_cuda_graph_records_the_operators(name: str) -> None:
+    assert torch.Tag.cudagraph_unsafe in getattr(torch.ops.warpvec, name).default.tags
+
+
+def test_streams_of_the_caller_are_kept_in_order(device: str) -> None:
+    if device == "cpu":
+        pytest.skip("the CPU has no streams")
+    scene, factors = scene_of(random_scene(8, 30, 100, 200), torch.float32, device), (1.0, 0.5)
+    want = [image_and_gradients(scene.scaled(factor)) for factor in factors]
+    before, found = wp.get_stream(device), []
+    torch.cuda.synchronize()
+    for factor in factors:
+        with torch.cuda.stream(torch.cuda.Stream()):
+            torch.cuda._sleep(100_000_000)  # all that follows on this stream comes late, the inputs too
+            found.append(image_and_gradients(scene.scaled(factor)))
+    torch.cuda.synchronize()
+    assert wp.get_stream(device) is before
+    for got, expected in zip(found, want, strict=True):
+        torch.testing.assert_close(got, expected, rtol=1e-4, atol=1e-4)
+
+
+def image_and_gradients(scene: Scene) -> list[Tensor]:
+    """The image and the gradients of the sum of its squares."""
+    leaves = leaves_of(scene)
+    image = drawing(scene, 100, 200)(*leaves)
+    image.square().sum().backward()
+    return [image.detach(), *(leaf.grad for leaf in leaves)]
 
 
 def test_importing_the_package_loads_neither_torch_nor_warp() -> None:

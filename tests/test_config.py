@@ -8,9 +8,10 @@ from dataclasses import FrozenInstanceError, fields
 from importlib import import_module
 from typing import Any
 
+import numpy as np
 import pytest
 
-from warpvec.config import PRESETS, RENDERERS, FitConfig, make_config
+from warpvec.config import GROWTH_MIN, PRESETS, RENDERERS, FitConfig, make_config
 from warpvec.errors import InputError
 
 COUNTS = ("curves", "iterations", "fit_size", "initial_curves", "inflation_gap")
@@ -24,6 +25,8 @@ BAD = [
     *[(name, -1.0) for name in ("lr_points", "lr_color", "lr_opacity", "lr_scale")],
     *[(name, math.nan) for name in ("opacity_weight", "xing_weight", "bezier_weight")],
     ("time_budget", 0.0), ("time_budget", -1.0), ("time_budget", math.nan),
+    ("time_budget", math.inf), ("time_budget", 10**400), ("precision", 7), ("precision", 400), ("seed", 2**63),
+    ("growth", 1.00001), ("growth", math.nextafter(GROWTH_MIN, 1.0)), ("lr_points", 10**400),
     ("renderer", "fast"), ("z_order", "random"), ("color_parameter", "lab"), ("lr_decay", "step"),
 ]  # fmt: skip
 
@@ -35,6 +38,31 @@ def test_bad_values_are_named_in_one_line(name: str, value: Any) -> None:
     message = str(caught.value)
     assert message.startswith(f"{name} must") and "\n" not in message
     assert repr(value) in message or str(value) in message
+
+
+WRONG_TYPES = [
+    ("lr_points", "a"), ("lr_points", None), ("lr_points", True), ("growth", 2j), ("growth", "2"),
+    ("time_budget", "3"), ("time_budget", True),
+    ("threads", "2"), ("threads", 1.5), ("threads", True), ("curves", None), ("curves", 5.0), ("curves", np.float32(5)),
+    ("flat", "no"), ("flat", 1), ("flat", None), ("compensate", 0),
+    ("renderer", 3), ("renderer", ["exact"]), ("z_order", None), ("lr_decay", np.zeros(2)), ("device", 0),
+    ("lr_color", np.zeros((2, 2))), ("curves", np.zeros((2, 2))),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "value"), WRONG_TYPES)
+def test_wrong_types_are_told_like_wrong_values(name: str, value: Any) -> None:
+    with pytest.raises(InputError, match=f"^{name} must .*, got .*; ") as caught:
+        FitConfig(**{name: value})
+    assert "\n" not in str(caught.value)
+
+
+def test_numpy_numbers_are_kept_as_plain_ones() -> None:
+    config = FitConfig(curves=np.int64(5), threads=np.uint8(2), lr_points=np.float32(0.5), time_budget=np.float64(3.0))
+    assert config == FitConfig(curves=5, threads=2, lr_points=0.5, time_budget=3.0)
+    kinds = [type(getattr(config, name)) for name in ("curves", "threads", "lr_points", "time_budget")]
+    assert kinds == [int, int, float, float]
+    assert type(FitConfig(growth=2).growth) is float
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -62,6 +90,8 @@ def test_settings_win_over_the_preset() -> None:
 def test_unknown_names_are_told() -> None:
     with pytest.raises(InputError, match="preset must be one of .*default.*, got 'fast'"):
         make_config("fast")
+    with pytest.raises(InputError, match="preset must be one of .*, got \\[\\]"):
+        make_config([])  # type: ignore[arg-type]
     with pytest.raises(InputError, match="curvse is not a setting"):
         make_config(curvse=3)
 
@@ -70,8 +100,8 @@ def test_unknown_names_are_told() -> None:
     "settings",
     [
         {"curves": 1}, {"precision": 0}, {"seed": 0}, {"recycle_gap": 0}, {"threads": None}, {"threads": 1},
-        {"time_budget": None}, {"time_budget": 0.5}, {"recycle_share": 0.0}, {"recycle_share": 1.0}, {"growth": 1.01},
-        {"initial_radius": 0.0}, {"opacity_weight": 0.0}, {"segments": 2},
+        {"time_budget": None}, {"time_budget": 0.5}, {"recycle_share": 0.0}, {"recycle_share": 1.0}, {"growth": GROWTH_MIN},
+        {"initial_radius": 0.0}, {"opacity_weight": 0.0}, {"segments": 2}, {"precision": 6}, {"seed": 2**63 - 1},
     ],
 )  # fmt: skip
 def test_values_at_the_ends_of_their_ranges_are_good(settings: dict[str, Any]) -> None:
@@ -94,7 +124,6 @@ def test_settings_are_frozen_plain_and_by_name_only() -> None:
         FitConfig(512)  # type: ignore[misc]
     assert json.loads(json.dumps(config.to_dict())) == config.to_dict()
     assert FitConfig(**config.to_dict()) == config
-    assert config.point_count == 3 * config.segments
 
 
 def test_each_renderer_is_a_module() -> None:
