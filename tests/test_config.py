@@ -100,8 +100,9 @@ def test_unknown_names_are_told() -> None:
     "settings",
     [
         {"curves": 1}, {"precision": 0}, {"seed": 0}, {"recycle_gap": 0}, {"threads": None}, {"threads": 1},
-        {"time_budget": None}, {"time_budget": 0.5}, {"recycle_share": 0.0}, {"recycle_share": 1.0}, {"growth": GROWTH_MIN},
-        {"initial_radius": 0.0}, {"opacity_weight": 0.0}, {"segments": 2}, {"precision": 6}, {"seed": 2**63 - 1},
+        {"time_budget": None}, {"time_budget": 0.5}, {"recycle_share": 0.0}, {"recycle_share": 1.0},
+        {"initial_radius": 0.0}, {"opacity_weight": 0.0}, {"segments": 2},
+        {"growth": GROWTH_MIN}, {"precision": 6}, {"seed": 2**63 - 1},
     ],
 )  # fmt: skip
 def test_values_at_the_ends_of_their_ranges_are_good(settings: dict[str, Any]) -> None:

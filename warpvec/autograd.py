@@ -56,9 +56,7 @@ def render(scene: Scene, height: int, width: int, *, renderer: str = "exact", th
 def _check_kinds(inputs: tuple[Tensor, ...]) -> None:
     kinds = {(str(tensor.dtype), str(tensor.device)) for tensor in inputs}
     if len(kinds) > 1 or inputs[0].dtype not in (torch.float32, torch.float64):
-        raise InputError(
-            f"scene must hold float32 or float64 tensors on one device, got {sorted(kinds)}; convert them"
-        )
+        raise InputError(f"scene must hold float32 or float64 tensors on one device, got {sorted(kinds)}; convert them")
     if inputs[0].device.type not in ("cpu", "cuda"):
         raise InputError(f"scene must be on the CPU or a CUDA device, got {inputs[0].device}; move its tensors there")
 
