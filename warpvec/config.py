@@ -44,7 +44,7 @@ class FitConfig:
     # how it runs
     iterations: int = 2000
     time_budget: float | None = None
-    """Wall-clock seconds for the optimisation loop; the schedule is stretched or cut to fit in it."""
+    """At most these wall-clock seconds for the optimisation loop; the schedule is shortened to fit in them."""
     seed: int = 0
     renderer: str = "exact"
     device: str = "auto"

@@ -18,7 +18,7 @@ SETTINGS = {
     },
     "The run": {
         "iterations": "Optimization steps.",
-        "time_budget": "Seconds for the optimization; the schedule is fitted to them.",
+        "time_budget": "At most these seconds for the optimization; the schedule is shortened to fit.",
         "seed": "Start of the random numbers; equal seeds give equal files.",
         "renderer": "Renderer by name: exact.",
         "device": "auto, cpu, cuda or cuda:K.",

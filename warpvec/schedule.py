@@ -68,11 +68,6 @@ def inflation_steps(config: FitConfig, iterations: int) -> list[int]:
 def _last_generation(config: FitConfig) -> int:
     if config.curves <= config.initial_curves:
         return 0
-    if config.growth == 1.0:
-        raise InputError(
-            f"growth must be more than 1 to get from initial_curves {config.initial_curves} to {config.curves} curves,"
-            " got 1.0; raise it, or set flat to start with all of them"
-        )
     # Half a path below N rounds to N. The logarithm may be off by its last digit, hence the look at both neighbours.
     guess = math.ceil(_generations_to(config.curves - 0.5, config))
     return next(k for k in range(max(guess - 1, 0), guess + 2) if population(k, config) == config.curves)
