@@ -10,7 +10,6 @@ from torch import Tensor
 from torch.nn.functional import pad
 
 from warpvec.config import FitConfig
-from warpvec.errors import InputError
 
 RADIUS_MIN = math.sqrt(2.0)
 """Smallest radius of a new path in pixels: that of the smallest circle that wholly covers the pixel under its centre,
