@@ -14,6 +14,7 @@ from torch import Tensor
 
 from warpvec import schedule
 from warpvec.config import FitConfig
+from warpvec.interrupt import noted_interrupts
 from warpvec.launch import resolve_device
 from warpvec.loss import psnr_from_mse
 from warpvec.population import Population
@@ -65,10 +66,10 @@ def fit(target: Tensor, config: FitConfig, on_progress: Callable[[Progress], Non
         InputError: the device does not exist.
     """
     device = resolve_device(config.device)
-    with _single_torch_thread(), torch.no_grad():
+    with _single_torch_thread(), torch.no_grad(), noted_interrupts() as interrupted:
         run = _Fit(target, config, device, on_progress)
         try:
-            run.iterate()
+            run.iterate(interrupted)
         except KeyboardInterrupt:
             run.interrupted = True
         return run.result()
@@ -110,9 +111,11 @@ class _Fit:
         self.interrupted = False
         self._population = self._first_generation()
 
-    def iterate(self) -> None:
-        """Run the loop to its end."""
+    def iterate(self, interrupted: Callable[[], bool]) -> None:
+        """Run the loop to its end, or until ``interrupted()``."""
         while self._iteration < self._iteration_count:
+            if interrupted():
+                raise KeyboardInterrupt
             removal = self._step(self._recycling_due())
             self._iteration += 1
             self._iteration_count = self._planned_iterations()
