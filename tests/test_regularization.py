@@ -11,11 +11,11 @@ from warpvec.regularization import Regularization
 WEIGHTS = [(0.01, 0.02, 1.0), (1.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 1.0)]
 
 
-def adjoint(points, opacity, config, threads=1, device="cpu"):
+def adjoint(points, opacity, config, device="cpu"):
     """dL/dpoints and dL/dopacity, added to zeros."""
     points, opacity = points.to(device), opacity.to(device)
     adj_points, adj_opacity = torch.zeros_like(points), torch.zeros_like(opacity)
-    stage = Regularization(HEIGHT, WIDTH, config, device, threads)
+    stage = Regularization(HEIGHT, WIDTH, config, device)
     stage.add_adjoint(points, opacity, adj_points, adj_opacity)
     return adj_points, adj_opacity
 
@@ -78,6 +78,6 @@ def test_adjoint_adds_to_what_is_there():
     points, opacity = random_points(70, 4), torch.linspace(0, 1, 70, dtype=torch.float64)
     expected = adjoint(points, opacity, FitConfig())
     adj_points, adj_opacity = torch.full_like(points, 2.0), torch.full_like(opacity, 3.0)
-    Regularization(HEIGHT, WIDTH, FitConfig(), "cpu", 2).add_adjoint(points, opacity, adj_points, adj_opacity)
+    Regularization(HEIGHT, WIDTH, FitConfig(), "cpu").add_adjoint(points, opacity, adj_points, adj_opacity)
     torch.testing.assert_close(adj_points - 2.0, expected[0], rtol=0, atol=1e-14)
     torch.testing.assert_close(adj_opacity - 3.0, expected[1], rtol=0, atol=1e-14)

@@ -56,7 +56,7 @@ class Result:
         """The scene as the file says it: in pixels of the photo, rounded to the file's precision."""
         height, width = self.photo.shape[:2]
         fitted_height, fitted_width = self.fitted_size
-        enlarged = _stretched(self.fitted.scene, width / fitted_width, height / fitted_height)
+        enlarged = self.fitted.scene.scaled(width / fitted_width, height / fitted_height)
         return quantize(enlarged, self.config.precision)
 
     @property
@@ -92,7 +92,7 @@ class Result:
             raise InputError(f"scale must be above 0 and finite, got {scale!r}; 1 gives the photo's size")
         height, width = (max(1, round(side * scale)) for side in self.photo.shape[:2])
         x_factor, y_factor = width / self.photo.shape[1], height / self.photo.shape[0]
-        return _draw(_stretched(self.scene, x_factor, y_factor), height, width, self.config)
+        return _draw(self.scene.scaled(x_factor, y_factor), height, width, self.config)
 
     @cached_property
     def metrics(self) -> dict[str, Any]:
@@ -186,10 +186,6 @@ def _eight_bits(image: NDArray[np.float32]) -> NDArray[np.float32]:
     """``image`` rounded, in place, to what an 8-bit file can say."""
     np.rint(np.multiply(image, 255.0, out=image), out=image)
     return np.divide(image, 255.0, out=image)
-
-
-def _stretched(scene: Scene, x_factor: float, y_factor: float) -> Scene:
-    return replace(scene, points=scene.points * scene.points.new_tensor([x_factor, y_factor]))
 
 
 def _draw(scene: Scene, height: int, width: int, config: FitConfig) -> NDArray[np.float32]:

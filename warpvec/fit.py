@@ -97,7 +97,7 @@ class _Fit:
         self._target = target.to(device, torch.float32)
         renderer = import_module(f"warpvec.{config.renderer}")
         self._renderer = renderer.Renderer(self._height, self._width, device=device, threads=config.threads)
-        self._regularization = Regularization(self._height, self._width, config, device, config.threads)
+        self._regularization = Regularization(self._height, self._width, config, device)
         self._prepared_target = self._renderer.prepare_target(self._target)
         self._generator = torch.Generator().manual_seed(config.seed)
         self._generation = 0
@@ -155,8 +155,8 @@ class _Fit:
         mean = self._target.mean((0, 1))
         error = (self._target - mean).square().sum(-1)
         config = self._config
-        count = config.curves if config.flat else schedule.population(0, config)
-        scene = self._spawn(count, schedule.radius(0, config, self._height, self._width), error, mean)
+        radius = schedule.radius(0, config, self._height, self._width)
+        scene = self._spawn(schedule.population(0, config), radius, error, mean)
         return Population(scene, config, max(self._height, self._width) / 2)
 
     def _generation_due(self) -> int:

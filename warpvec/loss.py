@@ -67,15 +67,14 @@ def xing_loss(points: Tensor) -> Tensor:
         points: control points [N, 3 S, 2] in pixels.
     """
     legs = _legs(_planes(points))
-    directions, _ = _directions(legs[::2])
-    return _mean((_cross(*directions) * _turn(legs)).neg().relu())
+    return _mean((_cross(*_directions(legs[::2])) * _turn(legs)).neg().relu())
 
 
-def _directions(legs: Tensor) -> tuple[Tensor, Tensor]:
-    """Unit vectors [L, 2, N, S] and inverse lengths [L, N, S] of ``legs`` in pixels; 0 for those below ``LEG_MIN``."""
+def _directions(legs: Tensor) -> Tensor:
+    """Unit vectors [L, 2, N, S] of ``legs`` in pixels; 0 for those below ``LEG_MIN``."""
     length_squared = (legs * legs).sum(1)
     inverse_length = threshold(length_squared, LEG_MIN**2, math.inf).rsqrt()
-    return legs * inverse_length[:, None], inverse_length
+    return legs * inverse_length[:, None]
 
 
 def _turn(legs: Tensor) -> Tensor:

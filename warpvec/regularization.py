@@ -15,10 +15,10 @@ from warpvec.launch import Launcher, as_warp
 class Regularization:
     """The regularizers of a canvas, with the weights of ``config``."""
 
-    def __init__(self, height: int, width: int, config: FitConfig, device: str, threads: int | None = None) -> None:
+    def __init__(self, height: int, width: int, config: FitConfig, device: str) -> None:
         self._pixel = (2.0 / width, 2.0 / height)
         self._weights = (config.xing_weight * XING_SCALE, config.bezier_weight, config.opacity_weight)
-        self._launch = Launcher(device, threads)
+        self._launch = Launcher(device, threads=1)
 
     def add_adjoint(self, points: Tensor, opacity: Tensor, adj_points: Tensor, adj_opacity: Tensor) -> None:
         """Add dL/dpoints [N, 3 S, 2] and dL/dopacity [N] of :func:`warpvec.loss.regularization`, in place."""

@@ -59,9 +59,10 @@ class Scene:
         """The same scene in host memory."""
         return replace(self, **{name: getattr(self, name).cpu() for name in (*_FLOAT_FIELDS, "generation")})
 
-    def scaled(self, factor: float) -> Scene:
-        """The scene on a canvas ``factor`` times as large."""
-        return replace(self, points=self.points * factor)
+    def scaled(self, x_factor: float, y_factor: float | None = None) -> Scene:
+        """The scene on a canvas ``x_factor`` times as wide and ``y_factor``, the same if left out, times as high."""
+        factors = [x_factor, x_factor if y_factor is None else y_factor]
+        return replace(self, points=self.points * self.points.new_tensor(factors))
 
     def select(self, rows: Tensor) -> Scene:
         """The paths ``rows`` (indices or a mask [N]), in that order, over the same background."""
