@@ -11,30 +11,10 @@ from warpvec.kernels.lanes import Lanes, stage_module
 
 @cache
 def make_functions(lanes: Lanes) -> SimpleNamespace:
-    """What forward and adjoint share: where a tile's visible paths begin, and the alpha of a pair's pixels."""
+    """What forward and adjoint share: where a pair's pixels are, and the coverage that a winding means."""
     dtype, vector = lanes.dtype, lanes.vector
     least, most, sub, spread = lanes.least, lanes.most, lanes.sub, lanes.spread
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
-
-    @wp.func
-    def first_visible(
-        start: int,
-        end: int,
-        transmittance_min: dtype,
-        hit_pair: wp.array(dtype=int),
-        pair_path: wp.array(dtype=int),
-        pair_class: wp.array(dtype=int),
-        opacity: wp.array(dtype=dtype),
-    ):
-        """Lowest hit of a tile that is not hidden behind its full pairs."""
-        transmittance = dtype(1.0)
-        hit = end
-        while hit > start and transmittance >= transmittance_min:
-            hit -= 1
-            pair = hit_pair[hit]
-            if pair_class[pair] == FULL:
-                transmittance *= one - opacity[pair_path[pair]]
-        return hit
 
     @wp.func
     def winding_index(slot: int, part: int):
@@ -53,27 +33,51 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         sign = lanes.where_less(winding, spread(zero), spread(-one), positive)
         return lanes.where_less(spread(one), most(winding, sub(spread(zero), winding)), spread(zero), sign)
 
-    return SimpleNamespace(
-        first_visible=first_visible, winding_index=winding_index, coverage=coverage, coverage_slope=coverage_slope
-    )
+    return SimpleNamespace(winding_index=winding_index, coverage=coverage, coverage_slope=coverage_slope)
 
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """``composite``."""
+    """``find_visible`` and ``composite``."""
     dtype, vec3, vector = lanes.dtype, lanes.vec3, lanes.vector
     mul, fma, sub, spread = lanes.mul, lanes.fma, lanes.sub, lanes.spread
     functions = make_functions(lanes)
-    first_visible, winding_index, coverage = functions.first_visible, functions.winding_index, functions.coverage
+    winding_index, coverage = functions.winding_index, functions.coverage
+    one = wp.constant(dtype(1.0))
     tile_vectors = wp.constant(lanes.tile_vectors)
     tile_threads = wp.constant(lanes.tile_threads)
     tile_size = wp.constant(lanes.tile_vectors * lanes.tile_threads)
     module = stage_module("compositing", lanes)
 
     @wp.kernel(module=module)
+    def find_visible(
+        first: int,
+        tile_first_hit: wp.array(dtype=int),  # [tiles + 1]
+        hit_pair: wp.array(dtype=int),  # [K]
+        pair_path: wp.array(dtype=int),  # [K]
+        pair_class: wp.array(dtype=int),  # [K]
+        opacity: wp.array(dtype=dtype),  # [N]
+        transmittance_min: dtype,
+        # outputs
+        tile_first_visible: wp.array(dtype=int),  # [tiles]
+    ):
+        """Lowest hit of a tile that is not hidden behind its full pairs."""
+        tile = first + wp.tid()
+        transmittance = dtype(1.0)
+        start = tile_first_hit[tile]
+        hit = tile_first_hit[tile + 1]
+        while hit > start and transmittance >= transmittance_min:
+            hit -= 1
+            pair = hit_pair[hit]
+            if pair_class[pair] == FULL:
+                transmittance *= one - opacity[pair_path[pair]]
+        tile_first_visible[tile] = hit
+
+    @wp.kernel(module=module)
     def composite(
         first: int,
         tile_first_hit: wp.array(dtype=int),  # [tiles + 1]
+        tile_first_visible: wp.array(dtype=int),  # [tiles]
         hit_pair: wp.array(dtype=int),  # [K]
         pair_path: wp.array(dtype=int),  # [K]
         pair_class: wp.array(dtype=int),  # [K]
@@ -82,7 +86,6 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         color: wp.array(dtype=vec3),  # [N]
         opacity: wp.array(dtype=dtype),  # [N]
         background: wp.array(dtype=vec3),  # [1]
-        transmittance_min: dtype,
         # outputs
         tile_image: wp.array(dtype=vector),  # [tiles, 3, TILE TILE / width]
     ):
@@ -90,9 +93,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         item = first + wp.tid()
         tile = item // tile_threads
         lane = item % tile_threads
-        start = tile_first_hit[tile]
+        begin = tile_first_visible[tile]
         end = tile_first_hit[tile + 1]
-        begin = first_visible(start, end, transmittance_min, hit_pair, pair_path, pair_class, opacity)
         base = background[0]
         for vector_index in range(tile_vectors):
             part = lane * tile_vectors + vector_index
@@ -114,4 +116,4 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             tile_image[index + tile_size] = green
             tile_image[index + 2 * tile_size] = blue
 
-    return SimpleNamespace(composite=composite)
+    return SimpleNamespace(find_visible=find_visible, composite=composite)

@@ -32,8 +32,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
     mul, fma, sub = lanes.mul, lanes.fma, lanes.sub
     spread, get, put, reduce_tile = lanes.spread, lanes.get, lanes.put, lanes.reduce_tile
     functions = compositing.make_functions(lanes)
-    first_visible, winding_index = functions.first_visible, functions.winding_index
-    coverage, coverage_slope = functions.coverage, functions.coverage_slope
+    winding_index, coverage, coverage_slope = functions.winding_index, functions.coverage, functions.coverage_slope
     tile_vectors = wp.constant(lanes.tile_vectors)
     tile_threads = wp.constant(lanes.tile_threads)
     tile_size = wp.constant(lanes.tile_vectors * lanes.tile_threads)
@@ -78,6 +77,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
     def composite_adjoint(
         first: int,
         tile_first_hit: wp.array(dtype=int),  # [tiles + 1]
+        tile_first_visible: wp.array(dtype=int),  # [tiles]
         hit_pair: wp.array(dtype=int),  # [K]
         pair_path: wp.array(dtype=int),  # [K]
         pair_class: wp.array(dtype=int),  # [K]
@@ -85,7 +85,6 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         color: wp.array(dtype=vec3),  # [N]
         opacity: wp.array(dtype=dtype),  # [N]
         background: wp.array(dtype=vec3),  # [1]
-        transmittance_min: dtype,
         tile_columns: int,
         height: int,
         width_px: int,
@@ -106,7 +105,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         lane = item % tile_threads
         start = tile_first_hit[tile]
         end = tile_first_hit[tile + 1]
-        begin = first_visible(start, end, transmittance_min, hit_pair, pair_path, pair_class, opacity)
+        begin = tile_first_visible[tile]
         clear_hidden(start, begin, lane, hit_pair, pair_class, pair_slot, slot_winding, pair_sums)
         entry0 = start + tile
         if stack_chunk > 0:

@@ -11,7 +11,6 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.binning import Binning, TileGrid
-from warpvec.coverage import Coverage
 from warpvec.kernels import compositing as kernels
 from warpvec.kernels import compositing_adjoint as adjoint_kernels
 from warpvec.kernels.compositing_adjoint import TERMS
@@ -56,10 +55,20 @@ class Compositing:
         self._transmittance_min = lanes.dtype(transmittance_min)
         self._buffers = Buffers(launch.device)
 
-    def run(self, binning: Binning, coverage: Coverage, paint: Paint, tile_image: Tensor) -> None:
+    def find_visible(self, binning: Binning, paint: Paint) -> wp.array:
+        """The lowest hit of each tile [tiles] that is not hidden behind the tile's full pairs."""
+        visible = self._buffers.get("tile_first_visible", self._grid.count, wp.int32)
+        hits = [binning.tile_first_hit, binning.hit_pair, binning.pair_path, binning.pair_class]
+        arguments = [*hits, paint.arrays[1], self._transmittance_min, visible]
+        self._launch(kernels.make_kernels(self._lanes).find_visible, self._grid.count, arguments)
+        return visible
+
+    def run(
+        self, binning: Binning, tile_first_visible: wp.array, slot_winding: wp.array, paint: Paint, tile_image: Tensor
+    ) -> None:
         """Composite into ``tile_image`` [tiles, 3, TILE, TILE]."""
         lanes = self._lanes
-        arguments = [*_hits(binning), coverage.slot_winding, *paint.arrays, self._transmittance_min]
+        arguments = [*_hits(binning, tile_first_visible), slot_winding, *paint.arrays]
         image = _lane_array(tile_image, lanes)
         self._launch.shared(
             kernels.make_kernels(lanes).composite, self._grid.count * lanes.tile_threads, [*arguments, image]
@@ -68,13 +77,14 @@ class Compositing:
     def adjoint(
         self,
         binning: Binning,
-        coverage: Coverage,
+        tile_first_visible: wp.array,
+        slot_winding: wp.array,
         paint: Paint,
         tile_reference: Tensor,
         error_scale: float | None = None,
         importance: bool = False,
     ) -> tuple[Tensor, Tensor]:
-        """Sums per path [N, TERMS] and over the canvas [TERMS]; turns ``coverage.slot_winding`` into its adjoint.
+        """Sums per path [N, TERMS] and over the canvas [TERMS]; turns ``slot_winding`` into its adjoint.
 
         ``tile_reference`` is dL/d(image), or, where ``error_scale`` = dL/d(squared error) is given, the target.
         """
@@ -84,10 +94,10 @@ class Compositing:
         pair_sums = get("pair_sums", (binning.pair_count * lanes.reducers, TERMS), lanes.dtype)
         tile_sums = get("tile_sums", (grid.count * lanes.reducers, TERMS), lanes.dtype)
         reference = _lane_array(tile_reference, lanes)
-        canvas = [self._transmittance_min, grid.columns, grid.height, grid.width]
+        canvas = [grid.columns, grid.height, grid.width]
         scratch = [lanes.dtype(error_scale or 0.0), chunk, depth, stack]
-        arguments = [*_hits(binning), *paint.arrays, *canvas, reference, *scratch]
-        outputs = [coverage.slot_winding, pair_sums, tile_sums]
+        arguments = [*_hits(binning, tile_first_visible), *paint.arrays, *canvas, reference, *scratch]
+        outputs = [slot_winding, pair_sums, tile_sums]
         # Whole tiles: scalar lanes of a tile add to sums that they share.
         threads, tiles = lanes.tile_threads, self._launch.chunk_items(grid.count)
         self._launch.shared(stage.composite_adjoint, grid.count * threads, [*arguments, *outputs], tiles * threads)
@@ -118,8 +128,9 @@ class Compositing:
         return chunk, depth, self._buffers.get("stack", size, lanes.vector)
 
 
-def _hits(binning: Binning) -> list[Any]:
-    return [binning.tile_first_hit, binning.hit_pair, binning.pair_path, binning.pair_class, binning.pair_slot]
+def _hits(binning: Binning, tile_first_visible: wp.array) -> list[Any]:
+    pairs = [binning.hit_pair, binning.pair_path, binning.pair_class, binning.pair_slot]
+    return [binning.tile_first_hit, tile_first_visible, *pairs]
 
 
 def _lane_array(tiles: Tensor, lanes: Lanes) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import torch
 import warp as wp
@@ -66,8 +67,9 @@ class Renderer:
     def render(self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Tensor:
         """The image [h, w, 3]."""
         self._cover(points)
+        paint = self._paint(color, opacity, background)
         tiles = torch.empty((self.grid.count, 3, TILE, TILE), dtype=self.dtype, device=self.device)
-        self._compositing.run(self._binning, self._coverage, self._paint(color, opacity, background), tiles)
+        self._compositing.run(*self._hits(paint), tiles)
         return from_tiles(tiles, self.grid)
 
     def adjoint(
@@ -77,7 +79,7 @@ class Renderer:
         self._cover(points)
         paint = self._paint(color, opacity, background)
         reference = to_tiles(adj_image.to(self.dtype), self.grid)
-        sums = self._compositing.adjoint(self._binning, self._coverage, paint, reference)
+        sums = self._compositing.adjoint(*self._hits(paint), reference)
         return self._collect(points, *sums)
 
     def prepare_target(self, target: Tensor) -> Tensor:
@@ -97,9 +99,7 @@ class Renderer:
         self._cover(points)
         paint = self._paint(color, opacity, background)
         scale = 1.0 / (3 * self.grid.height * self.grid.width)
-        path_sums, canvas_sums = self._compositing.adjoint(
-            self._binning, self._coverage, paint, prepared_target, scale, removal
-        )
+        path_sums, canvas_sums = self._compositing.adjoint(*self._hits(paint), prepared_target, scale, removal)
         adjoints = self._collect(points, path_sums, canvas_sums)
         # L without path i, minus L: the image is affine in one opacity, the loss a parabola.
         o, adj_o = opacity.detach(), adjoints.opacity
@@ -115,6 +115,10 @@ class Renderer:
 
     def _paint(self, color: Tensor, opacity: Tensor, background: Tensor) -> Paint:
         return Paint(color, opacity, background, self._lanes)
+
+    def _hits(self, paint: Paint) -> tuple[Any, ...]:
+        visible = self._compositing.find_visible(self._binning, paint)
+        return self._binning, visible, self._coverage.slot_winding, paint
 
     def _collect(self, points: Tensor, path_sums: Tensor, canvas_sums: Tensor) -> Adjoints:
         path_count, segment_count = points.shape[0], points.shape[1] // 3
