@@ -1,4 +1,4 @@
-"""The fit: Algorithm 1 of the paper, and recycling, which goes past it."""
+"""The fit: render, compare, step, and let a policy change the population."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib import import_module
-from typing import Any
+from typing import Any, Protocol
 
 import torch
 from torch import Tensor
@@ -19,10 +19,9 @@ from warpvec.launch import resolve_device
 from warpvec.loss import psnr_from_mse
 from warpvec.population import Population
 from warpvec.regularization import Regularization
-from warpvec.scene import Scene, circle_points
+from warpvec.scaffolding import Scaffolding
+from warpvec.scene import Scene
 
-# Opacity of a new path: enough to be seen by the gradient at once, not enough to hide what it stands on.
-_NEW_OPACITY = 0.5
 # Iterations between entries of the history; each reads one number back from the device.
 _HISTORY_GAP = 10
 
@@ -86,6 +85,32 @@ def _single_torch_thread() -> Iterator[None]:
         torch.set_num_threads(before)
 
 
+class _Policy(Protocol):
+    """Who decides when paths come and go; made for one target and one configuration."""
+
+    def first_paths(self, background: Tensor) -> Scene:
+        """The paths at the start, over ``background`` [3]."""
+
+    def wants_removal(self, iteration: int, iterations: int) -> bool:
+        """Whether :meth:`update` after ``iteration`` (the first is 1) needs what each path's removal costs."""
+
+    def update(
+        self,
+        population: Population,
+        iteration: int,
+        iterations: int,
+        removal: Tensor | None,
+        squared_error: Callable[[Scene], Tensor],
+    ) -> bool:
+        """Remove and add what is due after ``iteration`` of ``iterations``; whether anything was.
+
+        ``removal`` [N] is there if it was wanted; ``squared_error`` gives a scene's error in each pixel [h, w].
+        """
+
+
+_POLICIES: dict[str, Callable[[Tensor, FitConfig], _Policy]] = {"scaffolding": Scaffolding}
+
+
 class _Fit:
     """The state of one run of the loop."""
 
@@ -95,12 +120,11 @@ class _Fit:
         self._config, self._device, self._on_progress = config, device, on_progress
         self._height, self._width = target.shape[:2]
         self._target = target.to(device, torch.float32)
+        self._policy: _Policy = _POLICIES["scaffolding"](self._target, config)
         renderer = import_module(f"warpvec.{config.renderer}")
         self._renderer = renderer.Renderer(self._height, self._width, device=device, threads=config.threads)
         self._regularization = Regularization(self._height, self._width, config, device)
         self._prepared_target = self._renderer.prepare_target(self._target)
-        self._generator = torch.Generator().manual_seed(config.seed)
-        self._generation = 0
         self._start = time.perf_counter()
         self._iteration = 0
         self._iteration_count = config.iterations
@@ -109,25 +133,21 @@ class _Fit:
         self._best: tuple[float, Scene] | None = None
         self.history: list[dict[str, float]] = []
         self.interrupted = False
-        self._population = self._first_generation()
+        first = self._policy.first_paths(self._target.mean((0, 1)))
+        self._population = Population(first, config, max(self._height, self._width) / 2)
 
     def iterate(self, interrupted: Callable[[], bool]) -> None:
         """Run the loop to its end, or until ``interrupted()``."""
         while self._iteration < self._iteration_count:
             if interrupted():
                 raise KeyboardInterrupt
-            removal = self._step(self._recycling_due())
+            removal = self._step(self._policy.wants_removal(self._iteration + 1, self._iteration_count))
             self._iteration += 1
             self._iteration_count = self._planned_iterations()
             self._report()
             if self._iteration == self._iteration_count:
                 break  # new paths would stay as they are spawned
-            if removal is not None:
-                self._recycle(removal)
-            elif (generation := self._generation_due()) > self._generation:
-                self._inflate(generation)
-            if self._config.z_order == "area":
-                self._sort_by_area()
+            self._change_population(removal)
 
     def result(self) -> FitResult:
         """The scene as it stands, or the best one before the last change of population if that was better."""
@@ -151,60 +171,19 @@ class _Fit:
 
     # Population
 
-    def _first_generation(self) -> Population:
-        mean = self._target.mean((0, 1))
-        error = (self._target - mean).square().sum(-1)
-        config = self._config
-        radius = schedule.radius(0, config, self._height, self._width)
-        scene = self._spawn(schedule.population(0, config), radius, error, mean)
-        return Population(scene, config, max(self._height, self._width) / 2)
+    def _change_population(self, removal: Tensor | None) -> None:
+        before = self._population.scene
+        iteration, iterations = self._iteration, self._iteration_count
+        if self._policy.update(self._population, iteration, iterations, removal, self._squared_error):
+            self._remember(before)
+        if self._config.z_order == "area":
+            self._sort_by_area()
 
-    def _generation_due(self) -> int:
-        """The generation that the schedule has reached; several may fall on one iteration of a very short run."""
-        steps = schedule.inflation_steps(self._config, self._iteration_count)
-        return max(self._generation, sum(step <= self._iteration for step in steps))
-
-    def _inflate(self, generation: int) -> None:
-        """One inflation of Algorithm 1: prune, halve the radius, spawn at the residual."""
-        config = self._config
-        self._remember()
-        before = len(self._population)
-        self._population.keep(self._population.scene.opacity > config.prune_opacity)
-        pruned = before - len(self._population)
-        grown = schedule.population(generation, config) - schedule.population(self._generation, config)
-        self._generation = generation
-        count = grown + (pruned if config.compensate else 0)
-        self._append(count, schedule.radius(generation, config, self._height, self._width))
-
-    def _recycling_due(self) -> bool:
-        full = self._generation >= schedule.inflation_count(self._config)
-        return full and schedule.is_recycling(self._iteration + 1, self._config, self._iteration_count)
-
-    def _recycle(self, removal: Tensor) -> None:
-        """Move the paths whose removal costs least to where the residual is large."""
-        count = int(len(self._population) * self._config.recycle_share)
-        self._remember()
-        keep = torch.ones(len(removal), dtype=torch.bool, device=removal.device)
-        keep[removal.topk(count, largest=False).indices] = False
-        self._population.keep(keep)
-        self._generation = schedule.inflation_count(self._config) + 1
-        self._append(count, schedule.recycling_radius(self._config, self._height, self._width))
-
-    def _append(self, count: int, radius: float) -> None:
-        scene = self._population.scene
+    def _squared_error(self, scene: Scene) -> Tensor:
+        """The squared error of ``scene`` in each pixel [h, w]."""
         image = self._renderer.render(scene.points, scene.color, scene.opacity, scene.background)
-        error = (image - self._target).square().sum(-1)
-        self._population.append(self._spawn(count, radius, error, scene.background))
-
-    def _spawn(self, count: int, radius: float, error: Tensor, background: Tensor) -> Scene:
-        """``count`` circles at points drawn from the squared ``error`` [h, w], in the target's colours there."""
-        centers = schedule.sample_positions(error, count, self._generator).to(self._target)
-        columns, rows = centers.long().unbind(-1)
-        color = self._target[rows.clamp(0, self._height - 1), columns.clamp(0, self._width - 1)]
-        points = circle_points(centers, torch.full_like(centers[:, 0], radius), self._config.segments)
-        opacity = torch.full_like(centers[:, 0], _NEW_OPACITY)
-        generation = torch.full((count,), self._generation, device=centers.device)
-        return Scene(points, color, opacity, background, generation)
+        error: Tensor = (image - self._target).square().sum(-1)
+        return error
 
     def _sort_by_area(self) -> None:
         size = self._population.scene.points.amax(1) - self._population.scene.points.amin(1)
@@ -213,11 +192,11 @@ class _Fit:
 
     # Bookkeeping
 
-    def _remember(self) -> None:
-        """Keep the scene before its population changes, in case the fit is interrupted before it recovers."""
+    def _remember(self, scene: Scene) -> None:
+        """Keep the scene before its population changed, in case the fit is interrupted before it recovers."""
         loss = float(self._loss)
         if self._best is None or loss < self._best[0]:
-            self._best = (loss, self._population.scene)
+            self._best = (loss, scene)
 
     def _report(self) -> None:
         progress = Progress(

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from warpvec.adan import Adan
 from warpvec.config import FitConfig
-from warpvec.scene import Scene
+from warpvec.scene import Scene, circle_points
 
 # Opacities and logit colours are kept this far from 0 and 1, where the logit is infinite.
 _LOGIT_MARGIN = 1e-4
@@ -81,3 +81,26 @@ class Population:
 
     def _color_adjoint(self, adj: Tensor, color: Tensor) -> Tensor:
         return adj * color * (1.0 - color) if self._logit_color else adj.contiguous()
+
+
+def new_paths(
+    center: Tensor,
+    radius: tuple[float, float],
+    color: Tensor,
+    opacity: Tensor,
+    background: Tensor,
+    generation: int,
+    config: FitConfig,
+) -> Scene:
+    """A scene of ellipses in the path model of ``config``.
+
+    Args:
+        center: centres [N, 2] in pixels.
+        radius: half their width and half their height in pixels.
+        color, opacity, background: [N, 3], [N] and [3], as in the scene.
+        generation: that of all of them.
+    """
+    unit = circle_points(torch.zeros_like(center), torch.ones_like(center[:, 0]), config.segments)
+    points = center[:, None, :] + unit * center.new_tensor(radius)
+    generations = torch.full((len(center),), generation, device=center.device)
+    return Scene(points, color, opacity, background, generations)
