@@ -17,7 +17,8 @@ import torch
 import warp as wp
 from torch import Tensor
 
-from warpvec.config import RENDERERS, check_choice, check_count
+from warpvec.checks import check_choice, check_count
+from warpvec.config import RENDERERS
 from warpvec.errors import InputError
 from warpvec.launch import start_warp
 from warpvec.scene import Scene

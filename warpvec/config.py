@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-import operator
 from dataclasses import asdict, dataclass, fields, replace
-from numbers import Real
 from typing import Any
 
+from warpvec.checks import as_float, check_choice, check_count, check_flag, check_number, show
 from warpvec.errors import InputError
 
 RENDERERS = ("exact",)
@@ -143,29 +142,6 @@ def make_config(preset: str = "default", **settings: Any) -> FitConfig:
     return replace(FitConfig(), **{**PRESETS[preset], **settings})
 
 
-def check_count(name: str, value: Any, least: int, most: int | None = None) -> int:
-    """``value``, Python's or NumPy's, as an int.
-
-    Raises:
-        InputError: not a whole number from ``least`` to ``most``.
-    """
-    rule = f"of at least {least}" if most is None else f"from {least} to {most}"
-    remedy = f"{least} or more" if most is None else "a number in that range"
-    try:
-        count = operator.index(value)
-    except TypeError:
-        count = least - 1
-    if isinstance(value, bool) or count < least or (most is not None and count > most):
-        raise InputError(f"{name} must be a whole number {rule}, got {_show(value)}; give {remedy}")
-    return count
-
-
-def check_choice(name: str, value: Any, allowed: tuple[str, ...]) -> None:
-    """Raises InputError unless ``value`` is one of the ``allowed`` names."""
-    if not isinstance(value, str) or value not in allowed:
-        raise InputError(f"{name} must be one of {', '.join(allowed)}, got {_show(value)}; give one of these")
-
-
 def _counts(config: FitConfig) -> dict[str, int]:
     ranges = {
         "curves": (1, None), "segments": (2, None), "fit_size": (1, None), "iterations": (1, None),
@@ -187,34 +163,17 @@ def _numbers(config: FitConfig) -> dict[str, float]:
         "lr_scale": (0.0, math.inf), "lr_final": (0.0, 1.0), "opacity_weight": (0.0, math.inf),
         "xing_weight": (0.0, math.inf), "bezier_weight": (0.0, math.inf),
     }  # fmt: skip
-    numbers = {}
-    for name, (low, high) in ranges.items():
-        value = getattr(config, name)
-        numbers[name] = _as_float(value)
-        if not low <= numbers[name] <= high:
-            rule = f"be finite and at least {low:g}" if high == math.inf else f"lie between {low:g} and {high:g}"
-            raise InputError(f"{name} must {rule}, got {_show(value)}; give a number in that range")
+    numbers = {name: check_number(name, getattr(config, name), *limits) for name, limits in ranges.items()}
     return numbers if config.time_budget is None else {**numbers, "time_budget": _time_budget(config.time_budget)}
 
 
 def _time_budget(value: Any) -> float:
-    seconds = _as_float(value)
+    seconds = as_float(value)
     if not seconds > 0:
         raise InputError(
-            f"time_budget must be a finite number of seconds above 0, got {_show(value)}; leave it out for no limit"
+            f"time_budget must be a finite number of seconds above 0, got {show(value)}; leave it out for no limit"
         )
     return seconds
-
-
-def _as_float(value: Any) -> float:
-    """``value``, Python's or NumPy's, as a float; NaN, which lies in no range, if it is not a finite number."""
-    if not isinstance(value, Real) or isinstance(value, bool):
-        return math.nan
-    try:
-        number = float(value)
-    except OverflowError:
-        return math.nan
-    return number if math.isfinite(number) else math.nan
 
 
 def _check_choices(config: FitConfig) -> None:
@@ -222,11 +181,10 @@ def _check_choices(config: FitConfig) -> None:
     for name, allowed in choices.items():
         check_choice(name, getattr(config, name), allowed)
     for name in ("compensate", "flat"):
-        if not isinstance(getattr(config, name), bool):
-            raise InputError(f"{name} must be True or False, got {_show(getattr(config, name))}; give one of these")
+        check_flag(name, getattr(config, name))
     # Which devices there are is asked where the fit starts: to find out takes seconds.
     if not isinstance(config.device, str):
-        raise InputError(f"device must be a name, got {_show(config.device)}; give 'auto', 'cpu', 'cuda' or 'cuda:K'")
+        raise InputError(f"device must be a name, got {show(config.device)}; give 'auto', 'cpu', 'cuda' or 'cuda:K'")
 
 
 def _check_growth(config: FitConfig) -> None:
@@ -237,8 +195,3 @@ def _check_growth(config: FitConfig) -> None:
             f"growth must be more than 1 to get from initial_curves {config.initial_curves} to {config.curves} curves,"
             " got 1.0; set flat to start with all of them"
         )
-
-
-def _show(value: Any) -> str:
-    """``value`` in one line; arrays print in several."""
-    return " ".join(repr(value).split())
