@@ -61,3 +61,41 @@ outline away, which is 5 / 32 of a cubic when 4 of them make the outline."""
 
 TIP_COSINE = 0.5
 """Corners sharper than 60 degrees are needle tips (Bezier Splatting)."""
+
+SPLAT_END = 0.007
+"""Parameter of the first sample of a side, and its distance from 1 at the last one (Bezier Splatting)."""
+
+LINE_SPREAD = 0.85
+LINE_REACH = 2.0
+"""Interior lines blend the two sides with the weights Phi(x / LINE_SPREAD), x from -LINE_REACH to LINE_REACH in equal
+steps, Phi the standard normal distribution: denser near the sides (Bezier Splatting)."""
+
+SIGMA_PER_SPACING = 2.0 / 3.0
+"""Standard deviation of a Gaussian over the distance to its neighbour (Bezier Splatting: a third of the distance in
+coordinates of which two span a pixel's worth): neighbours overlap enough that no ripple of 1 % is left between them."""
+
+END_FACTORS = (0.4, 0.9)
+"""Length along the curve of the first and second sample of a side, and of the last ones, over the others' rule: sharp
+ends (Bezier Splatting)."""
+
+BOUNDARY_SIGMA_X_MIN = 0.3
+BOUNDARY_SIGMA_Y_MIN = 0.75
+BOUNDARY_SIGMA_Y_MAX = 1.0
+"""Bounds in pixels of a boundary sample's standard deviation along and across the curve (Bezier Splatting): an edge as
+soft as a pixel, whose Gaussians no pixel centre can miss."""
+
+INTERIOR_SIGMA_MIN = 0.25
+"""Least standard deviation in pixels of an interior sample. Bezier Splatting has none, and paths that collapse give
+infinities; below it a Gaussian of full opacity is invisible from 0.83 px on, and pixel centres are up to 0.71 away."""
+
+TANGENT_MIN = 1.0e-6
+"""Tangents shorter than this, in pixels, have no direction: their samples lie upright."""
+
+SPLAT_ALPHA_MIN = 1.0 / 255.0
+"""A Gaussian's alpha below this is dropped (3D Gaussian Splatting): half a level of 8 bits, and it bounds its reach."""
+
+SPLAT_ALPHA_MAX = 0.999
+"""A Gaussian's alpha is clipped here, in the image and in its adjoint alike, which divides by 1 - alpha."""
+
+SPLAT_GROUP = 8
+"""Neighbouring samples of a line that share a box, tested before their own: 9 tests for 8 samples where it is hit."""

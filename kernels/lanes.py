@@ -97,6 +97,22 @@ def _native_operations(width: int, dtype: Any, vector: Any) -> dict[str, Any]:
     @wp.func_native(snippet("A < B ? C : D", "abcd"))
     def where_less(a: vector, b: vector, c: vector, d: vector) -> vector: ...
 
+    @wp.func_native(snippet("A / B", "ab"))
+    def quotient(a: vector, b: vector) -> vector: ...
+
+    @wp.func_native(snippet("__builtin_elementwise_sqrt(A)", "a"))
+    def root(a: vector) -> vector: ...
+
+    @wp.func_native(_exponential(width, c_type, declare, give))
+    def exponential(a: vector) -> vector: ...
+
+    @wp.func_native(f"{c_type} m = a[0]; for (int i = 1; i < {width}; ++i) m = a[i] > m ? a[i] : m; return m;")
+    def peak(a: vector) -> dtype: ...
+
+    @wp.func
+    def any_of_tile(flag: int):
+        return flag
+
     @wp.func_native(f"{declare} lanes_t r = (lanes_t)s; {give}")
     def spread(s: dtype) -> vector: ...
 
@@ -118,7 +134,29 @@ def _native_operations(width: int, dtype: Any, vector: Any) -> dict[str, Any]:
     def reduce_tile(sums: wp.array2d(dtype=dtype), slot: int, term: int, value: vector, lane: int):
         sums[slot, term] = total(value)
 
-    return _named(add, sub, mul, fma, fnma, least, most, where_less, spread, ramp_from, total, get, put, reduce_tile)
+    arithmetic = (add, sub, mul, fma, fnma, quotient, root, exponential, least, most, where_less)
+    return _named(*arithmetic, spread, ramp_from, total, peak, any_of_tile, get, put, reduce_tile)
+
+
+# e^x as 2^n p(f) with n + f = x / ln 2: the polynomial is within 1e-7 of 2^f on [-1/2, 1/2]; 28 times a scalar call.
+_EXPONENTIAL = """
+typedef int whole_t __attribute__((ext_vector_type(16), aligned(4)));
+lanes_t X = *(lanes_t*)&a * 1.44269504f;
+X = X < -126.f ? (lanes_t)-126.f : X;
+X = X > 126.f ? (lanes_t)126.f : X;
+lanes_t N = __builtin_elementwise_floor(X + 0.5f), F = X - N;
+lanes_t p = 1.5353362e-4f;
+p = p * F + 1.3398874e-3f; p = p * F + 9.6184373e-3f; p = p * F + 5.5503324e-2f;
+p = p * F + 2.4022648e-1f; p = p * F + 6.9314720e-1f; p = p * F + 1.f;
+whole_t bits = *(whole_t*)&p + (__builtin_convertvector(N, whole_t) << 23);
+lanes_t r = *(lanes_t*)&bits;
+"""
+
+
+def _exponential(width: int, c_type: str, declare: str, give: str) -> str:
+    if c_type == "float":
+        return declare + _EXPONENTIAL + give
+    return f"wp::vec_t<{width},{c_type}> o; for (int i = 0; i < {width}; ++i) o[i] = ::exp(a[i]); return o;"
 
 
 def _tree_sum(width: int, c_type: str) -> str:
@@ -137,6 +175,13 @@ _WARP_SUM = """
 for (int offset = 16; offset; offset >>= 1) value += __shfl_xor_sync(0xffffffffu, value, offset);
 #endif
 return value;
+"""
+_ANY_OF_TILE = """
+#if defined(__CUDA_ARCH__)
+return __syncthreads_or(flag);
+#else
+return 1;
+#endif
 """
 _IS_CUDA = """
 #if defined(__CUDA_ARCH__)
@@ -181,6 +226,25 @@ def _scalar_operations(dtype: Any) -> dict[str, Any]:
         return wp.where(a < b, c, d)
 
     @wp.func
+    def quotient(a: dtype, b: dtype):
+        return a / b
+
+    @wp.func
+    def root(a: dtype):
+        return wp.sqrt(a)
+
+    @wp.func
+    def exponential(a: dtype):
+        return wp.exp(a)
+
+    @wp.func
+    def peak(a: dtype):
+        return a
+
+    @wp.func_native(_ANY_OF_TILE)
+    def any_of_tile(flag: int) -> int: ...
+
+    @wp.func
     def spread(s: dtype):
         return s
 
@@ -220,7 +284,8 @@ def _scalar_operations(dtype: Any) -> dict[str, Any]:
             else:
                 sums[row, term] = sums[row, term] + value
 
-    return _named(add, sub, mul, fma, fnma, least, most, where_less, spread, ramp_from, total, get, put, reduce_tile)
+    arithmetic = (add, sub, mul, fma, fnma, quotient, root, exponential, least, most, where_less)
+    return _named(*arithmetic, spread, ramp_from, total, peak, any_of_tile, get, put, reduce_tile)
 
 
 def _named(*functions: Any) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import warp as wp
 
@@ -55,18 +56,20 @@ class Binning:
     def run(self, flattening: Flattening, path_count: int, segment_count: int) -> None:
         """Bin the flattened paths."""
         polylines = [flattening.vertices, flattening.segment_first_vertex, segment_count]
-        self._bound_paths(polylines, path_count)
-        self._classify(polylines)
+        self._bound(path_count, self._kernels.bound_paths, [*polylines, self._grid.rows, self._grid.columns])
+        arrays = self._pair_arrays()
+        arguments = [*polylines, self._grid.columns, self._grid.count, *self._boxes(), *arrays.values()]
+        self._launch.shared(self._kernels.classify_pairs, self.strip_count, arguments)
+        self._number_slots(arrays["is_partial"])
         self._sort()
 
-    def _bound_paths(self, polylines: list[object], path_count: int) -> None:
+    def _bound(self, path_count: int, kernel: Any, arguments: list[Any]) -> None:
+        """Boxes of tiles by ``kernel``, and the numbers of their strips and pairs."""
         get = self._buffers.get
         self.path_tile_box = get("path_tile_box", path_count, wp.vec4i)
         strip_count = get("path_strip_count", path_count + 1, wp.int32)
         pair_count = get("path_pair_count", path_count + 1, wp.int32)
-        outputs = [self.path_tile_box, strip_count, pair_count]
-        arguments = [*polylines, self._grid.rows, self._grid.columns, *outputs]
-        self._launch(self._kernels.bound_paths, path_count, arguments)
+        self._launch(kernel, path_count, [*arguments, self.path_tile_box, strip_count, pair_count])
         self.path_first_strip, self.strip_count = exclusive_scan(
             self._buffers, "path_first_strip", strip_count, path_count
         )
@@ -74,16 +77,20 @@ class Binning:
         self.strip_path = get("strip_path", self.strip_count, wp.int32)
         self._launch(self._kernels.list_strips, path_count, [self.path_first_strip, self.strip_path])
 
-    def _classify(self, polylines: list[object]) -> None:
-        pair_count, grid = self.pair_count, self._grid
+    def _boxes(self) -> list[wp.array]:
+        return [self.path_tile_box, self.path_first_strip, self.path_first_pair, self.strip_path]
+
+    def _pair_arrays(self) -> dict[str, wp.array]:
         # The sort needs a second half of the same size behind its keys and values.
         lengths = {"path": 1, "class": 1, "winding": 1, "is_partial": 1, "key": 2, "index": 2}
-        arrays = [self._buffers.get(f"pair_{name}", n * pair_count + 1, wp.int32) for name, n in lengths.items()]
-        self.pair_path, self.pair_class, _, is_partial, self.hit_tile, self.hit_pair = arrays
-        boxes = [self.path_tile_box, self.path_first_strip, self.path_first_pair, self.strip_path]
-        arguments = [*polylines, grid.columns, grid.count, *boxes, *arrays]
-        self._launch.shared(self._kernels.classify_pairs, self.strip_count, arguments)
-        self.pair_slot, self.slot_count = exclusive_scan(self._buffers, "pair_slot", is_partial, pair_count)
+        get = self._buffers.get
+        arrays = {name: get(f"pair_{name}", n * self.pair_count + 1, wp.int32) for name, n in lengths.items()}
+        self.pair_path, self.pair_class = arrays["path"], arrays["class"]
+        self.hit_tile, self.hit_pair = arrays["key"], arrays["index"]
+        return arrays
+
+    def _number_slots(self, pair_is_partial: wp.array) -> None:
+        self.pair_slot, self.slot_count = exclusive_scan(self._buffers, "pair_slot", pair_is_partial, self.pair_count)
 
     def _sort(self) -> None:
         key_bits = self._grid.count.bit_length()

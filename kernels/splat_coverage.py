@@ -1,0 +1,141 @@
+"""Stage 3 of the splat renderer: Gaussians -> coverage of the pixels of each pair, and what a tile hides.
+
+All Gaussians of a path share its colour and opacity, so in whatever order they are composited the path covers a pixel
+by 1 - prod(1 - alpha), which is the alpha of equation (3). Tiles work front to back and stop at the path behind which
+no pixel lets more than TRANSMITTANCE_MIN through.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warpvec.kernels import compositing, splat_binning
+from warpvec.kernels.constants import SPLAT_ALPHA_MAX, SPLAT_ALPHA_MIN, SPLAT_GROUP, TILE
+from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.splatting import PLANES
+
+
+@cache
+def make_functions(lanes: Lanes) -> SimpleNamespace:
+    """``gaussian``: what forward and adjoint share."""
+    dtype, vector = lanes.dtype, lanes.vector
+    mul, fma, spread, exponential = lanes.mul, lanes.fma, lanes.spread, lanes.exponential
+    half = wp.constant(dtype(0.5))
+
+    @wp.func
+    def gaussian(opacity: dtype, dx: dtype, dy: vector, pxx: dtype, pxy: dtype, pyy: dtype):
+        """opacity exp(-q / 2) at the offsets dx, dy from the center, before the bounds on alpha."""
+        linear = fma(dy, spread(-half * pyy), spread(-pxy * dx))
+        return mul(spread(opacity), exponential(fma(dy, linear, spread(-half * pxx * dx * dx))))
+
+    return SimpleNamespace(gaussian=gaussian)
+
+
+@cache
+def make_kernels(lanes: Lanes) -> SimpleNamespace:
+    """``cover_splats``."""
+    dtype, vector = lanes.dtype, lanes.vector
+    mul, sub, fnma, spread, get, put = lanes.mul, lanes.sub, lanes.fnma, lanes.spread, lanes.get, lanes.put
+    least, most, where_less, ramp_from = lanes.least, lanes.most, lanes.where_less, lanes.ramp_from
+    peak, any_of_tile = lanes.peak, lanes.any_of_tile
+    gaussian = make_functions(lanes).gaussian
+    covered = splat_binning.make_functions(lanes).covered
+    winding_index = compositing.make_functions(lanes).winding_index
+    zero, half, one = (wp.constant(dtype(value)) for value in (0.0, 0.5, 1.0))
+    alpha_min, alpha_max = wp.constant(dtype(SPLAT_ALPHA_MIN)), wp.constant(dtype(SPLAT_ALPHA_MAX))
+    planes, group_size = wp.constant(PLANES), wp.constant(SPLAT_GROUP)
+    tile_vectors, tile_threads = wp.constant(lanes.tile_vectors), wp.constant(lanes.tile_threads)
+    local_array = lanes.tile_vectors > 1
+    module = stage_module("splat_coverage", lanes)
+
+    @wp.kernel(module=module)
+    def cover_splats(
+        first: int,
+        tile_first_hit: wp.array(dtype=int),  # [tiles + 1]
+        hit_pair: wp.array(dtype=int),  # [K]
+        pair_path: wp.array(dtype=int),  # [K]
+        pair_slot: wp.array(dtype=int),  # [K + 1]
+        splats: wp.array(dtype=dtype),  # [N, rows, PLANES, samples]
+        group_box: wp.array(dtype=wp.vec4i),  # [N rows, groups + 1] px
+        opacity: wp.array(dtype=dtype),  # [N]
+        row_count: int,
+        sample_count: int,
+        sample_stride: int,
+        group_count: int,
+        tile_columns: int,
+        width_px: int,
+        transmittance_min: dtype,
+        # outputs
+        slot_coverage: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
+        slot_transmittance: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width] of the path alone
+        pair_is_shown: wp.array(dtype=int),  # [K]
+        tile_first_visible: wp.array(dtype=int),  # [tiles]
+    ):
+        """Coverage of the pairs of one tile (CPU) or one pixel of it (scalar lanes), front to back."""
+        item = first + wp.tid()
+        tile = item // tile_threads
+        lane = item % tile_threads
+        left, top = (tile % tile_columns) * TILE, (tile // tile_columns) * TILE
+        # The columns that this thread owns, and the row at which its lane values start.
+        own_left = left + lane // TILE
+        own_right = own_left + tile_vectors
+        row0 = dtype(top + lane % TILE) + half
+        start = tile_first_hit[tile]
+        hit = tile_first_hit[tile + 1]
+        if wp.static(local_array):
+            light = wp.zeros(shape=(tile_vectors,), dtype=vector)
+            passed = wp.zeros(shape=(tile_vectors,), dtype=vector)
+        else:
+            light = spread(one)
+            passed = spread(one)
+        for v in range(tile_vectors):
+            put(light, v, spread(one))
+        is_lit = int(1)
+        while hit > start and is_lit == 1:
+            hit -= 1
+            pair = hit_pair[hit]
+            path = pair_path[pair]
+            o = opacity[path]
+            for v in range(tile_vectors):
+                put(passed, v, spread(one))
+            for row in range(path * row_count, (path + 1) * row_count):
+                row_box = group_box[row * (group_count + 1) + group_count]
+                if row_box[0] < left + TILE and row_box[2] > left and row_box[1] < top + TILE and row_box[3] > top:
+                    for group in range(group_count):
+                        box = group_box[row * (group_count + 1) + group]
+                        if box[0] < left + TILE and box[2] > left and box[1] < top + TILE and box[3] > top:
+                            splat0 = row * planes * sample_stride + group * group_size
+                            count = wp.min(group_size, sample_count - group * group_size)
+                            for splat in range(splat0, splat0 + count):
+                                x, reach_x = splats[splat], splats[splat + 5 * sample_stride]
+                                y, reach_y = splats[splat + sample_stride], splats[splat + 6 * sample_stride]
+                                near, far = covered(x - reach_x, x + reach_x, width_px)
+                                near, far = wp.max(near, own_left), wp.min(far, own_right)
+                                if near < far and y - reach_y < dtype(top + TILE) and y + reach_y > dtype(top):
+                                    pxx = splats[splat + 2 * sample_stride]
+                                    pxy = splats[splat + 3 * sample_stride]
+                                    pyy = splats[splat + 4 * sample_stride]
+                                    dy = ramp_from(row0 - y)
+                                    for column in range(near, far):
+                                        alpha = gaussian(o, dtype(column) + half - x, dy, pxx, pxy, pyy)
+                                        alpha = least(alpha, spread(alpha_max))
+                                        alpha = where_less(alpha, spread(alpha_min), spread(zero), alpha)
+                                        p = get(passed, column - own_left)
+                                        put(passed, column - own_left, fnma(p, alpha, p))
+            brightest = spread(zero)
+            slot0 = winding_index(pair_slot[pair], lane * tile_vectors)
+            for v in range(tile_vectors):
+                p = get(passed, v)
+                slot_transmittance[slot0 + v] = p
+                slot_coverage[slot0 + v] = sub(spread(one), p)
+                rest = mul(get(light, v), p)
+                put(light, v, rest)
+                brightest = most(brightest, rest)
+            is_lit = any_of_tile(wp.where(peak(brightest) >= transmittance_min, 1, 0))
+            pair_is_shown[pair] = 1
+        tile_first_visible[tile] = hit
+        for hidden in range(start, hit):
+            pair_is_shown[hit_pair[hidden]] = 0
+
+    return SimpleNamespace(cover_splats=cover_splats)

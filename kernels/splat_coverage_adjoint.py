@@ -1,0 +1,107 @@
+"""Adjoint of stage 3 of the splat renderer: dL/d(coverage) of the pixels -> sums over the pixels of each Gaussian.
+
+One thread a Gaussian: it owns its sums and only reads pixels, so nothing needs atomics. With T the path's own
+transmittance at a pixel, d(coverage)/d(alpha) = T / (1 - alpha). An alpha that is clipped or dropped has no derivative.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warpvec.kernels import compositing, splat_binning, splat_coverage
+from warpvec.kernels.constants import PARTIAL, SPLAT_ALPHA_MAX, SPLAT_ALPHA_MIN, TILE
+from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.splatting import PLANES
+from warpvec.kernels.splatting_adjoint import CENTER_TERMS, COVARIANCE_TERMS
+
+
+@cache
+def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
+    """``cover_splats_adjoint``; ``covariance``: with the sums of the covariance."""
+    dtype, vector = lanes.dtype, lanes.vector
+    add, mul, fma, sub, spread, total = lanes.add, lanes.mul, lanes.fma, lanes.sub, lanes.spread, lanes.total
+    quotient, where_less, ramp_from = lanes.quotient, lanes.where_less, lanes.ramp_from
+    gaussian = splat_coverage.make_functions(lanes).gaussian
+    covered = splat_binning.make_functions(lanes).covered
+    winding_index = compositing.make_functions(lanes).winding_index
+    zero, half, one = (wp.constant(dtype(value)) for value in (0.0, 0.5, 1.0))
+    alpha_min, alpha_max = wp.constant(dtype(SPLAT_ALPHA_MIN)), wp.constant(dtype(SPLAT_ALPHA_MAX))
+    planes, terms = wp.constant(PLANES), wp.constant(COVARIANCE_TERMS if covariance else CENTER_TERMS)
+    blocks, width = wp.constant(lanes.blocks), wp.constant(lanes.width)
+    module = stage_module("splat_coverage_adjoint" + "_covariance" * covariance, lanes)
+
+    @wp.func
+    def alpha_adjoint(alpha: vector, adj_coverage: vector, transmittance: vector):
+        """dL/d(alpha) alpha; 0 where alpha is dropped or clipped."""
+        kept = where_less(alpha, spread(alpha_min), spread(zero), alpha)
+        free = where_less(kept, spread(alpha_max), kept, spread(zero))
+        return mul(free, quotient(mul(adj_coverage, transmittance), sub(spread(one), free)))
+
+    @wp.kernel(module=module)
+    def cover_splats_adjoint(
+        first: int,
+        path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
+        path_first_pair: wp.array(dtype=int),  # [N + 1]
+        pair_class: wp.array(dtype=int),  # [K]
+        pair_slot: wp.array(dtype=int),  # [K + 1]
+        pair_is_shown: wp.array(dtype=int),  # [K]
+        splats: wp.array(dtype=dtype),  # [N, rows, PLANES, samples]
+        opacity: wp.array(dtype=dtype),  # [N]
+        row_count: int,
+        sample_stride: int,
+        height: int,
+        width_px: int,
+        adj_slot_coverage: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
+        slot_transmittance: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
+        # outputs
+        splat_sums: wp.array(dtype=dtype),  # [N, rows, terms, samples] as splatting_adjoint says
+    ):
+        """The sums of one Gaussian over its pixels."""
+        item = first + wp.tid()
+        row = item // sample_stride
+        sample = item % sample_stride
+        path = row // row_count
+        splat = row * planes * sample_stride + sample
+        weight, weight_x, weight_y = spread(zero), spread(zero), spread(zero)
+        if wp.static(covariance):
+            weight_xx, weight_xy, weight_yy = spread(zero), spread(zero), spread(zero)
+        reach_x = splats[splat + 5 * sample_stride]
+        if reach_x >= zero:
+            x, y, o = splats[splat], splats[splat + sample_stride], opacity[path]
+            pxx, pxy = splats[splat + 2 * sample_stride], splats[splat + 3 * sample_stride]
+            pyy, reach_y = splats[splat + 4 * sample_stride], splats[splat + 6 * sample_stride]
+            left, right = covered(x - reach_x, x + reach_x, width_px)
+            top, bottom = covered(y - reach_y, y + reach_y, height)
+            box = path_tile_box[path]
+            last_row = wp.where(left < right and top < bottom, (bottom + TILE - 1) // TILE, 0)
+            for tile_row in range(top // TILE, last_row):
+                pair0 = path_first_pair[path] + (tile_row - box[1]) * (box[2] - box[0]) - box[0]
+                part_first = wp.max(top - tile_row * TILE, 0) // width
+                part_end = (wp.min(bottom - tile_row * TILE, TILE) + width - 1) // width
+                for column in range(left, right):
+                    pair = pair0 + column // TILE
+                    if pair_class[pair] == PARTIAL and pair_is_shown[pair] == 1:
+                        dx = dtype(column) + half - x
+                        slot = winding_index(pair_slot[pair], (column % TILE) * blocks)
+                        for part in range(part_first, part_end):
+                            dy = ramp_from(dtype(tile_row * TILE + part * width) + half - y)
+                            alpha = gaussian(o, dx, dy, pxx, pxy, pyy)
+                            w = alpha_adjoint(alpha, adj_slot_coverage[slot + part], slot_transmittance[slot + part])
+                            wy = mul(w, dy)
+                            weight, weight_y = add(weight, w), add(weight_y, wy)
+                            weight_x = fma(spread(dx), w, weight_x)
+                            if wp.static(covariance):
+                                weight_xx = fma(spread(dx * dx), w, weight_xx)
+                                weight_xy = fma(spread(dx), wy, weight_xy)
+                                weight_yy = fma(dy, wy, weight_yy)
+        out = row * terms * sample_stride + sample
+        splat_sums[out] = total(weight)
+        splat_sums[out + sample_stride] = total(weight_x)
+        splat_sums[out + 2 * sample_stride] = total(weight_y)
+        if wp.static(covariance):
+            splat_sums[out + 3 * sample_stride] = total(weight_xx)
+            splat_sums[out + 4 * sample_stride] = total(weight_xy)
+            splat_sums[out + 5 * sample_stride] = total(weight_yy)
+
+    return SimpleNamespace(cover_splats_adjoint=cover_splats_adjoint)

@@ -1,0 +1,183 @@
+"""Stage 1 of the splat renderer: control points -> Gaussians along both sides of a path and on lines between them.
+
+Row r of a path blends its sides: X = (1 - w_r) A(u_k) + w_r B(u_k); rows 0 and the last are the sides themselves. The
+sides, their spacing and their tangents are linear in the control points, with weights (the *basis*) that the host
+makes for any degree. The covariance is R diag(sx^2, sy^2) R^T: R turns to the tangent of the row, sx and sy follow the
+distances to the next sample and the next row (Bezier Splatting, section 3).
+
+The positions' adjoints need no quadrature weights: a Gaussian's extent follows its spacing, so that its adjoint is
+the integral of the gradient over its own cell, up to a constant. Their sum is the area term of equation (4).
+"""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warpvec.kernels.constants import (
+    BOUNDARY_SIGMA_X_MIN,
+    BOUNDARY_SIGMA_Y_MAX,
+    BOUNDARY_SIGMA_Y_MIN,
+    COORDINATE_MAX,
+    INTERIOR_SIGMA_MIN,
+    SIGMA_PER_SPACING,
+    SPLAT_ALPHA_MIN,
+    TANGENT_MIN,
+)
+from warpvec.kernels.lanes import Lanes, stage_module
+
+PLANES = 7
+"""Values of a Gaussian: center x, y; inverse covariance xx, xy, yy; half its visible box in x, y (< 0: invisible)."""
+
+KINDS = 3
+"""Of basis: position, step to the next sample, tangent. Each has a part for side A, then one for side B."""
+
+
+@cache
+def make_functions(lanes: Lanes) -> SimpleNamespace:
+    """What forward and adjoint share."""
+    dtype, vector = lanes.dtype, lanes.vector
+    mul, fma, sub, spread, root = lanes.mul, lanes.fma, lanes.sub, lanes.spread, lanes.root
+    quotient, most, least, where_less = lanes.quotient, lanes.most, lanes.least, lanes.where_less
+    zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
+    tangent_min_squared = wp.constant(dtype(TANGENT_MIN**2))
+    floor_x, floor_inside = wp.constant(dtype(BOUNDARY_SIGMA_X_MIN)), wp.constant(dtype(INTERIOR_SIGMA_MIN))
+    floor_y, ceiling_y = wp.constant(dtype(BOUNDARY_SIGMA_Y_MIN)), wp.constant(dtype(BOUNDARY_SIGMA_Y_MAX))
+
+    @wp.func
+    def combine(
+        points: wp.array2d(dtype=dtype),
+        path: int,
+        point_count: int,
+        axis: int,
+        basis: wp.array(dtype=vector),
+        part: int,
+        block: int,
+        block_count: int,
+    ):
+        """One coordinate of a linear combination of the control points, for the samples of a block."""
+        value = spread(zero)
+        for j in range(point_count):
+            weight = basis[(part * point_count + j) * block_count + block]
+            value = fma(weight, spread(points[path * point_count + j, axis]), value)
+        return value
+
+    @wp.func
+    def blend(a: vector, b: vector, w: dtype):
+        """(1 - w) a + w b."""
+        return fma(spread(w), sub(b, a), a)
+
+    @wp.func
+    def norm(x: vector, y: vector):
+        return root(fma(x, x, mul(y, y)))
+
+    @wp.func
+    def inverse_norm(x: vector, y: vector):
+        """1 / length, or 0 for a vector without a direction."""
+        squared = fma(x, x, mul(y, y))
+        inverse = quotient(spread(one), root(most(squared, spread(tangent_min_squared))))
+        return where_less(squared, spread(tangent_min_squared), spread(zero), inverse)
+
+    @wp.func
+    def clamp_x(sigma: vector, is_boundary: bool):
+        """Standard deviation along the curve, in pixels."""
+        return most(sigma, spread(wp.where(is_boundary, floor_x, floor_inside)))
+
+    @wp.func
+    def clamp_y(sigma: vector, is_boundary: bool):
+        """Standard deviation across the curve, in pixels."""
+        clamped = most(sigma, spread(floor_inside))
+        if is_boundary:
+            clamped = least(most(sigma, spread(floor_y)), spread(ceiling_y))
+        return clamped
+
+    return SimpleNamespace(
+        combine=combine, blend=blend, norm=norm, inverse_norm=inverse_norm, clamp_x=clamp_x, clamp_y=clamp_y
+    )
+
+
+@cache
+def make_kernels(lanes: Lanes) -> SimpleNamespace:
+    """``place_splats``."""
+    dtype, vector = lanes.dtype, lanes.vector
+    add, sub, mul, fma, spread, root = lanes.add, lanes.sub, lanes.mul, lanes.fma, lanes.spread, lanes.root
+    quotient, most, where_less = lanes.quotient, lanes.most, lanes.where_less
+    functions = make_functions(lanes)
+    combine, blend, norm = functions.combine, functions.blend, functions.norm
+    inverse_norm, clamp_x, clamp_y = functions.inverse_norm, functions.clamp_x, functions.clamp_y
+    zero, one, two = (wp.constant(dtype(value)) for value in (0.0, 1.0, 2.0))
+    across = wp.constant(dtype(SIGMA_PER_SPACING))
+    alpha_min, farthest = wp.constant(dtype(SPLAT_ALPHA_MIN)), wp.constant(dtype(COORDINATE_MAX))
+    width, planes = wp.constant(lanes.width), wp.constant(PLANES)
+    module = stage_module("splatting", lanes)
+
+    @wp.func
+    def visible_reach(x: vector, y: vector, reach: vector, sample: vector, sample_count: int):
+        """``reach``, or -1 for what is not finite, too far out, or beyond the last sample."""
+        farness = add(add(most(x, sub(spread(zero), x)), most(y, sub(spread(zero), y))), reach)
+        # A comparison with a NaN is false.
+        kept = where_less(farness, spread(farthest), reach, spread(-one))
+        return where_less(sample, spread(dtype(sample_count)), kept, spread(-one))
+
+    @wp.kernel(module=module)
+    def place_splats(
+        first: int,
+        points: wp.array2d(dtype=dtype),  # [N P, 2] px
+        point_count: int,  # P
+        opacity: wp.array(dtype=dtype),  # [N]
+        basis: wp.array(dtype=vector),  # [KINDS, 2 sides, P, samples]
+        spacing_factor: wp.array(dtype=vector),  # [samples] sx over the distance to the next sample
+        row_weight: wp.array(dtype=dtype),  # [rows] w_r
+        row_step: wp.array(dtype=dtype),  # [rows] of w to the next row
+        row_count: int,
+        sample_count: int,
+        block_count: int,
+        # outputs
+        splats: wp.array(dtype=vector),  # [N, rows, PLANES, samples]
+    ):
+        """The Gaussians of a block of neighbouring samples of one path, on all of its rows."""
+        item = first + wp.tid()
+        path = item // block_count
+        block = item % block_count
+        ax = combine(points, path, point_count, 0, basis, 0, block, block_count)
+        ay = combine(points, path, point_count, 1, basis, 0, block, block_count)
+        bx = combine(points, path, point_count, 0, basis, 1, block, block_count)
+        by = combine(points, path, point_count, 1, basis, 1, block, block_count)
+        asx = combine(points, path, point_count, 0, basis, 2, block, block_count)
+        asy = combine(points, path, point_count, 1, basis, 2, block, block_count)
+        bsx = combine(points, path, point_count, 0, basis, 3, block, block_count)
+        bsy = combine(points, path, point_count, 1, basis, 3, block, block_count)
+        atx = combine(points, path, point_count, 0, basis, 4, block, block_count)
+        aty = combine(points, path, point_count, 1, basis, 4, block, block_count)
+        btx = combine(points, path, point_count, 0, basis, 5, block, block_count)
+        bty = combine(points, path, point_count, 1, basis, 5, block, block_count)
+        gap = mul(spread(across), norm(sub(bx, ax), sub(by, ay)))
+        # q <= reach2 wherever the Gaussian is not dropped.
+        reach2 = two * wp.log(wp.max(opacity[path] / alpha_min, one))
+        sample = lanes.ramp_from(dtype(block * width))
+        for row in range(row_count):
+            w = row_weight[row]
+            is_boundary = row == 0 or row == row_count - 1
+            x, y = blend(ax, bx, w), blend(ay, by, w)
+            distance = norm(blend(asx, bsx, w), blend(asy, bsy, w))
+            sx = clamp_x(mul(spacing_factor[block], distance), is_boundary)
+            sy = clamp_y(mul(spread(row_step[row]), gap), is_boundary)
+            tx, ty = blend(atx, btx, w), blend(aty, bty, w)
+            inverse = inverse_norm(tx, ty)
+            ux = where_less(spread(zero), inverse, mul(tx, inverse), spread(one))
+            uy = mul(ty, inverse)
+            vx, vy = mul(sx, sx), mul(sy, sy)
+            px, py = quotient(spread(one), vx), quotient(spread(one), vy)
+            uxx, uxy, uyy = mul(ux, ux), mul(ux, uy), mul(uy, uy)
+            reach_x = root(mul(spread(reach2), fma(uxx, vx, mul(uyy, vy))))
+            reach_y = root(mul(spread(reach2), fma(uyy, vx, mul(uxx, vy))))
+            plane = (path * row_count + row) * planes * block_count + block
+            splats[plane] = x
+            splats[plane + block_count] = y
+            splats[plane + 2 * block_count] = fma(uxx, px, mul(uyy, py))
+            splats[plane + 3 * block_count] = mul(uxy, sub(px, py))
+            splats[plane + 4 * block_count] = fma(uyy, px, mul(uxx, py))
+            splats[plane + 5 * block_count] = visible_reach(x, y, reach_x, sample, sample_count)
+            splats[plane + 6 * block_count] = visible_reach(x, y, reach_y, sample, sample_count)
+
+    return SimpleNamespace(place_splats=place_splats)
