@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import torch
 import warp as wp
@@ -116,7 +115,7 @@ class Renderer:
     def _paint(self, color: Tensor, opacity: Tensor, background: Tensor) -> Paint:
         return Paint(color, opacity, background, self._lanes)
 
-    def _hits(self, paint: Paint) -> tuple[Any, ...]:
+    def _hits(self, paint: Paint) -> tuple[Binning, wp.array, wp.array, Paint]:
         visible = self._compositing.find_visible(self._binning, paint)
         return self._binning, visible, self._coverage.slot_winding, paint
 

@@ -13,7 +13,7 @@ from warpvec.kernels import splatting as kernels
 from warpvec.kernels import splatting_adjoint as adjoint_kernels
 from warpvec.kernels.constants import END_FACTORS, LINE_REACH, LINE_SPREAD, SIGMA_PER_SPACING, SPLAT_END
 from warpvec.kernels.lanes import Lanes
-from warpvec.kernels.splatting import KINDS, PLANES
+from warpvec.kernels.splatting import PLANES
 from warpvec.kernels.splatting_adjoint import CENTER_TERMS, COVARIANCE_TERMS, SIDE_TERMS
 from warpvec.launch import Buffers, Launcher, as_warp
 
