@@ -19,12 +19,20 @@ ARCHITECTURE = 90
 REGISTERS_MAX = 64
 """64 registers let four blocks of 256 threads share a multiprocessor's 65,536; the most in use is 52."""
 
+REGISTERS_ALLOWED = {"covariance_adjoint": 80}
+"""Kernels that may take more, and why: with 76 three blocks of 256 threads share a multiprocessor, enough for a kernel
+that an ablation alone runs, once a step, with a thread a sample."""
+
 _BOTH = (False, True)
 _FOLDER = Path(warpvec.kernels.__file__).parent
 
 STAGES = sorted(path.stem for path in _FOLDER.glob("*.py") if "\ndef make_kernels(" in path.read_text())
 
-FACTORY_ARGUMENTS = {"compositing_adjoint": [(fused, importance) for fused in _BOTH for importance in _BOTH]}
+FACTORY_ARGUMENTS = {
+    "compositing_adjoint": [(fused, importance) for fused in _BOTH for importance in _BOTH],
+    "splat_coverage_adjoint": [(covariance,) for covariance in _BOTH],
+    "splatting_adjoint": [(covariance,) for covariance in _BOTH],
+}
 """The variants of a stage, as what its factory takes beside the lanes; a stage that is not named has one."""
 
 VARIANTS = [(stage, variant) for stage in STAGES for variant in FACTORY_ARGUMENTS.get(stage, [()])]
@@ -53,7 +61,8 @@ def test_kernels_compile_ahead_of_time(stage: str, variant: tuple[bool, ...], tm
     resources = read_cubin(cubin.read_bytes())
     for name in kernels:
         (entry,) = [entry for symbol, entry in resources.items() if re.search(rf"__{name}_[0-9a-f]+_cuda", symbol)]
-        assert entry[_REGISTER_COUNT] <= REGISTERS_MAX, f"{name} takes {entry[_REGISTER_COUNT]} registers"
+        limit = REGISTERS_ALLOWED.get(name, REGISTERS_MAX)
+        assert entry[_REGISTER_COUNT] <= limit, f"{name} takes {entry[_REGISTER_COUNT]} registers"
         assert entry[_FRAME_SIZE] == 0, f"{name} keeps {entry[_FRAME_SIZE]} bytes a thread in local memory"
 
 
