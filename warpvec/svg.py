@@ -54,9 +54,11 @@ def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIM
     Quantizing a second time changes nothing. Device and dtype are kept, gradients are not.
 
     Raises:
-        ValueError: a value is not finite, or a coordinate has 2**53 ticks of the last decimal or more.
+        ValueError: the paths are not cubic, a value is not finite, or a coordinate has 2**53 ticks of the last decimal
+            or more.
     """
     scene = scene.detach()
+    _check_cubic(scene)
     _check_finite(scene, precision)
     quantized = replace(
         scene,
@@ -81,8 +83,9 @@ def write_svg(
     """SVG text of ``quantize(scene)`` on a canvas of ``width`` x ``height`` user units.
 
     A background rectangle, then one group per run of equal generation (a layer in Inkscape, a named group in
-    editors that go by id), one path per line. ``metadata`` is stored as JSON beside the version of warpvec.
-    The text depends on the arguments alone: it holds no dates and no file paths.
+    editors that go by id), one path per line. Cubics of no length are left out, as those that pad a path to the number
+    of another. ``metadata`` is stored as JSON beside the version of warpvec. The text depends on the arguments alone:
+    it holds no dates and no file paths.
 
     Raises:
         ValueError: as `quantize`, or ``metadata`` holds what JSON cannot say.
@@ -121,6 +124,13 @@ def _count_of_command(letter: str, numbers: str) -> int:
     count = len(_NUMBERS.findall(numbers))
     # The pairs that follow the first of a move are lines.
     return max(count // 2 - 1, 0) if letter == "M" else count // _NUMBERS_PER_SEGMENT[letter]
+
+
+def _check_cubic(scene: Scene) -> None:
+    if scene.degree != 3:
+        raise ValueError(
+            f"a scene to be written must have degree 3, got {scene.degree}; convert it with warpvec.cubics.to_cubics"
+        )
 
 
 def _check_finite(scene: Scene, precision: int) -> None:
@@ -197,19 +207,23 @@ def _hex_colors(color: Tensor) -> list[str]:
 
 
 def _path_data(ticks: NDArray[np.int64], decimals: int) -> list[str]:
-    """Path data of closed cubics with control points ``ticks`` [N, 3 S, 2].
+    """Path data of closed cubics with control points ``ticks`` [N, 3 S, 2], those of no length left out.
 
     Differences of rounded positions, not rounded differences: a reader's running sum meets every anchor exactly.
     """
     anchor = ticks[:, ::3]
     control = np.stack([ticks[:, 1::3], ticks[:, 2::3], np.roll(anchor, -1, axis=1)], axis=2)
-    relative = (control - anchor[:, :, None]).reshape(len(ticks), 2 * ticks.shape[1])
-    heads, tails = _number_lists(ticks[:, 0], decimals), _number_lists(relative, decimals)
+    relative = (control - anchor[:, :, None]).reshape(len(ticks), anchor.shape[1], 6)
+    drawn = (relative != 0).any(axis=2)
+    # A path that is a single point keeps one cubic: "c" must have arguments.
+    drawn[:, 0] |= ~drawn.any(axis=1)
+    heads = _number_lists(ticks[:, 0].ravel(), np.full(len(ticks), 2), decimals)
+    tails = _number_lists(relative[drawn].ravel(), 6 * drawn.sum(axis=1), decimals)
     return [f"M{head}c{tail}z" for head, tail in zip(heads, tails, strict=True)]
 
 
-def _number_lists(ticks: NDArray[np.int64], decimals: int) -> list[str]:
-    """Each row of ``ticks`` [N, K] as an SVG number list.
+def _number_lists(ticks: NDArray[np.int64], counts: NDArray[np.int64], decimals: int) -> list[str]:
+    """``ticks`` [sum of ``counts``] as SVG number lists of ``counts`` [N] numbers each, none of them empty.
 
     A minus sign separates, and so does a leading point after a number that already has its point.
     """
@@ -219,7 +233,9 @@ def _number_lists(ticks: NDArray[np.int64], decimals: int) -> list[str]:
     vocabulary = np.array([*words, *(" " + word for word in words)], dtype=object)
     has_point = ticks % per_unit != 0
     separates = ticks < 0
-    separates[:, 1:] |= (ticks[:, 1:] < per_unit) & has_point[:, 1:] & has_point[:, :-1]
-    separates[:, 0] = True
-    chosen = index.reshape(ticks.shape) + np.where(separates, 0, len(words))
-    return ["".join(row) for row in vocabulary[chosen].tolist()]
+    separates[1:] |= (ticks[1:] < per_unit) & has_point[1:] & has_point[:-1]
+    stops = counts.cumsum()
+    starts = stops - counts
+    separates[starts] = True
+    chosen = vocabulary[index + np.where(separates, 0, len(words))].tolist()
+    return ["".join(chosen[start:stop]) for start, stop in zip(starts.tolist(), stops.tolist(), strict=True)]
