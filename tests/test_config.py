@@ -28,6 +28,7 @@ BAD = [
     ("time_budget", math.inf), ("time_budget", 10**400), ("precision", 7), ("precision", 400), ("seed", 2**63),
     ("growth", 1.00001), ("growth", math.nextafter(GROWTH_MIN, 1.0)), ("lr_points", 10**400),
     ("renderer", "fast"), ("z_order", "random"), ("color_parameter", "lab"), ("lr_decay", "step"),
+    ("replace_gap", 0), ("backdrop", "black"), ("policy", "flat"),
 ]  # fmt: skip
 
 
@@ -46,6 +47,7 @@ WRONG_TYPES = [
     ("threads", "2"), ("threads", 1.5), ("threads", True), ("curves", None), ("curves", 5.0), ("curves", np.float32(5)),
     ("flat", "no"), ("flat", 1), ("flat", None), ("compensate", 0),
     ("renderer", 3), ("renderer", ["exact"]), ("z_order", None), ("lr_decay", np.zeros(2)), ("device", 0),
+    ("backdrop", 1), ("policy", None), ("replace_gap", 1.5),
     ("lr_color", np.zeros((2, 2))), ("curves", np.zeros((2, 2))),
 ]  # fmt: skip
 
@@ -102,7 +104,7 @@ def test_unknown_names_are_told() -> None:
         {"curves": 1}, {"precision": 0}, {"seed": 0}, {"recycle_gap": 0}, {"threads": None}, {"threads": 1},
         {"time_budget": None}, {"time_budget": 0.5}, {"recycle_share": 0.0}, {"recycle_share": 1.0},
         {"initial_radius": 0.0}, {"opacity_weight": 0.0}, {"segments": 2},
-        {"growth": GROWTH_MIN}, {"precision": 6}, {"seed": 2**63 - 1},
+        {"growth": GROWTH_MIN}, {"replace_gap": 1}, {"precision": 6}, {"seed": 2**63 - 1},
     ],
 )  # fmt: skip
 def test_values_at_the_ends_of_their_ranges_are_good(settings: dict[str, Any]) -> None:
@@ -114,6 +116,7 @@ def test_a_population_that_does_not_grow_is_refused_unless_it_starts_whole() -> 
     with pytest.raises(InputError, match="growth must be more than 1"):
         FitConfig(growth=1.0)
     assert FitConfig(growth=1.0, flat=True).flat
+    assert FitConfig(growth=1.0, policy="replacement").growth == 1.0
     assert FitConfig(growth=1.0, curves=16).curves == 16
 
 

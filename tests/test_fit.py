@@ -8,6 +8,8 @@ import torch
 from warpvec.config import FitConfig, make_config
 from warpvec.errors import InputError
 from warpvec.fit import fit
+from warpvec.population import Population, curve_boxes
+from warpvec.scene import Scene, circle_points
 from warpvec.schedule import population
 
 HEIGHT, WIDTH = 40, 56
@@ -72,9 +74,35 @@ def test_flat_starts_with_all_paths_in_one_generation():
 
 def test_area_order_puts_small_boxes_on_top():
     scene = run(z_order="area", recycle_gap=0).scene
-    size = (scene.points.amax(1) - scene.points.amin(1)).prod(-1)
+    box = curve_boxes(scene.points, 3)
+    size = (box[:, 2:] - box[:, :2]).prod(-1)
     # The last step moves points after the last sorting.
     assert (size.diff() <= 0.1 * size[:-1]).all()
+
+
+def test_area_order_goes_by_the_curves_not_by_their_control_points():
+    # The handles of the first stand far out, its curve does not reach the second's size.
+    points = circle_points(torch.full((2, 2), 20.0), torch.tensor([6.0, 10.0]), 4)
+    points[0, 1] += torch.tensor([14.0, 14.0])
+    color = torch.full((2, 3), 0.5)
+    scene = Scene(points, color, torch.ones(2), torch.ones(3), torch.arange(2))
+    population = Population(scene, FitConfig(), 20.0)
+    population.sort_by_area()
+    assert population.generation.tolist() == [1, 0]
+    assert population.serial.tolist() == [1, 0]
+    population.append(scene)
+    assert population.serial.tolist() == [1, 0, 2, 3]
+
+
+@pytest.mark.parametrize("color_parameter", ["direct", "logit"])
+def test_a_white_backdrop_stays_white(color_parameter):
+    seen = []
+    scene = run(
+        lambda progress: seen.append(progress.scene().background), backdrop="white", color_parameter=color_parameter
+    ).scene
+    assert all(torch.equal(background, torch.ones(3)) for background in [*seen, scene.background])
+    learned = run(color_parameter=color_parameter).scene.background
+    assert not torch.equal(learned, picture().mean((0, 1)))
 
 
 def test_fit_improves_and_recycling_improves_it():

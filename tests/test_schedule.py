@@ -18,6 +18,7 @@ from warpvec.schedule import (
     population,
     radius,
     recycling_radius,
+    replacement_due,
     sample_positions,
 )
 
@@ -134,6 +135,38 @@ def test_cosine_decay_runs_from_one_to_lr_final():
 def test_constant_rate_and_scale():
     assert lr_factor(700, FitConfig(lr_decay="constant", lr_scale=3.0), 1000) == 3.0
     assert lr_factor(0, FitConfig(lr_scale=0.5), 1000) == 0.5
+
+
+def test_steps_of_bezier_splatting():
+    config = FitConfig(lr_decay="steps", lr_scale=2.0)
+    # 1 in iterations 1 to 5000, then 0.5 to 6000, 0.2 to 9000 and 0.1 to the end; the first iteration is 0 here.
+    factors = [lr_factor(iteration, config, 10_000) / 2 for iteration in range(10_000)]
+    assert factors == [1.0] * 5000 + [0.5] * 1000 + [0.2] * 3000 + [0.1] * 1000
+    assert [lr_factor(iteration, config, 4) for iteration in range(4)] == [2.0, 2.0, 1.0, 0.4]
+
+
+# Replacement
+
+
+def due_after(config, iterations, what):
+    return [k for k in range(1, iterations + 1) if replacement_due(k, config, iterations) == what]
+
+
+def test_replacement_of_bezier_splatting():
+    config = FitConfig(policy="replacement")
+    assert due_after(config, 10_000, "removal") == list(range(1500, 9000, 1000))
+    assert set(range(2000, 9001, 1000)) <= set(due_after(config, 10_000, "addition"))
+
+
+@pytest.mark.parametrize("iterations", [1, 400, 1500, 2500, 9999])
+@pytest.mark.parametrize("gap", [1, 7, 100, 500])
+def test_every_removal_is_followed_by_an_addition_in_time(iterations, gap):
+    config = FitConfig(policy="replacement", replace_gap=gap)
+    additions = set(due_after(config, iterations, "addition"))
+    for removal in due_after(config, iterations, "removal"):
+        assert removal >= 0.1 * iterations
+        assert removal + gap in additions
+        assert removal + gap < 0.92 * iterations
 
 
 # Recycling

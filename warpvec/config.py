@@ -14,7 +14,9 @@ RENDERERS = ("exact",)
 
 Z_ORDERS = ("creation", "area")
 COLOR_PARAMETERS = ("direct", "logit")
-LR_DECAYS = ("cosine", "constant")
+LR_DECAYS = ("cosine", "constant", "steps")
+BACKDROPS = ("learned", "white")
+POLICIES = ("scaffolding", "replacement")
 
 GROWTH_MIN = 1.01
 """Least growth other than 1: an inflation that adds no path to the first hundred is a mistake, not a schedule."""
@@ -39,6 +41,9 @@ class FitConfig:
     """Decimals of the coordinates in the SVG."""
     fit_size: int = 1024
     """Longest side, in pixels, of the image that is fitted; larger photos are reduced to it."""
+    backdrop: str = "learned"
+    """"learned": the canvas starts in the photo's mean colour and is fitted. "white": it is white and stays so, as in
+    the paper."""
 
     # how it runs
     iterations: int = 2000
@@ -51,7 +56,13 @@ class FitConfig:
     threads: int | None = None
     """CPU threads for the kernels; None takes all cores. The result does not depend on it."""
 
-    # Algorithm 1: the population
+    # who decides when paths come and go
+    policy: str = "scaffolding"
+    """"scaffolding": Algorithm 1 of the paper, and recycling. "replacement": Bezier Splatting's, all N at once."""
+    z_order: str = "creation"
+    """"creation": the newest path is on top, for life. "area": smaller bounding boxes are on top."""
+
+    # the policy "scaffolding": Algorithm 1
     initial_curves: int = 16
     """N0."""
     growth: float = 2.0
@@ -66,18 +77,20 @@ class FitConfig:
     """Paths whose opacity is at most this are removed at each inflation."""
     compensate: bool = True
     """Spawn as many paths as were pruned, on top of the inflation."""
-    z_order: str = "creation"
-    """"creation": the newest path is on top, for life. "area": smaller bounding boxes are on top."""
     flat: bool = False
     """All N paths at once with no stratification (the paper's flat baseline)."""
 
-    # recycling: beyond the paper
+    # the policy "scaffolding": recycling, beyond the paper
     recycle_gap: int = 25
     """Iterations between recyclings at full population; 0 switches recycling off."""
     recycle_share: float = 0.06
     """Share of the paths that one recycling replaces: those whose removal costs least."""
     recycle_until: float = 0.7
     """Last recycling, as a share of the iterations."""
+
+    # the policy "replacement"
+    replace_gap: int = 500
+    """Iterations from a removal of paths to the addition of as many, and from that to the next removal."""
 
     # optimizer
     lr_points: float = 0.012
@@ -87,6 +100,8 @@ class FitConfig:
     lr_scale: float = 1.0
     """Multiplies every learning rate."""
     lr_decay: str = "cosine"
+    """"cosine": down to lr_final. "constant". "steps": 1, 0.5, 0.2 and 0.1 from 0, 50, 60 and 90 % of the run, Bezier
+    Splatting's."""
     lr_final: float = 0.02
     """Final learning rate over the initial one under cosine decay."""
     color_parameter: str = "direct"
@@ -146,6 +161,7 @@ def _counts(config: FitConfig) -> dict[str, int]:
     ranges = {
         "curves": (1, None), "segments": (2, None), "fit_size": (1, None), "iterations": (1, None),
         "initial_curves": (1, None), "inflation_gap": (1, None), "recycle_gap": (0, None),
+        "replace_gap": (1, None),
         # float32 has seven digits, and one at least stands before the point.
         "precision": (0, 6),
         # The generators take a signed 64-bit seed.
@@ -177,7 +193,10 @@ def _time_budget(value: Any) -> float:
 
 
 def _check_choices(config: FitConfig) -> None:
-    choices = {"renderer": RENDERERS, "z_order": Z_ORDERS, "color_parameter": COLOR_PARAMETERS, "lr_decay": LR_DECAYS}
+    choices = {
+        "renderer": RENDERERS, "backdrop": BACKDROPS, "policy": POLICIES, "z_order": Z_ORDERS,
+        "color_parameter": COLOR_PARAMETERS, "lr_decay": LR_DECAYS,
+    }  # fmt: skip
     for name, allowed in choices.items():
         check_choice(name, getattr(config, name), allowed)
     for name in ("compensate", "flat"):
@@ -190,7 +209,8 @@ def _check_choices(config: FitConfig) -> None:
 def _check_growth(config: FitConfig) -> None:
     if 1.0 < config.growth < GROWTH_MIN:
         raise InputError(f"growth must be 1 or at least {GROWTH_MIN}, got {config.growth}; give {GROWTH_MIN} or more")
-    if config.growth == 1.0 and config.initial_curves < config.curves and not config.flat:
+    starts_whole = config.flat or config.policy != "scaffolding" or config.initial_curves >= config.curves
+    if config.growth == 1.0 and not starts_whole:
         raise InputError(
             f"growth must be more than 1 to get from initial_curves {config.initial_curves} to {config.curves} curves,"
             " got 1.0; set flat to start with all of them"

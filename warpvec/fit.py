@@ -19,6 +19,7 @@ from warpvec.launch import resolve_device
 from warpvec.loss import psnr_from_mse
 from warpvec.population import Population
 from warpvec.regularization import Regularization
+from warpvec.replacement import Replacement
 from warpvec.scaffolding import Scaffolding
 from warpvec.scene import Scene
 
@@ -62,7 +63,7 @@ def fit(target: Tensor, config: FitConfig, on_progress: Callable[[Progress], Non
     ``on_progress`` is called after every iteration. A KeyboardInterrupt ends the fit and gives the best scene so far.
 
     Raises:
-        InputError: the device does not exist.
+        InputError: the device does not exist, or the policy needs what is not installed.
     """
     device = resolve_device(config.device)
     with _single_torch_thread(), torch.no_grad(), noted_interrupts() as interrupted:
@@ -108,7 +109,10 @@ class _Policy(Protocol):
         """
 
 
-_POLICIES: dict[str, Callable[[Tensor, FitConfig], _Policy]] = {"scaffolding": Scaffolding}
+_POLICIES: dict[str, Callable[[Tensor, FitConfig], _Policy]] = {
+    "scaffolding": Scaffolding,
+    "replacement": Replacement,
+}
 
 
 class _Fit:
@@ -120,7 +124,7 @@ class _Fit:
         self._config, self._device, self._on_progress = config, device, on_progress
         self._height, self._width = target.shape[:2]
         self._target = target.to(device, torch.float32)
-        self._policy: _Policy = _POLICIES["scaffolding"](self._target, config)
+        self._policy: _Policy = _POLICIES[config.policy](self._target, config)
         renderer = import_module(f"warpvec.{config.renderer}")
         self._renderer = renderer.Renderer(self._height, self._width, device=device, threads=config.threads)
         self._regularization = Regularization(self._height, self._width, config, device)
@@ -133,7 +137,9 @@ class _Fit:
         self._best: tuple[float, Scene] | None = None
         self.history: list[dict[str, float]] = []
         self.interrupted = False
-        first = self._policy.first_paths(self._target.mean((0, 1)))
+        learned = config.backdrop == "learned"
+        backdrop = self._target.mean((0, 1)) if learned else self._target.new_ones(3)
+        first = self._policy.first_paths(backdrop)
         self._population = Population(first, config, max(self._height, self._width) / 2)
 
     def iterate(self, interrupted: Callable[[], bool]) -> None:
@@ -177,18 +183,13 @@ class _Fit:
         if self._policy.update(self._population, iteration, iterations, removal, self._squared_error):
             self._remember(before)
         if self._config.z_order == "area":
-            self._sort_by_area()
+            self._population.sort_by_area()
 
     def _squared_error(self, scene: Scene) -> Tensor:
         """The squared error of ``scene`` in each pixel [h, w]."""
         image = self._renderer.render(scene.points, scene.color, scene.opacity, scene.background)
         error: Tensor = (image - self._target).square().sum(-1)
         return error
-
-    def _sort_by_area(self) -> None:
-        size = self._population.scene.points.amax(1) - self._population.scene.points.amin(1)
-        order = size.prod(-1).argsort(descending=True, stable=True)
-        self._population.keep(order)
 
     # Bookkeeping
 

@@ -14,6 +14,7 @@ SETTINGS = {
         "curves": "Closed paths in the result.",
         "segments": "Cubic segments per path.",
         "precision": "Decimals of the coordinates, 0 to 6.",
+        "backdrop": "Canvas colour: fitted (learned) or white.",
         "fit_size": "Longest side in pixels that the fit works on; the SVG keeps the photo's units.",
     },
     "The run": {
@@ -24,7 +25,11 @@ SETTINGS = {
         "device": "auto, cpu, cuda or cuda:K.",
         "threads": "CPU threads; the result does not depend on them.",
     },
-    "Population (Algorithm 1 of the paper)": {
+    "Population": {
+        "policy": "When paths come and go: scaffolding (Algorithm 1 of the paper) or replacement (Bezier Splatting's).",
+        "z_order": "What is on top: creation (the newest) or area (the smallest).",
+    },
+    "Policy scaffolding: Algorithm 1 of the paper": {
         "initial_curves": "Paths at the start, N0.",
         "growth": "Factor of the population at an inflation, r_num, at least 1.01.",
         "inflation_gap": "Iterations between inflations, dT.",
@@ -32,20 +37,22 @@ SETTINGS = {
         "radius_decay": "Radius of a generation over that of the one before, r_rad.",
         "prune_opacity": "Paths of at most this opacity are removed at an inflation.",
         "compensate": "Replace what was pruned.",
-        "z_order": "What is on top: creation (the newest) or area (the smallest).",
         "flat": "All paths at once, no generations.",
     },
-    "Recycling of the least important paths": {
+    "Policy scaffolding: recycling of the least important paths": {
         "recycle_gap": "Iterations between recyclings; 0 for none.",
         "recycle_share": "Share of the paths that one recycling replaces.",
         "recycle_until": "Last recycling, as a share of the iterations.",
+    },
+    "Policy replacement": {
+        "replace_gap": "Iterations from a removal to the addition of as many paths, and to the next removal.",
     },
     "Optimizer": {
         "lr_points": "Learning rate of control points, in units of half the longer side.",
         "lr_color": "Learning rate of colours.",
         "lr_opacity": "Learning rate of opacities.",
         "lr_scale": "Multiplies every learning rate.",
-        "lr_decay": "cosine or constant.",
+        "lr_decay": "cosine, constant or steps (Bezier Splatting's).",
         "lr_final": "Last learning rate over the first under cosine decay.",
         "color_parameter": "Colours are optimized as such (direct) or through a sigmoid (logit).",
     },

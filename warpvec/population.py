@@ -7,17 +7,27 @@ from torch import Tensor
 
 from warpvec.adan import Adan
 from warpvec.config import FitConfig
-from warpvec.scene import Scene, circle_points
+from warpvec.scene import Scene, bernstein, circle_points
 
 # Opacities and logit colours are kept this far from 0 and 1, where the logit is infinite.
 _LOGIT_MARGIN = 1e-4
+
+
+# Points along a curve from which its bounding box is taken: half a circle leaves their box by 0.5 % of its radius.
+_BOX_SAMPLES = 17
 
 
 class Population:
     """N paths as free parameters.
 
     Points are in units of half the canvas's longer side, as learning rates are; opacities are logits; colours are
-    themselves or logits, as ``config.color_parameter`` says.
+    themselves or logits, as ``config.color_parameter`` says. The background takes part unless ``config.backdrop`` fixes
+    it.
+
+    Attributes:
+        scene: the paths as they stand; a new object after every change, which never changes itself.
+        generation: level of detail of each path [N].
+        serial: place of each path [N] in the order of creation, which the z-order by area loses.
     """
 
     def __init__(self, scene: Scene, config: FitConfig, half_side: float) -> None:
@@ -25,7 +35,11 @@ class Population:
         self._logit_color = config.color_parameter == "logit"
         self._points, self._color, self._opacity = self._to_raw(scene)
         self._background = self._raw_color(scene.background)
+        self._fixed_background = scene.background if config.backdrop == "white" else None
+        self._degree = scene.degree
         self.generation = scene.generation
+        self.serial = torch.arange(len(scene), device=scene.points.device)
+        self._created = len(scene)
         rates = (config.lr_points, config.lr_color, config.lr_opacity, config.lr_color)
         parameters = (self._points, self._color, self._opacity, self._background)
         groups = [{"params": [p], "lr": lr, "base_lr": lr} for p, lr in zip(parameters, rates, strict=True)]
@@ -42,7 +56,8 @@ class Population:
         self._points.grad = adj_points * self._half_side
         self._opacity.grad = adj_opacity * self.scene.opacity * (1.0 - self.scene.opacity)
         self._color.grad = self._color_adjoint(adj_color, self.scene.color)
-        self._background.grad = self._color_adjoint(adj_background, self.scene.background)
+        if self._fixed_background is None:
+            self._background.grad = self._color_adjoint(adj_background, self.scene.background)
         for group in self._optimizer.param_groups:
             group["lr"] = group["base_lr"] * factor
         self._optimizer.step()
@@ -56,14 +71,21 @@ class Population:
         self._points, self._color, self._opacity = (
             self._optimizer.keep_rows(p, rows) for p in (self._points, self._color, self._opacity)
         )
-        self.generation = self.generation[rows]
+        self.generation, self.serial = self.generation[rows], self.serial[rows]
         self.scene = self._to_scene()
+
+    def sort_by_area(self) -> None:
+        """Order the paths by the area of their bounding box, the smallest on top."""
+        box = curve_boxes(self.scene.points, self._degree)
+        self.keep((box[:, 2:] - box[:, :2]).prod(-1).argsort(descending=True, stable=True))
 
     def append(self, scene: Scene) -> None:
         """Add the paths of ``scene`` on top, with fresh optimizer state."""
         rows = zip((self._points, self._color, self._opacity), self._to_raw(scene), strict=True)
         self._points, self._color, self._opacity = (self._optimizer.append_rows(p, new) for p, new in rows)
         self.generation = torch.cat([self.generation, scene.generation])
+        self.serial = torch.cat([self.serial, torch.arange(len(scene), device=self.serial.device) + self._created])
+        self._created += len(scene)
         self.scene = self._to_scene()
 
     def _to_raw(self, scene: Scene) -> tuple[Tensor, Tensor, Tensor]:
@@ -77,7 +99,10 @@ class Population:
         color, background = (
             value.sigmoid() if self._logit_color else value.clone() for value in (self._color, self._background)
         )
-        return Scene(self._points * self._half_side, color, self._opacity.sigmoid(), background, self.generation)
+        if self._fixed_background is not None:
+            background = self._fixed_background
+        points, opacity = self._points * self._half_side, self._opacity.sigmoid()
+        return Scene(points, color, opacity, background, self.generation, self._degree)
 
     def _color_adjoint(self, adj: Tensor, color: Tensor) -> Tensor:
         return adj * color * (1.0 - color) if self._logit_color else adj.contiguous()
@@ -104,3 +129,13 @@ def new_paths(
     points = center[:, None, :] + unit * center.new_tensor(radius)
     generations = torch.full((len(center),), generation, device=center.device)
     return Scene(points, color, opacity, background, generations)
+
+
+def curve_boxes(points: Tensor, degree: int) -> Tensor:
+    """Left, top, right and bottom [N, 4] of closed paths with control points [N, M S, 2], from points along them."""
+    point_count = points.shape[1]
+    first = torch.arange(0, point_count, degree, device=points.device)
+    pieces = points[:, (first[:, None] + torch.arange(degree + 1, device=points.device)) % point_count]
+    parameters = torch.linspace(0.0, 1.0, _BOX_SAMPLES, dtype=points.dtype, device=points.device)
+    outline = (bernstein(degree, parameters) @ pieces).flatten(1, 2)
+    return torch.cat([outline.amin(1), outline.amax(1)], -1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Literal
 
 import torch
 from torch import Tensor
@@ -22,6 +23,14 @@ as many iterations left to fit them."""
 RECYCLING_FILL = 0.3
 """Area of the N paths over that of the canvas if all had the radius of a recycled one: 6 px for 256 paths on 384x256,
 9 px for 512 on 768x512. Better by 0.07 dB than 0.5 at 256 paths (two photos)."""
+
+RATE_STEPS = ((0.9, 0.1), (0.6, 0.2), (0.5, 0.5))
+"""From this share of the run the learning rates have these factors: those of Bezier Splatting after 5000, 6000 and
+9000 of its 10,000 iterations."""
+
+REPLACEMENT_SPAN = (0.1, 0.92)
+"""Bezier Splatting replaces paths from the first to before the second share of the run: iterations 1000 to 9200 of its
+10,000."""
 
 BLUR_SIGMA = 1.0
 """Of the blur of the residual, in pixels: paths are drawn to errors that they can cover and not to single noisy pixels.
@@ -104,12 +113,14 @@ def recycling_radius(config: FitConfig, height: int, width: int) -> float:
 
 
 def lr_factor(iteration: int, config: FitConfig, iterations: int) -> float:
-    """Factor of every learning rate: ``lr_scale``, times a cosine from 1 (first iteration) to ``lr_final`` (last).
+    """Factor of every learning rate: ``lr_scale``, times what the decay makes of it.
 
-    Without decay it is ``lr_scale`` throughout.
+    "cosine": a cosine from 1 (first iteration) to ``lr_final`` (last). "steps": ``RATE_STEPS``. "constant": 1.
     """
     if config.lr_decay == "constant":
         return config.lr_scale
+    if config.lr_decay == "steps":
+        return config.lr_scale * next((factor for start, factor in RATE_STEPS if iteration >= start * iterations), 1.0)
     progress = min(iteration / max(iterations - 1, 1), 1.0)
     return config.lr_scale * (config.lr_final + (1.0 - config.lr_final) * 0.5 * (1.0 + math.cos(math.pi * progress)))
 
@@ -120,6 +131,21 @@ def is_recycling(iteration: int, config: FitConfig, iterations: int) -> bool:
         return False
     since_full = iteration - max(inflation_steps(config, iterations), default=0)
     return since_full > 0 and since_full % config.recycle_gap == 0
+
+
+def replacement_due(iteration: int, config: FitConfig, iterations: int) -> Literal["removal", "addition"] | None:
+    """What the policy "replacement" does after ``iteration``: every ``replace_gap``, removal and addition in turn.
+
+    An odd number of gaps brings a removal if it and the addition that follows lie in ``REPLACEMENT_SPAN``; an even
+    number the addition, wherever it lies: a time budget may have shortened the run since the removal.
+    """
+    gaps, rest = divmod(iteration, config.replace_gap)
+    if rest:
+        return None
+    if gaps % 2 == 0:
+        return "addition"
+    first, end = (share * iterations for share in REPLACEMENT_SPAN)
+    return "removal" if iteration >= first and iteration + config.replace_gap < end else None
 
 
 # Where new paths go.
