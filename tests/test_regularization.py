@@ -3,6 +3,8 @@
 import pytest
 import torch
 from test_loss import HEIGHT, SCENES, WIDTH, polygon, random_points, to_pixels
+from test_loss_sides import SCENES as SIDES
+from test_loss_sides import scattered
 
 from warpvec.config import FitConfig
 from warpvec.loss import regularization
@@ -11,11 +13,11 @@ from warpvec.regularization import Regularization
 WEIGHTS = [(0.01, 0.02, 1.0), (1.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 1.0)]
 
 
-def adjoint(points, opacity, config, device="cpu"):
+def adjoint(points, opacity, config, device="cpu", degree=3):
     """dL/dpoints and dL/dopacity, added to zeros."""
     points, opacity = points.to(device), opacity.to(device)
     adj_points, adj_opacity = torch.zeros_like(points), torch.zeros_like(opacity)
-    stage = Regularization(HEIGHT, WIDTH, config, device)
+    stage = Regularization(HEIGHT, WIDTH, config, device, degree)
     stage.add_adjoint(points, opacity, adj_points, adj_opacity)
     return adj_points, adj_opacity
 
@@ -31,6 +33,29 @@ def test_adjoint_equals_autograd(scene, weights, device):
     assert points.grad.isfinite().all()
     torch.testing.assert_close(adj_points.cpu(), points.grad, rtol=1e-9, atol=1e-14)
     torch.testing.assert_close(adj_opacity.cpu(), opacity.grad, rtol=1e-12, atol=0)
+
+
+@pytest.mark.parametrize("scene", SIDES)
+@pytest.mark.parametrize("weights", WEIGHTS)
+def test_adjoint_of_sides_equals_autograd(scene, weights, device):
+    points = SIDES[scene].clone().requires_grad_()
+    opacity = torch.linspace(0, 1, len(points), dtype=torch.float64).requires_grad_()
+    config = FitConfig(opacity_weight=weights[0], xing_weight=weights[1], bezier_weight=weights[2])
+    degree = points.shape[1] // 2
+    regularization(points, opacity, WIDTH, HEIGHT, config, degree).backward()
+    with torch.no_grad():
+        adj_points, adj_opacity = adjoint(points, opacity, config, device, degree)
+    torch.testing.assert_close(adj_points.cpu(), points.grad, rtol=1e-9, atol=1e-14)
+    torch.testing.assert_close(adj_opacity.cpu(), opacity.grad, rtol=1e-12, atol=0)
+
+
+def test_adjoint_of_sides_is_the_same_each_time_and_leaves_its_inputs(device):
+    points, opacity = scattered(300).float().to(device), torch.linspace(0, 1, 300, device=device)
+    before = points.clone()
+    first, second = (adjoint(points, opacity, FitConfig(), device, 5) for _ in range(2))
+    assert torch.equal(first[0], second[0]) and torch.equal(first[1], second[1])
+    assert torch.equal(points, before) and not points.requires_grad and points.grad is None
+    assert first[0].dtype == torch.float32 and not first[0].requires_grad
 
 
 def test_adjoint_equals_finite_differences():
@@ -74,10 +99,12 @@ def test_float32_adjoint_is_finite_and_close(scene):
     torch.testing.assert_close(adj_points.double(), expected, rtol=1e-3, atol=1e-6)
 
 
-def test_adjoint_adds_to_what_is_there():
-    points, opacity = random_points(70, 4), torch.linspace(0, 1, 70, dtype=torch.float64)
-    expected = adjoint(points, opacity, FitConfig())
+@pytest.mark.parametrize("degree", [3, 5])
+def test_adjoint_adds_to_what_is_there(degree):
+    points = random_points(70, 4) if degree == 3 else scattered(70)
+    opacity, config = torch.linspace(0, 1, 70, dtype=torch.float64), FitConfig()
+    expected = adjoint(points, opacity, config, degree=degree)
     adj_points, adj_opacity = torch.full_like(points, 2.0), torch.full_like(opacity, 3.0)
-    Regularization(HEIGHT, WIDTH, FitConfig(), "cpu").add_adjoint(points, opacity, adj_points, adj_opacity)
+    Regularization(HEIGHT, WIDTH, config, "cpu", degree).add_adjoint(points, opacity, adj_points, adj_opacity)
     torch.testing.assert_close(adj_points - 2.0, expected[0], rtol=0, atol=1e-14)
     torch.testing.assert_close(adj_opacity - 3.0, expected[1], rtol=0, atol=1e-14)
