@@ -7,6 +7,13 @@ Stages in order, each with its adjoint beside it or in ``<stage>_adjoint``::
     coverage      vertices, pairs -> winding           adj_winding -> adj_edges
     compositing   winding, colour, opacity -> image    adj_image -> adj_color, adj_opacity, adj_winding
     regularization                                     adds to adj_points, adj_opacity
+    adan                                               the optimizer's update
+
+and, in place of the first three, those of the splat renderer::
+
+    splatting          control points -> Gaussians        adj_splats -> adj_points, adj_opacity
+    splat_binning      Gaussians -> (path, tile) pairs    (no gradient)
+    splat_coverage     Gaussians, pairs -> coverage       adj_coverage -> adj_splats
 
 Conventions: pixels, origin at the top left, x right, y down, the centre of pixel (row i, column j) at
 (j + 0.5, i + 0.5). Tiles are TILE x TILE pixels and store their pixels column by column, so that the TILE rows of one

@@ -235,3 +235,34 @@ def test_surgery_on_a_stranger_is_told_and_changes_nothing():
     with pytest.raises(InputError, match="parameter of this optimizer"):
         optimizer.keep_rows(random(2), torch.tensor([0]))
     assert set(optimizer.state) == {param}
+
+
+def test_a_parameter_that_is_not_contiguous_is_refused():
+    with pytest.raises(InputError, match="contiguous"):
+        Adan([random(4, 3).T.requires_grad_()])
+
+
+def test_a_copy_of_the_optimizer_goes_on_by_itself():
+    param = random(5, 3).requires_grad_()
+    optimizer = Adan([param], lr=LR)
+    run(optimizer, param, random(10, 5, 3, seed=1))
+    twin = copy.deepcopy(optimizer)
+    (other,) = twin.param_groups[0]["params"]
+    run(optimizer, param, random(10, 5, 3, seed=2))
+    before = other.detach().clone()
+    run(twin, other, random(10, 5, 3, seed=2))
+    assert not torch.equal(before, other)
+    torch.testing.assert_close(other, param, rtol=0, atol=0)
+
+
+def test_state_that_is_exchanged_is_seen():
+    param, gradients = random(5, 3).requires_grad_(), random(20, 5, 3, seed=1)
+    optimizer = Adan([param], lr=LR)
+    run(optimizer, param, gradients[:10])
+    saved, value = copy.deepcopy(optimizer.state_dict()), param.detach().clone()
+    run(optimizer, param, gradients[10:])
+    after = param.detach().clone()
+    optimizer.load_state_dict(saved)
+    param.data = value
+    run(optimizer, param, gradients[10:])
+    torch.testing.assert_close(param.detach(), after, rtol=0, atol=0)

@@ -1,4 +1,4 @@
-"""Adan with an age for every row, so that paths can come and go during a fit."""
+"""Adan with an age for every row, so that paths can come and go during a fit; its update is a kernel."""
 
 from __future__ import annotations
 
@@ -8,10 +8,16 @@ from functools import cache
 from typing import Any, overload
 
 import torch
+import warp as wp
 from torch import Tensor
 from torch.optim.optimizer import ParamsT
 
 from warpvec.errors import InputError
+from warpvec.kernels.adan import make_kernels
+from warpvec.kernels.lanes import Lanes, make_lanes
+from warpvec.launch import Launcher, as_warp, start_warp
+
+_AVERAGES = ("exp_avg", "exp_avg_diff", "exp_avg_sq", "previous_grad")
 
 
 class Adan(torch.optim.Optimizer):
@@ -31,7 +37,7 @@ class Adan(torch.optim.Optimizer):
         eps: added to the root of the second moment.
 
     Raises:
-        InputError: a negative ``lr`` or ``eps``, or a beta outside (0, 1).
+        InputError: a negative ``lr`` or ``eps``, a beta outside (0, 1), or a parameter that is not contiguous.
     """
 
     def __init__(
@@ -41,6 +47,7 @@ class Adan(torch.optim.Optimizer):
         betas: tuple[float, float, float] = (0.98, 0.92, 0.99),
         eps: float = 1e-8,
     ) -> None:
+        self._rows: dict[Tensor, _Rows] = {}
         super().__init__(params, {"lr": lr, "betas": betas, "eps": eps})
 
     def add_param_group(self, param_group: dict[str, Any]) -> None:
@@ -53,6 +60,13 @@ class Adan(torch.optim.Optimizer):
         if len(betas) != 3 or not all(0.0 < beta < 1.0 for beta in betas):
             raise InputError(f"betas must be three numbers between 0 and 1, both excluded, got {betas!r}")
         super().add_param_group(param_group)
+        for param in self.param_groups[-1]["params"]:
+            if not param.is_contiguous():
+                raise InputError(f"params must be contiguous, got strides {param.stride()}; call contiguous() on them")
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        self._rows = {}
 
     @overload
     def step(self, closure: None = None) -> None: ...
@@ -70,7 +84,7 @@ class Adan(torch.optim.Optimizer):
         for group in self.param_groups:
             for param in group["params"]:
                 if param.grad is not None:
-                    _update(param, param.grad, self._state(param), group["lr"], group["betas"], group["eps"])
+                    self._update(param, param.grad, group["lr"], group["betas"], group["eps"])
         return loss
 
     @torch.no_grad()
@@ -102,8 +116,16 @@ class Adan(torch.optim.Optimizer):
         }
         return self._replace(param, torch.cat([param, new_rows.to(param)]), state)
 
+    def _update(self, param: Tensor, grad: Tensor, lr: float, betas: tuple[float, float, float], eps: float) -> None:
+        state = self._state(param)
+        rows = self._rows.get(param)
+        if rows is None or not rows.is_of(param, state):
+            rows = self._rows[param] = _Rows(param, state)
+        rows.update(grad.to(param.dtype), lr, betas, eps)
+
     def _replace(self, param: Tensor, value: Tensor, state: dict[str, Tensor]) -> Tensor:
         del self.state[param]
+        self._rows.pop(param, None)
         for group in self.param_groups:
             for position, member in enumerate(group["params"]):
                 if member is param:
@@ -115,59 +137,44 @@ class Adan(torch.optim.Optimizer):
     def _state(self, param: Tensor) -> dict[str, Tensor]:
         state: dict[str, Tensor] = self.state[param]
         if not state:
-            names = ("exp_avg", "exp_avg_diff", "exp_avg_sq", "previous_grad")
-            state.update({name: torch.zeros_like(param, memory_format=torch.contiguous_format) for name in names})
+            zeros = {name: torch.zeros_like(param, memory_format=torch.contiguous_format) for name in _AVERAGES}
+            state.update(zeros)
             state["step"] = torch.zeros(param.shape[:1], dtype=torch.int64, device=param.device)
         return state
 
 
-def _update(
-    param: Tensor,
-    raw_grad: Tensor,
-    state: dict[str, Tensor],
-    lr: float,
-    betas: tuple[float, float, float],
-    eps: float,
-) -> None:
-    """One step of one parameter. Numbers at the right are lines of Algorithm 1."""
-    b1, b2, b3 = betas
-    m, v, n, previous = (state[name] for name in ("exp_avg", "exp_avg_diff", "exp_avg_sq", "previous_grad"))
-    age = state["step"].add_(1).view((*param.shape[:1], *[1] * (param.ndim - 1))).to(param.dtype)
-    grad = _usable_rows(raw_grad)
-    # The previous gradient lends its memory: page faults of fresh temporaries cost more than the arithmetic.
-    scratch = previous
-    difference = torch.sub(grad, previous, out=scratch).mul_((age > 1).to(param.dtype))  # 0 at first, as g_0 = g_1
-    m.lerp_(grad, 1 - b1)  # 3
-    v.lerp_(difference, 1 - b2)  # 4
-    look_ahead = torch.add(grad, difference, alpha=b2, out=scratch)
-    n.mul_(b3).addcmul_(look_ahead, look_ahead, value=1 - b3)  # 5
-    factor_m, factor_v, floor = _row_factors(age, betas, eps)
-    numerator = torch.mul(m, factor_m, out=scratch).addcmul_(v, factor_v, value=b2)
-    param.addcdiv_(numerator, n.sqrt().add_(floor), value=lr)  # 6, 7
-    previous.copy_(grad)
+class _Rows:
+    """A parameter and its state as Warp arrays: to make these anew at each step would cost more than the step."""
+
+    def __init__(self, param: Tensor, state: dict[str, Tensor]) -> None:
+        self._launch, self._lanes = _launcher(param.device, param.dtype)
+        self._width = math.prod(param.shape[1:])
+        self._row_count = math.prod(param.shape[:1])
+        self._pointers = _pointers(param, state)
+        averages = [self._array(state[name]) for name in _AVERAGES]
+        self._arrays = [as_warp(state["step"].reshape(-1), wp.int64), *averages, self._array(param)]
+
+    def is_of(self, param: Tensor, state: dict[str, Tensor]) -> bool:
+        """Whether these are still the memory of the parameter and its state."""
+        return self._pointers == _pointers(param, state)
+
+    def update(self, grad: Tensor, lr: float, betas: tuple[float, float, float], eps: float) -> None:
+        """One step by the kernel, which says how."""
+        lanes = self._lanes
+        log_betas = lanes.vec3(*(math.log(beta) for beta in betas))
+        settings = [self._width, lanes.dtype(lr), lanes.vec3(*betas), log_betas, lanes.dtype(eps)]
+        kernel = make_kernels(lanes).update_rows
+        self._launch(kernel, self._row_count, [self._array(grad), *settings, *self._arrays])
+
+    def _array(self, values: Tensor) -> Any:
+        return as_warp(values.reshape(-1, self._width), self._lanes.dtype)
 
 
-def _row_factors(age: Tensor, betas: tuple[float, float, float], eps: float) -> list[Tensor]:
-    """Factors [f_m, f_v, f_eps] per row such that a step adds lr (f_m m + b2 f_v v) / (sqrt(n) + f_eps).
-
-    They carry the sign and the bias corrections c = 1 - b^age of -lr (m / c1 + b2 v / c2) / (sqrt(n / c3) + eps),
-    multiplied through by sqrt(c3) so that the corrections cost nothing per element.
-    """
-    minus_c1, minus_c2, minus_c3 = _log(tuple(betas), age.dtype, age.device).view(3, *[1] * age.ndim).mul(age).expm1_()
-    root_c3 = minus_c3.neg_().sqrt_()
-    return [root_c3 / minus_c1, root_c3 / minus_c2, root_c3 * eps]
+def _pointers(param: Tensor, state: dict[str, Tensor]) -> list[int]:
+    return [param.data_ptr(), *(value.data_ptr() for value in state.values())]
 
 
 @cache
-def _log(betas: tuple[float, float, float], dtype: torch.dtype, device: torch.device) -> Tensor:
-    # Cached because building a tensor on every step costs a transfer to the device.
-    return torch.tensor([math.log(beta) for beta in betas], dtype=dtype, device=device)
-
-
-def _usable_rows(grad: Tensor) -> Tensor:
-    """A copy of the gradient with zeros in each row that holds a NaN, an infinity or a value too large to square."""
-    # |g + b2 (g - g')| is at most 3 max(|g|, |g'|), and line 5 squares it.
-    limit = math.sqrt(torch.finfo(grad.dtype).max) / 4
-    rows = grad.reshape(math.prod(grad.shape[:1]), math.prod(grad.shape[1:]))
-    usable = torch.linalg.vector_norm(rows, dim=1, keepdim=True) < limit
-    return rows.nan_to_num(0.0, 0.0, 0.0).mul_(usable.to(grad.dtype)).view(grad.shape)
+def _launcher(device: torch.device, dtype: torch.dtype) -> tuple[Launcher, Lanes]:
+    start_warp()
+    return Launcher(str(device), threads=1), make_lanes(1, wp.dtype_from_torch(dtype))
