@@ -243,6 +243,12 @@ def test_a_path_in_one_place_keeps_one_cubic() -> None:
     assert [count_segments(path) for path in data] == [4, 1, 4]
 
 
+def test_a_cubic_that_comes_back_to_its_start_is_no_padding() -> None:
+    drop, line = [[10.0, 10.0], [30.0, 10.0], [10.0, 30.0]], [[10.0, 10.0]] * 3
+    scene = replace(make_scene(1), points=torch.tensor([[*drop, *line]]), opacity=torch.ones(1))
+    assert [element.get("d") for element in path_elements(write_svg(scene, 768, 512))] == ["M10 10c20 0 0 20 0 0z"]
+
+
 def test_an_independent_renderer_draws_padded_paths_the_same() -> None:
     cubics, _ = to_cubics(sides_scene(60))
     svg = write_svg(cubics, 512, 512)

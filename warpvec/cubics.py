@@ -59,8 +59,7 @@ def _fewest(curves: Tensor, tolerance: float) -> tuple[Tensor, Tensor]:
     for number in range(1, CUBICS_MAX + 1):
         count[rows] = number
         deviation[rows] = _deviation(curves[rows], number)
-        # Not "deviation > tolerance": a path that is not finite goes on, and tells so.
-        rows = rows[~(deviation[rows] <= tolerance)]
+        rows = rows[deviation[rows] > tolerance]
     return count, deviation
 
 
