@@ -244,9 +244,12 @@ def test_a_path_in_one_place_keeps_one_cubic() -> None:
 
 
 def test_a_cubic_that_comes_back_to_its_start_is_no_padding() -> None:
-    drop, line = [[10.0, 10.0], [30.0, 10.0], [10.0, 30.0]], [[10.0, 10.0]] * 3
-    scene = replace(make_scene(1), points=torch.tensor([[*drop, *line]]), opacity=torch.ones(1))
-    assert [element.get("d") for element in path_elements(write_svg(scene, 768, 512))] == ["M10 10c20 0 0 20 0 0z"]
+    there, back = [[5.0, 5.0], [5.0, 6.0], [10.0, 9.0]], [[10.0, 10.0], [9.0, 5.0], [6.0, 5.0]]
+    drop, nothing = [[10.0, 10.0], [30.0, 10.0], [10.0, 30.0]], [[10.0, 10.0]] * 3
+    points = torch.tensor([[*there, *drop, *nothing, *back]])
+    scene = replace(make_scene(1), points=points, opacity=torch.ones(1))
+    data = [element.get("d") for element in path_elements(write_svg(scene, 768, 512))]
+    assert data == ["M5 5c0 1 5 4 5 5 20 0 0 20 0 0-1-5-4-5-5-5z"]
 
 
 def test_an_independent_renderer_draws_padded_paths_the_same() -> None:
