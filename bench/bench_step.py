@@ -10,7 +10,6 @@ under opaque ones decide the time, and random scenes are like photos in none of 
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -21,9 +20,9 @@ from typing import Any, NamedTuple
 from unittest.mock import patch
 
 import click
-import numpy as np
 import resvg_py
 import torch
+from bench_scenes import fitted_scene, load_scene, sample_photo
 from harness import (
     Laps,
     Statistics,
@@ -42,14 +41,16 @@ from warpvec.compositing import Compositing
 from warpvec.config import FitConfig, make_config
 from warpvec.coverage import Coverage
 from warpvec.errors import InputError
-from warpvec.fit import _Fit, fit
+from warpvec.fit import _Fit
 from warpvec.flattening import Flattening
 from warpvec.image import fit_image, read_image
 from warpvec.launch import resolve_device
 from warpvec.population import Population
 from warpvec.regularization import Regularization
-from warpvec.samples import write_sample
 from warpvec.scene import Scene
+from warpvec.splat_binning import SplatBinning
+from warpvec.splat_coverage import SplatCoverage
+from warpvec.splatting import Splatting
 from warpvec.svg import write_svg
 
 # Steps before the first lap: kernels are compiled and loaded, buffers reach their size, caches fill.
@@ -65,22 +66,41 @@ class Stage(NamedTuple):
     part: bool = False
 
 
-STAGES = (
-    Stage("flattening", Flattening, "run"),
-    Stage("binning", Binning, "run"),
-    Stage("- bounds", Binning, "_bound_paths", part=True),
-    Stage("- classes", Binning, "_classify", part=True),
-    Stage("- sort", Binning, "_sort", part=True),
-    Stage("coverage", Coverage, "run"),
+_AFTER = (
     Stage("compositing", Compositing, "run"),
     Stage("compositing_adjoint", Compositing, "adjoint"),
-    Stage("coverage_adjoint", Coverage, "adjoint"),
-    Stage("flattening, adjoint", Flattening, "adjoint"),
+)
+_LAST = (
     Stage("regularization", Regularization, "add_adjoint"),
     Stage("parameters", Population, "step"),
     Stage("- adan", Adan, "step", part=True),
 )
-"""In the order of the step; ``compositing_adjoint`` composites, takes the loss and goes back in one pass."""
+STAGES = {
+    "exact": (
+        Stage("flattening", Flattening, "run"),
+        Stage("binning", Binning, "run"),
+        Stage("- bounds", Binning, "_bound", part=True),
+        Stage("- sort", Binning, "_sort", part=True),
+        Stage("coverage", Coverage, "run"),
+        *_AFTER,
+        Stage("coverage_adjoint", Coverage, "adjoint"),
+        Stage("flattening, adjoint", Flattening, "adjoint"),
+        *_LAST,
+    ),
+    "splat": (
+        Stage("splatting", Splatting, "run"),
+        Stage("splat_binning", SplatBinning, "bin_splats"),
+        Stage("- bounds", Binning, "_bound", part=True),
+        Stage("- sort", Binning, "_sort", part=True),
+        Stage("splat_coverage", SplatCoverage, "run"),
+        *_AFTER,
+        Stage("splat_coverage_adjoint", SplatCoverage, "adjoint"),
+        Stage("splatting_adjoint", Splatting, "adjoint"),
+        *_LAST,
+    ),
+}
+"""By renderer, in the order of the step; ``compositing_adjoint`` composites, takes the loss and goes back in one
+pass."""
 
 
 class Bench:
@@ -88,7 +108,8 @@ class Bench:
 
     def __init__(self, target: torch.Tensor, scene: Scene, config: FitConfig, device: str) -> None:
         self._fit = _Fit(target, config, device, None)
-        on_device = {field.name: getattr(scene, field.name).to(device) for field in fields(Scene)}
+        values = {field.name: getattr(scene, field.name) for field in fields(Scene)}
+        on_device = {name: value.to(device) if torch.is_tensor(value) else value for name, value in values.items()}
         # The fit's own start is replaced by the scene to measure.
         self._fit._population = Population(Scene(**on_device), config, max(target.shape[:2]) / 2)
         self.step, self.render = Laps(device), Laps(device)
@@ -111,7 +132,8 @@ class Bench:
 
     def results(self) -> dict[str, dict[str, Statistics]]:
         """Statistics of "step" and "render" by row, the rows in the order of ``STAGES``."""
-        return {name: _rows(name, laps) for name, laps in (("step", self.step), ("render", self.render))}
+        stages = STAGES[self._fit._config.renderer]
+        return {name: _rows(name, laps, stages) for name, laps in (("step", self.step), ("render", self.render))}
 
     def _take_step(self) -> None:
         self._fit._step(False)
@@ -123,7 +145,7 @@ class Bench:
     @contextmanager
     def _watched(self, laps: Laps) -> Iterator[None]:
         with ExitStack() as patches:
-            for stage in STAGES:
+            for stage in STAGES[self._fit._config.renderer]:
                 patches.enter_context(patch.object(stage.owner, stage.method, self._timed(stage, laps)))
             yield
 
@@ -145,46 +167,11 @@ class Bench:
             self.counts |= {"pairs": owner.pair_count, "partial pairs": owner.slot_count}
 
 
-def _rows(whole: str, laps: Laps) -> dict[str, Statistics]:
-    laps.remainder("host", "by stage", [stage.name for stage in STAGES if not stage.part])
+def _rows(whole: str, laps: Laps, stages: tuple[Stage, ...]) -> dict[str, Statistics]:
+    laps.remainder("host", "by stage", [stage.name for stage in stages if not stage.part])
     found = laps.statistics()
-    order = [*(stage.name for stage in STAGES), "host", "by stage", whole]
+    order = [*(stage.name for stage in stages), "host", "by stage", whole]
     return {name: found[name] for name in order if name in found}
-
-
-# The scene
-
-
-def fitted_scene(photo: Path, target: torch.Tensor, config: FitConfig, cache: Path) -> Path:
-    """The file of a fit's scene in ``cache``: made once, so that changes to warpvec meet the same scene."""
-    settings = {**config.to_dict(), "threads": None}  # of no influence on the result
-    digest = hashlib.sha256(photo.read_bytes() + json.dumps(settings, sort_keys=True).encode()).hexdigest()[:12]
-    path = cache / f"{photo.stem}-{config.curves}-{digest}.npz"
-    if not path.exists():
-        click.echo(f"fitting {photo.name} once, for {path}", err=True)
-        save_scene(fit(target, config).scene, path)
-    return path
-
-
-def save_scene(scene: Scene, path: Path) -> None:
-    """Write the fields of ``scene`` as arrays of an .npz file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    np.savez(path, **{field.name: getattr(scene, field.name).numpy() for field in fields(Scene)})
-
-
-def load_scene(path: Path) -> Scene:
-    """The scene that :func:`save_scene` wrote."""
-    with np.load(path) as arrays:
-        return Scene(**{field.name: torch.from_numpy(arrays[field.name]) for field in fields(Scene)})
-
-
-def sample_photo(cache: Path) -> Path:
-    """A photo that scikit-image carries, 600 x 400."""
-    path = cache / "coffee.png"
-    if not path.exists():
-        cache.mkdir(parents=True, exist_ok=True)
-        write_sample("coffee.png", path)
-    return path
 
 
 # The run

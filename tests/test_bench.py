@@ -22,7 +22,8 @@ from warpvec.scene import Scene
 
 ROOT = Path(__file__).parents[1]
 sys.path.append(str(ROOT / "bench"))
-harness, bench_step, bench_fit, kodak = map(import_module, ("harness", "bench_step", "bench_fit", "kodak"))
+harness, scenes, bench_step = map(import_module, ("harness", "bench_scenes", "bench_step"))
+bench_fit, fits, kodak = map(import_module, ("bench_fit", "fits", "kodak"))
 
 # Kernel files that hold no stage: conventions, and functions that the stages share.
 SHARED_KERNELS = {"__init__", "bezier", "constants", "edges", "lanes"}
@@ -109,18 +110,20 @@ def test_facts_tell_versions_and_sources() -> None:
 
 def test_every_kernel_file_has_a_row() -> None:
     stems = {path.stem for path in (ROOT / "kernels").glob("*.py")} - SHARED_KERNELS
-    assert stems <= {stage.name for stage in bench_step.STAGES}
+    assert stems <= {stage.name.removeprefix("- ") for stages in bench_step.STAGES.values() for stage in stages}
 
 
-def test_step_by_stage(folder: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("renderer", bench_step.STAGES)
+def test_step_by_stage(folder: Path, tmp_path: Path, renderer: str) -> None:
     """One lap of each thread count; the stages and the host add up to the step, and each was seen."""
     arguments = ["--curves", 20, "--fit-iterations", 6, "--repeat", 1, "--cache", tmp_path / "cache"]
+    arguments += ["--set", f"renderer={renderer}"]
     line = _last_json(_invoke(bench_step.main, "--image", folder / "a.png", "--threads", "1,2", *arguments))
     assert line["counts"]["paths"] == 20
     assert min(line["counts"].values()) > 0
     assert list(line["ms"]) == ["1 thr.", "2 thr."]
     for result in line["ms"].values():
-        assert set(result["step"]) | set(result["render"]) >= {stage.name for stage in bench_step.STAGES}
+        assert set(result["step"]) | set(result["render"]) >= {stage.name for stage in bench_step.STAGES[renderer]}
         for rows in result.values():
             parts = [name for name in rows if not name.startswith("- ") and name not in ("by stage", *result)]
             whole = rows["by stage"]["median"]
@@ -130,10 +133,10 @@ def test_step_by_stage(folder: Path, tmp_path: Path) -> None:
 def test_scene_is_fitted_once_and_stays(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     photo, target = folder / "a.png", torch.rand(24, 40, 3)
     config = make_config(curves=9, iterations=4, initial_curves=9)
-    path = bench_step.fitted_scene(photo, target, config, tmp_path)
-    scene = bench_step.load_scene(path)
-    monkeypatch.setattr(bench_step, "fit", lambda *_: pytest.fail("fitted again"))
-    assert bench_step.fitted_scene(photo, target, config, tmp_path) == path
+    path = scenes.fitted_scene(photo, target, config, tmp_path)
+    scene = scenes.load_scene(path)
+    monkeypatch.setattr(scenes, "fit", lambda *_: pytest.fail("fitted again"))
+    assert scenes.fitted_scene(photo, target, config, tmp_path) == path
     with torch.no_grad():
         (bench,) = bench_step._benches(target, scene, config, "cpu", [1]).values()
         before = bench._fit._population.scene
@@ -220,7 +223,7 @@ def test_kodak_measures_every_image_once(folder: Path, tmp_path: Path, monkeypat
     out = tmp_path / "results" / "kodak.csv"
     first = _kodak(folder, out, "--details")
     assert first.exit_code == 0, first.output
-    rows = list(kodak.read_rows(out).values())
+    rows = list(fits.ResultFile(out, kodak.FIELDS).read().values())
     assert [(row["image"], row["curves"]) for row in rows] == [(f, c) for c in "68" for f in ("a.png", "b.png")]
     mean = (float(rows[0]["psnr"]) + float(rows[1]["psnr"])) / 2
     assert f"| 6 | 2 | {mean:.3f} |" in first.stdout
@@ -236,13 +239,13 @@ def test_kodak_resumes_a_killed_run(folder: Path, tmp_path: Path, monkeypatch: p
     """Half a line at the end is measured again; whole lines are not."""
     out = tmp_path / "kodak.csv"
     assert _kodak(folder, out).exit_code == 0
-    before, lines = kodak.read_rows(out), out.read_text().splitlines(keepends=True)
+    before, lines = fits.ResultFile(out, kodak.FIELDS).read(), out.read_text().splitlines(keepends=True)
     out.write_text("".join(lines[:-1]) + lines[-1][:40])
     measured, measure = [], kodak.measure_image
     monkeypatch.setattr(kodak, "measure_image", lambda *args: measured.append(args[0].name) or measure(*args))
     assert _kodak(folder, out).exit_code == 0
     assert measured == ["b.png"]
-    after = kodak.read_rows(out)
+    after = fits.ResultFile(out, kodak.FIELDS).read()
     assert [(key, row["psnr"]) for key, row in after.items()] == [(key, row["psnr"]) for key, row in before.items()]
     assert out.read_text().splitlines(keepends=True)[:-1] == lines[:-1]
 
@@ -251,7 +254,7 @@ def test_kodak_tells_settings_photos_and_sources_apart(folder: Path, monkeypatch
     config = make_config(curves=6)
     keys = [kodak.row_key(folder / name, config) for name in ("a.png", "b.png")]
     keys.append(kodak.row_key(folder / "a.png", make_config(curves=6, threads=2)))
-    monkeypatch.setattr(kodak, "source_digest", lambda: "changed")
+    monkeypatch.setattr(fits, "source_digest", lambda: "changed")
     keys.append(kodak.row_key(folder / "a.png", config))
     assert len(set(keys)) == 4
 
@@ -267,7 +270,7 @@ def test_kodak_keeps_no_interrupted_fit(folder: Path, tmp_path: Path, monkeypatc
 
     monkeypatch.setattr(kodak, "vectorize", interrupted)
     assert _kodak(folder, tmp_path / "kodak.csv").exit_code == 1
-    assert kodak.read_rows(tmp_path / "kodak.csv") == {}
+    assert fits.ResultFile(tmp_path / "kodak.csv", kodak.FIELDS).read() == {}
 
 
 def test_kodak_limit_and_empty_folder(folder: Path, tmp_path: Path) -> None:
@@ -289,7 +292,7 @@ def test_kodak_refuses_a_file_of_other_columns(folder: Path, tmp_path: Path) -> 
 
 def test_scenes_round_trip(tmp_path: Path) -> None:
     scene = Scene(torch.rand(3, 12, 2), torch.rand(3, 3), torch.rand(3), torch.rand(3), torch.arange(3))
-    bench_step.save_scene(scene, tmp_path / "folder" / "scene.npz")
-    back = bench_step.load_scene(tmp_path / "folder" / "scene.npz")
+    scenes.save_scene(scene, tmp_path / "folder" / "scene.npz")
+    back = scenes.load_scene(tmp_path / "folder" / "scene.npz")
     for name in ("points", "color", "opacity", "background", "generation"):
         assert torch.equal(getattr(back, name), getattr(scene, name))
