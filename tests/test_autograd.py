@@ -20,8 +20,9 @@ from scenes import SceneTensors, circle, random_scene
 from torch import Tensor
 
 import warpvec
+from warpvec import splat
 from warpvec.errors import InputError
-from warpvec.scene import Scene, circle_points
+from warpvec.scene import Scene, circle_points, circle_sides
 
 HEIGHT, WIDTH = 20, 35
 
@@ -50,6 +51,33 @@ def test_image_and_gradients_are_those_of_the_renderer(dtype: torch.dtype, devic
     image.backward(cotangent(tensors).to(image))
     renderer = make_renderer(tensors, None, dtype, device=device, transmittance_min=1e-4)
     want = adjoint(tensors, renderer, cotangent(tensors))
+    for name, leaf in zip(GRADIENTS, leaves, strict=True):
+        assert_grad_close(leaf.grad, getattr(want, name), rtol=1e-6, atol=0.0, name=name)
+
+
+SPLAT: dict[str, Any] = {"renderer": "splat", "samples": 9, "lines": 4}
+
+
+def sides_scene(dtype: torch.dtype = torch.float64, device: str = "cpu", count: int = 5) -> Scene:
+    """Two-sided circles of degree 5."""
+    center, radius = torch.rand(count, 2) * torch.tensor([WIDTH, HEIGHT]), 3.0 + 5.0 * torch.rand(count)
+    tensors = (circle_sides(center, radius, 5), torch.rand(count, 3), 0.2 + 0.6 * torch.rand(count), torch.rand(3))
+    generation = torch.zeros(count, dtype=torch.int64, device=device)
+    return Scene(*(tensor.to(device, dtype) for tensor in tensors), generation, 5)
+
+
+@pytest.mark.parametrize("switches", [{}, {"interior_gradient": False}, {"covariance_gradient": True}])
+def test_splat_is_drawn_with_its_settings_and_the_degree_of_the_scene(switches: dict[str, bool], device: str) -> None:
+    scene = sides_scene(device=device)
+    leaves, adj_image = leaves_of(scene), torch.randn(HEIGHT, WIDTH, 3, dtype=torch.float64).to(device)
+    drawn = replace(scene, **dict(zip(GRADIENTS, leaves, strict=True)))
+    image = warpvec.render(drawn, HEIGHT, WIDTH, **SPLAT, **switches)
+    image.backward(adj_image)
+    settings = {"samples": 9, "lines": 4, "degree": 5, **switches}
+    renderer = splat.Renderer(HEIGHT, WIDTH, device=device, dtype=torch.float64, **settings)
+    inputs = (scene.points, scene.color, scene.opacity, scene.background)
+    torch.testing.assert_close(image.detach(), renderer.render(*inputs), rtol=1e-12, atol=1e-12)
+    want = renderer.adjoint(*inputs, adj_image)
     for name, leaf in zip(GRADIENTS, leaves, strict=True):
         assert_grad_close(leaf.grad, getattr(want, name), rtol=1e-6, atol=0.0, name=name)
 
@@ -92,22 +120,26 @@ def test_opcheck(dtype: torch.dtype, path_count: int) -> None:
     scene = scene_of(random_scene(path_count, path_count, HEIGHT, WIDTH), dtype)
     image = torch.rand(HEIGHT, WIDTH, 3, dtype=dtype)
     operators = torch.ops.warpvec
-    torch.library.opcheck(operators.render.default, (*leaves_of(scene), HEIGHT, WIDTH, "exact", 1))
+    torch.library.opcheck(operators.render.default, (*leaves_of(scene), HEIGHT, WIDTH, "exact", 1, "{}"))
     plain = [leaf.detach() for leaf in leaves_of(scene)]
-    torch.library.opcheck(operators.render_adjoint.default, (*plain, image, "exact", 1))
+    torch.library.opcheck(operators.render_adjoint.default, (*plain, image, "exact", 1, "{}"))
+    splats = '{"degree": 3, "lines": 3, "samples": 8}'
+    torch.library.opcheck(operators.render.default, (*leaves_of(scene), HEIGHT, WIDTH, "splat", 1, splats))
+    torch.library.opcheck(operators.render_adjoint.default, (*plain, image, "splat", 1, splats))
 
 
 # inductor itself imports what torch has deprecated.
 @pytest.mark.filterwarnings("ignore::DeprecationWarning:torch")
+@pytest.mark.parametrize("settings", [{}, SPLAT])
 @pytest.mark.parametrize("backend", ["eager", "aot_eager", pytest.param("inductor", marks=pytest.mark.slow)])
-def test_compiles_without_a_graph_break(backend: str) -> None:
+def test_compiles_without_a_graph_break(backend: str, settings: dict[str, Any]) -> None:
     if backend == "inductor" and not shutil.which("g++"):
         pytest.skip("inductor needs a C++ compiler, g++ is not on the path")
     scene = scene_of(random_scene(6, 4, HEIGHT, WIDTH), torch.float32)
 
     def loss(points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Tensor:
         moved = Scene(points + 1.0, color.sigmoid(), opacity, background, scene.generation)
-        return (warpvec.render(moved, HEIGHT, WIDTH) - 0.5).square().mean()
+        return (warpvec.render(moved, HEIGHT, WIDTH, **settings) - 0.5).square().mean()
 
     plain, compiled = leaves_of(scene), leaves_of(scene)
     want = loss(*plain)
@@ -178,13 +210,27 @@ def test_threads_change_no_bit() -> None:
         (5, 5, {"threads": -1}, "threads must be a whole number of at least 1, got -1; "),
         (5, 5, {"threads": 0}, "threads must be a whole number of at least 1, got 0; "),
         (5, 5, {"threads": 1.5}, "threads must be a whole number of at least 1, got 1.5; "),
-        (5, 5, {"renderer": "fast"}, "renderer must be one of exact, got 'fast'"),
+        (5, 5, {"renderer": "fast"}, "renderer must be one of exact, splat, got 'fast'"),
+        (5, 5, {"samples": 9}, "samples is not a setting of the renderer exact, which has none"),
+        (
+            5,
+            5,
+            {"renderer": "splat", "degree": 5},
+            "degree is not a setting of the renderer splat, which has samples, ",
+        ),
+        (5, 5, {"renderer": "splat", "lines": 0}, "lines must be a whole number of at least 1, got 0; "),
     ],
 )
 def test_bad_arguments_are_told_in_one_line(height: Any, width: Any, options: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError) as caught:
         warpvec.render(scene_of(random_scene(1, 1, 5, 5)), height, width, **options)
     assert str(caught.value).startswith(message) and "\n" not in str(caught.value)
+
+
+def test_exact_takes_cubics_only() -> None:
+    with pytest.raises(InputError, match="scene must have degree 3 for the renderer exact, got 5; see ") as caught:
+        warpvec.render(sides_scene(), HEIGHT, WIDTH)
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import math
 from dataclasses import FrozenInstanceError, fields
@@ -28,7 +29,9 @@ BAD = [
     ("time_budget", math.inf), ("time_budget", 10**400), ("precision", 7), ("precision", 400), ("seed", 2**63),
     ("growth", 1.00001), ("growth", math.nextafter(GROWTH_MIN, 1.0)), ("lr_points", 10**400),
     ("renderer", "fast"), ("z_order", "random"), ("color_parameter", "lab"), ("lr_decay", "step"),
-    ("replace_gap", 0), ("backdrop", "black"), ("policy", "flat"),
+    ("replace_gap", 0), ("backdrop", "black"), ("policy", "flat"), ("path_model", "cubics"),
+    ("degree", 0), ("degree", 13), ("samples", 1),
+    ("lines", 0),
 ]  # fmt: skip
 
 
@@ -47,7 +50,8 @@ WRONG_TYPES = [
     ("threads", "2"), ("threads", 1.5), ("threads", True), ("curves", None), ("curves", 5.0), ("curves", np.float32(5)),
     ("flat", "no"), ("flat", 1), ("flat", None), ("compensate", 0),
     ("renderer", 3), ("renderer", ["exact"]), ("z_order", None), ("lr_decay", np.zeros(2)), ("device", 0),
-    ("backdrop", 1), ("policy", None), ("replace_gap", 1.5),
+    ("backdrop", 1), ("policy", None), ("replace_gap", 1.5), ("interior_gradient", "on"),
+    ("covariance_gradient", 1), ("path_model", None), ("degree", 5.0),
     ("lr_color", np.zeros((2, 2))), ("curves", np.zeros((2, 2))),
 ]  # fmt: skip
 
@@ -81,6 +85,39 @@ def test_the_paper_preset_is_the_papers() -> None:
     assert (paper.lr_points, paper.lr_color, paper.lr_opacity, paper.lr_decay) == (0.01, 0.5, 0.5, "constant")
     assert (paper.inflation_gap, paper.iterations, paper.recycle_gap) == (100, 5000, 0)
     assert (paper.opacity_weight, paper.xing_weight, paper.bezier_weight) == (0.01, 0.02, 1.0)
+    assert (paper.renderer, paper.path_model, paper.degree, paper.backdrop) == ("splat", "sides", 5, "white")
+    assert paper.renderer_settings == {
+        "samples": 64, "lines": 40, "degree": 5, "interior_gradient": True, "covariance_gradient": False,
+    }  # fmt: skip
+    assert (paper.policy, paper.z_order, paper.color_parameter, paper.flat) == (
+        "scaffolding",
+        "creation",
+        "logit",
+        False,
+    )
+    assert (paper.initial_curves, paper.growth, paper.radius_decay, paper.prune_opacity) == (16, 2.0, 0.5, 0.01)
+
+
+def test_the_baseline_preset_is_bezier_splattings() -> None:
+    flat = make_config("bezier-splatting")
+    assert (flat.lr_points, flat.lr_color, flat.lr_opacity, flat.lr_decay) == (2e-4, 0.01, 0.01, "steps")
+    assert (flat.policy, flat.replace_gap, flat.iterations, flat.recycle_gap) == ("replacement", 500, 10_000, 0)
+    assert (flat.opacity_weight, flat.xing_weight, flat.bezier_weight) == (0.01, 0.0, 1.0)
+    assert (flat.renderer, flat.path_model, flat.degree, flat.backdrop) == ("splat", "sides", 5, "white")
+    assert (flat.z_order, flat.color_parameter) == ("area", "logit")
+    assert flat.renderer_settings == {**make_config("paper").renderer_settings, "interior_gradient": False}
+
+
+def test_only_splat_draws_sides() -> None:
+    with pytest.raises(
+        InputError, match="path_model must be segments with the renderer exact, got 'sides'; "
+    ) as caught:
+        FitConfig(path_model="sides")
+    assert "\n" not in str(caught.value)
+    assert FitConfig(path_model="sides", renderer="splat", degree=7).point_degree == 7
+    assert FitConfig(renderer="splat", degree=7).renderer_settings["degree"] == 3
+    assert FitConfig(degree=7).point_degree == 3
+    assert FitConfig(samples=8).renderer_settings == {}
 
 
 def test_settings_win_over_the_preset() -> None:
@@ -104,7 +141,8 @@ def test_unknown_names_are_told() -> None:
         {"curves": 1}, {"precision": 0}, {"seed": 0}, {"recycle_gap": 0}, {"threads": None}, {"threads": 1},
         {"time_budget": None}, {"time_budget": 0.5}, {"recycle_share": 0.0}, {"recycle_share": 1.0},
         {"initial_radius": 0.0}, {"opacity_weight": 0.0}, {"segments": 2},
-        {"growth": GROWTH_MIN}, {"replace_gap": 1}, {"precision": 6}, {"seed": 2**63 - 1},
+        {"growth": GROWTH_MIN}, {"replace_gap": 1}, {"samples": 2},
+        {"lines": 1}, {"degree": 1}, {"degree": 12}, {"precision": 6}, {"seed": 2**63 - 1},
     ],
 )  # fmt: skip
 def test_values_at_the_ends_of_their_ranges_are_good(settings: dict[str, Any]) -> None:
@@ -131,4 +169,6 @@ def test_settings_are_frozen_plain_and_by_name_only() -> None:
 
 
 def test_each_renderer_is_a_module() -> None:
-    assert all(hasattr(import_module(f"warpvec.{name}"), "Renderer") for name in RENDERERS)
+    for name in RENDERERS:
+        signature = inspect.signature(import_module(f"warpvec.{name}").Renderer)
+        assert set(FitConfig(renderer=name).renderer_settings) <= set(signature.parameters)

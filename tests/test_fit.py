@@ -5,10 +5,12 @@ import math
 import pytest
 import torch
 
-from warpvec.config import FitConfig, make_config
+from warpvec import fit as fit_module
+from warpvec.config import POLICIES, FitConfig, make_config
 from warpvec.errors import InputError
 from warpvec.fit import fit
 from warpvec.population import Population, curve_boxes
+from warpvec.regularization import Regularization
 from warpvec.scene import Scene, circle_points
 from warpvec.schedule import population
 
@@ -120,6 +122,48 @@ def test_every_preset_fits(preset):
     assert result.scene.points.isfinite().all()
 
 
+SPLAT = {"renderer": "splat", "samples": 16, "lines": 6}
+
+
+@pytest.mark.parametrize(("path_model", "degree", "point_count"), [("segments", 3, 12), ("sides", 5, 10)])
+@pytest.mark.parametrize("policy", POLICIES)
+def test_splat_fits_with_every_policy(policy, path_model, degree, point_count):
+    result = run(**SPLAT, policy=policy, path_model=path_model)
+    scene = result.scene
+    assert scene.points.shape == (48, point_count, 2)
+    assert scene.degree == degree
+    assert scene.points.isfinite().all()
+    assert final_psnr(result) > result.history[0]["psnr"] + 0.5
+    assert final_psnr(result) == pytest.approx(rendered_psnr(scene, **SPLAT), abs=0.5)
+
+
+def test_the_baseline_fits():
+    result = fit(picture(), make_config("bezier-splatting", curves=32, iterations=40, threads=1, lr_scale=20.0))
+    assert len(result.scene) == 32
+    assert result.scene.points.isfinite().all()
+    assert final_psnr(result) > result.history[0]["psnr"] + 0.5
+
+
+@pytest.mark.parametrize(("path_model", "degree"), [("segments", 3), ("sides", 5)])
+def test_the_regularizers_are_of_the_degree(monkeypatch, path_model, degree):
+    seen = []
+
+    class Recorder(Regularization):
+        def __init__(self, height, width, config, device, degree=3):
+            seen.append(degree)
+            super().__init__(height, width, config, device, degree)
+
+    monkeypatch.setattr(fit_module, "Regularization", Recorder)
+    run(**SPLAT, path_model=path_model, iterations=1)
+    assert seen == [degree]
+
+
+@pytest.mark.parametrize("switch", [{"interior_gradient": False}, {"covariance_gradient": True}, {"lines": 7}])
+def test_settings_of_splat_reach_the_renderer(switch):
+    settings = {**SPLAT, "iterations": 5}
+    assert not torch.equal(run(**settings).scene.points, run(**{**settings, **switch}).scene.points)
+
+
 @pytest.mark.parametrize("threads", [2, 3])
 def test_result_does_not_depend_on_threads(threads):
     one, many = run(threads=1).scene, run(threads=threads).scene
@@ -144,10 +188,10 @@ def test_last_iteration_spawns_nothing():
     assert final_psnr(result) == pytest.approx(rendered_psnr(result.scene), abs=0.5)
 
 
-def rendered_psnr(scene):
+def rendered_psnr(scene, **settings):
     from warpvec.autograd import render
 
-    error = render(scene, HEIGHT, WIDTH) - picture()
+    error = render(scene, HEIGHT, WIDTH, **settings) - picture()
     return -10 * math.log10(error.square().mean().item())
 
 

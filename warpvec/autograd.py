@@ -6,6 +6,7 @@ operator of its own: the hand-written adjoint, which renders again from the inpu
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache, lru_cache
@@ -18,7 +19,7 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.checks import check_choice, check_count
-from warpvec.config import RENDERERS
+from warpvec.config import RENDERER_SETTINGS, RENDERERS, FitConfig
 from warpvec.errors import InputError
 from warpvec.launch import start_warp
 from warpvec.scene import Scene
@@ -34,24 +35,43 @@ if hasattr(torch.Tag, "cudagraph_unsafe"):
     _OPERATOR["tags"] = (torch.Tag.cudagraph_unsafe,)
 
 
-def render(scene: Scene, height: int, width: int, *, renderer: str = "exact", threads: int | None = None) -> Tensor:
+def render(
+    scene: Scene, height: int, width: int, *, renderer: str = "exact", threads: int | None = None, **settings: Any
+) -> Tensor:
     """The image [height, width, 3] of ``scene``, differentiable in its points, colour, opacity and background.
 
     Runs where the scene's tensors are, in their precision (float32 or float64), on ``threads`` CPU threads (all
     cores if None). Colours are sRGB-encoded and blended as they stand, as SVG viewers do. A path that is not finite
-    is not drawn and gets a zero gradient.
+    is not drawn and gets a zero gradient. ``settings`` are those of the renderer: none for "exact", which draws cubics
+    only; ``samples``, ``lines``, ``interior_gradient`` and ``covariance_gradient`` of `warpvec.FitConfig` for "splat".
 
     Raises:
-        InputError: no such renderer, an empty canvas, fewer than one thread, or tensors of several dtypes or devices,
-            or of one that has no renderer.
+        InputError: no such renderer or setting of it, a degree that it does not draw, an empty canvas, fewer than one
+            thread, or tensors of several dtypes or devices, or of one that has no renderer.
     """
     check_choice("renderer", renderer, RENDERERS)
     height, width = check_count("height", height, 1), check_count("width", width, 1)
     thread_count = 0 if threads is None else check_count("threads", threads, 1)
     inputs = (scene.points, scene.color, scene.opacity, scene.background)
     _check_kinds(inputs)
-    image: Tensor = _render(*inputs, height, width, renderer, thread_count)
+    image: Tensor = _render(*inputs, height, width, renderer, thread_count, _as_text(renderer, scene.degree, settings))
     return image
+
+
+# torch.compile cannot trace it, and guards the arguments.
+@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
+def _as_text(renderer: str, degree: int, settings: dict[str, Any]) -> str:
+    """All arguments of the renderer for curves of ``degree`` as JSON: operators take no dictionaries."""
+    known = RENDERER_SETTINGS[renderer]
+    for name in settings:
+        if name not in known:
+            raise InputError(
+                f"{name} is not a setting of the renderer {renderer}, which has {', '.join(known) or 'none'}"
+            )
+    if renderer == "exact" and degree != 3:
+        raise InputError(f"scene must have degree 3 for the renderer exact, got {degree}; see warpvec.cubics.to_cubics")
+    arguments = FitConfig(renderer=renderer, **settings).renderer_settings
+    return json.dumps({**arguments, "degree": degree} if arguments else {}, sort_keys=True)
 
 
 def _check_kinds(inputs: tuple[Tensor, ...]) -> None:
@@ -80,9 +100,10 @@ def _warp_stream(stream: torch.cuda.Stream) -> Any:
 
 
 @lru_cache(maxsize=_RENDERERS_KEPT)
-def _renderer(name: str, height: int, width: int, device: str, dtype: torch.dtype, threads: int) -> Any:
+def _renderer(name: str, height: int, width: int, device: str, dtype: torch.dtype, threads: int, settings: str) -> Any:
     module = import_module(f"warpvec.{name}")
-    return module.Renderer(height, width, device=device, dtype=dtype, threads=threads or None)
+    arguments = json.loads(settings)
+    return module.Renderer(height, width, device=device, dtype=dtype, threads=threads or None, **arguments)
 
 
 @torch.library.custom_op("warpvec::render", **_OPERATOR)
@@ -95,9 +116,10 @@ def _render(
     width: int,
     renderer: str,
     threads: int,
+    settings: str,
 ) -> Tensor:
     with _turn(points.device):
-        stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads)
+        stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads, settings)
         image: Tensor = stages.render(points, color, opacity, background)
     return image
 
@@ -112,6 +134,7 @@ def _(
     width: int,
     renderer: str,
     threads: int,
+    settings: str,
 ) -> Tensor:
     return points.new_empty((height, width, 3))
 
@@ -125,10 +148,11 @@ def _render_adjoint(
     adj_image: Tensor,
     renderer: str,
     threads: int,
+    settings: str,
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     height, width = adj_image.shape[:2]
     with _turn(points.device):
-        stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads)
+        stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads, settings)
         adjoints = stages.adjoint(points, color, opacity, background, adj_image)
     # An operator's outputs must not share memory with one another.
     return adjoints.points, adjoints.color.clone(), adjoints.opacity.clone(), adjoints.background.clone()
@@ -143,6 +167,7 @@ def _(
     adj_image: Tensor,
     renderer: str,
     threads: int,
+    settings: str,
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     inputs = (points, color, opacity, background)
     return tuple(torch.empty_like(tensor, memory_format=torch.contiguous_format) for tensor in inputs)  # type: ignore[return-value]
@@ -150,12 +175,12 @@ def _(
 
 def _setup(ctx: Any, inputs: tuple[Any, ...], output: Tensor) -> None:
     ctx.save_for_backward(*inputs[:4])
-    ctx.renderer, ctx.threads = inputs[6:]
+    ctx.drawn_by = inputs[6:]
 
 
 def _backward(ctx: Any, adj_image: Tensor) -> tuple[Any, ...]:
-    adjoints = _render_adjoint(*ctx.saved_tensors, adj_image, ctx.renderer, ctx.threads)
-    return (*adjoints, None, None, None, None)
+    adjoints = _render_adjoint(*ctx.saved_tensors, adj_image, *ctx.drawn_by)
+    return (*adjoints, None, None, None, None, None)
 
 
 _render.register_autograd(_backward, setup_context=_setup)

@@ -9,9 +9,14 @@ from typing import Any
 from warpvec.checks import as_float, check_choice, check_count, check_flag, check_number, show
 from warpvec.errors import InputError
 
-RENDERERS = ("exact",)
-"""Renderers by name. Each name is a module of this package with the same stem."""
+RENDERER_SETTINGS: dict[str, tuple[str, ...]] = {
+    "exact": (),
+    "splat": ("samples", "lines", "interior_gradient", "covariance_gradient"),
+}
+"""Renderer -> the fields of `FitConfig` that are its settings. Each name is a module of this package."""
 
+RENDERERS = tuple(RENDERER_SETTINGS)
+PATH_MODELS = ("segments", "sides")
 Z_ORDERS = ("creation", "area")
 COLOR_PARAMETERS = ("direct", "logit")
 LR_DECAYS = ("cosine", "constant", "steps")
@@ -35,8 +40,13 @@ class FitConfig:
     # what is made
     curves: int = 512
     """N, the number of closed paths in the result."""
+    path_model: str = "segments"
+    """"segments": a path is cubics in a loop. "sides": it is two curves with common ends, the paper's, which only the
+    renderer splat draws; the file then has cubics that come close."""
     segments: int = 4
-    """Cubic segments per path; a path has 3 * segments control points."""
+    """Cubics per path of the model segments; a path has 3 * segments control points."""
+    degree: int = 5
+    """M, of either curve of the model sides; a path has 2 * degree control points."""
     precision: int = 2
     """Decimals of the coordinates in the SVG."""
     fit_size: int = 1024
@@ -51,10 +61,21 @@ class FitConfig:
     """At most these wall-clock seconds for the optimisation loop; the schedule is shortened to fit in them."""
     seed: int = 0
     renderer: str = "exact"
+    """"exact": a path is its area. "splat": it is Gaussians along its outline and through its interior, the paper's."""
     device: str = "auto"
     """"auto", "cpu", "cuda" or "cuda:K"."""
     threads: int | None = None
     """CPU threads for the kernels; None takes all cores. The result does not depend on it."""
+
+    # the renderer "splat"
+    samples: int = 64
+    """Gaussians along each side of a path, and along each line between them."""
+    lines: int = 40
+    """Lines of Gaussians between the two sides of a path."""
+    interior_gradient: bool = True
+    """Interior Gradient Aggregation: Gaussians of the lines, not of the sides alone, move the control points."""
+    covariance_gradient: bool = False
+    """Control points feel the sizes and directions of Gaussians too, not their positions alone."""
 
     # who decides when paths come and go
     policy: str = "scaffolding"
@@ -117,18 +138,39 @@ class FitConfig:
         for name, value in {**_counts(self), **_numbers(self)}.items():
             object.__setattr__(self, name, value)
         _check_choices(self)
+        _check_path_model(self)
         _check_growth(self)
+
+    @property
+    def point_degree(self) -> int:
+        """Degree of the curves that the control points make."""
+        return self.degree if self.path_model == "sides" else 3
+
+    @property
+    def renderer_settings(self) -> dict[str, Any]:
+        """Arguments of the renderer beyond the canvas, the device and the threads."""
+        settings = {name: getattr(self, name) for name in RENDERER_SETTINGS[self.renderer]}
+        return {**settings, "degree": self.point_degree} if settings else {}
 
     def to_dict(self) -> dict[str, Any]:
         """The settings as plain values, for the metadata of the file and for JSON."""
         return asdict(self)
 
 
+_PAPERS_MODEL: dict[str, Any] = {
+    "path_model": "sides",
+    "backdrop": "white",
+    "renderer": "splat",
+    "color_parameter": "logit",
+    "bezier_weight": 1.0,
+}
+
 PRESETS: dict[str, dict[str, Any]] = {
     "draft": {"iterations": 400, "inflation_gap": 20},
     "default": {},
     "best": {"iterations": 6000},
     "paper": {
+        **_PAPERS_MODEL,
         "iterations": 5000,
         "inflation_gap": 100,
         "recycle_gap": 0,
@@ -136,8 +178,20 @@ PRESETS: dict[str, dict[str, Any]] = {
         "lr_color": 0.5,
         "lr_opacity": 0.5,
         "lr_decay": "constant",
-        "color_parameter": "logit",
-        "bezier_weight": 1.0,
+    },
+    # The flat baseline as its code has it; there the Xing term is switched off.
+    "bezier-splatting": {
+        **_PAPERS_MODEL,
+        "iterations": 10_000,
+        "interior_gradient": False,
+        "policy": "replacement",
+        "z_order": "area",
+        "recycle_gap": 0,
+        "lr_points": 2e-4,
+        "lr_color": 0.01,
+        "lr_opacity": 0.01,
+        "lr_decay": "steps",
+        "xing_weight": 0.0,
     },
 }
 """Preset name -> the fields in which it differs from FitConfig's defaults."""
@@ -163,7 +217,7 @@ def _counts(config: FitConfig) -> dict[str, int]:
         "initial_curves": (1, None), "inflation_gap": (1, None), "recycle_gap": (0, None),
         "replace_gap": (1, None),
         # float32 has seven digits, and one at least stands before the point.
-        "precision": (0, 6),
+        "precision": (0, 6), "degree": (1, 12), "samples": (2, None), "lines": (1, None),
         # The generators take a signed 64-bit seed.
         "seed": (0, 2**63 - 1),
     }  # fmt: skip
@@ -194,16 +248,24 @@ def _time_budget(value: Any) -> float:
 
 def _check_choices(config: FitConfig) -> None:
     choices = {
-        "renderer": RENDERERS, "backdrop": BACKDROPS, "policy": POLICIES, "z_order": Z_ORDERS,
-        "color_parameter": COLOR_PARAMETERS, "lr_decay": LR_DECAYS,
+        "renderer": RENDERERS, "path_model": PATH_MODELS, "backdrop": BACKDROPS, "policy": POLICIES,
+        "z_order": Z_ORDERS, "color_parameter": COLOR_PARAMETERS, "lr_decay": LR_DECAYS,
     }  # fmt: skip
     for name, allowed in choices.items():
         check_choice(name, getattr(config, name), allowed)
-    for name in ("compensate", "flat"):
+    for name in ("compensate", "flat", "interior_gradient", "covariance_gradient"):
         check_flag(name, getattr(config, name))
     # Which devices there are is asked where the fit starts: to find out takes seconds.
     if not isinstance(config.device, str):
         raise InputError(f"device must be a name, got {show(config.device)}; give 'auto', 'cpu', 'cuda' or 'cuda:K'")
+
+
+def _check_path_model(config: FitConfig) -> None:
+    if config.path_model == "sides" and config.renderer != "splat":
+        raise InputError(
+            f"path_model must be segments with the renderer {config.renderer}, got 'sides'; give segments, or the"
+            " renderer splat"
+        )
 
 
 def _check_growth(config: FitConfig) -> None:

@@ -126,8 +126,9 @@ class _Fit:
         self._target = target.to(device, torch.float32)
         self._policy: _Policy = _POLICIES[config.policy](self._target, config)
         renderer = import_module(f"warpvec.{config.renderer}")
-        self._renderer = renderer.Renderer(self._height, self._width, device=device, threads=config.threads)
-        self._regularization = Regularization(self._height, self._width, config, device)
+        settings = config.renderer_settings
+        self._renderer = renderer.Renderer(self._height, self._width, device=device, threads=config.threads, **settings)
+        self._regularization = Regularization(self._height, self._width, config, device, config.point_degree)
         self._prepared_target = self._renderer.prepare_target(self._target)
         self._start = time.perf_counter()
         self._iteration = 0

@@ -12,7 +12,9 @@ from warpvec.config import FitConfig
 SETTINGS = {
     "The result": {
         "curves": "Closed paths in the result.",
-        "segments": "Cubic segments per path.",
+        "path_model": "A path is cubics in a loop (segments) or two curves with common ends (sides, with splat).",
+        "segments": "Cubics per path of the model segments.",
+        "degree": "Degree of the curves of the model sides, 1 to 12.",
         "precision": "Decimals of the coordinates, 0 to 6.",
         "backdrop": "Canvas colour: fitted (learned) or white.",
         "fit_size": "Longest side in pixels that the fit works on; the SVG keeps the photo's units.",
@@ -21,9 +23,15 @@ SETTINGS = {
         "iterations": "Optimization steps.",
         "time_budget": "At most these seconds for the optimization; the schedule is shortened to fit.",
         "seed": "Start of the random numbers; equal seeds give equal files.",
-        "renderer": "Renderer by name: exact.",
+        "renderer": "exact (areas, as SVG viewers draw them) or splat (the paper's Gaussians).",
         "device": "auto, cpu, cuda or cuda:K.",
         "threads": "CPU threads; the result does not depend on them.",
+    },
+    "Renderer splat": {
+        "samples": "Gaussians along each side and line of a path.",
+        "lines": "Lines of Gaussians between the sides of a path.",
+        "interior_gradient": "Gaussians inside move the control points too.",
+        "covariance_gradient": "So do their sizes and directions.",
     },
     "Population": {
         "policy": "When paths come and go: scaffolding (Algorithm 1 of the paper) or replacement (Bezier Splatting's).",

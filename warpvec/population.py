@@ -7,7 +7,7 @@ from torch import Tensor
 
 from warpvec.adan import Adan
 from warpvec.config import FitConfig
-from warpvec.scene import Scene, bernstein, circle_points
+from warpvec.scene import Scene, bernstein, circle_points, circle_sides
 
 # Opacities and logit colours are kept this far from 0 and 1, where the logit is infinite.
 _LOGIT_MARGIN = 1e-4
@@ -125,10 +125,11 @@ def new_paths(
         color, opacity, background: [N, 3], [N] and [3], as in the scene.
         generation: that of all of them.
     """
-    unit = circle_points(torch.zeros_like(center), torch.ones_like(center[:, 0]), config.segments)
+    spawn, size = (circle_sides, config.degree) if config.path_model == "sides" else (circle_points, config.segments)
+    unit = spawn(torch.zeros_like(center), torch.ones_like(center[:, 0]), size)
     points = center[:, None, :] + unit * center.new_tensor(radius)
     generations = torch.full((len(center),), generation, device=center.device)
-    return Scene(points, color, opacity, background, generations)
+    return Scene(points, color, opacity, background, generations, config.point_degree)
 
 
 def curve_boxes(points: Tensor, degree: int) -> Tensor:
