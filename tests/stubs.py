@@ -9,19 +9,23 @@ from torch import Tensor
 
 from warpvec.config import FitConfig
 from warpvec.fit import FitResult, Progress
-from warpvec.scene import Scene, circle_points
+from warpvec.scene import Scene, circle_points, circle_sides
 
 
-def circles(height: int, width: int, count: int, segment_count: int = 4) -> Scene:
+def circles(height: int, width: int, count: int, config: FitConfig | None = None) -> Scene:
     """``count`` opaque circles of random place and colour, a quarter of the shorter side wide."""
+    config = config or FitConfig()
     center = torch.rand(count, 2) * torch.tensor([width, height])
     radius = torch.full((count,), min(height, width) / 8)
+    sides = config.path_model == "sides"
+    points = circle_sides(center, radius, config.degree) if sides else circle_points(center, radius, config.segments)
     return Scene(
-        points=circle_points(center, radius, segment_count),
+        points=points,
         color=torch.rand(count, 3),
         opacity=torch.ones(count),
         background=torch.tensor([0.25, 0.5, 0.75]),
         generation=torch.arange(count) // 16,
+        degree=config.point_degree,
     )
 
 
@@ -34,7 +38,7 @@ def stub_fit(
 ) -> FitResult:
     """What `warpvec.fit.fit` returns, without fitting: random circles, one call of ``on_progress`` an iteration."""
     height, width, _ = target.shape
-    scene = circles(height, width, config.curves, config.segments)
+    scene = circles(height, width, config.curves, config)
     history = []
     for iteration in range(1, config.iterations + 1):
         history.append({"iteration": iteration, "curves": config.curves, "psnr": 20.0, "seconds": 0.5 * iteration})

@@ -17,6 +17,8 @@ from stubs import stub_fit
 
 import warpvec
 from warpvec import api
+from warpvec.cubics import to_cubics
+from warpvec.image import fit_image
 from warpvec.verify import draw, psnr
 from warpvec.verify import ssim as ssim_of
 
@@ -92,6 +94,32 @@ def test_metrics_are_those_of_the_file(photo: Photo) -> None:
     assert (metrics["width"], metrics["height"]) == (48, 32)
     assert (metrics["iterations"], metrics["seconds"], metrics["device"]) == (3, 1.5, "cpu")
     assert metrics["interrupted"] is False
+
+
+@pytest.mark.usefixtures("quick_fit")
+def test_the_file_of_sides_has_cubics_that_come_close() -> None:
+    # 64 x 96 fitted as 16 x 24: deviations are in pixels of the photo.
+    result = _vectorize(np.zeros((64, 96, 3), np.uint8), preset="paper", fit_size=24)
+    assert result.fitted.scene.degree == result.metrics["degree"] == 5
+    cubics, deviation = to_cubics(result.fitted.scene.scaled(4.0))
+    assert result.scene.degree == 3
+    assert (result.scene.points - cubics.points).abs().max() <= 0.051  # handles are rounded to 0.1
+    assert 0.0 < result.metrics["conversion_px"] == deviation <= 0.05
+    assert _vectorize(np.zeros((64, 96, 3), np.uint8)).metrics["conversion_px"] == 0.0
+
+
+@pytest.mark.usefixtures("quick_fit")
+def test_internal_psnr_of_splat_is_that_of_the_soft_image_at_the_fitted_size() -> None:
+    photo = np.random.default_rng(1).integers(0, 256, (64, 96, 3), dtype=np.uint8)
+    settings: dict[str, Any] = {"samples": 12, "lines": 5}
+    result = _vectorize(photo, preset="paper", fit_size=48, **settings)
+    soft = warpvec.render(result.fitted.scene, 32, 48, renderer="splat", **settings).numpy()
+    np.testing.assert_allclose(result.soft_image(), soft, atol=1e-6)
+    reduced = fit_image(result.photo, 48)
+    assert result.metrics["internal_psnr"] == pytest.approx(psnr(np.rint(soft.clip(0, 1) * 255) / 255, reduced))
+    assert (result.metrics["renderer"], result.render().shape) == ("splat", (64, 96, 3))
+    # What is drawn is the file.
+    assert psnr(result.render(), draw(result.svg())) > 35
 
 
 @pytest.mark.usefixtures("quick_fit")

@@ -14,7 +14,8 @@ import torch
 from numpy.typing import NDArray
 
 from warpvec.autograd import render
-from warpvec.config import FitConfig, make_config
+from warpvec.config import RENDERER_SETTINGS, FitConfig, make_config
+from warpvec.cubics import to_cubics
 from warpvec.errors import InputError
 from warpvec.files import check_writable, encode_svg, write_atomic
 from warpvec.fit import FitResult, Progress, fit
@@ -53,11 +54,15 @@ class Result:
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene as the file says it: in pixels of the photo, rounded to the file's precision."""
+        """The scene as the file says it: cubics in pixels of the photo, rounded to the file's precision."""
+        return quantize(self._cubics[0], self.config.precision)
+
+    @cached_property
+    def _cubics(self) -> tuple[Scene, float]:
+        """The fitted scene as cubics in pixels of the photo, and how far they are from it at most, in these pixels."""
         height, width = self.photo.shape[:2]
         fitted_height, fitted_width = self.fitted_size
-        enlarged = self.fitted.scene.scaled(width / fitted_width, height / fitted_height)
-        return quantize(enlarged, self.config.precision)
+        return to_cubics(self.fitted.scene.scaled(width / fitted_width, height / fitted_height))
 
     @property
     def history(self) -> list[dict[str, float]]:
@@ -83,7 +88,9 @@ class Result:
         write_atomic(path, encode_svg(self.svg(), path))
 
     def render(self, scale: float = 1.0) -> NDArray[np.float32]:
-        """The scene drawn with exact coverage, [h, w, 3] with h and w ``scale`` times the photo's, rounded.
+        """The file's scene drawn with exact coverage, [h, w, 3] with h and w ``scale`` times the photo's, rounded.
+
+        That is so whatever the fit was rendered with; what the renderer "splat" makes of it is `soft_image`.
 
         Raises:
             InputError: ``scale`` is not above 0.
@@ -92,21 +99,30 @@ class Result:
             raise InputError(f"scale must be above 0 and finite, got {scale!r}; 1 gives the photo's size")
         height, width = (max(1, round(side * scale)) for side in self.photo.shape[:2])
         x_factor, y_factor = width / self.photo.shape[1], height / self.photo.shape[0]
-        return _draw(self.scene.scaled(x_factor, y_factor), height, width, self.config)
+        return _draw_exactly(self.scene.scaled(x_factor, y_factor), height, width, self.config.threads)
+
+    def soft_image(self) -> NDArray[np.float32]:
+        """The fitted scene, neither converted nor rounded, as the fit saw it: [h, w, 3] of the size `fitted_size`."""
+        return draw_as_fitted(self.fitted.scene, *self.fitted_size, self.config)
 
     @cached_property
     def metrics(self) -> dict[str, Any]:
         """Plain values that describe the result; computed at the first use.
 
-        ``psnr`` (dB) and ``ssim`` compare the photo with the file as resvg draws it; ``internal_psnr`` compares it
-        with `render`, rounded to 8 bits as the drawing is (0.01 dB at 32 dB). ``bytes`` and ``gzip_bytes`` are sizes
-        of the SVG text, plain and gzipped.
+        ``psnr`` (dB) and ``ssim`` compare the photo with the file as resvg draws it. ``internal_psnr`` is that of the
+        renderer of the fit, clamped and rounded to 8 bits as the drawing is (0.01 dB at 32 dB): with "exact" of
+        `render`, against the photo; with "splat" of `soft_image`, against the reduced photo. ``conversion_px`` is how
+        far the cubics of the file are from the fitted curves at most, in pixels of the photo, before rounding.
+        ``bytes`` and ``gzip_bytes`` are sizes of the SVG text, plain and gzipped.
         """
         height, width = self.photo.shape[:2]
         opacity = self.scene.opacity
         return {
             **evaluate(self.svg(), self.photo),
-            "internal_psnr": psnr(_eight_bits(self.render()), self.photo),
+            "renderer": self.config.renderer,
+            "internal_psnr": self._internal_psnr(),
+            "degree": self.fitted.scene.degree,
+            "conversion_px": self._cubics[1],
             "mean_opacity": opacity.mean().item() if len(opacity) else 0.0,
             "width": width,
             "height": height,
@@ -117,6 +133,11 @@ class Result:
             "device": self.fitted.device,
             "interrupted": self.interrupted,
         }
+
+    def _internal_psnr(self) -> float:
+        if self.config.renderer == "exact":
+            return psnr(_eight_bits(self.render()), self.photo)
+        return psnr(_eight_bits(self.soft_image()), fit_image(self.photo, self.config.fit_size))
 
     @cached_property
     def _text(self) -> str:
@@ -140,7 +161,7 @@ def vectorize(
     Args:
         image: a path, the bytes of an image file, a PIL image, or an array as `warpvec.image.read_image` takes.
         curves: number of paths.
-        preset: "draft", "default", "best" or "paper".
+        preset: one of `warpvec.PRESETS`: "draft", "default", "best", "paper" or "bezier-splatting".
         background: colour behind a transparent image.
         on_progress: called after every iteration; keep it cheap.
         settings: fields of `warpvec.FitConfig` that replace those of the preset.
@@ -182,20 +203,27 @@ def evaluate(svg: str | bytes, photo: NDArray[Any]) -> dict[str, Any]:
     return {**sizes, "gzip_bytes": facts["gzip_bytes"], **measure(svg, photo)}
 
 
+def draw_as_fitted(scene: Scene, height: int, width: int, config: FitConfig) -> NDArray[np.float32]:
+    """The image [h, w, 3] of ``scene`` by the renderer of ``config`` with its settings."""
+    settings = {name: getattr(config, name) for name in RENDERER_SETTINGS[config.renderer]}
+    image = render(scene, height, width, renderer=config.renderer, threads=config.threads, **settings)
+    pixels: NDArray[np.float32] = image.detach().cpu().numpy()
+    return pixels
+
+
 def _eight_bits(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """``image`` rounded, in place, to what an 8-bit file can say."""
+    """``image`` clamped and rounded, in place, to what an 8-bit file can say."""
+    np.clip(image, 0.0, 1.0, out=image)
     np.rint(np.multiply(image, 255.0, out=image), out=image)
     return np.divide(image, 255.0, out=image)
 
 
-def _draw(scene: Scene, height: int, width: int, config: FitConfig) -> NDArray[np.float32]:
+def _draw_exactly(scene: Scene, height: int, width: int, threads: int | None) -> NDArray[np.float32]:
     """The exact image [h, w, 3], drawn in bands of rows so that memory does not grow with the photo."""
     row_count = max(1, BAND_PIXELS // width)
     image = np.empty((height, width, 3), np.float32)
     for top in range(0, height, row_count):
         bottom = min(top + row_count, height)
         band = replace(scene, points=scene.points - scene.points.new_tensor([0.0, top]))
-        image[top:bottom] = (
-            render(band, bottom - top, width, renderer=config.renderer, threads=config.threads).detach().cpu().numpy()
-        )
+        image[top:bottom] = render(band, bottom - top, width, threads=threads).detach().cpu().numpy()
     return image

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from warpvec.api import Result
     from warpvec.fit import Progress
 
+_INTERNAL_IMAGES = {"exact": "internally", "splat": "in the soft image"}
+"""Renderer of the fit -> where the summary says the internal PSNR is from."""
+
 
 class _Group(click.Group):
     """Errors in one line, with the exit codes that this module's docstring states."""
@@ -194,7 +197,7 @@ def _read_svg(path: str) -> bytes:
 
 def _frame_saver(folder: str, every: int, photo: NDArray[np.float32], config: FitConfig) -> Callable[[Progress], None]:
     """Writes the scene of every ``every``-th iteration, at the size of the fit, to ``folder``."""
-    from warpvec.autograd import render
+    from warpvec.api import draw_as_fitted
     from warpvec.image import fit_image, write_png
 
     height, width = fit_image(photo, config.fit_size).shape[:2]
@@ -202,7 +205,7 @@ def _frame_saver(folder: str, every: int, photo: NDArray[np.float32], config: Fi
 
     def save(progress: Progress) -> None:
         if progress.iteration % every == 0 or progress.iteration == progress.iteration_count:
-            frame = render(progress.scene(), height, width).detach().cpu().numpy()
+            frame = draw_as_fitted(progress.scene(), height, width, config)
             write_png(Path(folder) / f"frame-{progress.iteration:06}.png", frame)
 
     return save
@@ -251,7 +254,9 @@ def _summary(metrics: dict[str, Any], out: str) -> str:
         "PSNR {psnr:.2f} dB, SSIM {ssim:.4f}, as resvg draws the file",
     ]
     if "internal_psnr" in metrics:
-        lines[1] += "; {internal_psnr:.2f} dB internally"
+        lines[1] += "; {internal_psnr:.2f} dB " + _INTERNAL_IMAGES[metrics["renderer"]]
+        if metrics["degree"] != 3:
+            lines.append("sides of degree {degree} written as cubics within {conversion_px:.3f} px")
         lines.append("{iterations} iterations in {seconds:.1f} s on {device}")
     return "\n".join(lines).format(out="SVG" if out == "-" else out, **metrics)
 
