@@ -3,17 +3,13 @@
 What: PSNR, SSIM and size of the files, and the seconds that the fits took, in one process whose kernels are compiled
 and loaded before the first fit. Why these photos: the Kodak set is what papers on vectorization report means of.
 
-Every result is written to a CSV file as soon as it is there. A line is known by the image's bytes, the settings and
-warpvec's sources: a run that was interrupted goes on where it ended, one after a change to any of them starts anew.
+Every result is written to a CSV file as soon as it is there (`fits.py`), so that a run that was interrupted goes on
+where it ended.
 """
 
 from __future__ import annotations
 
-import csv
-import hashlib
-import io
 import json
-import os
 import time
 from collections.abc import Callable, Iterable, Sequence
 from itertools import product
@@ -22,7 +18,7 @@ from statistics import fmean
 from typing import Any
 
 import click
-import numpy as np
+from fits import ResultFile, Row, find_images, fit_key, warm_up
 from harness import (
     comma_separated_counts,
     default_cache,
@@ -43,59 +39,19 @@ METRICS = ("psnr", "ssim", "internal_psnr", "bytes", "gzip_bytes", "mean_opacity
 FIELDS = ("key", "image", "preset", "curves", "settings", *METRICS, "gap", "total_seconds", "source")
 """Columns of the CSV. ``seconds`` is the fit's; ``total_seconds`` adds reading the photo and writing the SVG."""
 
-SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif")
-
 _HEADER = ("PSNR", "SSIM", "internal", "gap", "bytes", "opacity", "fit s", "total s")
 _FORMATS = {
     "psnr": ".3f", "ssim": ".4f", "internal_psnr": ".3f", "gap": ".3f",
     "bytes": ",.0f", "mean_opacity": ".3f", "seconds": ".1f", "total_seconds": ".1f",
 }  # fmt: skip
 
-Row = dict[str, str]
 
-
-# The CSV
-
-
-def read_rows(path: Path) -> dict[str, Row]:
-    """Key -> line of the file; none if it is not there. Half a line at its end, of a killed run, is cut off.
-
-    Raises:
-        click.UsageError: the file has other columns.
-    """
-    if not path.exists():
-        return {}
-    text = path.read_text()
-    whole = text[: text.rfind("\n") + 1]
-    if whole != text:
-        path.write_text(whole)
-    reader = csv.DictReader(io.StringIO(whole))
-    if reader.fieldnames is not None and tuple(reader.fieldnames) != FIELDS:
-        raise click.UsageError(f"--out must be a file of this version's columns, {path} has others; name a new file")
-    return {row["key"]: row for row in reader}
-
-
-def append_row(path: Path, row: dict[str, Any]) -> None:
-    """Add one line, and the header before the first, by one write that has reached the disk when this returns."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    text = io.StringIO()
-    writer = csv.DictWriter(text, FIELDS, lineterminator="\n")
-    with path.open("a", newline="") as file:
-        if file.tell() == 0:
-            writer.writeheader()
-        writer.writerow(row)
-        file.write(text.getvalue())
-        file.flush()
-        os.fsync(file.fileno())
+# The fits
 
 
 def row_key(image: Path, config: FitConfig) -> str:
-    """What a result depends on, time and device included."""
-    settings = json.dumps(config.to_dict(), sort_keys=True)
-    return hashlib.sha256(image.read_bytes() + settings.encode() + source_digest().encode()).hexdigest()[:16]
-
-
-# The fits
+    """The key of an image's line."""
+    return fit_key(image.read_bytes(), config)
 
 
 def measure_image(image: Path, preset: str, config: FitConfig, given: dict[str, Any]) -> dict[str, Any]:
@@ -118,33 +74,15 @@ def measure_image(image: Path, preset: str, config: FitConfig, given: dict[str, 
     return {**known, **measured, "gap": gap, **run}
 
 
-def warm_up(settings: dict[str, Any]) -> None:
-    """Load every kernel of a fit, growth and recycling included."""
-    noise = np.random.default_rng(0).random((32, 32, 3), dtype=np.float32)
-    short = {"curves": 32, "iterations": 40, "inflation_gap": 1, "recycle_gap": 5}
-    _ = vectorize(noise, **{**settings, **short}).metrics
-
-
-def find_images(folder: Path, limit: int | None) -> list[Path]:
-    """The images of ``folder`` by name, the first ``limit`` of them.
-
-    Raises:
-        click.UsageError: there are none.
-    """
-    images = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)[:limit]
-    if not images:
-        raise click.UsageError(f"FOLDER must hold images ({', '.join(SUFFIXES)}), {folder} holds none")
-    return images
-
-
 def collect(cases: Iterable[tuple[Path, FitConfig]], out: Path, measure: Callable[..., dict[str, Any]]) -> list[Row]:
     """The line of every case: from ``out`` if it is there, else measured and added to it."""
-    done, keys = read_rows(out), []
+    results = ResultFile(out, FIELDS)
+    done, keys = results.read(), []
     for image, config in cases:
         keys.append(key := row_key(image, config))
         if key not in done:
             row = measure(image, config)
-            append_row(out, row)
+            results.append(row)
             done[key] = {name: str(value) for name, value in row.items()}
             click.echo(f"{image.name} {config.curves}: {row['psnr']:.2f} dB, {row['total_seconds']:.1f} s", err=True)
     return [done[key] for key in keys]
@@ -196,8 +134,8 @@ def main(
         configs = [make_config(preset, **{**given, "curves": count}) for count in curves]
         facts = machine_facts(resolve_device(configs[0].device))
         cases = [(image, config) for config, image in product(configs, find_images(folder, limit))]
-        if any(row_key(*case) not in read_rows(out) for case in cases):
-            warm_up({**given, "preset": preset})
+        if any(row_key(*case) not in ResultFile(out, FIELDS).read() for case in cases):
+            warm_up(preset, given)
         rows = collect(cases, out, lambda image, config: measure_image(image, preset, config, given))
     except InputError as error:
         raise click.UsageError(str(error)) from error

@@ -1,0 +1,95 @@
+"""What the benchmarks of many fits share: photos of a folder, results kept line by line in a CSV, a warm-up.
+
+A result is known by the image's bytes, the settings and warpvec's sources: a run that was interrupted goes on where it
+ended, one after a change to any of them starts anew.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from harness import source_digest
+
+from warpvec import vectorize
+from warpvec.config import FitConfig
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif")
+
+Row = dict[str, str]
+
+# Growth and recycling included, so that every kernel of a fit has run.
+_WARMUP = {"curves": 32, "iterations": 40, "inflation_gap": 1, "recycle_gap": 5}
+
+
+def find_images(folder: Path, limit: int | None = None) -> list[Path]:
+    """The images of ``folder`` by name, the first ``limit`` of them.
+
+    Raises:
+        click.UsageError: there are none.
+    """
+    images = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)[:limit]
+    if not images:
+        raise click.UsageError(f"FOLDER must hold images ({', '.join(SUFFIXES)}), {folder} holds none")
+    return images
+
+
+def fit_key(image: bytes, config: FitConfig, *more: object) -> str:
+    """What a result depends on: the file's bytes, the settings, time and device included, the sources, and ``more``."""
+    settings = json.dumps([config.to_dict(), *more], sort_keys=True)
+    return hashlib.sha256(image + settings.encode() + source_digest().encode()).hexdigest()[:16]
+
+
+def warm_up(preset: str, settings: Mapping[str, Any]) -> None:
+    """Compile and load every kernel of a fit with these settings."""
+    noise = np.random.default_rng(0).random((32, 32, 3), dtype=np.float32)
+    _ = vectorize(noise, preset=preset, **{**settings, **_WARMUP}).metrics
+
+
+@dataclass(frozen=True)
+class ResultFile:
+    """A CSV file of results with the columns ``fields``, the first of which is the key."""
+
+    path: Path
+    fields: tuple[str, ...]
+
+    def read(self) -> dict[str, Row]:
+        """Key -> its last line; none if the file is not there. Half a line at its end, of a killed run, is cut off.
+
+        Raises:
+            click.UsageError: the file has other columns.
+        """
+        if not self.path.exists():
+            return {}
+        text = self.path.read_text()
+        whole = text[: text.rfind("\n") + 1]
+        if whole != text:
+            self.path.write_text(whole)
+        reader = csv.DictReader(io.StringIO(whole))
+        if reader.fieldnames is not None and tuple(reader.fieldnames) != self.fields:
+            raise click.UsageError(
+                f"--out must be a file of this version's columns, {self.path} has others; name a new file"
+            )
+        return {row[self.fields[0]]: row for row in reader}
+
+    def append(self, row: Mapping[str, Any]) -> None:
+        """Add one line, and the header before the first, by one write that has reached the disk when this returns."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        text = io.StringIO()
+        writer = csv.DictWriter(text, self.fields, lineterminator="\n")
+        with self.path.open("a", newline="") as file:
+            if file.tell() == 0:
+                writer.writeheader()
+            writer.writerow(row)
+            file.write(text.getvalue())
+            file.flush()
+            os.fsync(file.fileno())
