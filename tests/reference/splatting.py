@@ -161,8 +161,10 @@ def _one_path(gaussians: Gaussians, row: int, opacity: Tensor, height: int, widt
 
 def _bell(mean: Tensor, frame: Tensor, scale: Tensor, opacity: Tensor, pixels: Tensor) -> Tensor:
     """o exp(-q / 2) with q = |S^-1 R^T (v - X)|^2, broadcast over the leading axes."""
-    local = (frame * (pixels - mean)[..., None]).sum(-2) / scale
-    return opacity * torch.exp(-0.5 * local.square().sum(-1))
+    dx, dy = (pixels - mean).unbind(-1)
+    along = (dx * frame[..., 0, 0] + dy * frame[..., 1, 0]) / scale[..., 0]
+    across = (dx * frame[..., 0, 1] + dy * frame[..., 1, 1]) / scale[..., 1]
+    return opacity * torch.exp(-0.5 * (along.square() + across.square()))
 
 
 def _pixel_centers(height: int, width: int) -> Tensor:

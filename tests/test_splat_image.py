@@ -1,0 +1,107 @@
+"""The image of the splat renderer against the reference: sizes, numbers of everything, degenerate paths, opacities."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+import torch
+from oracles import adjoint, cotangent, lane_widths, render
+from reference.splatting import Settings
+from scenes import ZOO, SceneTensors, ZooCase, degenerate_scene, random_scene
+from splat_oracles import (
+    OPACITIES,
+    check_gradients,
+    check_image,
+    in_the_middle,
+    layered,
+    loop_scene,
+    make_splat_renderer,
+    off_the_band,
+)
+
+SIZES = [(1, 1), (15, 17), (16, 16), (17, 15), (31, 33), (33, 31), (20, 1040)]
+
+SHAPES = [(3, 2), (3, 3), (3, 5), (2, 2), (5, 2)]
+"""Degree and pieces, beside the usual 3 and 4."""
+
+SMALL = Settings(samples=7, lines=2)
+
+EXACT = 1e-11
+"""Rounding in float64; the worst seen is 2e-14."""
+
+Maker = Callable[..., SceneTensors]
+
+
+@pytest.mark.parametrize(("height", "width"), SIZES)
+@pytest.mark.parametrize("make", [random_scene, degenerate_scene])
+@lane_widths
+def test_image_at_every_border(make: Maker, height: int, width: int, lane_width: int) -> None:
+    scene = off_the_band(SMALL, make, height + width, 9, height, width)
+    check_image(scene, SMALL, make_splat_renderer(scene, SMALL, lane_width), EXACT)
+
+
+@pytest.mark.parametrize("path_count", [0, 1, 2, 63, 64, 65])
+@lane_widths
+def test_image_of_any_number_of_paths(path_count: int, lane_width: int) -> None:
+    settings = Settings(4, 1)
+    scene = off_the_band(settings, random_scene, path_count, path_count, 33, 40)
+    check_image(scene, settings, make_splat_renderer(scene, settings, lane_width, threads=3), EXACT)
+
+
+@pytest.mark.parametrize(("degree", "pieces"), SHAPES)
+@lane_widths
+def test_image_of_any_degree_and_number_of_pieces(degree: int, pieces: int, lane_width: int) -> None:
+    settings = Settings(11, 3, degree)
+    scene = off_the_band(settings, loop_scene, degree, 8, 33, 40, degree, pieces)
+    check_image(scene, settings, make_splat_renderer(scene, settings, lane_width), EXACT)
+
+
+@pytest.mark.parametrize(("samples", "lines"), [(2, 1), (3, 5), (15, 2), (16, 1), (17, 5), (33, 2)])
+@lane_widths
+def test_image_of_any_number_of_samples_and_lines(samples: int, lines: int, lane_width: int) -> None:
+    settings = Settings(samples, lines)
+    scene = off_the_band(settings, random_scene, samples, 6, 33, 40)
+    check_image(scene, settings, make_splat_renderer(scene, settings, lane_width), EXACT)
+
+
+@lane_widths
+def test_image_and_gradients_of_the_default_numbers_of_samples_and_lines(lane_width: int) -> None:
+    settings = Settings(covariance_gradient=True)
+    scene = off_the_band(settings, in_the_middle, 3, 3, 20, 24)
+    renderer = make_splat_renderer(scene, settings, lane_width)
+    check_image(scene, settings, renderer, EXACT)
+    check_gradients(scene, settings, renderer, 1e-10)
+
+
+@pytest.mark.parametrize("case", ZOO, ids=lambda case: case.name)
+@lane_widths
+def test_image_of_the_zoo(case: ZooCase, lane_width: int) -> None:
+    # Off the symmetry of the zoo, where alphas and clamps stand at their thresholds exactly.
+    settings = Settings(6, 2)
+    scene = case.scene._replace(points=case.scene.points + 1e-3 * torch.randn(2, dtype=torch.float64))
+    reach = max(1.0, scene.points.abs().max().item() / 1e3) if len(scene.points) else 1.0
+    check_image(scene, settings, make_splat_renderer(scene, settings, lane_width), EXACT * reach)
+
+
+@pytest.mark.parametrize("opacity", OPACITIES)
+@lane_widths
+def test_image_and_gradients_of_any_opacity(opacity: tuple[float, ...], lane_width: int) -> None:
+    scene = off_the_band(SMALL, layered, 4, 33, 40, *opacity)
+    renderer = make_splat_renderer(scene, SMALL, lane_width)
+    check_image(scene, SMALL, renderer, EXACT)
+    check_gradients(scene, SMALL, renderer, 1e-10)
+    got = adjoint(scene, renderer, cotangent(scene))
+    hidden = scene.opacity < 1 / 255
+    assert not any(getattr(got, name)[hidden].any() for name in ("points", "color", "opacity"))
+
+
+@lane_widths
+def test_no_paths(lane_width: int) -> None:
+    scene = random_scene(1, 0, 17, 33)
+    renderer = make_splat_renderer(scene, SMALL, lane_width)
+    assert torch.equal(render(scene, renderer), scene.background.expand(17, 33, 3))
+    adj_image = cotangent(scene)
+    got = adjoint(scene, renderer, adj_image)
+    torch.testing.assert_close(got.background, adj_image.sum((0, 1)), rtol=1e-12, atol=1e-12)
+    assert got.points.shape == (0, 12, 2) and got.opacity.shape == (0,) and got.color.shape == (0, 3)
