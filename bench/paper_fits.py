@@ -1,0 +1,259 @@
+"""The fits behind the paper's tables and figures: each is run once and kept, with its scene and its file.
+
+Every fit is measured twice: "soft" is the fit's own renderer drawing its scene, which is what the paper measures;
+"file" is the SVG as resvg draws it, which is what a user gets. Both have 8 bits and the size of the fitted photo.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from bench_scenes import load_scene, save_scene
+from fits import ResultFile, Row, find_images, fit_key, warm_up
+from harness import source_digest
+from lpips_metric import NOT_FOUND, Lpips
+from numpy.typing import NDArray
+from PIL import Image
+
+from warpvec.api import Result, draw_as_fitted, fit_photo
+from warpvec.config import FitConfig, make_config
+from warpvec.fit import Progress
+from warpvec.image import read_image, write_png
+from warpvec.scene import Scene
+from warpvec.verify import draw, psnr, ssim
+
+Pixels = NDArray[np.uint8]
+
+_MEASURES = tuple(f"{image}_{name}" for image in ("soft", "file") for name in ("psnr", "ssim", "lpips"))
+
+FIELDS = (
+    "key", "image", "width", "height", "preset", "curves", "settings", *_MEASURES, "lpips_weights",
+    "bytes", "iterations", "seconds", "device", "source",
+)  # fmt: skip
+"""Columns of the CSV. ``settings`` are those in which the fit differs from its preset, beside the curves; ``seconds``
+are the fit's alone."""
+
+# Settings that decide which kernels a fit runs.
+_KERNEL_SETTINGS = (
+    "renderer", "policy", "device", "path_model", "samples", "lines", "interior_gradient", "covariance_gradient",
+)  # fmt: skip
+
+# Photos are fitted at the size that --scale leaves them.
+_WHOLE_PHOTO = {"fit_size": 1_000_000}
+
+
+@dataclass(frozen=True)
+class Photo:
+    """A photo of a folder, reduced by the factor ``scale``."""
+
+    path: Path
+    scale: float = 1.0
+
+    @property
+    def name(self) -> str:
+        """The file's name without its suffix."""
+        return self.path.stem
+
+    @property
+    def pixels(self) -> Pixels:
+        """[h, w, 3], sRGB-encoded, with 8 bits; reduced with Lanczos-3."""
+        return _read_pixels(self.path, self.scale)
+
+
+@lru_cache(maxsize=4)  # A command goes through the photos several times, and a folder of them may fill the memory.
+def _read_pixels(path: Path, scale: float) -> Pixels:
+    pixels = np.rint(255.0 * read_image(path)).astype(np.uint8)
+    if scale == 1.0:
+        return pixels
+    height, width = (max(1, round(side * scale)) for side in pixels.shape[:2])
+    return np.asarray(Image.fromarray(pixels).resize((width, height), Image.Resampling.LANCZOS))
+
+
+def choose_photos(folder: Path, names: Iterable[str] | None, scale: float) -> list[Photo]:
+    """The photos of ``folder`` that are called ``names``, in that order; all of them if None.
+
+    Raises:
+        click.UsageError: there are no photos, or none of such a name.
+    """
+    found = {path.stem: path for path in find_images(folder)}
+    for name in names or ():
+        if name not in found:
+            raise click.UsageError(f"--images must name photos of FOLDER, {name!r} is not there; it has {_list(found)}")
+    return [Photo(found[name], scale) for name in (found if names is None else names)]
+
+
+def _list(names: Iterable[str]) -> str:
+    """At most a dozen of ``names``."""
+    first = list(names)
+    return ", ".join(first[:12]) + (", ..." if len(first) > 12 else "")
+
+
+@dataclass(frozen=True)
+class Case:
+    """A fit to be measured; with ``every``, frames of its scene at so many iterations are kept too."""
+
+    photo: Photo
+    preset: str
+    settings: Mapping[str, Any]
+    every: int = 0
+
+    @cached_property
+    def config(self) -> FitConfig:
+        """Every setting."""
+        return make_config(self.preset, **{**_WHOLE_PHOTO, **self.settings})
+
+    @cached_property
+    def key(self) -> str:
+        """What the result depends on."""
+        return fit_key(self.photo.path.read_bytes(), self.config, self.photo.scale, self.every)
+
+
+class Fits:
+    """The fits in the CSV file ``out``, and their scenes and files in the folder of that name beside it."""
+
+    def __init__(self, out: Path, lpips: Lpips | None = None) -> None:
+        self._results, self._folder, self._lpips = ResultFile(out, FIELDS), out.with_suffix(".fits"), lpips
+        self._done = self._results.read()
+        self._warm: set[object] = set()
+
+    def row(self, case: Case) -> Row:
+        """The line of ``case``: from the file if it is there, else measured and added to it.
+
+        Raises:
+            click.Abort: Ctrl-C ended the fit; its result would not be that of the settings.
+        """
+        key = case.key
+        if key not in self._done or not self._path(case, ".npz").exists():
+            self._add(self._measure(case))
+        elif self._lpips is not None and self._done[key]["lpips_weights"] != self._lpips.name:
+            self._add({**self._done[key], **self._distances(case, self._images(case))})
+        return self._done[key]
+
+    def scene(self, case: Case) -> Scene:
+        """The fitted scene of a case whose line is there, in pixels of its photo."""
+        return load_scene(self._path(case, ".npz"))
+
+    def soft(self, case: Case) -> Pixels:
+        """The soft image of a case whose line is there."""
+        return soft_image(self.scene(case), case)
+
+    def file(self, case: Case) -> Pixels:
+        """The file of a case whose line is there, as resvg draws it."""
+        return draw(self._path(case, ".svg").read_text(), *case.photo.pixels.shape[1::-1])
+
+    def history(self, case: Case) -> list[dict[str, float]]:
+        """Records along the fit: iteration, curves, psnr (soft, dB), seconds."""
+        history: list[dict[str, float]] = json.loads(self._path(case, ".json").read_text())
+        return history
+
+    def frames(self, case: Case) -> dict[int, Pixels]:
+        """Iteration -> soft image, of a case with frames whose line is there."""
+        paths = sorted(self._path(case, "").glob("*.png"))
+        return {int(path.stem): np.asarray(Image.open(path).convert("RGB")) for path in paths}
+
+    def _path(self, case: Case, suffix: str) -> Path:
+        return self._folder / f"{case.key}{suffix}"
+
+    def _add(self, row: Mapping[str, Any]) -> None:
+        self._results.append(row)
+        self._done[row["key"]] = {name: str(value) for name, value in row.items()}
+
+    def _measure(self, case: Case) -> dict[str, Any]:
+        self._warm_up(case)
+        frames: dict[int, Scene] = {}
+        keep = _scene_keeper(frames, case.every) if case.every else None
+        result = fit_photo(case.photo.pixels / np.float32(255.0), case.config, title=case.photo.name, on_progress=keep)
+        if result.interrupted:
+            raise click.Abort
+        self._keep(case, result, frames)
+        images = self._images(case)
+        row = {**_facts(case, result), **_qualities(case, images), **self._distances(case, images)}
+        click.echo(
+            f"{case.photo.name} {case.preset} {case.config.curves} {row['settings']}: soft {row['soft_psnr']:.2f} dB, "
+            f"file {row['file_psnr']:.2f} dB, {row['seconds']:.1f} s",
+            err=True,
+        )
+        return row
+
+    def _warm_up(self, case: Case) -> None:
+        settings = case.config.to_dict()
+        kernels = tuple(settings.get(name) for name in _KERNEL_SETTINGS)
+        if kernels not in self._warm:
+            warm_up(case.preset, {**case.settings, "time_budget": None})
+            self._warm.add(kernels)
+
+    def _keep(self, case: Case, result: Result, frames: Mapping[int, Scene]) -> None:
+        """Write what measures and figures are made from."""
+        save_scene(_on_photo(result.fitted.scene, result), self._path(case, ".npz"))
+        self._path(case, ".svg").write_text(result.svg())
+        self._path(case, ".json").write_text(json.dumps(result.history))
+        for iteration, scene in frames.items():
+            self._path(case, "").mkdir(exist_ok=True)
+            pixels = soft_image(_on_photo(scene, result), case)
+            write_png(self._path(case, "") / f"{iteration:06}.png", pixels / np.float32(255.0))
+
+    def _images(self, case: Case) -> dict[str, Pixels]:
+        return {"soft": self.soft(case), "file": self.file(case)}
+
+    def _distances(self, case: Case, images: Mapping[str, Pixels]) -> dict[str, Any]:
+        if self._lpips is None:
+            return {**dict.fromkeys((f"{name}_lpips" for name in images), ""), "lpips_weights": NOT_FOUND}
+        distances = {f"{name}_lpips": self._lpips(image, case.photo.pixels) for name, image in images.items()}
+        return {**distances, "lpips_weights": self._lpips.name}
+
+
+def _qualities(case: Case, images: Mapping[str, Pixels]) -> dict[str, float]:
+    photo = case.photo.pixels
+    psnrs = {f"{name}_psnr": psnr(image, photo) for name, image in images.items()}
+    return {**psnrs, **{f"{name}_ssim": ssim(image, photo) for name, image in images.items()}}
+
+
+def soft_image(scene: Scene, case: Case) -> Pixels:
+    """``scene``, in pixels of the photo, as the renderer of ``case`` draws it: [h, w, 3] with 8 bits."""
+    image = draw_as_fitted(scene, *case.photo.pixels.shape[:2], case.config)
+    return np.rint(255.0 * image.clip(0.0, 1.0)).astype(np.uint8)
+
+
+def _on_photo(scene: Scene, result: Result) -> Scene:
+    """``scene`` in pixels of the photo."""
+    (height, width), (fitted_height, fitted_width) = result.photo.shape[:2], result.fitted_size
+    return scene.scaled(width / fitted_width, height / fitted_height)
+
+
+def _facts(case: Case, result: Result) -> dict[str, Any]:
+    height, width = case.photo.pixels.shape[:2]
+    settings = {name: value for name, value in case.settings.items() if name != "curves"}
+    return {
+        "key": case.key,
+        "image": case.photo.name,
+        "width": width,
+        "height": height,
+        "preset": case.preset,
+        "curves": case.config.curves,
+        "settings": json.dumps(settings),
+        "bytes": len(result.svg().encode()),
+        "iterations": result.fitted.iterations,
+        "seconds": result.fitted.seconds,
+        "device": result.fitted.device,
+        "source": source_digest(),
+    }
+
+
+def _scene_keeper(frames: dict[int, Scene], every: int) -> Callable[[Progress], None]:
+    """Fills ``frames`` with the scenes of the first, the last and every ``every``-th iteration.
+
+    They are drawn after the fit, whose time is measured.
+    """
+
+    def keep(progress: Progress) -> None:
+        if progress.iteration % every == 0 or progress.iteration in (1, progress.iteration_count):
+            frames[progress.iteration] = progress.scene().cpu()
+
+    return keep
