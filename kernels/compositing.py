@@ -5,21 +5,31 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warpvec.kernels.constants import COLUMNS, FULL
+from warpvec.kernels.constants import COLUMNS, FULL, TILE
 from warpvec.kernels.lanes import Lanes, stage_module
 
 
 @cache
 def make_functions(lanes: Lanes) -> SimpleNamespace:
-    """What forward and adjoint share: where a pair's pixels are, and the coverage that a winding means."""
+    """What forward and adjoint share: where a pair's pixels are, and what coverage a winding means."""
     dtype, vector = lanes.dtype, lanes.vector
     least, most, sub, spread = lanes.least, lanes.most, lanes.sub, lanes.spread
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
+    blocks, width = wp.constant(lanes.blocks), wp.constant(lanes.width)
 
     @wp.func
     def winding_index(slot: int, part: int):
         """Index of lane value ``part`` of a tile in ``slot``; pixels are stored column by column."""
         return slot * wp.static(COLUMNS * lanes.blocks) + part
+
+    @wp.func
+    def on_canvas(tile: int, part: int, tile_columns: int, height: int, width_px: int):
+        """1 for the lanes of ``part`` whose pixel lies on the canvas, else 0."""
+        column = (tile % tile_columns) * TILE + part // blocks
+        row = (tile // tile_columns) * TILE + (part % blocks) * width
+        inside = wp.where(column < width_px, one, zero)
+        half = dtype(0.5)
+        return lanes.where_less(lanes.ramp_from(dtype(row) + half), spread(dtype(height)), spread(inside), spread(zero))
 
     @wp.func
     def coverage(winding: vector):
@@ -33,7 +43,9 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         sign = lanes.where_less(winding, spread(zero), spread(-one), positive)
         return lanes.where_less(spread(one), most(winding, sub(spread(zero), winding)), spread(zero), sign)
 
-    return SimpleNamespace(winding_index=winding_index, coverage=coverage, coverage_slope=coverage_slope)
+    return SimpleNamespace(
+        winding_index=winding_index, on_canvas=on_canvas, coverage=coverage, coverage_slope=coverage_slope
+    )
 
 
 @cache

@@ -14,7 +14,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warpvec.kernels import compositing
-from warpvec.kernels.constants import EMPTY, FULL, PARTIAL, TILE
+from warpvec.kernels.constants import EMPTY, FULL, PARTIAL
 from warpvec.kernels.lanes import Lanes, stage_module
 
 TERMS = 5
@@ -32,26 +32,17 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
     mul, fma, sub = lanes.mul, lanes.fma, lanes.sub
     spread, get, put, reduce_tile = lanes.spread, lanes.get, lanes.put, lanes.reduce_tile
     functions = compositing.make_functions(lanes)
-    winding_index, coverage, coverage_slope = functions.winding_index, functions.coverage, functions.coverage_slope
+    winding_index, on_canvas = functions.winding_index, functions.on_canvas
+    coverage, coverage_slope = functions.coverage, functions.coverage_slope
     tile_vectors = wp.constant(lanes.tile_vectors)
     tile_threads = wp.constant(lanes.tile_threads)
     tile_size = wp.constant(lanes.tile_vectors * lanes.tile_threads)
-    blocks, width = wp.constant(lanes.blocks), wp.constant(lanes.width)
     reducers, terms = wp.constant(lanes.reducers), wp.constant(TERMS)
     used_terms = wp.constant(TERMS if importance else TERMS - 1)
     sums_type = wp.types.vector(TERMS, dtype=dtype)
     local_array = lanes.tile_vectors > 1
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
     module = stage_module(f"compositing_adjoint{'_fused' * fused}{'_importance' * importance}", lanes)
-
-    @wp.func
-    def on_canvas(tile: int, part: int, tile_columns: int, height: int, width_px: int):
-        """1 for the lanes of ``part`` whose pixel lies on the canvas, else 0."""
-        column = (tile % tile_columns) * TILE + part // blocks
-        row = (tile // tile_columns) * TILE + (part % blocks) * width
-        inside = wp.where(column < width_px, one, zero)
-        half = dtype(0.5)
-        return lanes.where_less(lanes.ramp_from(dtype(row) + half), spread(dtype(height)), spread(inside), spread(zero))
 
     @wp.func
     def clear_hidden(

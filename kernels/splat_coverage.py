@@ -41,7 +41,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     peak, any_of_tile = lanes.peak, lanes.any_of_tile
     gaussian = make_functions(lanes).gaussian
     covered = splat_binning.make_functions(lanes).covered
-    winding_index = compositing.make_functions(lanes).winding_index
+    functions = compositing.make_functions(lanes)
+    winding_index, on_canvas = functions.winding_index, functions.on_canvas
     zero, half, one = (wp.constant(dtype(value)) for value in (0.0, 0.5, 1.0))
     alpha_min, alpha_max = wp.constant(dtype(SPLAT_ALPHA_MIN)), wp.constant(dtype(SPLAT_ALPHA_MAX))
     planes, group_size = wp.constant(PLANES), wp.constant(SPLAT_GROUP)
@@ -64,6 +65,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         sample_stride: int,
         group_count: int,
         tile_columns: int,
+        height: int,
         width_px: int,
         transmittance_min: dtype,
         # outputs
@@ -90,7 +92,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             light = spread(one)
             passed = spread(one)
         for v in range(tile_vectors):
-            put(light, v, spread(one))
+            put(light, v, on_canvas(tile, lane * tile_vectors + v, tile_columns, height, width_px))
         is_lit = int(1)
         while hit > start and is_lit == 1:
             hit -= 1

@@ -48,7 +48,7 @@ class SplatCoverage:
         hits = [binning.tile_first_hit, binning.hit_pair, binning.pair_path, binning.pair_slot]
         counts = [splatting.row_count, splatting.sample_count, splatting.sample_stride, binning.group_count]
         inputs = [splatting.splats, binning.group_box, as_warp(opacity, lanes.dtype), *counts]
-        canvas = [self._grid.columns, self._grid.width, self._transmittance_min]
+        canvas = [self._grid.columns, self._grid.height, self._grid.width, self._transmittance_min]
         outputs = [self.slot_coverage, self._slot_transmittance, self._pair_is_shown, self.tile_first_visible]
         cover = kernels.make_kernels(lanes).cover_splats
         self._launch.shared(cover, self._grid.count * lanes.tile_threads, [*hits, *inputs, *canvas, *outputs])
