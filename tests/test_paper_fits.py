@@ -89,5 +89,14 @@ def test_scale_reduces_and_names_choose(folder: Path) -> None:
     means = whole.reshape(16, 2, 24, 2, 3).mean((1, 3))
     assert np.abs(photos[1].pixels - means).mean() < 1
     assert [photo.name for photo in paper_fits.choose_photos(folder, None, 1.0)] == ["kodim01", "kodim07"]
-    keys = {paper_fits.Case(photo, "paper", {}).key for photo in (photos[0], photos[1])}
-    assert len(keys | {paper_fits.Case(paper_fits.Photo(photos[0].path), "paper", {}).key}) == 3
+
+
+def test_photos_scales_settings_and_frames_are_told_apart(folder: Path) -> None:
+    small, other = paper_fits.choose_photos(folder, None, 0.5)
+    photos = (small, other, paper_fits.Photo(small.path))
+    cases = [paper_fits.Case(photo, "paper", {}) for photo in photos]
+    cases += [paper_fits.Case(small, "default", {}), paper_fits.Case(small, "paper", {"threads": 2})]
+    cases += [paper_fits.Case(small, "paper", {}, every) for every in (2, 3)]
+    assert len({case.key for case in cases}) == 7
+    # The preset's own value, given or not.
+    assert paper_fits.Case(small, "paper", {"inflation_gap": 100}).key == cases[0].key
