@@ -107,21 +107,33 @@ def test_asking_for_removal_changes_nothing_else(lane_width: int, dtype: torch.d
         torch.testing.assert_close(getattr(asked, name), getattr(plain, name), rtol=1e-5, atol=1e-9)
 
 
+def test_the_defaults_are_the_papers() -> None:
+    scene = random_scene(2, 3, 20, 24)
+    default = Renderer(20, 24, dtype=torch.float64, lane_width=16, transmittance_min=0.0)
+    spelled = make_splat_renderer(scene, Settings(64, 40, 3, interior_gradient=True, covariance_gradient=False))
+    assert torch.equal(render(scene, default), render(scene, spelled))
+    assert torch.equal(
+        adjoint(scene, default, cotangent(scene)).points, adjoint(scene, spelled, cotangent(scene)).points
+    )
+
+
 # What is hidden, what is not finite, what was there before
 
 
-def covered(seed: int) -> SceneTensors:
+def covered(seed: int, height: int = 33, width: int = 40) -> SceneTensors:
     """A random scene of 6 paths under four opaque covers, with two paths above them."""
-    scene = random_scene(seed, 12, 32, 48)
-    cover = circle(24.0, 16.0, 45.0).expand(4, 12, 2)
+    scene = random_scene(seed, 12, height, width)
+    cover = circle(0.5 * width, 16.0, 45.0).expand(4, 12, 2)
     over = torch.stack([circle(12.0, 16.0, 5.0), circle(28.0, 16.0, 6.0)])
     opacity = torch.cat([scene.opacity[:6], torch.ones(4), scene.opacity[10:]])
     return scene._replace(points=torch.cat([scene.points[:6], cover, over]), opacity=opacity)
 
 
+@pytest.mark.parametrize(("height", "width"), [(32, 48), (33, 40), (31, 33)])
 @lane_widths
-def test_skipping_what_is_hidden_changes_next_to_nothing(lane_width: int) -> None:
-    scene, settings = covered(1), Settings(24, 12)
+def test_skipping_what_is_hidden_changes_next_to_nothing(height: int, width: int, lane_width: int) -> None:
+    # What lies beyond the canvas in a cut tile is no reason to go on.
+    scene, settings = covered(1, height, width), Settings(24, 12)
     full, cut = (make_splat_renderer(scene, settings, lane_width, transmittance_min=least) for least in (0.0, 1e-4))
     torch.testing.assert_close(render(scene, cut), render(scene, full), rtol=0, atol=1e-4)
     adj_image = cotangent(scene)
@@ -135,6 +147,19 @@ def test_skipping_what_is_hidden_changes_next_to_nothing(lane_width: int) -> Non
         # Scalar lanes on the CPU see one pixel and not its tile: they skip nothing.
         assert not any(getattr(got, name)[:6].any() for name in ("points", "color", "opacity"))
         assert all(getattr(want, name)[:6].any() for name in ("points", "color", "opacity"))
+
+
+@lane_widths
+@precisions
+def test_what_is_in_the_buffers_of_hidden_pairs_is_not_read(lane_width: int, dtype: torch.dtype) -> None:
+    scene, settings = covered(3), Settings(24, 12, covariance_gradient=True)
+    renderer = make_splat_renderer(scene, settings, lane_width, dtype, transmittance_min=1e-4)
+    want = adjoint(scene, renderer, cotangent(scene))
+    for buffer in (renderer._coverage._slot_transmittance, renderer._coverage.slot_coverage):
+        torch.from_numpy(buffer.numpy()).fill_(torch.nan)
+    got = adjoint(scene, renderer, cotangent(scene))
+    for name in GRADIENTS:
+        assert torch.equal(getattr(got, name), getattr(want, name)), name
 
 
 @pytest.mark.parametrize("value", [torch.nan, torch.inf, -torch.inf])
@@ -178,7 +203,7 @@ def test_one_renderer_serves_scenes_that_grow_and_shrink(lane_width: int) -> Non
 @precisions
 def test_what_was_left_in_the_buffers_by_another_scene_does_not_count(lane_width: int, dtype: torch.dtype) -> None:
     settings = Settings(24, 12, covariance_gradient=True)
-    scene, other = covered(2), random_scene(4, 40, 32, 48)
+    scene, other = covered(2), random_scene(4, 40, 33, 40)
     used = make_splat_renderer(scene, settings, lane_width, dtype, transmittance_min=1e-4)
     adjoint(other, used, cotangent(other))
     fresh = make_splat_renderer(scene, settings, lane_width, dtype, transmittance_min=1e-4)
