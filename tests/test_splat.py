@@ -31,7 +31,7 @@ from warpvec.splat import Renderer
 SMALL = Settings(samples=7, lines=2)
 
 EXACT = 1e-11
-"""Rounding in float64; the worst seen is 2e-14."""
+"""Rounding in float64: below 1e-13, but where a path is 1e3 canvases long or a tangent is 1e-4 px, below 1e-11."""
 
 Maker = Callable[..., SceneTensors]
 
