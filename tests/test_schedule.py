@@ -75,6 +75,12 @@ def test_flat_starts_full():
     assert inflation_steps(config, 1500) == []
 
 
+def test_a_literal_gap_may_outlast_the_run():
+    config = make_config("paper", curves=512, inflation_gap=400, shorten_gap=False)
+    assert inflation_steps(config, 1000) == [400, 800, 1200, 1600, 2000]
+    assert inflation_steps(make_config("paper", curves=512, inflation_gap=400), 1000) == [100, 200, 300, 400, 500]
+
+
 def test_inflation_steps_of_the_paper():
     assert inflation_steps(make_config("paper", curves=1024), 5000) == [100, 200, 300, 400, 500, 600]
 

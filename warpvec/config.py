@@ -90,6 +90,9 @@ class FitConfig:
     """r_num: the population is min(N0 * growth**k, N) after k inflations."""
     inflation_gap: int = 30
     """dT: iterations between inflations."""
+    shorten_gap: bool = True
+    """Shorten dT where the last inflation would come after half the run. Off, a short run ends with fewer paths than N,
+    as in the paper."""
     initial_radius: float = 0.25
     """Radius of the first generation, in units of half the longer side."""
     radius_decay: float = 0.5
@@ -253,7 +256,7 @@ def _check_choices(config: FitConfig) -> None:
     }  # fmt: skip
     for name, allowed in choices.items():
         check_choice(name, getattr(config, name), allowed)
-    for name in ("compensate", "flat", "interior_gradient", "covariance_gradient"):
+    for name in ("shorten_gap", "compensate", "flat", "interior_gradient", "covariance_gradient"):
         check_flag(name, getattr(config, name))
     # Which devices there are is asked where the fit starts: to find out takes seconds.
     if not isinstance(config.device, str):

@@ -65,11 +65,12 @@ def inflation_count(config: FitConfig) -> int:
 def inflation_steps(config: FitConfig, iterations: int) -> list[int]:
     """The iterations after which an inflation is due: dT, 2 dT, ... (Algorithm 1).
 
-    dT is shortened where the last would come after half the run (``INFLATION_SHARE``). In a very short run several fall
-    on one iteration: the population then goes straight to that of the last of them.
+    With ``shorten_gap`` dT is shortened where the last would come after half the run (``INFLATION_SHARE``). In a very
+    short run several fall on one iteration: the population then goes straight to that of the last of them.
     """
     count = inflation_count(config)
-    gap = min(config.inflation_gap, INFLATION_SHARE * iterations / max(count, 1))
+    longest = INFLATION_SHARE * iterations / max(count, 1)
+    gap = min(config.inflation_gap, longest) if config.shorten_gap else config.inflation_gap
     return [math.floor(k * gap) for k in range(1, count + 1)]
 
 
