@@ -140,7 +140,7 @@ class Bench:
 
     def _draw(self) -> None:
         scene = self._fit._population.scene
-        self._fit._renderer.render(scene.points, scene.color, scene.opacity, scene.background)
+        self._fit._full._renderer.render(scene.points, scene.color, scene.opacity, scene.background)
 
     @contextmanager
     def _watched(self, laps: Laps) -> Iterator[None]:

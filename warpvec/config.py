@@ -57,6 +57,8 @@ class FitConfig:
 
     # how it runs
     iterations: int = 2000
+    coarse_until: float = 0.0
+    """Until this share of the iterations the fit sees the photo at half size, where a step costs half."""
     time_budget: float | None = None
     """At most these wall-clock seconds for the optimisation loop; the schedule is shortened to fit in them."""
     seed: int = 0
@@ -234,7 +236,7 @@ def _numbers(config: FitConfig) -> dict[str, float]:
         "prune_opacity": (0.0, 1.0), "recycle_share": (0.0, 1.0), "recycle_until": (0.0, 1.0),
         "lr_points": (0.0, math.inf), "lr_color": (0.0, math.inf), "lr_opacity": (0.0, math.inf),
         "lr_scale": (0.0, math.inf), "lr_final": (0.0, 1.0), "opacity_weight": (0.0, math.inf),
-        "xing_weight": (0.0, math.inf), "bezier_weight": (0.0, math.inf),
+        "xing_weight": (0.0, math.inf), "bezier_weight": (0.0, math.inf), "coarse_until": (0.0, 1.0),
     }  # fmt: skip
     numbers = {name: check_number(name, getattr(config, name), *limits) for name, limits in ranges.items()}
     return numbers if config.time_budget is None else {**numbers, "time_budget": _time_budget(config.time_budget)}

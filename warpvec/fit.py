@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import Any, Protocol
 
 import torch
 from torch import Tensor
 
 from warpvec import schedule
+from warpvec.canvas import Canvas
 from warpvec.config import FitConfig
 from warpvec.interrupt import noted_interrupts
 from warpvec.launch import resolve_device
@@ -23,6 +23,8 @@ from warpvec.replacement import Replacement
 from warpvec.scaffolding import Scaffolding
 from warpvec.scene import Scene
 
+# Of the target's sides in the coarse part of a run.
+_REDUCTION = 2
 # Iterations between entries of the history; each reads one number back from the device.
 _HISTORY_GAP = 10
 
@@ -125,11 +127,9 @@ class _Fit:
         self._height, self._width = target.shape[:2]
         self._target = target.to(device, torch.float32)
         self._policy: _Policy = _POLICIES[config.policy](self._target, config)
-        renderer = import_module(f"warpvec.{config.renderer}")
-        settings = config.renderer_settings
-        self._renderer = renderer.Renderer(self._height, self._width, device=device, threads=config.threads, **settings)
+        self._full = Canvas(self._target, config, device)
+        self._canvas = Canvas(self._target, config, device, _REDUCTION) if config.coarse_until > 0 else self._full
         self._regularization = Regularization(self._height, self._width, config, device, config.point_degree)
-        self._prepared_target = self._renderer.prepare_target(self._target)
         self._start = time.perf_counter()
         self._iteration = 0
         self._iteration_count = config.iterations
@@ -148,6 +148,7 @@ class _Fit:
         while self._iteration < self._iteration_count:
             if interrupted():
                 raise KeyboardInterrupt
+            self._choose_canvas()
             removal = self._step(self._policy.wants_removal(self._iteration + 1, self._iteration_count))
             self._iteration += 1
             self._iteration_count = self._planned_iterations()
@@ -166,9 +167,7 @@ class _Fit:
     def _step(self, want_removal: bool) -> Tensor | None:
         """Render, loss, adjoint, update; gives each path's removal cost if that was asked for."""
         scene, config = self._population.scene, self._config
-        adjoints = self._renderer.fit_step(
-            scene.points, scene.color, scene.opacity, scene.background, self._prepared_target, want_removal
-        )
+        adjoints = self._canvas.fit_step(scene, want_removal)
         adj_opacity = adjoints.opacity.contiguous()
         self._regularization.add_adjoint(scene.points, scene.opacity, adjoints.points, adj_opacity)
         factor = schedule.lr_factor(self._iteration, config, self._iteration_count)
@@ -176,21 +175,20 @@ class _Fit:
         self._loss = adjoints.loss
         return adjoints.removal if want_removal else None
 
+    def _choose_canvas(self) -> None:
+        """The full size, once the coarse part of the run is over; errors on the two do not compare."""
+        if self._canvas is not self._full and self._iteration >= self._config.coarse_until * self._iteration_count:
+            self._canvas, self._best = self._full, None
+
     # Population
 
     def _change_population(self, removal: Tensor | None) -> None:
         before = self._population.scene
         iteration, iterations = self._iteration, self._iteration_count
-        if self._policy.update(self._population, iteration, iterations, removal, self._squared_error):
+        if self._policy.update(self._population, iteration, iterations, removal, self._full.squared_error):
             self._remember(before)
         if self._config.z_order == "area":
             self._population.sort_by_area()
-
-    def _squared_error(self, scene: Scene) -> Tensor:
-        """The squared error of ``scene`` in each pixel [h, w]."""
-        image = self._renderer.render(scene.points, scene.color, scene.opacity, scene.background)
-        error: Tensor = (image - self._target).square().sum(-1)
-        return error
 
     # Bookkeeping
 

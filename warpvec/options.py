@@ -21,6 +21,7 @@ SETTINGS = {
     },
     "The run": {
         "iterations": "Optimization steps.",
+        "coarse_until": "Share of the iterations in which the fit sees the photo at half size.",
         "time_budget": "At most these seconds for the optimization; the schedule is shortened to fit.",
         "seed": "Start of the random numbers; equal seeds give equal files.",
         "renderer": "exact (areas, as SVG viewers draw them) or splat (the paper's Gaussians).",
