@@ -25,6 +25,7 @@ from splat_oracles import (
 )
 from torch import Tensor
 
+from warpvec.errors import InputError
 from warpvec.exact import Adjoints
 from warpvec.splat import Renderer
 
@@ -261,3 +262,23 @@ def test_single_precision_agrees_with_double(seed: int, device: str) -> None:
     got, want = adjoint(scene, single, adj_image), adjoint(scene, double, adj_image)
     for name in GRADIENTS:
         assert_grad_close(getattr(got, name), getattr(want, name), rtol=2e-3, atol=0.0, name=name)
+
+
+# What is given
+
+
+def test_memory_in_another_order_is_read_and_written_as_well() -> None:
+    scene = random_scene(5, 6, 33, 40)
+    renderer = make_splat_renderer(scene, SMALL)
+    want = adjoint(scene, renderer, cotangent(scene))
+    turned = scene._replace(points=scene.points.transpose(0, 1).contiguous().transpose(0, 1))
+    got = adjoint(turned, renderer, cotangent(scene))
+    assert not turned.points.is_contiguous()
+    assert torch.equal(got.points, want.points)
+
+
+@pytest.mark.parametrize("point_count", [3, 8])
+def test_a_path_needs_two_whole_pieces(point_count: int) -> None:
+    scene = random_scene(1, 2, 20, 20)
+    with pytest.raises(InputError, match=f"at least 2 curves of degree 3 a path, got {point_count} points"):
+        render(scene._replace(points=scene.points[:, :point_count]), make_splat_renderer(scene, SMALL))

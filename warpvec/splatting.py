@@ -9,6 +9,7 @@ import torch
 import warp as wp
 from torch import Tensor
 
+from warpvec.errors import InputError
 from warpvec.kernels import splatting as kernels
 from warpvec.kernels import splatting_adjoint as adjoint_kernels
 from warpvec.kernels.constants import END_FACTORS, LINE_REACH, LINE_SPREAD, SIGMA_PER_SPACING, SPLAT_END
@@ -46,7 +47,11 @@ class Splatting:
         self._basis: dict[int, wp.array] = {}
 
     def run(self, points: Tensor, opacity: Tensor) -> None:
-        """Place the Gaussians of ``points`` [N, P, 2] px with ``opacity`` [N]."""
+        """Place the Gaussians of ``points`` [N, P, 2] px with ``opacity`` [N].
+
+        Raises:
+            InputError: fewer than two pieces a path, or part of one.
+        """
         path_count, point_count = points.shape[:2]
         size = path_count * self.row_count * PLANES * self.sample_stride
         self.splats = self._buffers.get("splats", size, self._lanes.dtype)
@@ -69,7 +74,7 @@ class Splatting:
         if self._covariance:
             shape = [self._flat(points), point_count, basis, self._spacing_factor, *self._rows, *counts]
             self._launch.shared(stage.covariance_adjoint, path_count * self._block_count, [*shape, sums, side_sums])
-        adj_points, adj_opacity = torch.empty_like(points), torch.empty_like(opacity)
+        adj_points, adj_opacity = (torch.empty(x.shape, dtype=x.dtype, device=x.device) for x in (points, opacity))
         arguments = [basis, point_count, self._block_count, side_sums, self._flat(adj_points)]
         self._launch.shared(stage.gather_points_adjoint, path_count * point_count, arguments)
         arguments = [as_warp(opacity, lanes.dtype), self._block_count, side_sums, as_warp(adj_opacity, lanes.dtype)]
@@ -81,6 +86,11 @@ class Splatting:
 
     def _basis_of(self, point_count: int) -> wp.array:
         if point_count not in self._basis:
+            if point_count < 2 * self._degree or point_count % self._degree:
+                raise InputError(
+                    f"points must make at least 2 curves of degree {self._degree} a path, got {point_count} points; "
+                    "give a multiple of the degree"
+                )
             basis = side_basis(point_count, self._degree, self.sample_count)
             self._basis[point_count] = self._upload_lanes(basis)
         return self._basis[point_count]
@@ -133,7 +143,7 @@ def side_basis(point_count: int, degree: int, samples: int) -> Tensor:
     """Weights [KINDS, 2, P, samples], float64, of the control points in position, step and tangent of both sides."""
     parameter = torch.linspace(SPLAT_END, 1.0 - SPLAT_END, samples, dtype=torch.float64)
     piece_count = point_count // degree
-    first = max(piece_count // 2, 1)
+    first = piece_count // 2
     forward = _outline_basis(parameter * first, point_count, degree)
     backward = _outline_basis(piece_count - parameter * (piece_count - first), point_count, degree)
     position = torch.stack([forward, backward])
