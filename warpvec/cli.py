@@ -153,10 +153,14 @@ def evaluate_file(source: str, svg: str, background: str, as_json: bool) -> None
 
 
 @main.command()
+@click.option("--compile", "compiles", is_flag=True, help="Compile the kernels now, so that no run has to.")
 @_json_option
-def info(as_json: bool) -> None:
+def info(compiles: bool, as_json: bool) -> None:
     """Show versions, devices and the kernel cache."""
-    facts = _describe_environment()
+    from warpvec.precompile import compile_kernels
+
+    spent = {"compile_seconds": round(compile_kernels(), 1)} if compiles else {}
+    facts = {**_describe_environment(), **spent}
     lines = (f"{name.replace('_', ' ')}: {value}" for name, value in facts.items())
     click.echo(json.dumps(facts) if as_json else "\n".join(lines))
 

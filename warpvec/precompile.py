@@ -1,0 +1,30 @@
+"""Compiling the kernels ahead of the first run, by running every kind of fit once on a few pixels."""
+
+from __future__ import annotations
+
+import time
+
+import torch
+
+from warpvec.config import make_config
+from warpvec.fit import fit
+
+# Long enough for each kernel of a fit: steps, an inflation, and a recycling, which asks for importance.
+_SHORT = {"curves": 4, "initial_curves": 2, "iterations": 8, "inflation_gap": 1, "time_budget": None}
+_KINDS = (
+    {"preset": "default", "recycle_gap": 1, "recycle_share": 0.5},
+    {"preset": "paper", "samples": 2, "lines": 1},
+)
+
+
+def compile_kernels(device: str = "auto") -> float:
+    """Compile and cache what fits on ``device`` take; the seconds that it took, little where they are cached.
+
+    Raises:
+        InputError: no such device.
+    """
+    start = time.perf_counter()
+    target = torch.linspace(0.0, 1.0, 16 * 16 * 3).reshape(16, 16, 3)
+    for kind in _KINDS:
+        fit(target, make_config(**{**_SHORT, **kind, "device": device}))  # type: ignore[arg-type]
+    return time.perf_counter() - start
