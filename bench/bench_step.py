@@ -23,6 +23,7 @@ import click
 import resvg_py
 import torch
 from bench_scenes import fitted_scene, load_scene, sample_photo
+from cost_model import report_ideal
 from harness import (
     Laps,
     Statistics,
@@ -269,6 +270,9 @@ def _print(benches: dict[str, Bench], resvg: Statistics, facts: dict[str, Any]) 
     counts = next(iter(benches.values())).counts
     for whole in ("step", "render"):
         click.echo(report(whole, {label: result[whole] for label, result in results.items()}) + "\n")
+    if "1 thr." in benches and benches["1 thr."]._fit._config.renderer == "exact":
+        fit = benches["1 thr."]._fit
+        click.echo(report_ideal(fit._full._renderer, fit._population.scene.points, results["1 thr."]["step"]) + "\n")
     click.echo(", ".join(f"{count} {name}" for name, count in counts.items()))
     click.echo(f"resvg: {1e3 * resvg.median:.1f} ms to parse, draw and encode the same scene")
     for whole in ("step", "render"):

@@ -1,0 +1,105 @@
+"""What the stages of a step would take if they did nothing but their arithmetic and touched their memory once.
+
+A time per stage on one thread, from what a scene makes it do; the table of ``bench_step`` divides by it. The rates are
+those of loops that do one thing: measured with NVIDIA Warp's CPU kernels on an AMD EPYC with AVX-512, where no other
+source is given. They say how far a stage is from its limit, not how fast another machine is.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import torch
+import warp as wp
+from harness import Statistics, markdown_table
+from numpy.typing import NDArray
+
+from warpvec.binning import Binning
+from warpvec.exact import Renderer
+from warpvec.flattening import Flattening
+from warpvec.kernels.constants import COLUMNS, EMPTY, TILE
+
+FORWARD_NS, ADJOINT_NS = 0.14, 0.4
+"""Per pixel and path, in 16 lanes: coverage from two half planes and compositing, 21 flops; its adjoint, 56 flops."""
+
+EDGE_PIXEL_NS = 2.5
+"""Per pixel that an edge crosses, either way: a clip, an area and two sums, some 10 dependent operations."""
+
+BYTE_NS = 0.1
+"""Per byte that is read or written once: 10 GB/s, what one thread streams from memory beyond the cache."""
+
+VERTEX_NS = 5.0
+"""Per vertex, either way: four weights, a point of two coordinates, and a store."""
+
+EDGE_NS = 10.0
+"""Per edge of a path that is looked at to bin it: one branch on its place that is as often as not predicted wrongly."""
+
+PAIR_NS = 5.0
+"""Per (path, tile) pair that is numbered, classified and sorted: eight integers read and written."""
+
+PARAMETER_NS = 2.0
+"""Per number that Adan updates: a root, a division and five values of state."""
+
+
+class Work(NamedTuple):
+    """What one step of the exact renderer has to do."""
+
+    paths: int
+    points: int
+    vertices: int
+    edge_pixels: int
+    pairs: int
+    partial_pairs: int
+    shown_pairs: int
+
+
+def work_of(flattening: Flattening, binning: Binning, shown: NDArray[np.int32], points: torch.Tensor) -> Work:
+    """The work of a scene that has been rendered; ``shown`` [tiles] is the lowest hit of each tile that is seen."""
+    hits = binning.tile_first_hit.numpy()[: len(shown) + 1]
+    return Work(
+        paths=points.shape[0],
+        points=points.shape[0] * points.shape[1],
+        vertices=flattening.vertex_count,
+        edge_pixels=edge_pixels(flattening, points.shape[0], points.shape[1] // 3),
+        pairs=int((binning.pair_class.numpy()[: binning.pair_count] != EMPTY).sum()),
+        partial_pairs=binning.slot_count,
+        shown_pairs=int((hits[1:] - shown).sum()),
+    )
+
+
+def edge_pixels(flattening: Flattening, path_count: int, segment_count: int) -> int:
+    """Pixels that the edges of all paths cross: a column or a row further each time, and the one they start in."""
+    vertices = flattening.vertices.numpy()[: flattening.vertex_count]
+    first = flattening.segment_first_vertex.numpy()[: path_count * segment_count + 1 : segment_count]
+    ahead = np.roll(vertices, -1, axis=0)
+    ahead[first[1:] - 1] = vertices[first[:-1]]
+    return int(np.abs(np.floor(ahead) - np.floor(vertices)).sum() + len(vertices))
+
+
+def ideal_seconds(work: Work) -> dict[str, float]:
+    """Seconds of one thread for each stage of a step."""
+    pixels = TILE * TILE
+    slot_bytes = work.partial_pairs * COLUMNS * TILE * 4
+    nanoseconds = {
+        "flattening": VERTEX_NS * work.vertices,
+        "binning": EDGE_NS * work.vertices + PAIR_NS * work.pairs,
+        "coverage": EDGE_PIXEL_NS * work.edge_pixels + BYTE_NS * slot_bytes,
+        "compositing": FORWARD_NS * pixels * work.shown_pairs,
+        "compositing_adjoint": (FORWARD_NS + ADJOINT_NS) * pixels * work.shown_pairs,
+        "coverage_adjoint": EDGE_PIXEL_NS * work.edge_pixels + BYTE_NS * slot_bytes,
+        "flattening, adjoint": VERTEX_NS * work.vertices,
+        "regularization": 10 * VERTEX_NS * work.points / 3,
+        "parameters": PARAMETER_NS * (2 * work.points + 4 * work.paths),
+    }
+    return {name: 1e-9 * value for name, value in nanoseconds.items()}
+
+
+def report_ideal(renderer: Renderer, points: torch.Tensor, rows: dict[str, Statistics]) -> str:
+    """Table of the stages of a step that ``renderer`` has taken: ideal, least measured, and their ratio."""
+    shown = renderer._compositing._buffers.get("tile_first_visible", renderer.grid.count, wp.int32).numpy()
+    ideal = ideal_seconds(work_of(renderer._flattening, renderer._binning, shown, points))
+    found = {name: (seconds, rows[name].minimum) for name, seconds in ideal.items() if name in rows}
+    found["sum of these"] = tuple(map(sum, zip(*found.values(), strict=True)))
+    body = [[name, f"{1e3 * a:.2f}", f"{1e3 * b:.2f}", f"{b / a:.1f}"] for name, (a, b) in found.items()]
+    return markdown_table(["one thread, ms", "ideal", "least measured", "ratio"], body)
