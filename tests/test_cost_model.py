@@ -6,7 +6,6 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-import numpy as np
 import pytest
 import torch
 
@@ -17,16 +16,22 @@ cost_model = import_module("cost_model")
 
 
 def test_work_of_a_scene_is_counted() -> None:
-    square = torch.tensor(
-        [[4, 4], [8, 4], [14, 4], [20, 4], [20, 8], [20, 14], [20, 20], [14, 20], [8, 20], [4, 20], [4, 14], [4, 8]]
+    corners = torch.tensor([[4, 4], [22, 4], [22, 22], [4, 22]])
+    square = torch.cat(
+        [
+            corner + (after - corner) // 3 * torch.arange(3)[:, None]
+            for corner, after in zip(corners, corners.roll(-1, 0), strict=True)
+        ]
     )
     renderer = Renderer(40, 40)
     with torch.no_grad():
         points = square[None].float()
         renderer.render(points, torch.ones(1, 3), torch.ones(1), torch.zeros(3))
-    work = cost_model.work_of(renderer._flattening, renderer._binning, np.zeros(9, np.int32), points)
-    # Straight cubics are one chord each; 16 pixels along each of four sides, and the one where each starts.
-    assert work == cost_model.Work(1, 12, 4, 4 * 16 + 4, 4, 4, 4)
+    work = cost_model.work_of(
+        renderer._flattening, renderer._binning, renderer._binning.tile_first_hit.numpy()[:9], points
+    )
+    # Straight cubics are one chord each; 18 pixels along each of four sides, and the one where each starts.
+    assert work == cost_model.Work(1, 12, 4, 4 * 18 + 4, 4, 4, 4)
     ideal = cost_model.ideal_seconds(work)
     assert set(ideal) >= {"flattening", "binning", "coverage", "compositing_adjoint"}
     assert ideal["flattening"] == pytest.approx(4 * cost_model.VERTEX_NS * 1e-9)
