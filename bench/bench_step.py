@@ -41,6 +41,7 @@ from warpvec.binning import Binning
 from warpvec.compositing import Compositing
 from warpvec.config import FitConfig, make_config
 from warpvec.coverage import Coverage
+from warpvec.cubics import to_cubics
 from warpvec.errors import InputError
 from warpvec.fit import _Fit
 from warpvec.flattening import Flattening
@@ -180,7 +181,7 @@ def _rows(whole: str, laps: Laps, stages: tuple[Stage, ...]) -> dict[str, Statis
 
 def time_resvg(scene: Scene, height: int, width: int, repeat: int) -> Statistics:
     """resvg's parse, drawing and PNG encoding of the same scene: what the step's forward half does, and more."""
-    text, laps = write_svg(scene, width, height), Laps()
+    text, laps = write_svg(to_cubics(scene)[0], width, height), Laps()
     resvg_py.svg_to_bytes(text, skip_system_fonts=True)
     for _ in range(repeat):
         laps.start()

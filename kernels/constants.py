@@ -24,7 +24,8 @@ COLUMN_GUARD_SLOPE = 1.0e-6
 (1e-5 px at 8,000 px, and of the order of 1e-7 of a long edge) never puts part of an edge in an unmarked tile."""
 
 TRANSMITTANCE_MIN = 1.0e-4
-"""Paths behind full pairs that let less light through than this are skipped: at most 0.026 of an 8-bit level."""
+"""Paths behind what lets less light through than this are skipped: full pairs, or the Gaussians on every pixel of a
+tile: at most 0.026 of an 8-bit level."""
 
 FLAT_EDGE = 1.0e-20
 """Stand-in for an edge's zero dx or dy in a division: the quotient overflows every clamp, as it should, and its
@@ -92,7 +93,7 @@ TANGENT_MIN = 1.0e-6
 """Tangents shorter than this, in pixels, have no direction: their samples lie upright."""
 
 SPLAT_ALPHA_MIN = 1.0 / 255.0
-"""A Gaussian's alpha below this is dropped (3D Gaussian Splatting): half a level of 8 bits, and it bounds its reach."""
+"""A Gaussian's alpha below this is dropped (3D Gaussian Splatting): one level of 8 bits, and it bounds its reach."""
 
 SPLAT_ALPHA_MAX = 0.999
 """A Gaussian's alpha is clipped here, in the image and in its adjoint alike, which divides by 1 - alpha."""

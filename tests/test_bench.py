@@ -117,7 +117,12 @@ def test_every_kernel_file_has_a_row() -> None:
 def test_step_by_stage(folder: Path, tmp_path: Path, renderer: str) -> None:
     """One lap of each thread count; the stages and the host add up to the step, and each was seen."""
     arguments = ["--curves", 20, "--fit-iterations", 6, "--repeat", 1, "--cache", tmp_path / "cache"]
-    arguments += ["--set", f"renderer={renderer}"]
+    arguments += [
+        "--set",
+        f"renderer={renderer}",
+        "--set",
+        f"path_model={'sides' if renderer == 'splat' else 'segments'}",
+    ]
     line = _last_json(_invoke(bench_step.main, "--image", folder / "a.png", "--threads", "1,2", *arguments))
     assert line["counts"]["paths"] == 20
     assert min(line["counts"].values()) > 0

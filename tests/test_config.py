@@ -30,7 +30,7 @@ BAD = [
     ("growth", 1.00001), ("growth", math.nextafter(GROWTH_MIN, 1.0)), ("lr_points", 10**400),
     ("renderer", "fast"), ("z_order", "random"), ("color_parameter", "lab"), ("lr_decay", "step"),
     ("replace_gap", 0), ("backdrop", "black"), ("policy", "flat"), ("path_model", "cubics"),
-    ("degree", 0), ("degree", 13), ("samples", 1),
+    ("degree", 1), ("degree", 13), ("samples", 1),
     ("lines", 0),
 ]  # fmt: skip
 
@@ -142,7 +142,7 @@ def test_unknown_names_are_told() -> None:
         {"time_budget": None}, {"time_budget": 0.5}, {"recycle_share": 0.0}, {"recycle_share": 1.0},
         {"initial_radius": 0.0}, {"opacity_weight": 0.0}, {"segments": 2},
         {"growth": GROWTH_MIN}, {"replace_gap": 1}, {"samples": 2},
-        {"lines": 1}, {"degree": 1}, {"degree": 12}, {"precision": 6}, {"seed": 2**63 - 1},
+        {"lines": 1}, {"degree": 2}, {"degree": 12}, {"precision": 6}, {"seed": 2**63 - 1},
     ],
 )  # fmt: skip
 def test_values_at_the_ends_of_their_ranges_are_good(settings: dict[str, Any]) -> None:

@@ -138,7 +138,10 @@ def test_splat_fits_with_every_policy(policy, path_model, degree, point_count):
 
 
 def test_the_baseline_fits():
-    result = fit(picture(), make_config("bezier-splatting", curves=32, iterations=40, threads=1, lr_scale=20.0))
+    result = fit(
+        picture(),
+        make_config("bezier-splatting", curves=32, iterations=40, threads=1, lr_scale=20.0, shorten_gap=False),
+    )
     assert len(result.scene) == 32
     assert result.scene.points.isfinite().all()
     assert final_psnr(result) > result.history[0]["psnr"] + 0.5
@@ -276,3 +279,12 @@ def test_tiny_pictures(size):
 def test_unknown_device():
     with pytest.raises(InputError, match="device must be auto or one of"):
         run(device="tpu")
+
+
+def test_the_order_by_area_holds_from_the_first_step_to_the_last_frame():
+    config = make_config("bezier-splatting", curves=20, iterations=3, threads=1, lr_scale=50.0)
+    seen = []
+    result = fit(picture(), config, lambda progress: seen.append(progress.scene()))
+    box = curve_boxes(result.scene.points, 5)
+    assert ((box[:, 2:] - box[:, :2]).prod(-1).diff() <= 0).all()
+    assert torch.equal(seen[-1].points, result.scene.points)

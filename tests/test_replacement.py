@@ -183,7 +183,14 @@ def picture() -> Tensor:
 
 
 def config_of(**settings: object) -> FitConfig:
-    given = {"policy": "replacement", "curves": 100, "iterations": 60, "replace_gap": 10, "threads": 1}
+    given = {
+        "policy": "replacement",
+        "curves": 100,
+        "iterations": 60,
+        "replace_gap": 10,
+        "threads": 1,
+        "shorten_gap": False,
+    }
     return make_config(**{**given, **settings})
 
 

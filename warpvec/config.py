@@ -93,8 +93,8 @@ class FitConfig:
     inflation_gap: int = 30
     """dT: iterations between inflations."""
     shorten_gap: bool = True
-    """Shorten dT where the last inflation would come after half the run. Off, a short run ends with fewer paths than N,
-    as in the paper."""
+    """Shorten dT where the last inflation would come after half the run, and replace_gap to 5 % of the run. Off, a
+    short run ends with fewer paths than N, as in the paper, or replaces none."""
     initial_radius: float = 0.25
     """Radius of the first generation, in units of half the longer side."""
     radius_decay: float = 0.5
@@ -222,7 +222,7 @@ def _counts(config: FitConfig) -> dict[str, int]:
         "initial_curves": (1, None), "inflation_gap": (1, None), "recycle_gap": (0, None),
         "replace_gap": (1, None),
         # float32 has seven digits, and one at least stands before the point.
-        "precision": (0, 6), "degree": (1, 12), "samples": (2, None), "lines": (1, None),
+        "precision": (0, 6), "degree": (2, 12), "samples": (2, None), "lines": (1, None),
         # The generators take a signed 64-bit seed.
         "seed": (0, 2**63 - 1),
     }  # fmt: skip

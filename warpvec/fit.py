@@ -149,13 +149,16 @@ class _Fit:
             if interrupted():
                 raise KeyboardInterrupt
             self._choose_canvas()
+            self._order()
             removal = self._step(self._policy.wants_removal(self._iteration + 1, self._iteration_count))
             self._iteration += 1
             self._iteration_count = self._planned_iterations()
+            last = self._iteration == self._iteration_count
+            if last:
+                self._order()
             self._report()
-            if self._iteration == self._iteration_count:
-                break  # new paths would stay as they are spawned
-            self._change_population(removal)
+            if not last:  # new paths would stay as they are spawned
+                self._change_population(removal)
 
     def result(self) -> FitResult:
         """The scene as it stands, or the best one before the last change of population if that was better."""
@@ -187,6 +190,8 @@ class _Fit:
         iteration, iterations = self._iteration, self._iteration_count
         if self._policy.update(self._population, iteration, iterations, removal, self._full.squared_error):
             self._remember(before)
+
+    def _order(self) -> None:
         if self._config.z_order == "area":
             self._population.sort_by_area()
 

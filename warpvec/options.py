@@ -42,7 +42,7 @@ SETTINGS = {
         "initial_curves": "Paths at the start, N0.",
         "growth": "Factor of the population at an inflation, r_num, at least 1.01.",
         "inflation_gap": "Iterations between inflations, dT.",
-        "shorten_gap": "Shorten dT where the last inflation would come after half the run.",
+        "shorten_gap": "Shorten dT, and the replacement's gap, in runs that are short for it.",
         "initial_radius": "First radius in units of half the longer side.",
         "radius_decay": "Radius of a generation over that of the one before, r_rad.",
         "prune_opacity": "Paths of at most this opacity are removed at an inflation.",

@@ -77,7 +77,9 @@ class Population:
     def sort_by_area(self) -> None:
         """Order the paths by the area of their bounding box, the smallest on top."""
         box = curve_boxes(self.scene.points, self._degree)
-        self.keep((box[:, 2:] - box[:, :2]).prod(-1).argsort(descending=True, stable=True))
+        order = (box[:, 2:] - box[:, :2]).prod(-1).argsort(descending=True, stable=True)
+        if not torch.equal(order, torch.arange(len(order), device=order.device)):
+            self.keep(order)
 
     def append(self, scene: Scene) -> None:
         """Add the paths of ``scene`` on top, with fresh optimizer state."""

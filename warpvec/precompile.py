@@ -3,28 +3,35 @@
 from __future__ import annotations
 
 import time
+from itertools import product
 
 import torch
 
+from warpvec.api import draw_as_fitted
 from warpvec.config import make_config
 from warpvec.fit import fit
+from warpvec.launch import resolve_device
 
 # Long enough for each kernel of a fit: steps, an inflation, and a recycling, which asks for importance.
 _SHORT = {"curves": 4, "initial_curves": 2, "iterations": 8, "inflation_gap": 1, "time_budget": None}
 _KINDS = (
     {"preset": "default", "recycle_gap": 1, "recycle_share": 0.5},
     {"preset": "paper", "samples": 2, "lines": 1},
+    {"preset": "paper", "samples": 2, "lines": 1, "covariance_gradient": True},
 )
 
 
 def compile_kernels(device: str = "auto") -> float:
     """Compile and cache what fits on ``device`` take; the seconds that it took, little where they are cached.
 
+    Their results are drawn on the CPU, so its kernels are among them in any case.
+
     Raises:
         InputError: no such device.
     """
     start = time.perf_counter()
     target = torch.linspace(0.0, 1.0, 16 * 16 * 3).reshape(16, 16, 3)
-    for kind in _KINDS:
-        fit(target, make_config(**{**_SHORT, **kind, "device": device}))  # type: ignore[arg-type]
+    for where, kind in product({resolve_device(device), "cpu"}, _KINDS):
+        config = make_config(**{**_SHORT, **kind, "device": where})  # type: ignore[arg-type]
+        draw_as_fitted(fit(target, config).scene, 16, 16, config)
     return time.perf_counter() - start

@@ -28,6 +28,9 @@ RATE_STEPS = ((0.9, 0.1), (0.6, 0.2), (0.5, 0.5))
 """From this share of the run the learning rates have these factors: those of Bezier Splatting after 5000, 6000 and
 9000 of its 10,000 iterations."""
 
+REPLACEMENT_SHARE = 0.05
+"""The gap of replacements is at most this share of the iterations: what 500 is of Bezier Splatting's 10,000."""
+
 REPLACEMENT_SPAN = (0.1, 0.92)
 """Bezier Splatting replaces paths from the first to before the second share of the run: iterations 1000 to 9200 of its
 10,000."""
@@ -134,19 +137,26 @@ def is_recycling(iteration: int, config: FitConfig, iterations: int) -> bool:
     return since_full > 0 and since_full % config.recycle_gap == 0
 
 
+def replacement_gap(config: FitConfig) -> int:
+    """Iterations between removals and additions: ``replace_gap``, or less in a short run with ``shorten_gap``."""
+    longest = max(1, int(REPLACEMENT_SHARE * config.iterations))
+    return min(config.replace_gap, longest) if config.shorten_gap else config.replace_gap
+
+
 def replacement_due(iteration: int, config: FitConfig, iterations: int) -> Literal["removal", "addition"] | None:
-    """What the policy "replacement" does after ``iteration``: every ``replace_gap``, removal and addition in turn.
+    """What the policy "replacement" does after ``iteration``: at every gap, removal and addition in turn.
 
     An odd number of gaps brings a removal if it and the addition that follows lie in ``REPLACEMENT_SPAN``; an even
     number the addition, wherever it lies: a time budget may have shortened the run since the removal.
     """
-    gaps, rest = divmod(iteration, config.replace_gap)
+    gap = replacement_gap(config)
+    gaps, rest = divmod(iteration, gap)
     if rest:
         return None
     if gaps % 2 == 0:
         return "addition"
     first, end = (share * iterations for share in REPLACEMENT_SPAN)
-    return "removal" if iteration >= first and iteration + config.replace_gap < end else None
+    return "removal" if iteration >= first and iteration + gap < end else None
 
 
 # Where new paths go.
