@@ -11,9 +11,9 @@ Stages in order, each with its adjoint beside it or in ``<stage>_adjoint``::
 
 and, in place of the first three, those of the splat renderer::
 
-    splatting          control points -> Gaussians        adj_splats -> adj_points, adj_opacity
+    splatting          control points -> Gaussians        splat_sums -> adj_points, adj_opacity
     splat_binning      Gaussians -> (path, tile) pairs    (no gradient)
-    splat_coverage     Gaussians, pairs -> coverage       adj_coverage -> adj_splats
+    splat_coverage     Gaussians, pairs -> coverage       adj_coverage -> splat_sums, over each Gaussian's pixels
 
 Conventions: pixels, origin at the top left, x right, y down, the centre of pixel (row i, column j) at
 (j + 0.5, i + 0.5). Tiles are TILE x TILE pixels and store their pixels column by column, so that the TILE rows of one

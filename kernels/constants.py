@@ -100,3 +100,6 @@ SPLAT_ALPHA_MAX = 0.999
 
 SPLAT_GROUP = 8
 """Neighbouring samples of a line that share a box, tested before their own: 9 tests for 8 samples where it is hit."""
+
+LENGTH_MIN = 1.0e-30
+"""Stand-in for a length or an opacity of 0 in a division whose numerator is 0 as well."""

@@ -17,6 +17,7 @@ from warpvec.kernels.constants import (
     BOUNDARY_SIGMA_Y_MIN,
     COORDINATE_MAX,
     INTERIOR_SIGMA_MIN,
+    LENGTH_MIN,
     SIGMA_PER_SPACING,
 )
 from warpvec.kernels.lanes import Lanes, stage_module
@@ -30,10 +31,6 @@ SIDE_TERMS = 4 * KINDS + 1
 """Adjoints of a sample over all rows: for each kind of basis A x, A y, B x, B y; and, last, the sum of w."""
 
 
-LENGTH_MIN = 1.0e-30
-"""Stand-in for a length of 0 px in a division whose numerator is 0 as well."""
-
-
 @cache
 def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
     """``center_adjoint``, ``gather_points_adjoint``, ``gather_opacity_adjoint`` and, for ``covariance``, its own.
@@ -42,7 +39,7 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
     """
     dtype, vector = lanes.dtype, lanes.vector
     add, mul, fma, fnma, spread, total = lanes.add, lanes.mul, lanes.fma, lanes.fnma, lanes.spread, lanes.total
-    zero = wp.constant(dtype(0.0))
+    zero, tiny = wp.constant(dtype(0.0)), wp.constant(dtype(LENGTH_MIN))
     planes, terms = wp.constant(PLANES), wp.constant(COVARIANCE_TERMS if covariance else CENTER_TERMS)
     kinds, side_terms = wp.constant(KINDS if covariance else 1), wp.constant(SIDE_TERMS)
     module = stage_module("splatting_adjoint" + "_covariance" * covariance, lanes)
@@ -123,7 +120,7 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
         for block in range(block_count):
             weight = add(weight, side_sums[((path + 1) * side_terms - 1) * block_count + block])
         value = total(weight)
-        adj_opacity[path] = wp.where(opacity[path] > zero, value / wp.max(opacity[path], dtype(1.0e-30)), zero)
+        adj_opacity[path] = wp.where(opacity[path] > zero, value / wp.max(opacity[path], tiny), zero)
 
     kernels = {
         "center_adjoint": center_adjoint,

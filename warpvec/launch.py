@@ -167,7 +167,7 @@ class Buffers:
         if shape[0] >= _ENTRIES_MAX:
             raise InputError(
                 f"the scene needs {shape[0]:,} entries of {name}, at most {_ENTRIES_MAX:,} can be counted; "
-                "give a smaller --fit-size or fewer curves"
+                "give a smaller --fit-size, fewer curves or, of splat, fewer samples"
             )
         if array is None or array.shape[0] < shape[0] or array.shape[1:] != shape[1:]:
             capacity = (int(shape[0] * self._HEADROOM) + 1, *shape[1:])

@@ -8,7 +8,9 @@ iterations; areas and sides are in pixels of the fitted image, whatever its size
 Not as there: a path has one opacity, as in the code's first release, and is a circle at the start, without jitter. The
 guard that should spare those that a removed path overlaps never holds there and is left out, as is the factor on the
 gradient of the interior's colours. Boxes are of points along the outline, of which the interior samples are blends.
-A component that has been used up is taken from the counts of all its levels, not from that of the weightiest alone.
+Learning rates are in units of half the longer side, there of half of either side: steps in y are 1.5 times as long on
+a photo of 3 : 2. A component that has been used up is taken from the counts of all its levels, not from that of the
+weightiest alone.
 """
 
 from __future__ import annotations
