@@ -205,7 +205,7 @@ def test_every_setting_is_an_option_of_run() -> None:
         (["--preset", "fast"], ["--preset must be one of draft, default, best, paper, bezier-splatting", "fast"]),
         (["--renderer", "blur"], ["--renderer must be one of", "blur"]),
         (["--preset", "paper", "--renderer", "exact"], ["--path-model must be segments with", "exact", "'sides'"]),
-        (["--degree", "13"], ["--degree must be a whole number from 1 to 12", "got 13"]),
+        (["--degree", "13"], ["--degree must be a whole number from 2 to 12", "got 13"]),
         (["--lines", "0"], ["--lines must be", "got 0"]),
         (["--policy", "none"], ["--policy must be one of scaffolding, replacement", "none"]),
         (["--z-order", "depth"], ["--z-order must be one of", "depth"]),
