@@ -14,7 +14,7 @@ SETTINGS = {
         "curves": "Closed paths in the result.",
         "path_model": "A path is cubics in a loop (segments) or two curves with common ends (sides, with splat).",
         "segments": "Cubics per path of the model segments.",
-        "degree": "Degree of the curves of the model sides, 1 to 12.",
+        "degree": "Degree of the curves of the model sides, 2 to 12.",
         "precision": "Decimals of the coordinates, 0 to 6.",
         "backdrop": "Canvas colour: fitted (learned) or white.",
         "fit_size": "Longest side in pixels that the fit works on; the SVG keeps the photo's units.",
