@@ -133,7 +133,7 @@ class FitConfig:
     color_parameter: str = "direct"
     """"direct": colours in [0, 1], clamped after a step. "logit": the sigmoid of a free parameter."""
 
-    # loss (equation 5)
+    # loss (equation 6)
     opacity_weight: float = 0.01
     xing_weight: float = 0.02
     bezier_weight: float = 0.2

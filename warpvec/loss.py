@@ -1,4 +1,4 @@
-"""Regularizers of the paths (equation 5), and PSNR.
+"""Regularizers of the paths (equation 6), and PSNR.
 
 The fit takes their gradients for cubics from ``kernels/regularization.py``, in a tenth of the time that autograd needs.
 Here, geometry lies in planes, the last two dimensions always [N, S], S curves of degree M on each of N paths:
@@ -38,7 +38,7 @@ def psnr_from_mse(mse: float) -> float:
 def regularization(
     points: Tensor, opacity: Tensor, width: float, height: float, config: FitConfig, degree: int = 3
 ) -> Tensor:
-    """The weighted sum of the three regularizers, equation (5), for autograd.
+    """The weighted sum of the three regularizers, equation (6), for autograd.
 
     Args:
         points: control points [N, M S, 2] in pixels; two curves a path, S = 2, unless they are cubics.
@@ -54,11 +54,11 @@ def regularization(
     )
 
 
-# Opacity, equation (4).
+# Opacity, equation (5).
 
 
 def opacity_loss(opacity: Tensor) -> Tensor:
-    """Mean of |1 - opacity| over the paths [N]: equation (4)."""
+    """Mean of |1 - opacity| over the paths [N]: equation (5)."""
     return _mean((opacity - 1.0).abs())
 
 
