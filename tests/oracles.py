@@ -13,11 +13,12 @@ from torch import Tensor
 
 from warpvec.binning import Binning, TileGrid
 from warpvec.coverage import Coverage
-from warpvec.exact import Adjoints, Renderer
+from warpvec.exact import Renderer
 from warpvec.flattening import Flattening
 from warpvec.kernels.constants import COLUMNS, PARTIAL, TILE
 from warpvec.kernels.lanes import make_lanes
 from warpvec.launch import Launcher, start_warp
+from warpvec.renderer import Adjoints
 
 GRADIENTS = ("points", "color", "opacity", "background")
 

@@ -21,7 +21,8 @@ from oracles import (
 from reference import importance
 from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, random_scene, rectangle
 
-from warpvec.exact import Adjoints, Renderer
+from warpvec.exact import Renderer
+from warpvec.renderer import Adjoints
 
 PAINT = ("color", "opacity", "background")
 

@@ -26,7 +26,7 @@ from splat_oracles import (
 from torch import Tensor
 
 from warpvec.errors import InputError
-from warpvec.exact import Adjoints
+from warpvec.renderer import Adjoints
 from warpvec.splat import Renderer
 
 SMALL = Settings(samples=7, lines=2)

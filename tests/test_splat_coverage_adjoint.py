@@ -21,7 +21,7 @@ from splat_oracles import (
 )
 from torch import Tensor
 
-from warpvec.exact import Adjoints
+from warpvec.renderer import Adjoints
 
 SMALL = Settings(samples=5, lines=2)
 

@@ -38,6 +38,7 @@ class Paint:
 
     def __init__(self, color: Tensor, opacity: Tensor, background: Tensor, lanes: Lanes) -> None:
         self.path_count = len(color)
+        self.opacity = opacity.detach()
         self.arrays = [
             as_warp(color, lanes.vec3),
             as_warp(opacity, lanes.dtype),
