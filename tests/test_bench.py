@@ -51,9 +51,6 @@ def _last_json(result: Result) -> dict[str, Any]:
     return line
 
 
-# harness
-
-
 def test_statistics_of_known_spans() -> None:
     spans = [harness.Span(wall, 2 * wall) for wall in (4.0, 1.0, 100.0, 3.0, 2.0)]
     assert harness.summarize(spans) == harness.Statistics(3.0, 1.0, 2.0, 6.0, 5)
