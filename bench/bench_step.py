@@ -77,12 +77,15 @@ _LAST = (
     Stage("parameters", Population, "step"),
     Stage("- adan", Adan, "step", part=True),
 )
+_WITHIN_BINNING = (
+    Stage("- bounds", Binning, "_bound", part=True),
+    Stage("- sort", Binning, "_sort", part=True),
+)
 STAGES = {
     "exact": (
         Stage("flattening", Flattening, "run"),
         Stage("binning", Binning, "run"),
-        Stage("- bounds", Binning, "_bound", part=True),
-        Stage("- sort", Binning, "_sort", part=True),
+        *_WITHIN_BINNING,
         Stage("coverage", Coverage, "run"),
         *_AFTER,
         Stage("coverage_adjoint", Coverage, "adjoint"),
@@ -92,8 +95,7 @@ STAGES = {
     "splat": (
         Stage("splatting", Splatting, "run"),
         Stage("splat_binning", SplatBinning, "bin_splats"),
-        Stage("- bounds", Binning, "_bound", part=True),
-        Stage("- sort", Binning, "_sort", part=True),
+        *_WITHIN_BINNING,
         Stage("splat_coverage", SplatCoverage, "run"),
         *_AFTER,
         Stage("splat_coverage_adjoint", SplatCoverage, "adjoint"),

@@ -79,6 +79,11 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         return where_less(squared, spread(tangent_min_squared), spread(zero), inverse)
 
     @wp.func
+    def direction(x: vector, y: vector, inverse: vector):
+        """The unit vector of (x, y), whose length is 1 / ``inverse``; (1, 0) where that is 0."""
+        return where_less(spread(zero), inverse, mul(x, inverse), spread(one)), mul(y, inverse)
+
+    @wp.func
     def clamp_x(sigma: vector, is_boundary: bool):
         """Standard deviation along the curve, in pixels."""
         return most(sigma, spread(wp.where(is_boundary, floor_x, floor_inside)))
@@ -92,7 +97,13 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         return clamped
 
     return SimpleNamespace(
-        combine=combine, blend=blend, norm=norm, inverse_norm=inverse_norm, clamp_x=clamp_x, clamp_y=clamp_y
+        combine=combine,
+        blend=blend,
+        norm=norm,
+        inverse_norm=inverse_norm,
+        direction=direction,
+        clamp_x=clamp_x,
+        clamp_y=clamp_y,
     )
 
 
@@ -104,7 +115,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     quotient, most, where_less = lanes.quotient, lanes.most, lanes.where_less
     functions = make_functions(lanes)
     combine, blend, norm = functions.combine, functions.blend, functions.norm
-    inverse_norm, clamp_x, clamp_y = functions.inverse_norm, functions.clamp_x, functions.clamp_y
+    inverse_norm, direction = functions.inverse_norm, functions.direction
+    clamp_x, clamp_y = functions.clamp_x, functions.clamp_y
     zero, one, two = (wp.constant(dtype(value)) for value in (0.0, 1.0, 2.0))
     across = wp.constant(dtype(SIGMA_PER_SPACING))
     alpha_min, farthest = wp.constant(dtype(SPLAT_ALPHA_MIN)), wp.constant(dtype(COORDINATE_MAX))
@@ -163,9 +175,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             sx = clamp_x(mul(spacing_factor[block], distance), is_boundary)
             sy = clamp_y(mul(spread(row_step[row]), gap), is_boundary)
             tx, ty = blend(atx, btx, w), blend(aty, bty, w)
-            inverse = inverse_norm(tx, ty)
-            ux = where_less(spread(zero), inverse, mul(tx, inverse), spread(one))
-            uy = mul(ty, inverse)
+            ux, uy = direction(tx, ty, inverse_norm(tx, ty))
             vx, vy = mul(sx, sx), mul(sy, sy)
             px, py = quotient(spread(one), vx), quotient(spread(one), vy)
             uxx, uxy, uyy = mul(ux, ux), mul(ux, uy), mul(uy, uy)

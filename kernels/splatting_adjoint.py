@@ -138,7 +138,8 @@ def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
     fnma, quotient, most, where_less = lanes.fnma, lanes.quotient, lanes.most, lanes.where_less
     functions = splatting.make_functions(lanes)
     combine, blend, norm = functions.combine, functions.blend, functions.norm
-    inverse_norm, clamp_x, clamp_y = functions.inverse_norm, functions.clamp_x, functions.clamp_y
+    inverse_norm, direction = functions.inverse_norm, functions.direction
+    clamp_x, clamp_y = functions.clamp_x, functions.clamp_y
     zero, half, one, two = (wp.constant(dtype(value)) for value in (0.0, 0.5, 1.0, 2.0))
     tiny, farthest = wp.constant(dtype(LENGTH_MIN)), wp.constant(dtype(COORDINATE_MAX))
     across = wp.constant(dtype(SIGMA_PER_SPACING))
@@ -221,8 +222,7 @@ def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
                 sx, sy = clamp_x(raw_x, is_boundary), clamp_y(raw_y, is_boundary)
                 tx, ty = blend(a_tangent_x, b_tangent_x, w), blend(a_tangent_y, b_tangent_y, w)
                 inverse = inverse_norm(tx, ty)
-                ux = where_less(spread(zero), inverse, mul(tx, inverse), spread(one))
-                uy = mul(ty, inverse)
+                ux, uy = direction(tx, ty, inverse)
                 px, py = quotient(spread(one), mul(sx, sx)), quotient(spread(one), mul(sy, sy))
                 uxx, uxy, uyy = mul(ux, ux), mul(ux, uy), mul(uy, uy)
                 adj_px = fma(adj_pxx, uxx, fma(adj_pxy, uxy, mul(adj_pyy, uyy)))

@@ -70,8 +70,10 @@ def _as_text(renderer: str, degree: int, settings: dict[str, Any]) -> str:
             )
     if renderer == "exact" and degree != 3:
         raise InputError(f"scene must have degree 3 for the renderer exact, got {degree}; see warpvec.cubics.to_cubics")
+    if not known:
+        return "{}"
     arguments = FitConfig(renderer=renderer, **settings).renderer_settings
-    return json.dumps({**arguments, "degree": degree} if arguments else {}, sort_keys=True)
+    return json.dumps({**arguments, "degree": degree}, sort_keys=True)
 
 
 def _check_kinds(inputs: tuple[Tensor, ...]) -> None:

@@ -157,9 +157,7 @@ def evaluate_file(source: str, svg: str, background: str, as_json: bool) -> None
 @_json_option
 def info(compiles: bool, as_json: bool) -> None:
     """Show versions, devices and the kernel cache."""
-    from warpvec.precompile import compile_kernels
-
-    spent = {"compile_seconds": round(compile_kernels(), 1)} if compiles else {}
+    spent = {"compile_seconds": _compile_kernels()} if compiles else {}
     facts = {**_describe_environment(), **spent}
     lines = (f"{name.replace('_', ' ')}: {value}" for name, value in facts.items())
     click.echo(json.dumps(facts) if as_json else "\n".join(lines))
@@ -263,6 +261,12 @@ def _summary(metrics: dict[str, Any], out: str) -> str:
             lines.append("sides of degree {degree} written as cubics within {conversion_px:.3f} px")
         lines.append("{iterations} iterations in {seconds:.1f} s on {device}")
     return "\n".join(lines).format(out="SVG" if out == "-" else out, **metrics)
+
+
+def _compile_kernels() -> float:
+    from warpvec.precompile import compile_kernels
+
+    return round(compile_kernels(), 1)
 
 
 def _describe_environment() -> dict[str, Any]:

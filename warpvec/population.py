@@ -134,6 +134,13 @@ def new_paths(
     return Scene(points, color, opacity, background, generations, config.point_degree)
 
 
+def colors_at(target: Tensor, center: Tensor) -> Tensor:
+    """Colours [N, 3] of ``target`` [h, w, 3] in the pixels that hold ``center`` [N, 2], or the nearest to it."""
+    height, width = target.shape[:2]
+    columns, rows = center.long().unbind(-1)
+    return target[rows.clamp(0, height - 1), columns.clamp(0, width - 1)]
+
+
 def curve_boxes(points: Tensor, degree: int) -> Tensor:
     """Left, top, right and bottom [N, 4] of closed paths with control points [N, M S, 2], from points along them."""
     point_count = points.shape[1]

@@ -27,7 +27,7 @@ from torch import Tensor
 from warpvec import schedule
 from warpvec.config import FitConfig
 from warpvec.errors import InputError
-from warpvec.population import Population, curve_boxes, new_paths
+from warpvec.population import Population, colors_at, curve_boxes, new_paths
 from warpvec.scene import Scene
 
 RADIUS = 0.02
@@ -122,10 +122,8 @@ class Replacement:
     def _add(self, population: Population, error: Tensor) -> None:
         regions = torch.from_numpy(region_centers(error.cpu().numpy(), self._missing)).to(self._target)
         center = torch.cat([regions, self._anywhere(self._missing - len(regions))])
-        columns, rows = center.long().unbind(-1)
-        color = self._target[rows.clamp(max=self._height - 1), columns.clamp(max=self._width - 1)]
         self._generation += 1
-        population.append(self._spawn(center, color, population.scene.background))
+        population.append(self._spawn(center, colors_at(self._target, center), population.scene.background))
         self._missing = 0
 
     def _spawn(self, center: Tensor, color: Tensor, background: Tensor) -> Scene:

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from warpvec import schedule
 from warpvec.config import FitConfig
-from warpvec.population import Population, new_paths
+from warpvec.population import Population, colors_at, new_paths
 from warpvec.scene import Scene
 
 # Opacity of a new path: enough to be seen by the gradient at once, not enough to hide what it stands on.
@@ -88,8 +88,7 @@ class Scaffolding:
     def _spawn(self, count: int, radius: float, error: Tensor, background: Tensor) -> Scene:
         """``count`` circles at points drawn from the squared ``error`` [h, w], in the target's colours there."""
         centers = schedule.sample_positions(error, count, self._generator).to(self._target)
-        columns, rows = centers.long().unbind(-1)
-        color = self._target[rows.clamp(0, self._height - 1), columns.clamp(0, self._width - 1)]
+        color = colors_at(self._target, centers)
         opacity = torch.full_like(centers[:, 0], _NEW_OPACITY)
         return new_paths(centers, (radius, radius), color, opacity, background, self._generation, self._config)
 

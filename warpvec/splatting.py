@@ -17,6 +17,7 @@ from warpvec.kernels.lanes import Lanes
 from warpvec.kernels.splatting import PLANES
 from warpvec.kernels.splatting_adjoint import CENTER_TERMS, COVARIANCE_TERMS, SIDE_TERMS
 from warpvec.launch import Buffers, Launcher, as_warp
+from warpvec.scene import bernstein
 
 
 class Splatting:
@@ -160,7 +161,6 @@ def _outline_basis(parameter: Tensor, point_count: int, degree: int) -> Tensor:
     t = parameter - piece
     basis = torch.zeros(point_count, len(parameter), dtype=torch.float64)
     sample = torch.arange(len(parameter))
-    for k in range(degree + 1):
-        bernstein = math.comb(degree, k) * t**k * (1.0 - t) ** (degree - k)
-        basis.index_put_(((piece.long() * degree + k) % point_count, sample), bernstein, accumulate=True)
+    for k, weight in enumerate(bernstein(degree, t).unbind(-1)):
+        basis.index_put_(((piece.long() * degree + k) % point_count, sample), weight, accumulate=True)
     return basis
