@@ -1,0 +1,35 @@
+"""Options and arguments that several commands take, and how they are read."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from warpvec.errors import InputError
+from warpvec.files import check_writable
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Report as one JSON object (infinity as null).")
+background_option = click.option("--background", default="#ffffff", show_default=True, help="Behind transparency.")
+
+
+def check_out(out: str) -> None:
+    if out == "-":
+        return
+    check_writable(out, "OUT")
+    special = Path(out).exists() and not Path(out).is_file()  # /dev/null and the like
+    if not special and Path(out).suffix.lower() not in (".svg", ".svgz"):
+        raise InputError(f"OUT must end in .svg or .svgz, or be - for stdout, got {out!r}; rename it")
+
+
+def read_source(source: str) -> str | bytes:
+    return sys.stdin.buffer.read() if source == "-" else source
+
+
+def read_svg(path: str) -> bytes:
+    try:
+        return Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(f"OUT must be an SVG file, got {path!r} ({reason}); check the path") from error

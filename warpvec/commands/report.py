@@ -1,0 +1,32 @@
+"""What a command says of a file, for people or as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import click
+
+_INTERNAL_IMAGES = {"exact": "internally", "splat": "in the soft image"}
+"""Renderer of the fit -> where the summary says the internal PSNR is from."""
+
+
+def report(metrics: dict[str, Any], out: str, as_json: bool) -> None:
+    finite = {name: None if value in (math.inf, -math.inf) else value for name, value in metrics.items()}
+    text = json.dumps(finite, allow_nan=False) if as_json else _summary(metrics, out)
+    click.echo(text, err=out == "-")
+
+
+def _summary(metrics: dict[str, Any], out: str) -> str:
+    """What a person wants to know of the file, and of the fit where there was one."""
+    lines = [
+        "{out}: {curves} curves, {segments} segments, {bytes:,} bytes, {gzip_bytes:,} gzipped",
+        "PSNR {psnr:.2f} dB, SSIM {ssim:.4f}, as resvg draws the file",
+    ]
+    if "internal_psnr" in metrics:
+        lines[1] += "; {internal_psnr:.2f} dB " + _INTERNAL_IMAGES[metrics["renderer"]]
+        if metrics["degree"] != 3:
+            lines.append("sides of degree {degree} written as cubics within {conversion_px:.3f} px")
+        lines.append("{iterations} iterations in {seconds:.1f} s on {device}")
+    return "\n".join(lines).format(out="SVG" if out == "-" else out, **metrics)
