@@ -6,21 +6,21 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import torch
 from torch import Tensor
 
 from warpvec import schedule
 from warpvec.canvas import Canvas
+from warpvec.checkpoint import Saving, State
 from warpvec.config import FitConfig
 from warpvec.interrupt import noted_interrupts
 from warpvec.launch import resolve_device
 from warpvec.loss import psnr_from_mse
+from warpvec.policy import POLICIES, Policy, going_on
 from warpvec.population import Population
 from warpvec.regularization import Regularization
-from warpvec.replacement import Replacement
-from warpvec.scaffolding import Scaffolding
 from warpvec.scene import Scene
 
 # Of the target's sides in the coarse part of a run.
@@ -59,17 +59,36 @@ class FitResult:
     device: str
 
 
-def fit(target: Tensor, config: FitConfig, on_progress: Callable[[Progress], None] | None = None) -> FitResult:
+def fit(
+    target: Tensor,
+    config: FitConfig,
+    on_progress: Callable[[Progress], None] | None = None,
+    *,
+    start: Scene | None = None,
+    resume: State | None = None,
+    saving: Saving | None = None,
+) -> FitResult:
     """Fit paths to ``target`` [h, w, 3], sRGB-encoded in [0, 1].
 
     ``on_progress`` is called after every iteration. A KeyboardInterrupt ends the fit and gives the best scene so far.
 
+    Args:
+        start: paths to begin with, in pixels of the target; grown to ``config.curves`` or, where they are more, cut
+            down to the most important ones.
+        resume: the state of an earlier fit of the same target with the same settings, to go on from.
+        saving: when and where to leave such states.
+
     Raises:
-        InputError: the device does not exist, or the policy needs what is not installed.
+        InputError: the device does not exist, the policy needs what is not installed, or ``start`` is not of the
+            model of ``config``.
     """
     device = resolve_device(config.device)
     with _single_torch_thread(), torch.no_grad(), noted_interrupts() as interrupted:
-        run = _Fit(target, config, device, on_progress)
+        settings = config if resume is None else FitConfig(**resume["config"])
+        run = _Fit(target, settings, device, on_progress, start)
+        if resume is not None:
+            run.restore(resume)
+        run.saving = saving
         try:
             run.iterate(interrupted)
         except KeyboardInterrupt:
@@ -88,45 +107,23 @@ def _single_torch_thread() -> Iterator[None]:
         torch.set_num_threads(before)
 
 
-class _Policy(Protocol):
-    """Who decides when paths come and go; made for one target and one configuration."""
-
-    def first_paths(self, background: Tensor) -> Scene:
-        """The paths at the start, over ``background`` [3]."""
-
-    def wants_removal(self, iteration: int, iterations: int) -> bool:
-        """Whether :meth:`update` after ``iteration`` (the first is 1) needs what each path's removal costs."""
-
-    def update(
-        self,
-        population: Population,
-        iteration: int,
-        iterations: int,
-        removal: Tensor | None,
-        squared_error: Callable[[Scene], Tensor],
-    ) -> bool:
-        """Remove and add what is due after ``iteration`` of ``iterations``; whether anything was.
-
-        ``removal`` [N] is there if it was wanted; ``squared_error`` gives a scene's error in each pixel [h, w].
-        """
-
-
-_POLICIES: dict[str, Callable[[Tensor, FitConfig], _Policy]] = {
-    "scaffolding": Scaffolding,
-    "replacement": Replacement,
-}
-
-
 class _Fit:
     """The state of one run of the loop."""
 
     def __init__(
-        self, target: Tensor, config: FitConfig, device: str, on_progress: Callable[[Progress], None] | None
+        self,
+        target: Tensor,
+        config: FitConfig,
+        device: str,
+        on_progress: Callable[[Progress], None] | None,
+        start: Scene | None,
     ) -> None:
-        self._config, self._device, self._on_progress = config, device, on_progress
+        self._device, self._on_progress = device, on_progress
         self._height, self._width = target.shape[:2]
+        self._config = config = config if start is None else going_on(config, start, self._height, self._width)
         self._target = target.to(device, torch.float32)
-        self._policy: _Policy = _POLICIES[config.policy](self._target, config)
+        first_generation = int(start.generation.max()) if start is not None and len(start) else 0
+        self._policy: Policy = POLICIES[config.policy](self._target, config, first_generation)
         self._full = Canvas(self._target, config, device)
         self._canvas = Canvas(self._target, config, device, _REDUCTION) if config.coarse_until > 0 else self._full
         self._regularization = Regularization(self._height, self._width, config, device, config.point_degree)
@@ -138,9 +135,8 @@ class _Fit:
         self._best: tuple[float, Scene] | None = None
         self.history: list[dict[str, float]] = []
         self.interrupted = False
-        learned = config.backdrop == "learned"
-        backdrop = self._target.mean((0, 1)) if learned else self._target.new_ones(3)
-        first = self._policy.first_paths(backdrop)
+        self.saving: Saving | None = None
+        first = self._first_paths() if start is None else self._most_important(start)
         self._population = Population(first, config, max(self._height, self._width) / 2)
 
     def iterate(self, interrupted: Callable[[], bool]) -> None:
@@ -159,6 +155,7 @@ class _Fit:
             self._report()
             if not last:  # new paths would stay as they are spawned
                 self._change_population(removal)
+                self._save()
 
     def result(self) -> FitResult:
         """The scene as it stands, or the best one before the last change of population if that was better."""
@@ -183,7 +180,54 @@ class _Fit:
         if self._canvas is not self._full and self._iteration >= self._config.coarse_until * self._iteration_count:
             self._canvas, self._best = self._full, None
 
+    # The state
+
+    def state(self) -> State:
+        """Everything that decides what the next iterations do, and what the fit reports."""
+        best = None if self._best is None else {"loss": self._best[0], "scene": self._best[1].to_dict()}
+        return {
+            "config": self._config.to_dict(),
+            "iteration": self._iteration,
+            "iteration_count": self._iteration_count,
+            "seconds": self._seconds(),
+            "first_seconds": self._first_seconds,
+            "loss": self._loss,
+            "best": best,
+            "coarse": self._canvas is not self._full,
+            "history": self.history,
+            "policy": self._policy.state(),
+            "population": self._population.state(),
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from ``state``."""
+        self._iteration, self._iteration_count = state["iteration"], state["iteration_count"]
+        self._start, self._first_seconds = time.perf_counter() - state["seconds"], state["first_seconds"]
+        self._loss = state["loss"].to(self._device)
+        best = state["best"]
+        self._best = None if best is None else (best["loss"], Scene(**best["scene"]).to(self._device))
+        self._canvas = self._canvas if state["coarse"] else self._full
+        self.history = list(state["history"])
+        self._policy.restore(state["policy"])
+        self._population.restore(state["population"])
+
+    def _save(self) -> None:
+        if self.saving is not None and self._iteration % self.saving.every == 0:
+            self.saving.save(self.state())
+
     # Population
+
+    def _first_paths(self) -> Scene:
+        learned = self._config.backdrop == "learned"
+        return self._policy.first_paths(self._target.mean((0, 1)) if learned else self._target.new_ones(3))
+
+    def _most_important(self, scene: Scene) -> Scene:
+        """The N paths of ``scene`` whose removal would cost most; all of them if they are no more."""
+        scene = scene.to(self._device)
+        if len(scene) <= self._config.curves:
+            return scene
+        removal = self._full.fit_step(scene, True).removal
+        return scene.select(removal.topk(self._config.curves).indices.sort().values)
 
     def _change_population(self, removal: Tensor | None) -> None:
         before = self._population.scene

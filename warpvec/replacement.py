@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from warpvec import schedule
+from warpvec.checkpoint import State
 from warpvec.config import FitConfig
 from warpvec.errors import InputError
 from warpvec.population import Population, colors_at, curve_boxes, new_paths
@@ -75,14 +76,14 @@ class Replacement:
         InputError: SciPy, which finds the connected regions, is not installed.
     """
 
-    def __init__(self, target: Tensor, config: FitConfig) -> None:
+    def __init__(self, target: Tensor, config: FitConfig, first_generation: int = 0) -> None:
         if find_spec("scipy") is None:
             raise InputError("policy replacement needs SciPy, which is not installed; pip install 'warpvec[baseline]'")
         self._target, self._config = target, config
         self._height, self._width = target.shape[:2]
         self._generator = torch.Generator().manual_seed(config.seed)
         self._missing = 0
-        self._generation = 0
+        self._generation = first_generation
 
     def first_paths(self, background: Tensor) -> Scene:
         """All N paths, anywhere and of muted random colours: nothing of them comes from the target."""
@@ -110,6 +111,19 @@ class Replacement:
         else:
             return False
         return True
+
+    def state(self) -> State:
+        """What :meth:`restore` needs to go on as if nothing had happened."""
+        return {
+            "generator": self._generator.get_state(),
+            "generation": self._generation,
+            "missing": self._missing,
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from ``state``."""
+        self._generator.set_state(state["generator"])
+        self._generation, self._missing = state["generation"], state["missing"]
 
     def _remove(self, population: Population, progress: float) -> None:
         oldest_first = population.serial.argsort()

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from warpvec import schedule
+from warpvec.checkpoint import State
 from warpvec.config import FitConfig
 from warpvec.population import Population, colors_at, new_paths
 from warpvec.scene import Scene
@@ -17,10 +18,13 @@ _NEW_OPACITY = 0.5
 
 
 class Scaffolding:
-    """Algorithm 1 of the paper for ``target`` [h, w, 3]; at full population, the recycling that ``config`` asks for."""
+    """Algorithm 1 of the paper for ``target`` [h, w, 3]; at full population, the recycling that ``config`` asks for.
 
-    def __init__(self, target: Tensor, config: FitConfig) -> None:
-        self._target, self._config = target, config
+    The first generation has the number ``first_generation``.
+    """
+
+    def __init__(self, target: Tensor, config: FitConfig, first_generation: int = 0) -> None:
+        self._target, self._config, self._first_generation = target, config, first_generation
         self._height, self._width = target.shape[:2]
         self._generator = torch.Generator().manual_seed(config.seed)
         self._generation = 0
@@ -52,6 +56,19 @@ class Scaffolding:
         else:
             return False
         return True
+
+    def state(self) -> State:
+        """What :meth:`restore` needs to go on as if nothing had happened."""
+        return {
+            "generator": self._generator.get_state(),
+            "generation": self._generation,
+            "first_generation": self._first_generation,
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from ``state``."""
+        self._generator.set_state(state["generator"])
+        self._generation, self._first_generation = state["generation"], state["first_generation"]
 
     def _generation_due(self, iteration: int, iterations: int) -> int:
         """The generation that the schedule has reached; several may fall on one iteration of a very short run."""
@@ -90,7 +107,8 @@ class Scaffolding:
         centers = schedule.sample_positions(error, count, self._generator).to(self._target)
         color = colors_at(self._target, centers)
         opacity = torch.full_like(centers[:, 0], _NEW_OPACITY)
-        return new_paths(centers, (radius, radius), color, opacity, background, self._generation, self._config)
+        generation = self._first_generation + self._generation
+        return new_paths(centers, (radius, radius), color, opacity, background, generation, self._config)
 
     def _radius(self, generation: int) -> float:
         return schedule.radius(generation, self._config, self._height, self._width)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -63,7 +64,15 @@ class Scene:
 
     def cpu(self) -> Scene:
         """The same scene in host memory."""
-        return replace(self, **{name: getattr(self, name).cpu() for name in (*_FLOAT_FIELDS, "generation")})
+        return self.to("cpu")
+
+    def to(self, device: str) -> Scene:
+        """The same scene in the memory of ``device``."""
+        return replace(self, **{name: getattr(self, name).to(device) for name in (*_FLOAT_FIELDS, "generation")})
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields by name, without copies."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def scaled(self, x_factor: float, y_factor: float | None = None) -> Scene:
         """The scene on a canvas ``x_factor`` times as wide and ``y_factor``, the same if left out, times as high."""

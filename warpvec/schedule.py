@@ -92,6 +92,23 @@ def _generations_to(count: float, config: FitConfig) -> float:
     return math.log(count / config.initial_curves) / math.log(config.growth) if config.growth > 1.0 else math.inf
 
 
+def continued(config: FitConfig, count: int, height: int, width: int) -> FitConfig:
+    """The settings of a fit of a canvas [height, width] that goes on with ``count`` paths, and grows them to N.
+
+    New paths are of the size of recycled ones: however many there are, they would cover the share ``RECYCLING_FILL``.
+    """
+    growth = config.growth if config.growth > 1.0 else FitConfig.growth
+    radius = recycling_radius(replace(config, curves=count), height, width)
+    return replace(
+        config,
+        flat=False,
+        initial_curves=count,
+        growth=growth,
+        initial_radius=2.0 * radius / max(height, width),
+        radius_decay=growth**-0.5,
+    )
+
+
 # The size of new paths.
 
 
