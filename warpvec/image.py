@@ -18,10 +18,12 @@ from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import ExifTags, Image, ImageCms, ImageColor, UnidentifiedImageError
+from PIL import ExifTags, Image, ImageColor, UnidentifiedImageError
 
 from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
+from warpvec.profiles import to_srgb
+from warpvec.transparency import is_transparent, premultiplied, straight
 
 ImageSource = str | os.PathLike[str] | bytes | Image.Image | NDArray[Any]
 
@@ -47,23 +49,29 @@ _UPRIGHT = {
 _PILLOW_STATE = threading.Lock()
 
 
-def read_image(source: ImageSource, background: str = "#ffffff", name: str = "IN") -> NDArray[np.float32]:
-    """Pixels [h, w, 3] of an image, upright, sRGB-encoded in [0, 1], alpha composited over ``background``.
+def read_image(source: ImageSource, background: str | None = None, name: str = "IN") -> NDArray[np.float32]:
+    """Pixels [h, w, 3] of an image, or [h, w, 4] if it is transparent, upright, sRGB-encoded in [0, 1].
+
+    An image whose alpha is 1 everywhere is RGB. One that is transparent is RGBA, straight, with black where nothing is
+    to be seen: whatever colour the file hides there is gone.
 
     Args:
         source: a file's path or its bytes (PNG, JPEG, WebP, TIFF, BMP, or GIF; the first frame of an animation), a PIL
             image, or an array [h, w], [h, w, 1] grey, [h, w, 2] grey and alpha, [h, w, 3] RGB or [h, w, 4] RGBA
             of uint8, uint16, bool, or float in [0, 1]. Arrays are taken as sRGB with straight alpha.
-        background: "#rgb", "#rrggbb" or a CSS colour name.
+        background: what a transparent image is composited over: "#rgb", "#rrggbb" or a CSS colour name; None keeps
+            its alpha.
         name: what messages call ``source``.
 
     Raises:
         InputError: there is no such file, it is no complete image of these formats, it has no pixels or more than
             ``MAX_PIXELS``, the array's shape, type or range is wrong, or ``background`` is not a colour.
     """
-    backdrop = parse_color(background)
-    samples = source if isinstance(source, np.ndarray) else _decode(source, name)
-    return _composite(_unit_samples(samples, name), backdrop)
+    backdrop = None if background is None else parse_color(background)
+    samples = _unit_samples(source if isinstance(source, np.ndarray) else _decode(source, name), name)
+    if backdrop is None and samples.shape[2] in (2, 4) and samples[..., -1].min() < 1:
+        return _visible(samples)
+    return _composite(samples, np.ones(3, np.float32) if backdrop is None else backdrop)
 
 
 def parse_color(text: str, name: str = "background") -> NDArray[np.float32]:
@@ -79,22 +87,24 @@ def parse_color(text: str, name: str = "background") -> NDArray[np.float32]:
 
 
 def fit_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.float32]:
-    """``pixels`` [h, w, 3] reduced until neither side is longer than ``longest_side``; never enlarged.
+    """``pixels`` [h, w, 3 or 4] reduced until neither side is longer than ``longest_side``; never enlarged.
 
-    Filtered with Lanczos-3, whose overshoot is clipped to [0, 1]. A side keeps at least one pixel.
+    Filtered with Lanczos-3, whose overshoot is clipped to [0, 1]; colours with alpha, which are straight before and
+    after, premultiplied. A side keeps at least one pixel.
     """
     height, width = pixels.shape[:2]
     longest = max(height, width)
     if longest <= longest_side:
         return pixels
     size = (max(1, round(width * longest_side / longest)), max(1, round(height * longest_side / longest)))
-    channels = [Image.fromarray(np.ascontiguousarray(pixels[..., c])) for c in range(3)]
+    filtered = premultiplied(pixels) if is_transparent(pixels) else pixels
+    channels = [Image.fromarray(np.ascontiguousarray(filtered[..., c])) for c in range(pixels.shape[2])]
     reduced = np.stack([np.asarray(c.resize(size, Image.Resampling.LANCZOS)) for c in channels], -1)
-    return reduced.clip(0.0, 1.0)
+    return straight(reduced) if is_transparent(pixels) else reduced.clip(0.0, 1.0)
 
 
 def write_png(path: str | os.PathLike[str], pixels: NDArray[np.floating[Any]], name: str = "OUT") -> None:
-    """Write ``pixels`` [h, w, 3] in [0, 1] as an 8 bit PNG, rounded to the nearest level, whole or not at all.
+    """Write ``pixels`` [h, w, 3 or 4] in [0, 1] as an 8 bit PNG, rounded to the nearest level, whole or not at all.
 
     Raises:
         InputError: ``path``, which messages call ``name``, cannot be written.
@@ -195,7 +205,7 @@ def _upright_samples(image: Image.Image, label: str, name: str) -> NDArray[Any]:
     image = image if turn is None else image.transpose(turn)
     if image.mode in ("I", "F") or image.mode.startswith("I;16"):
         return _wide_samples(image, label, name)
-    color = np.asarray(_to_srgb(image))
+    color = np.asarray(to_srgb(image))
     if not image.has_transparency_data:
         return color
     return np.dstack([color, np.asarray(image.convert("RGBA").getchannel("A"))])
@@ -221,36 +231,9 @@ def _grey_to_srgb(image: Image.Image, grey: NDArray[np.uint16]) -> NDArray[np.ui
         return grey
     ramp = Image.linear_gradient("L").resize((1, 256))
     ramp.info["icc_profile"] = image.info["icc_profile"]
-    levels = np.asarray(_to_srgb(ramp))[:, 0, 0] * 257.0
+    levels = np.asarray(to_srgb(ramp))[:, 0, 0] * 257.0
     curve: NDArray[np.uint16] = np.interp(np.arange(65536) / 257.0, np.arange(256), levels).round().astype(np.uint16)
     return curve[grey]
-
-
-def _to_srgb(image: Image.Image) -> Image.Image:
-    """The colour of an 8 bit image without its alpha, mode RGB, through its ICC profile if it has a usable one."""
-    try:
-        profile = ImageCms.ImageCmsProfile(BytesIO(image.info["icc_profile"]))
-        mode = _profile_mode(image.mode, profile.profile.xcolor_space)
-        if mode is None:
-            return image.convert("RGB")
-        # The default intent, perceptual, is what browsers use; a profile without its table falls back by itself.
-        # Little CMS samples what is no matrix on a coarse grid: off by 10 levels in the darks of a linear grey.
-        flags = ImageCms.Flags.NOOPTIMIZE if mode == "L" else ImageCms.Flags.HIGHRESPRECALC
-        transform = ImageCms.buildTransform(profile, ImageCms.createProfile("sRGB"), mode, "RGB", flags=flags)
-        return transform.apply(image.convert(mode))
-    except (KeyError, OSError, ImageCms.PyCMSError):
-        # No profile, or a damaged one: sRGB, as viewers do.
-        return image.convert("RGB")
-
-
-def _profile_mode(image_mode: str, space: str) -> str | None:
-    """The mode in which the pixels enter a profile of colour space ``space``, None when it is not theirs."""
-    if image_mode == "CMYK":
-        return "CMYK" if space.strip() == "CMYK" else None
-    if space.strip() == "GRAY":
-        return "L" if image_mode in ("1", "L", "LA") else None
-    # Grey with an RGB profile is common (tools drop the channels and keep the tag): v means (v, v, v).
-    return "RGB" if space.strip() == "RGB" else None
 
 
 def _unit_samples(samples: NDArray[Any], name: str) -> NDArray[np.float32]:
@@ -276,6 +259,15 @@ def _unit_floats(samples: NDArray[Any], name: str) -> NDArray[np.float32]:
     if low < 0 or high > 1:
         raise InputError(f"{name} must lie in [0, 1], got {low:g} to {high:g}; clip it, or pass 8 bit values as uint8")
     return samples.astype(np.float32)
+
+
+def _visible(samples: NDArray[np.float32]) -> NDArray[np.float32]:
+    """RGBA [h, w, 4] of ``samples`` [h, w, 2 or 4], without the colours that alpha hides wholly."""
+    alpha = samples[..., -1]
+    pixels = np.empty((*alpha.shape, 4), np.float32)
+    pixels[..., :3], pixels[..., 3] = samples[..., :-1], alpha
+    pixels[alpha == 0] = 0.0
+    return pixels
 
 
 def _composite(samples: NDArray[np.float32], backdrop: NDArray[np.float32]) -> NDArray[np.float32]:

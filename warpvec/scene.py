@@ -27,6 +27,7 @@ class Scene:
         background: sRGB-encoded canvas colour [3] in [0, 1].
         generation: level of detail [N] (int64), 0 for the first; becomes the layer in the file.
         degree: M of every curve, 3 for cubics.
+        transparent: whether no canvas is painted. The background is black then: an image over it is premultiplied.
 
     Raises:
         InputError: the degree is not positive or the shapes do not agree.
@@ -38,6 +39,7 @@ class Scene:
     background: Tensor
     generation: Tensor
     degree: int = 3
+    transparent: bool = False
 
     def __post_init__(self) -> None:
         if self.degree < 1:

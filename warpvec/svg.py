@@ -82,10 +82,10 @@ def write_svg(
 ) -> str:
     """SVG text of ``quantize(scene)`` on a canvas of ``width`` x ``height`` user units.
 
-    A background rectangle, then one group per run of equal generation (a layer in Inkscape, a named group in
-    editors that go by id), one path per line. Cubics of no length are left out, as those that pad a path to the number
-    of another. ``metadata`` is stored as JSON beside the version of warpvec. The text depends on the arguments alone:
-    it holds no dates and no file paths.
+    A background rectangle unless the scene is transparent, then one group per run of equal generation (a layer in
+    Inkscape, a named group in editors that go by id), one path per line. Cubics of no length are left out, as those
+    that pad a path to the number of another. ``metadata`` is stored as JSON beside the version of warpvec. The text
+    depends on the arguments alone: it holds no dates and no file paths.
 
     Raises:
         ValueError: as `quantize`, or ``metadata`` holds what JSON cannot say.
@@ -96,7 +96,7 @@ def write_svg(
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
         f' width="{width}" height="{height}" viewBox="0 0 {width} {height}">',
         *_description(title, metadata or {}),
-        f'<rect id="background" width="{width}" height="{height}" fill="{_hex_colors(scene.background[None])[0]}"/>',
+        *_background(scene, width, height),
         *_layers(scene.generation.numpy(), _path_elements(scene, precision, opacity_decimals)),
         "</svg>",
     ]
@@ -171,6 +171,12 @@ def _description(title: str | None, metadata: dict[str, Any]) -> Iterator[str]:
 
 def _xml_text(text: str) -> str:
     return escape(_ILLEGAL_IN_XML.sub("\N{REPLACEMENT CHARACTER}", text))
+
+
+def _background(scene: Scene, width: int, height: int) -> Iterator[str]:
+    if not scene.transparent:
+        fill = _hex_colors(scene.background[None])[0]
+        yield f'<rect id="background" width="{width}" height="{height}" fill="{fill}"/>'
 
 
 def _layers(generation: NDArray[np.int64], elements: list[str]) -> Iterator[str]:
