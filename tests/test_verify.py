@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
-from warpvec import verify
+from warpvec import svg_safety
 from warpvec.errors import InputError
 from warpvec.verify import count_paths, draw, file_facts, measure, psnr, ssim
 
@@ -137,8 +137,8 @@ def test_deep_nesting_is_refused_before_it_overflows_the_stack():
     def nested(depth: int) -> str:
         return svg_file("<g>" * depth + '<path d="M0 0h9v9z"/>' + "</g>" * depth)
 
-    assert (draw(nested(verify.MAX_DEPTH - 2))[0, :4] != 255).any()
-    assert "nest" in refusal(draw, nested(verify.MAX_DEPTH - 1))
+    assert (draw(nested(svg_safety.MAX_DEPTH - 2))[0, :4] != 255).any()
+    assert "nest" in refusal(draw, nested(svg_safety.MAX_DEPTH - 1))
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,7 @@ def test_a_size_of_nothing_is_refused(size):
 
 
 def test_a_gzip_bomb_is_refused_before_it_fills_the_memory(monkeypatch):
-    monkeypatch.setattr(verify, "MAX_SVG_BYTES", 1000)
+    monkeypatch.setattr(svg_safety, "MAX_SVG_BYTES", 1000)
     bomb = gzip.compress(svg_file(" " * 10_000_000).encode())
     tracemalloc.start()
     try:

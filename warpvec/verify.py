@@ -1,37 +1,24 @@
-"""What a file is worth: drawn by resvg, an independent renderer, and compared with the photo.
-
-Files come from anywhere and are checked before native code sees them: entities, size, nesting, other files.
-"""
+"""What a file is worth: drawn by resvg, an independent renderer, and compared with the photo."""
 
 from __future__ import annotations
 
 import functools
-import gzip
-import io
 import math
 import re
-import zlib
 from collections.abc import Iterator
 from typing import Any, TypedDict
-from xml.parsers import expat
 
 import numpy as np
-import resvg_py
 from numpy.typing import NDArray
-from PIL.PngImagePlugin import PngImageFile
 
 from warpvec.errors import InputError
 from warpvec.files import gzip_bytes
+from warpvec.rasterize import rasterize
 from warpvec.svg import NUMBER, count_segments
-
-MAX_SVG_BYTES = 2**28
-"""Far above any drawing that an editor opens; stops a few kilobytes of gzip from filling the memory."""
+from warpvec.svg_safety import read_text, scan
 
 MAX_PIXELS = 2**27
 """Above the largest photo we take (100 megapixels); resvg aborts the process where it cannot allocate."""
-
-MAX_DEPTH = 100
-"""Nested elements; resvg overflows its stack, and ends the process, somewhere between 200 and 300."""
 
 Image = NDArray[np.float64]
 """Of shape [h, w, c], in [0, 1]."""
@@ -49,8 +36,6 @@ _BAND_ROWS = 256
 _PIXELS_PER_UNIT = {
     "": 1.0, "px": 1.0, "pt": 4 / 3, "pc": 16.0, "in": 96.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "em": 16.0, "ex": 8.0,
 }  # fmt: skip
-
-_DRAWS_A_FILE = frozenset({"image", "feImage", "use"})
 
 
 class FileFacts(TypedDict):
@@ -72,13 +57,13 @@ def draw(svg: str | bytes, width: int | None = None, height: int | None = None) 
         InputError: not an SVG, not of the proportions asked for (a pixel of rounding is allowed), or refused as
             unsafe: entities, references to other files, too large, too deep.
     """
-    text = _read_text(svg)
-    reader = _read(text)
+    text = read_text(svg)
+    contents = scan(text)
     if width is None or height is None:
-        _check_pixels(*_stated_size(reader.root))
-        return _rasterize(text)
+        _check_pixels(*stated_size(contents.root))
+        return rasterize(text, sandboxed=not contents.plain)
     _check_pixels(width, height)
-    return _fitted(_rasterize(text, width, height), width, height)
+    return _fitted(rasterize(text, width, height, sandboxed=not contents.plain), width, height)
 
 
 def measure(svg: str | bytes, photo: NDArray[Any]) -> dict[str, float]:
@@ -126,7 +111,7 @@ def count_paths(svg: str | bytes) -> int:
     Raises:
         InputError: not an SVG, or refused as unsafe.
     """
-    return len(_read(_read_text(svg)).path_data)
+    return len(scan(read_text(svg)).path_data)
 
 
 def file_facts(svg: str | bytes) -> FileFacts:
@@ -137,87 +122,13 @@ def file_facts(svg: str | bytes) -> FileFacts:
     Raises:
         InputError: not an SVG, or refused as unsafe.
     """
-    text = _read_text(svg)
-    data, path_data = text.encode(), _read(text).path_data
+    text = read_text(svg)
+    data, path_data = text.encode(), scan(text).path_data
     segment_count = sum(map(count_segments, path_data))
     return FileFacts(paths=len(path_data), segments=segment_count, bytes=len(data), gzip_bytes=len(gzip_bytes(data)))
 
 
-class _Reader:
-    """Takes from an SVG what we need to know, in one pass and without building a tree."""
-
-    def __init__(self) -> None:
-        self.root: dict[str, str] = {}
-        self.path_data: list[str] = []
-        self._depth = 0
-
-    def start_element(self, name: str, attributes: dict[str, str]) -> None:
-        local_name = name.rpartition(" ")[2]
-        if self._depth == 0:
-            _check_root(local_name)
-            self.root = attributes
-        if self._depth == MAX_DEPTH:
-            raise InputError(f"SVG must nest at most {MAX_DEPTH} elements, this one nests more; ungroup it")
-        self._depth += 1
-        if local_name == "path":
-            self.path_data.append(attributes.get("d", ""))
-        if local_name in _DRAWS_A_FILE:
-            _check_references(local_name, attributes)
-
-    def end_element(self, _: str) -> None:
-        self._depth -= 1
-
-
-def _read(text: str) -> _Reader:
-    reader = _Reader()
-    parser = expat.ParserCreate("utf-8", namespace_separator=" ")
-    parser.StartElementHandler = reader.start_element
-    parser.EndElementHandler = reader.end_element
-    parser.EntityDeclHandler = _refuse_entity
-    try:
-        parser.Parse(text.encode(), True)
-    except expat.ExpatError as error:
-        raise InputError(f"SVG must be well-formed XML, got {error}; save it again from its editor") from None
-    return reader
-
-
-def _check_root(local_name: str) -> None:
-    if local_name != "svg":
-        raise InputError(f"SVG must have <svg> as its outermost element, got <{local_name}>; is it an SVG file?")
-
-
-def _refuse_entity(name: str, *_: object) -> None:
-    raise InputError(f"SVG must not declare entities, got {name!r}; save it as plain SVG")
-
-
-def _check_references(local_name: str, attributes: dict[str, str]) -> None:
-    """What is measured is the file alone: a link to the photo itself would score without limit."""
-    for name, value in attributes.items():
-        if name.rpartition(" ")[2] == "href" and not value.strip().startswith(("#", "data:")):
-            raise InputError(f"SVG must not draw other files, got <{local_name} href={value[:80]!r}>; embed it instead")
-
-
-def _read_text(svg: str | bytes) -> str:
-    if isinstance(svg, str):
-        return svg
-    try:
-        data = _gunzip(svg) if svg.startswith(b"\x1f\x8b") else svg
-        return data.decode()
-    except (OSError, EOFError, zlib.error) as error:
-        raise InputError(f"SVG must be whole if gzipped, got: {error}; write it again") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"SVG must be UTF-8 text, not so at byte {error.start}; is it an SVG file?") from None
-
-
-def _gunzip(data: bytes) -> bytes:
-    with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-        text = file.read(MAX_SVG_BYTES + 1)
-    if len(text) > MAX_SVG_BYTES:
-        raise InputError(f"SVG must have at most {MAX_SVG_BYTES} bytes when unpacked, this one has more; simplify it")
-    return text
-
-
-def _stated_size(root: dict[str, str]) -> tuple[float, float]:
+def stated_size(root: dict[str, str]) -> tuple[float, float]:
     """Width and height in pixels: as stated, else of the view box. What resvg itself would take, or larger."""
     box = [float(number) for number in re.findall(NUMBER, root.get("viewBox", ""))]
     sides = box[2:] if len(box) == 4 and min(box[2:]) > 0 else [0.0, 0.0]
@@ -239,19 +150,6 @@ def _pixels(length: str, whole: float) -> float:
 def _check_pixels(width: float, height: float) -> None:
     if not (width > 0 and height > 0 and width * height <= MAX_PIXELS):
         raise InputError(f"SVG must be drawn at 1 to {MAX_PIXELS} pixels, got {width:g} x {height:g}; ask for a size")
-
-
-def _rasterize(text: str, width: int | None = None, height: int | None = None) -> NDArray[np.uint8]:
-    # The system's fonts are left out: they take time to load and differ between machines, and paths need none.
-    try:
-        png = resvg_py.svg_to_bytes(
-            text, width=width, height=height, background="#ffffff", dpi=96, skip_system_fonts=True
-        )
-    except (ValueError, OverflowError) as error:
-        raise InputError(f"SVG must be one that resvg can draw, got: {error}; open it in a viewer to check") from None
-    # Not Image.open: its guard against unknown large images would warn about our own.
-    with PngImageFile(io.BytesIO(png)) as image:
-        return np.array(image.convert("RGB"))
 
 
 def _fitted(image: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
