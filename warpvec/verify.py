@@ -16,6 +16,7 @@ from warpvec.files import gzip_bytes
 from warpvec.rasterize import rasterize
 from warpvec.svg import NUMBER, count_segments
 from warpvec.svg_safety import read_text, scan
+from warpvec.transparency import PAGES, is_transparent, over
 
 MAX_PIXELS = 2**27
 """Above the largest photo we take (100 megapixels); resvg aborts the process where it cannot allocate."""
@@ -47,8 +48,10 @@ class FileFacts(TypedDict):
     gzip_bytes: int
 
 
-def draw(svg: str | bytes, width: int | None = None, height: int | None = None) -> NDArray[np.uint8]:
-    """The file drawn by resvg over white: sRGB [height, width, 3].
+def draw(
+    svg: str | bytes, width: int | None = None, height: int | None = None, *, transparent: bool = False
+) -> NDArray[np.uint8]:
+    """The file drawn by resvg over white: sRGB [height, width, 3]; or, ``transparent``, with straight alpha [..., 4].
 
     ``svg`` is text, or the bytes of an ``.svg`` or ``.svgz`` file. Without both ``width`` and ``height``, in pixels,
     the size is the one that the file states.
@@ -59,23 +62,26 @@ def draw(svg: str | bytes, width: int | None = None, height: int | None = None) 
     """
     text = read_text(svg)
     contents = scan(text)
+    sandboxed = not contents.plain
     if width is None or height is None:
         _check_pixels(*stated_size(contents.root))
-        return rasterize(text, sandboxed=not contents.plain)
+        return rasterize(text, transparent=transparent, sandboxed=sandboxed)
     _check_pixels(width, height)
-    return _fitted(rasterize(text, width, height, sandboxed=not contents.plain), width, height)
+    drawing = rasterize(text, width, height, transparent=transparent, sandboxed=sandboxed)
+    return _fitted(drawing, width, height)
 
 
 def measure(svg: str | bytes, photo: NDArray[Any]) -> dict[str, float]:
-    """PSNR (dB) and SSIM of the file, drawn at the photo's size, against ``photo`` [h, w, 3].
+    """PSNR (dB) and SSIM of the file, drawn at the photo's size, against ``photo`` [h, w, 3], or [h, w, 4] with alpha.
 
-    The drawing has 8 bits, as a viewer shows it. The photo is taken as read, 8 bit or float in [0, 1] and not
+    It is drawn over white, or with its own alpha where the photo has alpha: then both are compared over black and over
+    white. The drawing has 8 bits, as a viewer shows it. The photo is taken as read, 8 bit or float in [0, 1] and not
     rounded, so that a 16-bit photo is not flattered; for 8-bit photos this is the usual 8-bit figure.
 
     Raises:
         InputError: as `draw`.
     """
-    drawing = draw(svg, photo.shape[1], photo.shape[0])
+    drawing = draw(svg, photo.shape[1], photo.shape[0], transparent=is_transparent(photo))
     # In the photo's own precision, so that equal pixels are equal.
     shown = drawing if photo.dtype == np.uint8 else (drawing / 255.0).astype(photo.dtype)
     return {"psnr": psnr(shown, photo), "ssim": ssim(shown, photo)}
@@ -84,15 +90,18 @@ def measure(svg: str | bytes, photo: NDArray[Any]) -> dict[str, float]:
 def psnr(a: NDArray[Any], b: NDArray[Any]) -> float:
     """Peak signal-to-noise ratio in dB over all channels of two images [h, w, c]; infinite where they are equal.
 
-    Each is uint8, or float in [0, 1].
+    Each is uint8, or float in [0, 1]. Images of four channels are RGBA, straight: their error is the mean of those of
+    what they show on a black and on a white page.
     """
     _check_images(a, b)
     squares = math.fsum(np.square(x - y).sum() for x, y in _bands(a, b))
-    return 10.0 * math.log10(a.size / squares) if squares else math.inf
+    return 10.0 * math.log10(_value_count(a.shape) / squares) if squares else math.inf
 
 
 def ssim(a: NDArray[Any], b: NDArray[Any]) -> float:
     """Mean structural similarity (Wang et al. 2004) of two images [h, w, c], each uint8 or float in [0, 1].
+
+    Images of four channels are compared on a black and on a white page, as by `psnr`, and the mean is over both.
 
     Agrees with scikit-image's ``structural_similarity(a, b, channel_axis=2, data_range=1)``: uniform 7x7 windows
     inside the image, sample covariance. On an image smaller than the window, where scikit-image gives up, the
@@ -101,7 +110,7 @@ def ssim(a: NDArray[Any], b: NDArray[Any]) -> float:
     _check_images(a, b)
     rows, columns = min(SSIM_WINDOW, a.shape[0]), min(SSIM_WINDOW, a.shape[1])
     maps = (_ssim_map(x, y, rows, columns) for x, y in _bands(a, b, overlap=rows - 1))
-    window_count = (a.shape[0] - rows + 1) * (a.shape[1] - columns + 1) * a.shape[2]
+    window_count = _value_count((a.shape[0] - rows + 1, a.shape[1] - columns + 1, a.shape[2]))
     return math.fsum(float(similarity.sum()) for similarity in maps) / window_count
 
 
@@ -170,10 +179,19 @@ def _check_images(a: NDArray[Any], b: NDArray[Any]) -> None:
 
 
 def _bands(a: NDArray[Any], b: NDArray[Any], overlap: int = 0) -> Iterator[tuple[Image, Image]]:
-    """Both images as float64 in bands of rows, each ``overlap`` rows into the next."""
+    """Both images as float64 in bands of rows, each ``overlap`` rows into the next; RGBA on its pages [h, w, 6]."""
     for top in range(0, len(a) - overlap, _BAND_ROWS):
         rows = slice(top, top + _BAND_ROWS + overlap)
-        yield _as_float(a[rows]), _as_float(b[rows])
+        yield _on_pages(_as_float(a[rows])), _on_pages(_as_float(b[rows]))
+
+
+def _on_pages(image: Image) -> Image:
+    return np.concatenate([over(image, page) for page in PAGES], axis=2) if is_transparent(image) else image
+
+
+def _value_count(shape: tuple[int, ...]) -> int:
+    """Values that are compared in images of ``shape`` [h, w, c]."""
+    return shape[0] * shape[1] * (3 * len(PAGES) if shape[2] == 4 else shape[2])
 
 
 def _as_float(image: NDArray[Any]) -> Image:
