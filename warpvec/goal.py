@@ -1,0 +1,167 @@
+"""What is asked of a file (bytes, decibels) and how many paths that will take: pure functions of the fits so far."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from warpvec.checks import as_float, check_count, check_flag, show
+from warpvec.errors import InputError
+
+SKETCH_CURVES = 64
+"""Paths of the first, short fit, from which the number of paths is guessed: under a second, and every photo has more."""
+
+CURVES_MAX = 16_384
+"""Most paths that a goal is followed to: beyond, a file is larger than the photo as a JPEG of equal quality."""
+
+USED_MIN, USED_AIM = 0.95, 0.98
+"""A budget of bytes counts as used from the first share on; the second is aimed at. What a path takes varies by 1 %."""
+
+PSNR_EXCESS, PSNR_AIM = 0.25, 0.1
+"""Decibels above the target that are as good as it, and that are aimed at."""
+
+SLOPE, SLOPE_MIN, SLOPE_MAX = 2.3, 0.8, 4.0
+"""Decibels that a doubling of the paths gains: to begin with (photos of the Kodak set: 1.7 to 2.6), and the bounds of
+what two fits that differ by little may claim."""
+
+LEAP_MAX = 16.0
+"""Most by which one guess multiplies the paths: a short fit of few paths says little of many."""
+
+AUTO_GAIN, AUTO_CURVES_MAX = 1.0, 2048
+"""With the curves left to us, they are doubled until that gains less than these decibels, or to this many, where the
+file of a photo has some 350 KB."""
+
+_SIZE = re.compile(r"(\d+(?:\.\d*)?)\s*(k|m)?i?b?", re.IGNORECASE)
+_UNITS = {"": 1, "k": 1_000, "m": 1_000_000}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Goal:
+    """What the file must be; the number of paths follows from it.
+
+    Raises:
+        InputError: a field is of the wrong type or out of its range.
+    """
+
+    max_bytes: int | None = None
+    """The file has at most these bytes, and as good as uses them."""
+    gzip: bool = False
+    """Bytes are counted after gzip, as web servers send them."""
+    target_psnr: float | None = None
+    """Decibels of the file as resvg draws it."""
+    auto: bool = False
+    """As many paths as the photo rewards."""
+
+    def __post_init__(self) -> None:
+        check_flag("gzip", self.gzip)
+        if self.max_bytes is not None:
+            object.__setattr__(self, "max_bytes", check_count("max_bytes", self.max_bytes, 1))
+        if self.target_psnr is not None:
+            object.__setattr__(self, "target_psnr", _decibels(self.target_psnr))
+
+    def __bool__(self) -> bool:
+        return self.auto or self.max_bytes is not None or self.target_psnr is not None
+
+
+class Trial(NamedTuple):
+    """One fit on the way: its paths, the bytes of its file as the goal counts them, and its PSNR in dB by resvg."""
+
+    curves: int
+    bytes: int
+    psnr: float
+    settled: bool = True
+    """Whether the fit was long enough to be the result."""
+
+
+def parse_size(text: str) -> int:
+    """Bytes of "50000", "50k", "1.5M": k is 1000, as in the sizes that a web page is budgeted in.
+
+    Raises:
+        InputError: not such a size.
+    """
+    match = _SIZE.fullmatch(text.strip())
+    count = 0 if match is None else int(float(match[1]) * _UNITS[(match[2] or "").lower()])
+    if count < 1:
+        raise InputError(f"max_bytes must be a size such as 50000, 80k or 1.5M, got {text!r}; give one of at least 1")
+    return count
+
+
+def is_met(goal: Goal, trial: Trial, curves_max: int) -> bool:
+    """Whether a trial is a result: within the bytes, and no better one is to be had by more or fewer paths."""
+    if not trial.settled or not _fits(goal, trial):
+        return False
+    if goal.target_psnr is not None and trial.psnr >= goal.target_psnr:
+        return trial.psnr <= goal.target_psnr + PSNR_EXCESS or trial.curves == 1
+    if trial.curves >= curves_max:
+        return True
+    return goal.max_bytes is not None and trial.bytes >= USED_MIN * goal.max_bytes
+
+
+def next_count(goal: Goal, trials: Sequence[Trial], curves_max: int) -> int:
+    """The number of paths that should meet ``goal``, from the ``trials`` so far, at least one."""
+    wanted = [_count_for_bytes(goal, trials), _count_for_psnr(goal, trials)]
+    count = min((n for n in wanted if n is not None), default=trials[-1].curves)
+    leap = trials[-1].curves * LEAP_MAX
+    return max(1, min(math.floor(min(count, leap)), curves_max))
+
+
+def is_worth_doubling(trials: Sequence[Trial], curves_max: int) -> bool:
+    """Whether, with the number of paths left to us, twice as many should be tried."""
+    if 2 * trials[-1].curves > min(curves_max, AUTO_CURVES_MAX):
+        return False
+    return len(trials) < 2 or trials[-1].psnr - trials[-2].psnr >= AUTO_GAIN
+
+
+def describe(goal: Goal, trial: Trial) -> str:
+    """What became of ``goal``, in a line."""
+    parts = []
+    if goal.max_bytes is not None:
+        kind = "gzipped bytes" if goal.gzip else "bytes"
+        parts.append(f"{trial.bytes:,} of {goal.max_bytes:,} {kind}")
+    if goal.target_psnr is not None:
+        verdict = "met" if trial.psnr >= goal.target_psnr else "missed"
+        parts.append(f"{goal.target_psnr:g} dB {verdict} with {trial.psnr:.2f}")
+    return "; ".join([*parts, f"{trial.curves} curves"])
+
+
+def _decibels(value: Any) -> float:
+    number = as_float(value)
+    if not 0 < number <= 100:
+        raise InputError(f"target_psnr must lie above 0 and not above 100, got {show(value)}; photos reach 25 to 35")
+    return number
+
+
+def _fits(goal: Goal, trial: Trial) -> bool:
+    return goal.max_bytes is None or trial.bytes <= goal.max_bytes
+
+
+def _count_for_bytes(goal: Goal, trials: Sequence[Trial]) -> float | None:
+    """A file's bytes are as good as proportional to its paths."""
+    if goal.max_bytes is None:
+        return None
+    last = trials[-1]
+    return last.curves * USED_AIM * goal.max_bytes / last.bytes
+
+
+def _count_for_psnr(goal: Goal, trials: Sequence[Trial]) -> float | None:
+    """Decibels are as good as linear in the logarithm of the paths."""
+    if goal.target_psnr is None:
+        return None
+    last = trials[-1]
+    octaves = (goal.target_psnr + PSNR_AIM - last.psnr) / _slope([trial for trial in trials if trial.settled])
+    count = last.curves * 2.0 ** max(-20.0, min(octaves, 20.0))
+    # A step of less than a path is still a step.
+    return min(count, last.curves - 1) if octaves < 0 else max(count, last.curves + 1)
+
+
+def _slope(trials: Sequence[Trial]) -> float:
+    """Decibels a doubling, from the last two trials that differ enough to tell."""
+    if len(trials) < 2:
+        return SLOPE
+    octaves = math.log2(trials[-1].curves / trials[-2].curves)
+    if abs(octaves) < 0.05:
+        return SLOPE
+    return min(max((trials[-1].psnr - trials[-2].psnr) / octaves, SLOPE_MIN), SLOPE_MAX)
