@@ -71,7 +71,7 @@ def test_eval_repeats_the_measures_of_run(photo: Path) -> None:
         metrics = json.loads(invoke("run", photo, out, "--json", *QUICK).stdout)
         again = json.loads(invoke("eval", photo, out, "--json").stdout)
         assert again == {name: metrics[name] for name in again}
-        assert set(again) == {"curves", "segments", "bytes", "gzip_bytes", "psnr", "ssim"}
+        assert set(again) == {"curves", "segments", "bytes", "gzip_bytes", "psnr", "ssim", "transparent"}
 
 
 def test_json_says_null_where_the_psnr_is_infinite(tmp_path: Path) -> None:

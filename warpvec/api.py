@@ -23,6 +23,7 @@ from warpvec.image import ImageSource, fit_image, read_image
 from warpvec.launch import resolve_device
 from warpvec.scene import Scene
 from warpvec.svg import quantize, write_svg
+from warpvec.transparency import is_transparent, straight
 from warpvec.verify import file_facts, measure, psnr
 
 OnProgress = Callable[[Progress], None]
@@ -39,7 +40,7 @@ class Result:
     """A fitted photo.
 
     Attributes:
-        photo: the photo [h, w, 3], sRGB-encoded in [0, 1], as it was read.
+        photo: the photo [h, w, 3], sRGB-encoded in [0, 1], as it was read, or [h, w, 4] with straight alpha.
         fitted_size: height and width in pixels of the reduced photo that was fitted.
         config: every setting of the fit.
         fitted: what the fit returned, in pixels of the reduced photo.
@@ -90,6 +91,7 @@ class Result:
     def render(self, scale: float = 1.0) -> NDArray[np.float32]:
         """The file's scene drawn with exact coverage, [h, w, 3] with h and w ``scale`` times the photo's, rounded.
 
+        Where the photo has alpha, so has the image: [h, w, 4], straight.
         That is so whatever the fit was rendered with; what the renderer "splat" makes of it is `soft_image`.
 
         Raises:
@@ -102,18 +104,19 @@ class Result:
         return _draw_exactly(self.scene.scaled(x_factor, y_factor), height, width, self.config.threads)
 
     def soft_image(self) -> NDArray[np.float32]:
-        """The fitted scene, neither converted nor rounded, as the fit saw it: [h, w, 3] of the size `fitted_size`."""
+        """The fitted scene, neither converted nor rounded, as the fit saw it: [h, w, 3 or 4], in the `fitted_size`."""
         return draw_as_fitted(self.fitted.scene, *self.fitted_size, self.config)
 
     @cached_property
     def metrics(self) -> dict[str, Any]:
         """Plain values that describe the result; computed at the first use.
 
-        ``psnr`` (dB) and ``ssim`` compare the photo with the file as resvg draws it. ``internal_psnr`` is that of the
-        renderer of the fit, clamped and rounded to 8 bits as the drawing is (0.01 dB at 32 dB): with "exact" of
-        `render`, against the photo; with "splat" of `soft_image`, against the reduced photo. ``conversion_px`` is how
-        far the cubics of the file are from the fitted curves at most, in pixels of the photo, before rounding.
-        ``bytes`` and ``gzip_bytes`` are sizes of the SVG text, plain and gzipped.
+        ``psnr`` (dB) and ``ssim`` compare the photo with the file as resvg draws it: over black and over white, if the
+        photo is ``transparent``, the mean of the errors on both. ``internal_psnr`` is that of the renderer of the fit,
+        clamped and rounded to 8 bits as the drawing is (0.01 dB at 32 dB): with "exact" of `render`, against the photo;
+        with "splat" of `soft_image`, against the reduced photo. ``conversion_px`` is how far the cubics of the file are
+        from the fitted curves at most, in pixels of the photo, before rounding. ``bytes`` and ``gzip_bytes`` are
+        sizes of the SVG text, plain and gzipped.
         """
         height, width = self.photo.shape[:2]
         opacity = self.scene.opacity
@@ -152,7 +155,7 @@ def vectorize(
     curves: int = 512,
     *,
     preset: str = "default",
-    background: str = "#ffffff",
+    background: str | None = None,
     on_progress: OnProgress | None = None,
     **settings: Any,
 ) -> Result:
@@ -162,7 +165,7 @@ def vectorize(
         image: a path, the bytes of an image file, a PIL image, or an array as `warpvec.image.read_image` takes.
         curves: number of paths.
         preset: one of `warpvec.PRESETS`: "draft", "default", "best", "paper" or "bezier-splatting".
-        background: colour behind a transparent image.
+        background: colour behind a transparent image; None keeps it transparent.
         on_progress: called after every iteration; keep it cheap.
         settings: fields of `warpvec.FitConfig` that replace those of the preset.
 
@@ -183,7 +186,7 @@ def fit_photo(
     title: str | None = None,
     on_progress: OnProgress | None = None,
 ) -> Result:
-    """Fits ``photo`` [h, w, 3], reduced to ``config.fit_size``, as `read_image` gives it."""
+    """Fits ``photo`` [h, w, 3 or 4], reduced to ``config.fit_size``, as `read_image` gives it."""
     target = fit_image(photo, config.fit_size)
     fitted = fit(torch.from_numpy(target), config, on_progress)
     height, width = target.shape[:2]
@@ -193,22 +196,22 @@ def fit_photo(
 def evaluate(svg: str | bytes, photo: NDArray[Any]) -> dict[str, Any]:
     """Counts, sizes, PSNR (dB) and SSIM of any SVG, drawn by resvg at the size of ``photo`` [h, w, 3].
 
-    Keys: curves (its <path> elements), segments, bytes, gzip_bytes, psnr, ssim.
+    Keys: curves (its <path> elements), segments, bytes, gzip_bytes, psnr, ssim, transparent: whether the photo is
+    [h, w, 4], with straight alpha, and PSNR and SSIM are those over black and over white.
 
     Raises:
         InputError: not an SVG, refused as unsafe, or not of the photo's proportions.
     """
     facts = file_facts(svg)
     sizes = {"curves": facts["paths"], "segments": facts["segments"], "bytes": facts["bytes"]}
-    return {**sizes, "gzip_bytes": facts["gzip_bytes"], **measure(svg, photo)}
+    quality = {**measure(svg, photo), "transparent": is_transparent(photo)}
+    return {**sizes, "gzip_bytes": facts["gzip_bytes"], **quality}
 
 
 def draw_as_fitted(scene: Scene, height: int, width: int, config: FitConfig) -> NDArray[np.float32]:
-    """The image [h, w, 3] of ``scene`` by the renderer of ``config`` with its settings."""
+    """The image [h, w, 3] of ``scene``, or [h, w, 4], straight, by the renderer of ``config`` with its settings."""
     settings = {name: getattr(config, name) for name in RENDERER_SETTINGS[config.renderer]}
-    image = render(scene, height, width, renderer=config.renderer, threads=config.threads, **settings)
-    pixels: NDArray[np.float32] = image.detach().cpu().numpy()
-    return pixels
+    return _draw(scene, height, width, renderer=config.renderer, threads=config.threads, **settings)
 
 
 def _eight_bits(image: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -219,11 +222,17 @@ def _eight_bits(image: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _draw_exactly(scene: Scene, height: int, width: int, threads: int | None) -> NDArray[np.float32]:
-    """The exact image [h, w, 3], drawn in bands of rows so that memory does not grow with the photo."""
+    """The exact image [h, w, 3 or 4], drawn in bands of rows so that memory does not grow with the photo."""
     row_count = max(1, BAND_PIXELS // width)
-    image = np.empty((height, width, 3), np.float32)
+    image = np.empty((height, width, 4 if scene.transparent else 3), np.float32)
     for top in range(0, height, row_count):
         bottom = min(top + row_count, height)
         band = replace(scene, points=scene.points - scene.points.new_tensor([0.0, top]))
-        image[top:bottom] = render(band, bottom - top, width, threads=threads).detach().cpu().numpy()
+        image[top:bottom] = _draw(band, bottom - top, width, threads=threads)
     return image
+
+
+def _draw(scene: Scene, height: int, width: int, **settings: Any) -> NDArray[np.float32]:
+    image = render(scene, height, width, alpha=scene.transparent, **settings).detach()
+    pixels: NDArray[np.float32] = (straight(image) if scene.transparent else image).cpu().numpy()
+    return pixels

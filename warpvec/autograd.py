@@ -23,6 +23,7 @@ from warpvec.config import RENDERER_SETTINGS, RENDERERS, FitConfig
 from warpvec.errors import InputError
 from warpvec.launch import start_warp
 from warpvec.scene import Scene
+from warpvec.transparency import PAGES
 
 # A renderer holds buffers for its canvas; a handful serves a user who alternates between sizes.
 _RENDERERS_KEPT = 4
@@ -36,9 +37,20 @@ if hasattr(torch.Tag, "cudagraph_unsafe"):
 
 
 def render(
-    scene: Scene, height: int, width: int, *, renderer: str = "exact", threads: int | None = None, **settings: Any
+    scene: Scene,
+    height: int,
+    width: int,
+    *,
+    renderer: str = "exact",
+    alpha: bool = False,
+    threads: int | None = None,
+    **settings: Any,
 ) -> Tensor:
     """The image [height, width, 3] of ``scene``, differentiable in its points, colour, opacity and background.
+
+    With ``alpha`` it is that of the paths alone, without the background, [height, width, 4]: premultiplied colours, and
+    alpha, which is 1 less the transmittance of all paths. `warpvec.transparency.straight` takes it to colours as PNGs
+    have them.
 
     Runs where the scene's tensors are, in their precision (float32 or float64), on ``threads`` CPU threads (all
     cores if None). Colours are sRGB-encoded and blended as they stand, as SVG viewers do. A path that is not finite
@@ -54,8 +66,12 @@ def render(
     thread_count = 0 if threads is None else check_count("threads", threads, 1)
     inputs = (scene.points, scene.color, scene.opacity, scene.background)
     _check_kinds(inputs)
-    image: Tensor = _render(*inputs, height, width, renderer, thread_count, _as_text(renderer, scene.degree, settings))
-    return image
+    drawn_by = (height, width, renderer, thread_count, _as_text(renderer, scene.degree, settings))
+    if not alpha:
+        image: Tensor = _render(*inputs, *drawn_by)
+        return image
+    black, white = (_render(*inputs[:3], torch.full_like(inputs[3], page), *drawn_by) for page in PAGES)
+    return torch.cat([black, 1.0 - (white - black).mean(-1, keepdim=True)], -1)
 
 
 # torch.compile cannot trace it, and guards the arguments.

@@ -2,47 +2,101 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
+import torch
 from torch import Tensor
 from torch.nn.functional import avg_pool2d
 
 from warpvec.config import FitConfig
 from warpvec.scene import Scene
+from warpvec.transparency import ALPHA_MIN, PAGES, is_transparent, over, premultiplied
 
 
 class Canvas:
-    """``target`` [h, w, 3], or its average over squares of ``reduction`` x ``reduction`` pixels, on ``device``."""
+    """``target`` [h, w, 3 or 4], or its average over squares of ``reduction`` x ``reduction`` pixels, on ``device``.
+
+    A target with alpha, which is straight, is compared on a black and on a white page, in place of the scene's
+    background. One renderer does for both, at twice the time: what is under the paths shows by what they let through.
+    """
 
     def __init__(self, target: Tensor, config: FitConfig, device: str, reduction: int = 1) -> None:
-        self._target = reduced(target, reduction)
+        self._pages = [(reduced(shown, reduction), page) for shown, page in _pages(target)]
         self._scale = 1.0 / reduction
-        height, width = self._target.shape[:2]
+        height, width = self._pages[0][0].shape[:2]
         module = import_module(f"warpvec.{config.renderer}")
         settings = config.renderer_settings
         self._renderer = module.Renderer(height, width, device=device, threads=config.threads, **settings)
-        self._prepared_target = self._renderer.prepare_target(self._target)
+        self._prepared = [(self._renderer.prepare_target(shown), page) for shown, page in self._pages]
 
     def fit_step(self, scene: Scene, removal: bool) -> Any:
         """Adjoints of the mean squared error of ``scene``; ``removal`` asks for each path's importance."""
         points = scene.points if self._scale == 1.0 else scene.points * self._scale
-        adjoints = self._renderer.fit_step(
-            points, scene.color, scene.opacity, scene.background, self._prepared_target, removal
+        paths = (points, scene.color, scene.opacity)
+        adjoints = _mean_adjoints(
+            [
+                self._renderer.fit_step(*paths, scene.background if page is None else page, prepared, removal)
+                for prepared, page in self._prepared
+            ]
         )
         return adjoints if self._scale == 1.0 else replace(adjoints, points=adjoints.points * self._scale)
 
     def squared_error(self, scene: Scene) -> Tensor:
         """The squared error of ``scene``, summed over the channels, in each pixel of the target."""
-        image = self._renderer.render(scene.points * self._scale, scene.color, scene.opacity, scene.background)
-        error: Tensor = (image - self._target).square().sum(-1)
-        return error
+        paths = (scene.points * self._scale, scene.color, scene.opacity)
+        errors = [
+            (self._renderer.render(*paths, scene.background if page is None else page) - shown).square().sum(-1)
+            for shown, page in self._pages
+        ]
+        return torch.stack(errors).mean(0)
+
+
+def blank_error(target: Tensor, background: Tensor) -> Tensor:
+    """The squared error [h, w] of nothing on ``background`` [3], or on the pages that ``target`` has in its place."""
+    errors = [(shown - (background if page is None else page)).square().sum(-1) for shown, page in _pages(target)]
+    return torch.stack(errors).mean(0)
+
+
+def paint_colors(target: Tensor) -> Tensor:
+    """The colours [h, w, 3] of ``target`` [h, w, 3 or 4]; where nothing is to be seen, those of what is around."""
+    if not is_transparent(target):
+        return target
+    return _seen_colors(premultiplied(target))
 
 
 def reduced(image: Tensor, reduction: int) -> Tensor:
-    """Averages over squares of pixels of ``image`` [h, w, 3]; those at the right and bottom may be cut."""
+    """Averages over squares of pixels of ``image`` [h, w, c]; those at the right and bottom may be cut."""
     if reduction == 1:
         return image
     planes = avg_pool2d(image.permute(2, 0, 1)[None], reduction, ceil_mode=True, count_include_pad=False)
     return planes[0].permute(1, 2, 0).contiguous()
+
+
+def _pages(target: Tensor) -> Iterator[tuple[Tensor, Tensor | None]]:
+    """What ``target`` shows [h, w, 3], and the colour [3] of the page it is on, if that is not the scene's to say."""
+    if not is_transparent(target):
+        yield target, None
+        return
+    for page in PAGES:
+        yield over(target, page), target.new_full((3,), page)
+
+
+def _mean_adjoints(adjoints: list[Any]) -> Any:
+    if len(adjoints) == 1:
+        return adjoints[0]
+    names = [name for name, value in vars(adjoints[0]).items() if value is not None]
+    return replace(adjoints[0], **{n: torch.stack([getattr(a, n) for a in adjoints]).mean(0) for n in names})
+
+
+def _seen_colors(image: Tensor) -> Tensor:
+    """Straight colours of ``image`` [h, w, 4], premultiplied; where there are none, those of its reduction by half."""
+    color, alpha = image[..., :3], image[..., 3:]
+    seen = alpha >= ALPHA_MIN
+    straight = color / alpha.clamp_min(ALPHA_MIN)
+    if bool(seen.all()) or image[..., 0].numel() == 1:
+        return straight
+    around = _seen_colors(reduced(image, 2)).repeat_interleave(2, 0).repeat_interleave(2, 1)
+    return torch.where(seen, straight, around[: image.shape[0], : image.shape[1]])

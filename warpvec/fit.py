@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import torch
@@ -22,6 +22,7 @@ from warpvec.policy import POLICIES, Policy, going_on
 from warpvec.population import Population
 from warpvec.regularization import Regularization
 from warpvec.scene import Scene
+from warpvec.transparency import is_transparent
 
 # Of the target's sides in the coarse part of a run.
 _REDUCTION = 2
@@ -68,8 +69,9 @@ def fit(
     resume: State | None = None,
     saving: Saving | None = None,
 ) -> FitResult:
-    """Fit paths to ``target`` [h, w, 3], sRGB-encoded in [0, 1].
+    """Fit paths to ``target`` [h, w, 3], sRGB-encoded in [0, 1], or [h, w, 4] with straight alpha.
 
+    Paths for a target with alpha have no canvas under them, and the error is the mean of those over black and white.
     ``on_progress`` is called after every iteration. A KeyboardInterrupt ends the fit and gives the best scene so far.
 
     Args:
@@ -137,7 +139,7 @@ class _Fit:
         self.interrupted = False
         self.saving: Saving | None = None
         first = self._first_paths() if start is None else self._most_important(start)
-        self._population = Population(first, config, max(self._height, self._width) / 2)
+        self._population = Population(self._on_canvas(first), config, max(self._height, self._width) / 2)
 
     def iterate(self, interrupted: Callable[[], bool]) -> None:
         """Run the loop to its end, or until ``interrupted()``."""
@@ -219,7 +221,13 @@ class _Fit:
 
     def _first_paths(self) -> Scene:
         learned = self._config.backdrop == "learned"
-        return self._policy.first_paths(self._target.mean((0, 1)) if learned else self._target.new_ones(3))
+        return self._policy.first_paths(self._target[..., :3].mean((0, 1)) if learned else self._target.new_ones(3))
+
+    def _on_canvas(self, scene: Scene) -> Scene:
+        """``scene`` without a canvas of its own if the target has none."""
+        if is_transparent(self._target):
+            return replace(scene, background=torch.zeros_like(scene.background), transparent=True)
+        return replace(scene, transparent=False)
 
     def _most_important(self, scene: Scene) -> Scene:
         """The N paths of ``scene`` whose removal would cost most; all of them if they are no more."""

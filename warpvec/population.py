@@ -22,7 +22,7 @@ class Population:
 
     Points are in units of half the canvas's longer side, as learning rates are; opacities are logits; colours are
     themselves or logits, as ``config.color_parameter`` says. The background takes part unless ``config.backdrop`` fixes
-    it.
+    it, or the scene is transparent.
 
     Attributes:
         scene: the paths as they stand; a new object after every change, which never changes itself.
@@ -35,7 +35,8 @@ class Population:
         self._logit_color = config.color_parameter == "logit"
         self._points, self._color, self._opacity = self._to_raw(scene)
         self._background = self._raw_color(scene.background)
-        self._fixed_background = scene.background if config.backdrop == "white" else None
+        self._transparent = scene.transparent
+        self._fixed_background = scene.background if config.backdrop == "white" or scene.transparent else None
         self._degree = scene.degree
         self.generation = scene.generation
         self.serial = torch.arange(len(scene), device=scene.points.device)
@@ -104,7 +105,7 @@ class Population:
         if self._fixed_background is not None:
             background = self._fixed_background
         points, opacity = self._points * self._half_side, self._opacity.sigmoid()
-        return Scene(points, color, opacity, background, self.generation, self._degree)
+        return Scene(points, color, opacity, background, self.generation, self._degree, self._transparent)
 
     def _color_adjoint(self, adj: Tensor, color: Tensor) -> Tensor:
         return adj * color * (1.0 - color) if self._logit_color else adj.contiguous()

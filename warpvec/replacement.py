@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from warpvec import schedule
+from warpvec.canvas import paint_colors
 from warpvec.checkpoint import State
 from warpvec.config import FitConfig
 from warpvec.errors import InputError
@@ -70,7 +71,7 @@ _COMPARED_ROWS = 256
 
 
 class Replacement:
-    """Bezier Splatting's policy for ``target`` [h, w, 3].
+    """Bezier Splatting's policy for ``target`` [h, w, 3 or 4].
 
     Raises:
         InputError: SciPy, which finds the connected regions, is not installed.
@@ -79,7 +80,7 @@ class Replacement:
     def __init__(self, target: Tensor, config: FitConfig, first_generation: int = 0) -> None:
         if find_spec("scipy") is None:
             raise InputError("policy replacement needs SciPy, which is not installed; pip install 'warpvec[baseline]'")
-        self._target, self._config = target, config
+        self._target, self._config = paint_colors(target), config
         self._height, self._width = target.shape[:2]
         self._generator = torch.Generator().manual_seed(config.seed)
         self._missing = 0

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from warpvec import schedule
+from warpvec.canvas import blank_error, paint_colors
 from warpvec.checkpoint import State
 from warpvec.config import FitConfig
 from warpvec.population import Population, colors_at, new_paths
@@ -18,20 +19,21 @@ _NEW_OPACITY = 0.5
 
 
 class Scaffolding:
-    """Algorithm 1 of the paper for ``target`` [h, w, 3]; at full population, the recycling that ``config`` asks for.
+    """Algorithm 1 of the paper for ``target`` [h, w, 3 or 4]; when full, the recycling that ``config`` asks for.
 
     The first generation has the number ``first_generation``.
     """
 
     def __init__(self, target: Tensor, config: FitConfig, first_generation: int = 0) -> None:
         self._target, self._config, self._first_generation = target, config, first_generation
+        self._colors = paint_colors(target)
         self._height, self._width = target.shape[:2]
         self._generator = torch.Generator().manual_seed(config.seed)
         self._generation = 0
 
     def first_paths(self, background: Tensor) -> Scene:
         """The first generation, where the target differs most from ``background`` [3]."""
-        error = (self._target - background).square().sum(-1)
+        error = blank_error(self._target, background)
         return self._spawn(schedule.population(0, self._config), self._radius(0), error, background)
 
     def wants_removal(self, iteration: int, iterations: int) -> bool:
@@ -105,7 +107,7 @@ class Scaffolding:
     def _spawn(self, count: int, radius: float, error: Tensor, background: Tensor) -> Scene:
         """``count`` circles at points drawn from the squared ``error`` [h, w], in the target's colours there."""
         centers = schedule.sample_positions(error, count, self._generator).to(self._target)
-        color = colors_at(self._target, centers)
+        color = colors_at(self._colors, centers)
         opacity = torch.full_like(centers[:, 0], _NEW_OPACITY)
         generation = self._first_generation + self._generation
         return new_paths(centers, (radius, radius), color, opacity, background, generation, self._config)

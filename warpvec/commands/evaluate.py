@@ -13,7 +13,7 @@ from warpvec.commands.report import report
 @click.argument("svg", metavar="OUT")
 @background_option
 @json_option
-def evaluate(source: str, svg: str, background: str, as_json: bool) -> None:
+def evaluate(source: str, svg: str, background: str | None, as_json: bool) -> None:
     """Measure how well the SVG file OUT, drawn by resvg, matches the photo IN."""
     from warpvec.api import evaluate as measure
     from warpvec.image import read_image

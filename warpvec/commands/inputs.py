@@ -11,7 +11,7 @@ from warpvec.errors import InputError
 from warpvec.files import check_writable
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Report as one JSON object (infinity as null).")
-background_option = click.option("--background", default="#ffffff", show_default=True, help="Behind transparency.")
+background_option = click.option("--background", help="Colour to put behind transparency; else it is kept.")
 
 
 def check_out(out: str) -> None:

@@ -24,6 +24,8 @@ def _summary(metrics: dict[str, Any], out: str) -> str:
         "{out}: {curves} curves, {segments} segments, {bytes:,} bytes, {gzip_bytes:,} gzipped",
         "PSNR {psnr:.2f} dB, SSIM {ssim:.4f}, as resvg draws the file",
     ]
+    if metrics["transparent"]:
+        lines[1] += " over black and over white"
     if "internal_psnr" in metrics:
         lines[1] += "; {internal_psnr:.2f} dB " + _INTERNAL_IMAGES[metrics["renderer"]]
         if metrics["degree"] != 3:

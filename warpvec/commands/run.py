@@ -40,7 +40,7 @@ def run(
     source: str,
     out: str,
     preset: str,
-    background: str,
+    background: str | None,
     save_frames: str | None,
     every: int,
     as_json: bool,
