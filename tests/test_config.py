@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from warpvec.config import GROWTH_MIN, PRESETS, RENDERERS, FitConfig, make_config
+from warpvec.config import PRESETS, FitConfig, make_config
+from warpvec.config_rules import GROWTH_MIN, RENDERERS
 from warpvec.errors import InputError
 
 COUNTS = ("curves", "iterations", "fit_size", "initial_curves", "inflation_gap")

@@ -6,7 +6,8 @@ import pytest
 import torch
 
 from warpvec import fit as fit_module
-from warpvec.config import POLICIES, FitConfig, make_config
+from warpvec.config import FitConfig, make_config
+from warpvec.config_rules import POLICIES
 from warpvec.errors import InputError
 from warpvec.fit import fit
 from warpvec.population import Population, curve_boxes

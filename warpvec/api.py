@@ -14,7 +14,8 @@ import torch
 from numpy.typing import NDArray
 
 from warpvec.autograd import render
-from warpvec.config import RENDERER_SETTINGS, FitConfig, make_config
+from warpvec.config import FitConfig, make_config
+from warpvec.config_rules import RENDERER_SETTINGS
 from warpvec.cubics import to_cubics
 from warpvec.errors import InputError
 from warpvec.files import check_writable, encode_svg, write_atomic

@@ -19,7 +19,8 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.checks import check_choice, check_count
-from warpvec.config import RENDERER_SETTINGS, RENDERERS, FitConfig
+from warpvec.config import FitConfig
+from warpvec.config_rules import RENDERER_SETTINGS, RENDERERS
 from warpvec.errors import InputError
 from warpvec.launch import start_warp
 from warpvec.scene import Scene

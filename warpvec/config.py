@@ -2,29 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
-from warpvec.checks import as_float, check_choice, check_count, check_flag, check_number, show
+from warpvec.checks import check_choice
+from warpvec.config_rules import RENDERER_SETTINGS, checked
 from warpvec.errors import InputError
-
-RENDERER_SETTINGS: dict[str, tuple[str, ...]] = {
-    "exact": (),
-    "splat": ("samples", "lines", "interior_gradient", "covariance_gradient"),
-}
-"""Renderer -> the fields of `FitConfig` that are its settings. Each name is a module of this package."""
-
-RENDERERS = tuple(RENDERER_SETTINGS)
-PATH_MODELS = ("segments", "sides")
-Z_ORDERS = ("creation", "area")
-COLOR_PARAMETERS = ("direct", "logit")
-LR_DECAYS = ("cosine", "constant", "steps")
-BACKDROPS = ("learned", "white")
-POLICIES = ("scaffolding", "replacement")
-
-GROWTH_MIN = 1.01
-"""Least growth other than 1: an inflation that adds no path to the first hundred is a mistake, not a schedule."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +34,14 @@ class FitConfig:
     """Decimals of the coordinates in the SVG."""
     fit_size: int = 1024
     """Longest side, in pixels, of the image that is fitted; larger photos are reduced to it."""
+    opacity: str = "free"
+    """"free": each path has its own. "opaque": all have 1."""
+    colors: int = 0
+    """All fills, the canvas's too, are from a palette of at most so many colours, which is fitted; 0 for any."""
+    palette: str | None = None
+    """All fills are from these colours, "#123,#a0b1c2"."""
+    min_area: float = 0.0
+    """No path of less than these square pixels of the photo is in the file."""
     backdrop: str = "learned"
     """"learned": the canvas starts in the photo's mean colour and is fitted. "white": it is white and stays so, as in
     the paper."""
@@ -140,11 +131,8 @@ class FitConfig:
     """The paper's is 1, which costs 0.5 dB with the exact renderer; 0.2 costs nothing at 512 paths."""
 
     def __post_init__(self) -> None:
-        for name, value in {**_counts(self), **_numbers(self)}.items():
+        for name, value in checked(vars(self)).items():
             object.__setattr__(self, name, value)
-        _check_choices(self)
-        _check_path_model(self)
-        _check_growth(self)
 
     @property
     def point_degree(self) -> int:
@@ -214,71 +202,3 @@ def make_config(preset: str = "default", **settings: Any) -> FitConfig:
         if name not in known:
             raise InputError(f"{name} is not a setting; see warpvec.FitConfig for the names")
     return replace(FitConfig(), **{**PRESETS[preset], **settings})
-
-
-def _counts(config: FitConfig) -> dict[str, int]:
-    ranges = {
-        "curves": (1, None), "segments": (2, None), "fit_size": (1, None), "iterations": (1, None),
-        "initial_curves": (1, None), "inflation_gap": (1, None), "recycle_gap": (0, None),
-        "replace_gap": (1, None),
-        # float32 has seven digits, and one at least stands before the point.
-        "precision": (0, 6), "degree": (2, 12), "samples": (2, None), "lines": (1, None),
-        # The generators take a signed 64-bit seed.
-        "seed": (0, 2**63 - 1),
-    }  # fmt: skip
-    counts = {name: check_count(name, getattr(config, name), *limits) for name, limits in ranges.items()}
-    return counts if config.threads is None else {**counts, "threads": check_count("threads", config.threads, 1)}
-
-
-def _numbers(config: FitConfig) -> dict[str, float]:
-    ranges = {
-        "growth": (1.0, math.inf), "initial_radius": (0.0, math.inf), "radius_decay": (0.0, 1.0),
-        "prune_opacity": (0.0, 1.0), "recycle_share": (0.0, 1.0), "recycle_until": (0.0, 1.0),
-        "lr_points": (0.0, math.inf), "lr_color": (0.0, math.inf), "lr_opacity": (0.0, math.inf),
-        "lr_scale": (0.0, math.inf), "lr_final": (0.0, 1.0), "opacity_weight": (0.0, math.inf),
-        "xing_weight": (0.0, math.inf), "bezier_weight": (0.0, math.inf), "coarse_until": (0.0, 1.0),
-    }  # fmt: skip
-    numbers = {name: check_number(name, getattr(config, name), *limits) for name, limits in ranges.items()}
-    return numbers if config.time_budget is None else {**numbers, "time_budget": _time_budget(config.time_budget)}
-
-
-def _time_budget(value: Any) -> float:
-    seconds = as_float(value)
-    if not seconds > 0:
-        raise InputError(
-            f"time_budget must be a finite number of seconds above 0, got {show(value)}; leave it out for no limit"
-        )
-    return seconds
-
-
-def _check_choices(config: FitConfig) -> None:
-    choices = {
-        "renderer": RENDERERS, "path_model": PATH_MODELS, "backdrop": BACKDROPS, "policy": POLICIES,
-        "z_order": Z_ORDERS, "color_parameter": COLOR_PARAMETERS, "lr_decay": LR_DECAYS,
-    }  # fmt: skip
-    for name, allowed in choices.items():
-        check_choice(name, getattr(config, name), allowed)
-    for name in ("shorten_gap", "compensate", "flat", "interior_gradient", "covariance_gradient"):
-        check_flag(name, getattr(config, name))
-    # Which devices there are is asked where the fit starts: to find out takes seconds.
-    if not isinstance(config.device, str):
-        raise InputError(f"device must be a name, got {show(config.device)}; give 'auto', 'cpu', 'cuda' or 'cuda:K'")
-
-
-def _check_path_model(config: FitConfig) -> None:
-    if config.path_model == "sides" and config.renderer != "splat":
-        raise InputError(
-            f"path_model must be segments with the renderer {config.renderer}, got 'sides'; give segments, or the"
-            " renderer splat"
-        )
-
-
-def _check_growth(config: FitConfig) -> None:
-    if 1.0 < config.growth < GROWTH_MIN:
-        raise InputError(f"growth must be 1 or at least {GROWTH_MIN}, got {config.growth}; give {GROWTH_MIN} or more")
-    starts_whole = config.flat or config.policy != "scaffolding" or config.initial_curves >= config.curves
-    if config.growth == 1.0 and not starts_whole:
-        raise InputError(
-            f"growth must be more than 1 to get from initial_curves {config.initial_curves} to {config.curves} curves,"
-            " got 1.0; set flat to start with all of them"
-        )
