@@ -64,9 +64,9 @@ def draw(
     contents = scan(text)
     sandboxed = not contents.plain
     if width is None or height is None:
-        _check_pixels(*stated_size(contents.root))
+        check_pixels(*stated_size(contents.root))
         return rasterize(text, transparent=transparent, sandboxed=sandboxed)
-    _check_pixels(width, height)
+    check_pixels(width, height)
     drawing = rasterize(text, width, height, transparent=transparent, sandboxed=sandboxed)
     return _fitted(drawing, width, height)
 
@@ -141,7 +141,7 @@ def stated_size(root: dict[str, str]) -> tuple[float, float]:
     """Width and height in pixels: as stated, else of the view box. What resvg itself would take, or larger."""
     box = [float(number) for number in re.findall(NUMBER, root.get("viewBox", ""))]
     sides = box[2:] if len(box) == 4 and min(box[2:]) > 0 else [0.0, 0.0]
-    width, height = (_pixels(root.get(name, ""), side) for name, side in zip(("width", "height"), sides, strict=True))
+    width, height = (pixels(root.get(name, ""), side) for name, side in zip(("width", "height"), sides, strict=True))
     if any(sides):
         scale = max((width or sides[0]) / sides[0], (height or sides[1]) / sides[1])
         width, height = width or sides[0] * scale, height or sides[1] * scale
@@ -150,13 +150,13 @@ def stated_size(root: dict[str, str]) -> tuple[float, float]:
     return width, height
 
 
-def _pixels(length: str, whole: float) -> float:
+def pixels(length: str, whole: float) -> float:
     """``length`` in pixels, per cent being of ``whole``; 0 where it states none."""
     match = re.fullmatch(rf"\s*({NUMBER})\s*(%|[a-z]*)\s*", length)
     return float(match[1]) * (_PIXELS_PER_UNIT | {"%": whole / 100}).get(match[2], 0.0) if match else 0.0
 
 
-def _check_pixels(width: float, height: float) -> None:
+def check_pixels(width: float, height: float) -> None:
     if not (width > 0 and height > 0 and width * height <= MAX_PIXELS):
         raise InputError(f"SVG must be drawn at 1 to {MAX_PIXELS} pixels, got {width:g} x {height:g}; ask for a size")
 
