@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cache
+from inspect import unwrap
 from typing import Any, overload
 
 import torch
@@ -16,6 +17,9 @@ from warpvec.errors import InputError
 from warpvec.kernels.adan import make_kernels
 from warpvec.kernels.lanes import Lanes, make_lanes
 from warpvec.launch import Launcher, as_warp, start_warp
+
+# Torch wraps it to keep torch.compile out, and imports the compiler for that: half a second of every run.
+_add_param_group = unwrap(torch.optim.Optimizer.add_param_group)
 
 _AVERAGES = ("exp_avg", "exp_avg_diff", "exp_avg_sq", "previous_grad")
 
@@ -59,7 +63,7 @@ class Adan(torch.optim.Optimizer):
         betas = param_group.get("betas", self.defaults["betas"])
         if len(betas) != 3 or not all(0.0 < beta < 1.0 for beta in betas):
             raise InputError(f"betas must be three numbers between 0 and 1, both excluded, got {betas!r}")
-        super().add_param_group(param_group)
+        _add_param_group(self, param_group)
         for param in self.param_groups[-1]["params"]:
             if not param.is_contiguous():
                 raise InputError(f"params must be contiguous, got strides {param.stride()}; call contiguous() on them")

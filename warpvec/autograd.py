@@ -7,7 +7,7 @@ operator of its own: the hand-written adjoint, which renders again from the inpu
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, lru_cache
 from importlib import import_module
@@ -62,6 +62,34 @@ def render(
         InputError: no such renderer or setting of it, a degree that it does not draw, an empty canvas, fewer than one
             thread, or tensors of several dtypes or devices, or of one that has no renderer.
     """
+    return _image(_render, scene, height, width, renderer, alpha, threads, settings)
+
+
+def draw(
+    scene: Scene,
+    height: int,
+    width: int,
+    *,
+    renderer: str = "exact",
+    alpha: bool = False,
+    threads: int | None = None,
+    **settings: Any,
+) -> Tensor:
+    """The image of `render` without its gradient: the first call of an operator of torch's takes half a second."""
+    with torch.no_grad():
+        return _image(_draw, scene, height, width, renderer, alpha, threads, settings)
+
+
+def _image(
+    operator: Callable[..., Tensor],
+    scene: Scene,
+    height: int,
+    width: int,
+    renderer: str,
+    alpha: bool,
+    threads: int | None,
+    settings: dict[str, Any],
+) -> Tensor:
     check_choice("renderer", renderer, RENDERERS)
     height, width = check_count("height", height, 1), check_count("width", width, 1)
     thread_count = 0 if threads is None else check_count("threads", threads, 1)
@@ -69,14 +97,11 @@ def render(
     _check_kinds(inputs)
     drawn_by = (height, width, renderer, thread_count, _as_text(renderer, scene.degree, settings))
     if not alpha:
-        image: Tensor = _render(*inputs, *drawn_by)
-        return image
-    black, white = (_render(*inputs[:3], torch.full_like(inputs[3], page), *drawn_by) for page in PAGES)
+        return operator(*inputs, *drawn_by)
+    black, white = (operator(*inputs[:3], torch.full_like(inputs[3], page), *drawn_by) for page in PAGES)
     return torch.cat([black, 1.0 - (white - black).mean(-1, keepdim=True)], -1)
 
 
-# torch.compile cannot trace it, and guards the arguments.
-@torch.compiler.assume_constant_result  # type: ignore[untyped-decorator]
 def _as_text(renderer: str, degree: int, settings: dict[str, Any]) -> str:
     """All arguments of the renderer for curves of ``degree`` as JSON: operators take no dictionaries."""
     known = RENDERER_SETTINGS[renderer]
@@ -91,6 +116,11 @@ def _as_text(renderer: str, degree: int, settings: dict[str, Any]) -> str:
         return "{}"
     arguments = FitConfig(renderer=renderer, **settings).renderer_settings
     return json.dumps({**arguments, "degree": degree}, sort_keys=True)
+
+
+# torch.compile cannot trace it, and guards the arguments. This is all that torch.compiler.assume_constant_result does
+# once it has imported the compiler, for half a second.
+_as_text._dynamo_marked_constant = True  # type: ignore[attr-defined]
 
 
 def _check_kinds(inputs: tuple[Tensor, ...]) -> None:
@@ -125,8 +155,7 @@ def _renderer(name: str, height: int, width: int, device: str, dtype: torch.dtyp
     return module.Renderer(height, width, device=device, dtype=dtype, threads=threads or None, **arguments)
 
 
-@torch.library.custom_op("warpvec::render", **_OPERATOR)
-def _render(
+def _draw(
     points: Tensor,
     color: Tensor,
     opacity: Tensor,
@@ -141,6 +170,21 @@ def _render(
         stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads, settings)
         image: Tensor = stages.render(points, color, opacity, background)
     return image
+
+
+@torch.library.custom_op("warpvec::render", **_OPERATOR)
+def _render(
+    points: Tensor,
+    color: Tensor,
+    opacity: Tensor,
+    background: Tensor,
+    height: int,
+    width: int,
+    renderer: str,
+    threads: int,
+    settings: str,
+) -> Tensor:
+    return _draw(points, color, opacity, background, height, width, renderer, threads, settings)
 
 
 @_render.register_fake
