@@ -7,9 +7,11 @@ from pathlib import Path
 
 import click
 
+from warpvec.config import PRESETS
 from warpvec.errors import InputError
 from warpvec.files import check_writable
 
+preset_option = click.option("--preset", default="default", show_default=True, help=f"{', '.join(PRESETS)}.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Report as one JSON object (infinity as null).")
 background_option = click.option("--background", help="Colour to put behind transparency; else it is kept.")
 

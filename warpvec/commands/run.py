@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from warpvec.commands.inputs import background_option, check_out, json_option, read_source
+from warpvec.commands.inputs import background_option, check_out, json_option, preset_option, read_source
 from warpvec.commands.report import report
-from warpvec.config import PRESETS, FitConfig, make_config
+from warpvec.config import FitConfig, make_config
 from warpvec.errors import InputError
 from warpvec.options import SettingsCommand
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @click.command(cls=SettingsCommand)
 @click.argument("source", metavar="IN")
 @click.argument("out", metavar="OUT")
-@click.option("--preset", default="default", show_default=True, help=f"{', '.join(PRESETS)}.")
+@preset_option
 @background_option
 @click.option("--save-frames", metavar="DIR", help="Folder for a PNG of the scene now and then.")
 @click.option("--every", type=click.IntRange(min=1), default=50, show_default=True, help="Iterations between frames.")

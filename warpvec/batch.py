@@ -1,0 +1,170 @@
+"""A folder of photos becomes a folder of SVGs: what is to be done, how one photo is, and the records of it all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import time
+from collections import defaultdict
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import PurePosixPath
+from typing import TYPE_CHECKING, Any
+
+from warpvec.config import FitConfig
+from warpvec.engines.base import Engine, Lane, Outcome, Say, Watch
+from warpvec.errors import InputError
+from warpvec.folders import Folder
+from warpvec.records import Journal, Record
+
+if TYPE_CHECKING:
+    from warpvec.fit import Progress
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif")
+"""Names that are taken for photos."""
+
+# Settings that leave the result alone: a batch goes on with another share of the machine.
+_LANE_SETTINGS = ("threads", "device")
+
+# Between two words of a worker: often enough to be seen alive.
+_SAY_SECONDS = 0.5
+
+
+@dataclass(frozen=True)
+class Job:
+    """A photo and its SVG, by their names in the two folders."""
+
+    input: str
+    output: str
+
+
+# What is to be done
+
+
+def find_jobs(names: Iterable[str], suffix: str = ".svg", *, keep_suffix: bool = False) -> list[Job]:
+    """The photos among ``names``, each with the name of its SVG: with ``suffix`` in place of its own, or behind it.
+
+    Raises:
+        InputError: two photos would have the same SVG.
+    """
+    photos = [name for name in names if PurePosixPath(name).suffix.lower() in SUFFIXES]
+    jobs = [Job(name, (name if keep_suffix else name[: name.rindex(".")]) + suffix) for name in photos]
+    by_output = defaultdict(list)
+    for job in jobs:
+        by_output[job.output].append(job.input)
+    for output, sources in by_output.items():
+        if len(sources) > 1:
+            rule = f"IN_DIR must have one photo for each SVG, got {' and '.join(sources)}, which all become {output}"
+            raise InputError(f"{rule}; rename them, or give --keep-suffix for names such as {sources[0]}{suffix}")
+    return jobs
+
+
+def remaining(jobs: Sequence[Job], work: Vectorize, journal: Journal, *, skip_existing: bool) -> list[Job]:
+    """The jobs that are not done.
+
+    Done is what has its file, made of the same photo with the same settings; any that has a file, if ``skip_existing``.
+    """
+    return [
+        job
+        for job in jobs
+        if not (work.target.exists(job.output) and (skip_existing or _is_recorded(job, work, journal)))
+    ]
+
+
+def _is_recorded(job: Job, work: Vectorize, journal: Journal) -> bool:
+    record = journal.get(job.output)
+    if record is None or record.error is not None or record.settings != work.settings:
+        return False
+    try:
+        return record.key == work.key(work.source.read(job.input))
+    except (InputError, OSError):  # which is for the worker to report
+        return False
+
+
+# One photo
+
+
+@dataclass(frozen=True)
+class Vectorize:
+    """The work on each photo of the folder ``source``: its SVG is fitted, measured and written to ``target``."""
+
+    source: Folder
+    target: Folder
+    config: FitConfig
+    background: str | None
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What the files depend on, beside the photos."""
+        settings = {name: value for name, value in self.config.to_dict().items() if name not in _LANE_SETTINGS}
+        return {"background": self.background, **settings}
+
+    def key(self, photo: bytes) -> str:
+        """Equal for equal photos with equal settings."""
+        return hashlib.sha256(json.dumps(self.settings, sort_keys=True).encode() + photo).hexdigest()[:32]
+
+    def __call__(self, job: Job, lane: Lane, say: Say) -> Record:
+        """The record of a photo that has become a file.
+
+        Raises:
+            InputError: it cannot be read.
+        """
+        from warpvec.api import fit_photo
+        from warpvec.files import encode_svg
+        from warpvec.image import read_image
+
+        start = time.perf_counter()
+        data = self.source.read(job.input)
+        photo = read_image(data, self.background, name=job.input)
+        config = replace(self.config, device=lane.device, threads=lane.threads)
+        result = fit_photo(photo, config, title=PurePosixPath(job.input).stem, on_progress=_Teller(say))
+        metrics = result.metrics
+        self.target.write(job.output, encode_svg(result.svg(), job.output))
+        return Record(
+            input=job.input,
+            output=job.output,
+            curves=metrics["curves"],
+            bytes=metrics["bytes"],
+            psnr=metrics["psnr"] if math.isfinite(metrics["psnr"]) else None,
+            ssim=metrics["ssim"],
+            seconds=round(time.perf_counter() - start, 3),
+            key=self.key(data),
+            settings=self.settings,
+        )
+
+
+class _Teller:
+    """Tells of a fit now and then."""
+
+    def __init__(self, say: Say) -> None:
+        from warpvec.progress import Pace
+
+        self._say, self._pace, self._told = say, Pace(), -math.inf
+
+    def __call__(self, progress: Progress) -> None:
+        if time.monotonic() - self._told > _SAY_SECONDS:
+            self._say(self._pace.describe(progress))
+            self._told = time.monotonic()
+
+
+# All of them
+
+
+def run_batch(
+    jobs: Sequence[Job], work: Vectorize, engine: Engine, journal: Journal, watch: Watch
+) -> Generator[Record, None, None]:
+    """The record of every job as it ends, kept in ``journal``. Closing the generator ends the workers."""
+    with closing(engine.run(jobs, work, watch)) as outcomes:
+        for outcome in outcomes:
+            record = _record(outcome, work)
+            journal.add(record)
+            yield record
+
+
+def _record(outcome: Outcome[Job, Record], work: Vectorize) -> Record:
+    if outcome.value is not None:
+        return replace(outcome.value, attempts=outcome.attempts)
+    job, error = outcome.job, " ".join((outcome.error or "").split())
+    return Record(input=job.input, output=job.output, error=error, attempts=outcome.attempts, settings=work.settings)
