@@ -20,6 +20,7 @@ from warpvec.errors import InputError
 
 _COMMANDS = {
     "run": "run",
+    "batch": "batch",
     "eval": "evaluate",
     "info": "info",
     "sample": "sample",
