@@ -104,9 +104,10 @@ def _import_ray() -> Any:
 
 @dataclass(eq=False)
 class _Member(Generic[J]):
-    """An actor and the attempt it is at; None while it starts or is idle."""
+    """An actor, where it runs, and the attempt it is at; None while it starts or is idle."""
 
     actor: Any
+    place: str = ""
     attempt: Attempt[J] | None = None
 
 
@@ -134,6 +135,7 @@ class _Crew(Generic[J, R]):
         while self._idle and (following := queue.take()) is not None:
             member = self._idle.pop()
             member.attempt = following
+            self._watch(following.job, f"attempt {following.number} in {member.place}")
             self._pending[member.actor.do.remote(following.job)] = member
 
     def hear(self) -> tuple[Attempt[J], R | Failure] | None:
@@ -150,7 +152,10 @@ class _Crew(Generic[J, R]):
         else:
             self._idle.append(member)
             self._failed_starts = 0
-        return None if ended is None else (ended, answer)
+        if ended is None:
+            member.place = str(answer)
+            return None
+        return ended, answer
 
     def dismiss(self) -> None:
         """End all actors, at once."""

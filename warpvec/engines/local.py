@@ -11,6 +11,7 @@ import os
 import signal
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
@@ -79,8 +80,8 @@ class _Worker(Generic[J, R]):
             message = self.connection.recv()
         except (EOFError, OSError):
             message = self._death()
-        if isinstance(message, str):
-            self._watch(self._attempt.job, message)
+        if isinstance(message, _Word):
+            self._watch(self._attempt.job, message.text)
             return None
         ended, self._attempt = self._attempt, None
         if isinstance(message, Failure) and not message.final:
@@ -148,6 +149,13 @@ def _no_interrupts() -> Iterator[None]:
 # In the worker
 
 
+@dataclass(frozen=True)
+class _Word:
+    """What is said of a job that goes on."""
+
+    text: str
+
+
 class _Deserted(BaseException):
     """Nobody listens any more. No Exception, so that no handler on its way takes it for a failure of the job."""
 
@@ -164,7 +172,7 @@ def _serve(connection: Connection, work: Work[J, R], lane: Lane) -> None:
     # A job that comes in pieces was cut off with the process that sent it.
     with suppress(EOFError, OSError, _Deserted):
         while True:
-            send(attempt(work, connection.recv(), lane, send))
+            send(attempt(work, connection.recv(), lane, lambda text: send(_Word(text))))
 
 
 def core_count() -> int:
