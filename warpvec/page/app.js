@@ -1,0 +1,179 @@
+/* The state of the page, and what happens when it changes. */
+
+class App {
+  constructor(data, drawing) {
+    this.data = data;
+    this.drawing = drawing;
+    this.meter = null;
+    this.selection = new Set();
+    this.level = drawing.layers.length;
+    this.show = "drawing";
+    this.split = 0;
+    this.tool = "select";
+    this.panning = false;
+    this.filter = null;
+    this.brush = { fill: "#d9480f", opacity: 1, width: Math.max(Math.round(drawing.box[2] / 60), 1), layer: drawing.layers.at(-1) };
+    this.gesture = null;
+    this.edited = false;
+    this.history = new History(() => this.changed());
+    this.editor = new Editor(this);
+    this.generations = { name: "generations", paper: "#d8d8d4", colorOf: ({ layer }) => this.layerColor(layer) };
+  }
+
+  get shownLayers() {
+    return this.drawing.layers.slice(0, this.level).filter((layer) => layer.visible);
+  }
+
+  get palette() {
+    return this.show === "generations" ? this.generations : PLAIN;
+  }
+
+  /** The items that a click may select: shown, and of the level that is filtered for. */
+  get pickable() {
+    return this.shownLayers.filter((layer) => !this.filter || layer === this.filter).flatMap(({ items }) => items);
+  }
+
+  get pathCount() {
+    return this.drawing.layers.reduce((sum, { items }) => sum + items.length, 0);
+  }
+
+  get selectionBox() {
+    return unionOfBoxes([...this.selection].map(({ shape }) => shape.box));
+  }
+
+  layerColor(layer) {
+    const count = this.drawing.layers.length;
+    const share = count > 1 ? this.drawing.layers.indexOf(layer) / (count - 1) : 0;
+    return hexColor(rampColor(LAYER_COLORS, share));
+  }
+
+  /** Pickable items under a point of the stage, the topmost first. */
+  pathsAt(point) {
+    const [x, y] = this.stage.toUser(...point);
+    const under = this.pickable.filter(({ shape }) => boxesMeet(shape.box, [x, y, x, y]));
+    this.probe ??= newCanvas(1, 1).context;
+    return under.reverse().filter((item) => this.probe.isPointInPath(path2dOf(item.shape), x, y, item.rule));
+  }
+
+  select(items) {
+    this.selection = new Set(items);
+    this.refresh();
+  }
+
+  selectAll() {
+    this.select(this.pickable);
+  }
+
+  /** The path after the selected one, or before, in the order of the picture. */
+  selectNext(step) {
+    const items = this.pickable;
+    if (!items.length) return;
+    const current = items.findIndex((item) => this.selection.has(item));
+    const start = current < 0 ? (step > 0 ? -1 : 0) : current;
+    this.select([items[(start + step + items.length) % items.length]]);
+  }
+
+  /** The drawing has changed: by a command, or by undoing one. */
+  changed() {
+    this.edited = true;
+    this.split = 0;
+    const present = new Set(this.drawing.layers.flatMap(({ items }) => items));
+    this.selection = new Set([...this.selection].filter((item) => present.has(item)));
+    this.refresh();
+  }
+
+  /** What is shown has changed: levels, colours, the split. */
+  refresh() {
+    const shown = new Set(this.shownLayers);
+    const kept = [...this.selection].filter(({ layer }) => shown.has(layer));
+    if (kept.length < this.selection.size) this.selection = new Set(kept);
+    this.stage.request();
+    this.panel.request();
+  }
+
+  /** Starts a gesture on the selection, unless it is under way. */
+  begin(label) {
+    if (this.gesture || !this.selection.size) return;
+    if (this.split) this.setSplit(0);
+    this.gesture = new Gesture(this, label);
+  }
+
+  end() {
+    const { gesture } = this;
+    this.gesture = null;
+    gesture?.end();
+    this.refresh();
+  }
+
+  cancel() {
+    this.gesture?.cancel();
+    this.gesture = null;
+  }
+
+  setTool(tool) {
+    this.tool = tool;
+    this.refresh();
+  }
+
+  setLevel(level) {
+    this.level = Math.min(Math.max(level, 1), this.drawing.layers.length);
+    this.refresh();
+  }
+
+  setSplit(split) {
+    this.split = Math.min(Math.max(split, 0), 100);
+    this.refresh();
+  }
+
+  setShow(show) {
+    if (show === "residual" && !this.meter) return;
+    this.show = show;
+    this.refresh();
+  }
+
+  /** Takes the colour under the pointer for the brush and for the selection. */
+  pickColor(point) {
+    const fill = this.stage.colorAt(...point);
+    if (!fill) return;
+    this.brush.fill = fill;
+    this.editor.each("Recolour", (item) => Object.assign(item, painted(item, { fill })), true);
+    this.refresh();
+  }
+
+  addStroke(points) {
+    const { fill, opacity, width, layer } = this.brush;
+    layer.visible = true;
+    this.level = Math.max(this.level, this.drawing.layers.indexOf(layer) + 1);
+    this.editor.add(strokeOutline(points, width), fill, opacity, layer);
+    this.say("Path added");
+  }
+
+  undo() {
+    const label = this.history.undo();
+    this.say(label ? `Undone: ${label}` : "Nothing to undo");
+  }
+
+  redo() {
+    const label = this.history.redo();
+    this.say(label ? `Redone: ${label}` : "Nothing to redo");
+  }
+
+  save() {
+    const text = writeDrawing(this.drawing);
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([text], { type: "image/svg+xml" }));
+    link.download = `${this.data.name}-edited.svg`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    this.edited = false;
+    this.say(`Saved ${link.download}, ${text.length.toLocaleString("en")} bytes`);
+  }
+
+  say(text) {
+    this.panel.say(text);
+  }
+
+  onView() {
+    this.panel.showView();
+  }
+}

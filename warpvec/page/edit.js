@@ -1,0 +1,110 @@
+/* What can be done to the selected paths. */
+
+class Editor {
+  constructor(app) {
+    this.app = app;
+  }
+
+  get items() {
+    return [...this.app.selection];
+  }
+
+  get layers() {
+    return [...new Set(this.items.map(({ layer }) => layer))];
+  }
+
+  /** Runs `change` on each selected item as one command. */
+  each(label, change, merge = false) {
+    if (!this.app.selection.size) return;
+    this.app.history.record(label, this.items, [], () => this.items.forEach(change), merge);
+  }
+
+  transform(label, matrix, merge = false) {
+    this.each(label, (item) => Object.assign(item, transformed(item, matrix)), merge);
+  }
+
+  move(dx, dy) {
+    this.transform("Move", translation(dx, dy), true);
+  }
+
+  scale(factor) {
+    if (!(factor > 0) || factor === 1 || !this.app.selection.size) return;
+    const [left, top, right, bottom] = unionOfBoxes(this.items.map(({ shape }) => shape.box));
+    this.transform("Scale", scaling(factor, factor, (left + right) / 2, (top + bottom) / 2), true);
+  }
+
+  remove() {
+    this.rearrange("Delete", (list, chosen) => list.filter((item) => !chosen.has(item)));
+    this.app.select([]);
+  }
+
+  /** "front", "back", "raise" or "lower", each within its level. */
+  reorder(how) {
+    const labels = { front: "To front", back: "To back", raise: "Raise", lower: "Lower" };
+    this.rearrange(labels[how], (list, chosen) => reordered(list, chosen, how));
+  }
+
+  rearrange(label, change) {
+    const chosen = new Set(this.app.selection);
+    if (!chosen.size) return;
+    const layers = this.layers;
+    this.app.history.record(label, [], layers, () => {
+      for (const layer of layers) layer.items = change(layer.items, chosen);
+    });
+  }
+
+  /** Puts the selected paths on top of the level `target`. */
+  toLevel(target) {
+    const chosen = new Set(this.app.selection);
+    const layers = [...new Set([...this.layers, target])];
+    if (!chosen.size || (layers.length === 1 && layers[0] === target)) return;
+    const moving = this.app.drawing.layers.flatMap(({ items }) => items.filter((item) => chosen.has(item)));
+    this.app.history.record("To level", moving, layers, () => {
+      for (const layer of layers) layer.items = layer.items.filter((item) => !chosen.has(item));
+      target.items = [...target.items, ...moving];
+      for (const item of moving) item.layer = target;
+    });
+  }
+
+  /** Adds a path on top of the level `layer` and selects nothing, so that the next stroke can follow. */
+  add(shape, fill, opacity, layer) {
+    const item = { layer, shape, fill, opacity, rule: "nonzero", stroke: null };
+    this.app.history.record("Brush", [], [layer], () => {
+      layer.items = [...layer.items, item];
+    });
+    return item;
+  }
+}
+
+function transformed(item, matrix) {
+  const scale = Math.sqrt(Math.abs(matrix[0] * matrix[3] - matrix[1] * matrix[2]));
+  const stroke = item.stroke && { ...item.stroke, width: item.stroke.width * scale };
+  return { shape: transformShape(item.shape, matrix), stroke };
+}
+
+function painted(item, { fill, opacity }) {
+  const paint = { opacity: opacity ?? item.opacity, fill: item.fill, stroke: item.stroke };
+  if (fill && item.fill) paint.fill = fill;
+  if (fill && item.stroke && !item.fill) paint.stroke = { ...item.stroke, color: fill };
+  return paint;
+}
+
+function reordered(list, chosen, how) {
+  const picked = list.filter((item) => chosen.has(item));
+  const others = list.filter((item) => !chosen.has(item));
+  if (how === "front") return [...others, ...picked];
+  if (how === "back") return [...picked, ...others];
+  return how === "raise" ? raised(list, chosen) : raised(list.toReversed(), chosen).toReversed();
+}
+
+/** Each chosen item above the next that it meets, or one up where it meets none; they keep their own order. */
+function raised(list, chosen) {
+  const result = [...list];
+  for (let i = result.length - 1; i >= 0; i--) {
+    if (!chosen.has(result[i])) continue;
+    let target = result.findIndex((other, j) => j > i && !chosen.has(other) && boxesMeet(other.shape.box, result[i].shape.box));
+    if (target < 0) target = chosen.has(result[i + 1]) ? i : Math.min(i + 1, result.length - 1);
+    result.splice(target, 0, ...result.splice(i, 1));
+  }
+  return result;
+}

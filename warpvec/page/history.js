@@ -1,0 +1,88 @@
+/* Undo and redo. A command holds what it touched, before and after: items' states and layers' lists of items. */
+
+const MAX_COMMANDS = 500;
+// Repeats of one command within this time are one step: held arrow keys, clicks on "larger".
+const MERGE_MS = 800;
+
+class History {
+  constructor(onChange) {
+    this.done = [];
+    this.undone = [];
+    this.onChange = onChange;
+  }
+
+  /** Runs `mutate` as the command `label`; `items` and `layers` are all that it may touch. */
+  record(label, items, layers, mutate, merge = false) {
+    const before = capture(items, layers);
+    mutate();
+    this.push(label, before, merge);
+  }
+
+  /** Adds what happened since `before`, a result of `capture`. */
+  push(label, before, merge = false) {
+    const after = capture([...before.items.keys()], [...before.lists.keys()]);
+    const last = this.done.at(-1);
+    const now = performance.now();
+    const touched = new Set([...before.lists.keys(), ...layersOf(before), ...layersOf(after)]);
+    if (merge && last?.label === label && now - last.time < MERGE_MS && sameKeys(last.before.items, before.items)) {
+      Object.assign(last, { after, time: now });
+    } else {
+      this.done.push({ label, before, after, touched, time: now });
+      if (this.done.length > MAX_COMMANDS) this.done.shift();
+    }
+    this.undone = [];
+    this.finish(touched);
+  }
+
+  undo() {
+    const command = this.done.pop();
+    if (!command) return null;
+    this.undone.push(command);
+    return this.restore(command, command.before);
+  }
+
+  redo() {
+    const command = this.undone.pop();
+    if (!command) return null;
+    this.done.push(command);
+    return this.restore(command, command.after);
+  }
+
+  restore(command, { items, lists }) {
+    command.time = 0;
+    for (const [item, state] of items) Object.assign(item, state);
+    for (const [layer, list] of lists) layer.items = list;
+    this.finish(command.touched);
+    return command.label;
+  }
+
+  finish(layers) {
+    for (const layer of layers) layer.version = nextVersion();
+    this.onChange();
+  }
+}
+
+/** States are shared, not copied deeply: shapes and lists of items are replaced, never changed. */
+function capture(items, layers) {
+  const states = new Map();
+  for (const item of items) {
+    const { layer, shape, fill, opacity, stroke } = item;
+    states.set(item, { layer, shape, fill, opacity, stroke });
+  }
+  return { items: states, lists: new Map(layers.map((layer) => [layer, layer.items])) };
+}
+
+function layersOf({ items }) {
+  return [...items.values()].map(({ layer }) => layer);
+}
+
+function sameKeys(a, b) {
+  return a.size === b.size && [...a.keys()].every((key) => b.has(key));
+}
+
+let lastVersion = 0;
+
+/** Versions never repeat, so that a picture kept for one is never taken for another. */
+function nextVersion() {
+  return ++lastVersion;
+}

@@ -1,0 +1,54 @@
+/* The table of levels: which are shown, how many paths they have, and how good the picture is up to each. */
+
+// From the first generation to the last: viridis, whose lightness rises evenly.
+const LAYER_COLORS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
+
+class LevelTable {
+  constructor(app, body) {
+    this.app = app;
+    this.rows = app.drawing.layers.map((layer) => this.addRow(body, layer));
+  }
+
+  addRow(body, layer) {
+    const row = body.insertRow();
+    const box = document.createElement("input");
+    Object.assign(box, { type: "checkbox", checked: true });
+    box.setAttribute("aria-label", `Show ${layer.name}`);
+    box.addEventListener("change", () => {
+      layer.visible = box.checked;
+      this.app.refresh();
+    });
+    row.insertCell().append(box);
+    const swatch = document.createElement("i");
+    swatch.style.background = this.app.layerColor(layer);
+    row.insertCell().append(swatch, layer.name);
+    const cells = { count: row.insertCell(), psnr: row.insertCell() };
+    cells.psnr.hidden = !this.app.data.photo;
+    return { row, box, ...cells };
+  }
+
+  show() {
+    const { app } = this;
+    for (const [i, layer] of app.drawing.layers.entries()) {
+      const { row, box, count, psnr } = this.rows[i];
+      box.checked = layer.visible;
+      row.classList.toggle("off", i >= app.level || !layer.visible);
+      count.textContent = layer.items.length.toLocaleString("en");
+      psnr.textContent = formatDb(app.meter?.known(app.drawing.layers.slice(0, i + 1))).replace(" dB", "");
+    }
+  }
+
+  /** The PSNR up to each level, one at a time, so that the page stays quick. */
+  measure() {
+    const { app } = this;
+    clearTimeout(this.timer);
+    const { layers } = app.drawing;
+    const next = layers.findIndex((_, i) => app.meter.known(layers.slice(0, i + 1)) === undefined);
+    if (next < 0) return;
+    this.timer = setTimeout(() => {
+      app.meter.psnr(app.drawing, layers.slice(0, next + 1));
+      this.show();
+      this.measure();
+    });
+  }
+}

@@ -1,0 +1,98 @@
+/* The photo, and how far the drawing is from it as this browser draws it. */
+
+// |difference| from 0 to 255 / RESIDUAL_GAIN, from black over red and yellow to white.
+const RESIDUAL_GAIN = 4;
+const RESIDUAL_COLORS = [[0, 0, 4], [86, 16, 110], [187, 55, 84], [249, 142, 9], [252, 255, 164]];
+
+const PLAIN = { name: "plain", paper: null, colorOf: () => null };
+
+async function loadPhoto(url) {
+  const image = new Image();
+  image.src = url;
+  await image.decode();
+  return image;
+}
+
+class Meter {
+  constructor(image, box) {
+    const [width, height] = [image.naturalWidth, image.naturalHeight];
+    const { canvas, context } = newCanvas(width, height);
+    context.drawImage(image, 0, 0);
+    this.photo = canvas;
+    this.pixels = context.getImageData(0, 0, width, height).data;
+    this.raster = new Raster();
+    const [scaleX, scaleY] = [width / box[2], height / box[3]];
+    this.raster.resize(width, height, [scaleX, 0, 0, scaleY, -box[0] * scaleX, -box[1] * scaleY]);
+    this.measured = new Map();
+    this.map = newCanvas(width, height);
+    this.mapped = null;
+  }
+
+  drawn(drawing, layers) {
+    const { width, height } = this.raster.draw(drawing, layers, PLAIN);
+    return this.raster.context.getImageData(0, 0, width, height).data;
+  }
+
+  /** PSNR in dB of the picture that `layers` make. */
+  psnr(drawing, layers) {
+    const key = signatures(layers, PLAIN).at(-1);
+    if (!this.measured.has(key)) {
+      if (this.measured.size > 1000) this.measured.clear();
+      this.measured.set(key, psnrOf(this.drawn(drawing, layers), this.pixels));
+    }
+    return this.measured.get(key);
+  }
+
+  /** The PSNR if it is known already. */
+  known(layers) {
+    return this.measured.get(signatures(layers, PLAIN).at(-1));
+  }
+
+  /** A canvas of the largest difference of each pixel's channels. */
+  residual(drawing, layers) {
+    const key = signatures(layers, PLAIN).at(-1);
+    if (this.mapped === key) return this.map.canvas;
+    this.mapped = key;
+    const drawn = this.drawn(drawing, layers);
+    const image = this.map.context.createImageData(this.photo.width, this.photo.height);
+    const target = new Uint32Array(image.data.buffer);
+    const table = residualTable();
+    for (let i = 0, j = 0; j < target.length; i += 4, j++) {
+      const red = Math.abs(drawn[i] - this.pixels[i]);
+      const green = Math.abs(drawn[i + 1] - this.pixels[i + 1]);
+      const blue = Math.abs(drawn[i + 2] - this.pixels[i + 2]);
+      target[j] = table[Math.max(red, green, blue)];
+    }
+    this.map.context.putImageData(image, 0, 0);
+    return this.map.canvas;
+  }
+}
+
+/** PSNR over the colour channels of two arrays of RGBA pixels. */
+function psnrOf(a, b) {
+  let squares = 0;
+  for (let i = 0; i < a.length; i += 4) {
+    const red = a[i] - b[i];
+    const green = a[i + 1] - b[i + 1];
+    const blue = a[i + 2] - b[i + 2];
+    squares += red * red + green * green + blue * blue;
+  }
+  return squares ? 10 * Math.log10((255 * 255 * 0.75 * a.length) / squares) : Infinity;
+}
+
+/** Packed RGBA of every difference from 0 to 255, in the machine's byte order. */
+function residualTable() {
+  const bytes = new Uint8ClampedArray(4 * 256);
+  for (let level = 0; level < 256; level++) {
+    const color = rampColor(RESIDUAL_COLORS, Math.min((level * RESIDUAL_GAIN) / 255, 1));
+    bytes.set([...color, 255], 4 * level);
+  }
+  return new Uint32Array(bytes.buffer);
+}
+
+/** The colour at `share` in [0, 1] of a ramp, between its two nearest stops. */
+function rampColor(stops, share) {
+  const place = share * (stops.length - 1);
+  const index = Math.min(Math.floor(place), stops.length - 2);
+  return stops[index].map((level, c) => level + (place - index) * (stops[index + 1][c] - level));
+}

@@ -1,0 +1,232 @@
+/* The controls beside the picture: they say how things stand and pass on what is asked. */
+
+const find = (id) => document.getElementById(id);
+
+class Panel {
+  constructor(app) {
+    this.app = app;
+    find("title").textContent = app.drawing.title || app.data.name;
+    const missing = { photo: !app.data.photo, history: !(app.data.history?.length > 1) };
+    for (const element of document.querySelectorAll("[data-needs]")) element.hidden = missing[element.dataset.needs];
+    this.levels = new LevelTable(app, find("levels").tBodies[0]);
+    this.fillStatic();
+    this.connectView();
+    this.connectPaint();
+    this.connectButtons();
+    this.connectSplit();
+    if (!missing.history) this.showPlot("iteration");
+  }
+
+  fillStatic() {
+    const { app } = this;
+    const rows = settingRows(app.drawing.settings);
+    fillTable(find("settings"), rows);
+    find("settings-box").hidden = !rows.length;
+    find("level").max = app.drawing.layers.length;
+    find("level").disabled = app.drawing.layers.length < 2;
+    find("width").max = Math.max(Math.round(app.drawing.box[2] / 4), 2);
+    const names = app.drawing.layers.map(({ name }) => name);
+    fillSelect(find("filter"), ["All shown", ...names]);
+    fillSelect(find("brush-level"), names);
+    fillSelect(find("to-level"), ["Move to …", ...names]);
+    const notes = [...app.drawing.notes].map(([text, count]) => `${count} × ${text}`);
+    this.say(notes.length ? `Not as in the file: ${notes.join("; ")}` : "");
+  }
+
+  connectView() {
+    const { app } = this;
+    onPick("show", (value) => app.setShow(value));
+    onPick("tool", (value) => app.setTool(value));
+    onPick("axis", (value) => this.showPlot(value));
+    onInput("split", (value) => app.setSplit(Number(value)));
+    onInput("level", (value) => app.setLevel(Number(value)));
+    onInput("filter", () => this.setFilter(find("filter").selectedIndex));
+    onInput("brush-level", () => (app.brush.layer = app.drawing.layers[find("brush-level").selectedIndex]));
+    onInput("to-level", () => {
+      const target = app.drawing.layers[find("to-level").selectedIndex - 1];
+      if (target) app.editor.toLevel(target);
+      find("to-level").selectedIndex = 0;
+    });
+  }
+
+  setFilter(index) {
+    const { app } = this;
+    app.filter = app.drawing.layers[index - 1] ?? null;
+    if (app.filter) app.select([...app.selection].filter(({ layer }) => layer === app.filter));
+  }
+
+  /** While a control is dragged the selection follows; letting go makes one command. */
+  connectPaint() {
+    const { app } = this;
+    const follow = (id, label, read) => {
+      onInput(id, (value) => {
+        Object.assign(app.brush, read(value));
+        app.begin(label);
+        app.gesture?.paint(read(value));
+        this.request();
+      });
+      find(id).addEventListener("change", () => app.end());
+    };
+    follow("fill", "Recolour", (fill) => ({ fill }));
+    follow("opacity", "Opacity", (value) => ({ opacity: Number(value) }));
+    onInput("width", (value) => {
+      app.brush.width = Number(value);
+      this.request();
+    });
+  }
+
+  connectButtons() {
+    const { app } = this;
+    const actions = {
+      undo: () => app.undo(), redo: () => app.redo(), save: () => app.save(),
+      "select-all": () => app.selectAll(), "select-none": () => app.select([]),
+      delete: () => app.editor.remove(), front: () => app.editor.reorder("front"),
+      raise: () => app.editor.reorder("raise"), lower: () => app.editor.reorder("lower"),
+      back: () => app.editor.reorder("back"), "scale-apply": () => app.editor.scale(find("scale").valueAsNumber / 100),
+      "zoom-in": () => app.stage.zoom(1.4), "zoom-out": () => app.stage.zoom(1 / 1.4), "zoom-fit": () => app.stage.fit(),
+      theme: () => toggleTheme(), "help-open": () => find("help").showModal(),
+    };
+    for (const [id, action] of Object.entries(actions)) find(id).addEventListener("click", action);
+  }
+
+  /** The line between photo and drawing can be dragged; its slider is for the keyboard. */
+  connectSplit() {
+    const line = find("split-line");
+    line.addEventListener("pointerdown", (event) => {
+      line.setPointerCapture(event.pointerId);
+      event.preventDefault();
+    });
+    line.addEventListener("pointermove", (event) => {
+      if (!line.hasPointerCapture(event.pointerId)) return;
+      const { box } = this.app.drawing;
+      const [x] = this.app.stage.toUser(event.clientX - find("stage").getBoundingClientRect().left, 0);
+      this.app.setSplit((100 * (x - box[0])) / box[2]);
+    });
+  }
+
+  request() {
+    if (this.pending) return;
+    this.pending = true;
+    requestAnimationFrame(() => this.show());
+  }
+
+  show() {
+    this.pending = false;
+    const { app } = this;
+    const layers = app.shownLayers;
+    const count = layers.reduce((sum, { items }) => sum + items.length, 0);
+    find("shown-paths").textContent = `${count.toLocaleString("en")} ${count === 1 ? "path" : "paths"}`;
+    setChoice("tool", app.tool);
+    setChoice("show", app.show);
+    find("legend").hidden = app.show !== "residual";
+    setValue("split", Math.round(app.split), `${Math.round(app.split)} %`);
+    setValue("level", app.level, `${app.level} of ${app.drawing.layers.length}`);
+    this.showSelection();
+    this.showFigures();
+    this.levels.show();
+    this.measureSoon(layers);
+    find("undo").disabled = !app.history.done.length;
+    find("redo").disabled = !app.history.undone.length;
+  }
+
+  showSelection() {
+    const { app } = this;
+    const count = app.selection.size;
+    const [first] = app.selection;
+    const paint = first ? { fill: first.fill ?? first.stroke.color, opacity: first.opacity } : app.brush;
+    const text = count ? `${count.toLocaleString("en")} of ${app.pathCount.toLocaleString("en")} paths selected` : "Nothing selected";
+    find("selected").textContent = count === 1 ? `${text}: ${first.layer.name}` : text;
+    setValue("fill", paint.fill, paint.fill);
+    setValue("opacity", paint.opacity, paint.opacity.toFixed(2));
+    setValue("width", app.brush.width, `${app.brush.width} px`);
+    find("brush-level").selectedIndex = app.drawing.layers.indexOf(app.brush.layer);
+    find("filter").selectedIndex = app.drawing.layers.indexOf(app.filter) + 1;
+    for (const id of ["arrange", "delete", "select-none"]) find(id).disabled = !count;
+  }
+
+  showFigures() {
+    const { app } = this;
+    const { figures = {} } = app.data;
+    const rows = [
+      ["Paths", app.pathCount.toLocaleString("en")],
+      ["Levels", app.drawing.layers.filter(({ items }) => items.length).length],
+      ["Canvas", app.drawing.box.slice(2).map((side) => formatNumber(side, 2)).join(" × ")],
+      ["File as opened", formatBytes(figures.bytes)],
+      ["gzipped", formatBytes(figures.gzip_bytes)],
+      ["Segments", figures.segments.toLocaleString("en")],
+    ];
+    if ("psnr" in figures) rows.push(["PSNR, by resvg", formatDb(figures.psnr ?? Infinity)], ["SSIM", figures.ssim.toFixed(4)]);
+    fillTable(find("figures"), rows);
+    const quality = "psnr" in figures ? ` · ${formatDb(figures.psnr ?? Infinity)} by resvg` : "";
+    find("summary").textContent =
+      `${app.pathCount.toLocaleString("en")} paths · ${formatBytes(figures.bytes)}${quality}${app.edited ? " · edited" : ""}`;
+  }
+
+  /** The PSNR of what is shown, when the page has nothing more urgent to do. */
+  measureSoon(layers) {
+    const { app } = this;
+    if (!app.meter) return;
+    const known = app.meter.known(layers);
+    find("shown-psnr").textContent = known === undefined ? "… dB" : formatDb(known);
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => {
+      find("shown-psnr").textContent = formatDb(app.meter.psnr(app.drawing, app.shownLayers));
+      this.levels.measure();
+    }, MEASURE_DELAY_MS);
+  }
+
+  showPlot(axis) {
+    plotHistory(find("plot"), this.app.data.history, axis);
+  }
+
+  /** What depends on the view: the line of the split, the labels beside it, the zoom. */
+  showView() {
+    const { app } = this;
+    const { stage } = app;
+    const [x, y, width, height] = app.drawing.box;
+    const [left, top] = stage.toStage(x + (width * app.split) / 100, y);
+    const line = find("split-line");
+    line.hidden = !app.meter;
+    Object.assign(line.style, { left: `${left}px`, top: `${top}px`, height: `${height * stage.view.scale}px` });
+    for (const tag of ["tag-photo", "tag-drawing"]) {
+      find(tag).hidden = !app.split;
+      Object.assign(find(tag).style, { left: `${left}px`, top: `${top + 8}px` });
+    }
+    find("zoom").textContent = `${Math.round(stage.view.scale * 100)} %`;
+    find("surface").dataset.view = [stage.view.scale, stage.view.x, stage.view.y].join(" ");
+  }
+
+  say(text) {
+    find("message").textContent = text;
+  }
+}
+
+const MEASURE_DELAY_MS = 120;
+
+function onInput(id, action) {
+  find(id).addEventListener("input", () => action(find(id).value));
+}
+
+function onPick(name, action) {
+  for (const input of document.getElementsByName(name)) input.addEventListener("change", () => action(input.value));
+}
+
+function setChoice(name, value) {
+  for (const input of document.getElementsByName(name)) input.checked = input.value === value;
+}
+
+/** A control's value and the text beside it; a control in use keeps its own. */
+function setValue(id, value, text) {
+  if (find(id).value !== String(value)) find(id).value = value;
+  find(`${id}-text`).textContent = text;
+}
+
+function fillSelect(select, names) {
+  select.replaceChildren(...names.map((name) => new Option(name)));
+}
+
+function toggleTheme() {
+  const root = document.documentElement;
+  const dark = getComputedStyle(find("theme")).colorScheme === "dark" || (!root.style.colorScheme && matchMedia("(prefers-color-scheme: dark)").matches);
+  root.style.colorScheme = dark ? "light" : "dark";
+}

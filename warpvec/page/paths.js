@@ -1,0 +1,144 @@
+/* Path data: what any SVG says becomes cubics, and cubics become the short form that warpvec writes.
+ *
+ * A shape is {subpaths, d, box, path2d} and is never changed, so that undo may keep it. A subpath is
+ * {points, closed}; points are 2 * (3 * segments + 1) numbers: x, y of anchor, handle, handle, anchor, ... */
+
+const NUMBER = "[-+]?(?:\\d+\\.?\\d*|\\.\\d+)(?:[eE][-+]?\\d+)?";
+const NUMBERS = new RegExp(NUMBER, "g");
+const GAP = "[\\s,]*";
+// The flags of an arc are single digits that need no separator.
+const ARC = new RegExp([NUMBER, NUMBER, NUMBER, "[01]", "[01]", NUMBER, NUMBER].map((part) => `(${part})`).join(GAP), "g");
+const COMMAND = /([MLHVCSQTAZ])([^MLHVCSQTAZ]*)/gi;
+const ARGUMENTS = { M: 2, L: 2, H: 1, V: 1, C: 6, S: 4, Q: 4, T: 2, A: 7 };
+
+/** The shape of path data; `matrix` [a, b, c, d, e, f] places it on the canvas. */
+function parseShape(d, matrix = null) {
+  const pen = new Pen();
+  for (const [, letter, text] of d.matchAll(COMMAND)) pen.command(letter, text);
+  const shape = makeShape(pen.finished(), d);
+  return matrix ? transformShape(shape, matrix) : shape;
+}
+
+/** A shape of `subpaths`; `d` is the text that it came from, null where it has to be written anew. */
+function makeShape(subpaths, d = null) {
+  return { subpaths, d, box: boundsOf(subpaths), path2d: null };
+}
+
+function transformShape(shape, [a, b, c, d, e, f]) {
+  const moved = shape.subpaths.map(({ points, closed }) => {
+    const result = new Float64Array(points.length);
+    for (let i = 0; i < points.length; i += 2) {
+      result[i] = a * points[i] + c * points[i + 1] + e;
+      result[i + 1] = b * points[i] + d * points[i + 1] + f;
+    }
+    return { points: result, closed };
+  });
+  return makeShape(moved);
+}
+
+/** The browser's form of a shape, made when it is first drawn. */
+function path2dOf(shape) {
+  if (shape.path2d) return shape.path2d;
+  const path = new Path2D();
+  for (const { points: p, closed } of shape.subpaths) {
+    path.moveTo(p[0], p[1]);
+    for (let i = 2; i < p.length; i += 6) path.bezierCurveTo(p[i], p[i + 1], p[i + 2], p[i + 3], p[i + 4], p[i + 5]);
+    if (closed) path.closePath();
+  }
+  shape.path2d = path;
+  return path;
+}
+
+/** Path data with `decimals`: an absolute start and one run of relative cubics for each subpath. */
+function writeShape(shape, decimals) {
+  return shape.d ?? shape.subpaths.map((subpath) => writeSubpath(subpath, 10 ** decimals)).join("");
+}
+
+/** Differences of rounded anchors, so that a reader's running sum meets each; handles keep their offsets in a move. */
+function writeSubpath({ points: p, closed }, perUnit) {
+  const ticks = (value) => Math.round(value * perUnit) + 0;
+  const segments = [];
+  for (let i = 0; i + 7 < p.length; i += 6) {
+    const [x, y] = [p[i], p[i + 1]];
+    const end = [ticks(p[i + 6]) - ticks(x), ticks(p[i + 7]) - ticks(y)];
+    const segment = [p[i + 2] - x, p[i + 3] - y, p[i + 4] - x, p[i + 5] - y].map(ticks).concat(end);
+    if (segment.some((value) => value !== 0)) segments.push(...segment);
+  }
+  const start = numberList([ticks(p[0]), ticks(p[1])], perUnit);
+  const curves = numberList(segments.length ? segments : [0, 0, 0, 0, 0, 0], perUnit);
+  return `M${start}c${curves}${closed ? "z" : ""}`;
+}
+
+/** A minus separates, and so does a leading point after a number that has its point. */
+function numberList(ticks, perUnit) {
+  let text = "";
+  let hasPoint = false;
+  for (const value of ticks) {
+    const word = formatNumber(value / perUnit);
+    const separates = text === "" || word[0] === "-" || (word[0] === "." && hasPoint);
+    text += separates ? word : ` ${word}`;
+    hasPoint = word.includes(".");
+  }
+  return text;
+}
+
+/** A number without the zero before its point: "12.5", "-.25", "0". */
+function formatNumber(value, decimals = 6) {
+  const text = value.toFixed(decimals).replace(/\.?0+$/, "").replace(/^(-?)0\./, "$1.");
+  return text === "-0" ? "0" : text;
+}
+
+/** Smallest box [left, top, right, bottom] of the curves themselves; empty is [Infinity, ..., -Infinity]. */
+function boundsOf(subpaths) {
+  const box = [Infinity, Infinity, -Infinity, -Infinity];
+  for (const { points: p } of subpaths) {
+    for (let axis = 0; axis < 2; axis++) {
+      extend(box, axis, p[axis]);
+      for (let i = axis; i + 6 < p.length; i += 6) {
+        extend(box, axis, p[i + 6]);
+        extendByExtremes(box, axis, p[i], p[i + 2], p[i + 4], p[i + 6]);
+      }
+    }
+  }
+  return box;
+}
+
+function extend(box, axis, value) {
+  if (value < box[axis]) box[axis] = value;
+  if (value > box[axis + 2]) box[axis + 2] = value;
+}
+
+/** Where the derivative of one coordinate of a cubic vanishes. */
+function extendByExtremes(box, axis, p0, p1, p2, p3) {
+  const inside = (p) => p >= box[axis] && p <= box[axis + 2];
+  if (inside(p1) && inside(p2)) return;
+  const a = 3 * (p1 - p2) + p3 - p0;
+  const b = 2 * (p0 - 2 * p1 + p2);
+  const c = p1 - p0;
+  const root = Math.sqrt(Math.max(b * b - 4 * a * c, 0));
+  const candidates = Math.abs(a) < 1e-9 ? [-c / b] : [(-b + root) / (2 * a), (-b - root) / (2 * a)];
+  for (const t of candidates) {
+    if (!(t > 0 && t < 1)) continue;
+    const s = 1 - t;
+    extend(box, axis, s * s * s * p0 + 3 * s * s * t * p1 + 3 * s * t * t * p2 + t * t * t * p3);
+  }
+}
+
+function unionOfBoxes(boxes) {
+  const union = [Infinity, Infinity, -Infinity, -Infinity];
+  for (const box of boxes) {
+    for (let axis = 0; axis < 2; axis++) {
+      if (box[axis] < union[axis]) union[axis] = box[axis];
+      if (box[axis + 2] > union[axis + 2]) union[axis + 2] = box[axis + 2];
+    }
+  }
+  return union;
+}
+
+function boxesMeet(a, b) {
+  return a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3];
+}
+
+function boxContains(outer, inner) {
+  return inner[0] >= outer[0] && inner[1] >= outer[1] && inner[2] <= outer[2] && inner[3] <= outer[3];
+}

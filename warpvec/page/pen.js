@@ -1,0 +1,132 @@
+/* A pen that follows the commands of path data and leaves cubics (SVG 1.1, section 8.3). */
+
+class Pen {
+  constructor() {
+    this.subpaths = [];
+    this.points = null;
+    [this.x, this.y, this.startX, this.startY] = [0, 0, 0, 0];
+    // What a smooth command mirrors: the last handle, and the kind of curve that it belongs to.
+    [this.handleX, this.handleY, this.handleOf] = [0, 0, ""];
+  }
+
+  /** A command with any number of argument sets; an incomplete last set is left out. */
+  command(letter, text) {
+    const name = letter.toUpperCase();
+    if (name === "Z") {
+      this.close();
+      return;
+    }
+    const sets = name === "A" ? [...text.matchAll(ARC)].map((match) => match.slice(1).map(Number)) : null;
+    const numbers = sets ? sets.flat() : (text.match(NUMBERS) ?? []).map(Number);
+    const size = ARGUMENTS[name];
+    for (let i = 0; i + size <= numbers.length; i += size) {
+      // The pairs that follow the first of a move are lines.
+      this.step(name === "M" && i ? "L" : name, numbers.slice(i, i + size), letter !== name);
+    }
+  }
+
+  step(name, n, relative) {
+    const [x, y] = relative ? [this.x, this.y] : [0, 0];
+    if (name === "M") this.move(n[0] + x, n[1] + y);
+    else if (name === "L") this.line(n[0] + x, n[1] + y);
+    else if (name === "H") this.line(n[0] + x, this.y);
+    else if (name === "V") this.line(this.x, n[0] + y);
+    else if (name === "C") this.cubic(n[0] + x, n[1] + y, n[2] + x, n[3] + y, n[4] + x, n[5] + y);
+    else if (name === "S") this.cubic(...this.mirrored("C"), n[0] + x, n[1] + y, n[2] + x, n[3] + y);
+    else if (name === "Q") this.quadratic(n[0] + x, n[1] + y, n[2] + x, n[3] + y);
+    else if (name === "T") this.quadratic(...this.mirrored("Q"), n[0] + x, n[1] + y);
+    else this.arc(n[0], n[1], n[2], n[3], n[4], n[5] + x, n[6] + y);
+  }
+
+  move(x, y) {
+    this.finish(false);
+    [this.x, this.y, this.startX, this.startY] = [x, y, x, y];
+    this.handleOf = "";
+  }
+
+  line(x, y) {
+    const [dx, dy] = [(x - this.x) / 3, (y - this.y) / 3];
+    this.cubic(this.x + dx, this.y + dy, x - dx, y - dy, x, y);
+    this.handleOf = "";
+  }
+
+  cubic(x1, y1, x2, y2, x, y) {
+    this.points ??= [this.x, this.y];
+    this.points.push(x1, y1, x2, y2, x, y);
+    [this.handleX, this.handleY, this.handleOf, this.x, this.y] = [x2, y2, "C", x, y];
+  }
+
+  quadratic(hx, hy, x, y) {
+    const third = (from, to) => from + (2 / 3) * (to - from);
+    this.cubic(third(this.x, hx), third(this.y, hy), third(x, hx), third(y, hy), x, y);
+    [this.handleX, this.handleY, this.handleOf] = [hx, hy, "Q"];
+  }
+
+  mirrored(kind) {
+    return this.handleOf === kind ? [2 * this.x - this.handleX, 2 * this.y - this.handleY] : [this.x, this.y];
+  }
+
+  /** From end points to centre and angles as SVG 1.1, appendix F.6.5, has it; then a cubic for each quarter at most. */
+  arc(radiusX, radiusY, degrees, large, sweep, x, y) {
+    let [rx, ry] = [Math.abs(radiusX), Math.abs(radiusY)];
+    if (!rx || !ry) {
+      this.line(x, y);
+      return;
+    }
+    if (x === this.x && y === this.y) return;
+    const [cos, sin] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
+    const [hx, hy] = [(this.x - x) / 2, (this.y - y) / 2];
+    const [ux, uy] = [cos * hx + sin * hy, cos * hy - sin * hx];
+    const excess = Math.sqrt((ux / rx) ** 2 + (uy / ry) ** 2);
+    if (excess > 1) [rx, ry] = [rx * excess, ry * excess];
+    const span = (rx * uy) ** 2 + (ry * ux) ** 2;
+    const factor = (large === sweep ? -1 : 1) * Math.sqrt(Math.max((rx * ry) ** 2 / span - 1, 0));
+    const [vx, vy] = [(factor * rx * uy) / ry, (-factor * ry * ux) / rx];
+    const first = Math.atan2((uy - vy) / ry, (ux - vx) / rx);
+    let turn = Math.atan2((-uy - vy) / ry, (-ux - vx) / rx) - first;
+    if (sweep && turn < 0) turn += 2 * Math.PI;
+    if (!sweep && turn > 0) turn -= 2 * Math.PI;
+    const center = [cos * vx - sin * vy + (this.x + x) / 2, sin * vx + cos * vy + (this.y + y) / 2];
+    this.ellipse([cos * rx, sin * rx, -sin * ry, cos * ry, ...center], first, turn, x, y);
+  }
+
+  /** An arc of the unit circle from the angle `first` over `turn`, placed by `matrix`, that ends at x, y. */
+  ellipse([a, b, c, d, e, f], first, turn, x, y) {
+    const count = Math.max(Math.ceil(Math.abs(turn) / (Math.PI / 2) - 1e-9), 1);
+    const step = turn / count;
+    const length = (4 / 3) * Math.tan(step / 4);
+    for (let i = 0; i < count; i++) {
+      const [from, to] = [first + i * step, first + (i + 1) * step];
+      const unit = [
+        [Math.cos(from) - length * Math.sin(from), Math.sin(from) + length * Math.cos(from)],
+        [Math.cos(to) + length * Math.sin(to), Math.sin(to) - length * Math.cos(to)],
+        [Math.cos(to), Math.sin(to)],
+      ];
+      const placed = unit.flatMap(([u, v]) => [a * u + c * v + e, b * u + d * v + f]);
+      if (i === count - 1) placed.splice(4, 2, x, y);
+      this.cubic(...placed);
+    }
+    this.handleOf = "";
+  }
+
+  close() {
+    if (this.points && Math.hypot(this.x - this.startX, this.y - this.startY) > 1e-6) {
+      this.line(this.startX, this.startY);
+    }
+    this.finish(true);
+    [this.x, this.y, this.handleOf] = [this.startX, this.startY, ""];
+  }
+
+  finish(closed) {
+    const p = this.points;
+    this.points = null;
+    if (!p || !p.every(Number.isFinite)) return;
+    if (closed) p.splice(-2, 2, p[0], p[1]);
+    this.subpaths.push({ points: Float64Array.from(p), closed });
+  }
+
+  finished() {
+    this.finish(false);
+    return this.subpaths;
+  }
+}

@@ -1,0 +1,244 @@
+/* SVG text -> drawing. Only numbers, colours and names leave the parsed document: none of its elements is ever shown,
+ * so that nothing in it can run or load.
+ *
+ * A drawing is {width, height, box, title, metadata, settings, background, layers, notes}. A layer is {key, id, name,
+ * generation, items, version, visible}; its version grows with each change. An item is {layer, shape, fill, opacity,
+ * rule, stroke}; fill is "#rrggbb" or null. */
+
+const MAX_LAYERS = 64;
+const LAYER_ID = /^layer-\d+-generation-(\d+)$/;
+const INKSCAPE = "http://www.inkscape.org/namespaces/inkscape";
+const IDENTITY = [1, 0, 0, 1, 0, 0];
+const CONTAINERS = new Set(["g", "a", "svg", "switch"]);
+const INVISIBLE = new Set([
+  "title", "desc", "metadata", "defs", "style", "script", "namedview", "symbol", "clipPath", "mask", "marker",
+  "pattern", "filter", "linearGradient", "radialGradient",
+]);
+const EFFECTS = ["clip-path", "mask", "filter", "stroke-dasharray"];
+
+function readDrawing(text) {
+  const parsed = new DOMParser().parseFromString(text, "image/svg+xml");
+  const root = parsed.documentElement;
+  if (root.localName !== "svg") throw new Error("This is not an SVG file.");
+  const reader = new Reader(parsed);
+  const metadata = childText(root, "metadata");
+  return {
+    ...readSize(root),
+    title: childText(root, "title"),
+    metadata,
+    settings: parseObject(metadata),
+    background: reader.background(root),
+    layers: reader.layers(root),
+    notes: reader.notes,
+  };
+}
+
+function childText(root, name) {
+  const child = [...root.children].find((element) => element.localName === name);
+  return child ? child.textContent.trim() : "";
+}
+
+function parseObject(text) {
+  try {
+    const value = JSON.parse(text);
+    return value && typeof value === "object" && !Array.isArray(value) ? value : null;
+  } catch {
+    return null;
+  }
+}
+
+/** Size as stated, and the box of user units that it shows. */
+function readSize(root) {
+  const [width, height] = ["width", "height"].map((name) => root.getAttribute(name));
+  const stated = (root.getAttribute("viewBox")?.match(NUMBERS) ?? []).map(Number);
+  if (stated.length === 4 && stated[2] > 0 && stated[3] > 0) return { width, height, box: stated };
+  return { width, height, box: [0, 0, parseFloat(width) || 300, parseFloat(height) || 150] };
+}
+
+class Reader {
+  constructor(parsed) {
+    this.notes = new Map();
+    this.colors = new Map();
+    this.styles = collectStyles(parsed);
+    this.gradients = new Map([...parsed.querySelectorAll("linearGradient, radialGradient")].map((g) => [g.id, g]));
+    this.scratch = document.createElement("canvas").getContext("2d");
+  }
+
+  /** The colour and opacity of the rectangle that warpvec puts below all. */
+  background(root) {
+    const rect = [...root.children].find((element) => element.localName === "rect" && element.id === "background");
+    if (!rect) return null;
+    this.backgroundElement = rect;
+    const { fill, fillOpacity } = this.inherit(rect, initialContext());
+    return fill ? { fill, opacity: fillOpacity } : null;
+  }
+
+  /** A layer for each group at the top; what lies loose between them makes layers too. */
+  layers(root) {
+    const layers = [];
+    let loose = null;
+    const context = this.inherit(root, initialContext());
+    for (const element of root.children) {
+      if (element === this.backgroundElement) continue;
+      const isGroup = element.localName === "g";
+      if (isGroup || !loose) layers.push((loose = newLayer(isGroup ? element : null, layers.length)));
+      this.walk(element, context, loose);
+      if (isGroup) loose = null;
+    }
+    const filled = layers.filter((layer) => layer.items.length);
+    return filled.length > MAX_LAYERS ? [merged(filled)] : filled.length ? filled : [newLayer(null, 0)];
+  }
+
+  walk(element, parent, layer) {
+    const name = element.localName;
+    if (INVISIBLE.has(name)) return;
+    const context = this.inherit(element, parent);
+    if (!context) return;
+    for (const effect of EFFECTS) {
+      if ((context.own(effect) ?? "none") !== "none") this.note(`${effect}, not shown`);
+    }
+    if (CONTAINERS.has(name)) {
+      if (context.groupOpacity < 1 && element.children.length > 1) this.note("opacity of a group, given to its paths");
+      for (const child of element.children) this.walk(child, context, layer);
+      return;
+    }
+    const d = pathDataOf(element);
+    if (d === null) this.note(`<${name}>, left out`);
+    else this.addItem(d, context, layer, name === "path");
+  }
+
+  addItem(d, context, layer, verbatim) {
+    const { fill, stroke, matrix } = context;
+    const moved = matrix !== IDENTITY;
+    const parsed = parseShape(d, moved ? matrix : null);
+    if (!parsed.subpaths.length || (!fill && !stroke)) return;
+    const scale = Math.sqrt(Math.abs(matrix[0] * matrix[3] - matrix[1] * matrix[2]));
+    layer.items.push({
+      layer,
+      shape: verbatim && !moved ? parsed : { ...parsed, d: null },
+      fill,
+      opacity: context.opacity * (fill ? context.fillOpacity : context.strokeOpacity),
+      rule: context.rule,
+      stroke: stroke && { color: stroke, width: context.strokeWidth * scale },
+    });
+  }
+
+  /** What an element and its parents say of paint and place; null where it is not displayed. */
+  inherit(element, parent) {
+    const own = (name) => this.property(element, name);
+    const number = (name, fallback) => (Number.isFinite(parseFloat(own(name))) ? parseFloat(own(name)) : fallback);
+    if (own("display") === "none" || own("visibility") === "hidden") {
+      this.note("hidden elements, left out");
+      return null;
+    }
+    const groupOpacity = clamp01(number("opacity", 1));
+    const transform = element.localName === "svg" ? null : element.getAttribute("transform");
+    return {
+      own,
+      matrix: transform ? multiply(parent.matrix, parseTransform(transform)) : parent.matrix,
+      fill: this.paint(own("fill"), parent.fill),
+      stroke: this.paint(own("stroke"), parent.stroke),
+      strokeWidth: number("stroke-width", parent.strokeWidth),
+      fillOpacity: clamp01(number("fill-opacity", parent.fillOpacity)),
+      strokeOpacity: clamp01(number("stroke-opacity", parent.strokeOpacity)),
+      rule: { evenodd: "evenodd", nonzero: "nonzero" }[own("fill-rule")] ?? parent.rule,
+      opacity: parent.opacity * groupOpacity,
+      groupOpacity,
+    };
+  }
+
+  /** A property by style attribute, style sheet or attribute, the first that says it. */
+  property(element, name) {
+    const style = element.getAttribute("style");
+    if (style) {
+      const found = style.match(new RegExp(`(?:^|;)\\s*${name}\\s*:\\s*([^;!]+)`));
+      if (found) return found[1].trim();
+    }
+    return this.styles.get(element)?.get(name) ?? element.getAttribute(name);
+  }
+
+  paint(value, inherited) {
+    if (value === null || value === "inherit" || value === undefined) return inherited;
+    if (value === "none" || value === "transparent") return null;
+    const reference = value.match(/^url\(\s*["']?#([^"')]+)/);
+    if (!reference) return this.color(value) ?? inherited;
+    this.note("gradients and patterns, shown as one colour");
+    return this.middleColor(this.gradients.get(reference[1])) ?? "#808080";
+  }
+
+  middleColor(gradient) {
+    const stops = gradient ? [...gradient.querySelectorAll("stop")] : [];
+    const stop = stops[Math.floor(stops.length / 2)];
+    return stop ? this.color(this.property(stop, "stop-color") ?? "#000000") : null;
+  }
+
+  /** "#rrggbb" of any CSS colour, as the browser reads it; null of anything else. */
+  color(value) {
+    if (!this.colors.has(value)) {
+      this.scratch.fillStyle = "#010203";
+      this.scratch.fillStyle = value;
+      const read = this.scratch.fillStyle;
+      const known = read !== "#010203" || value.trim().toLowerCase() === "#010203";
+      this.colors.set(value, known ? opaqueColor(read) : null);
+    }
+    return this.colors.get(value);
+  }
+
+  note(text) {
+    this.notes.set(text, (this.notes.get(text) ?? 0) + 1);
+  }
+}
+
+function initialContext() {
+  return {
+    matrix: IDENTITY, fill: "#000000", stroke: null, strokeWidth: 1, fillOpacity: 1, strokeOpacity: 1,
+    rule: "nonzero", opacity: 1, groupOpacity: 1,
+  };
+}
+
+function newLayer(group, index) {
+  const id = group?.id || "";
+  const generation = Number(id.match(LAYER_ID)?.[1] ?? index);
+  const label = group?.getAttributeNS(INKSCAPE, "label") || id;
+  const name = LAYER_ID.test(id) ? `Generation ${generation}` : label || `Level ${index + 1}`;
+  return { key: index, id, name, generation, items: [], version: 0, visible: true };
+}
+
+function merged(layers) {
+  const layer = { ...newLayer(null, 0), name: "All paths" };
+  layer.items = layers.flatMap(({ items }) => items);
+  for (const item of layer.items) item.layer = layer;
+  return layer;
+}
+
+/** Declarations of the document's style sheets by element, in the sheets' own order. */
+function collectStyles(parsed) {
+  const styles = new Map();
+  for (const element of parsed.querySelectorAll("style")) {
+    const sheet = new CSSStyleSheet();
+    sheet.replaceSync(element.textContent);
+    for (const rule of sheet.cssRules) {
+      if (!(rule instanceof CSSStyleRule)) continue;
+      for (const target of parsed.querySelectorAll(rule.selectorText)) {
+        const declared = styles.get(target) ?? new Map();
+        for (const name of rule.style) declared.set(name, rule.style.getPropertyValue(name));
+        styles.set(target, declared);
+      }
+    }
+  }
+  return styles;
+}
+
+function opaqueColor(text) {
+  if (text[0] === "#") return text;
+  const channels = (text.match(NUMBERS) ?? []).slice(0, 3).map(Number);
+  return channels.length === 3 ? hexColor(channels) : null;
+}
+
+function hexColor(channels) {
+  return `#${channels.map((level) => Math.round(level).toString(16).padStart(2, "0")).join("")}`;
+}
+
+function clamp01(value) {
+  return Math.min(Math.max(value, 0), 1);
+}

@@ -1,0 +1,75 @@
+/* Drawing -> SVG text of warpvec's structure: a background, then a group for each level, a path a line. */
+
+// The finest step is at most this share of the longer side, and two decimals at least: as warpvec writes photos.
+const STEPS_PER_SIDE = 2e4;
+
+function writeDrawing(drawing) {
+  const decimals = decimalsFor(drawing.box);
+  const [x, y, width, height] = drawing.box.map((value) => formatNumber(value));
+  const size = ["width", "height"].map((name) => drawing[name] && ` ${name}="${escapeXml(drawing[name])}"`);
+  const lines = [
+    '<?xml version="1.0" encoding="UTF-8"?>',
+    `<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="${INKSCAPE}"` +
+      `${size.filter(Boolean).join("")} viewBox="${x} ${y} ${width} ${height}">`,
+    ...writeDescription(drawing),
+    ...writeBackground(drawing, [x, y, width, height]),
+    ...drawing.layers.filter((layer) => layer.items.length).flatMap((layer, i) => writeLayer(layer, i + 1, decimals)),
+    "</svg>",
+  ];
+  return `${lines.join("\n")}\n`;
+}
+
+function decimalsFor(box) {
+  return Math.min(Math.max(Math.ceil(Math.log10(STEPS_PER_SIDE / Math.max(box[2], box[3]))), 2), 6);
+}
+
+function writeDescription({ title, metadata, settings }) {
+  const lines = title ? [`<title>${escapeXml(title)}</title>`] : [];
+  const text = settings ? JSON.stringify({ ...settings, edited: true }) : metadata;
+  return text ? [...lines, `<metadata>${escapeXml(text)}</metadata>`] : lines;
+}
+
+function writeBackground({ background }, [x, y, width, height]) {
+  if (!background) return [];
+  const corner = (x === "0" ? "" : ` x="${x}"`) + (y === "0" ? "" : ` y="${y}"`);
+  const paint = `fill="${shortColor(background.fill)}"${writeOpacity("fill-opacity", background.opacity)}`;
+  return [`<rect id="background"${corner} width="${width}" height="${height}" ${paint}/>`];
+}
+
+function writeLayer(layer, number, decimals) {
+  const count = `${layer.items.length} ${layer.items.length === 1 ? "path" : "paths"}`;
+  const id = layer.id || `level-${layer.key + 1}`;
+  const label = LAYER_ID.test(id) ? `Layer ${number}: generation ${layer.generation}, ${count}` : layer.name;
+  return [
+    `<g id="${escapeXml(id)}" inkscape:groupmode="layer" inkscape:label="${escapeXml(label)}">`,
+    ...layer.items.map((item) => writeItem(item, decimals)),
+    "</g>",
+  ];
+}
+
+function writeItem({ shape, fill, opacity, rule, stroke }, decimals) {
+  const paint = fill ? `fill="${shortColor(fill)}"${writeOpacity("fill-opacity", opacity)}` : 'fill="none"';
+  const evenOdd = rule === "evenodd" ? ' fill-rule="evenodd"' : "";
+  return `<path ${paint}${evenOdd}${writeStroke(stroke, opacity)} d="${escapeXml(writeShape(shape, decimals))}"/>`;
+}
+
+function writeStroke(stroke, opacity) {
+  if (!stroke) return "";
+  const width = formatNumber(stroke.width, 3);
+  return ` stroke="${shortColor(stroke.color)}" stroke-width="${width}"${writeOpacity("stroke-opacity", opacity)}`;
+}
+
+function writeOpacity(name, opacity) {
+  const text = formatNumber(opacity, 2);
+  return text === "1" ? "" : ` ${name}="${text}"`;
+}
+
+/** "#rgb" where that says the same as "#rrggbb". */
+function shortColor(color) {
+  return color.replace(/^#(.)\1(.)\2(.)\3$/, "#$1$2$3");
+}
+
+function escapeXml(text) {
+  const entities = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" };
+  return text.replace(/[^\t\n\r\x20-\ud7ff\ue000-\ufffd\u{10000}-\u{10ffff}]/gu, "\ufffd").replace(/[&<>"]/g, (c) => entities[c]);
+}

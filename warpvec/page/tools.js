@@ -1,0 +1,186 @@
+/* What the pointer does on the picture: select, move, scale, paint, pick a colour, pan. */
+
+const DRAG_PX = 4;
+const HANDLE_REACH_PX = 9;
+const BRUSH_STEP_PX = 2;
+
+class Pointer {
+  constructor(app, surface) {
+    this.app = app;
+    this.surface = surface;
+    this.drag = null;
+    surface.addEventListener("pointerdown", (event) => this.down(event));
+    surface.addEventListener("pointermove", (event) => this.move(event));
+    surface.addEventListener("pointerup", (event) => this.up(event));
+    surface.addEventListener("pointercancel", () => this.cancel());
+    surface.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+  }
+
+  at(event) {
+    const { left, top } = this.surface.getBoundingClientRect();
+    return [event.clientX - left, event.clientY - top];
+  }
+
+  down(event) {
+    if (this.drag || event.button > 1) return;
+    this.surface.focus({ preventScroll: true });
+    this.surface.setPointerCapture(event.pointerId);
+    const start = this.at(event);
+    this.drag = { start, last: start, event, kind: this.kindOf(event, start), moved: false };
+    if (this.drag.kind === "brush") this.app.stage.stroke = [this.app.stage.toUser(...start)];
+    if (this.drag.kind === "pick") this.app.pickColor(start);
+    this.app.stage.request();
+  }
+
+  /** What a press begins: on a selected path it moves the selection, anywhere else it spans a rubber band. */
+  kindOf(event, start) {
+    const { app } = this;
+    if (event.button === 1 || app.panning) return "pan";
+    if (app.tool !== "select") return app.tool;
+    if (app.selection.size && !event.shiftKey) {
+      const handle = app.stage.handles().findIndex((corner) => distance(corner, start) < HANDLE_REACH_PX);
+      if (handle >= 0) return handle;
+      if (app.pathsAt(start).some((item) => app.selection.has(item))) return "move";
+    }
+    return "band";
+  }
+
+  move(event) {
+    const { drag, app } = this;
+    if (!drag) {
+      this.hover(event);
+      return;
+    }
+    const now = this.at(event);
+    if (!drag.moved && distance(now, drag.start) < DRAG_PX) return;
+    drag.moved = true;
+    if (drag.kind === "pan") app.stage.pan(now[0] - drag.last[0], now[1] - drag.last[1]);
+    else if (drag.kind === "band") this.stretchBand(now);
+    else if (drag.kind === "brush") this.extendStroke(event);
+    else if (drag.kind === "pick") app.pickColor(now);
+    else this.transform(event, now);
+    drag.last = now;
+  }
+
+  hover(event) {
+    const { app, surface } = this;
+    const cursors = { select: "default", brush: "crosshair", pick: "crosshair", pan: "grab" };
+    let cursor = cursors[app.panning ? "pan" : app.tool];
+    if (app.tool === "select" && app.selection.size && app.selection.size <= MAX_OUTLINES) {
+      const kind = this.kindOf(event, this.at(event));
+      if (typeof kind === "number") cursor = kind % 2 ? "nesw-resize" : "nwse-resize";
+      else if (kind === "move") cursor = "move";
+    }
+    surface.style.cursor = cursor;
+  }
+
+  stretchBand(now) {
+    const { start } = this.drag;
+    const low = [0, 1].map((axis) => Math.min(start[axis], now[axis]));
+    const high = [0, 1].map((axis) => Math.max(start[axis], now[axis]));
+    this.app.stage.band = [...low, ...high];
+    this.app.stage.request();
+  }
+
+  extendStroke(event) {
+    const { stage } = this.app;
+    const { left, top } = this.surface.getBoundingClientRect();
+    const events = event.getCoalescedEvents?.() ?? [];
+    for (const { clientX, clientY } of events.length ? events : [event]) {
+      const point = stage.toUser(clientX - left, clientY - top);
+      if (distance(point, stage.stroke.at(-1)) * stage.view.scale >= BRUSH_STEP_PX) stage.stroke.push(point);
+    }
+    stage.request();
+  }
+
+  /** Moves or scales the selection; Shift keeps a move on one axis and frees the proportions of a scale. */
+  transform(event, now) {
+    const { drag, app } = this;
+    const label = drag.kind === "move" ? "Move" : "Scale";
+    app.begin(label);
+    drag.from ??= app.stage.toUser(...drag.start);
+    const to = app.stage.toUser(...now);
+    if (drag.kind === "move") {
+      const by = [to[0] - drag.from[0], to[1] - drag.from[1]];
+      if (event.shiftKey) by[Math.abs(by[0]) < Math.abs(by[1]) ? 0 : 1] = 0;
+      app.gesture.place(translation(...by));
+    } else {
+      app.gesture.place(scaleFrom(app.selectionBox, drag.kind, to, event.shiftKey));
+    }
+  }
+
+  up(event) {
+    const { drag, app } = this;
+    if (!drag) return;
+    this.drag = null;
+    if (drag.kind === "band") this.finishBand(drag, event);
+    else if (drag.kind === "brush") this.finishStroke();
+    else if (app.gesture) app.end();
+    else if (!drag.moved && drag.kind === "move") this.click(drag, event);
+  }
+
+  finishBand(drag, event) {
+    const { app } = this;
+    const band = app.stage.band;
+    app.stage.band = null;
+    if (!band) {
+      this.click(drag, event);
+      return;
+    }
+    const box = [...app.stage.toUser(band[0], band[1]), ...app.stage.toUser(band[2], band[3])];
+    const meets = event.altKey ? boxesMeet : boxContains;
+    const found = app.pickable.filter((item) => meets(box, item.shape.box));
+    app.select(event.shiftKey ? [...app.selection, ...found] : found);
+  }
+
+  /** Selects the topmost path under the pointer; with Shift adds or takes it away, with Alt goes to the one below. */
+  click({ start }, event) {
+    const { app } = this;
+    const found = app.pathsAt(start);
+    if (event.shiftKey) {
+      const [top] = found;
+      const rest = [...app.selection].filter((item) => item !== top);
+      app.select(rest.length < app.selection.size || !top ? rest : [...rest, top]);
+      return;
+    }
+    const current = found.findIndex((item) => app.selection.has(item));
+    const next = event.altKey ? (current + 1) % Math.max(found.length, 1) : 0;
+    app.select(found.slice(next, next + 1));
+  }
+
+  finishStroke() {
+    const { app } = this;
+    const { stroke } = app.stage;
+    app.stage.stroke = null;
+    app.addStroke(stroke);
+  }
+
+  /** Gives up what is under way. */
+  cancel() {
+    const { app, drag } = this;
+    this.drag = null;
+    app.stage.band = app.stage.stroke = null;
+    app.cancel();
+    app.stage.request();
+    return Boolean(drag);
+  }
+
+  wheel(event) {
+    event.preventDefault();
+    const { stage } = this.app;
+    if (event.shiftKey) stage.pan(-(event.deltaY || event.deltaX), 0);
+    else stage.zoom(Math.exp(-Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 120) * 0.0018), ...this.at(event));
+  }
+}
+
+/** The matrix that takes corner `handle` of `box` to the point `to` and leaves the opposite corner. */
+function scaleFrom(box, handle, to, free) {
+  const right = handle === 1 || handle === 2;
+  const below = handle >= 2;
+  const [x, y] = [right ? box[0] : box[2], below ? box[1] : box[3]];
+  const [cornerX, cornerY] = [right ? box[2] : box[0], below ? box[3] : box[1]];
+  const factor = (from, fixed, now) => Math.max((now - fixed) / (from - fixed || 1e-9), 0.01);
+  let [sx, sy] = [factor(cornerX, x, to[0]), factor(cornerY, y, to[1])];
+  if (!free) sx = sy = Math.max(sx, sy);
+  return scaling(sx, sy, x, y);
+}

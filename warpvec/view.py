@@ -1,0 +1,136 @@
+"""One HTML file to look at a drawing, compare it with its photo, and edit it: nothing in it loads or runs but its own.
+
+The page's scripts and styles are in ``warpvec/page``; they are written into the file, and a content security policy
+allows these alone, by their hashes. The SVG goes in as a string of JSON, of which the page's reader takes numbers,
+colours and names.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import json
+import math
+import os
+from html import escape
+from importlib.resources import files
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from warpvec import __version__
+from warpvec.errors import InputError
+from warpvec.files import check_writable, write_atomic
+from warpvec.image import fit_image, read_image
+from warpvec.verify import file_facts, measure
+
+PAGE_PHOTO_SIDE = 2048
+"""Longest side in pixels of the photo in the page: enough for a screen, and the page measures in milliseconds."""
+
+HISTORY_KEYS = ("iteration", "curves", "psnr", "seconds")
+
+# In the order in which they are joined: what is used while the page starts stands before its use.
+_SCRIPTS = (
+    "paths", "pen", "basics", "read", "save", "raster", "measure", "history", "edit", "brush", "gesture", "stage",
+    "tools", "app", "charts", "levels", "panel", "keys", "main",
+)  # fmt: skip
+
+
+def write_report(
+    path: str | os.PathLike[str],
+    svg: bytes,
+    *,
+    photo: bytes | None = None,
+    history: list[dict[str, float]] | None = None,
+    name: str | None = None,
+) -> None:
+    """Writes the page of a drawing to ``path``, whole or not at all.
+
+    Args:
+        path: the HTML file.
+        svg: bytes of an ``.svg`` or ``.svgz`` file, warpvec's own or another.
+        photo: bytes of the image file that it was made from; without it nothing is compared.
+        history: records of the fit as `warpvec.Result.history` gives them; without them there is no convergence plot.
+        name: what the page calls the drawing and the file that it saves; the name of ``path`` if not given.
+
+    Raises:
+        InputError: the SVG is none, is refused as unsafe (see `warpvec.verify.draw`) or has not the photo's
+            proportions; the photo cannot be read; a record of ``history`` is not one; ``path`` cannot be written.
+    """
+    check_writable(path, "path")
+    write_atomic(path, _page(_data(svg, photo, history, name or Path(path).stem)).encode())
+
+
+def _data(svg: bytes, photo: bytes | None, history: list[dict[str, float]] | None, name: str) -> dict[str, Any]:
+    """What the page is told, as JSON can say it; an infinite PSNR is null."""
+    figures: dict[str, Any] = {**file_facts(svg)}
+    data: dict[str, Any] = {"name": name, "figures": figures, "history": _checked_history(history or [])}
+    # After the checks: a small gzip of a huge file has been refused by now.
+    data["svg"] = (gzip.decompress(svg) if svg.startswith(b"\x1f\x8b") else svg).decode("utf-8-sig")
+    if photo is not None:
+        pixels = read_image(photo, name="photo")
+        quality = measure(svg, pixels)
+        figures |= {key: value if math.isfinite(value) else None for key, value in quality.items()}
+        data["photo"] = _data_url(fit_image(pixels, PAGE_PHOTO_SIDE))
+    return data
+
+
+def _checked_history(history: object) -> list[dict[str, float]]:
+    """The known numbers of each record."""
+    if not isinstance(history, list) or not all(isinstance(record, dict) for record in history):
+        raise InputError("history must be a list of records, got something else; see warpvec.Result.history")
+    records = [{key: record.get(key) for key in HISTORY_KEYS} for record in history]
+    for record in records:
+        for key, value in record.items():
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                raise InputError(f"history must have a finite {key} in each record, got {value!r}; write it again")
+    return records
+
+
+def _data_url(pixels: np.ndarray[Any, np.dtype[np.float32]]) -> str:
+    """``pixels`` [h, w, 3] in [0, 1] as an 8 bit PNG in a URL: without the photo's metadata, upright, in sRGB."""
+    stream = BytesIO()
+    Image.fromarray(np.rint(pixels * 255).astype(np.uint8)).save(stream, "PNG")
+    return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
+
+
+def _page(data: dict[str, Any]) -> str:
+    style = _page_file("page.css")
+    modules = "\n".join(_page_file(f"{name}.js") for name in _SCRIPTS)
+    script = f'(() => {{\n"use strict";\n{modules}}})();\n'
+    # In a script element only "<" can end the text, or begin a comment.
+    told = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{_policy(script, style)}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="generator" content="warpvec {__version__}">
+<title>{escape(data["name"])} - warpvec</title>
+<style>{style}</style>
+</head>
+<body>
+{_page_file("page.html")}<script type="application/json" id="data">{told}</script>
+<script>{script}</script>
+</body>
+</html>
+"""
+
+
+def _policy(script: str, style: str) -> str:
+    """No network, no frames, no forms, and no script or style but these two."""
+    allowed = [f"{kind}-src '{_hash(text)}'" for kind, text in (("script", script), ("style", style))]
+    return "; ".join(["default-src 'none'", *allowed, "img-src data:", "base-uri 'none'", "form-action 'none'"])
+
+
+def _hash(text: str) -> str:
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+
+
+def _page_file(name: str) -> str:
+    return (files("warpvec") / "page" / name).read_text(encoding="utf-8")
