@@ -6,15 +6,84 @@ import hashlib
 import json
 from dataclasses import fields
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import click
 import numpy as np
 import torch
+from PIL import Image, ImageOps
 
-from warpvec.config import FitConfig
+from warpvec.config import FitConfig, make_config
 from warpvec.fit import fit
+from warpvec.image import fit_image, read_image
 from warpvec.samples import write_sample
 from warpvec.scene import Scene
+
+
+class NamedScene(NamedTuple):
+    """A fit that benches know by name.
+
+    Attributes:
+        photo: of the Kodak set, or of scikit-image where ``is_sample``.
+        width, height: the photo is resampled to this size, in pixels.
+        curves, iterations: of the fit, at that size and otherwise with the default preset.
+    """
+
+    photo: str
+    width: int
+    height: int
+    curves: int
+    iterations: int
+    is_sample: bool = False
+
+
+SCENES = {
+    "kodim07-256": NamedScene("kodim07.png", 768, 512, 256, 300),
+    "kodim07-1024": NamedScene("kodim07.png", 768, 512, 1024, 300),
+    "photo-2040x1344-2048": NamedScene("kodim07.png", 2040, 1344, 2048, 300),
+    "wide-4096x4096-4096": NamedScene("astronaut.png", 4096, 4096, 4096, 200, is_sample=True),
+}
+"""By name. No photo of the two larger sizes comes with a package, so smaller ones are enlarged: 2.7 and 8 times by the
+side. They have no detail finer than that; but neither has the scene, whose paths have a mean share of 36 and 64 pixels
+by the side of the canvas, as those of kodim07-256 have 39."""
+
+
+class Subject(NamedTuple):
+    """What a bench measures: the target [h, w, 3], the settings of its fit and the file of its scene."""
+
+    target: torch.Tensor
+    config: FitConfig
+    path: Path
+
+
+def named_subject(name: str, photos: Path, cache: Path, settings: dict[str, Any]) -> Subject:
+    """The subject of ``SCENES`` by that name, fitted if ``cache`` has it not; ``photos`` holds the Kodak set.
+
+    Raises:
+        click.UsageError: the photo is not there.
+        InputError: a setting is wrong.
+    """
+    scene = SCENES[name]
+    photo = resampled_photo(_find_photo(scene, photos, cache), scene.width, scene.height, cache)
+    size = {"curves": scene.curves, "iterations": scene.iterations, "fit_size": max(scene.width, scene.height)}
+    return photo_subject(photo, make_config(**{**size, **settings}), cache)
+
+
+def photo_subject(photo: Path, config: FitConfig, cache: Path, scene: Path | None = None) -> Subject:
+    """A photo reduced as a fit reduces it, with the scene of the file ``scene`` or else of a fit with ``config``."""
+    target = torch.from_numpy(fit_image(read_image(photo), config.fit_size))
+    return Subject(target, config, scene or fitted_scene(photo, target, config, cache))
+
+
+def scene_file(path: str | None) -> Path | None:
+    """The file of a scene that a user named, None for none.
+
+    Raises:
+        click.UsageError: there is no such file, and no scene of that name.
+    """
+    if path is None or Path(path).is_file():
+        return path and Path(path)
+    raise click.UsageError(f"--scene must be a file or one of {', '.join(SCENES)}, got {path!r}")
 
 
 def fitted_scene(photo: Path, target: torch.Tensor, config: FitConfig, cache: Path) -> Path:
@@ -37,14 +106,35 @@ def save_scene(scene: Scene, path: Path) -> None:
 def load_scene(path: Path) -> Scene:
     """The scene that :func:`save_scene` wrote."""
     with np.load(path) as arrays:
-        tensors = {name: torch.from_numpy(arrays[name]) for name in arrays.files if name != "degree"}
-        return Scene(**tensors, degree=int(arrays["degree"]))
+        return Scene(**{name: torch.from_numpy(a) if a.ndim else a.item() for name, a in arrays.items()})
 
 
-def sample_photo(cache: Path) -> Path:
-    """A photo that scikit-image carries, 600 x 400."""
-    path = cache / "coffee.png"
+def sample_photo(cache: Path, name: str = "coffee.png") -> Path:
+    """A photo that scikit-image carries; coffee.png has 600 x 400 pixels."""
+    path = cache / name
     if not path.exists():
         cache.mkdir(parents=True, exist_ok=True)
-        write_sample("coffee.png", path)
+        write_sample(name, path)
+    return path
+
+
+def resampled_photo(photo: Path, width: int, height: int, cache: Path) -> Path:
+    """``photo`` resampled by Lanczos-3, what its proportions leave over cut off on both sides: a PNG in ``cache``."""
+    with Image.open(photo) as image:
+        if image.size == (width, height):
+            return photo
+        path = cache / f"{photo.stem}-{width}x{height}.png"
+        if not path.exists():
+            cache.mkdir(parents=True, exist_ok=True)
+            resampled = ImageOps.fit(image.convert("RGB"), (width, height), Image.Resampling.LANCZOS)
+            resampled.save(path, compress_level=1)
+        return path
+
+
+def _find_photo(scene: NamedScene, photos: Path, cache: Path) -> Path:
+    if scene.is_sample:
+        return sample_photo(cache, scene.photo)
+    path = photos / scene.photo
+    if not path.is_file():
+        raise click.UsageError(f"--photos must be a folder with {scene.photo} of the Kodak set, got {photos}")
     return path

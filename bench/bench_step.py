@@ -20,10 +20,9 @@ from typing import Any, NamedTuple
 from unittest.mock import patch
 
 import click
-import resvg_py
 import torch
-from bench_scenes import fitted_scene, load_scene, sample_photo
-from cost_model import report_ideal
+from bench_scenes import SCENES, load_scene, named_subject, photo_subject, sample_photo, scene_file
+from cost_model import report_ideal, work_of_step
 from harness import (
     Laps,
     Statistics,
@@ -35,17 +34,17 @@ from harness import (
     parse_settings,
     settings_option,
 )
+from rivals import Rival, report_rivals, time_diffvg, time_resvg
+from roofline import measure_roof, report_roofline
 
 from warpvec.adan import Adan
 from warpvec.binning import Binning
 from warpvec.compositing import Compositing
 from warpvec.config import FitConfig, make_config
 from warpvec.coverage import Coverage
-from warpvec.cubics import to_cubics
 from warpvec.errors import InputError
 from warpvec.fit import _Fit
 from warpvec.flattening import Flattening
-from warpvec.image import fit_image, read_image
 from warpvec.launch import resolve_device
 from warpvec.population import Population
 from warpvec.regularization import Regularization
@@ -53,7 +52,6 @@ from warpvec.scene import Scene
 from warpvec.splat_binning import SplatBinning
 from warpvec.splat_coverage import SplatCoverage
 from warpvec.splatting import Splatting
-from warpvec.svg import write_svg
 
 # Steps before the first lap: kernels are compiled and loaded, buffers reach their size, caches fill.
 _WARMUP_STEPS = 5
@@ -111,7 +109,7 @@ class Bench:
     """The step and the render of one scene on one device and thread count, with the times of their laps."""
 
     def __init__(self, target: torch.Tensor, scene: Scene, config: FitConfig, device: str) -> None:
-        self._fit = _Fit(target, config, device, None)
+        self._fit = _Fit(target, config, device, on_progress=None, start=None)
         values = {field.name: getattr(scene, field.name) for field in fields(Scene)}
         on_device = {name: value.to(device) if torch.is_tensor(value) else value for name, value in values.items()}
         # The fit's own start is replaced by the scene to measure.
@@ -181,16 +179,6 @@ def _rows(whole: str, laps: Laps, stages: tuple[Stage, ...]) -> dict[str, Statis
 # The run
 
 
-def time_resvg(scene: Scene, height: int, width: int, repeat: int) -> Statistics:
-    """resvg's parse, drawing and PNG encoding of the same scene: what the step's forward half does, and more."""
-    text, laps = write_svg(to_cubics(scene)[0], width, height), Laps()
-    resvg_py.svg_to_bytes(text, skip_system_fonts=True)
-    for _ in range(repeat):
-        laps.start()
-        laps.time("resvg", lambda: resvg_py.svg_to_bytes(text, skip_system_fonts=True))
-    return laps.statistics()["resvg"]
-
-
 def run_laps(benches: dict[str, Bench], repeat: int) -> None:
     """Laps of all thread counts in turn, so that a busy moment of the machine falls on each alike."""
     for bench in benches.values():
@@ -225,8 +213,12 @@ def _values(row: Statistics) -> tuple[float, float, float, float]:
 @click.option("--threads", callback=comma_separated_counts, default="1,2", show_default=True, help="CPU thread counts.")
 @click.option("--device", default="cpu", show_default=True, help="cpu, cuda or cuda:K.")
 @click.option("--fit-iterations", default=300, show_default=True, help="Iterations of the fit that makes the scene.")
-@click.option("--scene", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Scene to take instead.")
+@click.option("--scene", help=f"Scene to take instead: a file of --image's, or {', '.join(SCENES)}.")
+@click.option(
+    "--photos", default=Path("kodak"), show_default=True, type=click.Path(path_type=Path), help="The Kodak set."
+)
 @click.option("--repeat", type=click.IntRange(min=1), default=30, show_default=True, help="Laps.")
+@click.option("--diffvg", default="pydiffvg", show_default=True, help="Module with DiffVG's interface.")
 @click.option("--cache", type=click.Path(path_type=Path), default=default_cache, help="Folder that keeps the scene.")
 @settings_option
 def main(
@@ -235,28 +227,36 @@ def main(
     threads: list[int],
     device: str,
     fit_iterations: int,
-    scene: Path | None,
+    scene: str | None,
+    photos: Path,
     repeat: int,
+    diffvg: str,
     cache: Path,
     assignments: tuple[str, ...],
 ) -> None:
     """Time one step of the fit, and a render, by stage."""
     torch.set_num_threads(1)  # as the fit does
-    settings = {"curves": curves, "iterations": fit_iterations, **parse_settings(assignments)}
+    settings = parse_settings(assignments)
     try:
-        config, where = make_config(**settings), resolve_device(device)
+        where = resolve_device(device)
         facts = machine_facts(where)  # before the run makes load of its own
-        photo = image or sample_photo(cache)
-        target = torch.from_numpy(fit_image(read_image(photo), config.fit_size))
-        path = scene or fitted_scene(photo, target, config, cache)
+        if scene in SCENES:
+            subject = named_subject(scene, photos, cache, settings)
+        else:
+            config = make_config(**{"curves": curves, "iterations": fit_iterations, **settings})
+            subject = photo_subject(image or sample_photo(cache), config, cache, scene_file(scene))
     except InputError as error:
         raise click.UsageError(str(error)) from error
-    measured = load_scene(path)
+    measured = load_scene(subject.path)
     with torch.no_grad():
-        benches = _benches(target, measured, config, where, threads)
+        benches = _benches(subject.target, measured, subject.config, where, threads)
         run_laps(benches, repeat)
-    resvg = time_resvg(measured, target.shape[0], target.shape[1], max(1, repeat // 5))
-    _print(benches, resvg, {**facts, "scene": path.name})
+    height, width = subject.target.shape[:2]
+    rivals = [
+        time_resvg(measured, height, width, max(1, repeat // 5)),
+        time_diffvg(diffvg, measured, subject.target.to(where)),
+    ]
+    _print(benches, rivals, {**facts, "scene": subject.path.name, "size": f"{width} x {height}"}, where)
 
 
 def _benches(
@@ -268,22 +268,31 @@ def _benches(
     return {label: Bench(target, scene, replace(still, threads=count), device) for label, count in columns.items()}
 
 
-def _print(benches: dict[str, Bench], resvg: Statistics, facts: dict[str, Any]) -> None:
+def _print(benches: dict[str, Bench], rivals: list[Rival], facts: dict[str, Any], device: str) -> None:
     results = {label: bench.results() for label, bench in benches.items()}
     counts = next(iter(benches.values())).counts
     for whole in ("step", "render"):
         click.echo(report(whole, {label: result[whole] for label, result in results.items()}) + "\n")
-    if "1 thr." in benches and benches["1 thr."]._fit._config.renderer == "exact":
-        fit = benches["1 thr."]._fit
-        click.echo(report_ideal(fit._full._renderer, fit._population.scene.points, results["1 thr."]["step"]) + "\n")
+    for label, bench in benches.items():
+        click.echo(_report_limits(label, bench, results[label]["step"], device))
+    wholes = ({label: result[whole][whole] for label, result in results.items()} for whole in ("step", "render"))
+    click.echo(report_rivals(rivals, *wholes) + "\n")
     click.echo(", ".join(f"{count} {name}" for name, count in counts.items()))
-    click.echo(f"resvg: {1e3 * resvg.median:.1f} ms to parse, draw and encode the same scene")
-    for whole in ("step", "render"):
-        ratios = [f"{result[whole][whole].median / resvg.median:.3f}" for result in results.values()]
-        click.echo(f"{whole} / resvg: {', '.join(ratios)}")
     click.echo(machine_line(facts))
-    line = {"bench": "step", **facts, "counts": counts, "resvg_ms": resvg, "ms": results}
+    others = [rival.to_dict() for rival in rivals]
+    line = {"bench": "step", **facts, "counts": counts, "rivals": others, "ms": results}
     click.echo(json.dumps(line, default=Statistics.milliseconds))
+
+
+def _report_limits(label: str, bench: Bench, rows: dict[str, Statistics], device: str) -> str:
+    """Each stage beside its ideal, which is known of one CPU thread, and beside the machine's roof."""
+    fit = bench._fit
+    if fit._config.renderer != "exact":
+        return ""
+    work = work_of_step(fit._full._renderer, fit._population.scene.points)
+    roof = measure_roof(device, fit._config.threads or 1)
+    roofline = report_roofline(work, fit._height * fit._width, rows, roof, f"step, {label}")
+    return "\n\n".join([*([report_ideal(work, rows)] if label == "1 thr." else []), roofline]) + "\n"
 
 
 if __name__ == "__main__":

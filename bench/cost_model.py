@@ -95,11 +95,15 @@ def ideal_seconds(work: Work) -> dict[str, float]:
     return {name: 1e-9 * value for name, value in nanoseconds.items()}
 
 
-def report_ideal(renderer: Renderer, points: torch.Tensor, rows: dict[str, Statistics]) -> str:
-    """Table of the stages of a step that ``renderer`` has taken: ideal, least measured, and their ratio."""
+def work_of_step(renderer: Renderer, points: torch.Tensor) -> Work:
+    """The work of the step that ``renderer`` has just taken with ``points`` [N, 3 S, 2]."""
     shown = renderer._compositing._buffers.get("tile_first_visible", renderer.grid.count, wp.int32).numpy()
-    ideal = ideal_seconds(work_of(renderer._flattening, renderer._binning, shown, points))
-    found = {name: (seconds, rows[name].minimum) for name, seconds in ideal.items() if name in rows}
+    return work_of(renderer._flattening, renderer._binning, shown, points)
+
+
+def report_ideal(work: Work, rows: dict[str, Statistics]) -> str:
+    """Table of the stages of a step: ideal, least measured, and their ratio."""
+    found = {name: (seconds, rows[name].minimum) for name, seconds in ideal_seconds(work).items() if name in rows}
     found["sum of these"] = tuple(map(sum, zip(*found.values(), strict=True)))
     body = [[name, f"{1e3 * a:.2f}", f"{1e3 * b:.2f}", f"{b / a:.1f}"] for name, (a, b) in found.items()]
     return markdown_table(["one thread, ms", "ideal", "least measured", "ratio"], body)

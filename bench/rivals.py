@@ -1,0 +1,115 @@
+"""Other programs on the scene that a bench measures, in the same run: their times are read as ratios."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any, NamedTuple
+
+import resvg_py
+import torch
+from harness import Laps, Statistics, markdown_table
+from torch import Tensor
+
+from warpvec.cubics import to_cubics
+from warpvec.scene import Scene
+from warpvec.svg import write_svg
+
+# DiffVG's own applications take 2 x 2 samples a pixel, and as many at boundaries for the gradient.
+_DIFFVG_SAMPLES = 2
+_DIFFVG_REPEAT = 3
+
+
+class Rival(NamedTuple):
+    """What another program took for a scene, or why it was skipped."""
+
+    name: str
+    does: str
+    time: Statistics | None
+    skipped: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON, times in ms."""
+        return {"name": self.name, "ms": self.time and self.time.milliseconds(), "skipped": self.skipped or None}
+
+
+def time_resvg(scene: Scene, height: int, width: int, repeat: int) -> Rival:
+    """resvg's parse, drawing and PNG encoding of the same scene: what the step's forward half does, and more."""
+    text = write_svg(to_cubics(scene)[0], width, height)
+    action = lambda: resvg_py.svg_to_bytes(text, skip_system_fonts=True)  # noqa: E731
+    return Rival("resvg", "parse, draw, encode", _time(action, repeat))
+
+
+def time_diffvg(module: str, scene: Scene, target: Tensor) -> Rival:
+    """DiffVG's forward and backward pass of the mean squared error; ``module`` is pydiffvg, or has its interface.
+
+    Skipped, with the reason, where it cannot be imported, as it comes in no package, and where it fails.
+    """
+    does = f"forward and backward, {_DIFFVG_SAMPLES}x{_DIFFVG_SAMPLES} samples"
+    try:
+        library = import_module(module)
+    except Exception as error:  # a build for another torch fails in many ways
+        return Rival("DiffVG", does, None, f"skipped: {module} cannot be imported ({type(error).__name__}: {error})")
+    try:
+        return Rival("DiffVG", does, _time(diffvg_step(library, scene, target), _DIFFVG_REPEAT, target.device))
+    except Exception as error:
+        return Rival("DiffVG", does, None, f"skipped: {module} failed ({type(error).__name__}: {error})")
+
+
+def diffvg_step(library: Any, scene: Scene, target: Tensor) -> Callable[[], Tensor]:
+    """One step without the optimizer, as ``apps/painterly_rendering.py`` of DiffVG takes it; it returns the loss.
+
+    Its gradients are added to those of the points [3 S, 2] and the colours [4] of each path.
+    """
+    library.set_use_gpu(target.is_cuda)
+    cubics = to_cubics(scene.cpu())[0]
+    segments = torch.full((cubics.piece_count,), 2, dtype=torch.int32)  # inner control points of each segment
+    paints = torch.cat([cubics.color, cubics.opacity[:, None]], 1)
+    shapes, groups = [], []
+    for row, (points, paint) in enumerate(zip(cubics.points, paints, strict=True)):
+        leaf = points.clone().requires_grad_()
+        shapes.append(library.Path(num_control_points=segments, points=leaf, is_closed=True))
+        fill = paint.clone().requires_grad_()
+        groups.append(library.ShapeGroup(shape_ids=torch.tensor([row]), fill_color=fill, use_even_odd_rule=False))
+    height, width = target.shape[:2]
+    background = cubics.background.to(target)
+
+    def step() -> Tensor:
+        arguments = library.RenderFunction.serialize_scene(width, height, shapes, groups)
+        samples = (_DIFFVG_SAMPLES, _DIFFVG_SAMPLES)
+        drawn = library.RenderFunction.apply(width, height, *samples, 0, None, *arguments)
+        alpha = drawn[..., 3:]
+        loss = (alpha * drawn[..., :3] + (1.0 - alpha) * background - target).square().mean()
+        loss.backward()
+        return loss
+
+    return step
+
+
+def _time(action: Callable[[], object], repeat: int, device: torch.device | str = "cpu") -> Statistics:
+    """Statistics of ``action`` after one run that is not counted."""
+    action()
+    laps = Laps(str(device))
+    for _ in range(repeat):
+        laps.start()
+        laps.time("it", action)
+    return laps.statistics()["it"]
+
+
+def report_rivals(rivals: list[Rival], steps: dict[str, Statistics], renders: dict[str, Statistics]) -> str:
+    """Table of what the rivals took, and of our step and render as shares of that."""
+    header = ["the same scene", "does", "ms, median"]
+    header += [f"{whole} {label} / it" for whole in ("step", "render") for label in steps]
+    ours = [*steps.values(), *renders.values()]
+    rows = [[rival.name, rival.does, *_cells(rival, ours)] for rival in rivals]
+    return markdown_table(header, rows)
+
+
+def _cells(rival: Rival, ours: list[Statistics]) -> list[str]:
+    if rival.time is None:
+        return [rival.skipped, *("-" for _ in ours)]
+    return [f"{1e3 * rival.time.median:.1f}", *(_share(row.median / rival.time.median) for row in ours)]
+
+
+def _share(ratio: float) -> str:
+    return f"{ratio:.3g}"
