@@ -19,7 +19,7 @@ INHERITED = {
 
 OWN = {
     "opacity": "1", "display": "inline", "clip-path": "none", "mask": "none", "filter": "none",
-    "mix-blend-mode": "normal", "stop-color": "black", "stop-opacity": "1",
+    "mix-blend-mode": "normal", "transform": "none", "stop-color": "black", "stop-opacity": "1",
 }  # fmt: skip
 """Properties that each element has for itself."""
 
