@@ -37,7 +37,6 @@ from harness import (
 from rivals import Rival, report_rivals, time_diffvg, time_resvg
 from roofline import measure_roof, report_roofline
 
-from warpvec.adan import Adan
 from warpvec.binning import Binning
 from warpvec.compositing import Compositing
 from warpvec.config import FitConfig, make_config
@@ -72,8 +71,7 @@ _AFTER = (
 )
 _LAST = (
     Stage("regularization", Regularization, "add_adjoint"),
-    Stage("parameters", Population, "step"),
-    Stage("- adan", Adan, "step", part=True),
+    Stage("population", Population, "step"),
 )
 _WITHIN_BINNING = (
     Stage("- bounds", Binning, "_bound", part=True),

@@ -90,7 +90,7 @@ def ideal_seconds(work: Work) -> dict[str, float]:
         "coverage_adjoint": EDGE_PIXEL_NS * work.edge_pixels + BYTE_NS * slot_bytes,
         "flattening, adjoint": VERTEX_NS * work.vertices,
         "regularization": 10 * VERTEX_NS * work.points / 3,
-        "parameters": PARAMETER_NS * (2 * work.points + 4 * work.paths),
+        "population": PARAMETER_NS * (2 * work.points + 4 * work.paths),
     }
     return {name: 1e-9 * value for name, value in nanoseconds.items()}
 

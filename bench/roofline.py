@@ -106,7 +106,7 @@ def stage_loads(work: Work, pixel_count: int) -> dict[str, Load]:
         "coverage_adjoint": Load(3 * vertices + slots, edges),
         "flattening, adjoint": Load(2 * vertices + points, _VERTEX_FLOPS * work.vertices),
         "regularization": Load(3 * points, _CUBIC_FLOPS * work.points / 3),
-        "parameters": Load(_FLOAT_BYTES * _PARAMETER_FLOATS * parameters, _PARAMETER_FLOPS * parameters),
+        "population": Load(_FLOAT_BYTES * _PARAMETER_FLOATS * parameters, _PARAMETER_FLOPS * parameters),
     }
 
 

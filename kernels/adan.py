@@ -1,6 +1,7 @@
-"""The optimizer's update of a parameter, row by row: Adan (Xie et al. 2024, Algorithm 1) with bias correction.
+"""The optimizer's update of a row of a parameter: Adan (Xie et al. 2024, Algorithm 1) with bias correction.
 
-A row is a path, and has its own age. One thread a row; ``warpvec/adan.py`` says what the state is.
+A row is a path, and has its own age. The row's values are one loop in C++, which the compiler of the CPU turns into
+vector instructions; Warp's own loop over an array's second axis it cannot. ``warpvec/adan.py`` says what the state is.
 """
 
 import math
@@ -12,31 +13,110 @@ import warp as wp
 
 from warpvec.kernels.lanes import Lanes, stage_module
 
+BETAS = (0.98, 0.92, 0.99)
+EPS = 1e-8
+"""Unless said otherwise: the shares of the old averages that are kept, and what is added to the root of the second
+moment."""
+
+PLAIN, SCALED, CLAMPED, SIGMOID = range(4)
+"""What is shown of a parameter p, and is what the gradient belongs to: nothing but p; ``scale`` p; p, which is kept in
+[0, 1]; the sigmoid of p."""
+
+# Numbers at the right are lines of Algorithm 1.
+_UPDATE_ROW = """
+typedef {c_type} real;
+const int width = param.shape[1];
+const long long start = (long long)row * width;
+const real* __restrict__ g = (const real*)((const char*)grad.data + (long long)row * grad.strides[0]);
+real* __restrict__ p = param.data + start;
+real* __restrict__ pm = exp_avg.data + start;
+real* __restrict__ pv = exp_avg_diff.data + start;
+real* __restrict__ pn = exp_avg_sq.data + start;
+real* __restrict__ pg = previous_grad.data + start;
+real* __restrict__ s = shown.data + start;
+int unusable = 0;
+for (int i = 0; i < width; ++i) {{
+    const real x = scale * g[i];
+    unusable |= !((x < real({largest})) & (x > real(-{largest})));
+}}
+const real root_n = corrections[2];
+const real factor_m = lr * root_n / corrections[0], factor_v = lr * betas[1] * root_n / corrections[1];
+const real floor = eps * root_n;
+for (int i = part; i < width; i += parts) {{
+    real gradient = form == {SIGMOID} ? g[i] * s[i] * (real(1) - s[i]) : scale * g[i];
+    gradient = unusable ? real(0) : gradient;
+    const real difference = first_step ? real(0) : gradient - pg[i];  // as g_0 = g_1
+    const real m = pm[i] + (real(1) - betas[0]) * (gradient - pm[i]);  // 3
+    const real v = pv[i] + (real(1) - betas[1]) * (difference - pv[i]);  // 4
+    const real ahead = gradient + betas[1] * difference;
+    const real n = betas[2] * pn[i] + (real(1) - betas[2]) * ahead * ahead;  // 5
+    real value = p[i] - (factor_m * m + factor_v * v) / (wp::sqrt(n) + floor);  // 6, 7
+    if (form == {CLAMPED}) value = value < real(0) ? real(0) : value > real(1) ? real(1) : value;
+    p[i] = value;
+    pm[i] = m;
+    pv[i] = v;
+    pn[i] = n;
+    pg[i] = gradient;
+    if (form != {PLAIN}) s[i] = form == {SIGMOID} ? real(1) / (real(1) + wp::exp(-value)) : scale * value;
+}}
+"""
+
+
+@cache
+def make_functions(lanes: Lanes) -> SimpleNamespace:
+    """``corrections`` and ``update_row`` for the precision of ``lanes``."""
+    dtype, vec3 = lanes.dtype, lanes.vec3
+    one = wp.constant(dtype(1.0))
+    # |g + b2 (g - g')| is at most 3 max(|g|, |g'|), and line 5 squares it.
+    largest = math.sqrt(float(np.finfo(wp.dtype_to_numpy(dtype)).max)) / 4
+    c_type = "float" if dtype is wp.float32 else "double"
+    forms = {"PLAIN": PLAIN, "CLAMPED": CLAMPED, "SIGMOID": SIGMOID}
+
+    @wp.func
+    def corrections(age: wp.int64, log_betas: vec3):
+        """1 - b1^k, 1 - b2^k and the root of 1 - b3^k at the age k."""
+        steps = dtype(age)
+        root_n = wp.sqrt(one - wp.exp(steps * log_betas[2]))
+        return vec3(one - wp.exp(steps * log_betas[0]), one - wp.exp(steps * log_betas[1]), root_n)
+
+    @wp.func_native(_UPDATE_ROW.format(c_type=c_type, largest=repr(largest), **forms))
+    def update_row(
+        row: int,
+        part: int,  # of the row: every parts-th value from here on
+        parts: int,
+        form: int,
+        scale: dtype,  # of what is shown; 1 unless SCALED
+        first_step: bool,
+        lr: dtype,
+        betas: vec3,
+        corrections: vec3,
+        eps: dtype,
+        grad: wp.array2d(dtype=dtype),  # [rows, width], rows apart by any stride; of what is shown
+        # in and out
+        param: wp.array2d(dtype=dtype),  # [rows, width], as all that follow
+        exp_avg: wp.array2d(dtype=dtype),  # m
+        exp_avg_diff: wp.array2d(dtype=dtype),  # v
+        exp_avg_sq: wp.array2d(dtype=dtype),  # n
+        previous_grad: wp.array2d(dtype=dtype),
+        shown: wp.array2d(dtype=dtype),  # not touched if PLAIN
+    ): ...
+
+    return SimpleNamespace(corrections=corrections, update_row=update_row)
+
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """``update_rows``."""
     dtype, vec3 = lanes.dtype, lanes.vec3
-    zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
-    # |g + b2 (g - g')| is at most 3 max(|g|, |g'|), and line 5 squares it.
-    largest = math.sqrt(float(np.finfo(wp.dtype_to_numpy(dtype)).max)) / 4
-    inverse_largest = wp.constant(dtype(1.0 / largest))
+    one = wp.constant(dtype(1.0))
+    functions = make_functions(lanes)
+    corrections, update_row = functions.corrections, functions.update_row
     module = stage_module("adan", lanes)
-
-    @wp.func
-    def is_usable(grad: wp.array2d(dtype=dtype), row: int, width: int):
-        """Whether a row of the gradient can be squared; not so if it holds a NaN or an infinity."""
-        squared = dtype(0.0)
-        for i in range(width):
-            g = grad[row, i] * inverse_largest
-            squared += g * g
-        return squared < one
 
     @wp.kernel(module=module)
     def update_rows(
         first: int,
         grad: wp.array2d(dtype=dtype),  # [rows, width]
-        width: int,
         lr: dtype,
         betas: vec3,
         log_betas: vec3,
@@ -49,28 +129,13 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         previous_grad: wp.array2d(dtype=dtype),  # [rows, width]
         param: wp.array2d(dtype=dtype),  # [rows, width]
     ):
-        """One step of one row; numbers at the right are lines of Algorithm 1."""
+        """One step of one row."""
         row = first + wp.tid()
         age = row_age[row] + wp.int64(1)
         row_age[row] = age
-        steps = dtype(age)
-        usable = is_usable(grad, row, width)
-        correction_m = one - wp.exp(steps * log_betas[0])
-        correction_v = one - wp.exp(steps * log_betas[1])
-        root_n = wp.sqrt(one - wp.exp(steps * log_betas[2]))
-        factor_m, factor_v = lr * root_n / correction_m, lr * betas[1] * root_n / correction_v
-        floor = eps * root_n
-        for i in range(width):
-            g = wp.where(usable, grad[row, i], zero)
-            difference = wp.where(age > wp.int64(1), g - previous_grad[row, i], zero)  # as g_0 = g_1
-            m = exp_avg[row, i] + (one - betas[0]) * (g - exp_avg[row, i])  # 3
-            v = exp_avg_diff[row, i] + (one - betas[1]) * (difference - exp_avg_diff[row, i])  # 4
-            ahead = g + betas[1] * difference
-            n = betas[2] * exp_avg_sq[row, i] + (one - betas[2]) * ahead * ahead  # 5
-            param[row, i] = param[row, i] - (factor_m * m + factor_v * v) / (wp.sqrt(n) + floor)  # 6, 7
-            exp_avg[row, i] = m
-            exp_avg_diff[row, i] = v
-            exp_avg_sq[row, i] = n
-            previous_grad[row, i] = g
+        update_row(
+            row, 0, 1, wp.static(PLAIN), one, age == wp.int64(1), lr, betas, corrections(age, log_betas), eps,
+            grad, param, exp_avg, exp_avg_diff, exp_avg_sq, previous_grad, param,
+        )  # fmt: skip
 
     return SimpleNamespace(update_rows=update_rows)

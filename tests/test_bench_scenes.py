@@ -209,7 +209,7 @@ def test_loads_of_a_scene_by_hand() -> None:
     assert loads["coverage"].bytes == 8 * 40 + 4 * slot
     assert loads["compositing_adjoint"].bytes == 8 * slot + 12_000
     assert loads["compositing_adjoint"].flops == 5 * 256 * roofline._PIXEL_ADJOINT_FLOPS
-    assert loads["parameters"].flops == (24 + 4) * roofline._PARAMETER_FLOPS
+    assert loads["population"].flops == (24 + 4) * roofline._PARAMETER_FLOPS
 
 
 def test_a_table_of_the_roof(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ from torch import Tensor
 from torch.optim.optimizer import ParamsT
 
 from warpvec.errors import InputError
-from warpvec.kernels.adan import make_kernels
+from warpvec.kernels.adan import BETAS, EPS, make_kernels
 from warpvec.kernels.lanes import Lanes, make_lanes
 from warpvec.launch import Launcher, as_warp, start_warp
 
@@ -48,8 +48,8 @@ class Adan(torch.optim.Optimizer):
         self,
         params: ParamsT,
         lr: float = 1e-3,
-        betas: tuple[float, float, float] = (0.98, 0.92, 0.99),
-        eps: float = 1e-8,
+        betas: tuple[float, float, float] = BETAS,
+        eps: float = EPS,
     ) -> None:
         self._rows: dict[Tensor, _Rows] = {}
         super().__init__(params, {"lr": lr, "betas": betas, "eps": eps})
@@ -166,7 +166,7 @@ class _Rows:
         """One step by the kernel, which says how."""
         lanes = self._lanes
         log_betas = lanes.vec3(*(math.log(beta) for beta in betas))
-        settings = [self._width, lanes.dtype(lr), lanes.vec3(*betas), log_betas, lanes.dtype(eps)]
+        settings = [lanes.dtype(lr), lanes.vec3(*betas), log_betas, lanes.dtype(eps)]
         kernel = make_kernels(lanes).update_rows
         self._launch(kernel, self._row_count, [self._array(grad), *settings, *self._arrays])
 

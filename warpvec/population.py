@@ -1,114 +1,162 @@
-"""The paths under optimisation: free parameters, their optimizer, and paths that come and go."""
+"""The paths under optimisation: free parameters, their optimizer's state, and paths that come and go."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+from typing import Any
+
 import torch
+import warp as wp
 from torch import Tensor
 
-from warpvec.adan import Adan
 from warpvec.config import FitConfig
+from warpvec.kernels.adan import BETAS, CLAMPED, EPS, SIGMOID
+from warpvec.kernels.constants import TILE
+from warpvec.kernels.lanes import make_lanes
+from warpvec.kernels.population import make_kernels, threads_per_path
+from warpvec.launch import Launcher, as_warp, start_warp
 from warpvec.scene import Scene, bernstein, circle_points, circle_sides
 
 # Opacities and logit colours are kept this far from 0 and 1, where the logit is infinite.
 _LOGIT_MARGIN = 1e-4
 
-
 # Points along a curve from which its bounding box is taken: half a circle leaves their box by 0.5 % of its radius.
 _BOX_SAMPLES = 17
 
+# A parameter, three averages of its gradient, and the gradient before.
+_PLANES = 5
+
 
 class Population:
-    """N paths as free parameters.
+    """N paths as free parameters, stepped by Adan; ``warpvec/adan.py`` says how, and what a row's age is.
 
     Points are in units of half the canvas's longer side, as learning rates are; opacities are logits; colours are
     themselves or logits, as ``config.color_parameter`` says. The background takes part unless ``config.backdrop`` fixes
     it, or the scene is transparent.
 
     Attributes:
-        scene: the paths as they stand; a new object after every change, which never changes itself.
+        live: the paths as they stand, in memory that each step overwrites; new memory when paths come or go.
         generation: level of detail of each path [N].
         serial: place of each path [N] in the order of creation, which the z-order by area loses.
     """
 
+    live: Scene
+    _copy: Scene | None
+
     def __init__(self, scene: Scene, config: FitConfig, half_side: float) -> None:
+        start_warp()
         self._half_side = half_side
         self._logit_color = config.color_parameter == "logit"
-        self._points, self._color, self._opacity = self._to_raw(scene)
-        self._background = self._raw_color(scene.background)
-        self._transparent = scene.transparent
-        self._fixed_background = scene.background if config.backdrop == "white" or scene.transparent else None
-        self._degree = scene.degree
-        self.generation = scene.generation
+        self._fixed_background = config.backdrop == "white" or scene.transparent
+        self._rates = (config.lr_points, config.lr_color, config.lr_opacity)
+        self._launch = Launcher(str(scene.points.device), threads=1)
+        # Parameters and state of points [5, N, 2 P], colour [5, N, 3], opacity [5, N, 1] and background [5, 1, 3].
+        self._rows = self._fresh_rows(scene)
+        self._background = _fresh(self._raw_color(scene.background)[None])
+        # Steps taken [N + 1]; the background's are the last.
+        self._age = torch.zeros(len(scene) + 1, dtype=torch.int64, device=scene.points.device)
+        self._factor = torch.ones(1, dtype=torch.float64, device=scene.points.device)
         self.serial = torch.arange(len(scene), device=scene.points.device)
         self._created = len(scene)
-        rates = (config.lr_points, config.lr_color, config.lr_opacity, config.lr_color)
-        parameters = (self._points, self._color, self._opacity, self._background)
-        groups = [{"params": [p], "lr": lr, "base_lr": lr} for p, lr in zip(parameters, rates, strict=True)]
-        self._optimizer = Adan(groups)
-        self.scene = self._to_scene()
+        background = scene.background if self._fixed_background else self._shown_color(self._background[0, 0])
+        self._place(replace(self._shown(self._rows, scene), background=background))
 
     def __len__(self) -> int:
-        return len(self._points)
+        return len(self.live)
+
+    @property
+    def scene(self) -> Scene:
+        """The paths as they stand; a new object after every change, which never changes itself."""
+        if self._copy is None:
+            live = self.live
+            points, color = live.points.clone(), live.color.clone()
+            opacity, background = live.opacity.clone(), live.background.clone()
+            self._copy = replace(live, points=points, color=color, opacity=opacity, background=background)
+        return self._copy
 
     def step(
         self, adj_points: Tensor, adj_color: Tensor, adj_opacity: Tensor, adj_background: Tensor, factor: float
     ) -> None:
         """One optimizer step from the adjoints of ``scene``'s values, learning rates multiplied by ``factor``."""
-        self._points.grad = adj_points * self._half_side
-        self._opacity.grad = adj_opacity * self.scene.opacity * (1.0 - self.scene.opacity)
-        self._color.grad = self._color_adjoint(adj_color, self.scene.color)
-        if self._fixed_background is None:
-            self._background.grad = self._color_adjoint(adj_background, self.scene.background)
-        for group in self._optimizer.param_groups:
-            group["lr"] = group["base_lr"] * factor
-        self._optimizer.step()
-        if not self._logit_color:
-            self._color.clamp_(0.0, 1.0)
-            self._background.clamp_(0.0, 1.0)
-        self.scene = self._to_scene()
+        self._factor.fill_(factor)
+        self._age += 1
+        adjoints = (adj_points.flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
+        arrays = [self._strided(values) for values in adjoints]
+        rows = len(self) + (0 if self._fixed_background else 1)
+        self._launch(self._kernel, rows * self._threads_per_path, [*self._settings, *arrays, *self._arrays])
+        self._copy = None
 
     def keep(self, rows: Tensor) -> None:
         """Keep the paths ``rows`` (a mask, or indices in their new order)."""
-        self._points, self._color, self._opacity = (
-            self._optimizer.keep_rows(p, rows) for p in (self._points, self._color, self._opacity)
-        )
-        self.generation, self.serial = self.generation[rows], self.serial[rows]
-        self.scene = self._to_scene()
+        self._rows = tuple(values[:, rows].contiguous() for values in self._rows)
+        self._age = torch.cat([self._age[:-1][rows], self._age[-1:]])
+        self.serial = self.serial[rows]
+        self._place(self.live.select(rows))
 
     def sort_by_area(self) -> None:
         """Order the paths by the area of their bounding box, the smallest on top."""
-        box = curve_boxes(self.scene.points, self._degree)
+        box = curve_boxes(self.live.points, self.live.degree)
         order = (box[:, 2:] - box[:, :2]).prod(-1).argsort(descending=True, stable=True)
         if not torch.equal(order, torch.arange(len(order), device=order.device)):
             self.keep(order)
 
     def append(self, scene: Scene) -> None:
         """Add the paths of ``scene`` on top, with fresh optimizer state."""
-        rows = zip((self._points, self._color, self._opacity), self._to_raw(scene), strict=True)
-        self._points, self._color, self._opacity = (self._optimizer.append_rows(p, new) for p, new in rows)
-        self.generation = torch.cat([self.generation, scene.generation])
+        new = self._fresh_rows(scene)
+        shown = self._shown(new, scene)
+        self._rows = tuple(torch.cat(pair, 1) for pair in zip(self._rows, new, strict=True))
+        self._age = torch.cat([self._age[:-1], self._age.new_zeros(len(scene)), self._age[-1:]])
         self.serial = torch.cat([self.serial, torch.arange(len(scene), device=self.serial.device) + self._created])
         self._created += len(scene)
-        self.scene = self._to_scene()
+        names = ("points", "color", "opacity", "generation")
+        joined = (torch.cat([getattr(self.live, name), getattr(shown, name)]) for name in names)
+        points, color, opacity, generation = joined
+        self._place(replace(self.live, points=points, color=color, opacity=opacity, generation=generation))
 
-    def _to_raw(self, scene: Scene) -> tuple[Tensor, Tensor, Tensor]:
-        return scene.points / self._half_side, self._raw_color(scene.color), scene.opacity.logit(_LOGIT_MARGIN)
+    def _place(self, scene: Scene) -> None:
+        """Make ``scene``, whose memory is its own, the live one, and know all arrays of the step by their memory."""
+        self.live, self._copy, self.generation = scene, None, scene.generation
+        cuda, dtype = self._launch.device.is_cuda, wp.dtype_from_torch(scene.points.dtype)
+        lanes = make_lanes(1 if cuda else TILE, dtype)
+        self._kernel, self._threads_per_path = make_kernels(lanes).step_population, threads_per_path(lanes)
+        color_form = SIGMOID if self._logit_color else CLAMPED
+        log_betas = lanes.vec3(*(math.log(beta) for beta in BETAS))
+        rates = [wp.vec3d(*self._rates), as_warp(self._factor, wp.float64)]
+        betas = [lanes.vec3(*BETAS), log_betas, lanes.dtype(EPS), as_warp(self._age, wp.int64)]
+        self._settings = [len(scene), lanes.dtype(self._half_side), color_form, *rates, *betas]
+        shown = (scene.points.flatten(1), scene.color, scene.opacity[:, None], scene.background[None])
+        self._arrays = [as_warp(values, dtype) for values in (*self._rows, self._background, *shown)]
+
+    @staticmethod
+    def _strided(values: Tensor) -> Any:
+        """Rows apart by any stride, as a Warp array: adjoints are columns of wider sums."""
+        dense = values.shape[1] == 1 or values.stride(1) == 1
+        return wp.from_torch(values if dense else values.contiguous(), return_ctype=True)
+
+    def _fresh_rows(self, scene: Scene) -> tuple[Tensor, ...]:
+        opacity = scene.opacity.logit(_LOGIT_MARGIN)[:, None]
+        points = (scene.points / self._half_side).flatten(1)
+        return tuple(_fresh(raw) for raw in (points, self._raw_color(scene.color), opacity))
+
+    def _shown(self, rows: tuple[Tensor, ...], scene: Scene) -> Scene:
+        """What the parameters of ``rows`` show, in the shapes of ``scene``."""
+        points, color, opacity = (values[0] for values in rows)
+        points = (points * self._half_side).reshape(scene.points.shape)
+        return replace(scene, points=points, color=self._shown_color(color), opacity=opacity[:, 0].sigmoid())
 
     def _raw_color(self, color: Tensor) -> Tensor:
-        return color.logit(_LOGIT_MARGIN) if self._logit_color else color.clone()
+        return color.logit(_LOGIT_MARGIN) if self._logit_color else color
 
-    def _to_scene(self) -> Scene:
-        # Copies: the optimizer goes on changing the parameters in place.
-        color, background = (
-            value.sigmoid() if self._logit_color else value.clone() for value in (self._color, self._background)
-        )
-        if self._fixed_background is not None:
-            background = self._fixed_background
-        points, opacity = self._points * self._half_side, self._opacity.sigmoid()
-        return Scene(points, color, opacity, background, self.generation, self._degree, self._transparent)
+    def _shown_color(self, raw: Tensor) -> Tensor:
+        return raw.sigmoid() if self._logit_color else raw.clone()
 
-    def _color_adjoint(self, adj: Tensor, color: Tensor) -> Tensor:
-        return adj * color * (1.0 - color) if self._logit_color else adj.contiguous()
+
+def _fresh(raw: Tensor) -> Tensor:
+    """Parameters [rows, width] with a state of zeros [5, rows, width]."""
+    rows = raw.new_zeros(_PLANES, *raw.shape)
+    rows[0] = raw
+    return rows
 
 
 def new_paths(
