@@ -35,6 +35,7 @@ def stub_fit(
     on_progress: Callable[[Progress], None] | None = None,
     *,
     interrupted: bool = False,
+    **_: object,
 ) -> FitResult:
     """What `warpvec.fit.fit` returns, without fitting: random circles, one call of ``on_progress`` an iteration."""
     height, width, _ = target.shape

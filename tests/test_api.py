@@ -16,7 +16,7 @@ from PIL import Image
 from stubs import stub_fit
 
 import warpvec
-from warpvec import api
+from warpvec import api, drawing
 from warpvec.cubics import to_cubics
 from warpvec.image import fit_image
 from warpvec.verify import draw, psnr
@@ -153,7 +153,7 @@ def test_render_at_a_scale_draws_the_same_scene_larger(photo: Photo) -> None:
 def test_bands_do_not_change_the_image(photo: Photo, monkeypatch: pytest.MonkeyPatch) -> None:
     result = _vectorize(photo)
     whole = result.render()
-    monkeypatch.setattr(api, "BAND_PIXELS", 48 * 7)
+    monkeypatch.setattr(drawing, "BAND_PIXELS", 48 * 7)
     np.testing.assert_allclose(result.render(), whole, atol=1e-5)
 
 

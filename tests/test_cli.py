@@ -49,7 +49,7 @@ def test_without_a_command_it_shows_the_help() -> None:
 
 
 def test_unexpected_failure_is_one_line_with_a_hint(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*arguments: object) -> None:
+    def fail(*arguments: object, **_: object) -> None:
         raise RuntimeError("the reactor\nis hot")
 
     monkeypatch.setattr(api, "fit", fail)

@@ -146,7 +146,7 @@ def test_interrupted_fit_is_saved_and_exits_with_130(photo: Path, monkeypatch: p
 def test_interrupt_outside_the_fit_exits_with_130_and_writes_nothing(
     photo: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupt(*arguments: object) -> None:
+    def interrupt(*arguments: object, **_: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(api, "fit", interrupt)
@@ -171,7 +171,7 @@ def test_options_reach_the_fit_and_the_rest_falls_to_the_preset(
 ) -> None:
     seen: list[FitConfig] = []
 
-    def record(target: Any, config: FitConfig, on_progress: Any) -> Any:
+    def record(target: Any, config: FitConfig, on_progress: Any, **_: Any) -> Any:
         seen.append(config)
         return stub_fit(target, FitConfig(curves=1, iterations=1), on_progress)
 

@@ -9,7 +9,7 @@ import time
 from collections import defaultdict
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from warpvec.config import FitConfig
 from warpvec.engines.base import Engine, Lane, Outcome, Say, Watch
 from warpvec.errors import InputError
 from warpvec.folders import Folder
+from warpvec.goal import Goal
 from warpvec.records import Journal, Record
 
 if TYPE_CHECKING:
@@ -47,16 +48,19 @@ def find_jobs(names: Iterable[str], suffix: str = ".svg", *, keep_suffix: bool =
     """The photos among ``names``, each with the name of its SVG: with ``suffix`` in place of its own, or behind it.
 
     Raises:
-        InputError: two photos would have the same SVG.
+        InputError: there are no photos, or two would have the same SVG.
     """
     photos = [name for name in names if PurePosixPath(name).suffix.lower() in SUFFIXES]
     jobs = [Job(name, (name if keep_suffix else name[: name.rindex(".")]) + suffix) for name in photos]
+    if not jobs:
+        rule = f"IN_DIR must hold photos ({', '.join(SUFFIXES)}), got a folder without"
+        raise InputError(f"{rule}; give --recursive if they are in folders of it")
     by_output = defaultdict(list)
     for job in jobs:
         by_output[job.output].append(job.input)
     for output, sources in by_output.items():
         if len(sources) > 1:
-            rule = f"IN_DIR must have one photo for each SVG, got {' and '.join(sources)}, which all become {output}"
+            rule = f"IN_DIR must have one photo for each SVG, got {' and '.join(sources)}, which would be one {output}"
             raise InputError(f"{rule}; rename them, or give --keep-suffix for names such as {sources[0]}{suffix}")
     return jobs
 
@@ -94,12 +98,13 @@ class Vectorize:
     target: Folder
     config: FitConfig
     background: str | None
+    goal: Goal | None = None
 
     @property
     def settings(self) -> dict[str, Any]:
         """What the files depend on, beside the photos."""
         settings = {name: value for name, value in self.config.to_dict().items() if name not in _LANE_SETTINGS}
-        return {"background": self.background, **settings}
+        return {"background": self.background, **settings, **(asdict(self.goal) if self.goal else {})}
 
     def key(self, photo: bytes) -> str:
         """Equal for equal photos with equal settings."""
@@ -119,7 +124,8 @@ class Vectorize:
         data = self.source.read(job.input)
         photo = read_image(data, self.background, name=job.input)
         config = replace(self.config, device=lane.device, threads=lane.threads)
-        result = fit_photo(photo, config, title=PurePosixPath(job.input).stem, on_progress=_Teller(say))
+        title = PurePosixPath(job.input).stem
+        result = fit_photo(photo, config, title=title, goal=self.goal, on_progress=_Teller(say))
         metrics = result.metrics
         self.target.write(job.output, encode_svg(result.svg(), job.output))
         return Record(

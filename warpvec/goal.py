@@ -12,7 +12,7 @@ from warpvec.checks import as_float, check_count, check_flag, show
 from warpvec.errors import InputError
 
 SKETCH_CURVES = 64
-"""Paths of the first, short fit, from which the number of paths is guessed: under a second, and every photo has more."""
+"""Paths of the first, short fit, from which the number of paths is guessed: it takes a second."""
 
 CURVES_MAX = 16_384
 """Most paths that a goal is followed to: beyond, a file is larger than the photo as a JPEG of equal quality."""
@@ -66,10 +66,22 @@ class Goal:
         return self.auto or self.max_bytes is not None or self.target_psnr is not None
 
 
-class Trial(NamedTuple):
-    """One fit on the way: its paths, the bytes of its file as the goal counts them, and its PSNR in dB by resvg."""
+def with_curves(settings: dict[str, Any], curves: int | str | None, goal: Goal) -> dict[str, Any]:
+    """``settings`` with the number of paths that ``curves`` says: itself, or the most that a goal may take."""
+    if isinstance(curves, str) and curves != "auto":
+        raise InputError(f"curves must be a whole number or auto, got {curves!r}; give one of these")
+    if curves is None or curves == "auto":
+        return {**settings, "curves": CURVES_MAX} if goal else settings
+    return {**settings, "curves": curves}
 
+
+class Trial(NamedTuple):
+    """One fit on the way: the bytes of its file as the goal counts them, and its PSNR in dB by resvg."""
+
+    asked: int
+    """Paths that were asked for."""
     curves: int
+    """Paths in the file; invisible ones are gone."""
     bytes: int
     psnr: float
     settled: bool = True
@@ -95,7 +107,7 @@ def is_met(goal: Goal, trial: Trial, curves_max: int) -> bool:
         return False
     if goal.target_psnr is not None and trial.psnr >= goal.target_psnr:
         return trial.psnr <= goal.target_psnr + PSNR_EXCESS or trial.curves == 1
-    if trial.curves >= curves_max:
+    if trial.asked >= curves_max:
         return True
     return goal.max_bytes is not None and trial.bytes >= USED_MIN * goal.max_bytes
 
@@ -115,16 +127,31 @@ def is_worth_doubling(trials: Sequence[Trial], curves_max: int) -> bool:
     return len(trials) < 2 or trials[-1].psnr - trials[-2].psnr >= AUTO_GAIN
 
 
-def describe(goal: Goal, trial: Trial) -> str:
-    """What became of ``goal``, in a line."""
+def facts_of(goal: Goal, trials: Sequence[Trial]) -> dict[str, Any]:
+    """What was asked, and what became of it, as plain values."""
+    last = trials[-1]
+    missed = goal.target_psnr is not None and last.psnr < goal.target_psnr
+    return {
+        "max_bytes": goal.max_bytes,
+        "gzip": goal.gzip,
+        "target_psnr": goal.target_psnr,
+        "auto": goal.auto,
+        "met": not missed,
+        "bytes": last.bytes,
+        "trials": [{"curves": trial.curves, "bytes": trial.bytes, "psnr": trial.psnr} for trial in trials],
+    }
+
+
+def describe(facts: dict[str, Any]) -> str:
+    """`facts_of` a goal in a line."""
     parts = []
-    if goal.max_bytes is not None:
-        kind = "gzipped bytes" if goal.gzip else "bytes"
-        parts.append(f"{trial.bytes:,} of {goal.max_bytes:,} {kind}")
-    if goal.target_psnr is not None:
-        verdict = "met" if trial.psnr >= goal.target_psnr else "missed"
-        parts.append(f"{goal.target_psnr:g} dB {verdict} with {trial.psnr:.2f}")
-    return "; ".join([*parts, f"{trial.curves} curves"])
+    if facts["max_bytes"] is not None:
+        kind = "gzipped bytes" if facts["gzip"] else "bytes"
+        parts.append(f"{facts['bytes']:,} of {facts['max_bytes']:,} {kind}")
+    if facts["target_psnr"] is not None:
+        parts.append(f"{facts['target_psnr']:g} dB {'reached' if facts['met'] else 'not reached'}")
+    counts = ", ".join(str(trial["curves"]) for trial in facts["trials"])
+    return f"asked for: {'; '.join(parts) or 'as many curves as pay'}; fitted with {counts} curves"
 
 
 def _decibels(value: Any) -> float:

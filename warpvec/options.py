@@ -1,17 +1,38 @@
-"""Every setting of a fit as an option of the command line, in sections."""
+"""Every setting of a fit, and what is asked of its file, as options of the command line, in sections."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import Field, fields
+from pathlib import Path
 from typing import Any
 
 import click
 
-from warpvec.config import FitConfig
+from warpvec.config import FitConfig, make_config
+from warpvec.errors import InputError
+from warpvec.goal import Goal, parse_size, with_curves
+from warpvec.settings_file import read_settings, write_settings
+
+PRESET_SENTENCES = {
+    "draft": "A first look, in a third of the time.",
+    "default": "Good quality in seconds.",
+    "best": "A quarter of a decibel more for three times the time.",
+    "paper": "Vector Scaffolding as published: its splat renderer and schedule; slow on a CPU.",
+    "bezier-splatting": "The flat baseline of the paper: all paths at once, long and slow.",
+}
+"""Preset -> what it is for."""
+
+GOALS = {
+    "max_bytes": "At most these bytes, 50000 or 80k: as many paths as they hold.",
+    "gzip": "Count them after gzip; so it is for .svgz.",
+    "target_psnr": "As many paths as these decibels take, measured on the file.",
+}
+"""What can be asked of the file -> its line in the help."""
 
 SETTINGS = {
     "The result": {
-        "curves": "Closed paths in the result.",
+        "curves": "Closed paths in the result, or auto; with a goal, the most it may take.",
         "path_model": "A path is cubics in a loop (segments) or two curves with common ends (sides, with splat).",
         "segments": "Cubics per path of the model segments.",
         "degree": "Degree of the curves of the model sides, 2 to 12.",
@@ -79,25 +100,62 @@ SETTINGS = {
 """Section of the help -> field of FitConfig -> its line there."""
 
 _TYPES: dict[str, type] = {"int": int, "float": float, "str": str}
+_HEX_COLOR = re.compile(r"#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b")
 
 
 class SettingsCommand(click.Command):
-    """A command with an option for each field of FitConfig, in the sections of ``SETTINGS``."""
+    """A command with an option for each field of FitConfig and Goal, in sections, and files that hold them."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         by_name = {field.name: field for field in fields(FitConfig)}
         for section in SETTINGS.values():
             self.params += [_setting_option(by_name[name], text) for name, text in section.items()]
+        self.params += [*_goal_options(), *_file_options()]
+
+    def invoke(self, ctx: click.Context) -> Any:
+        target = ctx.params.pop("write_config")
+        del ctx.params["config_file"]
+        if ctx.params.pop("opaque"):
+            ctx.params["opacity"] = "opaque"
+        if target is not None:
+            write_settings(target, _stated(ctx.params))
+        return super().invoke(ctx)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        settings = {name for section in SETTINGS.values() for name in section}
+        sections = {"The goal": list(GOALS), **SETTINGS}
+        placed = {name for section in sections.values() for name in section}
         options = {option.name: option for option in self.get_params(ctx) if isinstance(option, click.Option)}
-        sections = {"Options": [name for name in options if name not in settings], **SETTINGS}
-        for title, names in sections.items():
+        for title, names in {"Options": [name for name in options if name not in placed], **sections}.items():
             with formatter.section(title):
                 records = (options[name].get_help_record(ctx) for name in names)
                 formatter.write_dl([record for record in records if record])
+        with formatter.section("Presets"):
+            formatter.write_dl(list(PRESET_SENTENCES.items()))
+
+
+def requested(preset: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
+    """The settings and the goal that the options of a `SettingsCommand` say; None is what was not given.
+
+    Raises:
+        InputError: a value is out of its range, or two do not go together.
+    """
+    given = {name: value for name, value in options.items() if value is not None}
+    curves = given.pop("curves", None)
+    goal = Goal(**{name: given.pop(name) for name in GOALS if name in given}, auto=curves == "auto")
+    return make_config(preset, **with_curves(given, curves, goal)), goal
+
+
+def _stated(params: dict[str, Any]) -> dict[str, Any]:
+    """Every setting, goal and input of a command by name, those of the preset too, without what is not set."""
+    names = {field.name for field in fields(FitConfig)} | set(GOALS)
+    options = {name: value for name, value in params.items() if name in names}
+    config, _ = requested(params["preset"], options)
+    stated = {"preset": params["preset"], "background": params["background"], **config.to_dict()}
+    stated |= {name: options[name] for name in GOALS} | {"curves": options["curves"] or config.curves}
+    if options["curves"] is None and any(options[name] for name in GOALS):
+        del stated["curves"]
+    return {name: value for name, value in stated.items() if value is not None}
 
 
 def _setting_option(field: Field[Any], text: str) -> click.Option:
@@ -106,5 +164,64 @@ def _setting_option(field: Field[Any], text: str) -> click.Option:
     shown = "" if field.default is None else f" [{field.default}]"
     if field.type == "bool":
         return click.Option([f"--{flag}/--no-{flag}"], default=None, help=text + shown)
-    kind = _TYPES[str(field.type).removesuffix(" | None")]
+    special = {"curves": _Curves(), "palette": _Palette()}
+    kind = special.get(field.name) or _TYPES[str(field.type).removesuffix(" | None")]
     return click.Option([f"--{flag}"], type=kind, default=None, help=text + shown)
+
+
+def _goal_options() -> list[click.Option]:
+    return [
+        click.Option(["--max-bytes"], type=_Size(), help=GOALS["max_bytes"]),
+        click.Option(["--gzip"], is_flag=True, default=None, help=GOALS["gzip"]),
+        click.Option(["--target-psnr"], type=float, help=GOALS["target_psnr"]),
+    ]
+
+
+def _file_options() -> list[click.Option]:
+    return [
+        click.Option(["--opaque"], is_flag=True, help="Short for --opacity opaque."),
+        click.Option(
+            ["--config", "config_file"], metavar="FILE", is_eager=True, callback=_take_file,
+            help="TOML file of options by name; the command line goes before it.",
+        ),
+        click.Option(["--write-config"], metavar="FILE", help="Write all settings of this command to a TOML file."),
+    ]  # fmt: skip
+
+
+def _take_file(ctx: click.Context, _: click.Parameter, path: str | None) -> str | None:
+    if path is not None:
+        known = {option.name for option in ctx.command.params if isinstance(option, click.Option)}
+        ctx.default_map = read_settings(path, known - {"config_file", "write_config"})
+    return path
+
+
+class _Curves(click.ParamType):
+    name = "integer|auto"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        return value if value == "auto" else click.INT.convert(value, param, ctx)
+
+
+class _Size(click.ParamType):
+    name = "size"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        return parse_size(value) if isinstance(value, str) else value
+
+
+class _Palette(click.ParamType):
+    name = "colors|file"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        return value if value.startswith("#") else ",".join(_colors_in(value))
+
+
+def _colors_in(path: str) -> list[str]:
+    """Every "#123" or "#a0b1c2" in a text file."""
+    try:
+        found = _HEX_COLOR.findall(Path(path).read_text(encoding="utf-8", errors="replace"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"palette must be colours or a file of them, got {path!r} ({error}); check it") from error
+    if not found:
+        raise InputError(f"palette must name colours such as #a0b1c2, got {path!r} without any; add some")
+    return found

@@ -35,14 +35,20 @@ def show_progress(stream: TextIO, *, quiet: bool = False) -> Iterator[Show]:
 
 
 class Pace:
-    """Estimates the time that is left; counts from the first iteration, which loads or compiles the kernels."""
+    """Estimates the time that is left; counts from the first iteration, which loads or compiles the kernels.
+
+    An iteration that is not above the last one seen is of a new fit.
+    """
 
     def __init__(self) -> None:
         self._first: Progress | None = None
+        self._last_iteration = 0
 
     def describe(self, progress: Progress) -> str:
         """One line: where the fit is, how good, how long it will take."""
-        self._first = self._first or progress
+        if self._first is None or progress.iteration <= self._last_iteration:
+            self._first = progress
+        self._last_iteration = progress.iteration
         done = progress.iteration - self._first.iteration
         remaining = progress.iteration_count - progress.iteration
         left = f", {(progress.seconds - self._first.seconds) / done * remaining:.0f} s left" if done else ""

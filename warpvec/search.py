@@ -1,22 +1,15 @@
-"""The fits that a goal takes: a sketch, a fit of as many paths as it asks for, and corrections that go on from there."""
+"""The fits that a goal takes: a sketch, one of as many paths as it should need, and corrections that go on from that."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Protocol
 
 from warpvec.config import FitConfig
 from warpvec.errors import InputError
-from warpvec.goal import (
-    SKETCH_CURVES,
-    Goal,
-    Trial,
-    is_met,
-    is_worth_doubling,
-    next_count,
-)
+from warpvec.goal import SKETCH_CURVES, Goal, Trial, facts_of, is_met, is_worth_doubling, next_count
+from warpvec.result import Result
 from warpvec.scene import Scene
 
 SHORT_SHARE = 0.25
@@ -30,72 +23,61 @@ CORRECTIONS_MAX = 6
 """After so many the file stands as it is, cut down to the bytes; two or three are usual."""
 
 
-class Candidate(Protocol):
-    """What a fit gave."""
-
-    @property
-    def fitted_scene(self) -> Scene:
-        """In pixels of the fitted image."""
-
-    @property
-    def interrupted(self) -> bool: ...
-
-    def trial(self, goal: Goal) -> Trial:
-        """Its figures, measured on its file."""
-
-    def without(self, count: int) -> Candidate:
-        """The same without its ``count`` least important paths, not fitted again."""
-
-
-Fit = Callable[[FitConfig, Scene | None], Candidate]
-"""Fits with the settings, from the scene or from nothing."""
+Fit = Callable[[FitConfig, Scene | None], Result]
+"""Fits with the settings, from the scene, in pixels of the fitted image, or from nothing."""
 
 
 @dataclass
 class Search:
-    """The fits that were made for a goal."""
+    """The fits that are made for a goal.
+
+    Attributes:
+        goal: what is asked.
+        config: settings of a fit; its curves are the most that may be taken.
+        fit: makes one.
+        start: paths to begin with, None for nothing.
+        trials: figures of the fits so far.
+    """
 
     goal: Goal
     config: FitConfig
-    curves_max: int
     fit: Fit
+    start: Scene | None = None
     trials: list[Trial] = field(default_factory=list)
-    start_seconds: float = field(default_factory=time.perf_counter)
+    _results: list[Result] = field(default_factory=list)
+    _start_seconds: float = field(default_factory=time.perf_counter)
 
-    def run(self) -> Candidate:
-        """The candidate that meets the goal, or comes nearest; its file never has more bytes than the goal allows.
+    def run(self) -> Result:
+        """What meets the goal, or comes nearest; its file never has more bytes than the goal allows.
 
         Raises:
             InputError: not even one path fits into the bytes.
         """
-        candidate = self._sketch()
-        if not candidate.interrupted:
-            count = self._auto_count(candidate) if self.goal.auto else self._next_count()
-            candidate = self._try(self._settings(count, 1.0, 1.0), None)
+        result = self._sketch() if self.start is None else self._correct(len(self.start), self.start)
+        most = self._auto_count(result) if self.goal.auto else self.config.curves
+        if self.start is None and not result.interrupted:
+            result = self._try(self._settings(self._next_count(most), 1.0, 1.0), None)
         for _ in range(CORRECTIONS_MAX):
-            if self._is_done(candidate):
+            if result.interrupted or self._is_late() or is_met(self.goal, self.trials[-1], most):
                 break
-            settings = self._settings(self._next_count(), SHORT_SHARE, CORRECTION_RATE)
-            candidate = self._try(settings, candidate.fitted_scene)
-        return self._cut(candidate)
+            result = self._correct(self._next_count(most), result.fitted.scene)
+        return self._summed(self._cut(result))
 
-    def _sketch(self) -> Candidate:
-        count = min(SKETCH_CURVES, self.curves_max)
+    def _sketch(self) -> Result:
+        count = min(SKETCH_CURVES, self.config.curves)
         return self._try(self._settings(count, SHORT_SHARE, 1.0), None, settled=False)
 
-    def _auto_count(self, candidate: Candidate) -> int:
-        """Doubles the paths of the sketch for as long as that pays, then obeys the rest of the goal."""
-        while is_worth_doubling(self.trials, self.curves_max) and not self._is_late():
-            settings = self._settings(2 * self.trials[-1].curves, SHORT_SHARE, CORRECTION_RATE)
-            candidate = self._try(settings, candidate.fitted_scene, settled=False)
-        self.curves_max = self.trials[-1].curves
-        return self._next_count()
+    def _correct(self, count: int, start: Scene, settled: bool = True) -> Result:
+        return self._try(self._settings(count, SHORT_SHARE, CORRECTION_RATE), start, settled)
 
-    def _is_done(self, candidate: Candidate) -> bool:
-        return candidate.interrupted or self._is_late() or is_met(self.goal, self.trials[-1], self.curves_max)
+    def _auto_count(self, result: Result) -> int:
+        """Doubles the paths of the sketch for as long as that pays; the last number that did."""
+        while is_worth_doubling(self.trials, self.config.curves) and not result.interrupted and not self._is_late():
+            result = self._correct(2 * self.trials[-1].curves, result.fitted.scene, settled=False)
+        return self.trials[-1].curves
 
-    def _next_count(self) -> int:
-        return next_count(self.goal, self.trials, self.curves_max)
+    def _next_count(self, most: int) -> int:
+        return next_count(self.goal, self.trials, most)
 
     def _settings(self, count: int, share: float, rate: float) -> FitConfig:
         config = self.config
@@ -107,26 +89,41 @@ class Search:
             time_budget=None if config.time_budget is None else max(self._seconds_left(), 1e-3),
         )
 
-    def _try(self, config: FitConfig, start: Scene | None, settled: bool = True) -> Candidate:
-        candidate = self.fit(config, start)
-        self.trials.append(candidate.trial(self.goal)._replace(settled=settled))
-        return candidate
+    def _try(self, config: FitConfig, start: Scene | None, settled: bool = True) -> Result:
+        # Its file states the settings that were asked for: what is measured is what would be written.
+        result = replace(self.fit(config, start), config=replace(self.config, curves=config.curves))
+        self._results.append(result)
+        self.trials.append(result.trial(self.goal)._replace(settled=settled))
+        return result
 
-    def _cut(self, candidate: Candidate) -> Candidate:
-        """``candidate`` without as many paths as keep it from the bytes."""
+    def _cut(self, result: Result) -> Result:
+        """``result`` without as many paths as keep it from the bytes."""
         limit = self.goal.max_bytes
         while limit is not None and self.trials[-1].bytes > limit:
             trial = self.trials[-1]
             if trial.curves <= 1:
                 raise InputError(f"max_bytes must hold a path, got {limit}; {trial.bytes} bytes is the least here")
             excess = max(1, round(trial.curves * (trial.bytes - limit) / trial.bytes))
-            candidate = candidate.without(min(excess, trial.curves - 1))
-            self.trials.append(candidate.trial(self.goal))
-        return candidate
+            result = result.without(min(excess, trial.curves - 1))
+            self.trials.append(result.trial(self.goal))
+        return result
+
+    def _summed(self, result: Result) -> Result:
+        """``result`` with the settings that were asked for, and what all fits took."""
+        history: list[dict[str, float]] = []
+        iterations, seconds = 0, 0.0
+        for fitted in (each.fitted for each in self._results):
+            history += [
+                {**entry, "iteration": entry["iteration"] + iterations, "seconds": entry["seconds"] + seconds}
+                for entry in fitted.history
+            ]
+            iterations, seconds = iterations + fitted.iterations, seconds + fitted.seconds
+        fitted = replace(result.fitted, history=history, iterations=iterations, seconds=seconds)
+        return replace(result, fitted=fitted, goal_facts=facts_of(self.goal, self.trials))
 
     def _seconds_left(self) -> float:
         assert self.config.time_budget is not None
-        return self.config.time_budget - (time.perf_counter() - self.start_seconds)
+        return self.config.time_budget - (time.perf_counter() - self._start_seconds)
 
     def _is_late(self) -> bool:
         """Whether no time is left for another fit of the short kind."""

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warpvec.commands.inputs import background_option, json_option, preset_option
-from warpvec.config import FitConfig, make_config
+from warpvec.config import FitConfig
 from warpvec.errors import InputError
-from warpvec.options import SettingsCommand
+from warpvec.options import SettingsCommand, requested
 
 if TYPE_CHECKING:
     from warpvec.batch import Job, Vectorize
@@ -72,13 +72,17 @@ def batch(
 
     The settings below show the defaults of the default preset.
     """
-    config = make_config(preset, **{name: value for name, value in settings.items() if value is not None})
+    settings["gzip"] = settings["gzip"] or svgz
+    config, goal = requested(preset, settings)
     if ray_address is not None and engine != "ray":
         raise InputError("--ray-address must come with --engine ray, got it without; add that")
     from warpvec.batch import Vectorize, find_jobs
     from warpvec.folders import open_folder
+    from warpvec.image import parse_color
 
-    work = Vectorize(open_folder(source, "IN_DIR"), open_folder(target, "OUT_DIR"), config, background)
+    if background is not None:
+        parse_color(background)
+    work = Vectorize(open_folder(source, "IN_DIR"), open_folder(target, "OUT_DIR"), config, background, goal)
     photos = find_jobs(work.source.names(recursive), ".svgz" if svgz else ".svg", keep_suffix=keep_suffix)
     chosen = _ray_engine(config, jobs, retries, ray_address) if engine == "ray" else _engine(config, jobs, retries)
     tally, interrupted = _run(photos, work, chosen, skip_existing=skip_existing, quiet=quiet)
@@ -90,12 +94,13 @@ def batch(
 def _engine(config: FitConfig, jobs: int | None, retries: int) -> Engine:
     import torch
 
-    from warpvec.engines.local import LocalEngine, machine_lanes
+    from warpvec.engines.local import LocalEngine
     from warpvec.launch import resolve_device
 
     device = resolve_device(config.device)
-    gpu_count = torch.cuda.device_count() if config.device == "auto" and device != "cpu" else 0
-    return LocalEngine(machine_lanes(device, gpu_count, jobs, config.threads), retries)
+    every_gpu = config.device == "auto" and device != "cpu"
+    devices = [f"cuda:{k}" for k in range(torch.cuda.device_count())] if every_gpu else [device]
+    return LocalEngine(devices, config.threads, jobs, retries)
 
 
 def _ray_engine(config: FitConfig, jobs: int | None, retries: int, address: str | None) -> Engine:

@@ -8,6 +8,8 @@ from typing import Any
 
 import click
 
+from warpvec.goal import describe
+
 _INTERNAL_IMAGES = {"exact": "internally", "splat": "in the soft image"}
 """Renderer of the fit -> where the summary says the internal PSNR is from."""
 
@@ -31,4 +33,6 @@ def _summary(metrics: dict[str, Any], out: str) -> str:
         if metrics["degree"] != 3:
             lines.append("sides of degree {degree} written as cubics within {conversion_px:.3f} px")
         lines.append("{iterations} iterations in {seconds:.1f} s on {device}")
+    if metrics.get("goal"):
+        lines.append(describe(metrics["goal"]))
     return "\n".join(lines).format(out="SVG" if out == "-" else out, **metrics)

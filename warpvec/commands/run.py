@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import sys
-from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,16 +11,18 @@ import click
 
 from warpvec.commands.inputs import background_option, check_out, json_option, preset_option, read_source
 from warpvec.commands.report import report
-from warpvec.config import FitConfig, make_config
 from warpvec.errors import InputError
-from warpvec.options import SettingsCommand
+from warpvec.files import check_writable
+from warpvec.options import SettingsCommand, requested
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from warpvec.api import Result
-    from warpvec.fit import Progress
+    from warpvec.checkpoint import Checkpoint
+    from warpvec.config import FitConfig
+    from warpvec.goal import Goal
+
+FREE_OF_CHECKPOINT = ("threads", "device")
+"""Settings that a resumed fit may change: its file does not depend on them."""
 
 
 @click.command(cls=SettingsCommand)
@@ -30,7 +31,17 @@ if TYPE_CHECKING:
 @preset_option
 @background_option
 @click.option("--save-frames", metavar="DIR", help="Folder for a PNG of the scene now and then.")
-@click.option("--every", type=click.IntRange(min=1), default=50, show_default=True, help="Iterations between frames.")
+@click.option("--video", metavar="FILE", help="The same as an .mp4, .gif or .webp.")
+@click.option("--checkpoint", metavar="FILE", help="Keep the state of the fit here, to go on after a crash.")
+@click.option("--resume", metavar="FILE", help="Go on from a checkpoint, with its settings.")
+@click.option(
+    "--every",
+    type=click.IntRange(min=1),
+    default=50,
+    show_default=True,
+    help="Iterations between frames and between checkpoints.",
+)
+@click.option("--report", "page", metavar="FILE", help="Write a page (HTML) to look at the result and edit it.")
 @json_option
 @click.option("-q", "--quiet", is_flag=True, help="No progress and no summary.")
 @click.pass_context
@@ -42,7 +53,11 @@ def run(
     preset: str,
     background: str | None,
     save_frames: str | None,
+    video: str | None,
+    checkpoint: str | None,
+    resume: str | None,
     every: int,
+    page: str | None,
     as_json: bool,
     quiet: bool,
     **settings: Any,
@@ -54,69 +69,72 @@ def run(
 
     The settings below show the defaults of the default preset.
     """
-    config = make_config(preset, **{name: value for name, value in settings.items() if value is not None})
-    check_out(out)
+    settings["gzip"] = settings["gzip"] or Path(out).suffix.lower() == ".svgz"
+    config, goal = requested(preset, settings)
+    _check_places(out, page, checkpoint, resume, goal)
     from warpvec.image import read_image
 
-    photo = read_image(read_source(source), background, name="IN")
+    state = None if resume is None else _resumed(resume, config, settings)
+    config = config if state is None else state.config
+    photo_bytes = read_source(source)
+    photo = read_image(photo_bytes, background, name="IN")
     # Only now what takes seconds to import: most mistakes have been found by then.
     from warpvec.api import fit_photo
+    from warpvec.commands.watching import watch
     from warpvec.launch import resolve_device
-    from warpvec.progress import show_progress
 
     resolve_device(config.device)
-    save_frame = _frame_saver(save_frames, every, photo, config) if save_frames is not None else None
     title = None if source == "-" else Path(source).stem
-    with show_progress(sys.stderr, quiet=quiet) as show:
-        result = fit_photo(photo, config, title=title, on_progress=_both(show, save_frame))
-    _write_result(result, out)
+    with ExitStack() as stack:
+        on_progress = stack.enter_context(watch(photo, config, save_frames, video, every, quiet=quiet))
+        result = fit_photo(
+            photo, config, title=title, goal=goal, on_progress=on_progress,
+            checkpoint=checkpoint, every=every, resume=state,
+        )  # fmt: skip
+    _write(result, out, page, photo_bytes)
     if as_json or not quiet:
         report(result.metrics, out, as_json)
     if result.interrupted:
         ctx.exit(130)
 
 
-def _frame_saver(folder: str, every: int, photo: NDArray[np.float32], config: FitConfig) -> Callable[[Progress], None]:
-    """Writes the scene of every ``every``-th iteration, at the size of the fit, to ``folder``."""
-    from warpvec.api import draw_as_fitted
-    from warpvec.image import fit_image, write_png
-
-    height, width = fit_image(photo, config.fit_size).shape[:2]
-    _make_folder(folder)
-
-    def save(progress: Progress) -> None:
-        if progress.iteration % every == 0 or progress.iteration == progress.iteration_count:
-            frame = draw_as_fitted(progress.scene(), height, width, config)
-            write_png(Path(folder) / f"frame-{progress.iteration:06}.png", frame)
-
-    return save
+def _check_places(out: str, page: str | None, checkpoint: str | None, resume: str | None, goal: Goal) -> None:
+    check_out(out)
+    if page is not None:
+        check_writable(page, "--report")
+    if checkpoint is not None:
+        check_writable(checkpoint, "--checkpoint")
+    if goal and (checkpoint or resume):
+        raise InputError("--checkpoint must stand without a goal, which takes several fits; leave one of them out")
 
 
-def _make_folder(folder: str) -> None:
-    if not folder:  # which pathlib takes for the current folder
-        raise InputError("--save-frames must be a folder or a name for one, got ''; choose another")
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(
-            f"--save-frames must be a folder or a name for one, got {folder!r} ({reason}); choose another"
-        ) from error
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError(f"--save-frames must be a folder you may write to, got {folder!r}; choose another")
+def _resumed(path: str, config: FitConfig, options: dict[str, Any]) -> Checkpoint:
+    """The checkpoint in ``path``, of which no given option may say otherwise."""
+    from dataclasses import replace
+
+    from warpvec.checkpoint import read_checkpoint
+
+    checkpoint = read_checkpoint(path)
+    kept = checkpoint.config.to_dict()
+    for name, value in options.items():
+        if (
+            value is not None
+            and name in kept
+            and name not in FREE_OF_CHECKPOINT
+            and getattr(config, name) != kept[name]
+        ):
+            raise InputError(f"{name} must be as in the checkpoint, {kept[name]!r}, got {value!r}; leave it out")
+    free = {name: getattr(config, name) for name in FREE_OF_CHECKPOINT}
+    return replace(checkpoint, config=replace(checkpoint.config, **free))
 
 
-def _both(first: Callable[[Progress], None], second: Callable[[Progress], None] | None) -> Callable[[Progress], None]:
-    def call(progress: Progress) -> None:
-        first(progress)
-        if second is not None:
-            second(progress)
-
-    return call
-
-
-def _write_result(result: Result, out: str) -> None:
+def _write(result: Result, out: str, page: str | None, photo: str | bytes) -> None:
     if out == "-":
         sys.stdout.buffer.write(result.svg().encode())
     else:
         result.save(out)
+    if page is not None:
+        from warpvec.view import write_report
+
+        data = photo if isinstance(photo, bytes) else Path(photo).read_bytes()
+        write_report(page, result.svg().encode(), photo=data, history=result.history)

@@ -1,0 +1,85 @@
+"""What a command does while a fit runs: it shows progress, and keeps frames."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.config import FitConfig
+from warpvec.drawing import draw_as_fitted
+from warpvec.errors import InputError
+from warpvec.fit import Progress
+from warpvec.image import fit_image, write_png
+from warpvec.progress import show_progress
+from warpvec.video import Video, check_video
+
+Watch = Callable[[Progress], None]
+
+
+@contextmanager
+def watch(
+    photo: NDArray[np.float32], config: FitConfig, folder: str | None, video: str | None, every: int, *, quiet: bool
+) -> Iterator[Watch]:
+    """The callback of a fit of ``photo``: progress on stderr, and every ``every``-th scene to ``folder`` and ``video``.
+
+    Raises:
+        InputError: the folder or the video cannot be written.
+    """
+    size = fit_image(photo, config.fit_size).shape[:2]
+    with ExitStack() as stack:
+        takers: list[Callable[[int, NDArray[np.float32]], None]] = []
+        if folder is not None:
+            takers.append(_png_writer(folder))
+        if video is not None:
+            check_video(video)
+            movie = stack.enter_context(Video(video))
+            takers.append(lambda _, image: movie.add(image))
+        show = stack.enter_context(show_progress(sys.stderr, quiet=quiet))
+        yield _both(show, _frames(takers, every, size, config)) if takers else show
+
+
+def _frames(
+    takers: list[Callable[[int, NDArray[np.float32]], None]], every: int, size: tuple[int, ...], config: FitConfig
+) -> Watch:
+    """Draws every ``every``-th scene, and the last, at the size of the fit."""
+
+    def call(progress: Progress) -> None:
+        if progress.iteration % every == 0 or progress.iteration == progress.iteration_count:
+            image = draw_as_fitted(progress.scene(), size[0], size[1], config)
+            for take in takers:
+                take(progress.iteration, image)
+
+    return call
+
+
+def _png_writer(folder: str) -> Callable[[int, NDArray[np.float32]], None]:
+    _make_folder(folder)
+    return lambda iteration, image: write_png(Path(folder) / f"frame-{iteration:06}.png", image)
+
+
+def _make_folder(folder: str) -> None:
+    if not folder:  # which pathlib takes for the current folder
+        raise InputError("--save-frames must be a folder or a name for one, got ''; choose another")
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(
+            f"--save-frames must be a folder or a name for one, got {folder!r} ({reason}); choose another"
+        ) from error
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"--save-frames must be a folder you may write to, got {folder!r}; choose another")
+
+
+def _both(first: Watch, second: Watch) -> Watch:
+    def call(progress: Progress) -> None:
+        first(progress)
+        second(progress)
+
+    return call
