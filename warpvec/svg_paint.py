@@ -22,6 +22,12 @@ _TEMPLATES = 10
 _URL = re.compile(r"url\(\s*[\"']?#([^\"')\s]*)[\"']?\s*\)\s*(.*)", re.DOTALL)
 
 
+# CSS lets spaces separate as well as commas, and a slash before the alpha; svgelements knows commas.
+_FUNCTION = re.compile(r"(rgba?|hsla?)\(\s*([^()]*?)\s*\)")
+_GAP = re.compile(r"[\s,/]+")
+_UNKNOWN = [0.0, 0.0, 0.0, 1.0]
+"""What svgelements makes of text that is no colour; what may say it is ``_BLACK``."""
+_BLACK = re.compile(rf"black|#(?:0{{3}}){{1,2}}f{{0,2}}|(?:rgb|hsl)a?\((?:{NUMBER}(?:%|deg)?,){{2,3}}{NUMBER}%?\)")
 _NO_PAINT = frozenset({"none", "transparent", ""})
 
 
@@ -101,10 +107,15 @@ def fraction(text: str, default: float = 1.0) -> float:
 
 def read_color(text: str) -> Paint | None:
     """The colour that ``text`` stands for, None where it stands for none."""
+    function = _FUNCTION.fullmatch(text.lower())
+    if function is not None:
+        text = f"{function[1]}({','.join(re.split(_GAP, function[2]))})"
     try:
         color = load_parser().Color(text)
         values = [float(v) for v in (color.red, color.green, color.blue, color.opacity)]
     except Exception:
+        return None
+    if values == _UNKNOWN and not _BLACK.fullmatch(text.lower()):
         return None
     red, green, blue, opacity = (min(max(value, 0.0), 255.0) if math.isfinite(value) else 0.0 for value in values)
     return Paint((red / 255, green / 255, blue / 255), min(opacity, 1.0))

@@ -26,6 +26,8 @@ Loop = NDArray[np.float64]
 
 SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
 
+_READABLE = re.compile(r"\s*+(?:[Mm][MLHVCSQTAZmlhvcsqtaz0-9eE+\-.,\s]*+)?", re.ASCII)
+
 # Ends that are closer than this share of the largest coordinate are the same: sums of decimals in float64 miss by 1e-16
 # of it a step.
 _SAME = 1e-12
@@ -154,12 +156,14 @@ def _usual_numbers(text: str) -> str:
 
 def _read_segments(data: str) -> tuple[list[Any], bool]:
     """Segments as far as ``data`` can be read, which is how far SVG draws it (SVG 1.1, appendix F.2)."""
+    readable = _READABLE.match(data)
+    text = readable[0] if readable else ""
     path = load_parser().Path()
     try:
-        path.parse(_usual_numbers(data))
+        path.parse(_usual_numbers(text))
     except Exception:
         return list(path), False
-    return list(path), True
+    return list(path), len(text) == len(data)
 
 
 def _cubics(segment: Any, kind: str) -> Iterator[list[complex]]:
