@@ -14,13 +14,13 @@ import pytest
 from batch_work import Trial
 
 from warpvec.engines.base import Failure, Lane, Outcome, Queue
-from warpvec.engines.local import LocalEngine, core_count, machine_lanes
+from warpvec.engines.local import LocalEngine, machine_lanes
 
 TESTS = Path(__file__).parent
 
 
 def _run(jobs: list[str], folder: Path, *, workers: int = 1, retries: int = 1) -> dict[str, Outcome[str, str]]:
-    engine = LocalEngine([Lane("cpu", 1)] * workers, retries)
+    engine = LocalEngine(["cpu"], 1, workers, retries)
     outcomes = list(engine.run(jobs, Trial(folder), lambda job, text: None))
     assert sorted(outcome.job for outcome in outcomes) == sorted(jobs)
     return {outcome.job: outcome for outcome in outcomes}
@@ -72,7 +72,7 @@ def test_a_failure_gets_a_new_process_and_an_input_error_no_second_attempt(tmp_p
 
 def test_the_watcher_hears_where_a_job_is_and_what_it_says(tmp_path: Path) -> None:
     heard: list[tuple[str, str]] = []
-    engine = LocalEngine([Lane("cpu", 3)], retries=1)
+    engine = LocalEngine(["cpu"], 3, 1, retries=1)
     outcomes = list(engine.run(["once"], Trial(tmp_path), lambda job, text: heard.append((job, text))))
     first, second = Trial(tmp_path).begun("once")
     assert [text for _, text in heard] == [
@@ -87,7 +87,7 @@ def test_the_watcher_hears_where_a_job_is_and_what_it_says(tmp_path: Path) -> No
 
 def test_closing_ends_the_workers_in_the_middle_of_a_job(tmp_path: Path) -> None:
     work = Trial(tmp_path)
-    outcomes = LocalEngine([Lane("cpu", 1)] * 2, 0).run(["endless", "a"], work, lambda job, text: None)
+    outcomes = LocalEngine(["cpu"], 1, 2, retries=0).run(["endless", "a"], work, lambda job, text: None)
     assert next(outcomes).job == "a"
     _wait(lambda: work.begun("endless"))
     outcomes.close()
@@ -96,9 +96,9 @@ def test_closing_ends_the_workers_in_the_middle_of_a_job(tmp_path: Path) -> None
 
 def test_no_worker_outlives_who_started_it(tmp_path: Path) -> None:
     code = (
-        "from pathlib import Path; from batch_work import Trial; from warpvec.engines.base import Lane;"
+        "from pathlib import Path; from batch_work import Trial; "
         " from warpvec.engines.local import LocalEngine;"
-        f" list(LocalEngine([Lane('cpu', 1)], 0).run(['endless'], Trial(Path({str(tmp_path)!r})), print))"
+        f" list(LocalEngine(['cpu'], 1, 1, 0).run(['endless'], Trial(Path({str(tmp_path)!r})), print))"
     )
     path = os.pathsep.join([str(TESTS), str(TESTS.parent)])
     environment = {**os.environ, "PYTHONPATH": path}
@@ -129,26 +129,28 @@ def test_a_job_to_be_tried_again_goes_behind_all_others() -> None:
 
 
 @pytest.mark.parametrize(
-    ("device", "gpu_count", "jobs", "expected"),
+    ("devices", "threads", "jobs", "most", "expected"),
     [
-        ("cpu", 0, 1, ["cpu"]),
-        ("cpu", 4, 2, ["cpu", "cpu"]),
-        ("auto", 2, None, ["cuda:0", "cuda:1"]),
-        ("auto", 2, 3, ["cuda:0", "cuda:1", "cuda:0"]),
-        ("cuda:1", 0, None, ["cuda:1"]),
-        ("cuda:1", 0, 2, ["cuda:1", "cuda:1"]),
+        (["cpu"], None, None, 99, [Lane("cpu", 1)] * 8),
+        (["cpu"], 4, None, 99, [Lane("cpu", 4)] * 2),
+        (["cpu"], 20, None, 99, [Lane("cpu", 20)]),
+        (["cpu"], None, 3, 99, [Lane("cpu", 2)] * 3),
+        (["cpu"], 5, 3, 99, [Lane("cpu", 5)] * 3),
+        (["cpu"], None, 20, 99, [Lane("cpu", 1)] * 20),
+        (["cpu"], None, None, 2, [Lane("cpu", 4)] * 2),
+        (["cpu"], None, 3, 2, [Lane("cpu", 4)] * 2),
+        (["cuda:0", "cuda:1"], None, None, 99, [Lane("cuda:0", 4), Lane("cuda:1", 4)]),
+        (["cuda:0", "cuda:1"], 1, 3, 99, [Lane("cuda:0", 1), Lane("cuda:1", 1), Lane("cuda:0", 1)]),
+        (["cuda:1"], None, None, 99, [Lane("cuda:1", 8)]),
     ],
 )
-def test_a_lane_for_each_gpu_or_job(device: str, gpu_count: int, jobs: int | None, expected: list[str]) -> None:
-    lanes = machine_lanes(device, gpu_count, jobs, None)
-    assert [lane.device for lane in lanes] == expected
-    assert {lane.threads for lane in lanes} == {max(1, core_count() // len(lanes))}
-
-
-def test_the_cores_are_shared_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_devices_and_cores_are_shared_out(
+    devices: list[str],
+    threads: int | None,
+    jobs: int | None,
+    most: int,
+    expected: list[Lane],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr("warpvec.engines.local.core_count", lambda: 8)
-    assert machine_lanes("cpu", 0, None, None) == [Lane("cpu", 1)] * 8
-    assert machine_lanes("cpu", 0, None, 4) == [Lane("cpu", 4)] * 2
-    assert machine_lanes("cpu", 0, 3, None) == [Lane("cpu", 2)] * 3
-    assert machine_lanes("cpu", 0, 3, 5) == [Lane("cpu", 5)] * 3
-    assert machine_lanes("cpu", 0, None, 20) == [Lane("cpu", 20)]
+    assert machine_lanes(devices, threads, jobs, most) == expected

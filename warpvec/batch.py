@@ -7,7 +7,7 @@ import json
 import math
 import time
 from collections import defaultdict
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from pathlib import PurePosixPath
@@ -79,7 +79,7 @@ def remaining(jobs: Sequence[Job], work: Vectorize, journal: Journal, *, skip_ex
 
 def _is_recorded(job: Job, work: Vectorize, journal: Journal) -> bool:
     record = journal.get(job.output)
-    if record is None or record.error is not None or record.settings != work.settings:
+    if record is None or record.error is not None or _text(record.settings) != _text(work.settings):
         return False
     try:
         return record.key == work.key(work.source.read(job.input))
@@ -108,7 +108,7 @@ class Vectorize:
 
     def key(self, photo: bytes) -> str:
         """Equal for equal photos with equal settings."""
-        return hashlib.sha256(json.dumps(self.settings, sort_keys=True).encode() + photo).hexdigest()[:32]
+        return hashlib.sha256(_text(self.settings).encode() + photo).hexdigest()[:32]
 
     def __call__(self, job: Job, lane: Lane, say: Say) -> Record:
         """The record of a photo that has become a file.
@@ -139,6 +139,10 @@ class Vectorize:
             key=self.key(data),
             settings=self.settings,
         )
+
+
+def _text(settings: Mapping[str, Any]) -> str:
+    return json.dumps(settings, sort_keys=True)
 
 
 class _Teller:

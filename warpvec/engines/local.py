@@ -26,15 +26,23 @@ _CONTEXT = get_context("spawn")
 
 
 class LocalEngine:
-    """A process for each of ``lanes``; what fails, but for an InputError, is tried up to ``retries`` times more."""
+    """As many processes as the machine has room for; see `machine_lanes`.
 
-    def __init__(self, lanes: Sequence[Lane], retries: int) -> None:
-        self._lanes, self._retries = lanes, retries
+    Args:
+        devices: the GPUs to be used, "cuda:K", or "cpu" alone.
+        threads: CPU threads of each worker; None to share out the cores.
+        jobs: workers; None for one for each GPU or, on the CPU, as many as the cores have room for.
+        retries: how many times a job whose worker died, or failed, is tried again.
+    """
+
+    def __init__(self, devices: Sequence[str], threads: int | None, jobs: int | None, retries: int) -> None:
+        self._devices, self._threads, self._jobs, self._retries = devices, threads, jobs, retries
 
     def run(self, jobs: Sequence[J], work: Work[J, R], watch: Watch) -> Generator[Outcome[J, R], None, None]:
         """The outcome of every job as it ends; see `base.Engine`."""
         queue = Queue(jobs, self._retries, watch)
-        workers = [_Worker(work, lane, watch) for lane in self._lanes[: len(jobs)]]
+        lanes = machine_lanes(self._devices, self._threads, self._jobs, len(jobs))
+        workers = [_Worker(work, lane, watch) for lane in lanes]
         try:
             while queue.unfinished:
                 for worker in workers:
@@ -180,20 +188,8 @@ def core_count() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def machine_lanes(device: str, gpu_count: int, jobs: int | None, threads: int | None) -> list[Lane]:
-    """The shares of this machine: ``jobs`` of them, by default one for each GPU or, on the CPU, for each core.
-
-    Args:
-        device: "cpu", "cuda:K", or "auto" for as many of the ``gpu_count`` GPUs as there are lanes.
-        gpu_count: GPUs of this machine.
-        jobs: workers; None for the default.
-        threads: CPU threads of each; None to share out the cores.
-    """
-    if device == "auto" and gpu_count:
-        devices = [f"cuda:{k % gpu_count}" for k in range(jobs or gpu_count)]
-    elif device.startswith("cuda"):
-        devices = [device] * (jobs or 1)
-    else:
-        devices = ["cpu"] * (jobs or core_count() // (threads or 1) or 1)
-    share = threads or max(1, core_count() // len(devices))
-    return [Lane(name, share) for name in devices]
+def machine_lanes(devices: Sequence[str], threads: int | None, jobs: int | None, most: int) -> list[Lane]:
+    """The shares of this machine for at most ``most`` workers; the rest is as `LocalEngine` has it."""
+    room = core_count() // (threads or 1) if devices[0] == "cpu" else len(devices)
+    count = min(jobs or max(1, room), most)
+    return [Lane(devices[k % len(devices)], threads or max(1, core_count() // count)) for k in range(count)]
