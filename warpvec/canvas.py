@@ -64,7 +64,7 @@ def paint_colors(target: Tensor) -> Tensor:
     """The colours [h, w, 3] of ``target`` [h, w, 3 or 4]; where nothing is to be seen, those of what is around."""
     if not is_transparent(target):
         return target
-    return _seen_colors(premultiplied(target))
+    return _seen_colors(premultiplied(target) * (target[..., 3:] >= ALPHA_MIN))
 
 
 def reduced(image: Tensor, reduction: int) -> Tensor:
@@ -93,10 +93,9 @@ def _mean_adjoints(adjoints: list[Any]) -> Any:
 
 def _seen_colors(image: Tensor) -> Tensor:
     """Straight colours of ``image`` [h, w, 4], premultiplied; where there are none, those of its reduction by half."""
-    color, alpha = image[..., :3], image[..., 3:]
-    seen = alpha >= ALPHA_MIN
-    straight = color / alpha.clamp_min(ALPHA_MIN)
-    if bool(seen.all()) or image[..., 0].numel() == 1:
-        return straight
+    alpha = image[..., 3:]
+    color = (image[..., :3] / alpha).nan_to_num(0.0)
+    if bool((alpha > 0.0).all()) or alpha.numel() == 1:
+        return color
     around = _seen_colors(reduced(image, 2)).repeat_interleave(2, 0).repeat_interleave(2, 1)
-    return torch.where(seen, straight, around[: image.shape[0], : image.shape[1]])
+    return torch.where(alpha > 0.0, color, around[: image.shape[0], : image.shape[1]])

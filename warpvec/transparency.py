@@ -42,7 +42,10 @@ def premultiplied(image: Pixels) -> Pixels:
 
 
 def straight(image: Pixels) -> Pixels:
-    """``image`` [h, w, 4], premultiplied, with colours as they are: in [0, 1], and 0 where alpha is all but 0."""
-    result, alpha = image.clip(0.0, 1.0), image[..., 3:].clip(0.0, 1.0)
-    result[..., :3] = (result[..., :3] / alpha.clip(ALPHA_MIN)).clip(0.0, 1.0) * (alpha >= ALPHA_MIN)
+    """``image`` [h, w, 4], premultiplied, with colours as they are: in [0, 1], and 0 where alpha is all but 0.
+
+    Where a filter has left an alpha above 1, it is divided by before it is clipped, or colours would come out brighter.
+    """
+    result, alpha = image.clip(0.0, 1.0), image[..., 3:]
+    result[..., :3] = (image[..., :3] / alpha.clip(ALPHA_MIN)).clip(0.0, 1.0) * (alpha >= ALPHA_MIN)
     return result
