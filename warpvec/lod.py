@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from xml.parsers import expat
 
 from warpvec.errors import InputError
-from warpvec.svg_safety import read_text, scan
+from warpvec.svg_safety import SVG_NAMESPACE, read_text, scan
 
 _LAYER_ID = re.compile(r"layer-\d{1,9}-generation-(\d{1,9})", re.ASCII)
 _TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*+>""")
@@ -115,8 +115,8 @@ class _LayerFinder:
         self._parser.Parse(data, True)
 
     def _start_element(self, name: str, attributes: dict[str, str]) -> None:
-        local_name = name.rpartition(" ")[2]
-        if self._depth == 1 and local_name == "g":
+        namespace, _, local_name = name.rpartition(" ")
+        if self._depth == 1 and local_name == "g" and namespace in ("", SVG_NAMESPACE):
             level = layer_level(attributes.get("id"), len(self.layers))
             self._group, self._path_count = (level, self._parser.CurrentByteIndex), 0
         self._path_count += local_name == "path"
@@ -126,10 +126,17 @@ class _LayerFinder:
         self._depth -= 1
         if self._depth == 1 and self._group is not None:
             level, start = self._group
-            tag = _TAG.match(self._data, self._parser.CurrentByteIndex)
-            stop = tag.end() if tag else len(self._data)
+            stop = _end_of_element(self._data, start, self._parser.CurrentByteIndex)
             self.layers.append(Layer(level, *_with_line(self._data, start, stop), self._path_count))
             self._group = None
+
+
+def _end_of_element(data: bytes, start: int, end_tag: int) -> int:
+    """Where the element whose tags begin at ``start`` and ``end_tag`` is over; the same tag may be both."""
+    opening = _TAG.match(data, start)
+    if opening is not None and opening[0].endswith(b"/>"):
+        return opening.end()
+    return data.index(b">", end_tag) + 1
 
 
 def _with_line(data: bytes, start: int, stop: int) -> tuple[int, int]:

@@ -12,6 +12,8 @@ from xml.parsers import expat
 
 from warpvec.errors import InputError
 
+SVG_NAMESPACE = "http://www.w3.org/2000/svg"
+
 MAX_SVG_BYTES = 2**28
 """Far above any drawing that an editor opens; stops a few kilobytes of gzip from filling the memory."""
 

@@ -10,6 +10,8 @@ import re
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
+from warpvec.svg_safety import SVG_NAMESPACE
+
 INHERITED = {
     "fill": "black", "fill-opacity": "1", "fill-rule": "nonzero", "stroke": "none", "stroke-width": "1",
     "stroke-opacity": "1", "color": "black", "visibility": "visible", "marker-start": "none", "marker-mid": "none",
@@ -80,7 +82,7 @@ def local_name(element: Element) -> str:
     if not isinstance(element.tag, str):
         return ""
     namespace, _, name = element.tag.rpartition("}")
-    return name if namespace in ("", "{http://www.w3.org/2000/svg") else ""
+    return name if namespace in ("", "{" + SVG_NAMESPACE) else ""
 
 
 def _declarations(text: str) -> Properties:
