@@ -122,11 +122,11 @@ def fit_case(image: Path, preset: str, settings: dict[str, Any], repeat: int, ca
     environment = {"WARP_CACHE_PATH": str(cache)} if cache else None
     with tempfile.TemporaryDirectory() as folder:
         command = ["-m", "warpvec", "run", image, Path(folder, "out.svg"), "--json", "-q", "--preset", preset]
-        runs = [run_child([*command, *_options(settings)], environment) for _ in range(repeat)]
+        runs = [run_child([*command, *cli_options(settings)], environment) for _ in range(repeat)]
     return Case(image, preset, runs, json.loads(runs[-1].stdout))
 
 
-def _options(settings: dict[str, Any]) -> list[str]:
+def cli_options(settings: dict[str, Any]) -> list[str]:
     """Settings as options of `warpvec run`."""
     options = []
     for name, value in settings.items():

@@ -77,7 +77,7 @@ def test_settings_get_the_types_of_their_fields() -> None:
         "time_budget": 3.0, "threads": 2, "z_order": "area",
     }  # fmt: skip
     assert harness.parse_settings(texts) == expected
-    assert bench_fit._options(expected)[2:6] == ["--lr-scale", "0.5", "--flat", "--no-compensate"]
+    assert bench_fit.cli_options(expected)[2:6] == ["--lr-scale", "0.5", "--flat", "--no-compensate"]
     make_config(**expected)
 
 

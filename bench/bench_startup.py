@@ -1,0 +1,88 @@
+"""Measures what a run costs before and after its fit: the time to the first iteration, and what a first run adds.
+
+What: `warpvec --help`; a short `warpvec run`, from the start of the process to the first iteration and to its end, with
+kernels that are cached; the same with an empty kernel cache. It takes every kernel of a fit, growth and recycling
+included. "import torch" is beside them, as what no program that uses torch can go below.
+"""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Mapping
+from pathlib import Path
+
+import click
+from bench_fit import run_child
+from harness import Span, Statistics, machine_facts, machine_line, markdown_table, summarize
+
+_WATCHED = Path(__file__).with_name("watched_run.py")
+_SHORT = ("--curves", 32, "--iterations", 40, "--inflation-gap", 1, "--recycle-gap", 5, "--json", "-q")
+_HELP, _IMPORT = "warpvec --help", "import torch"
+_FIRST, _END = "cached run, to its first iteration", "cached run, to its end"
+_COLD = "empty kernel cache, to its end"
+
+
+def time_help() -> Span:
+    """Start to end of `warpvec --help`."""
+    run = run_child(["-m", "warpvec", "--help"])
+    return Span(run.wall, run.cpu)
+
+
+def time_import() -> Span:
+    """Start to end of a process that imports torch."""
+    run = run_child(["-c", "import torch"])
+    return Span(run.wall, run.cpu)
+
+
+def time_run(image: Path, environment: Mapping[str, str] | None = None) -> tuple[Span, Span]:
+    """From the start of `warpvec run` to its first iteration, and to its end."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [_WATCHED, image, Path(folder, "out.svg"), *_SHORT]
+        start = time.time()
+        run = run_child(command, environment)
+    seen = json.loads(run.stdout.splitlines()[-1])
+    return Span(seen["first_iteration"] - start, seen["first_cpu"]), Span(run.wall, run.cpu)
+
+
+def measure(image: Path, repeat: int, cold: bool) -> dict[str, Statistics]:
+    """What was timed -> its statistics over ``repeat`` rounds, in each of which everything runs once."""
+    time_run(image)  # compiles what is not cached
+    spans: dict[str, list[Span]] = defaultdict(list)
+    for _ in range(repeat):
+        spans[_HELP].append(time_help())
+        spans[_IMPORT].append(time_import())
+        first, whole = time_run(image)
+        spans[_FIRST].append(first)
+        spans[_END].append(whole)
+    if cold:
+        with tempfile.TemporaryDirectory() as folder:
+            spans[_COLD].append(time_run(image, {"WARP_CACHE_PATH": folder})[1])
+    return {name: summarize(found) for name, found in spans.items()}
+
+
+def _cells(row: Statistics) -> list[str]:
+    return [f"{seconds:.2f}" for seconds in (row.median, row.minimum, row.spread, row.cpu_median)]
+
+
+@click.command()
+@click.argument("image", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--repeat", type=click.IntRange(min=1), default=5, show_default=True, help="Rounds.")
+@click.option("--cold/--no-cold", default=True, show_default=True, help="A run with an empty kernel cache, too.")
+def main(image: Path, repeat: int, cold: bool) -> None:
+    """Measure the start of `warpvec run IMAGE`."""
+    facts = machine_facts()
+    found = measure(image, repeat, cold)
+    rows = [[name, *_cells(row)] for name, row in found.items()]
+    click.echo(markdown_table(["seconds", "median", "min", "spread", "CPU"], rows) + "\n")
+    if cold:
+        click.echo(f"a first run takes {found[_COLD].minimum - found[_END].minimum:.1f} s more")
+    click.echo(machine_line(facts))
+    line = {"bench": "startup", **facts, "ms": found}
+    click.echo(json.dumps(line, default=Statistics.milliseconds))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+"""`warpvec run` with the arguments given, and then one line of JSON on what it was seen to do.
+
+The benches run it in a process of its own. It is the command itself; only its fit is called through a function that
+notes the time of every iteration.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+
+class Watch:
+    """Stands in for ``warpvec.api.fit`` and notes each iteration: seconds since the fit began, and paths."""
+
+    def __init__(self, fit: Callable[..., Any]) -> None:
+        self._fit = fit
+        self.first_iteration: tuple[float, float] | None = None
+        self.laps: list[tuple[float, int]] = []
+
+    def __call__(self, target: Any, config: Any, on_progress: Callable[[Any], None] | None = None, **more: Any) -> Any:
+        def note(progress: Any) -> None:
+            if self.first_iteration is None:
+                self.first_iteration = time.time(), time.process_time()
+            self.laps.append((progress.seconds, progress.curve_count))
+            if on_progress is not None:
+                on_progress(progress)
+
+        self.fitted = self._fit(target, config, note, **more)
+        self.height, self.width, self.threads = *target.shape[:2], config.threads
+        return self.fitted
+
+    def describe(self) -> dict[str, Any]:
+        """Seconds of the fit, of a step and of a change of the population, both medians, and the size of the fit."""
+        gaps = [(after[0] - before[0], before[1] != after[1]) for before, after in pairwise(self.laps)]
+        full = [seconds for seconds, _ in gaps[len(gaps) // 2 :]]
+        step = statistics.median(full) if full else None
+        # A lap in which paths came has a change of the population before its step.
+        changes = [seconds for seconds, changed in gaps if changed]
+        change = max(0.0, statistics.median(changes) - step) if step is not None and changes else 0.0
+        first, first_cpu = self.first_iteration or (None, None)
+        return {
+            "first_iteration": first,
+            "first_cpu": first_cpu,
+            "fit_seconds": self.fitted.seconds,
+            "step": step,
+            "change": change,
+            "fitted": [self.width, self.height],
+        }
+
+
+def peak_bytes() -> int:
+    """Peak resident memory of this process."""
+    try:
+        # Not ru_maxrss, which on Linux starts with what the parent had when it started this process.
+        status = Path("/proc/self/status").read_text()
+        return 1024 * int(status.split("VmHWM:")[1].split()[0])
+    except (OSError, IndexError):
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # in bytes on macOS (getrusage(2))
+
+
+def count_pairs(watch: Watch) -> int:
+    """(path, tile) pairs of the fitted scene."""
+    from warpvec.exact import Renderer
+
+    scene = watch.fitted.scene
+    renderer = Renderer(watch.height, watch.width, threads=watch.threads)
+    renderer.render(scene.points, scene.color, scene.opacity, scene.background)
+    return renderer._binning.pair_count
+
+
+def main() -> None:
+    """Run the command, then report; the exit code is the command's."""
+    from warpvec import api, cli
+
+    watch = Watch(api.fit)
+    api.fit = watch  # type: ignore[assignment]
+    try:
+        cli.main(["run", *sys.argv[1:]])
+    except SystemExit as stop:
+        if stop.code:
+            raise
+    seen = {**watch.describe(), "peak_bytes": peak_bytes()}
+    # After the peak has been read, as this renders once more.
+    print(json.dumps({**seen, "pairs": count_pairs(watch)}))
+
+
+if __name__ == "__main__":
+    main()
