@@ -7,9 +7,11 @@ once that runs, so that none waits for a machine that is gone while others are i
 from __future__ import annotations
 
 import os
+import re
 import socket
+import sys
 from collections.abc import Generator, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from typing import Any, Generic
 
@@ -49,7 +51,8 @@ class RayEngine:
             RuntimeError: workers die before they begin.
         """
         queue = Queue(jobs, self._retries, watch)
-        with self._connected() as ray:
+        # Ray prints what its daemons say to stdout, which belongs to the result.
+        with redirect_stdout(sys.stderr), self._connected() as ray:
             lane, count = self._plan(ray)
             crew = _Crew(ray, work, lane, watch)
             try:
@@ -146,7 +149,7 @@ class _Crew(Generic[J, R]):
         try:
             answer = self._ray.get(reference)
         except self._ray.exceptions.RayError as error:
-            answer = Failure(f"the Ray worker died ({_first_line(error)})", final=False)
+            answer = Failure(f"the Ray worker died ({_reason(error, started=ended is not None)})", final=False)
         if isinstance(answer, Failure) and not answer.final:
             self._replace(member, answer, started=ended is not None)
         else:
@@ -186,5 +189,7 @@ class _Actor(Generic[J, R]):
         return attempt(self._work, job, self._lane, lambda text: None)
 
 
-def _first_line(error: Exception) -> str:
-    return str(error).strip().splitlines()[0]
+def _reason(error: Exception, *, started: bool) -> str:
+    """The line of Ray's message that tells most: the first of a death, the last, an exception, of one at the start."""
+    lines = re.sub(r"\x1b\[\d*m", "", str(error)).strip().splitlines()
+    return lines[0 if started else -1]
