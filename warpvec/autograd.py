@@ -23,6 +23,7 @@ from warpvec.config import FitConfig
 from warpvec.config_rules import RENDERER_SETTINGS, RENDERERS
 from warpvec.errors import InputError
 from warpvec.launch import start_warp
+from warpvec.renderer import Adjoints
 from warpvec.scene import Scene
 from warpvec.transparency import PAGES
 
@@ -80,6 +81,22 @@ def draw(
         return _image(_draw, scene, height, width, renderer, alpha, threads, settings)
 
 
+def draw_adjoint(
+    scene: Scene, adj_image: Tensor, *, renderer: str = "exact", threads: int | None = None, **settings: Any
+) -> Adjoints:
+    """The adjoints of ``scene`` for ``adj_image`` = dL/d(image) [h, w, 3]: what `render` gives autograd, without it."""
+    check_choice("renderer", renderer, RENDERERS)
+    _check_kinds(_inputs(scene))
+    thread_count = 0 if threads is None else check_count("threads", threads, 1)
+    text = _as_text(renderer, scene.degree, settings)
+    with torch.no_grad():
+        return _draw_adjoint(*_inputs(scene), adj_image, renderer, thread_count, text)
+
+
+def _inputs(scene: Scene) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    return scene.points, scene.color, scene.opacity, scene.background
+
+
 def _image(
     operator: Callable[..., Tensor],
     scene: Scene,
@@ -93,7 +110,7 @@ def _image(
     check_choice("renderer", renderer, RENDERERS)
     height, width = check_count("height", height, 1), check_count("width", width, 1)
     thread_count = 0 if threads is None else check_count("threads", threads, 1)
-    inputs = (scene.points, scene.color, scene.opacity, scene.background)
+    inputs = _inputs(scene)
     _check_kinds(inputs)
     drawn_by = (height, width, renderer, thread_count, _as_text(renderer, scene.degree, settings))
     if not alpha:
@@ -202,6 +219,23 @@ def _(
     return points.new_empty((height, width, 3))
 
 
+def _draw_adjoint(
+    points: Tensor,
+    color: Tensor,
+    opacity: Tensor,
+    background: Tensor,
+    adj_image: Tensor,
+    renderer: str,
+    threads: int,
+    settings: str,
+) -> Adjoints:
+    height, width = adj_image.shape[:2]
+    with _turn(points.device):
+        stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads, settings)
+        adjoints: Adjoints = stages.adjoint(points, color, opacity, background, adj_image)
+    return adjoints
+
+
 @torch.library.custom_op("warpvec::render_adjoint", **_OPERATOR)
 def _render_adjoint(
     points: Tensor,
@@ -213,10 +247,7 @@ def _render_adjoint(
     threads: int,
     settings: str,
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    height, width = adj_image.shape[:2]
-    with _turn(points.device):
-        stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads, settings)
-        adjoints = stages.adjoint(points, color, opacity, background, adj_image)
+    adjoints = _draw_adjoint(points, color, opacity, background, adj_image, renderer, threads, settings)
     # An operator's outputs must not share memory with one another.
     return adjoints.points, adjoints.color.clone(), adjoints.opacity.clone(), adjoints.background.clone()
 

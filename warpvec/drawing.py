@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.autograd import render
+from warpvec.autograd import draw
 from warpvec.config import FitConfig
 from warpvec.config_rules import RENDERER_SETTINGS
 from warpvec.scene import Scene
@@ -43,6 +43,6 @@ def draw_exactly(scene: Scene, height: int, width: int, threads: int | None) -> 
 
 
 def _draw(scene: Scene, height: int, width: int, **settings: Any) -> NDArray[np.float32]:
-    image = render(scene, height, width, alpha=scene.transparent, **settings).detach()
+    image = draw(scene, height, width, alpha=scene.transparent, **settings)
     pixels: NDArray[np.float32] = (straight(image) if scene.transparent else image).cpu().numpy()
     return pixels

@@ -8,7 +8,7 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
-from warpvec.autograd import render
+from warpvec.autograd import draw_adjoint
 from warpvec.scene import Scene
 
 SHOWN_MIN = 1.0
@@ -21,11 +21,10 @@ Drawing = Callable[[Scene], bytes]
 
 def shown_areas(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
     """Of each path [N], the sum over the pixels of coverage, opacity, and the transmittance of all that is above."""
-    color = torch.zeros_like(scene.color).requires_grad_()
-    with torch.enable_grad():
-        image = render(replace(scene, color=color), height, width, threads=threads)
-        (adj_color,) = torch.autograd.grad(image[..., 0].sum(), color)
-    return adj_color[:, 0]
+    # The sum of the image's reds, as it changes with the red of each path.
+    adj_image = scene.points.new_zeros((height, width, 3))
+    adj_image[..., 0] = 1.0
+    return draw_adjoint(scene, adj_image, threads=threads).color[:, 0]
 
 
 def canvas_areas(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
