@@ -62,7 +62,7 @@ def _counts(settings: dict[str, Any]) -> dict[str, int]:
         "initial_curves": (1, None), "inflation_gap": (1, None), "recycle_gap": (0, None),
         "replace_gap": (1, None),
         # float32 has seven digits, and one at least stands before the point.
-        "precision": (0, 6), "colors": (0, None), "degree": (2, 12), "samples": (2, None), "lines": (1, None),
+        "precision": (0, 6), "colors": (0, 256), "degree": (2, 12), "samples": (2, None), "lines": (1, None),
         # The generators take a signed 64-bit seed.
         "seed": (0, 2**63 - 1),
     }  # fmt: skip

@@ -11,7 +11,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from warpvec import schedule
+from warpvec import palette, schedule
 from warpvec.canvas import Canvas
 from warpvec.checkpoint import Saving, State
 from warpvec.config import FitConfig
@@ -140,6 +140,8 @@ class _Fit:
         self.saving: Saving | None = None
         first = self._first_paths() if start is None else self._most_important(start)
         self._population = Population(self._on_canvas(first), config, max(self._height, self._width) / 2)
+        has_palette = config.palette is not None or config.colors > 0
+        self._palette = palette.Palette(self._target, config) if has_palette else None
 
     def iterate(self, interrupted: Callable[[], bool]) -> None:
         """Run the loop to its end, or until ``interrupted()``."""
@@ -147,6 +149,7 @@ class _Fit:
             if interrupted():
                 raise KeyboardInterrupt
             self._choose_canvas()
+            self._choose_palette()
             self._order()
             removal = self._step(self._policy.wants_removal(self._iteration + 1, self._iteration_count))
             self._iteration += 1
@@ -168,7 +171,7 @@ class _Fit:
 
     def _step(self, want_removal: bool) -> Tensor | None:
         """Render, loss, adjoint, update; gives each path's removal cost if that was asked for."""
-        scene, config = self._population.scene, self._config
+        scene, config = self._population.live, self._config
         adjoints = self._canvas.fit_step(scene, want_removal)
         adj_opacity = adjoints.opacity.contiguous()
         self._regularization.add_adjoint(scene.points, scene.opacity, adjoints.points, adj_opacity)
@@ -181,6 +184,11 @@ class _Fit:
         """The full size, once the coarse part of the run is over; errors on the two do not compare."""
         if self._canvas is not self._full and self._iteration >= self._config.coarse_until * self._iteration_count:
             self._canvas, self._best = self._full, None
+
+    def _choose_palette(self) -> None:
+        """Fills from the palette, once the paths have found their places."""
+        if self._palette is not None and self._iteration >= palette.START * self._iteration_count:
+            self._population.use_palette(self._palette)
 
     # The state
 
@@ -211,7 +219,7 @@ class _Fit:
         self._canvas = self._canvas if state["coarse"] else self._full
         self.history = list(state["history"])
         self._policy.restore(state["policy"])
-        self._population.restore(state["population"])
+        self._population.restore(state["population"], self._palette)
 
     def _save(self) -> None:
         if self.saving is not None and self._iteration % self.saving.every == 0:
@@ -238,7 +246,7 @@ class _Fit:
         return scene.select(removal.topk(self._config.curves).indices.sort().values)
 
     def _change_population(self, removal: Tensor | None) -> None:
-        before = self._population.scene
+        before = self._population.live
         iteration, iterations = self._iteration, self._iteration_count
         if self._policy.update(self._population, iteration, iterations, removal, self._full.squared_error):
             self._remember(before)

@@ -10,12 +10,14 @@ import torch
 import warp as wp
 from torch import Tensor
 
+from warpvec.checkpoint import State
 from warpvec.config import FitConfig
 from warpvec.kernels.adan import BETAS, CLAMPED, EPS, SIGMOID
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import make_lanes
 from warpvec.kernels.population import make_kernels, threads_per_path
 from warpvec.launch import Launcher, as_warp, start_warp
+from warpvec.palette import Palette
 from warpvec.scene import Scene, bernstein, circle_points, circle_sides
 
 # Opacities and logit colours are kept this far from 0 and 1, where the logit is infinite.
@@ -49,6 +51,8 @@ class Population:
         self._half_side = half_side
         self._logit_color = config.color_parameter == "logit"
         self._fixed_background = config.backdrop == "white" or scene.transparent
+        self._opaque = config.opacity == "opaque"
+        self._palette: Palette | None = None
         self._rates = (config.lr_points, config.lr_color, config.lr_opacity)
         self._launch = Launcher(str(scene.points.device), threads=1)
         # Parameters and state of points [5, N, 2 P], colour [5, N, 3], opacity [5, N, 1] and background [5, 1, 3].
@@ -84,8 +88,45 @@ class Population:
         adjoints = (adj_points.flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
         arrays = [self._strided(values) for values in adjoints]
         rows = len(self) + (0 if self._fixed_background else 1)
+        if self._palette is not None:
+            adj = torch.cat([adj_color, adj_background[None]])
+            self._palette.learn(self._palette.nearest(self._free_colors()), adj, factor)
         self._launch(self._kernel, rows * self._threads_per_path, [*self._settings, *arrays, *self._arrays])
+        self._constrain()
         self._copy = None
+
+    def use_palette(self, palette: Palette) -> None:
+        """Take all fills, from now on, from ``palette``."""
+        if self._palette is None:
+            self._palette = palette
+            self._constrain()
+            self._copy = None
+
+    def state(self) -> State:
+        """What :meth:`restore` needs to go on as if nothing had happened."""
+        return {
+            "points": self._rows[0],
+            "color": self._rows[1],
+            "opacity": self._rows[2],
+            "background": self._background,
+            "age": self._age,
+            "serial": self.serial,
+            "created": self._created,
+            "live": self.live.to_dict(),
+            "palette": None if self._palette is None else self._palette.state(),
+        }
+
+    def restore(self, state: State, palette: Palette | None) -> None:
+        """Go on from ``state``; ``palette`` is the one of the fit, if it has one."""
+        device = self.serial.device
+        points, color, opacity, self._background, self._age, self.serial = (
+            state[name].to(device) for name in ("points", "color", "opacity", "background", "age", "serial")
+        )
+        self._rows, self._created = (points, color, opacity), state["created"]
+        if palette is not None and state["palette"] is not None:
+            palette.restore(state["palette"])
+            self._palette = palette
+        self._place(Scene(**state["live"]).to(str(device)))
 
     def keep(self, rows: Tensor) -> None:
         """Keep the paths ``rows`` (a mask, or indices in their new order)."""
@@ -127,6 +168,21 @@ class Population:
         self._settings = [len(scene), lanes.dtype(self._half_side), color_form, *rates, *betas]
         shown = (scene.points.flatten(1), scene.color, scene.opacity[:, None], scene.background[None])
         self._arrays = [as_warp(values, dtype) for values in (*self._rows, self._background, *shown)]
+        self._constrain()
+
+    def _constrain(self) -> None:
+        """Make the live scene, in place, what the settings say beyond what the parameters do."""
+        if self._opaque:
+            self.live.opacity.fill_(1.0)
+        if self._palette is not None:
+            color = self._palette.entries[self._palette.nearest(self._free_colors())]
+            self.live.color.copy_(color[:-1])
+            if not self._fixed_background:
+                self.live.background.copy_(color[-1])
+
+    def _free_colors(self) -> Tensor:
+        """The colours [N + 1, 3] that the paths and, last, the background would have without a palette."""
+        return self._shown_color(torch.cat([self._rows[1][0], self._background[0]]))
 
     @staticmethod
     def _strided(values: Tensor) -> Any:
