@@ -1,8 +1,8 @@
 """One HTML file to look at a drawing, compare it with its photo, and edit it: nothing in it loads or runs but its own.
 
 The page's scripts and styles are in ``warpvec/page``; they are written into the file, and a content security policy
-allows these alone, by their hashes. The SVG goes in as a string of JSON, of which the page's reader takes numbers,
-colours and names.
+allows these alone, by their hashes. The SVG goes in as a string of JSON, reduced to known elements and attributes;
+of these the page's reader takes numbers, colours and names, and never shows an element itself.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from warpvec import __version__
 from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
 from warpvec.image import fit_image, read_image
+from warpvec.sanitize import sanitized
 from warpvec.verify import file_facts, measure
 
 PAGE_PHOTO_SIDE = 2048
@@ -70,7 +71,7 @@ def _data(svg: bytes, photo: bytes | None, history: list[dict[str, float]] | Non
     figures: dict[str, Any] = {**file_facts(svg)}
     data: dict[str, Any] = {"name": name, "figures": figures, "history": _checked_history(history or [])}
     # After the checks: a small gzip of a huge file has been refused by now.
-    data["svg"] = (gzip.decompress(svg) if svg.startswith(b"\x1f\x8b") else svg).decode("utf-8-sig")
+    data["svg"] = sanitized((gzip.decompress(svg) if svg.startswith(b"\x1f\x8b") else svg).decode("utf-8-sig"))
     if photo is not None:
         pixels = read_image(photo, name="photo")
         quality = measure(svg, pixels)

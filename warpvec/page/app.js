@@ -56,6 +56,7 @@ class App {
   }
 
   select(items) {
+    if (this.gesture) this.end();
     this.selection = new Set(items);
     this.refresh();
   }
@@ -149,11 +150,13 @@ class App {
   }
 
   undo() {
+    this.cancel();
     const label = this.history.undo();
     this.say(label ? `Undone: ${label}` : "Nothing to undo");
   }
 
   redo() {
+    this.cancel();
     const label = this.history.redo();
     this.say(label ? `Redone: ${label}` : "Nothing to redo");
   }

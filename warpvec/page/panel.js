@@ -187,6 +187,7 @@ class Panel {
     const [left, top] = stage.toStage(x + (width * app.split) / 100, y);
     const line = find("split-line");
     line.hidden = !app.meter;
+    line.classList.toggle("parked", !app.split);
     Object.assign(line.style, { left: `${left}px`, top: `${top}px`, height: `${height * stage.view.scale}px` });
     for (const tag of ["tag-photo", "tag-drawing"]) {
       find(tag).hidden = !app.split;

@@ -1,5 +1,5 @@
-/* SVG text -> drawing. Only numbers, colours and names leave the parsed document: none of its elements is ever shown,
- * so that nothing in it can run or load.
+/* SVG text, as warpvec/sanitize.py leaves it, -> drawing. Only numbers, colours and names leave the parsed document:
+ * none of its elements is ever shown.
  *
  * A drawing is {width, height, box, title, metadata, settings, background, layers, notes}. A layer is {key, id, name,
  * generation, items, version, visible}; its version grows with each change. An item is {layer, shape, fill, opacity,
@@ -7,13 +7,9 @@
 
 const MAX_LAYERS = 64;
 const LAYER_ID = /^layer-\d+-generation-(\d+)$/;
-const INKSCAPE = "http://www.inkscape.org/namespaces/inkscape";
 const IDENTITY = [1, 0, 0, 1, 0, 0];
 const CONTAINERS = new Set(["g", "a", "svg", "switch"]);
-const INVISIBLE = new Set([
-  "title", "desc", "metadata", "defs", "style", "script", "namedview", "symbol", "clipPath", "mask", "marker",
-  "pattern", "filter", "linearGradient", "radialGradient",
-]);
+const INVISIBLE = new Set(["title", "metadata", "css", "defs", "linearGradient", "radialGradient"]);
 const EFFECTS = ["clip-path", "mask", "filter", "stroke-dasharray"];
 
 function readDrawing(text) {
@@ -103,7 +99,7 @@ class Reader {
       return;
     }
     const d = pathDataOf(element);
-    if (d === null) this.note(`<${name}>, left out`);
+    if (d === null) this.note(`<${element.getAttribute("name")}>, left out`);
     else this.addItem(d, context, layer, name === "path");
   }
 
@@ -149,7 +145,7 @@ class Reader {
 
   /** A property by style attribute, style sheet or attribute, the first that says it. */
   property(element, name) {
-    const style = element.getAttribute("style");
+    const style = element.getAttribute("css");
     if (style) {
       const found = style.match(new RegExp(`(?:^|;)\\s*${name}\\s*:\\s*([^;!]+)`));
       if (found) return found[1].trim();
@@ -199,7 +195,7 @@ function initialContext() {
 function newLayer(group, index) {
   const id = group?.id || "";
   const generation = Number(id.match(LAYER_ID)?.[1] ?? index);
-  const label = group?.getAttributeNS(INKSCAPE, "label") || id;
+  const label = group?.getAttribute("label") || id;
   const name = LAYER_ID.test(id) ? `Generation ${generation}` : label || `Level ${index + 1}`;
   return { key: index, id, name, generation, items: [], version: 0, visible: true };
 }
@@ -214,9 +210,9 @@ function merged(layers) {
 /** Declarations of the document's style sheets by element, in the sheets' own order. */
 function collectStyles(parsed) {
   const styles = new Map();
-  for (const element of parsed.querySelectorAll("style")) {
+  for (const element of parsed.querySelectorAll("css")) {
     const sheet = new CSSStyleSheet();
-    sheet.replaceSync(element.textContent);
+    sheet.replaceSync(element.textContent.replace(/@import[^;]*;?/gi, ""));
     for (const rule of sheet.cssRules) {
       if (!(rule instanceof CSSStyleRule)) continue;
       for (const target of parsed.querySelectorAll(rule.selectorText)) {

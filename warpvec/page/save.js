@@ -2,6 +2,7 @@
 
 // The finest step is at most this share of the longer side, and two decimals at least: as warpvec writes photos.
 const STEPS_PER_SIDE = 2e4;
+const INKSCAPE = "http://www.inkscape.org/namespaces/inkscape";
 
 function writeDrawing(drawing) {
   const decimals = decimalsFor(drawing.box);

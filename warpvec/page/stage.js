@@ -156,7 +156,7 @@ class Stage {
     const { marks, overlay, app } = this;
     marks.setTransform(...IDENTITY);
     marks.clearRect(0, 0, overlay.width, overlay.height);
-    this.accent = getComputedStyle(overlay).getPropertyValue("--accent");
+    this.accent = getComputedStyle(overlay).color;
     if (app.selection.size) this.drawSelection();
     marks.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     if (this.band) this.drawBand();
@@ -169,7 +169,7 @@ class Stage {
     if (app.selection.size <= (app.gesture ? MAX_OUTLINES_MOVING : MAX_OUTLINES)) {
       for (const [width, color] of [[3, "rgb(255 255 255 / 0.75)"], [1.4, this.accent]]) {
         marks.setTransform(...placed);
-        marks.lineWidth = width / Math.hypot(placed[0], placed[1]) * this.ratio;
+        marks.lineWidth = (width * this.ratio) / Math.hypot(placed[0], placed[1]);
         marks.strokeStyle = color;
         for (const item of app.selection) marks.stroke(path2dOf(item.shape));
       }
