@@ -76,7 +76,9 @@ class RayEngine:
         except (ConnectionError, ValueError, RuntimeError) as error:
             given = "no --ray-address" if self._address is None else repr(self._address)
             rule = f"--ray-address must lead to a running Ray cluster, got {given} ({error})"
-            raise InputError(f"{rule}; start one with ray start --head") from error
+            raise InputError(
+                f"{rule}; start one with ray start --head, or set RAY_AUTH_TOKEN if it wants that"
+            ) from error
         try:
             yield ray
         finally:

@@ -107,7 +107,9 @@ class _Worker(Generic[J, R]):
         self.give_up()
         if self._process is None:
             return
-        self._process.join(_STOP_SECONDS)
+        if self.is_busy:  # it may be writing its file
+            self._process.join(_STOP_SECONDS)
+        # An idle one has nothing to lose, and would take a second to unload what it has imported.
         self._process.kill()
         self._process.join()
         self._process = None
