@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
-from warpvec import svg_safety
+from warpvec import svg_safety, verify
 from warpvec.errors import InputError
 from warpvec.verify import count_paths, draw, file_facts, measure, psnr, ssim
 
@@ -194,11 +194,13 @@ def test_psnr_of_a_known_difference():
     assert psnr(np.full((2, 2, 3), 51, np.uint8), np.full((2, 2, 3), 0.2)) == math.inf
 
 
-# The heights cross the bands in which images are compared: of one row less, of one window row more, of two and a half.
+# The heights cross the bands in which images are compared, here of 256 rows: of one row less, of one window row more,
+# of two and a half.
 @pytest.mark.parametrize(
     "shape", [(7, 7), (7, 40), (33, 50), (255, 9), (256, 9), (257, 9), (262, 9), (263, 9), (640, 12)]
 )
-def test_ssim_agrees_with_scikit_image(shape):
+def test_ssim_agrees_with_scikit_image(shape, monkeypatch):
+    monkeypatch.setattr(verify, "_BAND_PIXELS", 256 * shape[1])
     first, second = image_pair(*shape)
     expected = structural_similarity(first, second, channel_axis=2, data_range=1)
     assert ssim(first, second) == pytest.approx(expected, abs=1e-6)
