@@ -10,6 +10,16 @@ from PIL import Image, ImageDraw, ImageFilter
 
 MAGENTA, GREEN = (255, 0, 255), (0, 255, 0)
 
+_LETTER = (112, 20, 152, 20, 152, 36, 140, 36, 140, 101, 125, 101, 125, 36, 112, 36)
+# Colour, opacity, blur in pixels, kind and corners of each shape, the lowest first.
+_SHAPES = (
+    ((0, 0, 0), 0.5, 5.0, "ellipse", (30, 34, 110, 114)),
+    ((20, 110, 220), 1.0, 0.0, "ellipse", (24, 22, 104, 102)),
+    ((255, 200, 40), 1.0, 0.0, "ellipse", (44, 42, 84, 82)),
+    ((255, 255, 255), 1.0, 0.0, "polygon", _LETTER),
+    ((10, 10, 10), 1.0, 0.0, "polygon", (114, 105, 151, 108, 150, 113, 113, 110)),
+)
+
 # Samples per pixel on each axis.
 _SAMPLES = 4
 
@@ -17,13 +27,7 @@ _SAMPLES = 4
 def logo(scale: int = 1, hidden: tuple[int, int, int] = MAGENTA) -> NDArray[np.uint8]:
     """A ring over its shadow and a letter [120 ``scale``, 160 ``scale``, 4], ``hidden`` where alpha is 0."""
     image = np.zeros((120 * scale, 160 * scale, 4))
-    for color, opacity, blur, kind, corners in (
-        ((0, 0, 0), 0.5, 5.0, "ellipse", (30, 34, 110, 114)),
-        ((20, 110, 220), 1.0, 0.0, "ellipse", (24, 22, 104, 102)),
-        ((255, 200, 40), 1.0, 0.0, "ellipse", (44, 42, 84, 82)),
-        ((255, 255, 255), 1.0, 0.0, "polygon", (112, 20, 152, 20, 152, 36, 140, 36, 140, 101, 125, 101, 125, 36)),
-        ((10, 10, 10), 1.0, 0.0, "polygon", (114, 105, 151, 108, 150, 113, 113, 110)),
-    ):
+    for color, opacity, blur, kind, corners in _SHAPES:
         alpha = opacity * _mask(kind, corners, blur, scale)[..., None]
         image *= 1.0 - alpha
         image += np.concatenate([np.broadcast_to(np.divide(color, 255.0), (*alpha.shape[:2], 3)) * alpha, alpha], -1)

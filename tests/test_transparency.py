@@ -17,6 +17,8 @@ import warpvec
 from warpvec.canvas import Canvas, blank_error, paint_colors
 from warpvec.config import make_config
 from warpvec.image import fit_image, read_image, write_png
+from warpvec.policy import POLICIES
+from warpvec.population import Population
 from warpvec.scene import Scene
 from warpvec.svg import write_svg
 from warpvec.transparency import ALPHA_MIN, premultiplied, straight
@@ -203,3 +205,21 @@ def test_paint_around_a_shape_is_of_its_colour():
     assert paint_colors(torch.zeros(3, 5, 4)).isfinite().all()
     opaque = torch.rand(3, 5, 3)
     assert paint_colors(opaque) is opaque
+
+
+@pytest.mark.parametrize("policy", ["scaffolding", "replacement"])
+def test_new_paths_have_the_colours_of_what_is_seen(policy: str):
+    if policy == "replacement":
+        pytest.importorskip("scipy")
+    target = torch.zeros(40, 56, 4)
+    target[10:30, 10:40] = torch.tensor([0.9, 0.2, 0.1, 0.3])
+    config = make_config("draft", policy=policy, curves=16, iterations=20, replace_gap=1, color_parameter="direct")
+    maker = POLICIES[policy](target, config, 0)
+    scene = maker.first_paths(torch.zeros(3))
+    if policy == "replacement":
+        population = Population(replace(scene, opacity=torch.full((16,), 0.01)), config, 28.0)
+        for iteration in (11, 12):
+            maker.update(population, iteration, 20, None, lambda _: blank_error(target, torch.zeros(3)))
+        scene = population.scene.select(population.scene.generation > 0)
+        assert len(scene)
+    torch.testing.assert_close(scene.color, torch.tensor([0.9, 0.2, 0.1]).expand(len(scene), 3))
