@@ -1,4 +1,4 @@
-"""What the benchmarks of many fits share: photos of a folder, results kept line by line in a CSV, a warm-up.
+"""What the benchmarks of many fits share: photos of a folder, engines, results kept line by line in a CSV, a warm-up.
 
 A result is known by the image's bytes, the settings and warpvec's sources: a run that was interrupted goes on where it
 ended, one after a change to any of them starts anew.
@@ -11,19 +11,25 @@ import hashlib
 import io
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 import numpy as np
 from harness import source_digest
 
 from warpvec import vectorize
+from warpvec.batch import SUFFIXES
 from warpvec.config import FitConfig
+from warpvec.engines.base import Engine, Lane, Outcome, Watch, Work
+from warpvec.engines.local import LocalEngine, core_count
 
-SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif")
+J = TypeVar("J")
+R = TypeVar("R")
 
 Row = dict[str, str]
 
@@ -49,10 +55,54 @@ def fit_key(image: bytes, config: FitConfig, *more: object) -> str:
     return hashlib.sha256(image + settings.encode() + source_digest().encode()).hexdigest()[:16]
 
 
+# Engines: one fit after the other in this process, or several at a time
+
+
+jobs_option = click.option(
+    "--jobs", type=click.IntRange(min=1), default=1, show_default=True,
+    help="Fits at a time, each in a process with its share of the cores; their seconds are then longer.",
+)  # fmt: skip
+
+
+def engine_for(jobs: int, settings: dict[str, Any]) -> tuple[Engine, dict[str, Any]]:
+    """What runs ``jobs`` fits at a time, and ``settings`` with the threads of each."""
+    if jobs == 1:
+        return InProcess(), settings
+    settings = {"threads": max(1, core_count() // jobs), **settings}
+    return LocalEngine(["cpu"], settings["threads"], jobs, retries=1), settings
+
+
+class InProcess:
+    """The engine that this process is; what the work raises is raised."""
+
+    def run(self, jobs: Sequence[J], work: Work[J, R], watch: Watch) -> Generator[Outcome[J, R], None, None]:
+        """The outcome of every job, in order."""
+        for job in jobs:
+            yield Outcome(job, work(job, Lane("cpu", 1), lambda text: None), None, 1)
+
+
+def results_of(engine: Engine, jobs: Sequence[J], work: Work[J, R]) -> Iterator[R]:
+    """The result of every job as it ends. Work takes device and threads from its own settings, not from its lane.
+
+    Raises:
+        click.ClickException: a job failed.
+    """
+    with closing(engine.run(jobs, work, lambda job, text: None)) as outcomes:
+        for outcome in outcomes:
+            if outcome.value is None:
+                raise click.ClickException(f"{outcome.job}: {outcome.error}")
+            yield outcome.value
+
+
 def warm_up(preset: str, settings: Mapping[str, Any]) -> None:
-    """Compile and load every kernel of a fit with these settings."""
+    """Compile and load every kernel of a fit with these settings, once in a process."""
+    _warm_up_once(preset, json.dumps(dict(settings), sort_keys=True))
+
+
+@cache
+def _warm_up_once(preset: str, settings: str) -> None:
     noise = np.random.default_rng(0).random((32, 32, 3), dtype=np.float32)
-    _ = vectorize(noise, preset=preset, **{**settings, **_WARMUP}).metrics
+    _ = vectorize(noise, preset=preset, **{**json.loads(settings), **_WARMUP}).metrics
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Fits every image of a folder and measures the files as resvg draws them.
 
-What: PSNR, SSIM and size of the files, and the seconds that the fits took, in one process whose kernels are compiled
-and loaded before the first fit. Why these photos: the Kodak set is what papers on vectorization report means of.
+What: PSNR, SSIM and size of the files, and the seconds that the fits took, in a process whose kernels are compiled
+and loaded before its first fit. Why these photos: the Kodak set is what papers on vectorization report means of.
 
 Every result is written to a CSV file as soon as it is there (`fits.py`), so that a run that was interrupted goes on
 where it ended.
@@ -11,14 +11,15 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from statistics import fmean
 from typing import Any
 
 import click
-from fits import ResultFile, Row, find_images, fit_key, warm_up
+from fits import ResultFile, Row, engine_for, find_images, fit_key, jobs_option, results_of, warm_up
 from harness import (
     comma_separated_counts,
     default_cache,
@@ -32,6 +33,7 @@ from harness import (
 
 from warpvec import vectorize
 from warpvec.config import FitConfig, make_config
+from warpvec.engines.base import Engine, Lane, Say
 from warpvec.errors import InputError
 from warpvec.launch import resolve_device
 
@@ -74,18 +76,33 @@ def measure_image(image: Path, preset: str, config: FitConfig, given: dict[str, 
     return {**known, **measured, "gap": gap, **run}
 
 
-def collect(cases: Iterable[tuple[Path, FitConfig]], out: Path, measure: Callable[..., dict[str, Any]]) -> list[Row]:
+Case = tuple[Path, FitConfig]
+
+
+@dataclass(frozen=True)
+class Measure:
+    """The work on each case."""
+
+    preset: str
+    given: dict[str, Any]
+
+    def __call__(self, case: Case, lane: Lane, say: Say) -> dict[str, Any]:
+        """The line of a case, after a warm-up that no line has."""
+        del lane, say
+        image, config = case
+        warm_up(self.preset, self.given)
+        return measure_image(image, self.preset, config, self.given)
+
+
+def collect(cases: Iterable[Case], out: Path, measure: Measure, engine: Engine) -> list[Row]:
     """The line of every case: from ``out`` if it is there, else measured and added to it."""
     results = ResultFile(out, FIELDS)
-    done, keys = results.read(), []
-    for image, config in cases:
-        keys.append(key := row_key(image, config))
-        if key not in done:
-            row = measure(image, config)
-            results.append(row)
-            done[key] = {name: str(value) for name, value in row.items()}
-            click.echo(f"{image.name} {config.curves}: {row['psnr']:.2f} dB, {row['total_seconds']:.1f} s", err=True)
-    return [done[key] for key in keys]
+    done, keyed = results.read(), {row_key(*case): case for case in cases}
+    for row in results_of(engine, [case for key, case in keyed.items() if key not in done], measure):
+        results.append(row)
+        done[row["key"]] = {name: str(value) for name, value in row.items()}
+        click.echo(f"{row['image']} {row['curves']}: {row['psnr']:.2f} dB, {row['total_seconds']:.1f} s", err=True)
+    return [done[key] for key in keyed]
 
 
 # The tables
@@ -113,6 +130,7 @@ def details_table(rows: Sequence[Row]) -> str:
 @click.option("--curves", callback=comma_separated_counts, default="256,512,1024", show_default=True)
 @click.option("--preset", default="default", show_default=True)
 @click.option("--threads", type=int, help="CPU threads of the kernels [all cores].")
+@jobs_option
 @click.option("--limit", type=click.IntRange(min=1), help="Only the first so many images.")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="CSV file [kodak.csv in a temp folder].")
 @click.option("--details", is_flag=True, help="A table of every image, too.")
@@ -122,21 +140,21 @@ def main(
     curves: list[int],
     preset: str,
     threads: int | None,
+    jobs: int,
     limit: int | None,
     out: Path | None,
     details: bool,
     assignments: tuple[str, ...],
 ) -> None:
     """Fit every image of FOLDER and measure the files as resvg draws them."""
-    given = {**parse_settings(assignments), **({} if threads is None else {"threads": threads})}
+    settings = {**parse_settings(assignments), **({} if threads is None else {"threads": threads})}
+    engine, given = engine_for(jobs, settings)
     out = out or default_cache() / "kodak.csv"
     try:
         configs = [make_config(preset, **{**given, "curves": count}) for count in curves]
         facts = machine_facts(resolve_device(configs[0].device))
         cases = [(image, config) for config, image in product(configs, find_images(folder, limit))]
-        if any(row_key(*case) not in ResultFile(out, FIELDS).read() for case in cases):
-            warm_up(preset, given)
-        rows = collect(cases, out, lambda image, config: measure_image(image, preset, config, given))
+        rows = collect(cases, out, Measure(preset, given), engine)
     except InputError as error:
         raise click.UsageError(str(error)) from error
     if details:

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import product
+from itertools import chain, product
 from typing import Any
 
 import click
-from fits import Row
 from harness import comma_separated, markdown_table
 from paper_figures import Tile, by_generation, plot_histories, save_animation, sheet
 from paper_fits import Case, Photo, Pixels, soft_image
@@ -58,10 +57,12 @@ def table2(study: Study, presets: list[str]) -> str:
 
 
 def _quality(study: Study, presets: Sequence[str], paper: Quantitative, what: str) -> str:
-    groups = {
-        (preset, count): [study.row(photo, count, preset) for photo in study.photos]
+    cases = {
+        (preset, count): [study.case(photo, count, preset) for photo in study.photos]
         for count, preset in product(study.curves, presets)
     }
+    study.fits.fill(chain.from_iterable(cases.values()))
+    groups = {key: study.rows(group) for key, group in cases.items()}
     return f"{quality_table(groups, paper)}\n\n{_note(what)}"
 
 
@@ -107,8 +108,9 @@ def _ablation(
     lines = []
     for photo, count in product(study.photos, study.curves):
         tiles = [Tile(photo.pixels, photo.name)]
-        for labels, settings in variants.items():
-            case = study.case(photo, count, studied=settings)
+        cases = {labels: study.case(photo, count, studied=settings) for labels, settings in variants.items()}
+        study.fits.fill(cases.values())
+        for labels, case in cases.items():
             line = Line((photo.name, count, *labels), study.fits.row(case), paper.get(labels))
             tiles.append(_tile(study, case, f"{', '.join(names)}: {', '.join(map(str, labels))}"))
             lines.append(line)
@@ -139,15 +141,16 @@ def _panel(study: Study, panel: str) -> str:
     sweep = TABLE_3[panel]
     divisor = LR_REFERENCE if panel == "lr" else 1
     values = [value / divisor if panel == "lr" else value for value in sweep.values]
-    results = {
-        count: [_sweep_rows(study, {**_LITERAL, sweep.setting: value, "iterations": count}) for value in values]
+    cases = {
+        count: [_sweep_cases(study, {**_LITERAL, sweep.setting: value, "iterations": count}) for value in values]
         for count in study.iterations
     }
-    return sweep_table(sweep, results)
+    study.fits.fill(case for groups in cases.values() for group in groups for case in group)
+    return sweep_table(sweep, {count: [study.rows(group) for group in groups] for count, groups in cases.items()})
 
 
-def _sweep_rows(study: Study, studied: Mapping[str, Any]) -> list[Row]:
-    return [study.row(photo, study.curves[0], studied=studied) for photo in study.photos]
+def _sweep_cases(study: Study, studied: Mapping[str, Any]) -> list[Case]:
+    return [study.case(photo, study.curves[0], studied=studied) for photo in study.photos]
 
 
 # Trajectories, levels of detail, layers
@@ -205,6 +208,7 @@ def lod(study: Study) -> str:
     lines, levels = [], []
     for photo in study.photos:
         cases = {count: study.case(photo, count) for count in sorted(study.curves)}
+        study.fits.fill(cases.values())
         lines += [Line((photo.name, count), study.fits.row(case)) for count, case in cases.items()]
         tiles = [_tile(study, case, f"{count} curves") for count, case in cases.items()]
         prefixes = _prefixes(study, cases[max(study.curves)])

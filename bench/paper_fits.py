@@ -16,7 +16,7 @@ from typing import Any
 import click
 import numpy as np
 from bench_scenes import load_scene, save_scene
-from fits import ResultFile, Row, find_images, fit_key, warm_up
+from fits import InProcess, ResultFile, Row, find_images, fit_key, results_of, warm_up
 from harness import source_digest
 from lpips_metric import NOT_FOUND, Lpips
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from PIL import Image
 
 from warpvec.api import Result, draw_as_fitted, fit_photo
 from warpvec.config import FitConfig, make_config
+from warpvec.engines.base import Engine, Lane, Say
 from warpvec.fit import Progress
 from warpvec.image import read_image, write_png
 from warpvec.scene import Scene
@@ -118,7 +119,8 @@ class Case:
 class Fits:
     """The fits in the CSV file ``out``, and their scenes and files in the folder of that name beside it."""
 
-    def __init__(self, out: Path, lpips: Lpips | None = None) -> None:
+    def __init__(self, out: Path, lpips: Lpips | None = None, engine: Engine | None = None) -> None:
+        self._engine = engine or InProcess()
         self._results, self._folder, self._lpips = ResultFile(out, FIELDS), out.with_suffix(".fits"), lpips
         self._done = self._results.read()
         self._warm: set[object] = set()
@@ -130,11 +132,20 @@ class Fits:
             click.Abort: Ctrl-C ended the fit; its result would not be that of the settings.
         """
         key = case.key
-        if key not in self._done or not self._path(case, ".npz").exists():
-            self._add(self._measure(case))
+        if self._is_missing(case):
+            self.fill([case])
         elif self._lpips is not None and self._done[key]["lpips_weights"] != self._lpips.name:
             self._add({**self._done[key], **self._distances(case, self._images(case))})
         return self._done[key]
+
+    def fill(self, cases: Iterable[Case]) -> None:
+        """Measure those of ``cases`` that are not there, as many at a time as the engine runs."""
+        missing = {case.key: case for case in cases if self._is_missing(case)}
+        for row in results_of(self._engine, list(missing.values()), self._measure):
+            self._add(row)
+
+    def _is_missing(self, case: Case) -> bool:
+        return case.key not in self._done or not self._path(case, ".npz").exists()
 
     def scene(self, case: Case) -> Scene:
         """The fitted scene of a case whose line is there, in pixels of its photo."""
@@ -165,7 +176,8 @@ class Fits:
         self._results.append(row)
         self._done[row["key"]] = {name: str(value) for name, value in row.items()}
 
-    def _measure(self, case: Case) -> dict[str, Any]:
+    def _measure(self, case: Case, lane: Lane, say: Say) -> dict[str, Any]:
+        del lane, say
         self._warm_up(case)
         frames: dict[int, Scene] = {}
         keep = _scene_keeper(frames, case.every) if case.every else None

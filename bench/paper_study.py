@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
 from typing import Any
 
 import click
-from fits import Row
+from fits import Row, engine_for, jobs_option
 from harness import (
     comma_separated_counts,
     default_cache,
@@ -51,6 +51,11 @@ class Study:
         """The results of :meth:`case`."""
         return self.fits.row(self.case(*args, **kwargs))
 
+    def rows(self, cases: Sequence[Case]) -> list[Row]:
+        """The results of many, those that are not there measured together."""
+        self.fits.fill(cases)
+        return [self.fits.row(case) for case in cases]
+
     def path(self, suffix: str) -> Path:
         """A file beside the CSV."""
         return self.out.with_name(self.out.stem + suffix)
@@ -81,6 +86,7 @@ def experiment(
             "--lpips-weights", type=click.Path(exists=True, dir_okay=False, path_type=Path),
             help="torchvision's VGG16 or AlexNet, a state dict, for LPIPS.",
         ),
+        jobs_option,
         settings_option,
     )  # fmt: skip
 
@@ -119,15 +125,16 @@ def _run(
     iterations: list[int],
     out: Path | None,
     lpips_weights: Path | None,
+    jobs: int,
     assignments: tuple[str, ...],
     **own: Any,
 ) -> None:
     """Run an experiment; print its table, with what it must be read with, and write both beside the CSV."""
-    settings = parse_settings(assignments)
+    engine, settings = engine_for(jobs, parse_settings(assignments))
     facts = machine_facts(resolve_device(settings.get("device", "auto")))
     out = out or default_cache() / "paper" / f"{body.__name__}.csv"
     photos = choose_photos(folder, None if images is None else images.split(","), scale)
-    fits = Fits(out, Lpips(lpips_weights) if lpips_weights else None)
+    fits = Fits(out, Lpips(lpips_weights) if lpips_weights else None, engine)
     study = Study(photos, curves, iterations, settings, out, fits)
     table = body(study, **own)
     footer = f"scale {scale:g}, iterations {iterations or 'of the presets'}, settings {json.dumps(settings)}"
