@@ -6,6 +6,7 @@ Stages in order, each with its adjoint beside it or in ``<stage>_adjoint``::
     binning       vertices -> (path, tile) pairs       (no gradient)
     coverage      vertices, pairs -> winding           adj_winding -> adj_edges
     compositing   winding, colour, opacity -> image    adj_image -> adj_color, adj_opacity, adj_winding
+    admission     counts -> what there is room for     (no gradient)
     regularization                                     adds to adj_points, adj_opacity
     adan                                               the optimizer's update
 

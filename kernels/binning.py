@@ -89,7 +89,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
         path_first_strip: wp.array(dtype=int),  # [N + 1]
         path_first_pair: wp.array(dtype=int),  # [N + 1]
-        strip_path: wp.array(dtype=int),  # [strips]
+        strip_path: wp.array(dtype=int),  # [strips] -1: of no path
         # outputs
         pair_path: wp.array(dtype=int),  # [K]
         pair_class: wp.array(dtype=int),  # [K]
@@ -101,6 +101,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         """Class of each pair of a strip."""
         strip = first + wp.tid()
         path = strip_path[strip]
+        if path < 0:
+            return
         box = path_tile_box[path]
         tile_row = box[1] + strip - path_first_strip[path]
         columns = box[2] - box[0]

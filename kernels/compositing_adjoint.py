@@ -20,24 +20,29 @@ from warpvec.kernels.lanes import Lanes, stage_module
 TERMS = 5
 """Sums of a pair: dL/dred, dL/dgreen, dL/dblue, dL/dopacity, importance; of a tile: dL/dbackground, squared error."""
 
+CANVAS_TERMS = 4
+"""Sums of a tile, and of the canvas."""
+
 
 @cache
 def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace:
-    """``composite_adjoint``, ``gather_paths_adjoint`` and ``gather_tiles``.
+    """``composite_adjoint``, ``gather_paths_adjoint``, ``gather_tiles`` and ``gather_canvas``.
 
     ``fused``: the image adjoint is that of the squared error against ``tile_reference``, which is the target; else
     ``tile_reference`` is dL/d(image) itself. ``importance``: fill the fifth sum of each pair.
     """
     dtype, vec3, vector = lanes.dtype, lanes.vec3, lanes.vector
     mul, fma, sub = lanes.mul, lanes.fma, lanes.sub
-    spread, get, put, reduce_tile = lanes.spread, lanes.get, lanes.put, lanes.reduce_tile
+    spread, get, put = lanes.spread, lanes.get, lanes.put
+    reduce_tile, reduce_canvas = lanes.reduce_tile, lanes.reduce_canvas
     functions = compositing.make_functions(lanes)
     winding_index, on_canvas = functions.winding_index, functions.on_canvas
     coverage, coverage_slope = functions.coverage, functions.coverage_slope
     tile_vectors = wp.constant(lanes.tile_vectors)
     tile_threads = wp.constant(lanes.tile_threads)
     tile_size = wp.constant(lanes.tile_vectors * lanes.tile_threads)
-    reducers, terms = wp.constant(lanes.reducers), wp.constant(TERMS)
+    reducers, terms, canvas_terms = wp.constant(lanes.reducers), wp.constant(TERMS), wp.constant(CANVAS_TERMS)
+    canvas_threads, canvas_reducers = wp.constant(lanes.canvas_threads), wp.constant(lanes.canvas_reducers)
     used_terms = wp.constant(TERMS if importance else TERMS - 1)
     sums_type = wp.types.vector(TERMS, dtype=dtype)
     local_array = lanes.tile_vectors > 1
@@ -222,7 +227,9 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         pair_class: wp.array(dtype=int),  # [K]
         pair_sums: wp.array2d(dtype=dtype),  # [K reducers, TERMS]
         # outputs
-        path_sums: wp.array2d(dtype=dtype),  # [N, TERMS]
+        adj_color: wp.array(dtype=vec3),  # [N]
+        adj_opacity: wp.array(dtype=dtype),  # [N]
+        path_importance: wp.array(dtype=dtype),  # [N], for ``importance``
     ):
         """The sums of one path, over its pairs in their fixed order."""
         path = first + wp.tid()
@@ -232,8 +239,10 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
                 for row in range(pair * reducers, (pair + 1) * reducers):
                     for term in range(used_terms):
                         total[term] = total[term] + pair_sums[row, term]
-        for term in range(terms):
-            path_sums[path, term] = total[term]
+        adj_color[path] = vec3(total[0], total[1], total[2])
+        adj_opacity[path] = total[3]
+        if wp.static(importance):
+            path_importance[path] = total[4]
 
     @wp.kernel(module=module)
     def gather_tiles(
@@ -241,15 +250,52 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         tile_sums: wp.array2d(dtype=dtype),  # [tiles reducers, TERMS]
         row_count: int,
         # outputs
-        canvas_sums: wp.array(dtype=dtype),  # [TERMS]
+        group_sums: wp.array2d(dtype=wp.float64),  # [canvas_reducers, CANVAS_TERMS]
     ):
-        """One sum over all tiles: dL/dbackground and the squared error."""
+        """The sums of every ``canvas_threads``-th row, added by groups of threads."""
+        thread = first + wp.tid()
+        red, green, blue, error = wp.float64(0.0), wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
+        row = int(thread)
+        while row < row_count:
+            red += wp.float64(tile_sums[row, 0])
+            green += wp.float64(tile_sums[row, 1])
+            blue += wp.float64(tile_sums[row, 2])
+            error += wp.float64(tile_sums[row, 3])
+            row += canvas_threads
+        reduce_canvas(group_sums, 0, red, thread)
+        reduce_canvas(group_sums, 1, green, thread)
+        reduce_canvas(group_sums, 2, blue, thread)
+        reduce_canvas(group_sums, 3, error, thread)
+
+    @wp.kernel(module=module)
+    def gather_canvas(
+        first: int,
+        group_sums: wp.array2d(dtype=wp.float64),  # [canvas_reducers, CANVAS_TERMS]
+        error_scale: dtype,
+        overflow: wp.array(dtype=int),  # [4] what the step had no room for
+        # in and out
+        lost: wp.array(dtype=int),  # [1] steps without room
+        # outputs
+        canvas_sums: wp.array(dtype=dtype),  # [CANVAS_TERMS] dL/d(background) and the error times ``error_scale``
+    ):
+        """One sum over all tiles. A step without room has no gradient, and leaves the error as it was."""
         term = first + wp.tid()
         value = wp.float64(0.0)
-        for row in range(row_count):
-            value += wp.float64(tile_sums[row, term])
-        canvas_sums[term] = dtype(value)
+        for row in range(canvas_reducers):
+            value += group_sums[row, term]
+        sum_here = dtype(value)
+        overflowed = overflow[0] + overflow[1] + overflow[2] + overflow[3] > 0
+        if term < canvas_terms - 1:
+            canvas_sums[term] = wp.where(overflowed, zero, sum_here)
+        else:
+            if overflowed:
+                lost[0] = lost[0] + 1
+            else:
+                canvas_sums[term] = sum_here * error_scale
 
     return SimpleNamespace(
-        composite_adjoint=composite_adjoint, gather_paths_adjoint=gather_paths_adjoint, gather_tiles=gather_tiles
+        composite_adjoint=composite_adjoint,
+        gather_paths_adjoint=gather_paths_adjoint,
+        gather_tiles=gather_tiles,
+        gather_canvas=gather_canvas,
     )

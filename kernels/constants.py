@@ -37,6 +37,10 @@ EMPTY, FULL, PARTIAL = 0, 1, 2
 REDUCED_LANES = 32
 """Scalar lanes that share one slot of a sum over a tile: one CUDA warp."""
 
+CANVAS_THREADS = 4096
+"""Scalar lanes that share the sums over all tiles: each adds every 4096th, warps of them make 128 sums of theirs, and
+one thread adds those. At 4096 x 4096 pixels each has 128 rows to add, as the last one has."""
+
 CPU_FLAGS = "-march=native -ffp-contract=fast"
 CPU_FLAGS_X86 = " -mprefer-vector-width=512"
 """Clang flags for the CPU kernels: fused multiply-adds gain 10-25 %, 512-bit vectors, of x86 alone, up to 5 %."""

@@ -43,7 +43,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
         path_first_strip: wp.array(dtype=int),  # [N + 1]
         path_first_pair: wp.array(dtype=int),  # [N + 1]
-        strip_path: wp.array(dtype=int),  # [strips]
+        strip_path: wp.array(dtype=int),  # [strips] -1: of no path
         pair_slot: wp.array(dtype=int),  # [K + 1] exclusive count of partial pairs
         # outputs
         slot_winding: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
@@ -53,6 +53,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         strip = item // blocks
         block = item % blocks
         path = strip_path[strip]
+        if path < 0:
+            return
         box = path_tile_box[path]
         strip_in_path = strip - path_first_strip[path]
         pair0 = path_first_pair[path] + strip_in_path * (box[2] - box[0])

@@ -12,7 +12,7 @@ from typing import Any
 
 import warp as wp
 
-from warpvec.kernels.constants import CPU_FLAGS, CPU_FLAGS_X86, REDUCED_LANES, TILE
+from warpvec.kernels.constants import CANVAS_THREADS, CPU_FLAGS, CPU_FLAGS_X86, REDUCED_LANES, TILE
 
 _C_NAME = {wp.float32: "float", wp.float64: "double"}
 
@@ -31,7 +31,8 @@ def make_lanes(width: int, dtype: Any) -> Lanes:
     """Lane operations for ``width`` 16 (CPU) or 1 (CUDA, and the CPU as a check of it), ``dtype`` wp.float32 or 64.
 
     Fields: ``vector`` the lane type, ``blocks`` lane values per pixel column, ``tile_vectors`` and ``tile_threads``
-    how a tile is shared out, ``reducers`` slots of a sum over a tile, and the operations.
+    how a tile is shared out, ``reducers`` slots of a sum over a tile, ``canvas_threads`` and ``canvas_reducers`` the
+    same for sums over all tiles, and the operations.
     """
     vector = dtype if width == 1 else wp.types.vector(width, dtype=dtype)
     operations = _scalar_operations(dtype) if width == 1 else _native_operations(width, dtype, vector)
@@ -47,6 +48,8 @@ def make_lanes(width: int, dtype: Any) -> Lanes:
         tile_vectors=TILE if width > 1 else 1,
         tile_threads=1 if width > 1 else TILE * TILE,
         reducers=1 if width > 1 else TILE * TILE // REDUCED_LANES,
+        canvas_threads=1 if width > 1 else CANVAS_THREADS,
+        canvas_reducers=1 if width > 1 else CANVAS_THREADS // REDUCED_LANES,
         **operations,
     )
 
@@ -134,8 +137,12 @@ def _native_operations(width: int, dtype: Any, vector: Any) -> dict[str, Any]:
     def reduce_tile(sums: wp.array2d(dtype=dtype), slot: int, term: int, value: vector, lane: int):
         sums[slot, term] = total(value)
 
+    @wp.func
+    def reduce_canvas(sums: wp.array2d(dtype=wp.float64), term: int, value: wp.float64, thread: int):
+        sums[thread, term] = value
+
     arithmetic = (add, sub, mul, fma, fnma, quotient, root, exponential, least, most, where_less)
-    return _named(*arithmetic, spread, ramp_from, total, peak, any_of_tile, get, put, reduce_tile)
+    return _named(*arithmetic, spread, ramp_from, total, peak, any_of_tile, get, put, reduce_tile, reduce_canvas)
 
 
 # e^x as 2^n p(f) with n + f = x / ln 2: the polynomial is within 1e-7 of 2^f on [-1/2, 1/2]; 28 times a scalar call.
@@ -267,6 +274,9 @@ def _scalar_operations(dtype: Any) -> dict[str, Any]:
     @wp.func_native(_WARP_SUM)
     def warp_sum(value: dtype) -> dtype: ...
 
+    @wp.func_native(_WARP_SUM)
+    def warp_sum_of_doubles(value: wp.float64) -> wp.float64: ...
+
     @wp.func_native(_IS_CUDA)
     def is_cuda() -> int: ...
 
@@ -284,8 +294,21 @@ def _scalar_operations(dtype: Any) -> dict[str, Any]:
             else:
                 sums[row, term] = sums[row, term] + value
 
+    @wp.func
+    def reduce_canvas(sums: wp.array2d(dtype=wp.float64), term: int, value: wp.float64, thread: int):
+        row = thread // wp.static(REDUCED_LANES)
+        if is_cuda() == 1:
+            warp_total = warp_sum_of_doubles(value)
+            if thread % wp.static(REDUCED_LANES) == 0:
+                sums[row, term] = warp_total
+        else:
+            if thread % wp.static(REDUCED_LANES) == 0:
+                sums[row, term] = value
+            else:
+                sums[row, term] = sums[row, term] + value
+
     arithmetic = (add, sub, mul, fma, fnma, quotient, root, exponential, least, most, where_less)
-    return _named(*arithmetic, spread, ramp_from, total, peak, any_of_tile, get, put, reduce_tile)
+    return _named(*arithmetic, spread, ramp_from, total, peak, any_of_tile, get, put, reduce_tile, reduce_canvas)
 
 
 def _named(*functions: Any) -> dict[str, Any]:

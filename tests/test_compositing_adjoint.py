@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import torch
+import warp as wp
 from assertions import assert_grad_close, assert_grad_present, assert_same_direction
 from oracles import (
     GRADIENTS,
@@ -22,6 +24,9 @@ from reference import importance
 from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, random_scene, rectangle
 
 from warpvec.exact import Renderer
+from warpvec.kernels.compositing_adjoint import CANVAS_TERMS, TERMS, make_kernels
+from warpvec.kernels.lanes import make_lanes
+from warpvec.launch import Launcher
 from warpvec.renderer import Adjoints
 
 PAINT = ("color", "opacity", "background")
@@ -191,3 +196,19 @@ def test_opaque_paths_do_not_divide_by_zero(lane_width: int) -> None:
     # Recovering what lies behind from the image would divide by 1 - alpha.
     scene = random_scene(11, 20, 33, 50)._replace(opacity=torch.ones(20, dtype=torch.float64))
     check_paint_close(scene, make_renderer(scene, lane_width))
+
+
+@pytest.mark.parametrize("row_count", [1, 31, 32, 33, 4095, 4096, 4097, 8 * 1536 + 5])
+@lane_widths
+@precisions
+def test_sums_over_all_tiles(row_count: int, lane_width: int, dtype: torch.dtype) -> None:
+    lanes = make_lanes(lane_width, wp.dtype_from_torch(dtype))
+    stage, launch = make_kernels(lanes, True, False), Launcher("cpu", 1)
+    rows = torch.randn(row_count, TERMS, dtype=dtype)
+    groups = wp.full((lanes.canvas_reducers, CANVAS_TERMS), np.nan, dtype=wp.float64, device="cpu")
+    sums = torch.full((CANVAS_TERMS,), torch.nan, dtype=dtype)
+    launch(stage.gather_tiles, lanes.canvas_threads, [wp.from_torch(rows), row_count, groups])
+    arguments = [groups, lanes.dtype(0.5), launch.limits.overflow, launch.limits.lost, wp.from_torch(sums)]
+    launch(stage.gather_canvas, CANVAS_TERMS, arguments)
+    want = rows.double().sum(0)[:CANVAS_TERMS] * torch.tensor([1.0, 1.0, 1.0, 0.5])
+    torch.testing.assert_close(sums.double(), want, rtol=torch.finfo(dtype).eps, atol=1e-12)

@@ -5,7 +5,7 @@ import pytest
 import warp as wp
 
 from warpvec.errors import InputError
-from warpvec.launch import Buffers, Launcher, exclusive_scan, resolve_device, start_warp
+from warpvec.launch import Buffers, Launcher, exclusive_scan, read_total, resolve_device, start_warp
 
 COUNTS = [0, 1, 2, 63, 64, 65, 127, 129, 5000]
 
@@ -82,6 +82,7 @@ def test_a_buffer_keeps_its_memory_until_it_is_outgrown() -> None:
     larger = buffers.get("a", 1000, wp.float32)
     assert larger is not first and larger.shape[0] >= 1000
     assert buffers.get("b", 10, wp.float32) is not larger
+    assert buffers.growth == 3
     # The smaller one is gone.
     held = 4 * (larger.shape[0] + buffers.get("b", 10, wp.float32).shape[0])
     assert buffers.byte_count == held
@@ -98,8 +99,8 @@ def test_a_buffer_has_its_other_axes_as_asked() -> None:
 def test_exclusive_scan_ends_in_the_total(count: int, device: str) -> None:
     buffers = Buffers(device)
     values = np.random.default_rng(1).integers(0, 9, count + 5).astype(np.int32)
-    sums, total = exclusive_scan(buffers, "sums", wp.array(values, dtype=wp.int32, device=device), count)
-    assert total == values[:count].sum()
+    sums = exclusive_scan(buffers, "sums", wp.array(values, dtype=wp.int32, device=device), count)
+    assert read_total(sums, count) == values[:count].sum()
     np.testing.assert_array_equal(sums.numpy()[: count + 1], np.concatenate([[0], values[:count].cumsum()]))
 
 

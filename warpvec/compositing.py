@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
@@ -13,10 +13,10 @@ from torch import Tensor
 from warpvec.binning import Binning, TileGrid
 from warpvec.kernels import compositing as kernels
 from warpvec.kernels import compositing_adjoint as adjoint_kernels
-from warpvec.kernels.compositing_adjoint import TERMS
+from warpvec.kernels.compositing_adjoint import CANVAS_TERMS, TERMS
 from warpvec.kernels.constants import TILE, TRANSMITTANCE_MIN
 from warpvec.kernels.lanes import Lanes
-from warpvec.launch import Buffers, Launcher, as_warp
+from warpvec.launch import Launcher, as_warp
 
 
 def to_tiles(image: Tensor, grid: TileGrid) -> Tensor:
@@ -46,6 +46,25 @@ class Paint:
         ]
 
 
+class PaintAdjoints(NamedTuple):
+    """Where the adjoints of what is painted with go: tensors in one block each, in the renderer's precision.
+
+    Attributes:
+        color, opacity: of the paths [N, 3] and [N].
+        importance: [N] where it is asked for.
+        canvas: [CANVAS_TERMS] background and, last, the squared error times its scale.
+    """
+
+    color: Tensor
+    opacity: Tensor
+    importance: Tensor
+    canvas: Tensor
+
+    def of_paths(self, lanes: Lanes) -> list[Any]:
+        values = [as_warp(value, lanes.dtype) for value in (self.opacity, self.importance)]
+        return [as_warp(self.color, lanes.vec3), *values]
+
+
 class Compositing:
     """Forward and adjoint compositing of a canvas."""
 
@@ -54,7 +73,7 @@ class Compositing:
     ) -> None:
         self._launch, self._lanes, self._grid = launch, lanes, grid
         self._transmittance_min = lanes.dtype(transmittance_min)
-        self._buffers = Buffers(launch.device)
+        self._buffers = launch.make_buffers()
 
     def find_visible(self, binning: Binning, paint: Paint) -> wp.array:
         """The lowest hit of each tile [tiles] that is not hidden behind the tile's full pairs."""
@@ -82,12 +101,14 @@ class Compositing:
         slot_winding: wp.array,
         paint: Paint,
         tile_reference: Tensor,
+        adjoints: PaintAdjoints,
         error_scale: float | None = None,
         importance: bool = False,
-    ) -> tuple[Tensor, Tensor]:
-        """Sums per path [N, TERMS] and over the canvas [TERMS]; turns ``slot_winding`` into its adjoint.
+    ) -> None:
+        """Fill ``adjoints``, and turn ``slot_winding`` into its adjoint.
 
         ``tile_reference`` is dL/d(image), or, where ``error_scale`` = dL/d(squared error) is given, the target.
+        ``importance`` asks for that of the paths.
         """
         lanes, grid, get = self._lanes, self._grid, self._buffers.get
         stage = adjoint_kernels.make_kernels(lanes, error_scale is not None, importance)
@@ -96,26 +117,23 @@ class Compositing:
         tile_sums = get("tile_sums", (grid.count * lanes.reducers, TERMS), lanes.dtype)
         reference = _lane_array(tile_reference, lanes)
         canvas = [grid.columns, grid.height, grid.width]
-        scratch = [lanes.dtype(error_scale or 0.0), chunk, depth, stack]
-        arguments = [*_hits(binning, tile_first_visible), *paint.arrays, *canvas, reference, *scratch]
+        scale = lanes.dtype(error_scale or 0.0)
+        arguments = [*_hits(binning, tile_first_visible), *paint.arrays, *canvas, reference, scale, chunk, depth, stack]
         outputs = [slot_winding, pair_sums, tile_sums]
         # Whole tiles: scalar lanes of a tile add to sums that they share.
         threads, tiles = lanes.tile_threads, self._launch.chunk_items(grid.count)
         self._launch.shared(stage.composite_adjoint, grid.count * threads, [*arguments, *outputs], tiles * threads)
-        return self._gather(stage, binning, paint.path_count, pair_sums, tile_sums)
+        sums = [binning.path_first_pair, binning.pair_class, pair_sums]
+        self._launch(stage.gather_paths_adjoint, paint.path_count, [*sums, *adjoints.of_paths(lanes)])
+        self._gather_canvas(stage, tile_sums, scale, as_warp(adjoints.canvas, lanes.dtype))
 
-    def _gather(
-        self, stage: SimpleNamespace, binning: Binning, path_count: int, pair_sums: wp.array, tile_sums: wp.array
-    ) -> tuple[Tensor, Tensor]:
-        lanes = self._lanes
-        dtype = wp.dtype_to_torch(lanes.dtype)
-        path_sums = torch.empty((path_count, TERMS), dtype=dtype, device=wp.device_to_torch(self._launch.device))
-        canvas_sums = torch.empty(TERMS, dtype=dtype, device=path_sums.device)
-        arguments = [binning.path_first_pair, binning.pair_class, pair_sums, wp.from_torch(path_sums)]
-        self._launch(stage.gather_paths_adjoint, path_count, arguments)
+    def _gather_canvas(self, stage: SimpleNamespace, tile_sums: wp.array, scale: Any, canvas_sums: wp.array) -> None:
+        lanes, limits = self._lanes, self._launch.limits
+        group_sums = self._buffers.get("group_sums", (lanes.canvas_reducers, CANVAS_TERMS), wp.float64)
         row_count = self._grid.count * lanes.reducers
-        self._launch(stage.gather_tiles, TERMS - 1, [tile_sums, row_count, wp.from_torch(canvas_sums)])
-        return path_sums, canvas_sums
+        self._launch(stage.gather_tiles, lanes.canvas_threads, [tile_sums, row_count, group_sums])
+        arguments = [group_sums, scale, limits.overflow, limits.lost, canvas_sums]
+        self._launch(stage.gather_canvas, CANVAS_TERMS, arguments)
 
     def _stack(self, binning: Binning) -> tuple[int, int, wp.array]:
         """Tiles per chunk (0 on scalar lanes), entries per chunk, and the stack of colours behind each hit."""

@@ -10,7 +10,7 @@ from warpvec.kernels import coverage as kernels
 from warpvec.kernels import coverage_adjoint as adjoint_kernels
 from warpvec.kernels.constants import COLUMNS
 from warpvec.kernels.lanes import Lanes
-from warpvec.launch import Buffers, Launcher
+from warpvec.launch import Launcher
 
 
 class Coverage:
@@ -26,7 +26,7 @@ class Coverage:
         self._launch, self._lanes = launch, lanes
         self._forward = kernels.make_kernels(lanes)
         self._adjoint = adjoint_kernels.make_kernels(lanes)
-        self._buffers = Buffers(launch.device)
+        self._buffers = launch.make_buffers()
 
     def run(self, flattening: Flattening, binning: Binning, segment_count: int) -> None:
         """Fill ``slot_winding``."""

@@ -11,6 +11,7 @@ from warpvec.coverage import Coverage
 from warpvec.flattening import Flattening
 from warpvec.kernels.constants import TRANSMITTANCE_MIN
 from warpvec.launch import as_warp
+from warpvec.limits import Counts
 from warpvec.renderer import Adjoints, Hits, TileRenderer
 
 
@@ -42,9 +43,12 @@ class Renderer(TileRenderer):
         visible = self._compositing.find_visible(self._binning, paint)
         return self._binning, visible, self._coverage.slot_winding, paint
 
-    def _collect(self, points: Tensor, opacity: Tensor, path_sums: Tensor, canvas_sums: Tensor) -> Adjoints:
+    def _collect(self, points: Tensor, opacity: Tensor, adjoints: Adjoints) -> None:
         path_count, segment_count = points.shape[0], points.shape[1] // 3
         adj_edges = self._coverage.adjoint(self._flattening, self._binning, path_count, segment_count)
-        adj_points = torch.empty(points.shape, dtype=self.dtype, device=self.device)
-        self._flattening.adjoint(adj_edges, as_warp(adj_points, self._lanes.vec2))
-        return Adjoints(adj_points, path_sums[:, :3], path_sums[:, 3], canvas_sums[:3])
+        self._flattening.adjoint(adj_edges, as_warp(adjoints.points, self._lanes.vec2))
+
+    @property
+    def counts(self) -> Counts:
+        binning = self._binning
+        return Counts(self._flattening.vertex_count, binning.strip_count, binning.pair_count, binning.slot_count)

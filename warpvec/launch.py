@@ -20,6 +20,7 @@ import warp as wp
 
 from warpvec.errors import InputError
 from warpvec.kernels.constants import TILE
+from warpvec.limits import Limits
 
 # A chunk of fewer items is done before a second thread has woken up, which takes about 0.1 ms.
 _CHUNK_ITEMS_MIN = 64
@@ -77,13 +78,29 @@ def _core_count() -> int:
 
 
 class Launcher:
-    """Launches kernels on one device, on ``threads`` CPU threads (all cores if None)."""
+    """Launches kernels on one device, on ``threads`` CPU threads (all cores if None).
+
+    Attributes:
+        limits: how much a step may make.
+    """
 
     def __init__(self, device: str, threads: int | None = None) -> None:
         self.device = wp.get_device(device)
+        self.limits = Limits(self.device)
         self.threads = 1 if self.device.is_cuda else threads or _core_count()
         self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
         self._commands: dict[Any, list[_Command]] = {}
+        self._all_buffers: list[Buffers] = []
+
+    def make_buffers(self) -> Buffers:
+        """Buffers on the device, whose growth is counted."""
+        self._all_buffers.append(Buffers(self.device))
+        return self._all_buffers[-1]
+
+    @property
+    def growth(self) -> int:
+        """How often a buffer has moved to memory of its own; while it stays the same, so do all pointers."""
+        return sum(buffers.growth for buffers in self._all_buffers)
 
     def chunk_items(self, item_count: int) -> int:
         """Work items per chunk of a shared launch."""
@@ -151,7 +168,11 @@ class _Command:
 
 
 class Buffers:
-    """Named Warp arrays that keep their memory between steps and grow when a scene outgrows them."""
+    """Named Warp arrays that keep their memory between steps and grow when a scene outgrows them.
+
+    Attributes:
+        growth: how many arrays have been made.
+    """
 
     # Growth beyond what is needed, so that a slowly growing scene does not reallocate at every step.
     _HEADROOM = 1.25
@@ -159,6 +180,7 @@ class Buffers:
     def __init__(self, device: Any) -> None:
         self._device = device
         self._arrays: dict[str, wp.array] = {}
+        self.growth = 0
 
     def get(self, name: str, shape: int | tuple[int, ...], dtype: Any) -> wp.array:
         """An array of at least ``shape`` along its first axis, equal to it along the others; contents are stale."""
@@ -173,6 +195,7 @@ class Buffers:
             capacity = (int(shape[0] * self._HEADROOM) + 1, *shape[1:])
             array = wp.zeros(capacity, dtype=dtype, device=self._device)
             self._arrays[name] = array
+            self.growth += 1
         return array
 
     @property
@@ -181,11 +204,16 @@ class Buffers:
         return sum(array.capacity for array in self._arrays.values())
 
 
-def exclusive_scan(buffers: Buffers, name: str, counts: wp.array, item_count: int) -> tuple[wp.array, int]:
-    """Exclusive sums of ``counts[: item_count]`` and their total, which is entry ``item_count`` of the result."""
+def exclusive_scan(buffers: Buffers, name: str, counts: wp.array, item_count: int) -> wp.array:
+    """Exclusive sums of ``counts[: item_count]``; the total is entry ``item_count`` of the result."""
     sums = buffers.get(name, item_count + 1, wp.int32)
     wp.utils.array_scan(counts[: item_count + 1], sums[: item_count + 1], inclusive=False)
-    return sums, int(sums[item_count : item_count + 1].numpy()[0])
+    return sums
+
+
+def read_total(sums: wp.array, item_count: int) -> int:
+    """Entry ``item_count`` of ``sums``, for which the host waits on CUDA."""
+    return int(sums[item_count : item_count + 1].numpy()[0])
 
 
 def as_warp(tensor: torch.Tensor, dtype: Any) -> Any:

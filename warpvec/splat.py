@@ -12,6 +12,7 @@ from torch import Tensor
 
 from warpvec.compositing import Paint
 from warpvec.kernels.constants import TRANSMITTANCE_MIN
+from warpvec.limits import Counts
 from warpvec.renderer import Adjoints, Hits, TileRenderer
 from warpvec.splat_binning import SplatBinning
 from warpvec.splat_coverage import SplatCoverage
@@ -52,16 +53,26 @@ class Renderer(TileRenderer):
         self._splatting = Splatting(launch, lanes, samples, lines, degree, interior_gradient, covariance_gradient)
         self._binning = SplatBinning(launch, lanes, self.grid, samples)
         self._coverage = SplatCoverage(launch, lanes, self.grid, covariance_gradient, transmittance_min)
+        self._ones: Tensor | None = None
 
     def _cover(self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Hits:
         self._splatting.run(points, opacity)
         self._binning.bin_splats(self._splatting, len(points))
         self._coverage.run(self._splatting, self._binning, opacity)
         # A path's opacity is in its Gaussians: coverage is composited as it is.
-        paint = Paint(color, torch.ones_like(opacity), background, self._lanes)
+        paint = Paint(color, self._opaque(opacity), background, self._lanes)
         return self._binning, self._coverage.tile_first_visible, self._coverage.slot_coverage, paint
 
-    def _collect(self, points: Tensor, opacity: Tensor, path_sums: Tensor, canvas_sums: Tensor) -> Adjoints:
+    def _collect(self, points: Tensor, opacity: Tensor, adjoints: Adjoints) -> None:
         splat_sums = self._coverage.adjoint(self._splatting, self._binning, opacity)
-        adj_points, adj_opacity = self._splatting.adjoint(points, opacity, splat_sums)
-        return Adjoints(adj_points, path_sums[:, :3], adj_opacity, canvas_sums[:3])
+        # That of the paint, which is always opaque, is no longer needed.
+        self._splatting.adjoint(points, opacity, splat_sums, adjoints.points, adjoints.opacity)
+
+    @property
+    def counts(self) -> Counts:
+        return Counts(0, self._binning.strip_count, self._binning.pair_count, self._binning.slot_count)
+
+    def _opaque(self, opacity: Tensor) -> Tensor:
+        if self._ones is None or self._ones.shape != opacity.shape:
+            self._ones = torch.ones_like(opacity)
+        return self._ones

@@ -31,8 +31,7 @@ class SplatBinning(Binning):
         """Bin the Gaussians of ``path_count`` paths."""
         rows = [splatting.row_count, self.group_count]
         self._bound_groups(splatting, path_count)
-        self._bound(path_count, self._splat_kernels.bound_splats, [self.group_box, *rows])
-        arrays = self._pair_arrays()
+        arrays = self._bound(path_count, self._splat_kernels.bound_splats, [self.group_box, *rows])
         del arrays["winding"]
         grid = [self._grid.columns, self._grid.count]
         arguments = [self.group_box, *rows, *grid, *self._boxes(), *arrays.values()]

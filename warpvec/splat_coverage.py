@@ -10,7 +10,7 @@ from warpvec.kernels import splat_coverage as kernels
 from warpvec.kernels import splat_coverage_adjoint as adjoint_kernels
 from warpvec.kernels.constants import COLUMNS, TRANSMITTANCE_MIN
 from warpvec.kernels.lanes import Lanes
-from warpvec.launch import Buffers, Launcher, as_warp
+from warpvec.launch import Launcher, as_warp
 from warpvec.splat_binning import SplatBinning
 from warpvec.splatting import Splatting
 
@@ -35,7 +35,7 @@ class SplatCoverage:
     ) -> None:
         self._launch, self._lanes, self._grid = launch, lanes, grid
         self._covariance, self._transmittance_min = covariance, lanes.dtype(transmittance_min)
-        self._buffers = Buffers(launch.device)
+        self._buffers = launch.make_buffers()
         self.tile_first_visible = self._buffers.get("tile_first_visible", grid.count, wp.int32)
 
     def run(self, splatting: Splatting, binning: SplatBinning, opacity: Tensor) -> None:

@@ -16,7 +16,7 @@ from warpvec.kernels.constants import END_FACTORS, LINE_REACH, LINE_SPREAD, SIGM
 from warpvec.kernels.lanes import Lanes
 from warpvec.kernels.splatting import PLANES
 from warpvec.kernels.splatting_adjoint import CENTER_TERMS, COVARIANCE_TERMS, SIDE_TERMS
-from warpvec.launch import Buffers, Launcher, as_warp
+from warpvec.launch import Launcher, as_warp
 from warpvec.scene import bernstein
 
 
@@ -41,7 +41,7 @@ class Splatting:
         self._block_count = -(-samples // lanes.width)
         self.sample_stride = self._block_count * lanes.width
         self.term_count = COVARIANCE_TERMS if covariance else CENTER_TERMS
-        self._buffers = Buffers(launch.device)
+        self._buffers = launch.make_buffers()
         weight = row_weights(lines)
         self._rows = [self._upload(weight), self._upload(row_steps(weight))]
         self._spacing_factor = self._upload_lanes(spacing_factors(samples))
@@ -62,8 +62,10 @@ class Splatting:
         place = kernels.make_kernels(self._lanes).place_splats
         self._launch.shared(place, path_count * self._block_count, arguments)
 
-    def adjoint(self, points: Tensor, opacity: Tensor, splat_sums: wp.array) -> tuple[Tensor, Tensor]:
-        """dL/dpoints [N, P, 2] and dL/dopacity [N] from the sums [N, rows, terms, sample_stride] of each Gaussian."""
+    def adjoint(
+        self, points: Tensor, opacity: Tensor, splat_sums: wp.array, adj_points: Tensor, adj_opacity: Tensor
+    ) -> None:
+        """``adj_points`` [N, P, 2] and ``adj_opacity`` [N] from the sums [N, rows, terms, sample_stride] of splats."""
         lanes, (path_count, point_count) = self._lanes, points.shape[:2]
         stage = adjoint_kernels.make_kernels(lanes, self._covariance)
         size = path_count * SIDE_TERMS * self.sample_stride
@@ -75,12 +77,10 @@ class Splatting:
         if self._covariance:
             shape = [self._flat(points), point_count, basis, self._spacing_factor, *self._rows, *counts]
             self._launch.shared(stage.covariance_adjoint, path_count * self._block_count, [*shape, sums, side_sums])
-        adj_points, adj_opacity = (torch.empty(x.shape, dtype=x.dtype, device=x.device) for x in (points, opacity))
         arguments = [basis, point_count, self._block_count, side_sums, self._flat(adj_points)]
         self._launch.shared(stage.gather_points_adjoint, path_count * point_count, arguments)
         arguments = [as_warp(opacity, lanes.dtype), self._block_count, side_sums, as_warp(adj_opacity, lanes.dtype)]
         self._launch(stage.gather_opacity_adjoint, path_count, arguments)
-        return adj_points, adj_opacity
 
     def _flat(self, points: Tensor) -> wp.array:
         return as_warp(points.reshape(-1, 2), self._lanes.dtype)

@@ -1,0 +1,47 @@
+"""Limits: how much a step may make where the host does not wait to read how much it made.
+
+On the CPU a count costs nothing to read, and buffers and launches have its size. On CUDA reading it waits for all work
+before it, and a recorded graph cannot. There one step is counted, the next ones are given room for somewhat more, and
+kernels read the true counts where they are. A step that would make more than it has room for draws nothing: its
+adjoints are zero, its loss stays that of the step before, and it counts as lost.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import warp as wp
+
+
+class Counts(NamedTuple):
+    """How much of each kind a step makes, or has room for, in the order of ``overflow``."""
+
+    vertices: int
+    strips: int
+    pairs: int
+    slots: int
+
+    def with_headroom(self) -> Counts:
+        """Half as much again, as new paths grow, and some for a scene that was nearly empty."""
+        return Counts(*(count + count // 2 + 256 for count in self))
+
+
+class Limits:
+    """Room on one device, and what did not fit.
+
+    Attributes:
+        room: None where counts are read back.
+        overflow: [4] on the device, 1 for each kind that the last step had no room for.
+        lost: [1] on the device, the steps so far that drew nothing for that.
+    """
+
+    def __init__(self, device: Any) -> None:
+        self.room: Counts | None = None
+        self.overflow = wp.zeros(len(Counts._fields), dtype=wp.int32, device=device)
+        self.lost = wp.zeros(1, dtype=wp.int32, device=device)
+
+    def set(self, room: Counts | None) -> None:
+        """Give the next steps ``room``, or, with None, as much as they turn out to need."""
+        self.room = room
+        if room is None:
+            self.overflow.zero_()
