@@ -96,10 +96,17 @@ class Viewer:
 
     def at(self, x: float, y: float) -> tuple[float, float]:
         """Where the point x, y of the drawing is in the window."""
-        view = self.page.get_attribute("#surface", "data-view")
-        scale, left, top = map(float, view.split())
-        box = self.page.locator("#surface").bounding_box()
-        return box["x"] + left + scale * x, box["y"] + top + scale * y
+        return self.all_at([(x, y)])[0]
+
+    def all_at(self, points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        """Where points of the drawing are in the window."""
+        script = """() => {
+            const surface = document.getElementById("surface"), { left, top } = surface.getBoundingClientRect();
+            const [scale, x, y] = surface.dataset.view.split(" ").map(Number);
+            return [scale, x + left, y + top];
+        }"""
+        scale, left, top = self.page.evaluate(script)
+        return [(left + scale * x, top + scale * y) for x, y in points]
 
     def click(self, x: float, y: float, *modifiers: str) -> str:
         """What is selected after a click on the drawing."""
@@ -143,16 +150,19 @@ class Viewer:
 
     def color(self, x: float, y: float) -> tuple[int, ...]:
         """Red, green, blue that the page shows at a point of the drawing."""
+        return self.colors([(x, y)])[0]
+
+    def colors(self, points: list[tuple[float, float]]) -> list[tuple[int, ...]]:
+        """Red, green, blue that the page shows at points of the drawing."""
         self.settle()
-        left, top = self.at(x, y)
-        script = """([left, top]) => {
-            const art = document.getElementById("art"), box = art.getBoundingClientRect();
-            const place = [Math.floor(left - box.left), Math.floor(top - box.top)];
-            const scratch = new OffscreenCanvas(1, 1).getContext("2d");
-            scratch.drawImage(art, -place[0], -place[1]);
-            return [...scratch.getImageData(0, 0, 1, 1).data.slice(0, 3)];
+        script = """(points) => {
+            const art = document.getElementById("art"), { left, top } = art.getBoundingClientRect();
+            const scratch = new OffscreenCanvas(art.width, art.height).getContext("2d", { willReadFrequently: true });
+            scratch.drawImage(art, 0, 0);
+            const at = ([x, y]) => scratch.getImageData(Math.floor(x - left), Math.floor(y - top), 1, 1).data;
+            return points.map((point) => [...at(point).slice(0, 3)]);
         }"""
-        return tuple(self.page.evaluate(script, [left, top]))
+        return [tuple(color) for color in self.page.evaluate(script, self.all_at(points))]
 
     def saved(self) -> str:
         """The text of the file that Ctrl+S saves."""

@@ -11,47 +11,11 @@ import numpy as np
 import pytest
 from browser import NEEDS_BROWSER, Viewer, browser_fixture, open_page_fixture  # noqa: F401  (fixtures)
 from PIL import Image
+from squares import HEIGHT, INKSCAPE, SQUARES, WIDTH, changed, drawing, square
 
 from warpvec.verify import draw, file_facts, psnr
 
 pytestmark = NEEDS_BROWSER
-
-WIDTH, HEIGHT = 240, 160
-INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
-# Name: left, top, side, fill, opacity, level.
-SQUARES = {
-    "red": (20, 20, 60, "#c00", "1", 0),
-    "green": (120, 20, 60, "#0a0", "1", 0),
-    "blue": (60, 60, 40, "#00e", ".5", 1),
-    "white": (200, 120, 20, "#fff", "1", 1),
-}
-
-
-def square(left: float, top: float, side: float, fill: str, opacity: str, _: int = 0) -> str:
-    """A square as warpvec writes paths: closed, of cubics."""
-    data = f"M{left} {top}c0 0 {side} 0 {side} 0 0 0 0 {side} 0 {side} 0 0 -{side} 0 -{side} 0 0 0 0 -{side} 0 -{side}z"
-    paint = f'fill="{fill}"' + (f' fill-opacity="{opacity}"' if opacity != "1" else "")
-    return f'<path {paint} d="{data}"/>'
-
-
-def drawing(squares: dict[str, tuple] = SQUARES, levels: int = 2) -> str:
-    """``squares`` in the file's structure, up to ``levels`` of them."""
-    groups = [[square(*s) for s in squares.values() if s[-1] == level] for level in range(levels)]
-    body = "".join(
-        f'<g id="layer-{i + 1}-generation-{i}" inkscape:groupmode="layer">{"".join(paths)}</g>'
-        for i, paths in enumerate(groups)
-    )
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="{INKSCAPE}" width="{WIDTH}" height="{HEIGHT}"'
-        f' viewBox="0 0 {WIDTH} {HEIGHT}"><title>Squares</title>'
-        '<metadata>{"generator": "warpvec", "seed": 7}</metadata>'
-        f'<rect id="background" width="{WIDTH}" height="{HEIGHT}" fill="#888"/>{body}</svg>'
-    )
-
-
-def changed(**squares: tuple | None) -> str:
-    """The drawing with some squares replaced, or gone."""
-    return drawing({name: value for name, value in {**SQUARES, **squares}.items() if value})
 
 
 def png(image: np.ndarray) -> bytes:
@@ -64,6 +28,13 @@ def assert_draws_as(svg: str, expected: str, levels: int = 2) -> None:
     """resvg draws ``svg`` as it draws ``expected``, but for the rounding of blends."""
     difference = np.abs(draw(svg).astype(int) - draw(expected))
     assert difference.max() <= levels, f"{(difference.max(2) > levels).sum()} pixels differ"
+
+
+def assert_shows(viewer: Viewer, expected: str) -> None:
+    """The page's own picture is what resvg draws of ``expected``, at points away from edges."""
+    points = [(x, y) for x in range(5, WIDTH, 10) for y in range(5, HEIGHT, 10)]
+    image = draw(expected).astype(int)
+    assert np.abs(viewer.colors(points) - image[[y for _, y in points], [x for x, _ in points]]).max() <= 2
 
 
 def groups_of(svg: str) -> list[tuple[str, int]]:
@@ -131,6 +102,13 @@ def test_paths_are_selected_by_click_band_level_and_key(open_page) -> None:
     assert viewer.click(130, 30, "Shift") == "1 of 4 paths selected: Generation 0"
     assert viewer.click(5, 5) == "Nothing selected"
     viewer.drag((110, 10), (230, 150))
+    assert viewer.selected() == "2 of 4 paths selected"
+    # A band that only touches takes nothing, but with Alt.
+    viewer.drag((5, 150), (70, 70))
+    assert viewer.selected() == "Nothing selected"
+    viewer.page.keyboard.down("Alt")
+    viewer.drag((5, 150), (70, 70))
+    viewer.page.keyboard.up("Alt")
     assert viewer.selected() == "2 of 4 paths selected"
     viewer.press("Escape")
     viewer.choose("filter", "Generation 1")
@@ -234,11 +212,13 @@ def editor(browser: object, tmp_path_factory: pytest.TempPathFactory) -> Iterato
 def test_an_edit_is_saved_undone_and_redone(editor: Viewer, name: str) -> None:
     act, expected, paths = EDITS[name]
     act(editor)
+    assert_shows(editor, expected)
     edited = editor.saved()
     assert_draws_as(edited, expected)
     assert [count for _, count in groups_of(edited)] == paths
     assert file_facts(edited)["paths"] == sum(paths)
     count = _press_until_disabled(editor, "undo")
+    assert_shows(editor, drawing())
     assert_draws_as(editor.saved(), drawing(), levels=0)
     assert _press_until_disabled(editor, "redo") == count > 0
     assert editor.saved() == edited

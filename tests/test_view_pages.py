@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 
 import numpy as np
 import pytest
@@ -192,3 +193,12 @@ def test_thousands_of_paths_follow_the_pointer(open_page) -> None:
     assert np.median(gaps) < 60
     viewer.press("Control+z")
     assert viewer.page.locator("#undo").is_disabled()
+
+
+def test_a_move_changes_only_where_a_path_starts(open_page) -> None:
+    curves = "c3.15-7.8 10.35-6.1 12.5.25 2.2 4.4-1.05 9.9-6.4 8.15-5.6-2.1-8.3-4.2-6.1-8.4z"
+    viewer = open_page(f'<svg {NS} width="480" height="320"><path d="M40.5 30.25{curves}"/></svg>')
+    viewer.press("]", "ArrowRight", "ArrowUp", "ArrowUp")
+    assert f'd="M41.5 28.25{curves}"' in viewer.saved()
+    viewer.press(">", "<")
+    assert not re.search(r"\.\d{3}", viewer.saved())
