@@ -239,10 +239,35 @@ def test_a_file_too_large_to_read_is_refused(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "svg", ["", "nonsense", "<svg", b"\xff", "<a/>", svg_file("", ""), svg_file("", 'width="1e9" height="1e9"')]
+    "svg",
+    [
+        "",
+        "nonsense",
+        "<svg",
+        b"\xff",
+        "<a/>",
+        '<svg xmlns="http://x"/>',
+        svg_file('<a xmlns="}"/>'),
+        svg_file("", ""),
+        svg_file("", 'width="1e9" height="1e9"'),
+    ],
 )
 def test_what_cannot_be_read_is_told_in_one_line(svg):
     assert refusal(svg).startswith("SVG must ")
+
+
+def test_text_is_text_whatever_encoding_it_declares():
+    drawing = read_svg("<?xml version='1.0' encoding='utf-16'?>" + svg_file(SQUARE))
+    assert len(drawing.scene) == 1
+
+
+@pytest.mark.parametrize(
+    "data", ["M5 5H60V60zA1e200 1e200 0 0 1 9 9", "M0 0A1e-300 1 0 0 1 1e300 9L9 9", "M1e999 0L1 2 3 9"]
+)
+def test_arcs_and_numbers_out_of_reach_are_named(data):
+    drawing = read_svg(svg_file(f'<path d="{data}"/>' + SQUARE))
+    assert drawing.scene.points.isfinite().all()
+    assert drawing.omitted
 
 
 def test_entities_are_refused():

@@ -68,11 +68,21 @@ def read_svg(source: bytes | str) -> Drawing:
     if len(text) > MAX_BYTES:
         raise InputError(f"SVG must have at most {MAX_BYTES} characters to be read, got {len(text)}; simplify it")
     check_pixels(*stated_size(scan(text).root))
-    root = ElementTree.fromstring(text.encode())
+    root = _parse(text)
     try:
         return _read_own(root)
     except _NotOurs:
         return _read_foreign(root)
+
+
+def _parse(text: str) -> Element:
+    # Not by the encoding that the file declares, which is of the bytes that it once was.
+    parser = ElementTree.XMLParser(encoding="utf-8")
+    try:
+        return ElementTree.fromstring(text.encode(), parser)
+    except ElementTree.ParseError as error:
+        # Well-formed all the same, but a namespace has the character that ElementTree marks namespaces with.
+        raise InputError(f"SVG must have usual namespaces, got {error}; save it as plain SVG") from None
 
 
 class _NotOurs(Exception):

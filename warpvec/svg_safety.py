@@ -46,7 +46,9 @@ class Scan:
         self._depth = 0
 
     def start_element(self, name: str, attributes: dict[str, str]) -> None:
-        local_name = name.rpartition(" ")[2]
+        namespace, _, local_name = name.rpartition(" ")
+        if namespace not in ("", SVG_NAMESPACE):
+            local_name = ""
         if self._depth == 0:
             _check_root(local_name)
             self.root = attributes
@@ -107,7 +109,8 @@ def _is_plain(local_name: str, attributes: dict[str, str]) -> bool:
 
 def _check_root(local_name: str) -> None:
     if local_name != "svg":
-        raise InputError(f"SVG must have <svg> as its outermost element, got <{local_name}>; is it an SVG file?")
+        found = f"<{local_name}>" if local_name else "one of another namespace"
+        raise InputError(f"SVG must have <svg> as its outermost element, got {found}; is it an SVG file?")
 
 
 def _refuse_entity(name: str, *_: object) -> None:

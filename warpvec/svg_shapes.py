@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from types import ModuleType
 from typing import Any
 
@@ -68,21 +68,28 @@ def shape_data(name: str, attributes: Mapping[str, str], width: float, height: f
 
 
 def read_loops(data: str) -> tuple[list[Loop], bool]:
-    """The subpaths of path data that enclose anything, closed; and whether it could be read to its end."""
-    segments, whole = _read_segments(data)
-    loops: list[list[list[complex]]] = []
-    begin = True
-    for segment in segments:
-        kind = type(segment).__name__
-        if kind == "Move":
-            begin = True
-            continue
-        if begin:
-            loops.append([])
-        loops[-1] += _cubics(segment, kind)
-        begin = kind == "Close"
-    closed = [_closed(cubics) for cubics in loops if cubics]
-    return [loop for loop in closed if _has_inside(loop)], whole
+    """The subpaths of path data that enclose anything, closed; and whether it could be read to its end.
+
+    It is read as far as it can be, which is how far SVG draws it (SVG 1.1, appendix F.2).
+    """
+    readable = _READABLE.match(data)
+    text = readable[0] if readable else ""
+    path = load_parser().Path()
+    subpaths: list[list[list[complex]]] = []
+    whole = len(text) == len(data)
+    try:
+        path.parse(_usual_numbers(text))
+    except Exception:
+        whole = False
+    try:
+        for cubics, begins in _drawn(path):
+            if begins or not subpaths:
+                subpaths.append([])
+            subpaths[-1] += cubics
+    except Exception:
+        whole = False
+    loops = [_closed(cubics) for cubics in subpaths if cubics]
+    return [loop for loop in loops if _has_inside(loop)], whole
 
 
 def join(loops: list[Loop]) -> Loop:
@@ -154,16 +161,14 @@ def _usual_numbers(text: str) -> str:
     return re.sub(r"(\d)\.(?!\d)", r"\1 ", re.sub(r"(\d)\.(?=[eE])", r"\1", text))
 
 
-def _read_segments(data: str) -> tuple[list[Any], bool]:
-    """Segments as far as ``data`` can be read, which is how far SVG draws it (SVG 1.1, appendix F.2)."""
-    readable = _READABLE.match(data)
-    text = readable[0] if readable else ""
-    path = load_parser().Path()
-    try:
-        path.parse(_usual_numbers(text))
-    except Exception:
-        return list(path), False
-    return list(path), len(text) == len(data)
+def _drawn(path: Iterable[Any]) -> Iterator[tuple[list[list[complex]], bool]]:
+    """The cubics of each segment, and whether a subpath begins with it: after a move or a close."""
+    begins = True
+    for segment in path:
+        kind = type(segment).__name__
+        if kind != "Move":
+            yield list(_cubics(segment, kind)), begins
+        begins = kind in ("Move", "Close")
 
 
 def _cubics(segment: Any, kind: str) -> Iterator[list[complex]]:
