@@ -44,6 +44,15 @@ class Canvas:
         )
         return adjoints if self._scale == 1.0 else replace(adjoints, points=adjoints.points * self._scale)
 
+    def shown_areas(self, scene: Scene) -> Tensor:
+        """What is seen of each path, and last of the canvas [N + 1]: coverage times all that is let through, summed
+        over the pixels of the full size."""
+        points = scene.points * self._scale
+        ones = torch.ones_like(self._pages[0][0])
+        adjoints = self._renderer.adjoint(points, scene.color, scene.opacity, scene.background, ones)
+        shown: Tensor = torch.cat([adjoints.color[:, 0], adjoints.background[:1]])
+        return shown / self._scale**2
+
     def squared_error(self, scene: Scene) -> Tensor:
         """The squared error of ``scene``, summed over the channels, in each pixel of the target."""
         paths = (scene.points * self._scale, scene.color, scene.opacity)

@@ -11,13 +11,15 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from warpvec import palette, schedule
+from warpvec import schedule
 from warpvec.canvas import Canvas
 from warpvec.checkpoint import Saving, State
 from warpvec.config import FitConfig
 from warpvec.interrupt import noted_interrupts
 from warpvec.launch import resolve_device
 from warpvec.loss import psnr_from_mse
+from warpvec.palette import START as PALETTE_START
+from warpvec.palette import Palette
 from warpvec.policy import POLICIES, Policy, going_on
 from warpvec.population import Population
 from warpvec.regularization import Regularization
@@ -141,7 +143,7 @@ class _Fit:
         first = self._first_paths() if start is None else self._most_important(start)
         self._population = Population(self._on_canvas(first), config, max(self._height, self._width) / 2)
         has_palette = config.palette is not None or config.colors > 0
-        self._palette = palette.Palette(self._target, config) if has_palette else None
+        self._palette = Palette(config, self._height * self._width) if has_palette else None
 
     def iterate(self, interrupted: Callable[[], bool]) -> None:
         """Run the loop to its end, or until ``interrupted()``."""
@@ -149,7 +151,6 @@ class _Fit:
             if interrupted():
                 raise KeyboardInterrupt
             self._choose_canvas()
-            self._choose_palette()
             self._order()
             removal = self._step(self._policy.wants_removal(self._iteration + 1, self._iteration_count))
             self._iteration += 1
@@ -176,6 +177,7 @@ class _Fit:
         adj_opacity = adjoints.opacity.contiguous()
         self._regularization.add_adjoint(scene.points, scene.opacity, adjoints.points, adj_opacity)
         factor = schedule.lr_factor(self._iteration, config, self._iteration_count)
+        self._step_palette(adjoints, factor)
         self._population.step(adjoints.points, adjoints.color, adj_opacity, adjoints.background, factor)
         self._loss = adjoints.loss
         return adjoints.removal if want_removal else None
@@ -185,10 +187,16 @@ class _Fit:
         if self._canvas is not self._full and self._iteration >= self._config.coarse_until * self._iteration_count:
             self._canvas, self._best = self._full, None
 
-    def _choose_palette(self) -> None:
+    def _step_palette(self, adjoints: Any, factor: float) -> None:
         """Fills from the palette, once the paths have found their places."""
-        if self._palette is not None and self._iteration >= palette.START * self._iteration_count:
-            self._population.use_palette(self._palette)
+        palette, population = self._palette, self._population
+        if palette is None or self._iteration < PALETTE_START * self._iteration_count:
+            return
+        if not population.has_palette:
+            population.use_palette(palette, self._full.shown_areas(population.live))
+        else:
+            shown = self._full.shown_areas(population.live) if palette.is_switching() else None
+            palette.step(torch.cat([adjoints.color, adjoints.background[None]]), shown, factor)
 
     # The state
 

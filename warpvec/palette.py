@@ -1,8 +1,8 @@
 """Fills from a palette: every path has one of its colours, which are given or fitted along with the paths.
 
-A path keeps a free colour, which the gradient at the colour that is drawn moves (a straight-through estimator, Bengio
-et al. 2013), and is drawn in the entry nearest to it; so it can change its entry. A fitted entry moves by the sum of
-the gradients of all that is drawn in it.
+A path changes its entry where that lowers the loss. The image is affine in the colour of a path, so the change of the
+mean squared error is known from its adjoint and from how much of the path is seen. A fitted entry moves by the sum of
+the adjoints of all that is drawn in it.
 """
 
 from __future__ import annotations
@@ -17,52 +17,104 @@ from warpvec.checkpoint import State
 from warpvec.config import FitConfig
 
 START = 0.25
-"""From this share of the iterations fills are from the palette: by then the paths of a default fit stand where they
-stay, and most of the run is left to fit them under it."""
+"""From this share of the iterations fills are from the palette: by then the paths of a default fit have found their
+places, and most of the run is left to fit them under it."""
+
+SWITCH_GAP = 10
+"""Iterations between changes of entries; one costs a drawing."""
+
+SWITCH_SHARE = 0.1
+"""Of the paths, those that gain most by another entry get it: paths that overlap must not all make up for one error."""
+
+ENTRY_RATE = 0.1
+"""Learning rate of entries over that of a path's colour: an entry moves many paths at once."""
 
 _KMEANS_ROUNDS = 10
+# Colours in the image from which the entries are drawn: each as often as it is seen.
+_SAMPLES = 2**16
 
 
 class Palette:
-    """The colours of a fit of ``target`` [h, w, 3 or 4] with ``config``.
+    """The colours of a fit, and which path has which; the canvas counts as a path, the last one.
 
-    Attributes:
-        entries: [C, 3], as an 8-bit file says them.
+    Args:
+        config: says which colours, or how many.
+        pixel_count: of the canvas.
     """
 
-    def __init__(self, target: Tensor, config: FitConfig) -> None:
-        self._is_learned = config.palette is None
-        first = _dominant(target, config.colors) if config.palette is None else _parsed(config.palette)
-        self._free = first.to(target.device)
-        self._rate = config.lr_color
-        self._optimizer = Adan([self._free], lr=self._rate)
+    def __init__(self, config: FitConfig, pixel_count: int) -> None:
+        self._config, self._error_scale = config, 1.0 / (3 * pixel_count)
+        self._given = None if config.palette is None else _parsed(config.palette)
+        self._steps = 0
+
+    def start(self, color: Tensor, shown: Tensor) -> None:
+        """Choose the entries for paths that have ``color`` [N, 3] and are seen on ``shown`` [N] square pixels."""
+        first = _dominant(color, shown, self._config.colors) if self._given is None else self._given
+        self._set_entries(first.to(color))
+        self._entry = self._nearest(color)
 
     @property
-    def entries(self) -> Tensor:
-        """The colours as an 8-bit file says them [C, 3]."""
-        return (self._free * 255.0).round() / 255.0
+    def color(self) -> Tensor:
+        """What the paths are drawn in [N, 3], as an 8-bit file says it."""
+        return ((self._free * 255.0).round() / 255.0)[self._entry]
 
-    def nearest(self, color: Tensor) -> Tensor:
-        """The entry [N] nearest to each ``color`` [N, 3]."""
-        return (color[:, None] - self._free).square().sum(-1).argmin(1)
+    def is_switching(self) -> bool:
+        """Whether :meth:`step` wants to know how much of each path is seen."""
+        return self._steps % SWITCH_GAP == 0
 
-    def learn(self, entry: Tensor, adj_color: Tensor, factor: float) -> None:
-        """Move the entries, if they are fitted, by the adjoints [N, 3] of what is drawn in ``entry`` [N]."""
-        if self._is_learned:
-            self._free.grad = torch.zeros_like(self._free).index_add_(0, entry, adj_color)
-            self._optimizer.param_groups[0]["lr"] = self._rate * factor
+    def step(self, adj_color: Tensor, shown: Tensor | None, factor: float) -> None:
+        """Fit the entries, and which path has which, by the adjoints [N, 3]; learning rates times ``factor``.
+
+        ``shown`` [N] is what is seen of each path in square pixels, if :meth:`is_switching`.
+        """
+        if shown is not None:
+            self._switch(adj_color, shown)
+        elif self._given is None:
+            self._free.grad = torch.zeros_like(self._free).index_add_(0, self._entry, adj_color)
+            self._optimizer.param_groups[0]["lr"] = ENTRY_RATE * self._config.lr_color * factor
             self._optimizer.step()
             self._free.clamp_(0.0, 1.0)
+        self._steps += 1
+
+    def keep(self, rows: Tensor) -> None:
+        """Keep the paths ``rows`` (a mask, or indices), and the canvas."""
+        self._entry = torch.cat([self._entry[:-1][rows], self._entry[-1:]])
+
+    def append(self, color: Tensor) -> None:
+        """Add paths in the entries nearest to ``color`` [K, 3]."""
+        self._entry = torch.cat([self._entry[:-1], self._nearest(color), self._entry[-1:]])
 
     def state(self) -> State:
         """What :meth:`restore` needs to go on as if nothing had happened."""
-        return {"free": self._free, "optimizer": dict(self._optimizer.state[self._free])}
+        state = {"free": self._free, "entry": self._entry, "steps": self._steps}
+        return {**state, "optimizer": dict(self._optimizer.state[self._free])}
 
-    def restore(self, state: State) -> None:
+    def restore(self, state: State, device: str) -> None:
         """Go on from ``state``."""
-        self._free = state["free"].to(self._free.device)
-        self._optimizer = Adan([self._free], lr=self._rate)
-        self._optimizer.state[self._free].update({n: v.to(self._free.device) for n, v in state["optimizer"].items()})
+        self._set_entries(state["free"].to(device))
+        self._entry, self._steps = state["entry"].to(device), state["steps"]
+        self._optimizer.state[self._free].update({name: v.to(device) for name, v in state["optimizer"].items()})
+
+    def _set_entries(self, free: Tensor) -> None:
+        self._free = free
+        self._optimizer = Adan([free], lr=self._config.lr_color)
+
+    def _nearest(self, color: Tensor) -> Tensor:
+        return (color[:, None] - self._free).square().sum(-1).argmin(1)
+
+    def _switch(self, adj_color: Tensor, shown: Tensor) -> None:
+        """Give those paths another entry that gain most by it.
+
+        With d the change of a path's colour and w(p) what is seen of it in pixel p, the loss changes by adj . d +
+        scale sum_p w(p)^2 |d|^2, which is at most that with w in place of its square: w is at most 1.
+        """
+        change = self._free - self._free[self._entry][:, None]
+        bound = self._error_scale * shown[:, None] * change.square().sum(-1)
+        change_of_loss = (adj_color[:, None] * change).sum(-1) + bound
+        least, entry = change_of_loss.min(1)
+        chosen = least.topk(max(1, int(SWITCH_SHARE * len(least))), largest=False).indices
+        chosen = chosen[least[chosen] < 0.0]
+        self._entry[chosen] = entry[chosen]
 
 
 def _parsed(palette: str) -> Tensor:
@@ -70,13 +122,12 @@ def _parsed(palette: str) -> Tensor:
     return torch.tensor([list(bytes.fromhex(name[1:])) for name in palette.split(",")], dtype=torch.float32) / 255.0
 
 
-def _dominant(target: Tensor, count: int) -> Tensor:
-    """``count`` colours, or as many as there are, that stand for the pixels of ``target`` that are to be seen."""
-    pixels = target[target[..., 3] > 0.5] if target.shape[2] == 4 else target.flatten(0, 1)
-    pixels = pixels[:, :3] if len(pixels) else target.new_zeros(1, 3)
-    image = Image.fromarray((pixels[None].cpu().numpy() * 255.0).round().astype(np.uint8))
-    # Pillow's palettes have at most 256 colours.
-    reduced = image.quantize(min(count, 256), Image.Quantize.MAXCOVERAGE, kmeans=_KMEANS_ROUNDS)
+def _dominant(color: Tensor, shown: Tensor, count: int) -> Tensor:
+    """``count`` colours, or as many as there are, that stand for ``color`` [N, 3], each as often as it is seen."""
+    often = (shown / shown.sum().clamp_min(1e-9) * _SAMPLES).long() + 1
+    pixels = color.repeat_interleave(often, 0).cpu().numpy()
+    image = Image.fromarray((pixels[None] * 255.0).round().astype(np.uint8))
+    reduced = image.quantize(count, Image.Quantize.MEDIANCUT, kmeans=_KMEANS_ROUNDS)
     levels = reduced.getpalette() or [0, 0, 0]
     used = sorted(set(np.asarray(reduced).ravel().tolist()))
     return torch.tensor(levels, dtype=torch.float32).reshape(-1, 3)[used] / 255.0

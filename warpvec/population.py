@@ -88,19 +88,21 @@ class Population:
         adjoints = (adj_points.flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
         arrays = [self._strided(values) for values in adjoints]
         rows = len(self) + (0 if self._fixed_background else 1)
-        if self._palette is not None:
-            adj = torch.cat([adj_color, adj_background[None]])
-            self._palette.learn(self._palette.nearest(self._free_colors()), adj, factor)
         self._launch(self._kernel, rows * self._threads_per_path, [*self._settings, *arrays, *self._arrays])
         self._constrain()
         self._copy = None
 
-    def use_palette(self, palette: Palette) -> None:
-        """Take all fills, from now on, from ``palette``."""
-        if self._palette is None:
-            self._palette = palette
-            self._constrain()
-            self._copy = None
+    @property
+    def has_palette(self) -> bool:
+        """Whether fills are from a palette."""
+        return self._palette is not None
+
+    def use_palette(self, palette: Palette, shown: Tensor) -> None:
+        """Take all fills, from now on, from ``palette``; ``shown`` [N + 1] is what is seen of paths and canvas."""
+        palette.start(self._free_colors(), shown)
+        self._palette = palette
+        self._constrain()
+        self._copy = None
 
     def state(self) -> State:
         """What :meth:`restore` needs to go on as if nothing had happened."""
@@ -124,7 +126,7 @@ class Population:
         )
         self._rows, self._created = (points, color, opacity), state["created"]
         if palette is not None and state["palette"] is not None:
-            palette.restore(state["palette"])
+            palette.restore(state["palette"], str(device))
             self._palette = palette
         self._place(Scene(**state["live"]).to(str(device)))
 
@@ -133,6 +135,8 @@ class Population:
         self._rows = tuple(values[:, rows].contiguous() for values in self._rows)
         self._age = torch.cat([self._age[:-1][rows], self._age[-1:]])
         self.serial = self.serial[rows]
+        if self._palette is not None:
+            self._palette.keep(rows)
         self._place(self.live.select(rows))
 
     def sort_by_area(self) -> None:
@@ -150,6 +154,8 @@ class Population:
         self._age = torch.cat([self._age[:-1], self._age.new_zeros(len(scene)), self._age[-1:]])
         self.serial = torch.cat([self.serial, torch.arange(len(scene), device=self.serial.device) + self._created])
         self._created += len(scene)
+        if self._palette is not None:
+            self._palette.append(scene.color)
         names = ("points", "color", "opacity", "generation")
         joined = (torch.cat([getattr(self.live, name), getattr(shown, name)]) for name in names)
         points, color, opacity, generation = joined
@@ -175,7 +181,7 @@ class Population:
         if self._opaque:
             self.live.opacity.fill_(1.0)
         if self._palette is not None:
-            color = self._palette.entries[self._palette.nearest(self._free_colors())]
+            color = self._palette.color
             self.live.color.copy_(color[:-1])
             if not self._fixed_background:
                 self.live.background.copy_(color[-1])
