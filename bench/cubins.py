@@ -1,0 +1,156 @@
+"""What every kernel takes of a GPU: registers, local and shared memory, from cubins that need no GPU to be made."""
+
+from __future__ import annotations
+
+import re
+import struct
+import tempfile
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+from typing import NamedTuple
+
+import click
+import warp as wp
+from harness import markdown_table
+
+import warpvec.kernels
+from warpvec.kernels.constants import TILE
+from warpvec.kernels.lanes import make_lanes
+from warpvec.launch import start_warp
+
+ARCHITECTURE = 90
+"""Compute capability 9.0: H100, H200."""
+
+_BOTH = (False, True)
+_FOLDER = Path(warpvec.kernels.__file__).parent
+
+STAGES = sorted(path.stem for path in _FOLDER.glob("*.py") if "\ndef make_kernels(" in path.read_text())
+
+FACTORY_ARGUMENTS = {
+    "compositing_adjoint": [(fused, importance) for fused in _BOTH for importance in _BOTH],
+    "splat_coverage_adjoint": [(covariance,) for covariance in _BOTH],
+    "splatting_adjoint": [(covariance,) for covariance in _BOTH],
+}
+"""The variants of a stage, as what its factory takes beside the lanes; a stage that is not named has one."""
+
+VARIANTS = [(stage, variant) for stage in STAGES for variant in FACTORY_ARGUMENTS.get(stage, [()])]
+
+# Of a multiprocessor: registers, and how many of a thread are given out at once; threads; bytes of shared memory.
+_REGISTERS, _REGISTER_UNIT, _THREADS, _SHARED = 65_536, 8, 2_048, 228 * 1024
+# Threads of a block: a pixel of a tile each.
+_BLOCK = TILE * TILE
+
+# Attributes of a function in a cubin's .nv.info section, and the format of those that hold a value.
+_REGISTER_COUNT, _FRAME_SIZE, _STACK_SIZE, _SIZED = 0x2F, 0x11, 0x12, 4
+
+
+class Resources(NamedTuple):
+    """What a kernel takes.
+
+    Attributes:
+        registers: of a thread.
+        local: bytes of a thread's local memory: local arrays, and what was spilled from registers.
+        stack: the same with all functions that it calls.
+        shared: bytes of a block.
+    """
+
+    registers: int
+    local: int
+    stack: int
+    shared: int
+
+    @property
+    def blocks(self) -> int:
+        """Blocks of 256 threads that a multiprocessor holds at a time."""
+        rounded = -(-self.registers // _REGISTER_UNIT) * _REGISTER_UNIT
+        return min(_THREADS // _BLOCK, _REGISTERS // (rounded * _BLOCK), _SHARED // max(self.shared, 1))
+
+
+def make_stage(stage: str, variant: tuple[bool, ...]) -> SimpleNamespace:
+    """The kernels of a stage as a GPU runs them."""
+    start_warp()
+    return import_module(f"warpvec.kernels.{stage}").make_kernels(make_lanes(1, wp.float32), *variant)
+
+
+def stage_resources(stage: str, variant: tuple[bool, ...]) -> dict[str, Resources]:
+    """What each kernel of a stage takes, by its name."""
+    kernels = vars(make_stage(stage, variant))
+    (module,) = {kernel.module for kernel in kernels.values()}
+    found = module_resources(module)
+    return {name: _only(found, rf"__{name}_[0-9a-f]+_cuda") for name in kernels}
+
+
+def module_resources(module: wp.Module) -> dict[str, Resources]:
+    """What each kernel of a Warp module takes, by its symbol."""
+    with tempfile.TemporaryDirectory() as folder:
+        wp.compile_aot_module(module, arch=ARCHITECTURE, module_dir=folder, use_ptx=False)
+        (cubin,) = Path(folder).rglob("*.cubin")
+        return read_cubin(cubin.read_bytes())
+
+
+def _only(found: dict[str, Resources], pattern: str) -> Resources:
+    (resources,) = [resources for symbol, resources in found.items() if re.search(pattern, symbol)]
+    return resources
+
+
+# Cubins
+
+
+def read_cubin(data: bytes) -> dict[str, Resources]:
+    """Resources of each kernel of a cubin: an ELF file with NVIDIA's section .nv.info, a list of tagged values."""
+    (table,) = struct.unpack_from("<Q", data, 0x28)
+    size, count, name_index = struct.unpack_from("<HHH", data, 0x3A)
+    headers = [struct.unpack_from("<IIQQQQIIQQ", data, table + i * size) for i in range(count)]
+    sections = {_text(data, headers[name_index][4] + header[0]): header for header in headers}
+    symbols = sections[".symtab"]
+    found: dict[str, dict[int, int]] = {}
+    for attribute, symbol, value in _attributes(data, *sections[".nv.info"][4:6]):
+        (name,) = struct.unpack_from("<I", data, symbols[4] + 24 * symbol)
+        found.setdefault(_text(data, headers[symbols[6]][4] + name), {})[attribute] = value
+    return {symbol: _resources(symbol, values, sections) for symbol, values in found.items() if _STACK_SIZE in values}
+
+
+def _resources(symbol: str, values: dict[int, int], sections: dict[str, tuple[int, ...]]) -> Resources:
+    shared = sections.get(f".nv.shared.{symbol}")
+    taken = (values[attribute] for attribute in (_REGISTER_COUNT, _FRAME_SIZE, _STACK_SIZE))
+    return Resources(*taken, shared=shared[5] if shared else 0)
+
+
+def _attributes(data: bytes, start: int, size: int) -> Iterator[tuple[int, int, int]]:
+    """Attribute, symbol and value of the entries that have these."""
+    position = start
+    while position < start + size:
+        form, attribute, length = struct.unpack_from("<BBH", data, position)
+        position += 4
+        if form == _SIZED:
+            if attribute in (_REGISTER_COUNT, _FRAME_SIZE, _STACK_SIZE):
+                yield (attribute, *struct.unpack_from("<II", data, position))
+            position += length
+
+
+def _text(data: bytes, start: int) -> str:
+    return data[start : data.index(b"\0", start)].decode()
+
+
+# The table
+
+
+def rows() -> Iterator[list[object]]:
+    """A row for each kernel of each variant of each stage."""
+    for stage, variant in VARIANTS:
+        kind = "".join("+" if flag else "-" for flag in variant)
+        for name, resources in stage_resources(stage, variant).items():
+            yield [f"{stage} {kind}".strip(), name, *resources, resources.blocks]
+
+
+@click.command()
+def main() -> None:
+    """Registers and memory of every kernel, compiled for compute capability 9.0; + and - are the variants' switches."""
+    header = ["stage", "kernel", "registers", "local B", "stack B", "shared B", "blocks of 256 at a time"]
+    click.echo(markdown_table(header, rows()))
+
+
+if __name__ == "__main__":
+    main()
