@@ -13,7 +13,8 @@ import pytest
 from warpvec.errors import InputError
 from warpvec.folders import Folder, LocalFolder, RemoteFolder, open_folder
 
-FILES = {"a.png": b"1", "b/c.png": b"22", "b/d/e.jpg": b"", ".hidden.png": b"3", ".folder/f.png": b"4"}
+FILES = {"a.png": b"1", "b/c.png": b"22", "b/d/e.jpg": b""}
+HIDDEN = {".hidden.png": b"3", ".folder/f.png": b"4", "b/.g.png": b"5", "b/.h/i.png": b"6"}
 
 
 @pytest.fixture(params=["path", "file://", "memory://"])
@@ -23,7 +24,7 @@ def folder(request: pytest.FixtureRequest, tmp_path: Path) -> Folder:
         pytest.importorskip("fsspec", reason="the extra cluster is not installed")
     addresses = {"path": tmp_path, "file://": f"file://{tmp_path}", "memory://": f"memory://{uuid.uuid4().hex}/photos/"}
     found = open_folder(str(addresses[request.param]), "IN_DIR")
-    for name, data in FILES.items():
+    for name, data in {**FILES, **HIDDEN}.items():
         found.write(name, data)
     return found
 
