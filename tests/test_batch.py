@@ -11,7 +11,6 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +18,13 @@ import numpy as np
 import pytest
 from commands import assert_refused, invoke
 from PIL import Image
-from rich.console import Console
 
 from warpvec.batch import Job, Vectorize, find_jobs
-from warpvec.batch_view import Tally, describe, show_batch
 from warpvec.config import make_config
 from warpvec.engines.base import Lane
 from warpvec.errors import InputError
 from warpvec.folders import LocalFolder
-from warpvec.records import CSV_NAME, JSON_NAME, Record
+from warpvec.records import CSV_NAME, JSON_NAME
 
 # A fit of 64 x 64 pixels in a few tenths of a second.
 SETTINGS = ["--curves", "8", "--initial-curves", "8", "--threads", "1", "--device", "cpu"]
@@ -279,7 +276,7 @@ def test_one_batch_at_a_time_writes_a_folder(photos: Path, out: Path) -> None:
         assert_refused(invoke("batch", photos, out, *QUICK), "OUT_DIR", "is in use")
 
 
-# names, keys, views
+# names and keys
 
 
 def test_names_of_svgs() -> None:
@@ -300,42 +297,3 @@ def test_a_key_tells_photos_and_settings_apart_and_no_threads(tmp_path: Path) ->
     assert first == key(b"photo", threads=3, device="cpu")
     others = [key(b"photo2"), key(b"photo", seed=1), key(b"photo", preset="draft"), key(b"photo", "#000")]
     assert len({first, *others}) == 5
-
-
-DONE = Record(
-    input="[red]a.png", output="a.svg", curves=8, bytes=1234, psnr=27.254, seconds=1.25, attempts=2, settings={}
-)
-FAILED = Record(input="b.png", output="b.svg", error="no luck", settings={})
-
-
-def test_a_record_in_a_line() -> None:
-    assert describe(DONE) == "[red]a.png: 27.25 dB, 8 curves, 1,234 bytes, 1.2 s, 2 attempts"
-    assert describe(FAILED) == "b.png: failed: no luck"
-
-
-def test_a_tally_in_a_line() -> None:
-    tally = Tally(skipped=3, total=4, records=[DONE, FAILED])
-    assert tally.summary().startswith("7 images: 1 done, 1 failed, 3 done before, 2 left, PSNR 27.25 dB on average; ")
-    assert tally.pace().startswith("2 of 4, 1 failed, ")
-
-
-def test_the_table_shows_what_each_worker_is_at() -> None:
-    class Terminal(StringIO):
-        def isatty(self) -> bool:
-            return True
-
-    stream = Terminal()
-    tally = Tally(skipped=0, total=3)
-    with show_batch(stream, tally) as view:
-        for name in ("[red]a.png", "c.png"):
-            view.watch(Job(name, ""), f"iteration 1 of 9 of {name}")
-        tally.records.append(DONE)
-        view.show(DONE, tally)
-        console = Console(file=StringIO(), width=100)
-        console.print(view)
-        table = console.file.getvalue()  # type: ignore[attr-defined]
-    assert "[red]a.png: 27.25 dB, 8 curves" in stream.getvalue()
-    assert "c.png" in table
-    assert "iteration 1 of 9 of c.png" in table
-    assert "a.png" not in table
-    assert "1 of 3, " in table
