@@ -20,8 +20,11 @@ from warpvec.errors import InputError
 
 _COMMANDS = {
     "run": "run",
+    "refine": "refine",
     "batch": "batch",
     "eval": "evaluate",
+    "view": "view",
+    "lod": "lod",
     "info": "info",
     "sample": "sample",
 }

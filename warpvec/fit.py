@@ -18,6 +18,7 @@ from warpvec.config import FitConfig
 from warpvec.interrupt import noted_interrupts
 from warpvec.launch import resolve_device
 from warpvec.loss import psnr_from_mse
+from warpvec.min_area import SmallPaths
 from warpvec.palette import START as PALETTE_START
 from warpvec.palette import Palette
 from warpvec.policy import POLICIES, Policy, going_on
@@ -130,7 +131,11 @@ class _Fit:
         self._policy: Policy = POLICIES[config.policy](self._target, config, first_generation)
         self._full = Canvas(self._target, config, device)
         self._canvas = Canvas(self._target, config, device, _REDUCTION) if config.coarse_until > 0 else self._full
+        if is_transparent(target):
+            # Soft alpha is made of translucent paths.
+            config = replace(config, opacity_weight=0.0)
         self._regularization = Regularization(self._height, self._width, config, device, config.point_degree)
+        self._small_paths = SmallPaths(self._full, config)
         self._start = time.perf_counter()
         self._iteration = 0
         self._iteration_count = config.iterations
@@ -256,7 +261,10 @@ class _Fit:
     def _change_population(self, removal: Tensor | None) -> None:
         before = self._population.live
         iteration, iterations = self._iteration, self._iteration_count
-        if self._policy.update(self._population, iteration, iterations, removal, self._full.squared_error):
+        cut = self._small_paths.cut(self._population, iteration, iterations)
+        # Costs of removal are of the paths before a cut.
+        removal = None if cut else self._small_paths.prefer(self._population, removal)
+        if self._policy.update(self._population, iteration, iterations, removal, self._full.squared_error) or cut:
             self._remember(before)
 
     def _order(self) -> None:
