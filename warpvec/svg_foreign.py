@@ -170,8 +170,7 @@ class ForeignReader:
         self._omitted["broken path"] += not whole
         if paint is None or not loops:
             return
-        with np.errstate(all="ignore"):
-            points = apply(state.matrix, join(loops))
+        points = apply(state.matrix, join(loops))
         if not (np.abs(points) <= MAX_REACH).all():
             self._omitted[f"path beyond {MAX_REACH:.0f} pixels"] += 1
         elif self._is_canvas(name, points, opacity):
@@ -202,8 +201,7 @@ class ForeignReader:
 
     def _moved(self, matrix: NDArray[np.float64], transform: str) -> NDArray[np.float64]:
         try:
-            with np.errstate(all="ignore"):
-                return compose(matrix, read_matrix(transform))
+            return compose(matrix, read_matrix(transform))
         except ValueError:
             self._omitted["broken transform"] += 1
             return matrix

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import gzip
 import io
+import math
+import re
 import zlib
 from xml.parsers import expat
 
@@ -25,9 +27,7 @@ _DRAWS_A_FILE = frozenset({"image", "feImage", "use"})
 # Elements and attributes whose cost follows from the size of the file and of the picture. Patterns, filters, masks and
 # strokes can ask for any amount of time and memory in a few bytes; so can a style sheet, by naming them.
 _PLAIN_ELEMENTS = frozenset({"svg", "g", "path", "rect", "title", "desc", "metadata"})
-_PLAIN_ATTRIBUTES = frozenset(
-    {"id", "version", "width", "height", "viewBox", "x", "y", "d", "fill", "fill-opacity", "transform"}
-)
+_PLAIN_ATTRIBUTES = frozenset({"id", "version", "width", "height", "viewBox", "x", "y", "d", "fill", "fill-opacity"})
 
 
 class Scan:
@@ -43,6 +43,7 @@ class Scan:
         self.root: dict[str, str] = {}
         self.path_data: list[str] = []
         self.plain = True
+        self._rectangles: list[str] = []
         self._depth = 0
 
     def start_element(self, name: str, attributes: dict[str, str]) -> None:
@@ -57,12 +58,22 @@ class Scan:
         self._depth += 1
         if local_name == "path":
             self.path_data.append(attributes.get("d", ""))
+        if local_name == "rect":
+            self._rectangles.append(" ".join(attributes.get(name, "0") for name in ("x", "y", "width", "height")))
         if local_name in _DRAWS_A_FILE:
             _check_references(local_name, attributes)
         self.plain = self.plain and _is_plain(local_name, attributes)
 
     def end_element(self, _: str) -> None:
         self._depth -= 1
+
+    def reach(self) -> float:
+        """User units, at most, from the origin to a point of a path or rectangle: the sum of its numbers' sizes."""
+        # Here and not above: it imports torch, which the levels of a file do without.
+        from warpvec.svg import NUMBER
+
+        shapes = (re.findall(NUMBER, numbers) for numbers in (*self.path_data, *self._rectangles))
+        return max((math.fsum(abs(float(word)) for word in shape) for shape in shapes), default=0.0)
 
 
 def scan(text: str) -> Scan:

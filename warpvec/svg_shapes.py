@@ -122,14 +122,19 @@ def read_matrix(transform: str) -> NDArray[np.float64]:
     return np.array(values).reshape(2, 3)
 
 
+# Both take what files say, infinities included; what becomes of it is looked at in the end.
+
+
 def apply(matrix: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
     """``points`` [..., 2] moved by ``matrix`` [2, 3]."""
-    return points @ matrix[:, :2].T + matrix[:, 2]
+    with np.errstate(all="ignore"):
+        return points @ matrix[:, :2].T + matrix[:, 2]
 
 
 def compose(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[np.float64]:
     """The matrix [2, 3] that applies ``inner`` first."""
-    return outer[:, :2] @ inner + np.pad(outer[:, 2:], ((0, 0), (2, 0)))
+    with np.errstate(all="ignore"):
+        return outer[:, :2] @ inner + np.pad(outer[:, 2:], ((0, 0), (2, 0)))
 
 
 # One cubic is off a quarter of a circle by 0.03 % of its radius.

@@ -15,11 +15,14 @@ from warpvec.errors import InputError
 from warpvec.files import gzip_bytes
 from warpvec.rasterize import rasterize
 from warpvec.svg import NUMBER, count_segments
-from warpvec.svg_safety import read_text, scan
+from warpvec.svg_safety import Scan, read_text, scan
 from warpvec.transparency import PAGES, is_transparent, over
 
 MAX_PIXELS = 2**27
 """Above the largest photo we take (100 megapixels); resvg aborts the process where it cannot allocate."""
+
+MAX_REACH = 2.0**24
+"""Pixels from the origin to a point; resvg ends the process somewhere between 3e8 and 1e9."""
 
 Image = NDArray[np.float64]
 """Of shape [h, w, c], in [0, 1]."""
@@ -63,13 +66,13 @@ def draw(
     """
     text = read_text(svg)
     contents = scan(text)
-    sandboxed = not contents.plain
     if width is None or height is None:
-        check_pixels(*stated_size(contents.root))
-        return rasterize(text, transparent=transparent, sandboxed=sandboxed)
+        size = stated_size(contents.root)
+        check_pixels(*size)
+        return rasterize(text, transparent=transparent, sandboxed=not _is_harmless(contents, *size))
     check_pixels(width, height)
-    drawing = rasterize(text, width, height, transparent=transparent, sandboxed=sandboxed)
-    return _fitted(drawing, width, height)
+    harmless = _is_harmless(contents, width, height)
+    return _fitted(rasterize(text, width, height, transparent=transparent, sandboxed=not harmless), width, height)
 
 
 def measure(svg: str | bytes, photo: NDArray[Any]) -> dict[str, float]:
@@ -138,8 +141,7 @@ def file_facts(svg: str | bytes) -> FileFacts:
 
 def stated_size(root: dict[str, str]) -> tuple[float, float]:
     """Width and height in pixels: as stated, else of the view box. What resvg itself would take, or larger."""
-    box = [float(number) for number in re.findall(NUMBER, root.get("viewBox", ""))]
-    sides = box[2:] if len(box) == 4 and min(box[2:]) > 0 else [0.0, 0.0]
+    sides = _view_box(root)[2:]
     width, height = (pixels(root.get(name, ""), side) for name, side in zip(("width", "height"), sides, strict=True))
     if any(sides):
         scale = max((width or sides[0]) / sides[0], (height or sides[1]) / sides[1])
@@ -147,6 +149,22 @@ def stated_size(root: dict[str, str]) -> tuple[float, float]:
     if not width or not height:
         raise InputError("SVG must state its size as width and height or viewBox, this one does not; ask for a size")
     return width, height
+
+
+def _view_box(root: dict[str, str]) -> list[float]:
+    """Left, top, width and height; zeros where there is none to speak of."""
+    box = [float(number) for number in re.findall(NUMBER, root.get("viewBox", ""))]
+    return box if len(box) == 4 and min(box[2:]) > 0 else [0.0] * 4
+
+
+def _is_harmless(contents: Scan, width: float, height: float) -> bool:
+    """Whether resvg may draw it at ``width`` x ``height`` in this process: its cost is known, its points are near."""
+    if not contents.plain:
+        return False
+    left, top, *sides = _view_box(contents.root)
+    unit_count = min(sides) or min(pixels(contents.root.get(name, ""), 0.0) for name in ("width", "height"))
+    scale = max(width, height) / unit_count if unit_count else math.inf
+    return (contents.reach() + abs(left) + abs(top)) * scale <= MAX_REACH
 
 
 def pixels(length: str, whole: float) -> float:
