@@ -87,8 +87,8 @@ class Viewer:
             self.complaints.append(request.url)
 
     def settle(self) -> None:
-        """Waits until two frames have been shown: what was asked for has been drawn by then."""
-        self.page.evaluate("() => new Promise((r) => requestAnimationFrame(() => requestAnimationFrame(r)))")
+        """Waits for the next frame: the page has drawn in it what was asked for before."""
+        self.page.evaluate("() => new Promise(requestAnimationFrame)")
 
     def text(self, identifier: str) -> str:
         self.settle()

@@ -5,12 +5,16 @@ from __future__ import annotations
 from xml.parsers import expat
 from xml.sax.saxutils import escape, quoteattr
 
+from warpvec.svg_safety import SVG_NAMESPACE
+
+INKSCAPE_NAMESPACE = "http://www.inkscape.org/namespaces/inkscape"
+
 _SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
 _CONTAINERS = frozenset({"svg", "g", "a", "switch", "defs", "linearGradient", "radialGradient", "stop"})
 _TEXTS = {"title": "title", "metadata": "metadata", "style": "css"}
 # What draws nothing where it stands; no one misses it.
 _SILENT = frozenset(
-    {"desc", "script", "namedview", "symbol", "clipPath", "mask", "marker", "pattern", "filter", "animate", "set"}
+    {"", "desc", "script", "symbol", "clipPath", "mask", "marker", "pattern", "filter", "animate", "set"}
 )
 
 _GEOMETRY = "d points x y width height viewBox rx ry cx cy r x1 y1 x2 y2 transform"
@@ -19,8 +23,8 @@ _PAINT = (
     " clip-path mask filter stop-color"
 )
 # A browser acts on "style" even in a document that it only parses, and complains where a policy forbids it.
-_RENAMED = {"id": "id", "class": "class", "label": "label", "style": "css"}
-_ATTRIBUTES = {name: name for name in f"{_GEOMETRY} {_PAINT}".split()} | _RENAMED
+_RENAMED = {f"{INKSCAPE_NAMESPACE} label": "label", "style": "css"}
+_ATTRIBUTES = {name: name for name in f"id class {_GEOMETRY} {_PAINT}".split()} | _RENAMED
 
 
 def sanitized(text: str) -> str:
@@ -47,7 +51,9 @@ class _Cleaner:
         self._skipped = 0
 
     def start_element(self, name: str, attributes: dict[str, str]) -> None:
-        local = _local(name)
+        namespace, _, local = name.rpartition(" ")
+        # Elements of other programs draw nothing.
+        local = local if namespace in ("", SVG_NAMESPACE) else ""
         written = _TEXTS.get(local, local if local in _SHAPES | _CONTAINERS else None)
         # Text is taken without what stands inside it: metadata may hold whole documents.
         inside_text = bool(self._open) and self._open[-1] in _TEXTS.values()
@@ -56,8 +62,8 @@ class _Cleaner:
                 self.parts.append(f"<left-out name={quoteattr(local)}/>")
             self._skipped += 1
             return
-        namespace = "" if self._open else ' xmlns="http://www.w3.org/2000/svg"'
-        self.parts.append(f"<{written}{namespace}{_known(attributes)}>")
+        declared = "" if self._open else f' xmlns="{SVG_NAMESPACE}"'
+        self.parts.append(f"<{written}{declared}{_known(attributes)}>")
         self._open.append(written)
 
     def end_element(self, _: str) -> None:
@@ -72,10 +78,6 @@ class _Cleaner:
 
 
 def _known(attributes: dict[str, str]) -> str:
-    """The known attributes, each once: a namespace may repeat a name."""
-    known = {_ATTRIBUTES[local]: value for name, value in attributes.items() if (local := _local(name)) in _ATTRIBUTES}
+    """The known attributes; all but Inkscape's label are of no namespace."""
+    known = {_ATTRIBUTES[name]: value for name, value in attributes.items() if name in _ATTRIBUTES}
     return "".join(f" {name}={quoteattr(value)}" for name, value in known.items())
-
-
-def _local(name: str) -> str:
-    return name.rpartition(" ")[2]

@@ -8,7 +8,6 @@ of these the page's reader takes numbers, colours and names, and never shows an 
 from __future__ import annotations
 
 import base64
-import gzip
 import hashlib
 import json
 import math
@@ -27,6 +26,7 @@ from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
 from warpvec.image import fit_image, read_image
 from warpvec.sanitize import sanitized
+from warpvec.svg_safety import read_text
 from warpvec.verify import file_facts, measure
 
 PAGE_PHOTO_SIDE = 2048
@@ -70,8 +70,7 @@ def _data(svg: bytes, photo: bytes | None, history: list[dict[str, float]] | Non
     """What the page is told, as JSON can say it; an infinite PSNR is null."""
     figures: dict[str, Any] = {**file_facts(svg)}
     data: dict[str, Any] = {"name": name, "figures": figures, "history": _checked_history(history or [])}
-    # After the checks: a small gzip of a huge file has been refused by now.
-    data["svg"] = sanitized((gzip.decompress(svg) if svg.startswith(b"\x1f\x8b") else svg).decode("utf-8-sig"))
+    data["svg"] = sanitized(read_text(svg))
     if photo is not None:
         pixels = read_image(photo, name="photo")
         quality = measure(svg, pixels)
