@@ -13,6 +13,7 @@ from torch.nn.functional import avg_pool2d
 
 from warpvec.config import FitConfig
 from warpvec.scene import Scene
+from warpvec.step import RepeatedStep
 from warpvec.transparency import ALPHA_MIN, PAGES, is_transparent, over, premultiplied
 
 
@@ -31,18 +32,37 @@ class Canvas:
         settings = config.renderer_settings
         self._renderer = module.Renderer(height, width, device=device, threads=config.threads, **settings)
         self._prepared = [(self._renderer.prepare_target(shown), page) for shown, page in self._pages]
+        self._steps = [RepeatedStep(self._renderer) for _ in self._pages]
+        self._points = torch.empty(0, device=target.device)
 
     def fit_step(self, scene: Scene, removal: bool) -> Any:
-        """Adjoints of the mean squared error of ``scene``; ``removal`` asks for each path's importance."""
-        points = scene.points if self._scale == 1.0 else scene.points * self._scale
-        paths = (points, scene.color, scene.opacity)
+        """Adjoints of the mean squared error of ``scene``; ``removal`` asks for each path's importance.
+
+        All but the loss lie in memory that the next step overwrites.
+        """
+        paths = (self._reduced_points(scene.points), scene.color, scene.opacity)
         adjoints = _mean_adjoints(
             [
-                self._renderer.fit_step(*paths, scene.background if page is None else page, prepared, removal)
-                for prepared, page in self._prepared
+                step.take(*paths, scene.background if page is None else page, prepared, removal)
+                for step, (prepared, page) in zip(self._steps, self._prepared, strict=True)
             ]
         )
-        return adjoints if self._scale == 1.0 else replace(adjoints, points=adjoints.points * self._scale)
+        if self._scale != 1.0:
+            adjoints.points.mul_(self._scale)
+        return replace(adjoints, canvas=adjoints.canvas.clone())
+
+    @property
+    def overflow(self) -> Any:
+        """[4] on the device: where any is not 0 the last step had too little room, its adjoints are zero and it should
+        leave the paths, and what is known of their gradients, as they are."""
+        return self._renderer.overflow
+
+    def _reduced_points(self, points: Tensor) -> Tensor:
+        if self._scale == 1.0:
+            return points
+        if self._points.shape != points.shape:
+            self._points = torch.empty_like(points)
+        return torch.mul(points, self._scale, out=self._points)
 
     def shown_areas(self, scene: Scene) -> Tensor:
         """What is seen of each path, and last of the canvas [N + 1]: coverage times all that is let through, summed

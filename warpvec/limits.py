@@ -30,8 +30,8 @@ class Limits:
     """Room on one device, and what did not fit.
 
     Attributes:
-        room: None where counts are read back.
-        overflow: [4] on the device, 1 for each kind that the last step had no room for.
+        room: for the next steps; None where counts are read back.
+        overflow: [4] on the device, 1 for each kind that the last step with a room had too little for.
         lost: [1] on the device, the steps so far that drew nothing for that.
     """
 
@@ -39,9 +39,9 @@ class Limits:
         self.room: Counts | None = None
         self.overflow = wp.zeros(len(Counts._fields), dtype=wp.int32, device=device)
         self.lost = wp.zeros(1, dtype=wp.int32, device=device)
+        self._nothing = wp.zeros_like(self.overflow)
 
-    def set(self, room: Counts | None) -> None:
-        """Give the next steps ``room``, or, with None, as much as they turn out to need."""
-        self.room = room
-        if room is None:
-            self.overflow.zero_()
+    @property
+    def flags(self) -> wp.array:
+        """``overflow``, or zeros where there is no limit: a replayed graph may have set ``overflow`` since."""
+        return self._nothing if self.room is None else self.overflow

@@ -128,7 +128,12 @@ class TileRenderer(ABC):
 
     def limit(self, room: Counts | None) -> None:
         """Give the next renders ``room``, and read no counts back; with None, as much as they need."""
-        self._launch.limits.set(room)
+        self._launch.limits.room = room
+
+    @property
+    def overflow(self) -> wp.array:
+        """[4] on the device: whether any is not 0 tells that the last render with an adjoint had no room."""
+        return self._launch.limits.overflow
 
     @property
     def lost(self) -> int:

@@ -8,6 +8,7 @@ section 3.2); detached, they are as in Bezier Splatting.
 from __future__ import annotations
 
 import torch
+import warp as wp
 from torch import Tensor
 
 from warpvec.compositing import Paint
@@ -53,14 +54,14 @@ class Renderer(TileRenderer):
         self._splatting = Splatting(launch, lanes, samples, lines, degree, interior_gradient, covariance_gradient)
         self._binning = SplatBinning(launch, lanes, self.grid, samples)
         self._coverage = SplatCoverage(launch, lanes, self.grid, covariance_gradient, transmittance_min)
-        self._ones: Tensor | None = None
+        self._buffers = launch.make_buffers()
 
     def _cover(self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Hits:
         self._splatting.run(points, opacity)
         self._binning.bin_splats(self._splatting, len(points))
         self._coverage.run(self._splatting, self._binning, opacity)
         # A path's opacity is in its Gaussians: coverage is composited as it is.
-        paint = Paint(color, self._opaque(opacity), background, self._lanes)
+        paint = Paint(color, self._opaque(len(points)), background, self._lanes)
         return self._binning, self._coverage.tile_first_visible, self._coverage.slot_coverage, paint
 
     def _collect(self, points: Tensor, opacity: Tensor, adjoints: Adjoints) -> None:
@@ -72,7 +73,10 @@ class Renderer(TileRenderer):
     def counts(self) -> Counts:
         return Counts(0, self._binning.strip_count, self._binning.pair_count, self._binning.slot_count)
 
-    def _opaque(self, opacity: Tensor) -> Tensor:
-        if self._ones is None or self._ones.shape != opacity.shape:
-            self._ones = torch.ones_like(opacity)
-        return self._ones
+    def _opaque(self, path_count: int) -> Tensor:
+        growth = self._buffers.growth
+        ones = self._buffers.get("ones", path_count, self._lanes.dtype)
+        if self._buffers.growth > growth:
+            ones.fill_(1.0)
+        values: Tensor = wp.to_torch(ones)[:path_count]
+        return values
