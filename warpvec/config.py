@@ -42,6 +42,8 @@ class FitConfig:
     """All fills are from these colours, "#123,#a0b1c2"."""
     min_area: float = 0.0
     """No path of less than these square pixels of the photo is in the file."""
+    lod: bool = False
+    """Each level of detail, with those below it, is fitted as a picture of its own."""
     backdrop: str = "learned"
     """"learned": the canvas starts in the photo's mean colour and is fitted. "white": it is white and stays so, as in
     the paper."""

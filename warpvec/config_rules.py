@@ -40,6 +40,8 @@ def checked(settings: dict[str, Any]) -> dict[str, Any]:
     _check_choices(checked)
     _check_path_model(checked)
     _check_growth(checked)
+    if checked["lod"] and (checked["policy"], checked["z_order"]) != ("scaffolding", "creation"):
+        raise InputError("lod must be off without policy scaffolding and z_order creation, got True; set these")
     if checked["palette"] is not None and checked["colors"]:
         raise InputError(f"colors must be 0 beside a palette, got {checked['colors']}; give one of the two")
     return checked
@@ -103,7 +105,7 @@ def _check_choices(settings: dict[str, Any]) -> None:
     }  # fmt: skip
     for name, allowed in choices.items():
         check_choice(name, settings[name], allowed)
-    for name in ("shorten_gap", "compensate", "flat", "interior_gradient", "covariance_gradient"):
+    for name in ("shorten_gap", "compensate", "flat", "interior_gradient", "covariance_gradient", "lod"):
         check_flag(name, settings[name])
     # Which devices there are is asked where the fit starts: to find out takes seconds.
     if not isinstance(settings["device"], str):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import torch
@@ -17,50 +17,23 @@ from warpvec.checkpoint import Saving, State
 from warpvec.config import FitConfig
 from warpvec.interrupt import noted_interrupts
 from warpvec.launch import resolve_device
-from warpvec.loss import psnr_from_mse
+from warpvec.levels import with_prefix
 from warpvec.min_area import SmallPaths
+from warpvec.outcome import FitResult, Progress, history_entry
 from warpvec.palette import START as PALETTE_START
 from warpvec.palette import Palette
-from warpvec.policy import POLICIES, Policy, going_on
+from warpvec.policy import going_on, make_policy
 from warpvec.population import Population
 from warpvec.regularization import Regularization
 from warpvec.scene import Scene
 from warpvec.transparency import is_transparent
 
+__all__ = ["FitResult", "Progress", "fit"]
+
 # Of the target's sides in the coarse part of a run.
 _REDUCTION = 2
 # Iterations between entries of the history; each reads one number back from the device.
 _HISTORY_GAP = 10
-
-
-@dataclass(frozen=True)
-class Progress:
-    """Where a fit stands after an iteration."""
-
-    iteration: int
-    iteration_count: int
-    curve_count: int
-    seconds: float
-    loss: Tensor = field(repr=False)
-    scene: Callable[[], Scene] = field(repr=False)
-    """The scene as it stands, in pixels of the fitted image."""
-
-    @property
-    def psnr(self) -> float:
-        """Internal PSNR of the iteration's image, in dB; reads one number back from the device."""
-        return psnr_from_mse(float(self.loss))
-
-
-@dataclass(frozen=True)
-class FitResult:
-    """What a fit gives: the scene in pixels of the fitted image, on the CPU, and how it got there."""
-
-    scene: Scene
-    history: list[dict[str, float]]
-    iterations: int
-    seconds: float
-    interrupted: bool
-    device: str
 
 
 def fit(
@@ -128,8 +101,8 @@ class _Fit:
         self._config = config = config if start is None else going_on(config, start, self._height, self._width)
         self._target = target.to(device, torch.float32)
         first_generation = int(start.generation.max()) if start is not None and len(start) else 0
-        self._policy: Policy = POLICIES[config.policy](self._target, config, first_generation)
         self._full = Canvas(self._target, config, device)
+        self._policy = make_policy(self._target, config, first_generation, self._full)
         self._canvas = Canvas(self._target, config, device, _REDUCTION) if config.coarse_until > 0 else self._full
         if is_transparent(target):
             # Soft alpha is made of translucent paths.
@@ -179,6 +152,8 @@ class _Fit:
         """Render, loss, adjoint, update; gives each path's removal cost if that was asked for."""
         scene, config = self._population.live, self._config
         adjoints = self._canvas.fit_step(scene, want_removal)
+        if config.lod:
+            adjoints = with_prefix(adjoints, scene, self._canvas, self._iteration)
         adj_opacity = adjoints.opacity.contiguous()
         self._regularization.add_adjoint(scene.points, scene.opacity, adjoints.points, adj_opacity)
         factor = schedule.lr_factor(self._iteration, config, self._iteration_count)
@@ -289,7 +264,7 @@ class _Fit:
             lambda: self._population.scene,
         )
         if self._iteration % _HISTORY_GAP == 0 or self._iteration == self._iteration_count:
-            self.history.append(_history_entry(progress))
+            self.history.append(history_entry(progress))
         if self._on_progress is not None:
             self._on_progress(progress)
 
@@ -307,12 +282,3 @@ class _Fit:
 
     def _seconds(self) -> float:
         return time.perf_counter() - self._start
-
-
-def _history_entry(progress: Progress) -> dict[str, Any]:
-    return {
-        "iteration": progress.iteration,
-        "curves": progress.curve_count,
-        "psnr": progress.psnr,
-        "seconds": progress.seconds,
-    }

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from warpvec.config import FitConfig, make_config
 from warpvec.errors import InputError
@@ -41,6 +42,7 @@ SETTINGS = {
         "colors": "Fills come from a palette of so many colours, which is fitted; 0 for any.",
         "palette": "Fills come from these colours, '#123,#a0b1c2', or from those named in a file.",
         "min_area": "No path of less than these square pixels.",
+        "lod": "Each level of detail, with those below it, is fitted as a picture of its own.",
         "backdrop": "Canvas colour: fitted (learned) or white.",
         "fit_size": "Longest side in pixels that the fit works on; the SVG keeps the photo's units.",
     },
@@ -116,7 +118,7 @@ class SettingsCommand(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         target = ctx.params.pop("write_config")
         del ctx.params["config_file"]
-        if ctx.params.pop("opaque"):
+        if ctx.params.pop("opaque") and not _goes_before(ctx, "opacity", "opaque"):
             ctx.params["opacity"] = "opaque"
         if target is not None:
             write_settings(target, _stated(ctx.params))
@@ -190,9 +192,25 @@ def _file_options() -> list[click.Option]:
 
 def _take_file(ctx: click.Context, _: click.Parameter, path: str | None) -> str | None:
     if path is not None:
-        known = {option.name for option in ctx.command.params if isinstance(option, click.Option)}
-        ctx.default_map = read_settings(path, known - {"config_file", "write_config"})
+        found = read_settings(path, _names(ctx.command))
+        ctx.default_map = {_names(ctx.command)[name]: value for name, value in found.items()}
     return path
+
+
+def _names(command: click.Command) -> dict[str, str]:
+    """The options of ``command`` that a file may hold: each by the name it has on the command line."""
+    options = [option for option in command.params if isinstance(option, click.Option)]
+    flags = {flag: str(option.name) for option in options for flag in option.opts if flag.startswith("--")}
+    named = {flag[2:].replace("-", "_"): name for flag, name in flags.items()}
+    return {flag: name for flag, name in named.items() if name not in ("config_file", "write_config")}
+
+
+def _goes_before(ctx: click.Context, name: str, other: str) -> bool:
+    """Whether option ``name`` stands on the command line, and ``other`` only in the file."""
+    return (
+        ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE
+        and ctx.get_parameter_source(other) is ParameterSource.DEFAULT_MAP
+    )
 
 
 class _Curves(click.ParamType):

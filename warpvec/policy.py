@@ -8,9 +8,11 @@ from typing import Protocol
 from torch import Tensor
 
 from warpvec import schedule
+from warpvec.canvas import Canvas
 from warpvec.checkpoint import State
 from warpvec.config import FitConfig
 from warpvec.errors import InputError
+from warpvec.levels import LeveledScaffolding
 from warpvec.population import Population
 from warpvec.replacement import Replacement
 from warpvec.scaffolding import Scaffolding
@@ -51,6 +53,13 @@ POLICIES: dict[str, Callable[[Tensor, FitConfig, int], Policy]] = {
     "replacement": Replacement,
 }
 """The name of a policy in the settings -> the policy."""
+
+
+def make_policy(target: Tensor, config: FitConfig, first_generation: int, canvas: Canvas) -> Policy:
+    """The policy of ``config`` for ``target`` [h, w, 3 or 4], which ``canvas`` compares with."""
+    if config.lod:
+        return LeveledScaffolding(target, config, first_generation, canvas)
+    return POLICIES[config.policy](target, config, first_generation)
 
 
 def going_on(config: FitConfig, start: Scene, height: int, width: int) -> FitConfig:

@@ -1,0 +1,100 @@
+"""Levels of detail that each make a picture: the paths up to any generation are fitted as a picture of their own too.
+
+With every step on all paths goes one on the paths up to a lower generation, each in its turn, and the recycling of a
+generation looks at the picture that ends with it. So a prefix of the layers is not what a later one left of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from warpvec import schedule
+from warpvec.canvas import Canvas
+from warpvec.checkpoint import State
+from warpvec.config import FitConfig
+from warpvec.population import Population
+from warpvec.scaffolding import Scaffolding
+from warpvec.scene import Scene
+
+PREFIX_WEIGHT = 1.0
+"""Of the error of a prefix, beside that of all paths."""
+
+
+def with_prefix(adjoints: Any, scene: Scene, canvas: Canvas, iteration: int) -> Any:
+    """``adjoints`` of all paths, and those of the paths up to the generation whose turn it is at ``iteration``."""
+    count = _prefix_count(scene, iteration)
+    if count == len(scene):
+        return adjoints
+    names = ("points", "color", "opacity")
+    # The renderer writes into the same memory again.
+    sums = {name: getattr(adjoints, name).clone() for name in (*names, "canvas")}
+    part = canvas.fit_step(scene.select(torch.arange(count, device=scene.points.device)), False)
+    for name in names:
+        sums[name][:count] += PREFIX_WEIGHT * getattr(part, name)
+    sums["canvas"][:3] += PREFIX_WEIGHT * part.background
+    return replace(adjoints, **sums)
+
+
+def _prefix_count(scene: Scene, turn: int) -> int:
+    """Paths up to one of the generations but the last, which take turns; all if there is one only."""
+    generations = _generations(scene)
+    if len(generations) < 2:
+        return len(scene)
+    return int((scene.generation <= generations[turn % (len(generations) - 1)]).sum())
+
+
+def _generations(scene: Scene) -> list[int]:
+    """Those of the paths, ascending."""
+    return sorted(set(scene.generation.tolist()))
+
+
+class LeveledScaffolding(Scaffolding):
+    """Algorithm 1, with recyclings that stay within a generation: the generations take turns, the last every other."""
+
+    def __init__(self, target: Tensor, config: FitConfig, first_generation: int, canvas: Canvas) -> None:
+        super().__init__(target, config, first_generation)
+        self._canvas = canvas
+        self._turn = 0
+
+    def state(self) -> State:
+        """What :meth:`restore` needs to go on as if nothing had happened."""
+        return {**super().state(), "turn": self._turn}
+
+    def restore(self, state: State) -> None:
+        """Go on from ``state``."""
+        super().restore(state)
+        self._turn = state["turn"]
+
+    def _recycle(self, population: Population, removal: Tensor, squared_error: Callable[[Scene], Tensor]) -> None:
+        """Move paths of one generation that are missed least, there, to where its picture is worst."""
+        scene = population.scene
+        level = self._next_level(scene)
+        prefix = (scene.generation <= level).nonzero().flatten()
+        own = scene.generation[prefix] == level
+        cost = self._canvas.fit_step(scene.select(prefix), True).removal
+        removed = cost.masked_fill(~own, torch.inf).topk(
+            int(int(own.sum()) * self._config.recycle_share), largest=False
+        )
+        if not len(removed.indices):
+            return
+        keep = torch.ones(len(scene), dtype=torch.bool, device=cost.device)
+        keep[removed.indices] = False
+        picture = scene.select(prefix[keep[prefix]])
+        radius = schedule.recycling_radius(replace(self._config, curves=len(prefix)), self._height, self._width)
+        new = self._spawn(len(removed.indices), radius, squared_error(picture), scene.background)
+        population.keep(keep)
+        population.append(replace(new, generation=torch.full_like(new.generation, level)))
+        population.keep(population.live.generation.argsort(stable=True))
+
+    def _next_level(self, scene: Scene) -> int:
+        """The generation whose turn it is: the last one every other time, the lower ones in between."""
+        generations = _generations(scene)
+        turn, self._turn = self._turn, self._turn + 1
+        if turn % 2 == 0 or len(generations) == 1:
+            return generations[-1]
+        return generations[turn // 2 % (len(generations) - 1)]
