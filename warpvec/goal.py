@@ -34,7 +34,7 @@ AUTO_GAIN, AUTO_CURVES_MAX = 1.0, 2048
 """With the curves left to us, they are doubled until that gains less than these decibels, or to this many, where the
 file of a photo has some 350 KB."""
 
-_SIZE = re.compile(r"(\d+(?:\.\d*)?)\s*(k|m)?i?b?", re.IGNORECASE)
+_SIZE = re.compile(r"([0-9]+(?:\.[0-9]*)?)\s*(k|m)?b?", re.IGNORECASE)
 _UNITS = {"": 1, "k": 1_000, "m": 1_000_000}
 
 
@@ -95,10 +95,10 @@ def parse_size(text: str) -> int:
         InputError: not such a size.
     """
     match = _SIZE.fullmatch(text.strip())
-    count = 0 if match is None else int(float(match[1]) * _UNITS[(match[2] or "").lower()])
-    if count < 1:
+    count = 0.0 if match is None else float(match[1]) * _UNITS[(match[2] or "").lower()]
+    if not 1.0 <= count < math.inf:
         raise InputError(f"max_bytes must be a size such as 50000, 80k or 1.5M, got {text!r}; give one of at least 1")
-    return count
+    return round(count)
 
 
 def is_met(goal: Goal, trial: Trial, curves_max: int) -> bool:
@@ -106,7 +106,7 @@ def is_met(goal: Goal, trial: Trial, curves_max: int) -> bool:
     if not trial.settled or not _fits(goal, trial):
         return False
     if goal.target_psnr is not None and trial.psnr >= goal.target_psnr:
-        return trial.psnr <= goal.target_psnr + PSNR_EXCESS or trial.curves == 1
+        return trial.psnr <= goal.target_psnr + PSNR_EXCESS or trial.curves <= 1
     if trial.asked >= curves_max:
         return True
     return goal.max_bytes is not None and trial.bytes >= USED_MIN * goal.max_bytes
@@ -115,16 +115,19 @@ def is_met(goal: Goal, trial: Trial, curves_max: int) -> bool:
 def next_count(goal: Goal, trials: Sequence[Trial], curves_max: int) -> int:
     """The number of paths that should meet ``goal``, from the ``trials`` so far, at least one."""
     wanted = [_count_for_bytes(goal, trials), _count_for_psnr(goal, trials)]
-    count = min((n for n in wanted if n is not None), default=trials[-1].curves)
-    leap = trials[-1].curves * LEAP_MAX
+    count = min((n for n in wanted if n is not None), default=_base(trials[-1]))
+    leap = _base(trials[-1]) * LEAP_MAX
     return max(1, min(math.floor(min(count, leap)), curves_max))
 
 
 def is_worth_doubling(trials: Sequence[Trial], curves_max: int) -> bool:
     """Whether, with the number of paths left to us, twice as many should be tried."""
-    if 2 * trials[-1].curves > min(curves_max, AUTO_CURVES_MAX):
-        return False
-    return len(trials) < 2 or trials[-1].psnr - trials[-2].psnr >= AUTO_GAIN
+    return 2 * trials[-1].asked <= min(curves_max, AUTO_CURVES_MAX) and _has_paid(trials)
+
+
+def worthwhile_count(trials: Sequence[Trial]) -> int:
+    """The last number of paths whose doubling paid, after the doublings `is_worth_doubling` asked for."""
+    return trials[-1 if _has_paid(trials) else -2].asked
 
 
 def facts_of(goal: Goal, trials: Sequence[Trial]) -> dict[str, Any]:
@@ -165,12 +168,25 @@ def _fits(goal: Goal, trial: Trial) -> bool:
     return goal.max_bytes is None or trial.bytes <= goal.max_bytes
 
 
+def _base(trial: Trial) -> int:
+    """The paths that were asked for, as the next count is of such: a share of them will be invisible again.
+
+    Where more than half are, as in a photo of one colour, it is not for lack of paths that the goal is missed.
+    """
+    return min(trial.asked, 2 * max(trial.curves, 1))
+
+
+def _has_paid(trials: Sequence[Trial]) -> bool:
+    """Whether the last doubling gained enough; the first trial is none, and pays."""
+    return len(trials) < 2 or trials[-1].psnr - trials[-2].psnr >= AUTO_GAIN
+
+
 def _count_for_bytes(goal: Goal, trials: Sequence[Trial]) -> float | None:
     """A file's bytes are as good as proportional to its paths."""
     if goal.max_bytes is None:
         return None
     last = trials[-1]
-    return last.curves * USED_AIM * goal.max_bytes / last.bytes
+    return _base(last) * USED_AIM * goal.max_bytes / last.bytes
 
 
 def _count_for_psnr(goal: Goal, trials: Sequence[Trial]) -> float | None:
@@ -179,16 +195,18 @@ def _count_for_psnr(goal: Goal, trials: Sequence[Trial]) -> float | None:
         return None
     last = trials[-1]
     octaves = (goal.target_psnr + PSNR_AIM - last.psnr) / _slope([trial for trial in trials if trial.settled])
-    count = last.curves * 2.0 ** max(-20.0, min(octaves, 20.0))
+    base = _base(last)
+    count = base * 2.0 ** max(-20.0, min(octaves, 20.0))
     # A step of less than a path is still a step.
-    return min(count, last.curves - 1) if octaves < 0 else max(count, last.curves + 1)
+    return min(count, base - 1) if octaves < 0 else max(count, base + 1)
 
 
 def _slope(trials: Sequence[Trial]) -> float:
     """Decibels a doubling, from the last two trials that differ enough to tell."""
     if len(trials) < 2:
         return SLOPE
-    octaves = math.log2(trials[-1].curves / trials[-2].curves)
-    if abs(octaves) < 0.05:
+    octaves = math.log2(trials[-1].asked / trials[-2].asked)
+    gain = trials[-1].psnr - trials[-2].psnr
+    if abs(octaves) < 0.05 or math.isnan(gain):  # both without any error
         return SLOPE
-    return min(max((trials[-1].psnr - trials[-2].psnr) / octaves, SLOPE_MIN), SLOPE_MAX)
+    return min(max(gain / octaves, SLOPE_MIN), SLOPE_MAX)

@@ -1,4 +1,4 @@
-"""The fits that a goal takes: a sketch, one of as many paths as it should need, and corrections that go on from that."""
+"""The fits that a goal takes: a sketch, one of as many paths as it should need, and corrections that go on from it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from warpvec.config import FitConfig
 from warpvec.errors import InputError
-from warpvec.goal import SKETCH_CURVES, Goal, Trial, facts_of, is_met, is_worth_doubling, next_count
+from warpvec.goal import SKETCH_CURVES, Goal, Trial, facts_of, is_met, is_worth_doubling, next_count, worthwhile_count
 from warpvec.result import Result
 from warpvec.scene import Scene
 
@@ -51,9 +51,11 @@ class Search:
         """What meets the goal, or comes nearest; its file never has more bytes than the goal allows.
 
         Raises:
-            InputError: not even one path fits into the bytes.
+            InputError: not even one path fits into the bytes, or the policy does not go on from given paths.
         """
-        result = self._sketch() if self.start is None else self._correct(len(self.start), self.start)
+        if self.config.policy != "scaffolding":
+            raise InputError(f"policy must be scaffolding to meet a goal, got {self.config.policy!r}; give scaffolding")
+        result = self._sketch() if self.start is None else self._begin(self.start)
         most = self._auto_count(result) if self.goal.auto else self.config.curves
         if self.start is None and not result.interrupted:
             result = self._try(self._settings(self._next_count(most), 1.0, 1.0), None)
@@ -67,14 +69,17 @@ class Search:
         count = min(SKETCH_CURVES, self.config.curves)
         return self._try(self._settings(count, SHORT_SHARE, 1.0), None, settled=False)
 
+    def _begin(self, start: Scene) -> Result:
+        return self._correct(max(1, min(len(start), self.config.curves)), start)
+
     def _correct(self, count: int, start: Scene, settled: bool = True) -> Result:
         return self._try(self._settings(count, SHORT_SHARE, CORRECTION_RATE), start, settled)
 
     def _auto_count(self, result: Result) -> int:
-        """Doubles the paths of the sketch for as long as that pays; the last number that did."""
+        """Doubles the paths for as long as that pays; the last number that did."""
         while is_worth_doubling(self.trials, self.config.curves) and not result.interrupted and not self._is_late():
-            result = self._correct(2 * self.trials[-1].curves, result.fitted.scene, settled=False)
-        return self.trials[-1].curves
+            result = self._correct(2 * self.trials[-1].asked, result.fitted.scene, settled=False)
+        return worthwhile_count(self.trials)
 
     def _next_count(self, most: int) -> int:
         return next_count(self.goal, self.trials, most)
@@ -86,7 +91,7 @@ class Search:
             curves=count,
             iterations=max(1, round(share * config.iterations)),
             lr_scale=rate * config.lr_scale,
-            time_budget=None if config.time_budget is None else max(self._seconds_left(), 1e-3),
+            time_budget=None if config.time_budget is None else self._seconds_for(share),
         )
 
     def _try(self, config: FitConfig, start: Scene | None, settled: bool = True) -> Result:
@@ -120,6 +125,11 @@ class Search:
             iterations, seconds = iterations + fitted.iterations, seconds + fitted.seconds
         fitted = replace(result.fitted, history=history, iterations=iterations, seconds=seconds)
         return replace(result, fitted=fitted, goal_facts=facts_of(self.goal, self.trials))
+
+    def _seconds_for(self, share: float) -> float:
+        """For a fit of that share of the iterations: its share of the budget, so that a sketch leaves time for more."""
+        assert self.config.time_budget is not None
+        return max(min(self._seconds_left(), share * self.config.time_budget), 1e-3)
 
     def _seconds_left(self) -> float:
         assert self.config.time_budget is not None
