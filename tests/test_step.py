@@ -27,9 +27,9 @@ from warpvec.step import RepeatedStep
 KINDS = ("exact", "splat")
 
 
-def renderer_of(kind: str, scene: SceneTensors) -> TileRenderer:
-    """One whose launches a graph of the CPU can record: with scalar lanes, as on a GPU, and one thread."""
-    shared = {"lane_width": 1, "threads": 1, "transmittance_min": 1e-4}
+def renderer_of(kind: str, scene: SceneTensors, device: str = "cpu") -> TileRenderer:
+    """One whose launches a graph can record on the CPU too: with scalar lanes, as on a GPU, and one thread."""
+    shared = {"lane_width": 1, "threads": 1, "transmittance_min": 1e-4, "device": device}
     if kind == "exact":
         return exact.Renderer(scene.height, scene.width, **shared)
     return splat.Renderer(scene.height, scene.width, samples=9, lines=3, **shared)
@@ -38,9 +38,8 @@ def renderer_of(kind: str, scene: SceneTensors) -> TileRenderer:
 class Moving:
     """Paths that move in their memory, and their step beside one that is never recorded."""
 
-    def __init__(self, kind: str, scene: SceneTensors) -> None:
-        self.kind, self.scene = kind, scene
-        self.renderer, self.plain = renderer_of(kind, scene), renderer_of(kind, scene)
+    def __init__(self, kind: str, scene: SceneTensors, device: str = "cpu") -> None:
+        self.renderer, self.plain = renderer_of(kind, scene, device), renderer_of(kind, scene, device)
         self.repeated = RepeatedStep(self.renderer, record=True)
         self.target = self.renderer.prepare_target(target_image(scene))
         self.values = [value.clone() for value in inputs(scene, self.renderer)]
@@ -77,8 +76,8 @@ def launches(monkeypatch: pytest.MonkeyPatch) -> list[object]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_replays_follow_the_paths(kind: str, launches: list[object]) -> None:
-    moving = Moving(kind, random_scene(1, 20, 60, 70))
+def test_replays_follow_the_paths(kind: str, launches: list[object], device: str) -> None:
+    moving = Moving(kind, random_scene(1, 20, 60, 70), device)
     for _ in range(12):
         moving.check_step()
     # One to be counted, one to rehearse, which is checked by a replay, and ten replays of one graph.
@@ -130,11 +129,11 @@ def test_a_render_between_replays_changes_nothing(launches: list[object]) -> Non
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_paths_that_outgrow_their_room_are_counted_again(
-    kind: str, launches: list[object], monkeypatch: pytest.MonkeyPatch
+    kind: str, launches: list[object], device: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(step, "_CHECK_GAP", 4)
     monkeypatch.setattr(Counts, "with_headroom", lambda counts: Counts(*(count + 1 for count in counts)))
-    moving = Moving(kind, random_scene(3, 12, 60, 70))
+    moving = Moving(kind, random_scene(3, 12, 60, 70), device)
     for _ in range(3):
         check_equal(moving.step(), moving.want())
     loss = moving.want().loss
@@ -145,7 +144,7 @@ def test_paths_that_outgrow_their_room_are_counted_again(
         assert not any(getattr(lost, name).any() for name in GRADIENTS)
         assert torch.equal(lost.loss, loss) and moving.renderer.overflow.numpy().any()
     # What has no limit minds no overflow.
-    adj_image = torch.ones(60, 70, 3)
+    adj_image = torch.ones(60, 70, 3, device=moving.renderer.device)
     assert moving.renderer.adjoint(*moving.values, adj_image).background.any()
     check_equal(moving.step(), moving.want())
     assert not moving.renderer.overflow.numpy().any()
@@ -174,12 +173,35 @@ def test_a_recording_that_differs_is_not_used(
     assert len(launches) == 1 and not moving.repeated.is_recorded
 
 
-def test_on_the_cpu_nothing_is_recorded_unless_asked_for(launches: list[object]) -> None:
+@pytest.mark.parametrize("hindrance", ["memory", "capture"])
+@pytest.mark.parametrize("recorded", [0, 4])
+def test_where_nothing_can_be_recorded_steps_are_counted(
+    hindrance: str, recorded: int, launches: list[object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*args: Any, **kwargs: Any) -> None:
+        raise RuntimeError("no capture")
+
     moving = Moving("exact", random_scene(1, 20, 60, 70))
+    for _ in range(recorded):
+        moving.check_step()
+    assert len(launches) == max(0, recorded - 1)
+    if hindrance == "memory":
+        monkeypatch.setattr(Counts, "with_headroom", lambda counts: counts._replace(pairs=2**31))
+    else:
+        monkeypatch.setattr(wp, "ScopedCapture", refuse)
+    moving.values = [value.clone() for value in moving.values]
+    launches.clear()
+    for _ in range(5):
+        moving.check_step()
+    assert not launches and moving.renderer.lost == 0
+
+
+def test_steps_are_recorded_on_a_gpu_alone_unless_asked_for(launches: list[object], device: str) -> None:
+    moving = Moving("exact", random_scene(1, 20, 60, 70), device)
     moving.repeated = RepeatedStep(moving.renderer)
     for _ in range(4):
         moving.check_step()
-    assert not launches
+    assert len(launches) == (0 if device == "cpu" else 3)
 
 
 # Memory

@@ -192,7 +192,7 @@ class Buffers:
                 "give a smaller --fit-size, fewer curves or, of splat, fewer samples"
             )
         if array is None or array.shape[0] < shape[0] or array.shape[1:] != shape[1:]:
-            capacity = (int(shape[0] * self._HEADROOM) + 1, *shape[1:])
+            capacity = (min(int(shape[0] * self._HEADROOM) + 1, _ENTRIES_MAX - 1), *shape[1:])
             array = wp.zeros(capacity, dtype=dtype, device=self._device)
             self._arrays[name] = array
             self.growth += 1

@@ -55,6 +55,7 @@ class Renderer(TileRenderer):
         self._binning = SplatBinning(launch, lanes, self.grid, samples)
         self._coverage = SplatCoverage(launch, lanes, self.grid, covariance_gradient, transmittance_min)
         self._buffers = launch.make_buffers()
+        self._ones = torch.ones(0)
 
     def _cover(self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Hits:
         self._splatting.run(points, opacity)
@@ -78,5 +79,5 @@ class Renderer(TileRenderer):
         ones = self._buffers.get("ones", path_count, self._lanes.dtype)
         if self._buffers.growth > growth:
             ones.fill_(1.0)
-        values: Tensor = wp.to_torch(ones)[:path_count]
-        return values
+            self._ones = wp.to_torch(ones)
+        return self._ones[:path_count]

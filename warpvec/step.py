@@ -2,7 +2,8 @@
 
 A graph is recorded once for the memory that the inputs lie in, and replayed while they stay there. It reads no counts
 back (``warpvec/limits.py``), so the step before it is counted as usual and tells how much room to give; and every
-``_CHECK_GAP`` replays the host asks whether any had too little, in which case the next step is counted again.
+``_CHECK_GAP`` replays the host asks whether any had too little, in which case the next step is counted again. Where
+nothing can be recorded, or a replay is not what a counted step gives, all steps are counted.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import torch
 import warp as wp
 from torch import Tensor
 
+from warpvec.errors import InputError
 from warpvec.limits import Counts
 from warpvec.renderer import Adjoints, TileRenderer
 
@@ -88,15 +90,24 @@ class RepeatedStep:
         direct = None if self._is_checked else _copies(self._count(inputs, out))
         self._renderer.limit(room)
         try:
-            self._renderer.fit_step(*inputs, out=out)
-            growth = self._renderer.growth
-            with wp.ScopedCapture(device=self._device, force_module_load=False) as capture:
-                self._renderer.fit_step(*inputs, out=out)
+            graph, growth = self._record_within_limits(inputs, out)
+        except (InputError, RuntimeError):  # too little memory for the room, or a driver that cannot
+            self._record = False
         finally:
             self._renderer.limit(None)
-        if self._renderer.growth == growth and (direct is None or self._agrees(capture.graph, out, direct)):
-            self._recording = _Recording(capture.graph, places, growth)
+        if not self._record:
+            self._count(inputs, out)
+        elif self._renderer.growth == growth and (direct is None or self._agrees(graph, out, direct)):
+            self._recording = _Recording(graph, places, growth)
             self._replays, self._lost = 0, self._renderer.lost
+
+    def _record_within_limits(self, inputs: _Inputs, out: Adjoints) -> tuple[Any, int]:
+        """The graph of a step, and the growth of the buffers before it was recorded."""
+        self._renderer.fit_step(*inputs, out=out)
+        growth = self._renderer.growth
+        with wp.ScopedCapture(device=self._device, force_module_load=False) as capture:
+            self._renderer.fit_step(*inputs, out=out)
+        return capture.graph, growth
 
     def _agrees(self, graph: Any, out: Adjoints, direct: list[Tensor]) -> bool:
         """Whether a replay gives the bits of a step that was counted; without that, nothing is recorded again."""
