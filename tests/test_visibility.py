@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 import torch
 
 from warpvec.scene import Scene, circle_points
@@ -41,6 +42,19 @@ def test_the_search_ends() -> None:
     assert len(without_invisible(scene, torch.linspace(0.0, 2.0, 1000), draw)) == 1000
     assert drawings[:2] == [1000, 500]
     assert len(drawings) == 1 + DRAWINGS_MAX
+
+
+@pytest.mark.parametrize(("byte_count", "count"), [(36_000_000, 2), (192_000_000, 1)])
+def test_large_photos_are_drawn_less_often(byte_count: int, count: int) -> None:
+    """A photo of 12 megapixels twice, one of 64 once, as a whole."""
+    drawings = []
+
+    def draw(some: Scene) -> bytes:
+        drawings.append(len(some))
+        return bytes(byte_count)
+
+    without_invisible(circles(9), torch.zeros(9), draw)
+    assert len(drawings) == count
 
 
 def test_what_shows_is_not_tried() -> None:

@@ -15,9 +15,10 @@ SHOWN_MIN = 1.0
 """Pixels, at full opacity and nothing above: what shows less than this in all is a candidate for removal. Spread over
 500 pixels it is less than half a level of 255; whether it changes one is then seen by drawing without it."""
 
-DRAWINGS_MAX = 8
-"""Drawings that the search for what changes no pixel may take: each costs what drawing the file costs, and most
-candidates do change a pixel. 31 of 4096 paths took 62 drawings, and half a minute, to keep them all."""
+DRAWINGS_MAX, DRAWN_BYTES_MAX = 8, 2**26
+"""Drawings that the search for what changes no pixel may take, and bytes of all of them: each costs what drawing the
+file costs, and most candidates do change a pixel. 31 of 4096 paths took 62 drawings, half a minute, to keep them all.
+"""
 
 Drawing = Callable[[Scene], bytes]
 """The pixels of a scene as a viewer shows them."""
@@ -39,7 +40,7 @@ def canvas_areas(scene: Scene, height: int, width: int, threads: int | None = No
 
 
 def without_invisible(scene: Scene, shown: Tensor, draw: Drawing) -> Scene:
-    """``scene`` without the paths that change no pixel of ``draw``.
+    """``scene`` without the paths that change no pixel of ``draw``, as far as ``DRAWINGS_MAX`` drawings find them.
 
     Args:
         scene: N paths.
@@ -57,7 +58,7 @@ def _kept(scene: Scene, candidates: Tensor, draw: Drawing, pixels: bytes) -> Ten
     """Which paths stay [N]: halves of ``candidates``, in their order, go together where that changes no pixel."""
     keep = torch.ones(len(scene), dtype=torch.bool)
     pending = [candidates]
-    for _ in range(DRAWINGS_MAX):
+    for _ in range(min(DRAWINGS_MAX, DRAWN_BYTES_MAX // len(pixels))):
         if not pending:
             break
         group = pending.pop()
