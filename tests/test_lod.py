@@ -74,7 +74,7 @@ def test_layers_of_one_level_go_together():
         ("<g/><g id='\u00e9 > \"'></g >\n<g/>", "<g/>\n<g/>"),
         ("<!-- <g> --><g/>x <g><![CDATA[</g>]]></g> y", "<!-- <g> --><g/>x  y"),
         ("<svg><g/></svg><g/><g/><svg/>", "<svg><g/></svg><g/><svg/>"),
-        ('<x:g xmlns:x="http://x"/><g/><g/>', '<x:g xmlns:x="http://x"/><g/>'),
+        ('<g/><x:g xmlns:x="http://x"/><g/>', '<g/><x:g xmlns:x="http://x"/>'),
     ],
 )
 def test_groups_at_the_top_are_the_levels_of_other_files(content, kept):

@@ -28,7 +28,7 @@ any_scene = settings(max_examples=100, derandomize=True, deadline=None, database
 coordinates = st.one_of(
     st.sampled_from([0.0, 0.005, 0.05, 24.995, 47.45, -0.015, -30.0, 80.0]), st.floats(-30, 80, width=32)
 )
-shares = st.one_of(st.sampled_from([0.0, 1.0, 0.004, 0.005, 0.5, 0.996]), st.floats(0, 1, width=32))
+shares = st.one_of(st.sampled_from([0.0, 1.0, 0.004, 0.005, 0.5, 0.99, 0.996]), st.floats(0, 1, width=32))
 generations = st.sampled_from([0, 0, 1, 2, 11])
 
 

@@ -104,7 +104,7 @@ FOREIGN = {
     "transforms": f'<g transform="translate(32 32) rotate(30) scale(.5,1)"><g transform="skewX(20)">{SQUARE}</g></g>',
     "style attribute": '<rect width="50" height="25" style="fill:#f0f;fill-opacity:50%;opacity:.5"/>',
     "style sheet": "<style>/* } */ rect.b,.a{fill:#f0f} #c{fill:lime}rect{fill:blue}</style>"
-    '<rect class="x a" width="20" height="25"/><rect class="b" x="30" width="20" height="25"/>'
+    '<rect class="x a" width="20" height="25"/><rect class="b" fill="black" x="30" width="20" height="25"/>'
     '<rect id="c" class="a" y="30" width="20" height="25"/><rect x="30" y="30" width="9" height="9"/>',
     "inheritance": f'<g fill="blue" fill-opacity=".5" color="red"><rect width="9" height="9"/>{SQUARE}'
     '<g fill="currentColor"><rect x="30" width="9" height="9"/></g></g>',
@@ -123,6 +123,7 @@ FOREIGN = {
     "links and switches": f'<a href="#x">{SQUARE}</a>'
     f'<switch><g transform="translate(30)">{SQUARE}</g><circle r="30"/></switch>',
     "compound path with a hole": '<path d="M5 5H60V60H5zM20 20V40H40V20zm9 40h5v-5z" fill="navy"/>',
+    "line after a close": '<path d="M5 5h20v20zl30 5v40z" fill="navy"/>',
     "broken path": '<path d="M5 5h20v20h-20z L 50 x 60" fill="navy"/>',
     "open path": '<path d="M10 10L50 10 50 50"/>',
     "editors' data": f'<x:view xmlns:x="http://x"><x:rect width="9"/></x:view>'

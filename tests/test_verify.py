@@ -318,3 +318,9 @@ def test_a_drawing_apart_is_the_same():
 
 def test_the_root_is_of_svg():
     assert "another namespace" in refusal(draw, '<svg xmlns="http://x" width="8" height="4"/>')
+
+
+def test_a_panic_of_resvg_in_this_process_is_told_in_one_line():
+    svg = svg_file('<circle r="1e30" stroke="red" stroke-dasharray="1"/>')
+    with pytest.raises(InputError, match="one that resvg can draw"):
+        rasterize.rasterize(svg, sandboxed=False)

@@ -167,13 +167,13 @@ def _usual_numbers(text: str) -> str:
 
 
 def _drawn(path: Iterable[Any]) -> Iterator[tuple[list[list[complex]], bool]]:
-    """The cubics of each segment, and whether a subpath begins with it: after a move or a close."""
+    """The cubics of each segment, and whether a subpath begins with it. What follows a close goes on from its end."""
     begins = True
     for segment in path:
         kind = type(segment).__name__
         if kind != "Move":
             yield list(_cubics(segment, kind)), begins
-        begins = kind in ("Move", "Close")
+        begins = kind == "Move"
 
 
 def _cubics(segment: Any, kind: str) -> Iterator[list[complex]]:
