@@ -56,8 +56,11 @@ class Search:
         if self.config.policy != "scaffolding":
             raise InputError(f"policy must be scaffolding to meet a goal, got {self.config.policy!r}; give scaffolding")
         result = self._sketch() if self.start is None else self._begin(self.start)
-        most = self._auto_count(result) if self.goal.auto else self.config.curves
-        if self.start is None and not result.interrupted:
+        most = self.config.curves
+        if self.goal.auto:
+            result = self._doubled(result)
+            most = worthwhile_count(self.trials)
+        if self.start is None and not result.interrupted and not self._is_late():
             result = self._try(self._settings(self._next_count(most), 1.0, 1.0), None)
         for _ in range(CORRECTIONS_MAX):
             if result.interrupted or self._is_late() or is_met(self.goal, self.trials[-1], most):
@@ -75,11 +78,11 @@ class Search:
     def _correct(self, count: int, start: Scene, settled: bool = True) -> Result:
         return self._try(self._settings(count, SHORT_SHARE, CORRECTION_RATE), start, settled)
 
-    def _auto_count(self, result: Result) -> int:
-        """Doubles the paths for as long as that pays; the last number that did."""
+    def _doubled(self, result: Result) -> Result:
+        """``result`` with its paths doubled for as long as that pays."""
         while is_worth_doubling(self.trials, self.config.curves) and not result.interrupted and not self._is_late():
             result = self._correct(2 * self.trials[-1].asked, result.fitted.scene, settled=False)
-        return worthwhile_count(self.trials)
+        return result
 
     def _next_count(self, most: int) -> int:
         return next_count(self.goal, self.trials, most)
