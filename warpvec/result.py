@@ -22,6 +22,7 @@ from warpvec.files import check_writable, encode_svg, gzip_bytes, write_atomic
 from warpvec.fit import FitResult
 from warpvec.goal import Goal, Trial
 from warpvec.image import fit_image
+from warpvec.lod import prefixes
 from warpvec.scene import Scene
 from warpvec.svg import quantize, write_svg
 from warpvec.transparency import is_transparent
@@ -116,7 +117,8 @@ class Result:
         clamped and rounded to 8 bits as the drawing is (0.01 dB at 32 dB): with "exact" of `render`, against the photo;
         with "splat" of `soft_image`, against the reduced photo. ``conversion_px`` is how far the cubics of the file are
         from the fitted curves at most, in pixels of the photo, before rounding. ``bytes`` and ``gzip_bytes`` are
-        sizes of the SVG text, plain and gzipped.
+        sizes of the SVG text, plain and gzipped. ``levels``, of a fit with ``lod``: of each prefix of the layers its
+        ``curves`` and ``psnr``. ``goal``: what was asked and what came of it.
         """
         height, width = self.photo.shape[:2]
         opacity = self.scene.opacity
@@ -136,6 +138,7 @@ class Result:
             "device": self.fitted.device,
             "interrupted": self.interrupted,
             "goal": self.goal_facts,
+            "levels": self._levels() if self.config.lod else None,
         }
 
     def trial(self, goal: Goal) -> Trial:
@@ -177,6 +180,11 @@ class Result:
         x_factor, y_factor = columns / width, rows / height
         areas = measured(scene.scaled(x_factor, y_factor), rows, columns, self.config.threads)
         return areas / (x_factor * y_factor)
+
+    def _levels(self) -> list[dict[str, Any]]:
+        """Curves and PSNR of each prefix of the layers, a picture of its own."""
+        found = ((level, text, file_facts(text)["paths"]) for level, text in prefixes(self.svg()))
+        return [{"level": k, "curves": n, "psnr": measure(text, self.photo)["psnr"]} for k, text, n in found]
 
     def _internal_psnr(self) -> float:
         if self.config.renderer == "exact":

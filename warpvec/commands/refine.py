@@ -55,10 +55,12 @@ def refine(
 
     The drawing is warpvec's own, or any file of filled paths; what a scene of closed paths cannot say (strokes,
     gradients, holes) is named and left out. Its layers stay. With --curves above the number of its paths new ones are
-    added on top, where the picture is worst; below, the least important go. --iterations is 500 unless given, and
-    learning rates are 0.4 times those of a run.
+    added on top, where the picture is worst; below, the least important go. --iterations is 500 and --recycle-gap 0
+    unless given, and learning rates are 0.4 times those of a run.
     """
     settings["iterations"] = settings["iterations"] or ITERATIONS
+    if settings["recycle_gap"] is None:
+        settings["recycle_gap"] = 0
     check_out(out)
     begun = _read_drawing(drawing)
     settings["segments"] = begun.scene.piece_count

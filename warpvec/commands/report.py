@@ -15,9 +15,17 @@ _INTERNAL_IMAGES = {"exact": "internally", "splat": "in the soft image"}
 
 
 def report(metrics: dict[str, Any], out: str, as_json: bool) -> None:
-    finite = {name: None if value in (math.inf, -math.inf) else value for name, value in metrics.items()}
-    text = json.dumps(finite, allow_nan=False) if as_json else _summary(metrics, out)
+    text = json.dumps(_finite(metrics), allow_nan=False) if as_json else _summary(metrics, out)
     click.echo(text, err=out == "-")
+
+
+def _finite(value: Any) -> Any:
+    """``value`` with None for each infinite number in it."""
+    if isinstance(value, dict):
+        return {name: _finite(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return None if value in (math.inf, -math.inf) else value
 
 
 def _summary(metrics: dict[str, Any], out: str) -> str:
@@ -33,6 +41,9 @@ def _summary(metrics: dict[str, Any], out: str) -> str:
         if metrics["degree"] != 3:
             lines.append("sides of degree {degree} written as cubics within {conversion_px:.3f} px")
         lines.append("{iterations} iterations in {seconds:.1f} s on {device}")
+    if metrics.get("levels"):
+        parts = (f"{level['curves']} curves {level['psnr']:.2f} dB" for level in metrics["levels"])
+        lines.append("up to each level: " + ", ".join(parts))
     if metrics.get("goal"):
         lines.append(describe(metrics["goal"]))
     return "\n".join(lines).format(out="SVG" if out == "-" else out, **metrics)
