@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
-from warpvec import svg_safety
+from warpvec import svg_safety, verify
 from warpvec.errors import InputError
 from warpvec.verify import count_paths, draw, file_facts, measure, psnr, ssim
 
