@@ -105,6 +105,14 @@ def test_removal_is_never_recorded_and_leaves_the_recording_alone(launches: list
     assert len(launches) == 3
 
 
+def test_a_pause_leaves_the_recording_alone(launches: list[object]) -> None:
+    moving = Moving("exact", random_scene(1, 20, 60, 70))
+    for is_paused in (False, False, False, True, True, False):
+        moving.repeated.is_paused = is_paused
+        moving.check_step()
+    assert len(launches) == 3 and len(set(map(id, launches))) == 1
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_another_render_that_moves_the_buffers_ends_the_recording(kind: str, launches: list[object]) -> None:
     moving, large = Moving(kind, random_scene(1, 6, 60, 70)), random_scene(2, 200, 60, 70)

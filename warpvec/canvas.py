@@ -57,6 +57,11 @@ class Canvas:
         leave the paths, and what is known of their gradients, as they are."""
         return self._renderer.overflow
 
+    def pause_recording(self, is_paused: bool) -> None:
+        """Have the next steps launch each of their kernels, as a stopwatch around the stages needs it, or no longer."""
+        for step in self._steps:
+            step.is_paused = is_paused
+
     def _reduced_points(self, points: Tensor) -> Tensor:
         if self._scale == 1.0:
             return points

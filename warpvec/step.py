@@ -36,13 +36,16 @@ class RepeatedStep:
 
     Args:
         record: whether to replay graphs; None: on CUDA, where Warp's memory pool lets them allocate.
+
+    Attributes:
+        is_paused: whether steps are counted for as long; what is recorded stays.
     """
 
     def __init__(self, renderer: TileRenderer, record: bool | None = None) -> None:
         self._renderer = renderer
         self._device = wp.device_from_torch(renderer.device)
         self._record = _can_record(self._device) if record is None else record
-        self._is_checked = False
+        self._is_checked = self.is_paused = False
         self._out: Adjoints | None = None
         self._counted: tuple[tuple[Any, ...], Counts] | None = None
         self._recording: _Recording | None = None
@@ -60,7 +63,7 @@ class RepeatedStep:
         """What ``renderer.fit_step`` gives, in memory that the next step overwrites."""
         inputs = (points, color, opacity, background, prepared_target)
         out = self._out_for(points)
-        if removal or not self._record:
+        if removal or self.is_paused or not self._record:
             return self._count(inputs, out, removal)
         places = tuple((tensor.data_ptr(), tensor.shape) for tensor in inputs)
         recording = self._recording

@@ -1,0 +1,110 @@
+#!/usr/bin/env bash
+# Everything that needs a GPU, in under ten minutes: tests, steps, whole fits, hardware counters of two kernels.
+#
+#     bench/gpu.sh [FOLDER_OF_THE_KODAK_SET]
+#
+# Without the folder (kodak/ unless given) photos of scikit-image stand in for it. PYTHON is the interpreter to take.
+# What fails or runs out of time is named at the end, and makes the exit status 1; without a GPU it is 2.
+set -uo pipefail
+cd "$(dirname "$0")/.." || exit 2
+
+python=${PYTHON:-python}
+photos=${1:-kodak}
+cache=$(mktemp -d)
+trap 'rm -rf "$cache"' EXIT
+limit=585 # seconds for all
+failed=()
+
+no_gpu() {
+    echo "bench/gpu.sh: no GPU to measure: $1" >&2
+    exit 2
+}
+
+command -v "$python" >/dev/null || no_gpu "there is no $python; set PYTHON to warpvec's"
+reason=$("$python" - 2>/dev/null <<'PYTHON'
+import torch, warp as wp
+wp.config.log_level = wp.LOG_ERROR
+if not torch.cuda.is_available():
+    print(f"torch {torch.__version__} sees none")
+elif wp.get_cuda_device_count() == 0:
+    print("Warp sees none")
+PYTHON
+) || no_gpu "$python cannot import torch and warp; set PYTHON to warpvec's"
+[ -z "$reason" ] || no_gpu "$reason"
+
+# part NAME SECONDS COMMAND...: runs it under a heading, for no longer than that or than is left; keeps what it prints.
+part() {
+    local name=$1 seconds=$2 left=$((limit - SECONDS))
+    shift 2
+    [ "$seconds" -le "$left" ] || seconds=$left
+    printf '\n## %s\n\n' "$name"
+    if [ "$seconds" -le 5 ]; then
+        echo "left out: no time left"
+        failed+=("$name")
+        return
+    fi
+    timeout --kill-after=5 "$seconds" "$@" | tee "$cache/printed"
+    local status=${PIPESTATUS[0]}
+    [ "$status" -ne 124 ] || echo "stopped after $seconds s"
+    [ "$status" -eq 0 ] || failed+=("$name")
+}
+
+# step SCENE SECONDS: one step by stage.
+step() {
+    : >"$cache/printed"
+    part "step, $1" "$2" "$python" bench/bench_step.py --scene "$1" --photos "$photos" --device cuda --repeat 20 \
+        --cache "$cache"
+    mv "$cache/printed" "$cache/$1"
+}
+
+# The kernels of the two slowest stages of a step, as a pattern.
+slowest() {
+    "$python" - "$1" <<'PYTHON'
+import json, sys
+kernels = {
+    "flattening": "emit_vertices", "binning": "classify_pairs", "coverage": "accumulate_winding",
+    "compositing_adjoint": "composite_adjoint", "coverage_adjoint": "integrate_edges",
+    "flattening, adjoint": "gather_points_adjoint", "regularization": "add_regularizers",
+    "population": "step_population",
+}
+line = next(line for line in open(sys.argv[1]) if line.startswith("{"))
+(rows,) = (result["step"] for result in json.loads(line)["ms"].values())
+found = sorted((name for name in kernels if name in rows), key=lambda name: -rows[name]["min"])
+print("|".join(kernels[name] for name in found[:2]))
+PYTHON
+}
+
+command -v nvidia-smi >/dev/null && nvidia-smi --query-gpu=name,driver_version,clocks.max.sm,memory.total --format=csv
+
+part "tests on the GPU" 200 "$python" -m pytest -q -p no:cacheprovider -k cuda tests
+if [ -f "$photos/kodim07.png" ]; then
+    step kodim07-256 60
+    step kodim07-1024 60
+    step photo-2040x1344-2048 90
+else
+    echo "kodim07 left out: no kodim07.png in $photos"
+    failed+=("steps of kodim07")
+fi
+step wide-4096x4096-4096 120
+
+photo=$photos/kodim07.png
+if [ ! -f "$photo" ]; then
+    photo=$cache/coffee.png
+    "$python" -c 'import sys; from warpvec.samples import write_sample; write_sample("coffee.png", sys.argv[1])' "$photo"
+fi
+part "whole fits" 90 "$python" bench/bench_fit.py "$photo" --curves 512,1024 --repeat 3 --no-vtracer --set device=cuda
+
+if command -v ncu >/dev/null && grep -q '^{' "$cache/kodim07-1024" 2>/dev/null; then
+    part "counters of the two slowest kernels" 90 ncu --set basic --section SpeedOfLight --section Occupancy \
+        --kernel-name-base function --kernel-name "regex:.*($(slowest "$cache/kodim07-1024")).*" --launch-skip 4 \
+        --launch-count 4 "$python" bench/bench_step.py --scene kodim07-1024 --photos "$photos" --device cuda \
+        --repeat 1 --cache "$cache"
+else
+    printf '\ncounters left out: no ncu, or no step of kodim07-1024\n'
+fi
+
+printf '\n%s s in all\n' "$SECONDS"
+if [ ${#failed[@]} -gt 0 ]; then
+    printf 'failed: %s\n' "${failed[@]}"
+    exit 1
+fi
