@@ -93,6 +93,11 @@ class Case:
     runs: list[Run]
     metrics: dict[str, Any]
 
+    @property
+    def wall(self) -> float:
+        """Median wall time in seconds."""
+        return statistics.median(run.wall for run in self.runs)
+
     def cells(self) -> list[str]:
         """The row, in the order of ``HEADER``; a dash for what is not known of a rival's file."""
         metrics, internal = self.metrics, self.metrics.get("internal_psnr")
@@ -101,7 +106,7 @@ class Case:
         walls = [run.wall for run in self.runs]
         cpu = statistics.median(run.cpu for run in self.runs)
         quality = [str(metrics["curves"]), _number(metrics["psnr"], ".2f"), f"{metrics['ssim']:.4f}", *sums]
-        times = [f"{statistics.median(walls):.1f}", f"{max(walls) - min(walls):.1f}", f"{cpu:.1f}"]
+        times = [f"{self.wall:.1f}", f"{max(walls) - min(walls):.1f}", f"{cpu:.1f}"]
         return [self.image.name, self.how, *quality, f"{metrics['bytes'] / 1e3:.1f}", *times, self._peak()]
 
     def to_dict(self) -> dict[str, Any]:
@@ -157,6 +162,20 @@ def cold_cases(image: Path, preset: str, settings: dict[str, Any]) -> list[Case]
     return [Case(case.image, label, case.runs, case.metrics) for case, label in zip(cases, labels, strict=True)]
 
 
+def vtracer_ratios(cases: Sequence[Case]) -> list[str]:
+    """A line for each fit: its median wall time over that of VTracer on the same image."""
+    lines, fits = [], []
+    for case in cases:
+        if not case.how.startswith("vtracer"):
+            fits.append(case)
+            continue
+        for fit in fits:
+            ratio = fit.wall / case.wall
+            lines.append(f"{fit.image.name}, {fit.metrics['curves']} curves, {fit.how}: {ratio:.2f} of VTracer's time")
+        fits = []
+    return lines
+
+
 @click.command()
 @click.argument("images", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--curves", callback=comma_separated_counts, default="512", show_default=True)
@@ -187,6 +206,8 @@ def main(
     click.echo(markdown_table(HEADER, [case.cells() for case in cases]) + "\n")
     if cold:
         click.echo(f"empty kernel cache: {cases[0].runs[0].wall - cases[1].runs[0].wall:.1f} s more")
+    for line in vtracer_ratios(cases[2:] if cold else cases):
+        click.echo(line)
     if vtracer and not find_spec("vtracer"):
         click.echo("vtracer: left out, it is not installed; pip install vtracer")
     click.echo(machine_line(facts))

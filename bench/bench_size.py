@@ -4,7 +4,8 @@ What: each case is the command in a process of its own, on one photo resampled t
 median lap of the second half of the run, which has all its paths; a short run is enough for it, and for the peak.
 
 Why pairs: a pair is a path in a tile of 16 x 16 pixels, the unit of work of every stage. A step whose time for each
-pair does not grow spends nothing on what does not change.
+pair does not grow spends nothing on what does not change. A pair is partial if an edge of the path crosses the tile:
+those have coverage to compute, the others are one colour. The smaller the paths, the more of their pairs are partial.
 """
 
 from __future__ import annotations
@@ -31,8 +32,8 @@ from harness import (
 )
 
 HEADER = (
-    "photo", "fitted", "curves", "PSNR", "wall s", "/ first", "fit s", "step ms", "change ms", "pairs", "ns a pair",
-    "peak MB", "whole run, s"
+    "photo", "fitted", "curves", "PSNR", "wall s", "/ first", "fit s", "step ms", "change ms", "pairs", "partial",
+    "ns a pair", "ns a partial", "peak MB", "whole run, s"
 )  # fmt: skip
 
 _WATCHED = Path(__file__).with_name("watched_run.py")
@@ -60,7 +61,8 @@ class SizedRun:
         sizes = ["x".join(map(str, size)) for size in (self.size, seen["fitted"])]
         times = [f"{self.wall:.1f}", f"{self.wall / first.wall:.2f}", f"{seen['fit_seconds']:.1f}"]
         times += [f"{1e3 * seen[name]:.1f}" for name in ("step", "change")]
-        pairs = [f"{seen['pairs']}", f"{1e9 * seen['step'] / seen['pairs']:.0f}"]
+        counts = [seen[name] for name in ("pairs", "partial_pairs")]
+        pairs = [*map(str, counts), *(f"{1e9 * seen['step'] / max(count, 1):.0f}" for count in counts)]
         last = [f"{seen['peak_bytes'] / 1e6:.0f}", f"{self.whole:.0f}"]
         return [*sizes, str(metrics["curves"]), f"{metrics['psnr']:.2f}", *times, *pairs, *last]
 

@@ -66,14 +66,14 @@ def peak_bytes() -> int:
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # in bytes on macOS (getrusage(2))
 
 
-def count_pairs(watch: Watch) -> int:
-    """(path, tile) pairs of the fitted scene."""
+def count_pairs(watch: Watch) -> dict[str, int]:
+    """(path, tile) pairs of the fitted scene, and those of them that an edge crosses."""
     from warpvec.exact import Renderer
 
     scene = watch.fitted.scene
     renderer = Renderer(watch.height, watch.width, threads=watch.threads)
     renderer.render(scene.points, scene.color, scene.opacity, scene.background)
-    return renderer._binning.pair_count
+    return {"pairs": renderer._binning.pair_count, "partial_pairs": renderer._binning.slot_count}
 
 
 def main() -> None:
@@ -89,7 +89,7 @@ def main() -> None:
             raise
     seen = {**watch.describe(), "peak_bytes": peak_bytes()}
     # After the peak has been read, as this renders once more.
-    print(json.dumps({**seen, "pairs": count_pairs(watch)}))
+    print(json.dumps({**seen, **count_pairs(watch)}))
 
 
 if __name__ == "__main__":

@@ -31,7 +31,8 @@ class FakeProgress:
 
 
 def sized(width: int, height: int, fitted: tuple[int, int], curves: int, peak: float) -> Any:
-    seen = {"fitted": list(fitted), "peak_bytes": peak, "fit_seconds": 2.0, "step": 0.01, "change": 0.1, "pairs": 1000}
+    seen = {"fitted": list(fitted), "peak_bytes": peak, "fit_seconds": 2.0, "step": 0.01, "change": 0.1}
+    seen |= {"pairs": 1000, "partial_pairs": 500}
     return size.SizedRun((width, height), {"curves": curves, "psnr": 25.0}, seen, 4.0, 50.0)
 
 
@@ -64,7 +65,7 @@ def test_pairs_are_those_of_the_fitted_scene() -> None:
     scene = Scene(points, tensors.color.float(), torch.ones(1), torch.zeros(3), torch.zeros(1, dtype=torch.long))
     watch = watched.Watch(lambda *_: None)
     watch.fitted, watch.height, watch.width, watch.threads = type("Fitted", (), {"scene": scene}), 64, 64, 1
-    assert watched.count_pairs(watch) == 6
+    assert watched.count_pairs(watch) == {"pairs": 6, "partial_pairs": 6}
 
 
 def test_the_peak_is_of_this_process_in_bytes() -> None:
@@ -95,7 +96,8 @@ def test_a_row_is_a_ratio_to_the_first() -> None:
     first, other = sized(768, 512, (768, 512), 512, 5e8), sized(4000, 3000, (1024, 768), 512, 1e9)
     cells = dict(zip(size.HEADER, other.cells(first), strict=True))
     assert (cells["photo"], cells["fitted"], cells["/ first"]) == ("4000x3000", "1024x768", "1.00")
-    assert (cells["step ms"], cells["ns a pair"], cells["peak MB"]) == ("10.0", "10000", "1000")
+    assert (cells["step ms"], cells["ns a pair"], cells["ns a partial"]) == ("10.0", "10000", "20000")
+    assert cells["peak MB"] == "1000"
 
 
 def test_a_whole_run_has_all_steps_and_changes() -> None:
@@ -150,3 +152,17 @@ def test_startup_subtracts_a_cached_run_from_a_cold_one(monkeypatch: pytest.Monk
     found = json.loads(result.stdout.splitlines()[-1])["ms"]
     assert found[startup._FIRST]["median"] == pytest.approx(500, abs=100)
     assert found[startup._FIRST]["cpu_median"] == 250
+
+
+def test_a_fit_is_compared_with_the_vtracer_beside_it() -> None:
+    bench_fit = import_module("bench_fit")
+
+    def case(name: str, how: str, *walls: float) -> Any:
+        runs = [bench_fit.Run(wall, wall, 1, "") for wall in walls]
+        return bench_fit.Case(Path(name), how, runs, {"curves": 512})
+
+    cases = [case("a", "draft", 3, 4, 8), case("a", "best", 20), case("a", "vtracer, speckle 2", 2)]
+    cases += [case("b", "draft", 5), case("b", "vtracer, speckle 9", 10)]
+    ratios = [line.split(": ")[1].split()[0] for line in bench_fit.vtracer_ratios(cases)]
+    assert ratios == ["2.00", "10.00", "0.50"]
+    assert bench_fit.vtracer_ratios(cases[:2]) == []
