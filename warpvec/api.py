@@ -91,7 +91,7 @@ def fit_photo(
     """
     target = fit_image(photo, config.fit_size)
     pixels = torch.from_numpy(target)
-    state = None if resume is None else _state_of(resume, pixels)
+    state = None if resume is None else _state_of(resume, pixels, config)
     saving = None if checkpoint is None else _saving(checkpoint, every, config, pixels)
     size = (target.shape[0], target.shape[1])
     factors = size[1] / photo.shape[1], size[0] / photo.shape[0]
@@ -107,10 +107,12 @@ def fit_photo(
     return Search(goal, config, fit_once, first).run()
 
 
-def _state_of(checkpoint: Checkpoint, target: Tensor) -> State:
+def _state_of(checkpoint: Checkpoint, target: Tensor, config: FitConfig) -> State:
+    """The state to go on from, on the threads that ``config`` says now."""
     if checkpoint.target_digest != digest(target):
         raise InputError("IN must be the photo of the checkpoint, as it was, got another one; give that or start anew")
-    return checkpoint.state
+    settings = {**checkpoint.state["config"], "threads": config.threads, "device": config.device}
+    return {**checkpoint.state, "config": settings}
 
 
 def _saving(path: str, every: int, config: FitConfig, target: Tensor) -> Saving:

@@ -9,6 +9,7 @@ import hashlib
 import io
 import json
 import os
+import struct
 import zipfile
 import zlib
 from collections.abc import Callable
@@ -35,6 +36,13 @@ MAX_BYTES = 2**30
 """A fit of 2**16 paths takes 80 MB; stops a file that would fill the memory when it is unpacked."""
 
 _TENSOR = "__tensor__"
+
+# What a damaged archive, its arrays and their JSON lead to: encrypted members are RuntimeErrors, unknown compression
+# NotImplementedErrors, arrays of absurd shapes MemoryErrors.
+_DAMAGES = (
+    ValueError, KeyError, TypeError, AttributeError, IndexError, EOFError, RuntimeError, MemoryError, OverflowError,
+    zipfile.BadZipFile, zlib.error, struct.error,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -94,13 +102,14 @@ def read_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
         header = json.loads(arrays.pop("header").tobytes())
         if header["format"] != FORMAT:
             raise ValueError("not a checkpoint")
+        version = header["version"]
     except OSError as error:
         raise InputError(f"checkpoint must be a file, got {label!r} ({error.strerror}); check the path") from error
-    except (ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+    except _DAMAGES as error:
         raise InputError(f"checkpoint must be one that warpvec wrote, got {label!r}; it is damaged") from error
-    if header["version"] != VERSION:
+    if version != VERSION:
         raise InputError(
-            f"checkpoint must be of version {VERSION}, got {header['version']!r} in {label!r}, written by warpvec"
+            f"checkpoint must be of version {VERSION}, got {version!r} in {label!r}, written by warpvec"
             f" {header.get('warpvec')}; go on with that release or start anew"
         )
     try:
@@ -111,6 +120,8 @@ def read_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
 
 
 def _read_arrays(path: Path) -> dict[str, Any]:
+    if path.exists() and not path.is_file():  # a device may have no end
+        raise ValueError("not a file")
     data = path.read_bytes()
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         if sum(member.file_size for member in archive.infolist()) > MAX_BYTES:

@@ -7,6 +7,7 @@ and the report goes to stderr. Torch and Warp are imported inside the commands, 
 
 from __future__ import annotations
 
+import errno
 import sys
 from dataclasses import fields
 from importlib import import_module
@@ -17,6 +18,7 @@ import click
 from warpvec import __version__
 from warpvec.config import FitConfig
 from warpvec.errors import InputError
+from warpvec.options import GOALS
 
 _COMMANDS = {
     "run": "run",
@@ -55,7 +57,8 @@ class _Group(click.Group):
             if ctx.params["debug"]:
                 raise
             hint = f"warpvec --debug {ctx.invoked_subcommand} ... shows where"
-            raise click.ClickException(f"{type(error).__name__}: {error}; {hint}") from error
+            told = _told(error) or f"{type(error).__name__}: {error}; {hint}"
+            raise click.ClickException(told) from error
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         kwargs["standalone_mode"] = False
@@ -72,10 +75,21 @@ class _Group(click.Group):
         sys.exit(code or 0)
 
 
+def _told(error: Exception) -> str | None:
+    """What has run out on this machine and what to do, if that is the cause of ``error``."""
+    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return f"the disk is full ({error.strerror}); free some of it and run again, files are whole or as they were"
+    # Torch has an exception of its own; Torch on the CPU and Warp have only a text.
+    exhausted = isinstance(error, MemoryError) or type(error).__name__ == "OutOfMemoryError"
+    if exhausted or (isinstance(error, RuntimeError) and "allocate" in str(error)):
+        return f"memory has run out ({str(error) or 'for Python'}); give a smaller --fit-size or fewer --curves"
+    return None
+
+
 def _with_option_name(message: str) -> str:
     """A message about a setting with the name that the setting has on the command line."""
     name, space, rest = message.partition(" ")
-    is_option = name in {"preset", "background"} | {field.name for field in fields(FitConfig)}
+    is_option = name in {"preset", "background", *GOALS} | {field.name for field in fields(FitConfig)}
     return "--" + name.replace("_", "-") + space + rest if is_option else message
 
 

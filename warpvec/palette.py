@@ -35,7 +35,7 @@ _SAMPLES = 2**16
 
 
 class Palette:
-    """The colours of a fit, and which path has which; the canvas counts as a path, the last one.
+    """The colours of a fit, and which path has which; the canvas counts as a path, the last one, if there is one.
 
     Args:
         config: says which colours, or how many.
@@ -47,15 +47,20 @@ class Palette:
         self._given = None if config.palette is None else _parsed(config.palette)
         self._steps = 0
 
-    def start(self, color: Tensor, shown: Tensor) -> None:
-        """Choose the entries for paths that have ``color`` [N, 3] and are seen on ``shown`` [N] square pixels."""
-        first = _dominant(color, shown, self._config.colors) if self._given is None else self._given
+    def start(self, color: Tensor, shown: Tensor, transparent: bool) -> None:
+        """Choose the entries for paths that have ``color`` [N + 1, 3] and are seen on ``shown`` [N + 1] square pixels.
+
+        The last is the canvas. In a ``transparent`` scene there is none: it is in no file, and has no say.
+        """
+        self._transparent = transparent
+        seen = slice(0, -1 if transparent else None)
+        first = _dominant(color[seen], shown[seen], self._config.colors) if self._given is None else self._given
         self._set_entries(first.to(color))
         self._entry = self._nearest(color)
 
     @property
     def color(self) -> Tensor:
-        """What the paths are drawn in [N, 3], as an 8-bit file says it."""
+        """What paths and canvas are drawn in [N + 1, 3], as an 8-bit file says it."""
         return ((self._free * 255.0).round() / 255.0)[self._entry]
 
     def is_switching(self) -> bool:
@@ -63,10 +68,12 @@ class Palette:
         return self._steps % SWITCH_GAP == 0
 
     def step(self, adj_color: Tensor, shown: Tensor | None, factor: float) -> None:
-        """Fit the entries, and which path has which, by the adjoints [N, 3]; learning rates times ``factor``.
+        """Fit the entries, and which path has which, by the adjoints [N + 1, 3]; learning rates times ``factor``.
 
-        ``shown`` [N] is what is seen of each path in square pixels, if :meth:`is_switching`.
+        ``shown`` [N + 1] is what is seen of each path in square pixels, if :meth:`is_switching`.
         """
+        if self._transparent:
+            adj_color = torch.cat([adj_color[:-1], torch.zeros_like(adj_color[-1:])])
         if shown is not None:
             self._switch(adj_color, shown)
         elif self._given is None:
@@ -86,13 +93,14 @@ class Palette:
 
     def state(self) -> State:
         """What :meth:`restore` needs to go on as if nothing had happened."""
-        state = {"free": self._free, "entry": self._entry, "steps": self._steps}
+        state = {"free": self._free, "entry": self._entry, "steps": self._steps, "transparent": self._transparent}
         return {**state, "optimizer": dict(self._optimizer.state[self._free])}
 
     def restore(self, state: State, device: str) -> None:
         """Go on from ``state``."""
         self._set_entries(state["free"].to(device))
         self._entry, self._steps = state["entry"].to(device), state["steps"]
+        self._transparent = state["transparent"]
         self._optimizer.state[self._free].update({name: v.to(device) for name, v in state["optimizer"].items()})
 
     def _set_entries(self, free: Tensor) -> None:

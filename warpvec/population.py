@@ -35,7 +35,7 @@ class Population:
 
     Points are in units of half the canvas's longer side, as learning rates are; opacities are logits; colours are
     themselves or logits, as ``config.color_parameter`` says. The background takes part unless ``config.backdrop`` fixes
-    it, or the scene is transparent.
+    it, or the scene is transparent; a palette is for a fixed one too.
 
     Attributes:
         live: the paths as they stand, in memory that each step overwrites; new memory when paths come or go.
@@ -99,7 +99,7 @@ class Population:
 
     def use_palette(self, palette: Palette, shown: Tensor) -> None:
         """Take all fills, from now on, from ``palette``; ``shown`` [N + 1] is what is seen of paths and canvas."""
-        palette.start(self._free_colors(), shown)
+        palette.start(self._free_colors(), shown, self.live.transparent)
         self._palette = palette
         self._constrain()
         self._copy = None
@@ -183,7 +183,7 @@ class Population:
         if self._palette is not None:
             color = self._palette.color
             self.live.color.copy_(color[:-1])
-            if not self._fixed_background:
+            if not self.live.transparent:
                 self.live.background.copy_(color[-1])
 
     def _free_colors(self) -> Tensor:

@@ -12,8 +12,8 @@ from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
 
 
-def read_settings(path: str, known: Collection[str | None]) -> dict[str, Any]:
-    """The settings in the file ``path``; a name may have hyphens, as on the command line.
+def read_settings(path: str, known: Collection[str]) -> dict[str, str]:
+    """The settings in the file ``path`` as the command line would have them; a name may have hyphens, as there.
 
     Raises:
         InputError: the file cannot be read, is not TOML, or has a name that is not ``known``.
@@ -28,7 +28,7 @@ def read_settings(path: str, known: Collection[str | None]) -> dict[str, Any]:
             raise InputError(f"{name} in {path!r} must be an option of this command by its name; see --help for these")
         if not isinstance(value, bool | int | float | str):
             raise InputError(f"{name} in {path!r} must be a number, a text, true or false, got {value!r}; give one")
-    return settings
+    return {name: str(value) for name, value in settings.items()}
 
 
 def write_settings(path: str, settings: dict[str, Any]) -> None:

@@ -11,6 +11,7 @@ import click
 
 from warpvec.commands.inputs import background_option, check_out, json_option, preset_option, read_source
 from warpvec.commands.report import report
+from warpvec.config import PRESETS
 from warpvec.errors import InputError
 from warpvec.files import check_writable
 from warpvec.options import SettingsCommand, requested
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from warpvec.goal import Goal
 
 FREE_OF_CHECKPOINT = ("threads", "device")
-"""Settings that a resumed fit may change: its file does not depend on them."""
+"""Settings that a resumed fit may change; on another kind of device it ends with other last digits."""
 
 
 @click.command(cls=SettingsCommand)
@@ -74,7 +75,7 @@ def run(
     _check_places(out, page, checkpoint, resume, goal)
     from warpvec.image import read_image
 
-    state = None if resume is None else _resumed(resume, config, settings)
+    state = None if resume is None else _resumed(resume, config, {**PRESETS[preset], **_given(settings)})
     config = config if state is None else state.config
     photo_bytes = read_source(source)
     photo = read_image(photo_bytes, background, name="IN")
@@ -91,7 +92,8 @@ def run(
             photo, config, title=title, goal=goal, on_progress=on_progress,
             checkpoint=checkpoint, every=every, resume=state,
         )  # fmt: skip
-    _write(result, out, page, photo_bytes)
+        # Before the video, which may fail: a fit is worth more than the film of it.
+        _write(result, out, page, photo_bytes)
     if as_json or not quiet:
         report(result.metrics, out, as_json)
     if result.interrupted:
@@ -108,8 +110,12 @@ def _check_places(out: str, page: str | None, checkpoint: str | None, resume: st
         raise InputError("--checkpoint must stand without a goal, which takes several fits; leave one of them out")
 
 
+def _given(options: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if value is not None}
+
+
 def _resumed(path: str, config: FitConfig, options: dict[str, Any]) -> Checkpoint:
-    """The checkpoint in ``path``, of which no given option may say otherwise."""
+    """The checkpoint in ``path``, of which none of the ``options`` that were given, by a preset too, may differ."""
     from dataclasses import replace
 
     from warpvec.checkpoint import read_checkpoint
@@ -117,14 +123,9 @@ def _resumed(path: str, config: FitConfig, options: dict[str, Any]) -> Checkpoin
     checkpoint = read_checkpoint(path)
     kept = checkpoint.config.to_dict()
     for name, value in options.items():
-        if (
-            value is not None
-            and name in kept
-            and name not in FREE_OF_CHECKPOINT
-            and getattr(config, name) != kept[name]
-        ):
+        if name in kept and name not in FREE_OF_CHECKPOINT and getattr(config, name) != kept[name]:
             raise InputError(f"{name} must be as in the checkpoint, {kept[name]!r}, got {value!r}; leave it out")
-    free = {name: getattr(config, name) for name in FREE_OF_CHECKPOINT}
+    free = {name: options[name] for name in FREE_OF_CHECKPOINT if name in options}
     return replace(checkpoint, config=replace(checkpoint.config, **free))
 
 

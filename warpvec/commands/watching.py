@@ -47,13 +47,21 @@ def watch(
 def _frames(
     takers: list[Callable[[int, NDArray[np.float32]], None]], every: int, size: tuple[int, ...], config: FitConfig
 ) -> Watch:
-    """Draws every ``every``-th scene, and the last, at the size of the fit."""
+    """Draws every ``every``-th scene, and the last, at the size of the fit.
+
+    Iterations are counted on over several fits for one goal; one that is not above the last is of a new fit.
+    """
+    before, last = 0, 0
 
     def call(progress: Progress) -> None:
-        if progress.iteration % every == 0 or progress.iteration == progress.iteration_count:
+        nonlocal before, last
+        if progress.iteration <= last:
+            before += last
+        last = progress.iteration
+        if last % every == 0 or last == progress.iteration_count:
             image = draw_as_fitted(progress.scene(), size[0], size[1], config)
             for take in takers:
-                take(progress.iteration, image)
+                take(before + last, image)
 
     return call
 
