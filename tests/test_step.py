@@ -98,11 +98,22 @@ def test_other_memory_is_recorded_anew(kind: str, launches: list[object]) -> Non
     assert len(set(map(id, launches))) == 3 and len(launches) == 3 * 2 + 1
 
 
-def test_removal_is_never_recorded_and_leaves_the_recording_alone(launches: list[object]) -> None:
+@pytest.mark.parametrize("count", [20, 7])
+@pytest.mark.parametrize("removal", [False, True])
+def test_steps_between_replays_leave_them_alone(count: int, removal: bool, launches: list[object]) -> None:
+    """With removal, or of fewer paths while paused: neither is recorded."""
     moving = Moving("exact", random_scene(1, 20, 60, 70))
-    for removal in (False, False, False, True, False):
-        moving.check_step(removal)
-    assert len(launches) == 3
+    for _ in range(3):
+        moving.check_step()
+    fewer = [value[:count].clone() for value in moving.values[:3]] + [moving.values[3]]
+    for _ in range(2):
+        moving.repeated.is_paused = not removal
+        got = moving.repeated.take(*fewer, moving.target, removal)
+        check_equal(got, moving.plain.fit_step(*fewer, moving.target, removal))
+        moving.repeated.is_paused = False
+        moving.check_step()
+        assert not removal or torch.equal(got.color, moving.plain.fit_step(*fewer, moving.target).color)
+    assert len(launches) == 4 and len(set(map(id, launches))) == 1
 
 
 def test_a_pause_leaves_the_recording_alone(launches: list[object]) -> None:

@@ -27,6 +27,7 @@ _CHECK_GAP = 50
 
 class _Recording(NamedTuple):
     graph: Any
+    out: Adjoints
     places: tuple[Any, ...]
     growth: int
 
@@ -60,16 +61,19 @@ class RepeatedStep:
         prepared_target: Tensor,
         removal: bool = False,
     ) -> Adjoints:
-        """What ``renderer.fit_step`` gives, in memory that the next step overwrites."""
+        """What ``renderer.fit_step`` gives, in memory that the next step overwrites unless removal is asked for."""
         inputs = (points, color, opacity, background, prepared_target)
-        out = self._out_for(points)
-        if removal or self.is_paused or not self._record:
-            return self._count(inputs, out, removal)
+        if removal:
+            return self._count(inputs, None, removal)
+        if self.is_paused or not self._record:
+            return self._count(inputs, self._out_for(points))
         places = tuple((tensor.data_ptr(), tensor.shape) for tensor in inputs)
         recording = self._recording
         if recording is not None and recording.places == places and recording.growth == self._renderer.growth:
             self._replay(recording)
-        elif self._counted is not None and self._counted[0] == places:
+            return recording.out
+        out = self._out_for(points)
+        if self._counted is not None and self._counted[0] == places:
             self._rehearse(inputs, out, places, self._counted[1])
         else:
             self._recording = None
@@ -82,7 +86,7 @@ class RepeatedStep:
         """Whether the next step will be a replay, if its inputs stay where they are."""
         return self._recording is not None
 
-    def _count(self, inputs: _Inputs, out: Adjoints, removal: bool = False) -> Adjoints:
+    def _count(self, inputs: _Inputs, out: Adjoints | None, removal: bool = False) -> Adjoints:
         if self._record:
             self._renderer.overflow.zero_()  # of replays before
         return self._renderer.fit_step(*inputs, removal, out)
@@ -101,7 +105,7 @@ class RepeatedStep:
         if not self._record:
             self._count(inputs, out)
         elif self._renderer.growth == growth and (direct is None or self._agrees(graph, out, direct)):
-            self._recording = _Recording(graph, places, growth)
+            self._recording = _Recording(graph, out, places, growth)
             self._replays, self._lost = 0, self._renderer.lost
 
     def _record_within_limits(self, inputs: _Inputs, out: Adjoints) -> tuple[Any, int]:
