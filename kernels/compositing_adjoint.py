@@ -276,6 +276,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         # in and out
         lost: wp.array(dtype=int),  # [1] steps without room
         # outputs
+        fits: wp.array(dtype=wp.float64),  # [1] 1, or -1 for a step without room
         canvas_sums: wp.array(dtype=dtype),  # [CANVAS_TERMS] dL/d(background) and the error times ``error_scale``
     ):
         """One sum over all tiles. A step without room has no gradient, and leaves the error as it was."""
@@ -288,6 +289,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         if term < canvas_terms - 1:
             canvas_sums[term] = wp.where(overflowed, zero, sum_here)
         else:
+            fits[0] = wp.where(overflowed, wp.float64(-1.0), wp.float64(1.0))
             if overflowed:
                 lost[0] = lost[0] + 1
             else:

@@ -208,7 +208,7 @@ def test_sums_over_all_tiles(row_count: int, lane_width: int, dtype: torch.dtype
     groups = wp.full((lanes.canvas_reducers, CANVAS_TERMS), np.nan, dtype=wp.float64, device="cpu")
     sums = torch.full((CANVAS_TERMS,), torch.nan, dtype=dtype)
     launch(stage.gather_tiles, lanes.canvas_threads, [wp.from_torch(rows), row_count, groups])
-    arguments = [groups, lanes.dtype(0.5), launch.limits.overflow, launch.limits.lost, wp.from_torch(sums)]
-    launch(stage.gather_canvas, CANVAS_TERMS, arguments)
+    limits = [launch.limits.overflow, launch.limits.lost, launch.limits.fits]
+    launch(stage.gather_canvas, CANVAS_TERMS, [groups, lanes.dtype(0.5), *limits, wp.from_torch(sums)])
     want = rows.double().sum(0)[:CANVAS_TERMS] * torch.tensor([1.0, 1.0, 1.0, 0.5])
     torch.testing.assert_close(sums.double(), want, rtol=torch.finfo(dtype).eps, atol=1e-12)

@@ -54,6 +54,7 @@ def check_same(scene: SceneTensors, kind: str, lane_width: int) -> None:
     for room in (renderer.counts, renderer.counts.with_headroom()):
         check_equal(limited(scene, renderer, room), want)
         assert renderer.counts[1:] == room[1:] and overflow(renderer) == [0] * 4 and renderer.lost == 0
+        assert renderer.fits == 1.0
 
 
 @pytest.mark.parametrize(("height", "width"), SIZES)
@@ -161,7 +162,7 @@ def test_a_step_without_room_changes_nothing(kind: str, lane_width: int) -> None
         step(scene, renderer)  # leaves all that a step without room must not read
         renderer.limit(room)
         renderer.fit_step(*inputs(scene, renderer), target, out=adjoints)
-        assert overflow(renderer)[index] == 1 and renderer.lost == lost
+        assert overflow(renderer)[index] == 1 and renderer.lost == lost and renderer.fits == -1.0
         assert not any(getattr(adjoints, name).any() for name in GRADIENTS), room
         assert torch.equal(adjoints.loss, loss)
 

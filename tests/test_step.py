@@ -161,12 +161,12 @@ def test_paths_that_outgrow_their_room_are_counted_again(
     for _ in range(3):  # until the host looks
         lost = moving.step()
         assert not any(getattr(lost, name).any() for name in GRADIENTS)
-        assert torch.equal(lost.loss, loss) and moving.renderer.overflow.numpy().any()
+        assert torch.equal(lost.loss, loss) and moving.renderer.fits == -1.0
     # What has no limit minds no overflow.
     adj_image = torch.ones(60, 70, 3, device=moving.renderer.device)
     assert moving.renderer.adjoint(*moving.values, adj_image).background.any()
     check_equal(moving.step(), moving.want())
-    assert not moving.renderer.overflow.numpy().any()
+    assert moving.renderer.fits == 1.0
     for _ in range(7):
         check_equal(moving.step(), moving.want())
     assert moving.repeated.is_recorded and moving.renderer.lost == 3

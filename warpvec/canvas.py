@@ -22,6 +22,10 @@ class Canvas:
 
     A target with alpha, which is straight, is compared on a black and on a white page, in place of the scene's
     background. One renderer does for both, at twice the time: what is under the paths shows by what they let through.
+
+    Attributes:
+        fits: [1] float64 on the device, 1, or -1 if the last step had too little room: its adjoints are zero, and the
+            paths, and what is known of their gradients, are to stay as they are.
     """
 
     def __init__(self, target: Tensor, config: FitConfig, device: str, reduction: int = 1) -> None:
@@ -34,6 +38,7 @@ class Canvas:
         self._prepared = [(self._renderer.prepare_target(shown), page) for shown, page in self._pages]
         self._steps = [RepeatedStep(self._renderer) for _ in self._pages]
         self._points = torch.empty(0, device=target.device)
+        self.fits = self._renderer.fits
 
     def fit_step(self, scene: Scene, removal: bool) -> Any:
         """Adjoints of the mean squared error of ``scene``; ``removal`` asks for each path's importance.
@@ -50,12 +55,6 @@ class Canvas:
         if self._scale != 1.0:
             adjoints.points.mul_(self._scale)
         return replace(adjoints, canvas=adjoints.canvas.clone())
-
-    @property
-    def overflow(self) -> Any:
-        """[4] on the device: where any is not 0 the last step had too little room, its adjoints are zero and it should
-        leave the paths, and what is known of their gradients, as they are."""
-        return self._renderer.overflow
 
     def pause_recording(self, is_paused: bool) -> None:
         """Have the next steps launch each of their kernels, as a stopwatch around the stages needs it, or no longer."""

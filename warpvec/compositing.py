@@ -132,7 +132,7 @@ class Compositing:
         group_sums = self._buffers.get("group_sums", (lanes.canvas_reducers, CANVAS_TERMS), wp.float64)
         row_count = self._grid.count * lanes.reducers
         self._launch(stage.gather_tiles, lanes.canvas_threads, [tile_sums, row_count, group_sums])
-        arguments = [group_sums, scale, limits.flags, limits.lost, canvas_sums]
+        arguments = [group_sums, scale, limits.flags, limits.lost, limits.fits, canvas_sums]
         self._launch(stage.gather_canvas, CANVAS_TERMS, arguments)
 
     def _stack(self, binning: Binning) -> tuple[int, int, wp.array]:

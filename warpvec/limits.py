@@ -32,6 +32,7 @@ class Limits:
     Attributes:
         room: for the next steps; None where counts are read back.
         overflow: [4] on the device, 1 for each kind that the last step with a room had too little for.
+        fits: [1] float64 on the device, 1, or -1 if the last step had too little room, and its paths are to stay.
         lost: [1] on the device, the steps so far that drew nothing for that.
     """
 
@@ -39,6 +40,7 @@ class Limits:
         self.room: Counts | None = None
         self.overflow = wp.zeros(len(Counts._fields), dtype=wp.int32, device=device)
         self.lost = wp.zeros(1, dtype=wp.int32, device=device)
+        self.fits = wp.ones(1, dtype=wp.float64, device=device)
         self._nothing = wp.zeros_like(self.overflow)
 
     @property

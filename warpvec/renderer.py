@@ -131,9 +131,10 @@ class TileRenderer(ABC):
         self._launch.limits.room = room
 
     @property
-    def overflow(self) -> wp.array:
-        """[4] on the device: whether any is not 0 tells that the last render with an adjoint had no room."""
-        return self._launch.limits.overflow
+    def fits(self) -> Tensor:
+        """[1] float64 on the device: 1, or -1 if the last render with an adjoint had no room, which then is zero."""
+        fits: Tensor = wp.to_torch(self._launch.limits.fits)
+        return fits
 
     @property
     def lost(self) -> int:

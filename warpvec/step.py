@@ -64,9 +64,9 @@ class RepeatedStep:
         """What ``renderer.fit_step`` gives, in memory that the next step overwrites unless removal is asked for."""
         inputs = (points, color, opacity, background, prepared_target)
         if removal:
-            return self._count(inputs, None, removal)
+            return self._renderer.fit_step(*inputs, removal)
         if self.is_paused or not self._record:
-            return self._count(inputs, self._out_for(points))
+            return self._renderer.fit_step(*inputs, out=self._out_for(points))
         places = tuple((tensor.data_ptr(), tensor.shape) for tensor in inputs)
         recording = self._recording
         if recording is not None and recording.places == places and recording.growth == self._renderer.growth:
@@ -77,7 +77,7 @@ class RepeatedStep:
             self._rehearse(inputs, out, places, self._counted[1])
         else:
             self._recording = None
-            self._count(inputs, out)
+            self._renderer.fit_step(*inputs, out=out)
             self._counted = places, self._renderer.counts.with_headroom()
         return out
 
@@ -86,15 +86,10 @@ class RepeatedStep:
         """Whether the next step will be a replay, if its inputs stay where they are."""
         return self._recording is not None
 
-    def _count(self, inputs: _Inputs, out: Adjoints | None, removal: bool = False) -> Adjoints:
-        if self._record:
-            self._renderer.overflow.zero_()  # of replays before
-        return self._renderer.fit_step(*inputs, removal, out)
-
     def _rehearse(self, inputs: _Inputs, out: Adjoints, places: tuple[Any, ...], room: Counts) -> None:
         """A step within ``room``, which brings all memory to its size, and a recording of another."""
         self._counted = None
-        direct = None if self._is_checked else _copies(self._count(inputs, out))
+        direct = None if self._is_checked else _copies(self._renderer.fit_step(*inputs, out=out))
         self._renderer.limit(room)
         try:
             graph, growth = self._record_within_limits(inputs, out)
@@ -103,7 +98,7 @@ class RepeatedStep:
         finally:
             self._renderer.limit(None)
         if not self._record:
-            self._count(inputs, out)
+            self._renderer.fit_step(*inputs, out=out)
         elif self._renderer.growth == growth and (direct is None or self._agrees(graph, out, direct)):
             self._recording = _Recording(graph, out, places, growth)
             self._replays, self._lost = 0, self._renderer.lost
