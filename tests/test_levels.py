@@ -11,7 +11,7 @@ from warpvec.config import FitConfig, make_config
 from warpvec.errors import InputError
 from warpvec.fit import fit
 from warpvec.image import fit_image
-from warpvec.levels import PREFIX_WEIGHT, LeveledScaffolding, with_prefix
+from warpvec.levels import PREFIX_WEIGHT, TURN_GROWTH, LeveledScaffolding, _whose_turn, with_prefix
 from warpvec.loss import psnr_from_mse
 from warpvec.population import Population
 from warpvec.schedule import population
@@ -54,7 +54,7 @@ def test_adjoints_are_those_of_the_sum_of_both_errors():
     generations = sorted(set(scene.generation.tolist()))
     assert len(generations) > 2
     for turn in range(2 * len(generations)):
-        part = scene.select(scene.generation <= generations[turn % (len(generations) - 1)])
+        part = scene.select(scene.generation <= generations[_whose_turn(turn, len(generations) - 1)])
         own = {name: getattr(canvas.fit_step(part, False), name).clone() for name in ("points", "color", "opacity")}
         whole = {name: getattr(canvas.fit_step(scene, False), name).clone() for name in own}
         both = with_prefix(canvas.fit_step(scene, False), scene, canvas, turn)
@@ -63,6 +63,12 @@ def test_adjoints_are_those_of_the_sum_of_both_errors():
             expected[: len(part)] += PREFIX_WEIGHT * adj
             torch.testing.assert_close(getattr(both, name), expected, rtol=0, atol=0)
     assert float(both.loss) == float(canvas.fit_step(scene, False).loss)
+
+
+def test_each_generation_has_so_many_turns_for_each_of_the_one_below():
+    counts = torch.tensor([_whose_turn(turn, 6) for turn in range(2000)]).bincount(minlength=6)
+    torch.testing.assert_close(counts[1:] / counts[:-1], torch.full((5,), TURN_GROWTH), rtol=0.05, atol=0)
+    assert _whose_turn(7, 1) == 0
 
 
 def test_one_generation_is_left_alone():
@@ -78,12 +84,12 @@ def test_a_recycling_moves_paths_of_one_generation_only():
     canvas = Canvas(picture(), config, "cpu")
     policy = LeveledScaffolding(picture(), config, 0, canvas)
     people = Population(scene, config, 28.0)
-    for expected in (2, 0, 2, 1):
+    for turn in range(6):
         before = people.scene
         policy._recycle(people, torch.zeros(len(people)), canvas.squared_error)
         assert people.scene.generation.tolist() == before.generation.tolist()
         changed = (people.scene.points != before.points).any(-1).any(-1)
-        assert set(before.generation[changed].tolist()) == {expected}
+        assert set(before.generation[changed].tolist()) == {_whose_turn(turn, 3)}
 
 
 def test_levels_need_an_order_by_creation():

@@ -6,6 +6,7 @@ generation looks at the picture that ends with it. So a prefix of the layers is 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -23,6 +24,14 @@ from warpvec.scene import Scene
 
 PREFIX_WEIGHT = 1.0
 """Of the error of a prefix, beside that of all paths."""
+
+TURN_GROWTH = 1.5
+"""A generation has so many turns for each one of the generation below: a path is in the prefixes of all generations from
+its own on, so the paths of the higher ones take part in fewer. With equal turns the prefixes of 256 and 512 paths were
+1.8 dB below fits of as many paths (kodim07), those of 32 and 64 only 0.5."""
+
+# Multiples of it, without their whole part, fill the unit interval evenly however many there are.
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 def with_prefix(adjoints: Any, scene: Scene, canvas: Canvas, iteration: int) -> Any:
@@ -45,7 +54,14 @@ def _prefix_count(scene: Scene, turn: int) -> int:
     generations = _generations(scene)
     if len(generations) < 2:
         return len(scene)
-    return int((scene.generation <= generations[turn % (len(generations) - 1)]).sum())
+    return int((scene.generation <= generations[_whose_turn(turn, len(generations) - 1)]).sum())
+
+
+def _whose_turn(turn: int, count: int) -> int:
+    """Which of ``count`` generations has this turn."""
+    total = sum(TURN_GROWTH**k for k in range(count))
+    point = turn * _GOLDEN % 1.0 * total
+    return next((k for k in range(count) if point < sum(TURN_GROWTH**j for j in range(k + 1))), count - 1)
 
 
 def _generations(scene: Scene) -> list[int]:
@@ -92,9 +108,7 @@ class LeveledScaffolding(Scaffolding):
         population.keep(population.live.generation.argsort(stable=True))
 
     def _next_level(self, scene: Scene) -> int:
-        """The generation whose turn it is: the last one every other time, the lower ones in between."""
+        """The generation whose turn it is."""
         generations = _generations(scene)
-        turn, self._turn = self._turn, self._turn + 1
-        if turn % 2 == 0 or len(generations) == 1:
-            return generations[-1]
-        return generations[turn // 2 % (len(generations) - 1)]
+        self._turn += 1
+        return generations[_whose_turn(self._turn - 1, len(generations))]
