@@ -173,11 +173,8 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
             full_alpha = spread(opacity[path])
             is_full = pair_class[pair] == FULL
             winding0 = winding_index(pair_slot[pair], part0)
-            adj_red = spread(zero)
-            adj_green = spread(zero)
-            adj_blue = spread(zero)
-            adj_opacity = spread(zero)
-            weight = spread(zero)
+            adj_red, adj_green, adj_blue = spread(zero), spread(zero), spread(zero)
+            adj_opacity, weight = spread(zero), spread(zero)
             for v in range(tile_vectors):
                 t = get(transmittance, v)
                 a0, a1, a2 = get(g0, v), get(g1, v), get(g2, v)
@@ -207,9 +204,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
             if wp.static(importance):
                 reduce_tile(pair_sums, pair, 4, weight, lane)
 
-        adj_red = spread(zero)
-        adj_green = spread(zero)
-        adj_blue = spread(zero)
+        adj_red, adj_green, adj_blue = spread(zero), spread(zero), spread(zero)
         for v in range(tile_vectors):
             t = get(transmittance, v)
             adj_red = fma(t, get(g0, v), adj_red)

@@ -13,6 +13,7 @@ from typing import Any
 import warp as wp
 
 from warpvec.kernels.constants import CANVAS_THREADS, CPU_FLAGS, CPU_FLAGS_X86, REDUCED_LANES, TILE
+from warpvec.kernels.reductions import group_reduction
 
 _C_NAME = {wp.float32: "float", wp.float64: "double"}
 
@@ -176,25 +177,12 @@ def _tree_sum(width: int, c_type: str) -> str:
     return text + f"return {value}.x + {value}.y;"
 
 
-# A literal passed to a decorator inside a function breaks Warp's dedenting of the source, hence these names.
-_WARP_SUM = """
-#if defined(__CUDA_ARCH__)
-for (int offset = 16; offset; offset >>= 1) value += __shfl_xor_sync(0xffffffffu, value, offset);
-#endif
-return value;
-"""
+# A literal passed to a decorator inside a function breaks Warp's dedenting of the source, hence this name.
 _ANY_OF_TILE = """
 #if defined(__CUDA_ARCH__)
 return __syncthreads_or(flag);
 #else
 return 1;
-#endif
-"""
-_IS_CUDA = """
-#if defined(__CUDA_ARCH__)
-return 1;
-#else
-return 0;
 #endif
 """
 
@@ -271,41 +259,16 @@ def _scalar_operations(dtype: Any) -> dict[str, Any]:
     def put(target: wp.ref[dtype], index: int, value: dtype):
         target = value  # noqa: F841 - a Warp reference: this writes the caller's variable
 
-    @wp.func_native(_WARP_SUM)
-    def warp_sum(value: dtype) -> dtype: ...
-
-    @wp.func_native(_WARP_SUM)
-    def warp_sum_of_doubles(value: wp.float64) -> wp.float64: ...
-
-    @wp.func_native(_IS_CUDA)
-    def is_cuda() -> int: ...
+    reduce_lanes, reduce_doubles = group_reduction(dtype), group_reduction(wp.float64)
 
     @wp.func
     def reduce_tile(sums: wp.array2d(dtype=dtype), slot: int, term: int, value: dtype, lane: int):
         row = slot * wp.static(TILE * TILE // REDUCED_LANES) + lane // wp.static(REDUCED_LANES)
-        if is_cuda() == 1:
-            warp_total = warp_sum(value)
-            if lane % wp.static(REDUCED_LANES) == 0:
-                sums[row, term] = warp_total
-        else:
-            # On the CPU lanes run one after another: the first of a group starts its sum.
-            if lane % wp.static(REDUCED_LANES) == 0:
-                sums[row, term] = value
-            else:
-                sums[row, term] = sums[row, term] + value
+        reduce_lanes(sums, row, term, value, lane)
 
     @wp.func
     def reduce_canvas(sums: wp.array2d(dtype=wp.float64), term: int, value: wp.float64, thread: int):
-        row = thread // wp.static(REDUCED_LANES)
-        if is_cuda() == 1:
-            warp_total = warp_sum_of_doubles(value)
-            if thread % wp.static(REDUCED_LANES) == 0:
-                sums[row, term] = warp_total
-        else:
-            if thread % wp.static(REDUCED_LANES) == 0:
-                sums[row, term] = value
-            else:
-                sums[row, term] = sums[row, term] + value
+        reduce_doubles(sums, thread // wp.static(REDUCED_LANES), term, value, thread)
 
     arithmetic = (add, sub, mul, fma, fnma, quotient, root, exponential, least, most, where_less)
     return _named(*arithmetic, spread, ramp_from, total, peak, any_of_tile, get, put, reduce_tile, reduce_canvas)

@@ -1,69 +1,19 @@
-"""The repeated step: recorded, replayed, recorded again; and no memory made once it goes round."""
+"""The repeated step: recorded, replayed, recorded again, and counted where that is not possible."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 import torch
 import warp as wp
-from oracles import GRADIENTS, inputs, target_image
-from scenes import SceneTensors, random_scene
-from torch import Tensor
-from torch.utils._python_dispatch import TorchDispatchMode
+from oracles import GRADIENTS, inputs
+from scenes import random_scene
+from stepping import KINDS, Moving, check_equal
 
-from warpvec import exact, splat, step
-from warpvec.canvas import Canvas
-from warpvec.config import make_config
-from warpvec.launch import Buffers
+from warpvec import step
 from warpvec.limits import Counts
-from warpvec.population import Population
-from warpvec.regularization import Regularization
-from warpvec.renderer import Adjoints, TileRenderer
-from warpvec.scene import Scene
 from warpvec.step import RepeatedStep
-
-KINDS = ("exact", "splat")
-
-
-def renderer_of(kind: str, scene: SceneTensors, device: str = "cpu") -> TileRenderer:
-    """One whose launches a graph can record on the CPU too: with scalar lanes, as on a GPU, and one thread."""
-    shared = {"lane_width": 1, "threads": 1, "transmittance_min": 1e-4, "device": device}
-    if kind == "exact":
-        return exact.Renderer(scene.height, scene.width, **shared)
-    return splat.Renderer(scene.height, scene.width, samples=9, lines=3, **shared)
-
-
-class Moving:
-    """Paths that move in their memory, and their step beside one that is never recorded."""
-
-    def __init__(self, kind: str, scene: SceneTensors, device: str = "cpu") -> None:
-        self.renderer, self.plain = renderer_of(kind, scene, device), renderer_of(kind, scene, device)
-        self.repeated = RepeatedStep(self.renderer, record=True)
-        self.target = self.renderer.prepare_target(target_image(scene))
-        self.values = [value.clone() for value in inputs(scene, self.renderer)]
-
-    def move(self, distance: float = 0.7) -> None:
-        self.values[0] += distance
-        self.values[1].mul_(0.99)
-
-    def step(self, removal: bool = False) -> Adjoints:
-        return self.repeated.take(*self.values, self.target, removal)
-
-    def want(self, removal: bool = False) -> Adjoints:
-        return self.plain.fit_step(*self.values, self.target, removal)
-
-    def check_step(self, removal: bool = False) -> None:
-        check_equal(self.step(removal), self.want(removal))
-        self.move()
-
-
-def check_equal(got: Adjoints, want: Adjoints) -> None:
-    for name in (*GRADIENTS, "loss"):
-        assert torch.equal(getattr(got, name), getattr(want, name)), name
-    assert (got.removal is None) == (want.removal is None)
-    assert want.removal is None or torch.equal(got.removal, want.removal)
 
 
 @pytest.fixture
@@ -221,87 +171,3 @@ def test_steps_are_recorded_on_a_gpu_alone_unless_asked_for(launches: list[objec
     for _ in range(4):
         moving.check_step()
     assert len(launches) == (0 if device == "cpu" else 3)
-
-
-# Memory
-
-
-class NewTensors(TorchDispatchMode):
-    """Notes the sizes of tensors whose memory is new."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.sizes: list[tuple[str, int]] = []
-
-    def __torch_dispatch__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
-        result = func(*args, **(kwargs or {}))
-        given = (*args, *(kwargs or {}).values())
-        known = {value.data_ptr() for value in given if isinstance(value, Tensor)}
-        if isinstance(result, Tensor) and result.data_ptr() not in known:
-            self.sizes.append((str(func), result.numel()))
-        return result
-
-
-@pytest.mark.parametrize("record", [False, True])
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_steady_step_makes_no_memory(kind: str, record: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    moving = Moving(kind, random_scene(1, 20, 60, 70))
-    moving.repeated = RepeatedStep(moving.renderer, record)
-    for _ in range(4):
-        moving.step()
-    growth, made = moving.renderer.growth, count_arrays(monkeypatch)
-    with NewTensors() as new:
-        for _ in range(5):
-            moving.step()
-    assert moving.renderer.growth == growth and not made
-    assert not new.sizes
-
-
-def count_arrays(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """Warp arrays that bring memory of their own from now on."""
-    made: list[Any] = []
-    for name in ("zeros", "empty", "full", "ones"):
-        make: Callable[..., Any] = getattr(wp, name)
-        monkeypatch.setattr(wp, name, lambda *a, _make=make, **k: made.append(_make(*a, **k)) or made[-1])
-    return made
-
-
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("reduction", [1, 2])
-def test_a_steady_step_of_the_fit_makes_nothing_large(
-    kind: str, reduction: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Beside the rows of a few paths, nothing: tensors of the image's size, or of all points', are made once."""
-    tensors = random_scene(4, 30, 64, 96)
-    floats = (value.float() for value in tensors[:4])
-    config = make_config(renderer=kind, device="cpu")
-    population = Population(Scene(*floats, generation=torch.zeros(30, dtype=torch.int64)), config, 48.0)
-    canvas = Canvas(target_image(tensors).float(), config, "cpu", reduction)
-    regularization = Regularization(64, 96, config, "cpu", 3)
-
-    def take_step() -> None:
-        adjoints = canvas.fit_step(population.live, False)
-        regularization.add_adjoint(population.live.points, population.live.opacity, adjoints.points, adjoints.opacity)
-        population.step(adjoints.points, adjoints.color, adjoints.opacity, adjoints.background, 0.0)
-
-    with torch.no_grad():
-        for _ in range(3):
-            take_step()
-        growth, made = canvas._renderer.growth, count_arrays(monkeypatch)
-        with NewTensors() as new:
-            for _ in range(3):
-                take_step()
-    assert canvas._renderer.growth == growth and not made
-    assert max((size for _, size in new.sizes), default=0) <= 4
-
-
-def test_new_tensors_and_arrays_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    value, made = torch.zeros(7), count_arrays(monkeypatch)
-    with NewTensors() as new:
-        value.reshape(1, 7).add_(1.0)
-        value + 1.0
-        torch.empty(5)
-    assert [size for _, size in new.sizes] == [7, 5]
-    buffers = Buffers("cpu")
-    buffers.get("a", 3, wp.float32), buffers.get("a", 3, wp.float32)
-    assert len(made) == 1
