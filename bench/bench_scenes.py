@@ -123,7 +123,8 @@ def resampled_photo(photo: Path, width: int, height: int, cache: Path) -> Path:
     with Image.open(photo) as image:
         if image.size == (width, height):
             return photo
-        path = cache / f"{photo.stem}-{width}x{height}.png"
+        digest = hashlib.sha256(photo.read_bytes()).hexdigest()[:6]
+        path = cache / f"{photo.stem}-{digest}-{width}x{height}.png"
         if not path.exists():
             cache.mkdir(parents=True, exist_ok=True)
             resampled = ImageOps.fit(image.convert("RGB"), (width, height), Image.Resampling.LANCZOS)
