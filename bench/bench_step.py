@@ -145,6 +145,8 @@ class Bench:
     @contextmanager
     def _watched(self, laps: Laps) -> Iterator[None]:
         with ExitStack() as patches:
+            self._fit._full.pause_recording(True)
+            patches.callback(self._fit._full.pause_recording, False)
             for stage in STAGES[self._fit._config.renderer]:
                 patches.enter_context(patch.object(stage.owner, stage.method, self._timed(stage, laps)))
             yield

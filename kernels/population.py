@@ -36,7 +36,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         half_side: dtype,  # px
         color_form: int,
         rates: wp.vec3d,  # of points, colours and opacities
-        factor: wp.array(dtype=wp.float64),  # [1] of the rates
+        factor: wp.array(dtype=wp.float64),  # [1] of the rates; where it is negative all stays as it is
         betas: vec3,
         log_betas: vec3,
         eps: dtype,
@@ -57,6 +57,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         shown_background: array2d,  # [1, 3]
     ):
         """One step of one path's part; path N is the background."""
+        if factor[0] < wp.float64(0.0):
+            return
         item = first + wp.tid()
         path = item // parts
         part = item - path * parts

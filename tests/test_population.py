@@ -270,3 +270,14 @@ def test_no_paths_are_left_and_the_background_still_learns():
     population.append(random_scene(2, seed=1))
     population.step(*random_adjoints(population.scene, 1), factor=1.0)
     assert population.scene.points.isfinite().all()
+
+
+def test_a_step_without_room_leaves_all_but_ages_as_it_is(device):
+    population = Population(on(random_scene(5), device), FitConfig(), HALF_SIDE)
+    fits = torch.ones(1, dtype=torch.float64, device=device)
+    population.step(*random_adjoints(population.scene, 0), factor=1.0, fits=fits)
+    before = [value.clone() for value in (*population._rows, population._background)]
+    shown = population.scene
+    population.step(*random_adjoints(shown, 1), factor=1.0, fits=-fits)
+    assert all(map(torch.equal, (*population._rows, population._background), before))
+    assert all(torch.equal(getattr(population.scene, name), getattr(shown, name)) for name in NAMES)

@@ -32,8 +32,8 @@ __all__ = ["FitResult", "Progress", "fit"]
 
 # Of the target's sides in the coarse part of a run.
 _REDUCTION = 2
-# Iterations between entries of the history; each reads one number back from the device.
-_HISTORY_GAP = 10
+# Iterations between entries of the history; each reads one number back, for which a GPU's queue runs empty.
+_HISTORY_GAP, _HISTORY_GAP_CUDA = 10, 50
 
 
 def fit(
@@ -115,6 +115,7 @@ class _Fit:
         self._first_seconds = 0.0
         self._loss = torch.zeros(())
         self._best: tuple[float, Scene] | None = None
+        self._history_gap = _HISTORY_GAP if device == "cpu" else _HISTORY_GAP_CUDA
         self.history: list[dict[str, float]] = []
         self.interrupted = False
         self.saving: Saving | None = None
@@ -158,7 +159,8 @@ class _Fit:
         self._regularization.add_adjoint(scene.points, scene.opacity, adjoints.points, adj_opacity)
         factor = schedule.lr_factor(self._iteration, config, self._iteration_count)
         self._step_palette(adjoints, factor)
-        self._population.step(adjoints.points, adjoints.color, adj_opacity, adjoints.background, factor)
+        values = (adjoints.points, adjoints.color, adj_opacity, adjoints.background)
+        self._population.step(*values, factor, self._canvas.fits)
         self._loss = adjoints.loss
         return adjoints.removal if want_removal else None
 
@@ -263,7 +265,7 @@ class _Fit:
             self._loss,
             lambda: self._population.scene,
         )
-        if self._iteration % _HISTORY_GAP == 0 or self._iteration == self._iteration_count:
+        if self._iteration % self._history_gap == 0 or self._iteration == self._iteration_count:
             self.history.append(history_entry(progress))
         if self._on_progress is not None:
             self._on_progress(progress)

@@ -26,9 +26,9 @@ PREFIX_WEIGHT = 1.0
 """Of the error of a prefix, beside that of all paths."""
 
 TURN_GROWTH = 1.5
-"""A generation has so many turns for each one of the generation below: a path is in the prefixes of all generations from
-its own on, so the paths of the higher ones take part in fewer. With equal turns the prefixes of 256 and 512 paths were
-1.8 dB below fits of as many paths (kodim07), those of 32 and 64 only 0.5."""
+"""A generation has so many turns for each one of the generation below: a path is in the prefixes of all generations
+from its own on, so the paths of the higher ones take part in fewer. With equal turns the prefixes of 256 and 512 paths
+were 1.8 dB below fits of as many paths (kodim07), those of 32 and 64 only 0.5."""
 
 # Multiples of it, without their whole part, fill the unit interval evenly however many there are.
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)

@@ -80,10 +80,22 @@ class Population:
         return self._copy
 
     def step(
-        self, adj_points: Tensor, adj_color: Tensor, adj_opacity: Tensor, adj_background: Tensor, factor: float
+        self,
+        adj_points: Tensor,
+        adj_color: Tensor,
+        adj_opacity: Tensor,
+        adj_background: Tensor,
+        factor: float,
+        fits: Tensor | None = None,
     ) -> None:
-        """One optimizer step from the adjoints of ``scene``'s values, learning rates multiplied by ``factor``."""
-        self._factor.fill_(factor)
+        """One optimizer step from the adjoints of ``scene``'s values, learning rates multiplied by ``factor``.
+
+        Where ``fits`` [1], on the device, is -1 and not 1, nothing but the paths' ages changes.
+        """
+        if fits is None:
+            self._factor.fill_(factor)
+        else:
+            torch.mul(fits, factor, out=self._factor)
         self._age += 1
         adjoints = (adj_points.flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
         arrays = [self._strided(values) for values in adjoints]
