@@ -1,4 +1,4 @@
-"""What a run must not import: torch's compiler, which takes half a second and is not used by any fit."""
+"""What a run must not import: torch's compiler, which takes half a second and is used by no fit."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ import subprocess
 import sys
 
 import pytest
+import torch
+
+from warpvec.autograd import draw, draw_adjoint, render
+from warpvec.scene import Scene, circle_points
 
 FIT = """
 import sys
@@ -31,3 +35,15 @@ def test_help_imports_neither_torch_nor_warp_nor_numpy() -> None:
 def _last_line(code: str) -> str:
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return run.stdout.splitlines()[-1]
+
+
+def test_what_is_drawn_without_torchs_operator_has_its_bits() -> None:
+    points = circle_points(torch.tensor([[9.0, 8.0], [14.0, 11.0]]), torch.tensor([6.0, 4.0]), 4).requires_grad_()
+    color = torch.tensor([[0.9, 0.2, 0.1], [0.1, 0.3, 0.8]])
+    scene = Scene(points, color, torch.tensor([1.0, 0.6]), torch.ones(3), torch.zeros(2).long())
+    adj_image = torch.rand(20, 24, 3)
+    image = render(scene, 20, 24)
+    image.backward(adj_image)
+    assert torch.equal(draw(scene, 20, 24), image)
+    assert not draw(scene, 20, 24).requires_grad
+    assert torch.equal(draw_adjoint(scene, adj_image).points, points.grad)
