@@ -71,7 +71,7 @@ def test_pairs_are_those_of_the_fitted_scene() -> None:
 
 def test_the_peak_is_of_the_process_itself_in_bytes() -> None:
     """In a process of its own, and started by this one, which holds more: torch, and what other tests left."""
-    code = "from watched_run import peak_bytes; before = peak_bytes(); bytes(300_000_000); print(before, peak_bytes())"
+    code = "from watched_run import peak_bytes; before = peak_bytes(); b'x' * 300_000_000; print(before, peak_bytes())"
     child = import_module("bench_fit").run_child(["-c", f"import sys; sys.path.append({BENCH!r}); {code}"])
     before, after = map(int, child.stdout.split())
     assert before < 60e6
