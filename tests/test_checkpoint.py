@@ -12,11 +12,13 @@ import pytest
 import torch
 from logo import logo
 from numpy.typing import NDArray
+from stubs import circles
 
 from warpvec.api import fit_photo
-from warpvec.checkpoint import Checkpoint, read_checkpoint
+from warpvec.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from warpvec.config import FitConfig, make_config
 from warpvec.errors import InputError
+from warpvec.population import Population
 from warpvec.result import Result
 
 Pixels = NDArray[np.float32]
@@ -155,6 +157,34 @@ def test_what_an_interrupt_would_give_is_kept_too(tmp_path: Path) -> None:
         assert torch.equal(interrupted(iteration, state), points)
         from_before += torch.equal(points, state.state["best"]["scene"]["points"])
     assert from_before > 2
+
+
+def _population(count: int, seed: int) -> Population:
+    torch.manual_seed(seed)
+    return Population(circles(36, 48, count), FitConfig(), 24.0)
+
+
+def test_the_state_of_a_population_is_all_of_it(tmp_path: Path) -> None:
+    population = _population(9, 0)
+    population.append(circles(36, 48, 3))
+    population.keep(torch.tensor([11, 0, 3, 7, 2]))
+    for _ in range(3):
+        population.step(torch.rand(5, 12, 2), torch.rand(5, 3), torch.rand(5), torch.rand(3), 1.0)
+    population.append(circles(36, 48, 2))
+    write_checkpoint(tmp_path / "a", Checkpoint(FitConfig(), "", population.state()))
+    other = _population(4, 1)
+    other.restore(read_checkpoint(tmp_path / "a").state, None)
+    assert other.serial.tolist() == population.serial.tolist() == [11, 0, 3, 7, 2, 12, 13]
+    for each in (population, other):
+        torch.manual_seed(2)
+        each.step(torch.rand(7, 12, 2), torch.rand(7, 3), torch.rand(7), torch.rand(3), 1.0)
+        each.append(circles(36, 48, 1))
+    first, second = population.state(), other.state()
+    for name, value in first.pop("live").items():
+        found = second["live"][name]
+        assert torch.equal(found, value) if isinstance(value, torch.Tensor) else found == value, name
+    for name, value in first.items():
+        assert torch.equal(second[name], value) if isinstance(value, torch.Tensor) else second[name] == value, name
 
 
 def test_another_photo_is_refused(tmp_path: Path) -> None:

@@ -16,8 +16,10 @@ from logo import logo
 from numpy.typing import NDArray
 from PIL import Image
 from scenes import blob_scene
+from stubs import stub_fit
 
 import warpvec
+from warpvec import api
 from warpvec.canvas import Canvas
 from warpvec.config import FitConfig
 from warpvec.exact import Renderer
@@ -68,6 +70,8 @@ def test_the_file_has_no_other_fill(palette: dict[str, Any], settings: dict[str,
     if settings.get("policy") != "replacement":  # of which so short a run has too few paths
         assert len(fills) > 2 or palette.get("colors") == 1
     assert "<rect" in result.svg()
+    levels = 255.0 * result.fitted.scene.color
+    torch.testing.assert_close(levels, levels.round(), atol=1e-4, rtol=0)  # the fit saw what the file says
 
 
 @pytest.mark.parametrize("palette", [{"colors": 4}, {"palette": GIVEN}])
@@ -230,6 +234,15 @@ def test_no_path_of_the_file_is_smaller_than_was_asked_for(reduction: int) -> No
     assert len(areas) > 30
     assert min(areas) >= 20.0 - 0.5  # what samples err by
     assert min(_areas(warpvec.vectorize(photo, 64, **settings))) < 15.0
+
+
+def test_what_is_smaller_at_the_end_is_cut_from_the_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Discs of 50 square pixels, of which some lie partly off the canvas."""
+    monkeypatch.setattr(api, "fit", stub_fit)
+    result = warpvec.vectorize(_photo(48), 40, iterations=1, min_area=45.0)
+    areas = _areas(result)
+    assert 5 < len(areas) < len(result.fitted.scene) == 40
+    assert min(areas) > 44.5
 
 
 def _areas(result: warpvec.Result) -> list[float]:

@@ -119,9 +119,8 @@ class Palette:
         change = self._free - self._free[self._entry][:, None]
         bound = self._error_scale * shown[:, None] * change.square().sum(-1)
         change_of_loss = (adj_color[:, None] * change).sum(-1) + bound
-        least, entry = change_of_loss.min(1)
+        least, entry = change_of_loss.min(1)  # at most 0, which is to stay
         chosen = least.topk(max(1, int(SWITCH_SHARE * len(least))), largest=False).indices
-        chosen = chosen[least[chosen] < 0.0]
         self._entry[chosen] = entry[chosen]
 
 
