@@ -100,7 +100,8 @@ def _workers(process: subprocess.Popen[str]) -> list[int]:
 def test_a_worker_that_is_killed_and_a_bad_photo_cost_no_other(photos: Path, out: Path) -> None:
     (photos / "bad.png").write_bytes(b"no photo either")
     with _batch(photos, out, "--jobs", "2", "--retry", "1", *LONGER) as process:
-        _wait(lambda: any(record["error"] is None for record in _records(out).values()), process)
+        # Not before the bad photo has its record: its own worker must not be the victim.
+        _wait(lambda: len({record["error"] is None for record in _records(out).values()}) == 2, process)
         victim = _workers(process)[0]
         os.kill(victim, signal.SIGKILL)
         assert process.stderr is not None

@@ -144,6 +144,8 @@ class _Fit:
 
     def result(self) -> FitResult:
         """The scene as it stands, or the best one before the last change of population if that was better."""
+        if self._palette is not None and not self._population.has_palette:  # interrupted before, or over at once
+            self._take_palette(self._palette)
         scene, loss = self._population.scene, float(self._loss)
         if self.interrupted and self._best is not None and self._best[0] < loss:
             scene = self._best[1]
@@ -175,10 +177,14 @@ class _Fit:
         if palette is None or self._iteration < PALETTE_START * self._iteration_count:
             return
         if not population.has_palette:
-            population.use_palette(palette, self._full.shown_areas(population.live))
+            self._take_palette(palette)
         else:
             shown = self._full.shown_areas(population.live) if palette.is_switching() else None
             palette.step(torch.cat([adjoints.color, adjoints.background[None]]), shown, factor)
+
+    def _take_palette(self, palette: Palette) -> None:
+        self._best = None  # it has any fills
+        self._population.use_palette(palette, self._full.shown_areas(self._population.live))
 
     # The state
 

@@ -9,8 +9,10 @@ import torch
 
 from warpvec.api import draw_as_fitted
 from warpvec.config import make_config
+from warpvec.cubics import to_cubics
 from warpvec.fit import fit
 from warpvec.launch import resolve_device
+from warpvec.visibility import shown_areas
 
 # Long enough for each kernel of a fit: steps, an inflation, and a recycling, which asks for importance.
 _SHORT = {"curves": 4, "initial_curves": 2, "iterations": 8, "inflation_gap": 1, "time_budget": None}
@@ -24,7 +26,7 @@ _KINDS = (
 def compile_kernels(device: str = "auto") -> float:
     """Compile and cache what fits on ``device`` take; the seconds that it took, little where they are cached.
 
-    Their results are drawn on the CPU, so its kernels are among them in any case.
+    Their results are drawn, and looked through for what is hidden, on the CPU, so its kernels are among them in any case.
 
     Raises:
         InputError: no such device.
@@ -33,5 +35,7 @@ def compile_kernels(device: str = "auto") -> float:
     target = torch.linspace(0.0, 1.0, 16 * 16 * 3).reshape(16, 16, 3)
     for where, kind in product({resolve_device(device), "cpu"}, _KINDS):
         config = make_config(**{**_SHORT, **kind, "device": where})  # type: ignore[arg-type]
-        draw_as_fitted(fit(target, config).scene, 16, 16, config)
+        scene = fit(target, config).scene
+        draw_as_fitted(scene, 16, 16, config)
+        shown_areas(to_cubics(scene)[0], 16, 16)
     return time.perf_counter() - start
