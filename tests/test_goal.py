@@ -16,8 +16,10 @@ from warpvec.goal import (
     SKETCH_CURVES,
     Goal,
     Trial,
+    best_trial,
     describe,
     facts_of,
+    is_in_vain,
     is_met,
     is_worth_doubling,
     next_count,
@@ -167,12 +169,12 @@ def test_paths_are_doubled_while_that_pays() -> None:
 
 def test_what_became_of_a_goal_is_said_in_a_line() -> None:
     goal = Goal(max_bytes=10_000, gzip=True, target_psnr=30)
-    facts = facts_of(goal, [_trial(64, curves=60), _trial(90, psnr=29.0)])
+    facts = facts_of(goal, [_trial(64, curves=60), _trial(90, psnr=29.0)], _trial(90, psnr=29.0))
     assert not facts["met"]
     assert facts["trials"][0] == {"curves": 60, "bytes": 10_000, "psnr": 25.0}
     line = "asked for: 10,000 of 10,000 gzipped bytes; 30 dB not reached; fitted with 60, 90 curves"
     assert describe(facts) == line
-    reached = facts_of(Goal(target_psnr=30.0), [_trial(psnr=30.1)])
+    reached = facts_of(Goal(target_psnr=30.0), [_trial(psnr=30.1)], _trial(psnr=30.1))
     assert reached["met"] and describe(reached) == "asked for: 30 dB reached; fitted with 100 curves"
     assert "as many curves as pay" in describe(facts_of(Goal(auto=True), [_trial()]))
 
@@ -233,7 +235,7 @@ def test_a_search_ends_with_the_most_paths_where_the_decibels_are_out_of_reach()
         goal, fitter = Goal(target_psnr=40.0), Fitter(seed, 0.9, 2.0)
         trials = _search(goal, fitter, 700)
         assert trials[-1].asked == 700
-        assert not facts_of(goal, trials)["met"]
+        assert not facts_of(goal, trials, trials[-1])["met"]
 
 
 @pytest.mark.parametrize(("size", "target"), [(20_000, 30.0), (200_000, 25.0)])
@@ -245,3 +247,29 @@ def test_a_search_with_two_goals_ends_at_the_nearer_one(size: int, target: float
             assert trials[-1].bytes >= 0.95 * size and trials[-1].psnr < target
         else:
             assert target <= trials[-1].psnr <= target + 0.25
+
+
+def test_the_result_is_the_smallest_file_that_reaches_the_target_within_the_bytes() -> None:
+    goal = Goal(target_psnr=19.0, max_bytes=10_000)
+    trials = [
+        _trial(size=3_000, psnr=19.2, settled=False),
+        _trial(size=9_000, psnr=22.8),
+        _trial(size=8_000, psnr=19.6),
+        _trial(size=7_000, psnr=19.4),
+        _trial(size=6_000, psnr=18.97),
+        _trial(size=11_000, psnr=25.0),
+    ]
+    assert best_trial(goal, trials) == 3
+    # None reaches it: the best one, and of equals the smallest.
+    assert best_trial(Goal(target_psnr=30.0, max_bytes=10_000), trials) == 1
+    assert best_trial(Goal(max_bytes=10_000), [_trial(size=9_000), _trial(size=8_000, psnr=25.001)]) == 1
+    assert best_trial(goal, trials[:1]) == 0
+
+
+def test_more_paths_that_gain_nothing_are_in_vain() -> None:
+    goal = Goal(target_psnr=40.0)
+    assert is_in_vain(goal, [_trial(64, psnr=30.0), _trial(1024, psnr=30.7)])
+    assert not is_in_vain(goal, [_trial(64, psnr=30.0), _trial(1024, psnr=31.0)])
+    assert not is_in_vain(goal, [_trial(1000, psnr=30.0), _trial(1200, psnr=30.0)])
+    assert not is_in_vain(Goal(max_bytes=10_000), [_trial(64), _trial(1024)])
+    assert not is_in_vain(goal, [_trial(64, psnr=41.0), _trial(1024, psnr=41.0)])

@@ -52,3 +52,16 @@ def test_other_threads_are_left_alone():
     thread.start()
     thread.join()
     assert found == [False]
+
+
+def test_a_block_within_another_shares_what_it_notes():
+    with noted_interrupts() as outer:
+        with noted_interrupts() as inner:
+            signal.raise_signal(signal.SIGINT)
+            assert inner()
+        assert outer()
+        with noted_interrupts() as later:
+            assert later()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    with noted_interrupts() as anew:
+        assert not anew()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 import re
+import signal
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -18,7 +19,7 @@ from warpvec import search
 from warpvec.config import FitConfig
 from warpvec.errors import InputError
 from warpvec.fit import FitResult
-from warpvec.goal import Goal
+from warpvec.goal import Goal, Trial
 from warpvec.result import Result
 from warpvec.scene import Scene
 from warpvec.search import CORRECTIONS_MAX, Search
@@ -217,7 +218,7 @@ def test_a_time_budget_ends_the_search(seconds: float, fit_count: int, monkeypat
     assert _metadata(result.svg())["time_budget"] == 80.0
 
 
-def test_where_the_doubling_took_the_time_its_last_fit_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_the_doubling_took_the_time_its_best_fit_stands(monkeypatch: pytest.MonkeyPatch) -> None:
     fits = Fits()
     clock = Clock(fits, 1000.0)
     monkeypatch.setattr(search.time, "perf_counter", clock)
@@ -225,4 +226,37 @@ def test_where_the_doubling_took_the_time_its_last_fit_stands(monkeypatch: pytes
     result = Search(Goal(auto=True), replace(CONFIG, time_budget=80.0), clock.fit, _start_seconds=clock.now).run()
     assert clock.now - 100.0 <= 80.0
     assert [config.curves for config in fits.asked] == [64, 128, 256, 512]
-    assert len(result.fitted.scene) == 512
+    assert result.goal_facts is not None
+    best = max(result.goal_facts["trials"], key=lambda trial: trial["psnr"])
+    assert result.goal_facts["bytes"] == best["bytes"]
+
+
+def test_an_interrupt_between_two_fits_ends_the_search_with_the_best() -> None:
+    fits = Fits()
+
+    def fit(config: FitConfig, start: Scene | None) -> Result:
+        result = fits(config, start)
+        if len(fits.asked) == 2:  # the fit is over: its file is drawn and measured now
+            signal.raise_signal(signal.SIGINT)
+        return result
+
+    result = Search(Goal(target_psnr=90.0), CONFIG, fit).run()
+    assert len(fits.asked) == 2
+    assert result.interrupted
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_the_result_is_the_best_trial_not_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    fits = Fits()
+    decibels = iter([20.0, 22.8, 18.8, 19.6, 18.3, 18.5, 18.0, 18.9])
+
+    def trial(result: Result, goal: Goal) -> Trial:
+        asked = result.config.curves
+        return Trial(asked, asked, 100 * asked, next(decibels))
+
+    monkeypatch.setattr(Result, "trial", trial)
+    result = _run(fits, Goal(target_psnr=19.0))
+    facts = result.goal_facts
+    assert facts is not None
+    assert facts["met"]
+    assert next(each for each in facts["trials"] if each["bytes"] == facts["bytes"])["psnr"] == 19.6

@@ -34,6 +34,9 @@ AUTO_GAIN, AUTO_CURVES_MAX = 1.0, 2048
 """With the curves left to us, they are doubled until that gains less than these decibels, or to this many, where the
 file of a photo has some 350 KB."""
 
+VAIN_GAIN = 0.2
+"""Where more paths gain less than these decibels for each doubling, no number of them reaches the target."""
+
 _SIZE = re.compile(r"([0-9]+(?:\.[0-9]*)?)\s*(k|m)?b?", re.IGNORECASE)
 _UNITS = {"": 1, "k": 1_000, "m": 1_000_000}
 
@@ -112,6 +115,26 @@ def is_met(goal: Goal, trial: Trial, curves_max: int) -> bool:
     return goal.max_bytes is not None and trial.bytes >= USED_MIN * goal.max_bytes
 
 
+def is_in_vain(goal: Goal, trials: Sequence[Trial]) -> bool:
+    """Whether the target is missed, and the last trial, with more paths than the one before, was no step towards it."""
+    if goal.target_psnr is None or len(trials) < 2 or trials[-1].psnr >= goal.target_psnr:
+        return False
+    octaves = math.log2(trials[-1].asked / trials[-2].asked)
+    return octaves >= 1.0 and trials[-1].psnr - trials[-2].psnr < VAIN_GAIN * octaves
+
+
+def best_trial(goal: Goal, trials: Sequence[Trial]) -> int:
+    """Which of the trials is the result: among settled ones, if there are any, and among those within the bytes, the
+    smallest file that reaches the target, or else the best."""
+
+    def rank(index: int) -> tuple[bool, bool, bool, float, float]:
+        trial = trials[index]
+        reached = goal.target_psnr is not None and trial.psnr >= goal.target_psnr
+        return trial.settled, _fits(goal, trial), reached, 0.0 if reached else round(trial.psnr, 2), -trial.bytes
+
+    return max(range(len(trials)), key=rank)
+
+
 def next_count(goal: Goal, trials: Sequence[Trial], curves_max: int) -> int:
     """The number of paths that should meet ``goal``, from the ``trials`` so far, at least one."""
     wanted = [_count_for_bytes(goal, trials), _count_for_psnr(goal, trials)]
@@ -130,17 +153,16 @@ def worthwhile_count(trials: Sequence[Trial]) -> int:
     return trials[-1 if _has_paid(trials) else -2].asked
 
 
-def facts_of(goal: Goal, trials: Sequence[Trial]) -> dict[str, Any]:
+def facts_of(goal: Goal, trials: Sequence[Trial], result: Trial) -> dict[str, Any]:
     """What was asked, and what became of it, as plain values."""
-    last = trials[-1]
-    missed = goal.target_psnr is not None and last.psnr < goal.target_psnr
+    missed = goal.target_psnr is not None and result.psnr < goal.target_psnr
     return {
         "max_bytes": goal.max_bytes,
         "gzip": goal.gzip,
         "target_psnr": goal.target_psnr,
         "auto": goal.auto,
         "met": not missed,
-        "bytes": last.bytes,
+        "bytes": result.bytes,
         "trials": [{"curves": trial.curves, "bytes": trial.bytes, "psnr": trial.psnr} for trial in trials],
     }
 

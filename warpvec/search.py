@@ -8,7 +8,19 @@ from dataclasses import dataclass, field, replace
 
 from warpvec.config import FitConfig
 from warpvec.errors import InputError
-from warpvec.goal import SKETCH_CURVES, Goal, Trial, facts_of, is_met, is_worth_doubling, next_count, worthwhile_count
+from warpvec.goal import (
+    SKETCH_CURVES,
+    Goal,
+    Trial,
+    best_trial,
+    facts_of,
+    is_in_vain,
+    is_met,
+    is_worth_doubling,
+    next_count,
+    worthwhile_count,
+)
+from warpvec.interrupt import noted_interrupts
 from warpvec.result import Result
 from warpvec.scene import Scene
 
@@ -46,6 +58,7 @@ class Search:
     trials: list[Trial] = field(default_factory=list)
     _results: list[Result] = field(default_factory=list)
     _start_seconds: float = field(default_factory=time.perf_counter)
+    _interrupted: Callable[[], bool] = bool
 
     def run(self) -> Result:
         """What meets the goal, or comes nearest; its file never has more bytes than the goal allows.
@@ -55,18 +68,25 @@ class Search:
         """
         if self.config.policy != "scaffolding":
             raise InputError(f"policy must be scaffolding to meet a goal, got {self.config.policy!r}; give scaffolding")
+        with noted_interrupts() as interrupted:
+            self._interrupted = interrupted
+            self._approach()
+            best = best_trial(self.goal, self.trials)
+            return self._summed(*self._cut(self._results[best], self.trials[best]))
+
+    def _approach(self) -> None:
+        """Fits, until one meets the goal or no other would."""
         result = self._sketch() if self.start is None else self._begin(self.start)
         most = self.config.curves
         if self.goal.auto:
             result = self._doubled(result)
             most = worthwhile_count(self.trials)
-        if self.start is None and not result.interrupted and not self._is_late():
+        if self.start is None and not self._is_over():
             result = self._try(self._settings(self._next_count(most), 1.0, 1.0), None)
         for _ in range(CORRECTIONS_MAX):
-            if result.interrupted or self._is_late() or is_met(self.goal, self.trials[-1], most):
+            if self._is_over() or is_met(self.goal, self.trials[-1], most) or is_in_vain(self.goal, self.trials):
                 break
             result = self._correct(self._next_count(most), result.fitted.scene)
-        return self._summed(self._cut(result))
 
     def _sketch(self) -> Result:
         count = min(SKETCH_CURVES, self.config.curves)
@@ -80,7 +100,7 @@ class Search:
 
     def _doubled(self, result: Result) -> Result:
         """``result`` with its paths doubled for as long as that pays."""
-        while is_worth_doubling(self.trials, self.config.curves) and not result.interrupted and not self._is_late():
+        while is_worth_doubling(self.trials, self.config.curves) and not self._is_over():
             result = self._correct(2 * self.trials[-1].asked, result.fitted.scene, settled=False)
         return result
 
@@ -104,19 +124,19 @@ class Search:
         self.trials.append(result.trial(self.goal)._replace(settled=settled))
         return result
 
-    def _cut(self, result: Result) -> Result:
-        """``result`` without as many paths as keep it from the bytes."""
+    def _cut(self, result: Result, trial: Trial) -> tuple[Result, Trial]:
+        """``result``, and its ``trial``, without as many paths as keep it from the bytes."""
         limit = self.goal.max_bytes
-        while limit is not None and self.trials[-1].bytes > limit:
-            trial = self.trials[-1]
+        while limit is not None and trial.bytes > limit:
             if trial.curves <= 1:
                 raise InputError(f"max_bytes must hold a path, got {limit}; {trial.bytes} bytes is the least here")
             excess = max(1, round(trial.curves * (trial.bytes - limit) / trial.bytes))
             result = result.without(min(excess, trial.curves - 1))
-            self.trials.append(result.trial(self.goal))
-        return result
+            trial = result.trial(self.goal)
+            self.trials.append(trial)
+        return result, trial
 
-    def _summed(self, result: Result) -> Result:
+    def _summed(self, result: Result, trial: Trial) -> Result:
         """``result`` with the settings that were asked for, and what all fits took."""
         history: list[dict[str, float]] = []
         iterations, seconds = 0, 0.0
@@ -126,8 +146,14 @@ class Search:
                 for entry in fitted.history
             ]
             iterations, seconds = iterations + fitted.iterations, seconds + fitted.seconds
-        fitted = replace(result.fitted, history=history, iterations=iterations, seconds=seconds)
-        return replace(result, fitted=fitted, goal_facts=facts_of(self.goal, self.trials))
+        fitted = replace(
+            result.fitted,
+            history=history,
+            iterations=iterations,
+            seconds=seconds,
+            interrupted=self._is_interrupted(),
+        )
+        return replace(result, fitted=fitted, goal_facts=facts_of(self.goal, self.trials, trial))
 
     def _seconds_for(self, share: float) -> float:
         """For a fit of that share of the iterations: its share of the budget, so that a sketch leaves time for more."""
@@ -137,6 +163,12 @@ class Search:
     def _seconds_left(self) -> float:
         assert self.config.time_budget is not None
         return self.config.time_budget - (time.perf_counter() - self._start_seconds)
+
+    def _is_interrupted(self) -> bool:
+        return self._interrupted() or self._results[-1].interrupted
+
+    def _is_over(self) -> bool:
+        return self._is_interrupted() or self._is_late()
 
     def _is_late(self) -> bool:
         """Whether no time is left for another fit of the short kind."""
