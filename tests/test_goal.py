@@ -176,7 +176,7 @@ def test_what_became_of_a_goal_is_said_in_a_line() -> None:
     assert describe(facts) == line
     reached = facts_of(Goal(target_psnr=30.0), [_trial(psnr=30.1)], _trial(psnr=30.1))
     assert reached["met"] and describe(reached) == "asked for: 30 dB reached; fitted with 100 curves"
-    assert "as many curves as pay" in describe(facts_of(Goal(auto=True), [_trial()]))
+    assert "as many curves as pay" in describe(facts_of(Goal(auto=True), [_trial()], _trial()))
 
 
 # a fitter whose bytes are linear in its paths and whose decibels are in their logarithm, both with noise
