@@ -141,6 +141,23 @@ def test_time_left_goes_by_the_pace_after_the_first_iteration() -> None:
     assert pace.describe(late[1]).endswith(", 30 s left")
 
 
+@pytest.mark.parametrize("terminal", [False, True])
+def test_a_second_fit_has_a_clock_of_its_own(monkeypatch: pytest.MonkeyPatch, terminal: bool) -> None:
+    """Though its first iterations are shown no more than others."""
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "100")
+    now = 0.0
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now)
+    stream, scene = _Terminal() if terminal else io.StringIO(), circles(8, 8, 5)
+    with progress.show_progress(stream) as show:
+        for iteration in range(1, 11):
+            show(dataclasses.replace(progress_at(iteration, 10, scene), seconds=100.0 + iteration))
+        for iteration in range(1, 31):
+            now = 0.0 if iteration < 20 else 9.0
+            show(progress_at(iteration, 40, scene))
+    assert "iteration 20 of 40, 5 curves, 20.00 dB, 10 s left" in stream.getvalue()
+
+
 def test_lines_come_at_most_every_few_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
     now = iter([0.0, 1.0, 4.9, 5.0, 6.0])
     monkeypatch.setattr(progress.time, "monotonic", lambda: next(now))

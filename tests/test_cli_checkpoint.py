@@ -112,8 +112,8 @@ def test_what_says_the_same_or_does_not_matter_may_be_given(photo: Path, state: 
         (["--opaque"], ["--opacity must be as in the checkpoint, 'free'"]),
         (["--flat"], ["--flat must be as in the checkpoint, False"]),
         (["--preset", "draft"], ["--iterations must be as in the checkpoint, 12, got 400"]),
-        (["--max-bytes", "9k"], ["--checkpoint must stand without a goal"]),
-        (["--curves", "auto"], ["--checkpoint must stand without a goal"]),
+        (["--max-bytes", "9k"], ["--resume must stand without a goal"]),
+        (["--curves", "auto"], ["--resume must stand without a goal"]),
         (["--background", "#fff", "--curves", "0"], ["--curves must be"]),
         (["--checkpoint", "missing/state"], ["--checkpoint must be in an existing folder"]),
     ],
@@ -134,8 +134,8 @@ def test_another_photo_and_damaged_files_are_refused(photo: Path, state: Path) -
     assert_refused(result, "IN must be the photo of the checkpoint")
     for damaged in (data[:-30], b"", b"no zip", data[:50] + bytes(50) + data[100:]):
         state.write_bytes(damaged)
-        assert_refused(invoke("run", photo, out, "--resume", state), "checkpoint must be", str(state), "it is damaged")
-    assert_refused(invoke("run", photo, out, "--resume", photo.with_name("none")), "checkpoint must be a file", "none")
+        assert_refused(invoke("run", photo, out, "--resume", state), "--resume must be", str(state), "it is damaged")
+    assert_refused(invoke("run", photo, out, "--resume", photo.with_name("none")), "--resume must be a file", "none")
     assert not out.exists()
 
 

@@ -264,7 +264,7 @@ def test_out_is_checked_before_the_photo_is_read(tmp_path: Path) -> None:
 
 def test_the_photo_is_never_overwritten(photo: Path) -> None:
     before = photo.read_bytes()
-    assert_refused(invoke("run", photo, photo), "OUT must end in .svg or .svgz")
+    assert_refused(invoke("run", photo, photo), "OUT must be another file than IN", "photo.png")
     assert photo.read_bytes() == before
 
 

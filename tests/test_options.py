@@ -87,7 +87,8 @@ def test_options_reach_the_fit(
 
 def test_bytes_of_a_gzipped_file_are_gzipped_ones(photo: Path, asked: Asked) -> None:
     _run(photo, "--max-bytes", "9k", out="out.SVGZ")
-    assert asked[0][1] == Goal(max_bytes=9_000, gzip=True)
+    _run(photo, out="out.svgz")
+    assert [goal for _, goal in asked] == [Goal(max_bytes=9_000, gzip=True), Goal(gzip=True)]
 
 
 # files of settings
@@ -106,13 +107,14 @@ def test_bytes_of_a_gzipped_file_are_gzipped_ones(photo: Path, asked: Asked) -> 
         ["--colors", "8", "--lr-points", "1e-7", "--min-area", "3"],
     ],
 )
-def test_a_written_file_asks_for_the_same(photo: Path, asked: Asked, options: list[str]) -> None:
+@pytest.mark.parametrize("out", ["out.svg", "out.svgz"])
+def test_a_written_file_asks_for_the_same(photo: Path, asked: Asked, options: list[str], out: str) -> None:
     settings = photo.with_name("settings.toml")
-    _run(photo, *options, "--write-config", settings)
-    _run(photo, "--config", settings)
+    _run(photo, *options, "--write-config", settings, out=out)
+    _run(photo, "--config", settings, out=out)
     assert asked[0] == asked[1]
     again = photo.with_name("again.toml")
-    _run(photo, "--config", settings, "--write-config", again)
+    _run(photo, "--config", settings, "--write-config", again, out=out)
     assert again.read_bytes() == settings.read_bytes()
     stated = tomllib.loads(settings.read_text(encoding="utf-8"))
     # What a goal decides is not stated.
@@ -170,12 +172,29 @@ def test_a_wrong_file_is_told_in_a_line(photo: Path, text: str, words: list[str]
         (["--palette", "red"], ["--palette must be colours or a file of them", "'red'"]),
         (["--opacity", "0.5"], ["--opacity must be one of free, opaque"]),
         (["--min-area", "-1"], ["--min-area must be"]),
+        (["--opaque", "--opacity", "free"], ["--opaque must stand without --opacity free; leave one of them out"]),
+        (["--gzip"], ["--gzip must come with --max-bytes, which counts the bytes; add it or leave --gzip out"]),
+        (["--gzip", "--target-psnr", "30"], ["--gzip must come with --max-bytes"]),
+        (["--policy", "replacement", "--max-bytes", "5k"], ["--policy must be scaffolding to meet a goal"]),
+        (["--preset", "bezier-splatting", "--curves", "auto"], ["--policy must be scaffolding", "'replacement'"]),
         (["--write-config", "missing/a.toml"], ["--write-config must be in an existing folder"]),
         (["--config", "missing.toml"], ["--config must be a TOML file", "missing.toml"]),
     ],
 )
 def test_wrong_options_are_told_in_a_line(photo: Path, options: list[str], words: list[str]) -> None:
-    assert_refused(invoke("run", photo, photo.with_name("out.svg"), *options), *words)
+    places = [] if "--write-config" in options else ["--write-config", photo.with_name("a.toml")]
+    # Before the photo is read.
+    assert_refused(invoke("run", photo.with_name("none.png"), photo.with_name("out.svg"), *options, *places), *words)
+    assert [path.name for path in photo.parent.iterdir()] == ["photo.png"]
+
+
+def test_opaque_twice_is_no_contradiction(photo: Path, asked: Asked) -> None:
+    _run(photo, "--opaque", "--opacity", "opaque")
+    assert asked[0][0].opacity == "opaque"
+    settings = photo.with_name("settings.toml")
+    settings.write_text('opaque = true\nopacity = "free"')
+    result = invoke("run", photo, photo.with_name("out.svg"), "--config", settings)
+    assert_refused(result, "--opaque must stand without --opacity free")
 
 
 def test_a_palette_file_without_colours_is_refused(photo: Path) -> None:

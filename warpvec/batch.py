@@ -13,11 +13,12 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from warpvec.config import FitConfig
+from warpvec.config import MACHINE_SETTINGS, FitConfig
 from warpvec.engines.base import Engine, Lane, Outcome, Say, Watch
 from warpvec.errors import InputError
 from warpvec.folders import Folder
 from warpvec.goal import Goal
+from warpvec.options import with_option_name
 from warpvec.records import Journal, Record
 
 if TYPE_CHECKING:
@@ -25,9 +26,6 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif")
 """Names that are taken for photos."""
-
-# Settings that leave the result alone: a batch goes on with another share of the machine.
-_LANE_SETTINGS = ("threads", "device")
 
 # Between two words of a worker: often enough to be seen alive.
 _SAY_SECONDS = 0.5
@@ -103,7 +101,7 @@ class Vectorize:
     @property
     def settings(self) -> dict[str, Any]:
         """What the files depend on, beside the photos."""
-        settings = {name: value for name, value in self.config.to_dict().items() if name not in _LANE_SETTINGS}
+        settings = {name: value for name, value in self.config.to_dict().items() if name not in MACHINE_SETTINGS}
         return {"background": self.background, **settings, **(asdict(self.goal) if self.goal else {})}
 
     def key(self, photo: bytes) -> str:
@@ -154,6 +152,7 @@ class _Teller:
         self._say, self._pace, self._told = say, Pace(), -math.inf
 
     def __call__(self, progress: Progress) -> None:
+        self._pace.see(progress)
         if time.monotonic() - self._told > _SAY_SECONDS:
             self._say(self._pace.describe(progress))
             self._told = time.monotonic()
@@ -168,13 +167,17 @@ def run_batch(
     """The record of every job as it ends, kept in ``journal``. Closing the generator ends the workers."""
     with closing(engine.run(jobs, work, watch)) as outcomes:
         for outcome in outcomes:
-            record = _record(outcome, work)
+            record = _record(outcome, work, journal)
             journal.add(record)
             yield record
 
 
-def _record(outcome: Outcome[Job, Record], work: Vectorize) -> Record:
+def _record(outcome: Outcome[Job, Record], work: Vectorize, journal: Journal) -> Record:
+    """The record of a job that has ended; of one that failed with the figures of a file that it has from before."""
     if outcome.value is not None:
         return replace(outcome.value, attempts=outcome.attempts)
-    job, error = outcome.job, " ".join((outcome.error or "").split())
-    return Record(input=job.input, output=job.output, error=error, attempts=outcome.attempts, settings=work.settings)
+    job, error = outcome.job, with_option_name(" ".join((outcome.error or "").split()))
+    before = journal.get(job.output)
+    if before is None or before.key is None or not work.target.exists(job.output):
+        before = Record(input=job.input, output=job.output, settings=work.settings)
+    return replace(before, input=job.input, error=error, attempts=outcome.attempts)

@@ -30,7 +30,7 @@ class Tally:
 
     @property
     def failed(self) -> list[Record]:
-        """The records of the photos that have no file."""
+        """The records of the photos that it made no file of."""
         return [record for record in self.records if record.error is not None]
 
     def pace(self) -> str:
@@ -42,7 +42,7 @@ class Tally:
 
     def facts(self) -> dict[str, Any]:
         """Plain values for JSON; ``psnr`` is the mean over this run's files."""
-        psnrs = [record.psnr for record in self.records if record.psnr is not None]
+        psnrs = [record.psnr for record in self.records if record.error is None and record.psnr is not None]
         return {
             "images": self.skipped + self.total,
             "done": len(self.records) - len(self.failed),

@@ -9,16 +9,14 @@ from __future__ import annotations
 
 import errno
 import sys
-from dataclasses import fields
 from importlib import import_module
 from typing import Any
 
 import click
 
 from warpvec import __version__
-from warpvec.config import FitConfig
 from warpvec.errors import InputError
-from warpvec.options import GOALS
+from warpvec.options import with_option_name
 
 _COMMANDS = {
     "run": "run",
@@ -50,7 +48,7 @@ class _Group(click.Group):
         try:
             return super().invoke(ctx)
         except InputError as error:
-            raise click.UsageError(_with_option_name(str(error))) from error
+            raise click.UsageError(with_option_name(str(error))) from error
         except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
             raise
         except Exception as error:
@@ -84,13 +82,6 @@ def _told(error: Exception) -> str | None:
     if exhausted or (isinstance(error, RuntimeError) and "allocate" in str(error)):
         return f"memory has run out ({str(error) or 'for Python'}); give a smaller --fit-size or fewer --curves"
     return None
-
-
-def _with_option_name(message: str) -> str:
-    """A message about a setting with the name that the setting has on the command line."""
-    name, space, rest = message.partition(" ")
-    is_option = name in {"preset", "background", *GOALS} | {field.name for field in fields(FitConfig)}
-    return "--" + name.replace("_", "-") + space + rest if is_option else message
 
 
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})

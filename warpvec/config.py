@@ -153,6 +153,10 @@ class FitConfig:
         return asdict(self)
 
 
+MACHINE_SETTINGS = ("threads", "device")
+"""Fields that say where a fit runs: files, records and checkpoints do not depend on them. On another kind of device the
+last digits are others."""
+
 _PAPERS_MODEL: dict[str, Any] = {
     "path_model": "sides",
     "backdrop": "white",

@@ -12,8 +12,10 @@ from click.core import ParameterSource
 
 from warpvec.config import FitConfig, make_config
 from warpvec.errors import InputError
+from warpvec.files import check_writable
 from warpvec.goal import Goal, parse_size, with_curves
-from warpvec.settings_file import read_settings, write_settings
+from warpvec.places import check_places
+from warpvec.settings_file import read_settings
 
 PRESET_SENTENCES = {
     "draft": "A first look, in a third of the time.",
@@ -101,6 +103,25 @@ SETTINGS = {
 }
 """Section of the help -> field of FitConfig -> its line there."""
 
+_PLACES = {
+    "source": "IN",
+    "drawing": "--from",
+    "resume": "--resume",
+    "config_file": "--config",
+    "out": "OUT",
+    "checkpoint": "--checkpoint",
+    "video": "--video",
+    "page": "--report",
+    "write_config": "--write-config",
+}
+"""Parameter of a command -> what the user calls the file; those that are read come first."""
+
+_OPTION_NAMES = {
+    name: "--" + name.replace("_", "-")
+    for name in ("preset", "background", *GOALS, *(field.name for field in fields(FitConfig)), "levels", "history")
+} | {"checkpoint": "--resume", "photo": "--image"}
+"""First word of a message -> the option that it is about."""
+
 _TYPES: dict[str, type] = {"int": int, "float": float, "str": str}
 _HEX_COLOR = re.compile(r"#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b")
 
@@ -116,12 +137,14 @@ class SettingsCommand(click.Command):
         self.params += [*_goal_options(), *_file_options()]
 
     def invoke(self, ctx: click.Context) -> Any:
-        target = ctx.params.pop("write_config")
+        """Calls the command with its parameters but for the two that are settled here, --config and --opaque."""
+        check_places({label: ctx.params.get(name) for name, label in _PLACES.items()})
         del ctx.params["config_file"]
-        if ctx.params.pop("opaque") and not _goes_before(ctx, "opacity", "opaque"):
-            ctx.params["opacity"] = "opaque"
-        if target is not None:
-            write_settings(target, _stated(ctx.params))
+        if ctx.params["write_config"] is not None:
+            check_writable(ctx.params["write_config"], "--write-config")
+        if ctx.params["gzip"] and ctx.params["max_bytes"] is None:
+            raise InputError("--gzip must come with --max-bytes, which counts the bytes; add it or leave --gzip out")
+        _settle_opacity(ctx)
         return super().invoke(ctx)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -145,19 +168,30 @@ def requested(preset: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
     given = {name: value for name, value in options.items() if value is not None}
     curves = given.pop("curves", None)
     goal = Goal(**{name: given.pop(name) for name in GOALS if name in given}, auto=curves == "auto")
-    return make_config(preset, **with_curves(given, curves, goal)), goal
+    config = make_config(preset, **with_curves(given, curves, goal))
+    if goal and config.policy != "scaffolding":
+        raise InputError(f"policy must be scaffolding to meet a goal, got {config.policy!r}; give scaffolding")
+    return config, goal
 
 
-def _stated(params: dict[str, Any]) -> dict[str, Any]:
-    """Every setting, goal and input of a command by name, those of the preset too, without what is not set."""
-    names = {field.name for field in fields(FitConfig)} | set(GOALS)
-    options = {name: value for name, value in params.items() if name in names}
-    config, _ = requested(params["preset"], options)
-    stated = {"preset": params["preset"], "background": params["background"], **config.to_dict()}
-    stated |= {name: options[name] for name in GOALS} | {"curves": options["curves"] or config.curves}
+def stated(preset: str, background: str | None, options: dict[str, Any], config: FitConfig) -> dict[str, Any]:
+    """Every setting, goal and input of a command by name, those of the preset too, without what is not set.
+
+    Args:
+        preset, background, options: as they were given.
+        config: what they led to.
+    """
+    found = {"preset": preset, "background": background, **config.to_dict()}
+    found |= {name: options[name] for name in GOALS} | {"curves": options["curves"] or config.curves}
     if options["curves"] is None and any(options[name] for name in GOALS):
-        del stated["curves"]
-    return {name: value for name, value in stated.items() if value is not None}
+        del found["curves"]
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def with_option_name(message: str) -> str:
+    """A message about a setting or a file with the name that it has on the command line."""
+    name, space, rest = message.partition(" ")
+    return _OPTION_NAMES.get(name, name) + space + rest
 
 
 def _setting_option(field: Field[Any], text: str) -> click.Option:
@@ -205,6 +239,16 @@ def _names(command: click.Command) -> dict[str, str]:
     return {flag: name for flag, name in named.items() if name not in ("config_file", "write_config")}
 
 
+def _settle_opacity(ctx: click.Context) -> None:
+    """--opaque becomes an opacity, or gives way to one on the command line where itself is in the file."""
+    if not ctx.params.pop("opaque") or _goes_before(ctx, "opacity", "opaque"):
+        return
+    if ctx.params["opacity"] not in (None, "opaque") and not _goes_before(ctx, "opaque", "opacity"):
+        rule = f"--opaque must stand without --opacity {ctx.params['opacity']}"
+        raise InputError(f"{rule}; leave one of them out")
+    ctx.params["opacity"] = "opaque"
+
+
 def _goes_before(ctx: click.Context, name: str, other: str) -> bool:
     """Whether option ``name`` stands on the command line, and ``other`` only in the file."""
     return (
@@ -217,7 +261,12 @@ class _Curves(click.ParamType):
     name = "integer|auto"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        return value if value == "auto" else click.INT.convert(value, param, ctx)
+        if value == "auto":
+            return value
+        try:
+            return int(value)
+        except ValueError:
+            self.fail(f"{value!r} is not a valid integer, nor auto", param, ctx)
 
 
 class _Size(click.ParamType):

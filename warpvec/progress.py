@@ -37,21 +37,25 @@ def show_progress(stream: TextIO, *, quiet: bool = False) -> Iterator[Show]:
 class Pace:
     """Estimates the time that is left; counts from the first iteration, which loads or compiles the kernels.
 
-    An iteration that is not above the last one seen is of a new fit.
+    It is to see every iteration: one that is below the last is of a new fit.
     """
 
     def __init__(self) -> None:
-        self._first: Progress | None = None
-        self._last_iteration = 0
+        self._first_iteration = self._last_iteration = 0
+        self._first_seconds = 0.0
+
+    def see(self, progress: Progress) -> None:
+        """Takes note of an iteration, which costs nothing."""
+        if self._last_iteration == 0 or progress.iteration < self._last_iteration:
+            self._first_iteration, self._first_seconds = progress.iteration, progress.seconds
+        self._last_iteration = progress.iteration
 
     def describe(self, progress: Progress) -> str:
-        """One line: where the fit is, how good, how long it will take."""
-        if self._first is None or progress.iteration <= self._last_iteration:
-            self._first = progress
-        self._last_iteration = progress.iteration
-        done = progress.iteration - self._first.iteration
+        """One line: where the fit is, how good, how long it will take; reads one number back from the device."""
+        self.see(progress)
+        done = progress.iteration - self._first_iteration
         remaining = progress.iteration_count - progress.iteration
-        left = f", {(progress.seconds - self._first.seconds) / done * remaining:.0f} s left" if done else ""
+        left = f", {(progress.seconds - self._first_seconds) / done * remaining:.0f} s left" if done else ""
         return (
             f"iteration {progress.iteration} of {progress.iteration_count}, {progress.curve_count} curves, "
             f"{progress.psnr:.2f} dB{left}"
@@ -99,6 +103,7 @@ class _BarUpdate:
         self._pace = Pace()
 
     def __call__(self, progress: Progress) -> None:
+        self._pace.see(progress)
         if not self._ticker.is_due() and progress.iteration < progress.iteration_count:
             return
         self._bar.update(
@@ -117,5 +122,6 @@ class _Lines:
         self._pace = Pace()
 
     def __call__(self, progress: Progress) -> None:
+        self._pace.see(progress)
         if self._ticker.is_due() or progress.iteration == progress.iteration_count:
             print(self._pace.describe(progress), file=self._stream, flush=True)

@@ -29,13 +29,13 @@ class Record:
 
     Attributes:
         input, output: names in the two folders.
-        curves, bytes: of the SVG text.
+        curves, bytes: of the SVG text. These and the rest, but for error and attempts, are of the file that is there.
         psnr, ssim: of the file as resvg draws it; psnr in dB, None where it has no error.
         seconds: from reading the photo to the file that is written.
-        error: why there is no file, in one line; None if there is one.
-        attempts: how many times the image was begun.
-        key: digest of the photo and the settings; None of an image that failed.
-        settings: those of the fit, and the background.
+        error: why the last batch made no file, in one line, be there one from before or none; None if it made one.
+        attempts: how many times the last batch began the image.
+        key: digest of the photo and the settings; None where there is no file.
+        settings: those of the fit, and the background; where there is no file, those that failed.
     """
 
     input: str

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from warpvec.canvas import Canvas
-from warpvec.config import FitConfig
+from warpvec.config import MACHINE_SETTINGS, FitConfig
 from warpvec.cubics import to_cubics
 from warpvec.drawing import draw_as_fitted, draw_exactly, eight_bits
 from warpvec.errors import InputError
@@ -22,15 +22,12 @@ from warpvec.files import check_writable, encode_svg, gzip_bytes, write_atomic
 from warpvec.fit import FitResult
 from warpvec.goal import Goal, Trial
 from warpvec.image import fit_image
-from warpvec.lod import prefixes
+from warpvec.lod import prefixes, read_layers
 from warpvec.scene import Scene
 from warpvec.svg import quantize, write_svg
 from warpvec.transparency import is_transparent
 from warpvec.verify import draw, file_facts, measure, psnr
 from warpvec.visibility import canvas_areas, shown_areas, without_invisible
-
-# Settings that leave the fit's result alone; the file must not depend on them either.
-_UNRECORDED = ("threads", "device")
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,6 +180,8 @@ class Result:
 
     def _levels(self) -> list[dict[str, Any]]:
         """Curves and PSNR of each prefix of the layers, a picture of its own."""
+        if not read_layers(self.svg()):  # where no path is left
+            return []
         found = ((level, text, file_facts(text)["paths"]) for level, text in prefixes(self.svg()))
         return [{"level": k, "curves": n, "psnr": measure(text, self.photo)["psnr"]} for k, text, n in found]
 
@@ -194,7 +193,7 @@ class Result:
     @cached_property
     def _text(self) -> str:
         height, width = self.photo.shape[:2]
-        settings = {name: value for name, value in self.config.to_dict().items() if name not in _UNRECORDED}
+        settings = {name: value for name, value in self.config.to_dict().items() if name not in MACHINE_SETTINGS}
         precision = self.config.precision
         return write_svg(self.scene, width, height, precision=precision, title=self.title, metadata=settings)
 

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from warpvec import __version__
@@ -46,6 +47,7 @@ def write_report(
     svg: bytes,
     *,
     photo: bytes | None = None,
+    background: str | None = None,
     history: list[dict[str, float]] | None = None,
     name: str | None = None,
 ) -> None:
@@ -55,7 +57,9 @@ def write_report(
         path: the HTML file.
         svg: bytes of an ``.svg`` or ``.svgz`` file, warpvec's own or another.
         photo: bytes of the image file that it was made from; without it nothing is compared.
+        background: colour behind a transparent photo; None keeps it transparent.
         history: records of the fit as `warpvec.Result.history` gives them; without them there is no convergence plot.
+            An infinite PSNR, or None for it, has no place there.
         name: what the page calls the drawing and the file that it saves; the name of ``path`` if not given.
 
     Raises:
@@ -63,16 +67,17 @@ def write_report(
             proportions; the photo cannot be read; a record of ``history`` is not one; ``path`` cannot be written.
     """
     check_writable(path, "path")
-    write_atomic(path, _page(_data(svg, photo, history, name or Path(path).stem)).encode())
+    records = _checked_history(history or [])
+    pixels = None if photo is None else read_image(photo, background, name="photo")
+    data = {"name": name or Path(path).stem, "history": records, **_data(svg, pixels)}
+    write_atomic(path, _page(data).encode())
 
 
-def _data(svg: bytes, photo: bytes | None, history: list[dict[str, float]] | None, name: str) -> dict[str, Any]:
-    """What the page is told, as JSON can say it; an infinite PSNR is null."""
+def _data(svg: bytes, pixels: NDArray[np.float32] | None) -> dict[str, Any]:
+    """What the page is told of the file, as JSON can say it; an infinite PSNR is null."""
     figures: dict[str, Any] = {**file_facts(svg)}
-    data: dict[str, Any] = {"name": name, "figures": figures, "history": _checked_history(history or [])}
-    data["svg"] = sanitized(read_text(svg))
-    if photo is not None:
-        pixels = read_image(photo, name="photo")
+    data: dict[str, Any] = {"figures": figures, "svg": sanitized(read_text(svg))}
+    if pixels is not None:
         quality = measure(svg, pixels)
         figures |= {key: value if math.isfinite(value) else None for key, value in quality.items()}
         data["photo"] = _data_url(fit_image(pixels, PAGE_PHOTO_SIDE))
@@ -80,18 +85,20 @@ def _data(svg: bytes, photo: bytes | None, history: list[dict[str, float]] | Non
 
 
 def _checked_history(history: object) -> list[dict[str, float]]:
-    """The known numbers of each record."""
+    """The known numbers of each record that has a finite PSNR."""
     if not isinstance(history, list) or not all(isinstance(record, dict) for record in history):
         raise InputError("history must be a list of records, got something else; see warpvec.Result.history")
     records = [{key: record.get(key) for key in HISTORY_KEYS} for record in history]
     for record in records:
         for key, value in record.items():
+            if key == "psnr" and value in (None, math.inf):
+                continue
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                 raise InputError(f"history must have a finite {key} in each record, got {value!r}; write it again")
-    return records
+    return [record for record in records if record["psnr"] not in (None, math.inf)]
 
 
-def _data_url(pixels: np.ndarray[Any, np.dtype[np.float32]]) -> str:
+def _data_url(pixels: NDArray[np.float32]) -> str:
     """``pixels`` [h, w, 3] in [0, 1] as an 8 bit PNG in a URL: without the photo's metadata, upright, in sRGB."""
     stream = BytesIO()
     Image.fromarray(np.rint(pixels * 255).astype(np.uint8)).save(stream, "PNG")

@@ -13,7 +13,8 @@ import click
 from warpvec.commands.inputs import background_option, json_option, preset_option
 from warpvec.config import FitConfig
 from warpvec.errors import InputError
-from warpvec.options import SettingsCommand, requested
+from warpvec.options import SettingsCommand, requested, stated
+from warpvec.settings_file import write_settings
 
 if TYPE_CHECKING:
     from warpvec.batch import Job, Vectorize
@@ -59,21 +60,23 @@ def batch(
     ray_address: str | None,
     as_json: bool,
     quiet: bool,
+    write_config: str | None,
     **settings: Any,
 ) -> None:
     """Turn every photo of the folder IN_DIR into an SVG in the folder OUT_DIR.
 
-    OUT_DIR/batch.csv and OUT_DIR/batch.jsonl get a line for each photo. A photo that cannot be read, or whose worker
-    dies again and again, is reported, the others go on, and the exit code is 1. A batch that was stopped, by Ctrl-C or
-    by force, goes on where it was: what has its SVG, of the same photo with the same settings, is not done again.
+    OUT_DIR/batch.csv and OUT_DIR/batch.jsonl get a line for each photo: the figures of its file, and the error if the
+    last batch made none; a file from before then stays, and its figures too. A photo that cannot be read, or whose
+    worker dies again and again, is reported, the others go on, and the exit code is 1. A batch that was stopped, by
+    Ctrl-C or by force, goes on where it was: what has its SVG, of the same photo with the same settings, is not done
+    again.
 
     With --engine ray the workers are those of a Ray cluster. Folders may then be s3://bucket/photos or any address
     that fsspec opens; a path must be one that all machines see. Names that begin with a dot are left alone.
 
     The settings below show the defaults of the default preset.
     """
-    settings["gzip"] = settings["gzip"] or svgz
-    config, goal = requested(preset, settings)
+    config, goal = requested(preset, {**settings, "gzip": settings["gzip"] or svgz})
     if ray_address is not None and engine != "ray":
         raise InputError("--ray-address must come with --engine ray, got it without; add that")
     from warpvec.batch import Vectorize, find_jobs
@@ -85,6 +88,8 @@ def batch(
     work = Vectorize(open_folder(source, "IN_DIR"), open_folder(target, "OUT_DIR"), config, background, goal)
     photos = find_jobs(work.source.names(recursive), ".svgz" if svgz else ".svg", keep_suffix=keep_suffix)
     chosen = _ray_engine(config, jobs, retries, ray_address) if engine == "ray" else _engine(config, jobs, retries)
+    if write_config is not None:
+        write_settings(write_config, stated(preset, background, settings, config))
     tally, interrupted = _run(photos, work, chosen, skip_existing=skip_existing, quiet=quiet)
     if as_json or not quiet:
         click.echo(json.dumps(tally.facts()) if as_json else f"{target}: {tally.summary()}")

@@ -16,22 +16,27 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Report as on
 background_option = click.option("--background", help="Colour to put behind transparency; else it is kept.")
 
 
-def check_out(out: str) -> None:
+def check_out(out: str, name: str = "OUT") -> None:
     if out == "-":
         return
-    check_writable(out, "OUT")
+    check_writable(out, name)
     special = Path(out).exists() and not Path(out).is_file()  # /dev/null and the like
     if not special and Path(out).suffix.lower() not in (".svg", ".svgz"):
-        raise InputError(f"OUT must end in .svg or .svgz, or be - for stdout, got {out!r}; rename it")
+        raise InputError(f"{name} must end in .svg or .svgz, or be - for stdout, got {out!r}; rename it")
+
+
+def check_background(background: str | None, image: str | None) -> None:
+    if background is not None and image is None:
+        raise InputError(f"background must come with --image, got {background!r} alone; add the photo")
 
 
 def read_source(source: str) -> str | bytes:
     return sys.stdin.buffer.read() if source == "-" else source
 
 
-def read_svg(path: str) -> bytes:
+def read_svg(path: str, name: str = "OUT") -> bytes:
     try:
         return Path(path).read_bytes()
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(f"OUT must be an SVG file, got {path!r} ({reason}); check the path") from error
+        raise InputError(f"{name} must be an SVG file, got {path!r} ({reason}); check the path") from error

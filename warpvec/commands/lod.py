@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from warpvec.commands.inputs import background_option, check_out, json_option, read_source, read_svg
+from warpvec.commands.inputs import background_option, check_background, check_out, json_option, read_source, read_svg
+from warpvec.commands.outputs import write_svg
 from warpvec.errors import InputError
+from warpvec.places import check_places
 
 if TYPE_CHECKING:
     import numpy as np
@@ -46,6 +47,8 @@ def lod(
     if (levels is None) != (output is None):
         given, missing = ("--levels", "-o") if output is None else ("-o", "--levels")
         raise InputError(f"{given} must be given with {missing}; add it")
+    check_background(background, image)
+    check_places({"--image": image, "-o": output})
     data = read_svg(svg)
     if levels is not None and output is not None:
         _write_levels(data, levels, output)
@@ -57,29 +60,23 @@ def lod(
 
 
 def _write_levels(data: bytes, levels: str, output: str) -> None:
-    from warpvec.files import encode_svg, write_atomic
     from warpvec.lod import check_has_levels, parse_levels, read_layers, select_levels
 
-    check_out(output)
+    check_out(output, "-o")
     layers = read_layers(data)
     check_has_levels(layers)
-    text = select_levels(data, parse_levels(levels, {layer.level for layer in layers}))
-    if output == "-":
-        sys.stdout.buffer.write(text.encode())
-    else:
-        write_atomic(output, encode_svg(text, output))
+    write_svg(select_levels(data, parse_levels(levels, {layer.level for layer in layers})), output)
 
 
 def _write_prefixes(data: bytes, svg: str, echo: bool) -> None:
-    from warpvec.files import encode_svg, write_atomic
     from warpvec.lod import prefixes
 
     path = Path(svg)
-    files = {path.with_name(f"{path.stem}-level-{level}{path.suffix}"): text for level, text in prefixes(data)}
+    files = {str(path.with_name(f"{path.stem}-level-{level}{path.suffix}")): text for level, text in prefixes(data)}
     for target in files:
-        check_out(str(target))
+        check_out(target)
     for target, text in files.items():
-        write_atomic(target, encode_svg(text, target))
+        write_svg(text, target)
         click.echo(target, err=not echo)
 
 

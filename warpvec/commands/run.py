@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,20 +9,19 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warpvec.commands.inputs import background_option, check_out, json_option, preset_option, read_source
+from warpvec.commands.outputs import write_svg
 from warpvec.commands.report import report
-from warpvec.config import PRESETS
+from warpvec.config import MACHINE_SETTINGS, PRESETS
 from warpvec.errors import InputError
 from warpvec.files import check_writable
-from warpvec.options import SettingsCommand, requested
+from warpvec.options import SettingsCommand, requested, stated
+from warpvec.settings_file import write_settings
 
 if TYPE_CHECKING:
     from warpvec.api import Result
     from warpvec.checkpoint import Checkpoint
     from warpvec.config import FitConfig
     from warpvec.goal import Goal
-
-FREE_OF_CHECKPOINT = ("threads", "device")
-"""Settings that a resumed fit may change; on another kind of device it ends with other last digits."""
 
 
 @click.command(cls=SettingsCommand)
@@ -61,6 +59,7 @@ def run(
     page: str | None,
     as_json: bool,
     quiet: bool,
+    write_config: str | None,
     **settings: Any,
 ) -> None:
     """Turn the photo IN into the SVG OUT.
@@ -70,8 +69,8 @@ def run(
 
     The settings below show the defaults of the default preset.
     """
-    settings["gzip"] = settings["gzip"] or Path(out).suffix.lower() == ".svgz"
-    config, goal = requested(preset, settings)
+    gzip = settings["gzip"] or Path(out).suffix.lower() == ".svgz"
+    config, goal = requested(preset, {**settings, "gzip": gzip})
     _check_places(out, page, checkpoint, resume, goal)
     from warpvec.image import read_image
 
@@ -88,14 +87,18 @@ def run(
     title = None if source == "-" else Path(source).stem
     with ExitStack() as stack:
         on_progress = stack.enter_context(watch(photo, config, save_frames, video, every, quiet=quiet))
+        if write_config is not None:
+            write_settings(write_config, stated(preset, background, settings, config))
         result = fit_photo(
             photo, config, title=title, goal=goal, on_progress=on_progress,
             checkpoint=checkpoint, every=every, resume=state,
         )  # fmt: skip
         # Before the video, which may fail: a fit is worth more than the film of it.
-        _write(result, out, page, photo_bytes)
+        write_svg(result.svg(), out)
+        if page is not None:
+            _write_page(page, result, out, photo_bytes, background)
     if as_json or not quiet:
-        report(result.metrics, out, as_json)
+        report({**result.metrics, "history": result.history}, out, as_json)
     if result.interrupted:
         ctx.exit(130)
 
@@ -107,7 +110,8 @@ def _check_places(out: str, page: str | None, checkpoint: str | None, resume: st
     if checkpoint is not None:
         check_writable(checkpoint, "--checkpoint")
     if goal and (checkpoint or resume):
-        raise InputError("--checkpoint must stand without a goal, which takes several fits; leave one of them out")
+        name = "--resume" if resume else "--checkpoint"
+        raise InputError(f"{name} must stand without a goal, which takes several fits; leave one of them out")
 
 
 def _given(options: dict[str, Any]) -> dict[str, Any]:
@@ -123,19 +127,15 @@ def _resumed(path: str, config: FitConfig, options: dict[str, Any]) -> Checkpoin
     checkpoint = read_checkpoint(path)
     kept = checkpoint.config.to_dict()
     for name, value in options.items():
-        if name in kept and name not in FREE_OF_CHECKPOINT and getattr(config, name) != kept[name]:
+        if name in kept and name not in MACHINE_SETTINGS and getattr(config, name) != kept[name]:
             raise InputError(f"{name} must be as in the checkpoint, {kept[name]!r}, got {value!r}; leave it out")
-    free = {name: options[name] for name in FREE_OF_CHECKPOINT if name in options}
+    free = {name: options[name] for name in MACHINE_SETTINGS if name in options}
     return replace(checkpoint, config=replace(checkpoint.config, **free))
 
 
-def _write(result: Result, out: str, page: str | None, photo: str | bytes) -> None:
-    if out == "-":
-        sys.stdout.buffer.write(result.svg().encode())
-    else:
-        result.save(out)
-    if page is not None:
-        from warpvec.view import write_report
+def _write_page(page: str, result: Result, out: str, photo: str | bytes, background: str | None) -> None:
+    from warpvec.view import write_report
 
-        data = photo if isinstance(photo, bytes) else Path(photo).read_bytes()
-        write_report(page, result.svg().encode(), photo=data, history=result.history)
+    data = photo if isinstance(photo, bytes) else Path(photo).read_bytes()
+    name = None if out == "-" else Path(out).stem
+    write_report(page, result.svg().encode(), photo=data, background=background, history=result.history, name=name)

@@ -10,22 +10,26 @@ from typing import Any
 
 import click
 
-from warpvec.commands.inputs import read_svg
+from warpvec.commands.inputs import background_option, check_background, read_svg
 from warpvec.errors import InputError
 from warpvec.files import check_writable
+from warpvec.places import check_places
 
 
 @click.command()
 @click.argument("svg", metavar="OUT")
 @click.option("--image", metavar="IN", help="The photo, to compare with.")
-@click.option("--history", metavar="FILE", help="JSON of the fit's records, for the convergence plot.")
+@background_option
+@click.option("--history", metavar="FILE", help="What run --json said of the fit, for the convergence plot.")
 @click.option("--report", metavar="FILE", help="Write the page to this HTML file and open nothing.")
-def view(svg: str, image: str | None, history: str | None, report: str | None) -> None:
+def view(svg: str, image: str | None, background: str | None, history: str | None, report: str | None) -> None:
     """Look at the SVG file OUT, and edit it, in the browser.
 
     The page is one file without any link: compare with the photo, slide through the levels of detail, colour by
     generation, map the residual; select, move, scale, recolour, reorder, delete and paint paths, and save the SVG.
     """
+    check_places({"OUT": svg, "--image": image, "--history": history, "--report": report})
+    check_background(background, image)
     if report is not None:
         check_writable(report, "--report")
     data = read_svg(svg)
@@ -36,7 +40,7 @@ def view(svg: str, image: str | None, history: str | None, report: str | None) -
 
     name = Path(svg).stem
     page = Path(report) if report is not None else Path(tempfile.mkdtemp(prefix="warpvec-")) / f"{name}.html"
-    write_report(page, data, photo=photo, history=records, name=name)
+    write_report(page, data, photo=photo, background=background, history=records, name=name)
     if report is None and not webbrowser.open(page.as_uri()):
         click.echo(f"no browser could be started; open {page}", err=True)
 
@@ -50,8 +54,10 @@ def _read_bytes(path: str, option: str) -> bytes:
 
 
 def _read_history(path: str) -> Any:
+    """The records in what a command said with --json, or a list of them alone."""
     try:
-        return json.loads(_read_bytes(path, "--history"))
+        found = json.loads(_read_bytes(path, "--history"))
+        return found.get("history") if isinstance(found, dict) else found
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise
