@@ -112,7 +112,10 @@ def test_names_of_options_stand_in_messages(photo: Path) -> None:
     assert_refused(invoke("run", photo, out, "--curves", "abc"), "--curves", "'abc'", "auto")
     none.write_text("[3]")
     assert_refused(invoke("view", out, "--image", none, "--report", photo.with_name("p")), "error: --image must")
-    assert_refused(invoke("view", out, "--history", none, "--report", photo.with_name("p")), "error: --history must")
+    for text in ("[3]", '{"psnr": 3}'):
+        none.write_text(text)
+        result = invoke("view", out, "--history", none, "--report", photo.with_name("p"))
+        assert_refused(result, "error: --history must be a list of records")
 
 
 def test_the_settings_of_the_checkpoint_are_written(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:

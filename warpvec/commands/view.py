@@ -57,7 +57,7 @@ def _read_history(path: str) -> Any:
     """The records in what a command said with --json, or a list of them alone."""
     try:
         found = json.loads(_read_bytes(path, "--history"))
-        return found.get("history") if isinstance(found, dict) else found
+        return found.get("history", found) if isinstance(found, dict) else found
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise
