@@ -11,7 +11,7 @@ from warpvec.config import FitConfig, make_config
 from warpvec.errors import InputError
 from warpvec.fit import fit
 from warpvec.image import fit_image
-from warpvec.levels import PREFIX_WEIGHT, TURN_GROWTH, LeveledScaffolding, _whose_turn, with_prefix
+from warpvec.levels import PREFIX_WEIGHT, TURN_GROWTH, LeveledScaffolding, _prefix_counts, _whose_turn, with_prefix
 from warpvec.loss import psnr_from_mse
 from warpvec.population import Population
 from warpvec.schedule import population
@@ -90,6 +90,41 @@ def test_a_recycling_moves_paths_of_one_generation_only():
         assert people.scene.generation.tolist() == before.generation.tolist()
         changed = (people.scene.points != before.points).any(-1).any(-1)
         assert set(before.generation[changed].tolist()) == {_whose_turn(turn, 3)}
+
+
+def test_a_recycling_takes_what_is_not_wanted_first():
+    config = make_config("default", **{**SETTINGS, "recycle_gap": 0, "recycle_share": 0.25}, lod=True)
+    scene = fit(picture(), config).scene
+    canvas = Canvas(picture(), config, "cpu")
+    for turn in range(3):
+        policy = LeveledScaffolding(picture(), config, 0, canvas)
+        policy._turn = turn
+        people = Population(scene, config, 28.0)
+        level = _whose_turn(turn, 3)
+        rows = (scene.generation == level).nonzero().flatten()
+        count = int(len(rows) * 0.25)
+        # Those that are missed most.
+        cost = canvas.fit_step(scene.select(scene.generation <= level), True).removal[rows]
+        unwanted = rows[cost.topk(count).indices]
+        removal = torch.zeros(len(scene))
+        removal[unwanted] = -torch.inf
+        before = people.serial.clone()
+        policy._recycle(people, removal, canvas.squared_error)
+        assert set(before.tolist()) - set(people.serial.tolist()) == set(before[unwanted].tolist())
+
+
+def test_counts_of_prefixes_are_read_once_for_each_population(monkeypatch):
+    reads = []
+    to_list = torch.Tensor.tolist
+    monkeypatch.setattr(torch.Tensor, "tolist", lambda self: reads.append(self) or to_list(self))
+    first, second = torch.tensor([0, 0, 1, 1, 1, 4]), torch.tensor([0, 0, 1, 1, 4, 4])
+    for _ in range(3):
+        assert _prefix_counts(first) == [2, 5, 6]
+    assert len(reads) == 1
+    for _ in range(2):
+        assert _prefix_counts(second) == [2, 4, 6]
+    assert _prefix_counts(first) == [2, 5, 6]
+    assert len(reads) == 3
 
 
 def test_levels_need_an_order_by_creation():

@@ -7,6 +7,7 @@ generation looks at the picture that ends with it. So a prefix of the layers is 
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -30,6 +31,9 @@ TURN_GROWTH = 1.5
 from its own on, so the paths of the higher ones take part in fewer. With equal turns the prefixes of 256 and 512 paths
 were 1.8 dB below fits of as many paths (kodim07), those of 32 and 64 only 0.5."""
 
+# The last tensor of generations, and the paths up to each: a population has a new one when paths come or go.
+_counted: tuple[Tensor, list[int]] | None = None
+
 # Multiples of it, without their whole part, fill the unit interval evenly however many there are.
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
@@ -51,10 +55,20 @@ def with_prefix(adjoints: Any, scene: Scene, canvas: Canvas, iteration: int) -> 
 
 def _prefix_count(scene: Scene, turn: int) -> int:
     """Paths up to one of the generations but the last, which take turns; all if there is one only."""
-    generations = _generations(scene)
-    if len(generations) < 2:
+    counts = _prefix_counts(scene.generation)
+    if len(counts) < 2:
         return len(scene)
-    return int((scene.generation <= generations[_whose_turn(turn, len(generations) - 1)]).sum())
+    return counts[_whose_turn(turn, len(counts) - 1)]
+
+
+def _prefix_counts(generation: Tensor) -> list[int]:
+    """Paths up to each of the generations; read from the device once for every tensor, which nobody writes into."""
+    global _counted
+    known = _counted
+    if known is None or known[0] is not generation:
+        values = sorted(generation.tolist())
+        known = _counted = generation, [bisect_right(values, level) for level in sorted(set(values))]
+    return known[1]
 
 
 def _whose_turn(turn: int, count: int) -> int:
@@ -87,12 +101,16 @@ class LeveledScaffolding(Scaffolding):
         self._turn = state["turn"]
 
     def _recycle(self, population: Population, removal: Tensor, squared_error: Callable[[Scene], Tensor]) -> None:
-        """Move paths of one generation that are missed least, there, to where its picture is worst."""
+        """Move paths of one generation that are missed least, there, to where its picture is worst.
+
+        Those whose ``removal`` [N] is -inf go first: they are not wanted in any picture.
+        """
         scene = population.scene
         level = self._next_level(scene)
         prefix = (scene.generation <= level).nonzero().flatten()
         own = scene.generation[prefix] == level
         cost = self._canvas.fit_step(scene.select(prefix), True).removal
+        cost = torch.where(removal[prefix] == -torch.inf, -torch.inf, cost)
         removed = cost.masked_fill(~own, torch.inf).topk(
             int(int(own.sum()) * self._config.recycle_share), largest=False
         )
