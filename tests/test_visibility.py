@@ -11,10 +11,18 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 from scenes import blob_scene, circle, rectangle
 
+from warpvec.autograd import render
 from warpvec.scene import Scene, circle_points
 from warpvec.svg import quantize, write_svg
 from warpvec.verify import draw
-from warpvec.visibility import DRAWINGS_MAX, canvas_areas, shown_areas, without_invisible
+from warpvec.visibility import (
+    CHANGE_MIN,
+    DRAWINGS_MAX,
+    canvas_areas,
+    changes_alone,
+    shown_areas,
+    without_invisible,
+)
 
 HEIGHT, WIDTH = 40, 60
 SAMPLES = 8
@@ -88,7 +96,8 @@ def _pixels(scene: Scene) -> bytes:
 
 
 def _visible(scene: Scene) -> Scene:
-    return without_invisible(scene, shown_areas(scene, HEIGHT, WIDTH), _pixels)
+    shown, changes = shown_areas(scene, HEIGHT, WIDTH), changes_alone(scene, HEIGHT, WIDTH)
+    return without_invisible(scene, shown, changes, _pixels)
 
 
 _LID = rectangle(10, 10, 30, 30)
@@ -122,11 +131,46 @@ def test_what_is_hidden_off_the_canvas_or_transparent_goes(
     assert _pixels(left) == _pixels(scene)
 
 
-def test_what_has_the_colour_of_what_is_below_stays_if_it_is_large_and_goes_if_it_is_small() -> None:
-    """A photo's smooth places have such paths, and trying them all would take long: only little ones are tried."""
-    scene = _scene(circle(20, 20, 10), circle(50, 10, 0.5))
-    scene = replace(scene, color=scene.background.expand(2, 3))
-    assert _visible(scene).points.tolist() == scene.points[:1].tolist()
+@pytest.mark.parametrize("transparent", [False, True])
+@pytest.mark.parametrize("radius", [0.5, 10.0, 18.0])
+def test_what_has_the_colour_of_what_is_below_goes(radius: float, transparent: bool) -> None:
+    scene = _scene(_LID, circle(20, 20, 13), circle(20, 20, 0.5 * radius), opacity=[1.0, 1.0, 0.6])
+    color = torch.tensor([[1.0, 0.5, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]])
+    scene = replace(scene, color=color, transparent=transparent, background=torch.zeros(3))
+    assert torch.equal(_visible(scene).points, scene.points[:2])
+
+
+def test_a_palette_of_one_colour_leaves_no_path() -> None:
+    """One that viewers blend with itself without a rounding error."""
+    red = torch.tensor([1.0, 0.0, 0.0])
+    scene = replace(_blobs(1, 40), color=red.expand(40, 3), background=red)
+    assert len(_visible(scene)) == 0
+
+
+def test_of_two_in_one_colour_one_stays() -> None:
+    """Either could go without the other, and not both."""
+    left = _visible(replace(_scene(_LID, _LID), color=torch.tensor([[1.0, 0.0, 0.0]] * 2)))
+    assert len(left) == 1
+
+
+@pytest.mark.parametrize("transparent", [False, True])
+def test_changes_are_those_of_drawings_without_each_path(transparent: bool) -> None:
+    scene = replace(_blobs(5, 12), transparent=transparent)
+    changes = changes_alone(scene, HEIGHT, WIDTH)
+    for row in range(12):
+        rest = scene.select(torch.arange(12) != row)
+        expected = torch.stack(
+            [
+                (render_scene(scene, page) - render_scene(rest, page)).square().sum()
+                for page in ((0.0, 1.0) if transparent else (None,))
+            ]
+        ).mean()
+        torch.testing.assert_close(changes[row], expected, rtol=1e-3, atol=0.1 * CHANGE_MIN)
+
+
+def render_scene(scene: Scene, page: float | None) -> torch.Tensor:
+    background = scene.background if page is None else torch.full((3,), page)
+    return render(replace(scene, background=background), HEIGHT, WIDTH)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -164,7 +208,7 @@ def test_what_changes_no_pixel_goes() -> None:
     """The judge sees the paths above row 3 alone."""
     scene = circles(16)
     shown = torch.arange(16) * 0.05
-    kept = without_invisible(scene, shown, lambda some: bytes(str(some.color.tolist()[-12:]), "ascii"))
+    kept = without_invisible(scene, shown, shown, lambda some: bytes(str(some.color.tolist()[-12:]), "ascii"))
     assert torch.equal(kept.color, scene.color[4:])
 
 
@@ -176,24 +220,27 @@ def test_the_search_ends() -> None:
         drawings.append(len(some))
         return len(some).to_bytes(4, "big")
 
-    assert len(without_invisible(scene, torch.linspace(0.0, 2.0, 1000), draw)) == 1000
+    assert len(without_invisible(scene, torch.linspace(0.001, 2.0, 1000), torch.linspace(0.0, 2.0, 1000), draw)) == 1000
     assert drawings[:2] == [1000, 500]
     assert len(drawings) == 1 + DRAWINGS_MAX
 
 
-@pytest.mark.parametrize(("byte_count", "count"), [(36_000_000, 2), (192_000_000, 1)])
+@pytest.mark.parametrize(("byte_count", "count"), [(12_000_000, 6), (36_000_000, 2), (192_000_000, 2)])
 def test_large_photos_are_drawn_less_often(byte_count: int, count: int) -> None:
-    """A photo of 12 megapixels twice, one of 64 once, as a whole."""
+    """A photo of 4 megapixels six times, others once as a whole, and without what is hidden."""
     drawings = []
 
     def draw(some: Scene) -> bytes:
         drawings.append(len(some))
-        return bytes(byte_count)
+        return len(drawings).to_bytes(1) + bytes(byte_count)  # so that every candidate is visible
 
-    without_invisible(circles(9), torch.zeros(9), draw)
+    hidden_but_one = torch.tensor([0.0] * 8 + [0.5])
+    without_invisible(circles(9), hidden_but_one, torch.zeros(9), draw)
     assert len(drawings) == count
+    assert drawings[:2] == [9, 1]
 
 
 def test_what_shows_is_not_tried() -> None:
     scene = circles(3)
-    assert without_invisible(scene, torch.tensor([5.0, 1.0, 2.0]), lambda _: b"never drawn") is scene
+    shown = torch.tensor([5.0, 1.0, 2.0])
+    assert without_invisible(scene, shown, 2.0 * CHANGE_MIN * shown, lambda _: b"never drawn") is scene

@@ -27,7 +27,7 @@ from warpvec.scene import Scene
 from warpvec.svg import quantize, write_svg
 from warpvec.transparency import is_transparent
 from warpvec.verify import draw, file_facts, measure, psnr
-from warpvec.visibility import canvas_areas, shown_areas, without_invisible
+from warpvec.visibility import canvas_areas, changes_alone, shown_areas, without_invisible
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +164,8 @@ class Result:
                 transparent=some.transparent,
             ).tobytes()
 
-        return without_invisible(scene, self._areas(shown_areas, scene), pixels)
+        shown, changes = self._areas(shown_areas, scene), self._areas(changes_alone, scene)
+        return without_invisible(scene, shown, changes, pixels)
 
     def _without_small(self, scene: Scene) -> Scene:
         if self.config.min_area == 0:

@@ -1,7 +1,13 @@
-"""What of each path is to be seen, and scenes without the paths of which nothing is."""
+"""What of each path is to be seen, and scenes without the paths of which nothing is.
+
+What goes is proven to change no pixel, by drawing without it. What may stay although it changes none: a path that by
+`shown_areas` and `changes_alone` is above both `SHOWN_MIN` and `CHANGE_MIN`, and any path once the drawings are used
+up. Hidden paths are the first to be tried, and once in any photo, however large.
+"""
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -9,15 +15,22 @@ import torch
 from torch import Tensor
 
 from warpvec.autograd import draw_adjoint
+from warpvec.canvas import Canvas
+from warpvec.config import FitConfig
 from warpvec.scene import Scene
 
 SHOWN_MIN = 1.0
 """Pixels, at full opacity and nothing above: what shows less than this in all is a candidate for removal. Spread over
 500 pixels it is less than half a level of 255; whether it changes one is then seen by drawing without it."""
 
+CHANGE_MIN = 1.0 / 255.0**2
+"""Squared, over pixels and channels: a path whose going changes less than one level of 255 in one pixel is a candidate
+too, however much of it shows: it has the colour of what is below."""
+
 DRAWINGS_MAX, DRAWN_BYTES_MAX = 8, 2**26
 """Drawings that the search for what changes no pixel may take, and bytes of all of them: each costs what drawing the
-file costs, and most candidates do change a pixel. 31 of 4096 paths took 62 drawings, half a minute, to keep them all.
+file costs, and most candidates do change a pixel: 31 of 4096 paths took 62 drawings, half a minute, to keep them all.
+Without all that shows nothing one is made in any case.
 """
 
 Drawing = Callable[[Scene], bytes]
@@ -39,28 +52,48 @@ def canvas_areas(scene: Scene, height: int, width: int, threads: int | None = No
     return shown_areas(alone, height, width, threads) / faint
 
 
-def without_invisible(scene: Scene, shown: Tensor, draw: Drawing) -> Scene:
+def changes_alone(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
+    """How much the image changes as each path [N] alone goes: squared, summed over the pixels and channels."""
+    target = scene.points.new_full((height, width, 4 if scene.transparent else 3), 0.5)
+    adjoints = Canvas(target, FitConfig(threads=threads), "cpu").fit_step(scene, True)
+    # The loss is a parabola in the opacity. Less its slope, which depends on the target, it is the change of the image.
+    changes: Tensor = 3 * height * width * (adjoints.removal + scene.opacity * adjoints.opacity)
+    return changes.clamp_min(0.0)
+
+
+def without_invisible(scene: Scene, shown: Tensor, changes: Tensor, draw: Drawing) -> Scene:
     """``scene`` without the paths that change no pixel of ``draw``, as far as ``DRAWINGS_MAX`` drawings find them.
 
     Args:
         scene: N paths.
-        shown: what is seen of each [N], as `shown_areas` gives it; only the least are tried.
+        shown: what is seen of each [N], as `shown_areas` gives it.
+        changes: what each changes [N], as `changes_alone` gives it; only those least in one of the two are tried.
         draw: the judge: what goes must leave its pixels as they are.
     """
-    order = shown.argsort(stable=True)
-    candidates = order[shown[order] < SHOWN_MIN]
-    if not len(candidates):
+    hidden, faint, alike = shown == 0.0, shown < SHOWN_MIN, changes < CHANGE_MIN
+    masks = (hidden, faint & ~hidden, alike & ~faint)
+    measures = (changes, shown, changes)
+    groups = [order[mask[order]] for mask, order in zip(masks, (m.argsort(stable=True) for m in measures), strict=True)]
+    if not any(len(group) for group in groups):
         return scene
-    return scene.select(_kept(scene, candidates, draw, draw(scene)))
+    return scene.select(_kept(scene, groups, draw))
 
 
-def _kept(scene: Scene, candidates: Tensor, draw: Drawing, pixels: bytes) -> Tensor:
-    """Which paths stay [N]: halves of ``candidates``, in their order, go together where that changes no pixel."""
+def _kept(scene: Scene, groups: list[Tensor], draw: Drawing) -> Tensor:
+    """Which paths stay [N]: ``groups``, the hidden ones first, or halves of them go where that changes no pixel.
+
+    The groups take turns, and in each what is in front goes first.
+    """
     keep = torch.ones(len(scene), dtype=torch.bool)
-    pending = [candidates]
-    for _ in range(min(DRAWINGS_MAX, DRAWN_BYTES_MAX // len(pixels))):
-        if not pending:
+    pixels = draw(scene)
+    turns = deque([group] for group in groups if len(group))
+    for _ in range(max(int(len(groups[0]) > 0), min(DRAWINGS_MAX, DRAWN_BYTES_MAX // len(pixels)))):
+        while turns and not turns[0]:
+            turns.popleft()
+        if not turns:
             break
+        pending = turns[0]
+        turns.rotate(-1)
         group = pending.pop()
         keep[group] = False
         if draw(scene.select(keep)) == pixels:
