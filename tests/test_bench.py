@@ -26,7 +26,7 @@ harness, scenes, bench_step = map(import_module, ("harness", "bench_scenes", "be
 bench_fit, fits, kodak = map(import_module, ("bench_fit", "fits", "kodak"))
 
 # Kernel files that hold no stage: conventions, and functions that the stages share.
-SHARED_KERNELS = {"__init__", "adan", "admission", "bezier", "constants", "edges", "lanes", "reductions"}
+SHARED_KERNELS = {"__init__", "adan", "admission", "bezier", "constants", "crew", "edges", "lanes", "reductions"}
 
 
 @pytest.fixture

@@ -55,4 +55,4 @@ class Flattening:
         """``adj_edges`` [V] of vec4 -> ``adj_points`` [N, 3 S] of vec2, overwritten."""
         path_count, segment_count = adj_points.shape[0], adj_points.shape[1] // 3
         arguments = [self.segment_first_vertex, adj_edges, segment_count, adj_points]
-        self._launch(self._kernels.gather_points_adjoint, path_count, arguments)
+        self._launch.shared(self._kernels.gather_points_adjoint, path_count, arguments)

@@ -9,20 +9,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from itertools import count
 from typing import Any
 
 import torch
 import warp as wp
 
+from warpvec.crew import Crew
 from warpvec.errors import InputError
 from warpvec.kernels.constants import TILE
 from warpvec.limits import Limits
 
-# A chunk of fewer items is done before a second thread has woken up, which takes about 0.1 ms.
+# A chunk of fewer items is done before a second thread has heard of it.
 _CHUNK_ITEMS_MIN = 64
 # Kernels index with 32 bits.
 _ENTRIES_MAX = 2**31
@@ -88,7 +88,7 @@ class Launcher:
         self.device = wp.get_device(device)
         self.limits = Limits(self.device)
         self.threads = 1 if self.device.is_cuda else threads or _core_count()
-        self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
+        self._crew = Crew(self.threads - 1, self.threads <= _core_count()) if self.threads > 1 else None
         self._commands: dict[Any, list[_Command]] = {}
         self._all_buffers: list[Buffers] = []
 
@@ -128,20 +128,14 @@ class Launcher:
             self._share(commands[:thread_count], item_count, chunk)
 
     def _share(self, commands: list[_Command], item_count: int, chunk: int) -> None:
-        assert self._pool is not None
+        assert self._crew is not None
         turns = count()
 
         def work(command: _Command) -> None:
             while (first := next(turns) * chunk) < item_count:
                 command.run(first, min(chunk, item_count - first))
 
-        helpers = [self._pool.submit(work, command) for command in commands[1:]]
-        try:
-            work(commands[0])
-        finally:  # Ctrl-C too must find no helper still writing
-            wait(helpers)
-        for helper in helpers:
-            helper.result()
+        self._crew.call([partial(work, command) for command in commands])
 
 
 class _Command:

@@ -26,7 +26,7 @@ _KINDS = (
 def compile_kernels(device: str = "auto") -> float:
     """Compile and cache what fits on ``device`` take; the seconds that it took, little where they are cached.
 
-    Their results are drawn, and looked through for what is hidden, on the CPU, so its kernels are among them in any case.
+    Their results are drawn, and looked through for what is hidden, on the CPU: its kernels are among them in any case.
 
     Raises:
         InputError: no such device.
