@@ -112,7 +112,8 @@ class Case:
     def to_dict(self) -> dict[str, Any]:
         """The row for JSON."""
         runs = [{"wall": run.wall, "cpu": run.cpu, "peak_bytes": run.peak_bytes} for run in self.runs]
-        return {"image": self.image.name, "how": self.how, "runs": runs, "metrics": self.metrics}
+        figures = {name: value for name, value in self.metrics.items() if name != "history"}
+        return {"image": self.image.name, "how": self.how, "runs": runs, "metrics": figures}
 
     def _peak(self) -> str:
         return f"{max(run.peak_bytes for run in self.runs) / 1e6:.0f}"
