@@ -14,6 +14,13 @@ from warpvec.errors import InputError
 SKETCH_CURVES = 64
 """Paths of the first, short fit, from which the number of paths is guessed: it takes a second."""
 
+SHORT_SHARE = 0.25
+"""Iterations of a sketch or a correction over those of a fit."""
+
+CORRECTION_RATE = 0.4
+"""Learning rates of a correction over those of a fit: paths that stand well must not be thrown. 288 paths grown to 320
+in 500 iterations (kodim07): 28.04 dB with 0.3, 27.77 with 1; from nothing in 2000: 27.95."""
+
 CURVES_MAX = 16_384
 """Most paths that a goal is followed to: beyond, a file is larger than the photo as a JPEG of equal quality."""
 

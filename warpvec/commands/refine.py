@@ -14,7 +14,7 @@ from warpvec.commands.outputs import write_svg
 from warpvec.commands.report import report
 from warpvec.config import FitConfig
 from warpvec.errors import InputError
-from warpvec.goal import Goal
+from warpvec.goal import CORRECTION_RATE, Goal
 from warpvec.options import SettingsCommand, requested, stated
 from warpvec.settings_file import write_settings
 
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from warpvec.api import Result
     from warpvec.scene import Scene
     from warpvec.svg_reader import Drawing
-
-RATE = 0.4
-"""Learning rates over those of a fit, as `warpvec.search.CORRECTION_RATE`: paths that stand well must not be thrown."""
 
 ITERATIONS = 500
 """As many as a correction of the default preset has."""
@@ -120,7 +117,7 @@ def _fit(
     from warpvec.progress import show_progress
 
     if not goal:
-        config = replace(config, lr_scale=RATE * config.lr_scale)
+        config = replace(config, lr_scale=CORRECTION_RATE * config.lr_scale)
     with show_progress(sys.stderr, quiet=quiet) as show:
         return fit_photo(photo, config, title=title, goal=goal, start=start, on_progress=show)
 
