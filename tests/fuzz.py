@@ -173,7 +173,6 @@ def check(kind: str, count: int, seed: int) -> dict[str, object]:
                 outcomes[outcome] += 1
             else:
                 faults.append((number, read.__name__, outcome))
-    faulthandler.cancel_dump_traceback_later()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10
     return {"outcomes": dict(outcomes), "faults": faults, "peak_mb": peak}
 
@@ -190,6 +189,8 @@ def _outcome(read: Callable[[bytes], object], data: bytes) -> str:
         outcome = "refused" if in_one_line else f"message: {error}"
     except BaseException as error:
         outcome = repr(error)[:500]
+    finally:  # it would end whoever calls this
+        faulthandler.cancel_dump_traceback_later()
     seconds = time.perf_counter() - start
     return outcome if seconds <= CASE_SECONDS else f"{outcome} after {seconds:.1f} s"
 
