@@ -25,7 +25,7 @@ from bench_fit import cli_options, run_child
 from fits import find_images
 from harness import CHECKOUT, machine_facts, machine_line, markdown_table, parse_settings, settings_option
 
-from warpvec.engines.local import core_count
+from warpvec.cores import core_count
 from warpvec.records import JSON_NAME
 
 BAR = 1.15

@@ -25,8 +25,9 @@ from harness import source_digest
 from warpvec import vectorize
 from warpvec.batch import SUFFIXES
 from warpvec.config import FitConfig
+from warpvec.cores import core_count
 from warpvec.engines.base import Engine, Lane, Outcome, Watch, Work
-from warpvec.engines.local import LocalEngine, core_count
+from warpvec.engines.local import LocalEngine
 
 J = TypeVar("J")
 R = TypeVar("R")

@@ -22,11 +22,12 @@ from lpips_metric import NOT_FOUND, Lpips
 from numpy.typing import NDArray
 from PIL import Image
 
-from warpvec.api import Result, draw_as_fitted, fit_photo
+from warpvec.api import Result, fit_photo
 from warpvec.config import FitConfig, make_config
+from warpvec.drawing import draw_as_fitted
 from warpvec.engines.base import Engine, Lane, Say
 from warpvec.fit import Progress
-from warpvec.image import read_image, write_png
+from warpvec.image import eight_bit_levels, read_image, write_png
 from warpvec.scene import Scene
 from warpvec.verify import draw, psnr, ssim
 
@@ -70,7 +71,7 @@ class Photo:
 
 @lru_cache(maxsize=4)  # A command goes through the photos several times, and a folder of them may fill the memory.
 def _read_pixels(path: Path, scale: float) -> Pixels:
-    pixels = np.rint(255.0 * read_image(path)).astype(np.uint8)
+    pixels = eight_bit_levels(read_image(path))
     if scale == 1.0:
         return pixels
     height, width = (max(1, round(side * scale)) for side in pixels.shape[:2])
@@ -230,7 +231,7 @@ def _qualities(case: Case, images: Mapping[str, Pixels]) -> dict[str, float]:
 def soft_image(scene: Scene, case: Case) -> Pixels:
     """``scene``, in pixels of the photo, as the renderer of ``case`` draws it: [h, w, 3] with 8 bits."""
     image = draw_as_fitted(scene, *case.photo.pixels.shape[:2], case.config)
-    return np.rint(255.0 * image.clip(0.0, 1.0)).astype(np.uint8)
+    return eight_bit_levels(image)
 
 
 def _on_photo(scene: Scene, result: Result) -> Scene:

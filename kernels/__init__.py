@@ -6,9 +6,9 @@ Stages in order, each with its adjoint beside it or in ``<stage>_adjoint``::
     binning       vertices -> (path, tile) pairs       (no gradient)
     coverage      vertices, pairs -> winding           adj_winding -> adj_edges
     compositing   winding, colour, opacity -> image    adj_image -> adj_color, adj_opacity, adj_winding
-    admission     counts -> what there is room for     (no gradient)
+    limits        counts -> what there is room for     (no gradient)
     regularization                                     adds to adj_points, adj_opacity
-    adan                                               the optimizer's update
+    population                                         the optimizer's step (adan), and the scene after it
 
 and, in place of the first three, those of the splat renderer::
 

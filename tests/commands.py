@@ -27,8 +27,8 @@ def assert_refused(result: Result, *words: str) -> None:
         assert word in line
 
 
-def write_photo(folder: Path) -> Path:
-    """A noisy 48 x 32 photo in ``folder``."""
-    path = folder / "photo.png"
-    Image.fromarray(np.random.default_rng(1).integers(0, 256, (32, 48, 3), dtype=np.uint8)).save(path)
+def write_photo(folder: Path, name: str = "photo.png", height: int = 32, width: int = 48, seed: int = 1) -> Path:
+    """A noisy photo in ``folder``."""
+    path = folder / name
+    Image.fromarray(np.random.default_rng(seed).integers(0, 256, (height, width, 3), dtype=np.uint8)).save(path)
     return path

@@ -31,6 +31,16 @@ def seed() -> int:
     return value
 
 
+@pytest.fixture
+def quick_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Circles in place of the paths of a fit."""
+    from stubs import stub_fit
+
+    from warpvec import api
+
+    monkeypatch.setattr(api, "fit", stub_fit)
+
+
 def _why_no_cuda() -> str | None:
     if not torch.cuda.is_available():
         return "torch sees no CUDA device"

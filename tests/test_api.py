@@ -13,7 +13,6 @@ import pytest
 import torch
 from numpy.typing import NDArray
 from PIL import Image
-from stubs import stub_fit
 
 import warpvec
 from warpvec import api, drawing
@@ -23,11 +22,6 @@ from warpvec.verify import draw, psnr
 from warpvec.verify import ssim as ssim_of
 
 Photo = NDArray[np.uint8]
-
-
-@pytest.fixture
-def quick_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(api, "fit", stub_fit)
 
 
 @pytest.fixture

@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 import pytest
 import torch
 from click.testing import CliRunner, Result
-from PIL import Image
+from commands import write_photo
 
 import warpvec
 from warpvec.config import make_config
@@ -26,7 +25,7 @@ harness, scenes, bench_step = map(import_module, ("harness", "bench_scenes", "be
 bench_fit, fits, kodak = map(import_module, ("bench_fit", "fits", "kodak"))
 
 # Kernel files that hold no stage: conventions, and functions that the stages share.
-SHARED_KERNELS = {"__init__", "adan", "admission", "bezier", "constants", "crew", "edges", "lanes", "reductions"}
+SHARED_KERNELS = {"__init__", "adan", "limits", "bezier", "constants", "crew", "edges", "lanes", "reductions"}
 
 
 @pytest.fixture
@@ -35,8 +34,7 @@ def folder(tmp_path: Path) -> Path:
     path = tmp_path / "photos"
     path.mkdir()
     for seed, name in enumerate(("a.png", "b.png")):
-        noise = np.random.default_rng(seed).integers(0, 256, (24, 40, 3), dtype=np.uint8)
-        Image.fromarray(noise).save(path / name)
+        write_photo(path, name, 24, 40, seed)
     (path / "notes.txt").write_text("no photo")
     return path
 

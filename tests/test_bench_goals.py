@@ -6,10 +6,9 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
-from PIL import Image
+from commands import write_photo
 
 ROOT = Path(__file__).parents[1]
 sys.path.append(str(ROOT / "bench"))
@@ -20,8 +19,7 @@ SHORT = ["--option=--iterations=12", "--option=--inflation-gap=2", "--option=--t
 
 @pytest.fixture(scope="module")
 def output(tmp_path_factory: pytest.TempPathFactory) -> str:
-    path = tmp_path_factory.mktemp("photos") / "noise.png"
-    Image.fromarray(np.random.default_rng(0).integers(0, 256, (24, 40, 3), dtype=np.uint8)).save(path)
+    path = write_photo(tmp_path_factory.mktemp("photos"), "noise.png", 24, 40, seed=0)
     sizes = ["--max-bytes", "9k", "--target-psnr", "7", "--colors", "3", "--curves", "12", "--lod-curves", "32"]
     result = CliRunner().invoke(bench_goals.main, [str(path), *sizes, *SHORT], catch_exceptions=False)
     assert result.exit_code == 0, result.output

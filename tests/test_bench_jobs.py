@@ -11,11 +11,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import click
-import numpy as np
 import pytest
 from click.testing import CliRunner
-from commands import invoke
-from PIL import Image
+from commands import invoke, write_photo
 
 ROOT = Path(__file__).parents[1]
 sys.path.append(str(ROOT / "bench"))
@@ -30,8 +28,7 @@ def folder(tmp_path: Path) -> Path:
     path = tmp_path / "photos"
     path.mkdir()
     for seed, name in enumerate(("a.png", "b.png")):
-        noise = np.random.default_rng(seed).integers(0, 256, (24, 40, 3), dtype=np.uint8)
-        Image.fromarray(noise).save(path / name)
+        write_photo(path, name, 24, 40, seed)
     return path
 
 

@@ -15,15 +15,12 @@ from pathlib import Path
 import pytest
 from commands import QUICK, assert_refused, invoke, write_photo
 from PIL import Image
-from stubs import circles, progress_at, stub_fit
+from stubs import circles, progress_at
 
 import warpvec
 from warpvec import api, progress
 
-
-@pytest.fixture(autouse=True)
-def quick_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(api, "fit", stub_fit)
+pytestmark = pytest.mark.usefixtures("quick_fit")
 
 
 @pytest.fixture

@@ -17,10 +17,7 @@ from stubs import stub_fit
 
 from warpvec import api
 
-
-@pytest.fixture(autouse=True)
-def quick_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(api, "fit", stub_fit)
+pytestmark = pytest.mark.usefixtures("quick_fit")
 
 
 @pytest.fixture

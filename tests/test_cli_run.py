@@ -24,10 +24,7 @@ from warpvec.config import FitConfig, make_config
 from warpvec.options import SETTINGS
 from warpvec.verify import psnr
 
-
-@pytest.fixture(autouse=True)
-def quick_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(api, "fit", stub_fit)
+pytestmark = pytest.mark.usefixtures("quick_fit")
 
 
 @pytest.fixture

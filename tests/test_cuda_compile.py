@@ -27,7 +27,7 @@ SHARED_MAX = 2048
 
 
 def test_the_stages_are_found() -> None:
-    known = {"flattening", "binning", "admission", "coverage", "coverage_adjoint", "compositing", "compositing_adjoint"}
+    known = {"flattening", "binning", "limits", "coverage", "coverage_adjoint", "compositing", "compositing_adjoint"}
     assert known <= set(cubins.STAGES)
 
 

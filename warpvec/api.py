@@ -15,7 +15,6 @@ from torch import Tensor
 
 from warpvec.checkpoint import Checkpoint, Saving, State, digest, write_checkpoint
 from warpvec.config import FitConfig, make_config
-from warpvec.drawing import draw_as_fitted
 from warpvec.errors import InputError
 from warpvec.fit import Progress, fit
 from warpvec.goal import Goal, with_curves
@@ -25,7 +24,7 @@ from warpvec.result import Result, evaluate
 from warpvec.scene import Scene
 from warpvec.search import Search
 
-__all__ = ["OnProgress", "Result", "draw_as_fitted", "evaluate", "fit_photo", "vectorize"]
+__all__ = ["OnProgress", "Result", "evaluate", "fit_photo", "vectorize"]
 
 OnProgress = Callable[[Progress], None]
 

@@ -8,8 +8,8 @@ from typing import Any
 import warp as wp
 
 from warpvec.flattening import Flattening
-from warpvec.kernels import admission
 from warpvec.kernels import binning as kernels
+from warpvec.kernels import limits as limits_kernels
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import Lanes
 from warpvec.launch import Launcher, exclusive_scan, read_total
@@ -51,7 +51,7 @@ class Binning:
 
     def __init__(self, launch: Launcher, lanes: Lanes, grid: TileGrid) -> None:
         self._launch, self._grid = launch, grid
-        self._kernels, self._admission = kernels.make_kernels(lanes), admission.make_kernels(lanes)
+        self._kernels, self._limits = kernels.make_kernels(lanes), limits_kernels.make_kernels(lanes)
         self._buffers = launch.make_buffers()
         self.tile_first_hit = self._buffers.get("tile_first_hit", grid.count + 1, wp.int32)
 
@@ -99,7 +99,7 @@ class Binning:
         blank = [arrays[name] for name in ("class", "is_partial", "key", "index")]
         counts = [path_count, self.strip_count, self.pair_count, self._class_count]
         arguments = [*sums, *counts, self._grid.count, *self._boxes(), *blank, limits.overflow]
-        self._launch(self._admission.admit_pairs, max(*counts) + 1, arguments)
+        self._launch(self._limits.admit_pairs, max(*counts) + 1, arguments)
         return arrays
 
     def _boxes(self) -> list[wp.array]:
@@ -130,7 +130,7 @@ class Binning:
         self.slot_count = limits.room.slots
         pairs = [self.pair_class, self.hit_tile, self.pair_slot]
         arguments = [sums, count, self.slot_count, self._grid.count, *pairs, limits.overflow]
-        self._launch(self._admission.admit_slots, count + 1, arguments)
+        self._launch(self._limits.admit_slots, count + 1, arguments)
 
     def _sort(self) -> None:
         key_bits = self._grid.count.bit_length()

@@ -36,6 +36,27 @@ def check_writable(path: str | os.PathLike[str], name: str) -> None:
     _check_permission(target, name)
 
 
+def make_folder(path: str | os.PathLike[str], name: str, given: str | None = None) -> None:
+    """Makes the folder ``path``, and those it is in, where it is not there yet.
+
+    Args:
+        name: what the caller calls the argument, for the message.
+        given: what it was given, where ``path`` was made of that.
+
+    Raises:
+        InputError: the folder cannot be made, or may not be written to.
+    """
+    given = os.fspath(path) if given is None else given
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        rule = f"{name} must be a folder or a name for one, got {given!r} ({reason})"
+        raise InputError(f"{rule}; choose another") from error
+    if not os.access(path, os.W_OK | os.X_OK):
+        raise InputError(f"{name} must be a folder you may write to, got {given!r}; choose another")
+
+
 def write_atomic(path: str | os.PathLike[str], data: bytes) -> None:
     """Write ``data`` to ``path`` so that any reader finds the old file or the whole new one.
 

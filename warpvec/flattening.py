@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import warp as wp
 
-from warpvec.kernels import admission
 from warpvec.kernels import flattening as kernels
+from warpvec.kernels import limits as limits_kernels
 from warpvec.kernels.lanes import Lanes
 from warpvec.launch import Launcher, exclusive_scan, read_total
 
@@ -49,7 +49,7 @@ class Flattening:
         self.segment_first_vertex = self._buffers.get("segment_first_vertex", total + 1, wp.int32)
         self.vertex_count = room.vertices
         arguments = [sums, total, room.vertices, self.segment_first_vertex, self._launch.limits.overflow]
-        self._launch(admission.make_kernels(self._lanes).admit_vertices, total + 1, arguments)
+        self._launch(limits_kernels.make_kernels(self._lanes).admit_vertices, total + 1, arguments)
 
     def adjoint(self, adj_edges: wp.array, adj_points: wp.array) -> None:
         """``adj_edges`` [V] of vec4 -> ``adj_points`` [N, 3 S] of vec2, overwritten."""

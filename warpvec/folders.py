@@ -9,11 +9,12 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cached_property
+from io import UnsupportedOperation
 from pathlib import Path
 from typing import Any, Protocol
 
 from warpvec.errors import InputError
-from warpvec.files import write_atomic
+from warpvec.files import make_folder, write_atomic
 
 
 class Folder(Protocol):
@@ -102,24 +103,13 @@ class LocalFolder:
 
     @contextmanager
     def claim(self) -> Iterator[None]:
-        self._make()
+        make_folder(self._path, self._name, self._given)
         handle = os.open(self._path, os.O_RDONLY)
         try:
             self._lock(handle)
             yield
         finally:
             os.close(handle)
-
-    def _make(self) -> None:
-        try:
-            self._path.mkdir(parents=True, exist_ok=True)
-        except (OSError, ValueError) as error:
-            reason = error.strerror if isinstance(error, OSError) else error
-            rule = f"{self._name} must be a folder or a name for one, got {self._given!r} ({reason})"
-            raise InputError(f"{rule}; choose another") from error
-        if not os.access(self._path, os.W_OK | os.X_OK):
-            rule = f"{self._name} must be a folder you may write to, got {self._given!r}"
-            raise InputError(f"{rule}; choose another")
 
     def _lock(self, handle: int) -> None:
         """Held until ``handle`` is closed, be it by the end of the process. The folder itself: it leaves no file."""
@@ -185,14 +175,14 @@ class RemoteFolder:
 
     def write(self, name: str, data: bytes) -> None:
         system, path = self._root[0], self._path(name)
-        with suppress(NotImplementedError):  # where there are only objects
+        with suppress(NotImplementedError):  # fsspec's word of a store that knows no folders
             system.makedirs(path.rpartition("/")[0], exist_ok=True)
         # Where a file would show before it is whole, a transaction writes it beside and moves it.
         with system.transaction, system.open(path, "wb") as file:
             file.write(data)
 
     def append(self, name: str, data: bytes) -> None:
-        raise NotImplementedError(f"{self._address} has files that are written whole")
+        raise UnsupportedOperation(f"{self._address} has files that are written whole")
 
     @contextmanager
     def claim(self) -> Iterator[None]:

@@ -93,14 +93,26 @@ def fit_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.floa
     after, premultiplied. A side keeps at least one pixel.
     """
     height, width = pixels.shape[:2]
-    longest = max(height, width)
-    if longest <= longest_side:
+    size = fitted_size(height, width, longest_side)[::-1]
+    if size == (width, height):
         return pixels
-    size = (max(1, round(width * longest_side / longest)), max(1, round(height * longest_side / longest)))
     filtered = premultiplied(pixels) if is_transparent(pixels) else pixels
     channels = [Image.fromarray(np.ascontiguousarray(filtered[..., c])) for c in range(pixels.shape[2])]
     reduced = np.stack([np.asarray(c.resize(size, Image.Resampling.LANCZOS)) for c in channels], -1)
     return straight(reduced) if is_transparent(pixels) else reduced.clip(0.0, 1.0)
+
+
+def fitted_size(height: int, width: int, longest_side: int) -> tuple[int, int]:
+    """Height and width of what `fit_image` makes of an image of ``height`` x ``width`` pixels."""
+    longest = max(height, width)
+    if longest <= longest_side:
+        return height, width
+    return max(1, round(height * longest_side / longest)), max(1, round(width * longest_side / longest))
+
+
+def eight_bit_levels(pixels: NDArray[np.floating[Any]]) -> NDArray[np.uint8]:
+    """``pixels`` in [0, 1], clamped, as the nearest of 256 levels."""
+    return np.rint(np.clip(pixels, 0.0, 1.0) * 255.0).astype(np.uint8)
 
 
 def write_png(path: str | os.PathLike[str], pixels: NDArray[np.floating[Any]], name: str = "OUT") -> None:
@@ -111,11 +123,10 @@ def write_png(path: str | os.PathLike[str], pixels: NDArray[np.floating[Any]], n
         OSError: writing it failed all the same: the disk is full, say.
     """
     check_writable(path, name)
-    levels = np.rint(np.clip(pixels, 0.0, 1.0) * 255.0).astype(np.uint8)
     # Here and not above: only runs that save frames write images, and importing imageio takes a tenth of a second.
     import imageio.v3 as iio
 
-    write_atomic(path, iio.imwrite("<bytes>", levels, extension=".png"))
+    write_atomic(path, iio.imwrite("<bytes>", eight_bit_levels(pixels), extension=".png"))
 
 
 def _decode(source: str | os.PathLike[str] | bytes | Image.Image, name: str) -> NDArray[Any]:

@@ -17,6 +17,7 @@ from typing import Any
 import torch
 import warp as wp
 
+from warpvec.cores import core_count
 from warpvec.crew import Crew
 from warpvec.errors import InputError
 from warpvec.kernels.constants import TILE
@@ -72,11 +73,6 @@ def resolve_device(name: str) -> str:
     return wanted
 
 
-def _core_count() -> int:
-    """Cores that this process may use: fewer than the machine has, in a container."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 class Launcher:
     """Launches kernels on one device, on ``threads`` CPU threads (all cores if None).
 
@@ -87,8 +83,8 @@ class Launcher:
     def __init__(self, device: str, threads: int | None = None) -> None:
         self.device = wp.get_device(device)
         self.limits = Limits(self.device)
-        self.threads = 1 if self.device.is_cuda else threads or _core_count()
-        self._crew = Crew(self.threads - 1, self.threads <= _core_count()) if self.threads > 1 else None
+        self.threads = 1 if self.device.is_cuda else threads or core_count()
+        self._crew = Crew(self.threads - 1, self.threads <= core_count()) if self.threads > 1 else None
         self._commands: dict[Any, list[_Command]] = {}
         self._all_buffers: list[Buffers] = []
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import torch
 from torch import Tensor
 
 from warpvec.canvas import Canvas
 from warpvec.config import FitConfig
 from warpvec.population import Population
+from warpvec.visibility import FAINT, faint
 
 CUTS = (0.75, 0.85, 0.95)
 """Shares of the iterations at which small paths go: after the last recycling, and what has shrunk since."""
@@ -17,9 +16,6 @@ CUTS = (0.75, 0.85, 0.95)
 MARGIN = 1.2
 """What is cut is smaller than this many times the least area: paths go on shrinking and growing until the end, and what
 ends up below the least area goes from the file without a fit of the others."""
-
-# So faint that no path hides another.
-_FAINT = 1e-6
 
 
 class SmallPaths:
@@ -45,6 +41,4 @@ class SmallPaths:
         return True
 
     def _are_small(self, population: Population) -> Tensor:
-        scene = population.live
-        faint = replace(scene, opacity=torch.full_like(scene.opacity, _FAINT))
-        return self._canvas.shown_areas(faint)[:-1] / _FAINT < self._least
+        return self._canvas.shown_areas(faint(population.live))[:-1] / FAINT < self._least

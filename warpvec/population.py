@@ -39,7 +39,6 @@ class Population:
 
     Attributes:
         live: the paths as they stand, in memory that each step overwrites; new memory when paths come or go.
-        generation: level of detail of each path [N].
         serial: place of each path [N] in the order of creation, which the z-order by area loses.
     """
 
@@ -68,6 +67,11 @@ class Population:
 
     def __len__(self) -> int:
         return len(self.live)
+
+    @property
+    def generation(self) -> Tensor:
+        """Level of detail of each path [N]."""
+        return self.live.generation
 
     @property
     def scene(self) -> Scene:
@@ -175,7 +179,7 @@ class Population:
 
     def _place(self, scene: Scene) -> None:
         """Make ``scene``, whose memory is its own, the live one, and know all arrays of the step by their memory."""
-        self.live, self._copy, self.generation = scene, None, scene.generation
+        self.live, self._copy = scene, None
         cuda, dtype = self._launch.device.is_cuda, wp.dtype_from_torch(scene.points.dtype)
         lanes = make_lanes(1 if cuda else TILE, dtype)
         self._kernel, self._threads_per_path = make_kernels(lanes).step_population, threads_per_path(lanes)

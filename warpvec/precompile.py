@@ -7,9 +7,9 @@ from itertools import product
 
 import torch
 
-from warpvec.api import draw_as_fitted
 from warpvec.config import make_config
 from warpvec.cubics import to_cubics
+from warpvec.drawing import draw_as_fitted
 from warpvec.fit import fit
 from warpvec.launch import resolve_device
 from warpvec.visibility import shown_areas

@@ -26,7 +26,7 @@ from warpvec.lod import prefixes, read_layers
 from warpvec.scene import Scene
 from warpvec.svg import quantize, write_svg
 from warpvec.transparency import is_transparent
-from warpvec.verify import draw, file_facts, measure, psnr
+from warpvec.verify import draw, file_facts, measure, measure_psnr, psnr
 from warpvec.visibility import canvas_areas, changes_alone, shown_areas, without_invisible
 
 
@@ -142,7 +142,7 @@ class Result:
         """The figures of the file that ``goal`` asks for."""
         svg = self.svg().encode()
         size = len(gzip_bytes(svg)) if goal.gzip else len(svg)
-        return Trial(self.config.curves, len(self.scene), size, measure(svg, self.photo)["psnr"])
+        return Trial(self.config.curves, len(self.scene), size, measure_psnr(svg, self.photo))
 
     def without(self, count: int) -> Result:
         """The same without the ``count`` paths that are missed least; the others stay as they are."""
@@ -184,7 +184,7 @@ class Result:
         if not read_layers(self.svg()):  # where no path is left
             return []
         found = ((level, text, file_facts(text)["paths"]) for level, text in prefixes(self.svg()))
-        return [{"level": k, "curves": n, "psnr": measure(text, self.photo)["psnr"]} for k, text, n in found]
+        return [{"level": k, "curves": n, "psnr": measure_psnr(text, self.photo)} for k, text, n in found]
 
     def _internal_psnr(self) -> float:
         if self.config.renderer == "exact":

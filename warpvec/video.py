@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from warpvec.errors import InputError
 from warpvec.files import check_writable
+from warpvec.image import eight_bit_levels
+from warpvec.transparency import is_transparent, over
 
 EXTENSIONS = (".mp4", ".gif", ".webp")
 
@@ -47,8 +49,7 @@ class Video:
 
     def add(self, image: NDArray[np.float32]) -> None:
         """Append ``image`` [h, w, 3 or 4] in [0, 1]; alpha is shown on white."""
-        color = image[..., :3] * image[..., 3:] + 1.0 - image[..., 3:] if image.shape[2] == 4 else image
-        self._frames.append(np.rint(np.clip(color, 0.0, 1.0) * 255.0).astype(np.uint8))
+        self._frames.append(eight_bit_levels(over(image, 1.0) if is_transparent(image) else image))
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

@@ -25,7 +25,7 @@ from PIL import Image
 from warpvec import __version__
 from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
-from warpvec.image import fit_image, read_image
+from warpvec.image import eight_bit_levels, fit_image, read_image
 from warpvec.sanitize import sanitized
 from warpvec.svg_safety import read_text
 from warpvec.verify import file_facts, measure
@@ -99,9 +99,9 @@ def _checked_history(history: object) -> list[dict[str, float]]:
 
 
 def _data_url(pixels: NDArray[np.float32]) -> str:
-    """``pixels`` [h, w, 3] in [0, 1] as an 8 bit PNG in a URL: without the photo's metadata, upright, in sRGB."""
+    """``pixels`` [h, w, 3 or 4] in [0, 1] as an 8 bit PNG in a URL: without the photo's metadata, upright, in sRGB."""
     stream = BytesIO()
-    Image.fromarray(np.rint(pixels * 255).astype(np.uint8)).save(stream, "PNG")
+    Image.fromarray(eight_bit_levels(pixels)).save(stream, "PNG")
     return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
 
 

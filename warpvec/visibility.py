@@ -33,6 +33,9 @@ file costs, and most candidates do change a pixel: 31 of 4096 paths took 62 draw
 Without all that shows nothing one is made in any case.
 """
 
+FAINT = 1e-6
+"""An opacity at which even a thousand paths in one place let all but 0.1 % through."""
+
 Drawing = Callable[[Scene], bytes]
 """The pixels of a scene as a viewer shows them."""
 
@@ -47,9 +50,12 @@ def shown_areas(scene: Scene, height: int, width: int, threads: int | None = Non
 
 def canvas_areas(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
     """Area [N] in pixels of each path by itself, as far as it lies on the canvas."""
-    faint = 1e-6
-    alone = replace(scene, opacity=torch.full_like(scene.opacity, faint))
-    return shown_areas(alone, height, width, threads) / faint
+    return shown_areas(faint(scene), height, width, threads) / FAINT
+
+
+def faint(scene: Scene) -> Scene:
+    """``scene`` with the opacity ``FAINT`` for every path: no path hides another."""
+    return replace(scene, opacity=torch.full_like(scene.opacity, FAINT))
 
 
 def changes_alone(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
@@ -70,8 +76,8 @@ def without_invisible(scene: Scene, shown: Tensor, changes: Tensor, draw: Drawin
         changes: what each changes [N], as `changes_alone` gives it; only those least in one of the two are tried.
         draw: the judge: what goes must leave its pixels as they are.
     """
-    hidden, faint, alike = shown == 0.0, shown < SHOWN_MIN, changes < CHANGE_MIN
-    masks = (hidden, faint & ~hidden, alike & ~faint)
+    hidden, little, alike = shown == 0.0, shown < SHOWN_MIN, changes < CHANGE_MIN
+    masks = (hidden, little & ~hidden, alike & ~little)
     measures = (changes, shown, changes)
     groups = [order[mask[order]] for mask, order in zip(masks, (m.argsort(stable=True) for m in measures), strict=True)]
     if not any(len(group) for group in groups):

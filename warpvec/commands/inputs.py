@@ -35,8 +35,12 @@ def read_source(source: str) -> str | bytes:
 
 
 def read_svg(path: str, name: str = "OUT") -> bytes:
+    return read_bytes(path, name, "an SVG file")
+
+
+def read_bytes(path: str, name: str, kind: str = "a file") -> bytes:
     try:
         return Path(path).read_bytes()
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(f"{name} must be an SVG file, got {path!r} ({reason}); check the path") from error
+        raise InputError(f"{name} must be {kind}, got {path!r} ({reason}); check the path") from error

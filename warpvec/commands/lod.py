@@ -103,9 +103,9 @@ def _read_photo(image: str, background: str | None) -> NDArray[np.float32]:
 
 
 def _psnr(text: str, photo: NDArray[np.float32]) -> float | None:
-    from warpvec.verify import measure
+    from warpvec.verify import measure_psnr
 
-    value = measure(text, photo)["psnr"]
+    value = measure_psnr(text, photo)
     return value if math.isfinite(value) else None
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from warpvec.commands.inputs import background_option, check_background, read_svg
+from warpvec.commands.inputs import background_option, check_background, read_bytes, read_svg
 from warpvec.errors import InputError
 from warpvec.files import check_writable
 from warpvec.places import check_places
@@ -33,7 +33,7 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
     if report is not None:
         check_writable(report, "--report")
     data = read_svg(svg)
-    photo = _read_bytes(image, "--image") if image is not None else None
+    photo = read_bytes(image, "--image") if image is not None else None
     records = _read_history(history) if history is not None else None
     # Only now what takes seconds to import: most mistakes have been found by then.
     from warpvec.view import write_report
@@ -45,18 +45,10 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
         click.echo(f"no browser could be started; open {page}", err=True)
 
 
-def _read_bytes(path: str, option: str) -> bytes:
-    try:
-        return Path(path).read_bytes()
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(f"{option} must be a file, got {path!r} ({reason}); check the path") from error
-
-
 def _read_history(path: str) -> Any:
     """The records in what a command said with --json, or a list of them alone."""
     try:
-        found = json.loads(_read_bytes(path, "--history"))
+        found = json.loads(read_bytes(path, "--history"))
         return found.get("history", found) if isinstance(found, dict) else found
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):

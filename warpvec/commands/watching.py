@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -14,8 +13,9 @@ from numpy.typing import NDArray
 from warpvec.config import FitConfig
 from warpvec.drawing import draw_as_fitted
 from warpvec.errors import InputError
+from warpvec.files import make_folder
 from warpvec.fit import Progress
-from warpvec.image import fit_image, write_png
+from warpvec.image import fitted_size, write_png
 from warpvec.progress import show_progress
 from warpvec.video import Video, check_video
 
@@ -31,7 +31,6 @@ def watch(
     Raises:
         InputError: the folder or the video cannot be written.
     """
-    size = fit_image(photo, config.fit_size).shape[:2]
     with ExitStack() as stack:
         takers: list[Callable[[int, NDArray[np.float32]], None]] = []
         if folder is not None:
@@ -41,11 +40,12 @@ def watch(
             movie = stack.enter_context(Video(video))
             takers.append(lambda _, image: movie.add(image))
         show = stack.enter_context(show_progress(sys.stderr, quiet=quiet))
+        size = fitted_size(photo.shape[0], photo.shape[1], config.fit_size)
         yield _both(show, _frames(takers, every, size, config)) if takers else show
 
 
 def _frames(
-    takers: list[Callable[[int, NDArray[np.float32]], None]], every: int, size: tuple[int, ...], config: FitConfig
+    takers: list[Callable[[int, NDArray[np.float32]], None]], every: int, size: tuple[int, int], config: FitConfig
 ) -> Watch:
     """Draws every ``every``-th scene, and the last, at the size of the fit.
 
@@ -59,7 +59,7 @@ def _frames(
             before += last
         last = progress.iteration
         if last % every == 0 or last == progress.iteration_count:
-            image = draw_as_fitted(progress.scene(), size[0], size[1], config)
+            image = draw_as_fitted(progress.scene(), *size, config)
             for take in takers:
                 take(before + last, image)
 
@@ -67,22 +67,10 @@ def _frames(
 
 
 def _png_writer(folder: str) -> Callable[[int, NDArray[np.float32]], None]:
-    _make_folder(folder)
-    return lambda iteration, image: write_png(Path(folder) / f"frame-{iteration:06}.png", image)
-
-
-def _make_folder(folder: str) -> None:
     if not folder:  # which pathlib takes for the current folder
         raise InputError("--save-frames must be a folder or a name for one, got ''; choose another")
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(
-            f"--save-frames must be a folder or a name for one, got {folder!r} ({reason}); choose another"
-        ) from error
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError(f"--save-frames must be a folder you may write to, got {folder!r}; choose another")
+    make_folder(folder, "--save-frames")
+    return lambda iteration, image: write_png(Path(folder) / f"frame-{iteration:06}.png", image)
 
 
 def _both(first: Watch, second: Watch) -> Watch:

@@ -7,7 +7,6 @@ outlives the process that started it, even where that was killed.
 
 from __future__ import annotations
 
-import os
 import signal
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -17,6 +16,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Generic
 
+from warpvec.cores import core_count
 from warpvec.engines.base import Attempt, Failure, J, Lane, Outcome, Queue, R, Watch, Work, attempt
 
 # A worker without its pipe stops within an iteration of its fit; compiling kernels takes longer.
@@ -183,11 +183,6 @@ def _serve(connection: Connection, work: Work[J, R], lane: Lane) -> None:
     with suppress(EOFError, OSError, _Deserted):
         while True:
             send(attempt(work, connection.recv(), lane, lambda text: send(_Word(text))))
-
-
-def core_count() -> int:
-    """Cores that this process may use: fewer than the machine has, in a container."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def machine_lanes(devices: Sequence[str], threads: int | None, jobs: int | None, most: int) -> list[Lane]:

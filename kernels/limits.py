@@ -20,7 +20,7 @@ VERTICES, STRIPS, PAIRS, SLOTS = 0, 1, 2, 3
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """``admit_vertices``, ``admit_pairs`` and ``admit_slots``."""
-    module = stage_module("admission", lanes)
+    module = stage_module("limits", lanes)
 
     @wp.func
     def has_room(total: int, capacity: int):
