@@ -25,8 +25,8 @@ from bench_fit import cli_options, run_child
 from fits import find_images
 from harness import CHECKOUT, machine_facts, machine_line, markdown_table, parse_settings, settings_option
 
-from warpvec.cores import core_count
-from warpvec.records import JSON_NAME
+from warpvec.batch.journal import JSON_NAME
+from warpvec.rendering.thread_pool import core_count
 
 BAR = 1.15
 """Wall time of the batch over the sum of single runs by the speed-up, at most."""

@@ -13,11 +13,13 @@ import numpy as np
 import torch
 from PIL import Image, ImageOps
 
-from warpvec.config import FitConfig, make_config
-from warpvec.fit import fit
-from warpvec.image import fit_image, read_image
-from warpvec.samples import write_sample
-from warpvec.scene import Scene
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.presets import make_config
+from warpvec.fit.loop import fit
+from warpvec.geometry.scene import Scene
+from warpvec.image.read import read_image
+from warpvec.image.resize import fit_image
+from warpvec.image.samples import write_sample
 
 
 class NamedScene(NamedTuple):

@@ -82,8 +82,8 @@ def sized_run(photo: Path, size: tuple[int, int], settings: dict[str, Any], pres
 
 def _whole_run(wall: float, seen: dict[str, Any], settings: dict[str, Any], preset: str) -> float:
     """Seconds of the run with all iterations of the preset, at the pace of these steps and changes."""
-    from warpvec.config import make_config
-    from warpvec.schedule import inflation_count
+    from warpvec.config.presets import make_config
+    from warpvec.fit.schedule import inflation_count
 
     config = make_config(preset, **{**settings, "iterations": make_config(preset).iterations})
     recycled = int(config.recycle_until * config.iterations / config.recycle_gap) if config.recycle_gap else 0

@@ -37,20 +37,21 @@ from harness import (
 from rivals import Rival, report_rivals, time_diffvg, time_resvg
 from roofline import measure_roof, report_roofline
 
-from warpvec.binning import Binning
-from warpvec.compositing import Compositing
-from warpvec.config import FitConfig, make_config
-from warpvec.coverage import Coverage
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.presets import make_config
 from warpvec.errors import InputError
-from warpvec.fit import _Fit
-from warpvec.flattening import Flattening
-from warpvec.launch import resolve_device
-from warpvec.population import Population
-from warpvec.regularization import Regularization
-from warpvec.scene import Scene
-from warpvec.splat_binning import SplatBinning
-from warpvec.splat_coverage import SplatCoverage
-from warpvec.splatting import Splatting
+from warpvec.fit.loop import _Fit
+from warpvec.fit.population import Population
+from warpvec.fit.regularization import Regularization
+from warpvec.geometry.scene import Scene
+from warpvec.rendering.launch import resolve_device
+from warpvec.rendering.stages.binning import Binning
+from warpvec.rendering.stages.compositing import Compositing
+from warpvec.rendering.stages.coverage import Coverage
+from warpvec.rendering.stages.flattening import Flattening
+from warpvec.rendering.stages.splat_binning import SplatBinning
+from warpvec.rendering.stages.splat_coverage import SplatCoverage
+from warpvec.rendering.stages.splatting import Splatting
 
 # Steps before the first lap: kernels are compiled and loaded, buffers reach their size, caches fill.
 _WARMUP_STEPS = 5

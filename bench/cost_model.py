@@ -15,10 +15,10 @@ import warp as wp
 from harness import Statistics, markdown_table
 from numpy.typing import NDArray
 
-from warpvec.binning import Binning
-from warpvec.exact import Renderer
-from warpvec.flattening import Flattening
 from warpvec.kernels.constants import COLUMNS, EMPTY, TILE
+from warpvec.rendering.exact import ExactRenderer
+from warpvec.rendering.stages.binning import Binning
+from warpvec.rendering.stages.flattening import Flattening
 
 FORWARD_NS, ADJOINT_NS = 0.14, 0.4
 """Per pixel and path, in 16 lanes: coverage from two half planes and compositing, 21 flops; its adjoint, 56 flops."""
@@ -95,7 +95,7 @@ def ideal_seconds(work: Work) -> dict[str, float]:
     return {name: 1e-9 * value for name, value in nanoseconds.items()}
 
 
-def work_of_step(renderer: Renderer, points: torch.Tensor) -> Work:
+def work_of_step(renderer: ExactRenderer, points: torch.Tensor) -> Work:
     """The work of the step that ``renderer`` has just taken with ``points`` [N, 3 S, 2]."""
     shown = renderer._compositing._buffers.get("tile_first_visible", renderer.grid.count, wp.int32).numpy()
     return work_of(renderer._flattening, renderer._binning, shown, points)

@@ -18,7 +18,7 @@ from harness import markdown_table
 import warpvec.kernels
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import make_lanes
-from warpvec.launch import start_warp
+from warpvec.rendering.launch import start_warp
 
 ARCHITECTURE = 90
 """Compute capability 9.0: H100, H200."""

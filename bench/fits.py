@@ -23,11 +23,11 @@ import numpy as np
 from harness import source_digest
 
 from warpvec import vectorize
-from warpvec.batch import SUFFIXES
-from warpvec.config import FitConfig
-from warpvec.cores import core_count
-from warpvec.engines.base import Engine, Lane, Outcome, Watch, Work
-from warpvec.engines.local import LocalEngine
+from warpvec.batch.engines.base import Engine, Lane, Outcome, Watch, Work
+from warpvec.batch.engines.local import LocalEngine
+from warpvec.batch.jobs import SUFFIXES
+from warpvec.config.fit_config import FitConfig
+from warpvec.rendering.thread_pool import core_count
 
 J = TypeVar("J")
 R = TypeVar("R")

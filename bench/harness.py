@@ -23,7 +23,7 @@ from typing import Any, NamedTuple, TypeVar
 import click
 
 import warpvec
-from warpvec.config import FitConfig
+from warpvec.config.fit_config import FitConfig
 
 T = TypeVar("T")
 

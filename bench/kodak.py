@@ -32,10 +32,11 @@ from harness import (
 )
 
 from warpvec import vectorize
-from warpvec.config import FitConfig, make_config
-from warpvec.engines.base import Engine, Lane, Say
+from warpvec.batch.engines.base import Engine, Lane, Say
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.presets import make_config
 from warpvec.errors import InputError
-from warpvec.launch import resolve_device
+from warpvec.rendering.launch import resolve_device
 
 METRICS = ("psnr", "ssim", "internal_psnr", "bytes", "gzip_bytes", "mean_opacity", "iterations", "seconds", "device")
 FIELDS = ("key", "image", "preset", "curves", "settings", *METRICS, "gap", "total_seconds", "source")

@@ -20,7 +20,7 @@ from paper_study import Study, experiment
 from paper_tables import PSNR, Line, fits_table, quality_table, sweep_table
 from paper_values import HIERARCHY, INTERIOR, LR_REFERENCE, TABLE_1, TABLE_2, TABLE_3, TRAJECTORY, Quantitative
 
-from warpvec.verify import psnr
+from warpvec.image.metrics import psnr
 
 RIVALS = ("paper", "bezier-splatting")
 """The presets that the paper compares."""

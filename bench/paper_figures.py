@@ -13,7 +13,7 @@ import torch
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from warpvec.scene import Scene
+from warpvec.geometry.scene import Scene
 
 Pixels = NDArray[np.uint8]
 

@@ -22,14 +22,18 @@ from lpips_metric import NOT_FOUND, Lpips
 from numpy.typing import NDArray
 from PIL import Image
 
-from warpvec.api import Result, fit_photo
-from warpvec.config import FitConfig, make_config
-from warpvec.drawing import draw_as_fitted
-from warpvec.engines.base import Engine, Lane, Say
-from warpvec.fit import Progress
-from warpvec.image import eight_bit_levels, read_image, write_png
-from warpvec.scene import Scene
-from warpvec.verify import draw, psnr, ssim
+from warpvec.batch.engines.base import Engine, Lane, Say
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.presets import make_config
+from warpvec.fit.progress import Progress
+from warpvec.geometry.scene import Scene
+from warpvec.image.metrics import psnr, ssim
+from warpvec.image.read import read_image
+from warpvec.image.write import eight_bit_levels, write_png
+from warpvec.rendering.draw import draw_pixels
+from warpvec.svg.measure import draw
+from warpvec.vectorization.api import fit_photo
+from warpvec.vectorization.result import Result
 
 Pixels = NDArray[np.uint8]
 
@@ -230,7 +234,7 @@ def _qualities(case: Case, images: Mapping[str, Pixels]) -> dict[str, float]:
 
 def soft_image(scene: Scene, case: Case) -> Pixels:
     """``scene``, in pixels of the photo, as the renderer of ``case`` draws it: [h, w, 3] with 8 bits."""
-    image = draw_as_fitted(scene, *case.photo.pixels.shape[:2], case.config)
+    image = draw_pixels(scene, *case.photo.pixels.shape[:2], **case.config.render_settings)
     return eight_bit_levels(image)
 
 

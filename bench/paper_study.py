@@ -23,7 +23,7 @@ from lpips_metric import Lpips
 from paper_fits import Case, Fits, Photo, choose_photos
 
 from warpvec.errors import InputError
-from warpvec.launch import resolve_device
+from warpvec.rendering.launch import resolve_device
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ import torch
 from harness import Laps, Statistics, markdown_table
 from torch import Tensor
 
-from warpvec.cubics import to_cubics
-from warpvec.scene import Scene
-from warpvec.svg import write_svg
+from warpvec.geometry.cubics import to_cubics
+from warpvec.geometry.scene import Scene
+from warpvec.svg.write import write_svg
 
 # DiffVG's own applications take 2 x 2 samples a pixel, and as many at boundaries for the gradient.
 _DIFFVG_SAMPLES = 2

@@ -18,7 +18,7 @@ from typing import Any
 
 
 class Watch:
-    """Stands in for ``warpvec.api.fit`` and notes each iteration: seconds since the fit began, and paths."""
+    """Stands in for ``warpvec.vectorization.api.fit`` and notes each iteration: seconds since the fit began, and paths."""
 
     def __init__(self, fit: Callable[..., Any]) -> None:
         self._fit = fit
@@ -68,17 +68,18 @@ def peak_bytes() -> int:
 
 def count_pairs(watch: Watch) -> dict[str, int]:
     """(path, tile) pairs of the fitted scene, and those of them that an edge crosses."""
-    from warpvec.exact import Renderer
+    from warpvec.rendering.exact import ExactRenderer
 
     scene = watch.fitted.scene
-    renderer = Renderer(watch.height, watch.width, threads=watch.threads)
+    renderer = ExactRenderer(watch.height, watch.width, threads=watch.threads)
     renderer.render(scene.points, scene.color, scene.opacity, scene.background)
     return {"pairs": renderer._binning.pair_count, "partial_pairs": renderer._binning.slot_count}
 
 
 def main() -> None:
     """Run the command, then report; the exit code is the command's."""
-    from warpvec import api, cli
+    from warpvec.cli import main as cli
+    from warpvec.vectorization import api
 
     watch = Watch(api.fit)
     api.fit = watch  # type: ignore[assignment]

@@ -1,7 +1,7 @@
 """The optimizer's update of a row of a parameter: Adan (Xie et al. 2024, Algorithm 1) with bias correction.
 
 A row is a path, and has its own age. The row's values are one loop in C++, which the compiler of the CPU turns into
-vector instructions; Warp's own loop over an array's second axis it cannot. ``warpvec/adan.py`` says what the state is.
+vector instructions; Warp's own loop over an array's second axis it cannot. ``warpvec/fit/adan.py`` says what the state is.
 """
 
 import math

@@ -1,6 +1,6 @@
 """The step of the paths under optimisation: from adjoints of what a scene shows to its next values, in one launch.
 
-Parameters are what ``warpvec/population.py`` says; chain rules, Adan and the values shown are one pass over them.
+Parameters are what ``warpvec/fit/population.py`` says; chain rules, Adan and the values shown are one pass over them.
 """
 
 from functools import cache

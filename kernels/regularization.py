@@ -1,6 +1,6 @@
 """Adjoint of the regularizers (equation 6): Xing, Bezier and opacity, added to the adjoints of the render.
 
-The functions differentiated here are written in torch in ``warpvec/loss.py``, which says what they mean; the fit needs
+The functions differentiated here are written in torch in ``warpvec/fit/regularization.py``, which says what they mean; the fit needs
 their gradients on every step and their values never. One thread a path: the terms of its cubics, then its own rows.
 """
 

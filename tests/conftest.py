@@ -36,7 +36,7 @@ def quick_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     """Circles in place of the paths of a fit."""
     from stubs import stub_fit
 
-    from warpvec import api
+    from warpvec.vectorization import api
 
     monkeypatch.setattr(api, "fit", stub_fit)
 

@@ -47,7 +47,8 @@ def site(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _sources(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in folder.glob("*.py")}
+    paths = (path for path in sorted(folder.rglob("*.py")) if "kernels" not in path.relative_to(folder).parts)
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
 @pytest.mark.parametrize(("packed", "source"), [("warpvec", "warpvec"), ("warpvec/kernels", "kernels")])
@@ -60,7 +61,7 @@ def test_wheel_holds_every_module_as_it_is(site: Path, packed: str, source: str)
 def test_wheel_holds_nothing_else(site: Path) -> None:
     assert sorted(path.name for path in site.iterdir()) == ["warpvec", f"warpvec-{warpvec.__version__}.dist-info"]
     others = {path.name for path in site.glob("warpvec/**/*") if path.is_file() and path.suffix != ".py"}
-    assert others == {"py.typed"} | {path.name for path in (ROOT / "warpvec" / "page").iterdir()}
+    assert others == {"py.typed"} | {path.name for path in (ROOT / "warpvec" / "viewer" / "assets").iterdir()}
 
 
 def test_wheel_states_version_licence_and_command(site: Path) -> None:
@@ -69,7 +70,7 @@ def test_wheel_states_version_licence_and_command(site: Path) -> None:
     assert f"\nVersion: {warpvec.__version__}\n" in metadata
     assert "\nLicense-Expression: Apache-2.0\n" in metadata
     assert (info / "licenses" / "LICENSE").read_bytes() == (ROOT / "LICENSE").read_bytes()
-    assert "warpvec = warpvec.cli:main" in (info / "entry_points.txt").read_text(encoding="utf-8")
+    assert "warpvec = warpvec.cli.main:main" in (info / "entry_points.txt").read_text(encoding="utf-8")
 
 
 def test_sdist_holds_the_kernels_once(wheel: Path) -> None:

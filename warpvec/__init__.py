@@ -15,14 +15,14 @@ from typing import Any
 __version__ = "0.1.0"
 
 _HOMES = {
-    "FitConfig": "config",
-    "make_config": "config",
-    "PRESETS": "config",
+    "FitConfig": "config.fit_config",
+    "make_config": "config.presets",
+    "PRESETS": "config.presets",
     "InputError": "errors",
-    "Scene": "scene",
-    "render": "autograd",
-    "vectorize": "api",
-    "Result": "api",
+    "Scene": "geometry.scene",
+    "render": "rendering.operator",
+    "vectorize": "vectorization.api",
+    "Result": "vectorization.result",
 }
 
 __all__ = ["__version__", *_HOMES]

@@ -1,5 +1,5 @@
 """``python -m warpvec``: the same as the command ``warpvec``."""
 
-from warpvec.cli import main
+from warpvec.cli.main import main
 
 main(prog_name="warpvec")

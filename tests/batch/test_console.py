@@ -1,0 +1,49 @@
+"""What a batch shows: a line for each photo, the table on a terminal, and what came of it."""
+
+from __future__ import annotations
+
+from io import StringIO
+
+from rich.console import Console
+
+from warpvec.batch.console import Tally, describe, show_batch
+from warpvec.batch.jobs import Job
+from warpvec.batch.journal import Record
+
+DONE = Record(
+    input="[red]a.png", output="a.svg", curves=8, bytes=1234, psnr=27.254, seconds=1.25, attempts=2, settings={}
+)
+FAILED = Record(input="b.png", output="b.svg", error="no luck", settings={})
+
+
+def test_a_record_in_a_line() -> None:
+    assert describe(DONE) == "[red]a.png: 27.25 dB, 8 curves, 1,234 bytes, 1.2 s, 2 attempts"
+    assert describe(FAILED) == "b.png: failed: no luck"
+
+
+def test_a_tally_in_a_line() -> None:
+    tally = Tally(skipped=3, total=4, records=[DONE, FAILED])
+    assert tally.summary().startswith("7 images: 1 done, 1 failed, 3 done before, 2 left, PSNR 27.25 dB on average; ")
+    assert tally.pace().startswith("2 of 4, 1 failed, ")
+
+
+def test_the_table_shows_what_each_worker_is_at() -> None:
+    class Terminal(StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    stream = Terminal()
+    tally = Tally(skipped=0, total=3)
+    with show_batch(stream, tally) as view:
+        for name in ("[red]a.png", "c.png"):
+            view.watch(Job(name, ""), f"iteration 1 of 9 of {name}")
+        tally.records.append(DONE)
+        view.show(DONE, tally)
+        console = Console(file=StringIO(), width=100)
+        console.print(view)
+        table = console.file.getvalue()  # type: ignore[attr-defined]
+    assert "[red]a.png: 27.25 dB, 8 curves" in stream.getvalue()
+    assert "c.png" in table
+    assert "iteration 1 of 9 of c.png" in table
+    assert "a.png" not in table
+    assert "1 of 3, " in table

@@ -1,0 +1,107 @@
+"""Folders of a batch, here and behind fsspec: the same names, bytes and refusals."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import sys
+import uuid
+from pathlib import Path
+
+import pytest
+
+from warpvec.batch.folders import Folder, LocalFolder, RemoteFolder, open_folder
+from warpvec.errors import InputError
+
+FILES = {"a.png": b"1", "b/c.png": b"22", "b/d/e.jpg": b""}
+HIDDEN = {".hidden.png": b"3", ".folder/f.png": b"4", "b/.g.png": b"5", "b/.h/i.png": b"6"}
+
+
+@pytest.fixture(params=["path", "file://", "memory://"])
+def folder(request: pytest.FixtureRequest, tmp_path: Path) -> Folder:
+    """A folder with some files, opened by a path or by an address."""
+    if request.param != "path":
+        pytest.importorskip("fsspec", reason="the extra cluster is not installed")
+    addresses = {"path": tmp_path, "file://": f"file://{tmp_path}", "memory://": f"memory://{uuid.uuid4().hex}/photos/"}
+    found = open_folder(str(addresses[request.param]), "IN_DIR")
+    for name, data in {**FILES, **HIDDEN}.items():
+        found.write(name, data)
+    return found
+
+
+def test_names_are_sorted_and_without_hidden_ones(folder: Folder) -> None:
+    assert folder.names(recursive=False) == ["a.png"]
+    assert folder.names(recursive=True) == ["a.png", "b/c.png", "b/d/e.jpg"]
+
+
+def test_what_is_written_is_read(folder: Folder) -> None:
+    assert {name: folder.read(name) for name in FILES} == FILES
+    folder.write("a.png", b"another")
+    assert folder.read("a.png") == b"another"
+    assert (folder.exists("b/c.png"), folder.exists("b/x.png"), folder.exists("b")) == (True, False, False)
+
+
+def test_a_missing_file_is_an_input_error(folder: Folder) -> None:
+    with pytest.raises(InputError, match="b/x.png must be a file you may read"):
+        folder.read("b/x.png")
+
+
+def test_a_pickled_folder_is_the_same(folder: Folder) -> None:
+    assert pickle.loads(pickle.dumps(folder)).read("b/c.png") == b"22"
+
+
+@pytest.mark.parametrize("address", ["{}/none", "file://{}/none", "{}/file"])
+def test_no_folder_is_an_input_error(tmp_path: Path, address: str) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="IN_DIR must be a folder, got "):
+        open_folder(address.format(tmp_path), "IN_DIR").names(recursive=True)
+
+
+@pytest.mark.parametrize(("address", "words"), [("", "got ''"), ("nonsense://a/b", "Protocol not known: nonsense")])
+def test_no_address_is_an_input_error(address: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        open_folder(address, "IN_DIR")
+
+
+def test_an_address_without_fsspec_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "fsspec.core", None)
+    with pytest.raises(InputError, match="warpvec\\[cluster\\]"):
+        RemoteFolder("s3://bucket/photos")
+
+
+def test_a_relative_path_means_the_same_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    folder = LocalFolder("photos")
+    monkeypatch.chdir("/")
+    folder.write("a.txt", b"1")
+    assert (tmp_path / "photos" / "a.txt").read_bytes() == b"1"
+
+
+def test_lines_are_added_to_a_file(tmp_path: Path) -> None:
+    folder = LocalFolder(tmp_path)
+    for line in (b"1\n", b"2\n"):
+        folder.append("lines", line)
+    assert folder.read("lines") == b"1\n2\n"
+
+
+def test_a_folder_has_one_owner_at_a_time(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "out"
+    with LocalFolder(path, "OUT_DIR").claim():
+        assert path.is_dir()
+        with (
+            pytest.raises(InputError, match="OUT_DIR must be written by one batch at a time"),
+            LocalFolder(path, "OUT_DIR").claim(),
+        ):
+            pytest.fail("two owners")
+    with LocalFolder(path, "OUT_DIR").claim():
+        assert os.listdir(path) == []
+
+
+def test_a_file_cannot_be_claimed(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    for name in ("file", "file/below"):
+        with (
+            pytest.raises(InputError, match="OUT_DIR must be a folder or a name for one"),
+            LocalFolder(tmp_path / name, "OUT_DIR").claim(),
+        ):
+            pytest.fail("claimed")

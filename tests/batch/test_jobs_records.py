@@ -1,0 +1,136 @@
+"""What a batch keeps of a photo that fails: why, and what is still true of the file that an earlier one left."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from commands import assert_refused, invoke
+
+from warpvec.batch import jobs as batch
+from warpvec.batch.console import Tally, describe
+from warpvec.batch.engines.base import Outcome
+from warpvec.batch.folders import LocalFolder
+from warpvec.batch.jobs import Job, Vectorize, find_jobs, remaining, run_batch
+from warpvec.batch.journal import CSV_NAME, JSON_NAME, Journal, Record
+from warpvec.config.fit_config import FitConfig
+from warpvec.vectorization.goal import Goal
+
+
+class Failing:
+    """An engine on which every photo fails."""
+
+    def __init__(self, error: str) -> None:
+        self._error = error
+
+    def run(self, jobs: list[Job], *_: object) -> Iterator[Outcome[Job, Record]]:
+        for job in jobs:
+            yield Outcome(job, None, self._error, 3)
+
+
+@pytest.fixture
+def work(tmp_path: Path) -> Vectorize:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a.png").write_bytes(b"a photo")
+    return Vectorize(LocalFolder(tmp_path / "in"), LocalFolder(tmp_path), FitConfig(curves=8), None)
+
+
+def _fail(work: Vectorize, error: str = "no\nluck") -> Record:
+    (record,) = run_batch([Job("a.png", "a.svg")], work, Failing(error), Journal(work.target), lambda *_: None)
+    return record
+
+
+def _good(work: Vectorize) -> Record:
+    return Record(
+        input="a.png", output="a.svg", curves=8, bytes=9, psnr=27.5, ssim=0.75, seconds=1.5, key=work.key(b"a photo"),
+        settings=work.settings,
+    )  # fmt: skip
+
+
+def test_a_failed_photo_without_a_file_has_none_of_its_figures(work: Vectorize, tmp_path: Path) -> None:
+    Journal(work.target).add(_good(work))  # whose file is gone
+    assert _fail(work) == Record(
+        input="a.png", output="a.svg", error="no luck", attempts=3, settings=work.settings, key=None
+    )
+
+
+def test_the_file_that_still_lies_there_keeps_its_record(work: Vectorize, tmp_path: Path) -> None:
+    good = _good(work)
+    Journal(work.target).add(good)
+    (tmp_path / "a.svg").write_text("<svg/>")
+    other = replace(work, config=FitConfig(curves=9))
+    record = _fail(other)
+    assert record == replace(good, error="no luck", attempts=3)
+    assert json.loads((tmp_path / JSON_NAME).read_text().splitlines()[-1])["psnr"] == 27.5
+    with (tmp_path / CSV_NAME).open(newline="") as file:
+        assert list(csv.DictReader(file))[-1]["error"] == "no luck"
+    assert _fail(other, "again").bytes == 9
+    # It is still what failed: shown so, not in the mean, and done again whatever the settings.
+    assert describe(record) == "a.png: failed, 3 attempts: no luck"
+    assert Tally(skipped=0, total=1, records=[record]).facts()["psnr"] is None
+    jobs = find_jobs(["a.png"])
+    for some in (work, other):
+        assert remaining(jobs, some, Journal(work.target), skip_existing=False) == jobs
+
+
+def test_a_file_that_no_batch_made_gives_no_figures(work: Vectorize, tmp_path: Path) -> None:
+    (tmp_path / "a.svg").write_text("<svg/>")
+    assert _fail(work).bytes is None
+
+
+def test_a_setting_in_an_error_has_the_name_of_its_option(work: Vectorize) -> None:
+    error = "max_bytes must hold a path, got 9; 300 bytes is the least here"
+    assert _fail(work, error).error == f"--max-bytes{error[9:]}"
+    assert _fail(work, "a.png must be a photo").error == "a.png must be a photo"
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--policy", "replacement", "--max-bytes", "5k"], ["--policy must be scaffolding to meet a goal"]),
+        (["--gzip"], ["--gzip must come with --max-bytes"]),
+        (["--config", "same", "--write-config", "missing/a"], ["--write-config must be in an existing folder"]),
+    ],
+)
+def test_what_fails_every_photo_is_said_once(
+    work: Vectorize, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], words: list[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("same").write_text("")
+    assert_refused(invoke("batch", "in", "out", *options), *words)
+    assert not Path("out").exists()
+
+
+def test_a_batch_writes_its_settings(work: Vectorize, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[Any, ...]] = []
+
+    def record(*arguments: Any) -> Vectorize:
+        asked.append(arguments[2:])
+        return replace(work, config=arguments[2])
+
+    monkeypatch.setattr(batch, "Vectorize", record)
+    monkeypatch.setattr("warpvec.cli.commands.batch._engine", lambda *_: Failing("no"))
+    settings = tmp_path / "a.toml"
+    folders = [tmp_path / "in", tmp_path]
+    invoke("batch", *folders, "--svgz", "--curves", 9, "--background", "#fff", "--write-config", settings)
+    invoke("batch", *folders, "--svgz", "--config", settings)
+    assert asked == [(FitConfig(curves=9), "#fff", Goal(gzip=True))] * 2
+
+
+def test_a_batch_tells_of_a_second_fit_by_its_own_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    from stubs import circles, progress_at
+
+    now, lines, scene = 0.0, list[str](), circles(8, 8, 5)
+    monkeypatch.setattr(batch.time, "monotonic", lambda: now)
+    tell = batch._Teller(lines.append)
+    for iteration in range(1, 11):
+        tell(replace(progress_at(iteration, 10, scene), seconds=100.0 + iteration))
+    for iteration in range(1, 21):
+        now = 0.0 if iteration < 20 else 9.0
+        tell(progress_at(iteration, 40, scene))
+    assert lines[-1] == "iteration 20 of 40, 5 curves, 20.00 dB, 10 s left"

@@ -1,0 +1,91 @@
+"""The script of all that needs a GPU: what it says without one, and, before an interpreter that acts, what it runs."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import torch
+
+SCRIPT = Path(__file__).parents[2] / "bench" / "gpu.sh"
+
+# Stands for Python where there is a GPU: the check for one says nothing, benches print a line, what is to fail fails.
+_ACTOR = """#!/usr/bin/env bash
+echo "$*" >>"{log}"
+[ "$*" = "-" ] && exit 0
+case "$*" in
+    *"{failing}"*) exit 3 ;;
+    -\\ *) exec "{python}" "$@" ;;
+    *bench_step*) echo '{line}' ;;
+esac
+"""
+
+_ROWS = {"binning": 2.0, "coverage": 3.0, "compositing_adjoint": 1.0, "coverage_adjoint": 4.0, "host": 9.0}
+_LINE = json.dumps({"ms": {"cuda:0": {"step": {name: {"min": value} for name, value in _ROWS.items()}}}})
+
+
+def run(python: str, *arguments: object, path: str = os.environ["PATH"]) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHON": python, "PATH": path}
+    command = ["bash", str(SCRIPT), *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
+
+
+@pytest.fixture
+def stage(tmp_path: Path) -> Path:
+    """A folder with a photo set in it, and the counters' program."""
+    (tmp_path / "kodak").mkdir()
+    (tmp_path / "kodak" / "kodim07.png").touch()
+    (tmp_path / "ncu").write_text(f'#!/usr/bin/env bash\necho "ncu $*" >>"{tmp_path / "log"}"\n')
+    (tmp_path / "ncu").chmod(0o755)
+    return tmp_path
+
+
+def act(stage: Path, failing: str = "nothing") -> tuple[subprocess.CompletedProcess[str], list[str]]:
+    """The script's run with an actor, and the commands that it gave."""
+    actor = stage / "actor"
+    actor.write_text(_ACTOR.format(log=stage / "log", failing=failing, python=sys.executable, line=_LINE))
+    actor.chmod(0o755)
+    result = run(str(actor), stage / "kodak", path=f"{stage}:{os.environ['PATH']}")
+    return result, (stage / "log").read_text().splitlines()
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU")
+def test_without_a_gpu_it_says_so_in_one_line() -> None:
+    result = run(sys.executable)
+    assert result.returncode == 2 and not result.stdout
+    assert result.stderr.startswith("bench/gpu.sh: no GPU to measure: torch") and result.stderr.count("\n") == 1
+
+
+def test_without_an_interpreter_it_says_so_in_one_line() -> None:
+    result = run("/nowhere/python")
+    assert result.returncode == 2 and result.stderr.count("\n") == 1 and "/nowhere/python" in result.stderr
+
+
+def test_all_parts_run_and_the_slowest_kernels_are_counted(stage: Path) -> None:
+    result, commands = act(stage)
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert any("pytest" in command and "-k cuda" in command for command in commands)
+    scenes = [command.split("--scene ")[1].split()[0] for command in commands if command.startswith("bench/bench_step")]
+    assert scenes == ["kodim07-256", "kodim07-1024", "photo-2040x1344-2048", "wide-4096x4096-4096"]
+    assert any("bench_fit.py" in command and "kodim07.png" in command for command in commands)
+    (counters,) = [command for command in commands if command.startswith("ncu")]
+    assert "regex:.*(integrate_edges|accumulate_winding).*" in counters
+
+
+@pytest.mark.parametrize(("failing", "name"), [("pytest", "tests on the GPU"), ("wide-4096", "step, wide-4096x4096")])
+def test_what_fails_is_named_and_the_rest_runs(stage: Path, failing: str, name: str) -> None:
+    result, commands = act(stage, failing)
+    assert result.returncode == 1 and f"failed: {name}" in result.stdout
+    assert any("bench_fit" in command for command in commands)
+
+
+def test_scenes_are_those_that_the_benches_know() -> None:
+    sys.path.append(str(SCRIPT.parent))
+    from bench_scenes import SCENES
+
+    text = SCRIPT.read_text()
+    assert all(f"step {name} " in text for name in SCENES)

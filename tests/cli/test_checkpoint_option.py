@@ -1,0 +1,147 @@
+"""``warpvec run --checkpoint`` and ``--resume``: real processes that are killed, and refusals in a line."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import assert_refused, invoke
+from PIL import Image
+
+from warpvec.fit.checkpoint import read_checkpoint
+
+SETTINGS = ["--curves", "40", "--initial-curves", "8", "--inflation-gap", "20", "--device", "cpu"]
+LONGER = [*SETTINGS, "--iterations", "1500", "--colors", "12", "--recycle-gap", "10", "--coarse-until", "0.3"]
+QUICK = [*SETTINGS, "--iterations", "12", "--every", "5", "-q"]
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> Path:
+    """Smooth noise, 64 x 48."""
+    noise = np.random.default_rng(5).integers(0, 256, (6, 8, 3), dtype=np.uint8)
+    Image.fromarray(noise).resize((64, 48)).save(tmp_path / "photo.png")
+    return tmp_path / "photo.png"
+
+
+def _start(*arguments: object) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", "warpvec", "run", *(str(argument) for argument in arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def _wait_for(process: subprocess.Popen[bytes], state: Path, iteration: int) -> None:
+    while not state.exists() or read_checkpoint(state).state["iteration"] < iteration:
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.01)
+
+
+def test_a_killed_run_goes_on_to_the_same_bytes(photo: Path) -> None:
+    whole, out, state = (photo.with_name(name) for name in ("whole.svg", "out.svg", "state"))
+    assert invoke("run", photo, whole, "-q", *LONGER).exit_code == 0
+    generator = random.Random(os.getpid())  # another iteration in each run of the test
+    process = _start(photo, out, "-q", *LONGER, "--checkpoint", state, "--every", "5")
+    try:
+        _wait_for(process, state, generator.randint(1, 900))
+        time.sleep(generator.uniform(0.0, 0.05))
+        assert process.poll() is None, "the run was over before it was killed; make it longer"
+    finally:
+        process.kill()
+        process.communicate()
+    assert process.returncode == -signal.SIGKILL
+    assert not out.exists()
+    reached = read_checkpoint(state).state["iteration"]
+    assert 0 < reached < 1500 and reached % 5 == 0
+    result = invoke("run", photo, out, "-q", "--resume", state, "--checkpoint", state)
+    assert result.exit_code == 0, result.output
+    assert out.read_bytes() == whole.read_bytes(), f"resumed after iteration {reached}"
+
+
+def test_an_interrupted_run_goes_on_to_the_same_bytes(photo: Path) -> None:
+    whole, out, state = (photo.with_name(name) for name in ("whole.svg", "out.svg", "state"))
+    assert invoke("run", photo, whole, "-q", *LONGER).exit_code == 0
+    process = _start(photo, out, "-q", *LONGER, "--checkpoint", state, "--every", "7")
+    _wait_for(process, state, 1)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert out.read_bytes() != whole.read_bytes()
+    assert invoke("run", photo, out, "-q", "--resume", state).exit_code == 0
+    assert out.read_bytes() == whole.read_bytes()
+
+
+@pytest.fixture
+def state(photo: Path) -> Path:
+    path = photo.with_name("state")
+    assert invoke("run", photo, photo.with_name("whole.svg"), *QUICK, "--checkpoint", path).exit_code == 0
+    return path
+
+
+def test_a_run_that_goes_on_reports_itself_as_a_whole(photo: Path, state: Path) -> None:
+    result = invoke("run", photo, photo.with_name("out.svg"), "--resume", state, "--every", "5")
+    assert "12 iterations in" in result.stdout
+    assert result.stderr.splitlines()[0].startswith("iteration 11 of 12, ")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--curves", "40"],
+        ["--threads", "1"],
+        ["--device", "cpu", "--iterations", "12"],
+        ["--preset", "default"],
+    ],
+)
+def test_what_says_the_same_or_does_not_matter_may_be_given(photo: Path, state: Path, options: list[str]) -> None:
+    out = photo.with_name("out.svg")
+    result = invoke("run", photo, out, "-q", "--resume", state, *options)
+    assert result.exit_code == 0, result.output
+    assert out.read_bytes() == photo.with_name("whole.svg").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--curves", "41"], ["--curves must be as in the checkpoint, 40, got 41; leave it out"]),
+        (["--iterations", "13"], ["--iterations must be as in the checkpoint"]),
+        (["--opaque"], ["--opacity must be as in the checkpoint, 'free'"]),
+        (["--flat"], ["--flat must be as in the checkpoint, False"]),
+        (["--preset", "draft"], ["--iterations must be as in the checkpoint, 12, got 400"]),
+        (["--max-bytes", "9k"], ["--resume must stand without a goal"]),
+        (["--curves", "auto"], ["--resume must stand without a goal"]),
+        (["--background", "#fff", "--curves", "0"], ["--curves must be"]),
+        (["--checkpoint", "missing/state"], ["--checkpoint must be in an existing folder"]),
+    ],
+)
+def test_what_contradicts_the_checkpoint_is_refused(
+    photo: Path, state: Path, options: list[str], words: list[str]
+) -> None:
+    out = photo.with_name("out.svg")
+    assert_refused(invoke("run", photo, out, "--resume", state, *options), *words)
+    assert not out.exists()
+
+
+def test_another_photo_and_damaged_files_are_refused(photo: Path, state: Path) -> None:
+    out, data = photo.with_name("out.svg"), state.read_bytes()
+    with Image.open(photo) as image:
+        image.rotate(180).save(photo.with_name("other.png"))
+    result = invoke("run", photo.with_name("other.png"), out, "--resume", state, "-q")
+    assert_refused(result, "IN must be the photo of the checkpoint")
+    for damaged in (data[:-30], b"", b"no zip", data[:50] + bytes(50) + data[100:]):
+        state.write_bytes(damaged)
+        assert_refused(invoke("run", photo, out, "--resume", state), "--resume must be", str(state), "it is damaged")
+    assert_refused(invoke("run", photo, out, "--resume", photo.with_name("none")), "--resume must be a file", "none")
+    assert not out.exists()
+
+
+def test_a_goal_beside_a_new_checkpoint_is_refused(photo: Path) -> None:
+    result = invoke(
+        "run", photo, photo.with_name("out.svg"), "--checkpoint", photo.with_name("s"), "--target-psnr", "9"
+    )
+    assert_refused(result, "--checkpoint must stand without a goal")
+    assert not photo.with_name("s").exists()

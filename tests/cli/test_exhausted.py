@@ -1,0 +1,131 @@
+"""What runs out: disk, memory, the right to write. One line, an exit code that is not 0, nothing half-written."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import torch
+import warp as wp
+from click.testing import Result
+from commands import QUICK, assert_refused, invoke, write_photo
+
+from warpvec import files
+from warpvec.vectorization import api
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> Path:
+    return write_photo(tmp_path)
+
+
+def _run(photo: Path, *options: object) -> Result:
+    return invoke("run", photo, photo.with_name("out.svg"), *QUICK, "-q", *options)
+
+
+def _line(result: Result) -> str:
+    assert result.exit_code == 1, result.output
+    assert result.stdout == ""
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("warpvec: error: ")
+    return line.removeprefix("warpvec: error: ")
+
+
+@pytest.fixture
+def full_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(files.os, "fsync", fail)
+
+
+@pytest.mark.usefixtures("full_disk")
+@pytest.mark.parametrize("old", [None, b"older"])
+def test_a_full_disk_is_told_in_a_line_and_leaves_files_as_they_were(photo: Path, old: bytes | None) -> None:
+    out = photo.with_name("out.svg")
+    if old is not None:
+        out.write_bytes(old)
+    line = _line(_run(photo))
+    assert line.startswith("the disk is full (No space left on device); free some of it")
+    assert sorted(os.listdir(photo.parent)) == (["photo.png"] if old is None else ["out.svg", "photo.png"])
+    assert old is None or out.read_bytes() == old
+
+
+@pytest.mark.usefixtures("full_disk")
+@pytest.mark.parametrize("options", [["--checkpoint", "state", "--every", "1"], ["--write-config", "settings.toml"]])
+def test_a_full_disk_while_other_files_are_written_is_told_too(
+    photo: Path, options: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(photo.parent)
+    assert _line(_run(photo, *options)).startswith("the disk is full")
+    assert os.listdir(photo.parent) == ["photo.png"]
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full, which is Linux's")
+def test_a_device_without_room_is_told_in_a_line(photo: Path) -> None:
+    assert _line(invoke("run", photo, "/dev/full", *QUICK, "-q")).startswith("the disk is full")
+
+
+def _immense_in_torch() -> Any:
+    return torch.empty(2**62, dtype=torch.uint8)
+
+
+def _immense_in_warp() -> Any:
+    return wp.empty((2**30, 2**18), dtype=wp.uint8, device="cpu")
+
+
+def _on_a_gpu() -> Any:
+    raise torch.cuda.OutOfMemoryError("CUDA out of memory. Tried to allocate 2.00 GiB.\nGPU 0 has 80 GiB in all.")
+
+
+def _in_python() -> Any:
+    raise MemoryError
+
+
+@pytest.mark.parametrize("allocate", [_immense_in_torch, _immense_in_warp, _on_a_gpu, _in_python])
+def test_memory_that_runs_out_is_told_in_a_line(
+    photo: Path, allocate: Callable[[], Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(api, "fit", lambda *_, **__: allocate())
+    line = _line(_run(photo, "--video", photo.with_name("fit.gif"), "--every", "1"))
+    assert line.startswith("memory has run out (")
+    assert line.endswith("); give a smaller --fit-size or fewer --curves")
+    assert os.listdir(photo.parent) == ["photo.png"]
+
+
+def test_memory_that_runs_out_leaves_the_checkpoint(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real, state = api.fit, photo.with_name("state")
+
+    def fit(target: Any, config: Any, on_progress: Any, **others: Any) -> Any:
+        def exhaust(progress: Any) -> None:
+            if progress.iteration == 3:
+                raise MemoryError
+
+        return real(target, config, exhaust, **others)
+
+    settings = ["--curves", "8", "--iterations", "6", "-q"]
+    assert invoke("run", photo, photo.with_name("whole.svg"), *settings).exit_code == 0
+    with monkeypatch.context() as exhausted:
+        exhausted.setattr(api, "fit", fit)
+        run = invoke("run", photo, photo.with_name("out.svg"), *settings, "--checkpoint", state, "--every", "1")
+        assert _line(run).startswith("memory has run out")
+    assert not photo.with_name("out.svg").exists()
+    assert invoke("run", photo, photo.with_name("out.svg"), "-q", "--resume", state).exit_code == 0
+    assert photo.with_name("out.svg").read_bytes() == photo.with_name("whole.svg").read_bytes()
+
+
+@pytest.mark.parametrize("option", ["--checkpoint", "--report", "--video", "--write-config"])
+def test_folders_that_may_not_be_written_are_refused_before_the_fit(
+    photo: Path, option: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    locked = photo.with_name("locked")
+    locked.mkdir()
+    # Not by its mode: root may write to any folder.
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path) != locked)
+    assert_refused(_run(photo, option, locked / "a.gif"), f"{option} must be in a folder you may write to", "locked")
+    assert os.listdir(locked) == []
+    assert not photo.with_name("out.svg").exists()

@@ -1,0 +1,205 @@
+"""Options of a fit: presets in the help, files of settings under the command line, and files that are written."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from commands import assert_refused, invoke, write_photo
+
+from warpvec.cli.options import GOALS, SETTINGS, requested
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.presets import PRESET_SENTENCES, PRESETS, make_config
+from warpvec.vectorization import api
+from warpvec.vectorization.goal import Goal
+
+Asked = list[tuple[FitConfig, Goal]]
+
+
+class Seen(Exception):
+    """Ends a run where its fit would start."""
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> Asked:
+    """The settings and goals of the fits that commands ask for; none is made."""
+    found: Asked = []
+
+    def record(photo: Any, config: FitConfig, *, goal: Goal, **_: Any) -> None:
+        found.append((config, goal))
+        raise Seen
+
+    monkeypatch.setattr(api, "fit_photo", record)
+    return found
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> Path:
+    return write_photo(tmp_path)
+
+
+def _run(photo: Path, *options: object, out: str = "out.svg") -> None:
+    result = invoke("run", photo, photo.with_name(out), *options)
+    assert "Seen" in result.stderr, result.output
+
+
+def test_the_help_has_a_sentence_for_each_preset_and_each_goal() -> None:
+    text = " ".join(invoke("run", "--help").stdout.split())
+    assert set(PRESET_SENTENCES) == set(PRESETS)
+    for name, sentence in PRESET_SENTENCES.items():
+        assert f"{name} {sentence}" in text
+        assert sentence.endswith(".") and sentence[0].isupper()
+    for name in (*GOALS, "opaque", "config", "write_config", "checkpoint", "resume", "every", "video", "report"):
+        assert f"--{name.replace('_', '-')} " in text
+
+
+def test_settings_and_goals_are_what_the_options_say() -> None:
+    given: dict[str, Any] = {"curves": None, "seed": 3, "max_bytes": 5000, "gzip": None, "target_psnr": None}
+    config, goal = requested("draft", given)
+    assert goal == Goal(max_bytes=5000)
+    assert config == make_config("draft", seed=3, curves=config.curves)
+    assert requested("default", {"curves": 7}) == (FitConfig(curves=7), Goal())
+    assert requested("default", {"curves": "auto"})[1] == Goal(auto=True)
+    assert requested("default", {"curves": 7, "target_psnr": 30.0})[0].curves == 7
+
+
+@pytest.mark.parametrize(
+    ("options", "config", "goal"),
+    [
+        (["--opaque"], {"opacity": "opaque"}, Goal()),
+        (["--opacity", "opaque"], {"opacity": "opaque"}, Goal()),
+        (["--colors", "16", "--min-area", "2.5"], {"colors": 16, "min_area": 2.5}, Goal()),
+        (["--palette", "#123,#ABCDEF"], {"palette": "#112233,#abcdef"}, Goal()),
+        (["--max-bytes", "80k"], {"curves": 16384}, Goal(max_bytes=80_000)),
+        (["--max-bytes", "80k", "--curves", "99"], {"curves": 99}, Goal(max_bytes=80_000)),
+        (["--max-bytes", "9k", "--gzip"], {"curves": 16384}, Goal(max_bytes=9_000, gzip=True)),
+        (["--target-psnr", "28", "--time-budget", "9"], {"curves": 16384, "time_budget": 9.0}, Goal(target_psnr=28.0)),
+        (["--curves", "auto"], {"curves": 16384}, Goal(auto=True)),
+    ],
+)
+def test_options_reach_the_fit(
+    photo: Path, asked: Asked, options: list[str], config: dict[str, Any], goal: Goal
+) -> None:
+    _run(photo, *options)
+    assert asked == [(FitConfig(**config), goal)]
+
+
+def test_bytes_of_a_gzipped_file_are_gzipped_ones(photo: Path, asked: Asked) -> None:
+    _run(photo, "--max-bytes", "9k", out="out.SVGZ")
+    _run(photo, out="out.svgz")
+    assert [goal for _, goal in asked] == [Goal(max_bytes=9_000, gzip=True), Goal(gzip=True)]
+
+
+# files of settings
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        [],
+        ["--preset", "paper", "--no-interior-gradient", "--seed", "9"],
+        ["--preset", "bezier-splatting", "--curves", "33"],
+        ["--max-bytes", "80k"],
+        ["--max-bytes", "80k", "--gzip", "--curves", "900"],
+        ["--curves", "auto", "--target-psnr", "27.5"],
+        ["--opaque", "--palette", "#123,#456", "--time-budget", "12.5", "--threads", "1", "--flat"],
+        ["--colors", "8", "--lr-points", "1e-7", "--min-area", "3"],
+    ],
+)
+@pytest.mark.parametrize("out", ["out.svg", "out.svgz"])
+def test_a_written_file_asks_for_the_same(photo: Path, asked: Asked, options: list[str], out: str) -> None:
+    settings = photo.with_name("settings.toml")
+    _run(photo, *options, "--write-config", settings, out=out)
+    _run(photo, "--config", settings, out=out)
+    assert asked[0] == asked[1]
+    again = photo.with_name("again.toml")
+    _run(photo, "--config", settings, "--write-config", again, out=out)
+    assert again.read_bytes() == settings.read_bytes()
+    stated = tomllib.loads(settings.read_text(encoding="utf-8"))
+    # What a goal decides is not stated.
+    assert ("curves" in stated) is ("--max-bytes" not in options or "--curves" in options)
+    assert set(stated) <= {"preset", "background", *GOALS, *(name for names in SETTINGS.values() for name in names)}
+
+
+def test_the_command_line_goes_before_the_file(photo: Path, asked: Asked) -> None:
+    settings = photo.with_name("settings.toml")
+    settings.write_text('curves = 40\nlr-points = 0.5\npreset = "draft"\nflat = true\nopaque = true\nmax-bytes = "9k"')
+    _run(photo, "--config", settings)
+    _run(photo, "--curves", "50", "--no-flat", "--preset", "best", "--opacity", "free", "--config", settings)
+    goal = Goal(max_bytes=9_000)
+    first = make_config("draft", curves=40, lr_points=0.5, flat=True, opacity="opaque")
+    assert asked == [(first, goal), (make_config("best", curves=50, lr_points=0.5), goal)]
+
+
+def test_the_background_is_a_setting_too(photo: Path, asked: Asked) -> None:
+    settings = photo.with_name("settings.toml")
+    _run(photo, "--background", "#fff", "--write-config", settings)
+    assert tomllib.loads(settings.read_text())["background"] == "#fff"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("tempo = 3", ["tempo in", "settings.toml", "must be an option of this command"]),
+        ("curves = 12.7", ["--curves", "'12.7' is not a valid integer"]),
+        ("curves = true", ["--curves", "is not a valid integer"]),
+        ('curves = "many"', ["--curves", "is not a valid integer"]),
+        ("curves = 0", ["--curves must be", "got 0"]),
+        ("flat = 7", ["flat", "'7' is not a valid boolean"]),
+        ("palette = 5", ["--palette must be colours or a file of them, got '5'"]),
+        ('max-bytes = "80 apples"', ["--max-bytes must be a size such as", "'80 apples'"]),
+        ('preset = "fast"', ["--preset must be one of", "'fast'"]),
+        ('config = "a.toml"', ["config in", "must be an option"]),
+        ("curves = ", ["--config must be a TOML file"]),
+    ],
+)
+def test_a_wrong_file_is_told_in_a_line(photo: Path, text: str, words: list[str]) -> None:
+    settings = photo.with_name("settings.toml")
+    settings.write_text(text)
+    assert_refused(invoke("run", photo, photo.with_name("out.svg"), "--config", settings), *words)
+    assert not photo.with_name("out.svg").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--max-bytes", "0"], ["--max-bytes must be a size", "'0'"]),
+        (["--target-psnr", "300"], ["--target-psnr must lie above 0", "300"]),
+        (["--colors", "257"], ["--colors must be", "from 0 to 256"]),
+        (["--colors", "3", "--palette", "#123"], ["--colors must be 0 beside a palette"]),
+        (["--palette", "#12345"], ["--palette must be colours"]),
+        (["--palette", "red"], ["--palette must be colours or a file of them", "'red'"]),
+        (["--opacity", "0.5"], ["--opacity must be one of free, opaque"]),
+        (["--min-area", "-1"], ["--min-area must be"]),
+        (["--opaque", "--opacity", "free"], ["--opaque must stand without --opacity free; leave one of them out"]),
+        (["--gzip"], ["--gzip must come with --max-bytes, which counts the bytes; add it or leave --gzip out"]),
+        (["--gzip", "--target-psnr", "30"], ["--gzip must come with --max-bytes"]),
+        (["--policy", "replacement", "--max-bytes", "5k"], ["--policy must be scaffolding to meet a goal"]),
+        (["--preset", "bezier-splatting", "--curves", "auto"], ["--policy must be scaffolding", "'replacement'"]),
+        (["--write-config", "missing/a.toml"], ["--write-config must be in an existing folder"]),
+        (["--config", "missing.toml"], ["--config must be a TOML file", "missing.toml"]),
+    ],
+)
+def test_wrong_options_are_told_in_a_line(photo: Path, options: list[str], words: list[str]) -> None:
+    places = [] if "--write-config" in options else ["--write-config", photo.with_name("a.toml")]
+    # Before the photo is read.
+    assert_refused(invoke("run", photo.with_name("none.png"), photo.with_name("out.svg"), *options, *places), *words)
+    assert [path.name for path in photo.parent.iterdir()] == ["photo.png"]
+
+
+def test_opaque_twice_is_no_contradiction(photo: Path, asked: Asked) -> None:
+    _run(photo, "--opaque", "--opacity", "opaque")
+    assert asked[0][0].opacity == "opaque"
+    settings = photo.with_name("settings.toml")
+    settings.write_text('opaque = true\nopacity = "free"')
+    result = invoke("run", photo, photo.with_name("out.svg"), "--config", settings)
+    assert_refused(result, "--opaque must stand without --opacity free")
+
+
+def test_a_palette_file_without_colours_is_refused(photo: Path) -> None:
+    colors = photo.with_name("colors.txt")
+    colors.write_text("red, green and #12345678")
+    result = invoke("run", photo, photo.with_name("out.svg"), "--palette", colors)
+    assert_refused(result, "--palette must name colours such as #a0b1c2", "colors.txt")

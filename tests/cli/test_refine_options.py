@@ -1,0 +1,116 @@
+"""`warpvec refine`: the settings of its fit, what is written of them, and what is refused. No fit is made."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from commands import assert_refused, invoke, write_photo
+from stubs import circles
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.presets import make_config
+from warpvec.svg.write import write_svg
+from warpvec.vectorization import api
+from warpvec.vectorization.goal import CURVES_MAX, Goal
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> Path:
+    """A photo, beside a drawing of 8 paths with one decimal."""
+    (tmp_path / "drawing.svg").write_text(write_svg(circles(32, 48, 8), 48, 32, precision=1))
+    return write_photo(tmp_path)
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[FitConfig, Goal]]:
+    """The settings and goals of the fits that are asked for."""
+    found: list[tuple[FitConfig, Goal]] = []
+
+    def record(image: Any, config: FitConfig, *, goal: Goal, **_: Any) -> None:
+        found.append((config, goal))
+        raise LookupError
+
+    monkeypatch.setattr(api, "fit_photo", record)
+    return found
+
+
+def _refine(photo: Path, *options: object):
+    return invoke("refine", photo, photo.with_name("out.svg"), "--from", photo.with_name("drawing.svg"), *options)
+
+
+def test_without_a_goal_it_is_as_long_and_as_careful_as_a_correction(photo: Path, asked: Any) -> None:
+    for options in ([], ["--preset", "draft"], ["--iterations", 30, "--recycle-gap", 7, "--precision", 3]):
+        _refine(photo, *options)
+    first = FitConfig(curves=8, iterations=500, recycle_gap=0, precision=1, lr_scale=0.4)
+    draft = make_config("draft", curves=8, iterations=500, recycle_gap=0, precision=1, lr_scale=0.4)
+    given = FitConfig(curves=8, iterations=30, recycle_gap=7, precision=3, lr_scale=0.4)
+    assert asked == [(first, Goal()), (draft, Goal()), (given, Goal())]
+
+
+def test_with_a_goal_the_search_shortens_and_slows_by_itself(photo: Path, asked: Any) -> None:
+    _refine(photo, "--max-bytes", "9k")
+    _refine(photo, "--curves", "auto", "--preset", "draft", "--lr-scale", 2, "--iterations", 90)
+    first = FitConfig(curves=CURVES_MAX, recycle_gap=0, precision=1)
+    second = make_config("draft", curves=CURVES_MAX, iterations=90, recycle_gap=0, precision=1, lr_scale=2.0)
+    assert asked == [(first, Goal(max_bytes=9000)), (second, Goal(auto=True))]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        [],
+        ["--preset", "draft", "--lr-scale", "2"],
+        ["--max-bytes", "9k", "--gzip"],
+        ["--curves", "20", "--iterations", "40", "--precision", "3", "--recycle-gap", "5"],
+        ["--curves", "auto"],
+    ],
+)
+def test_a_written_file_asks_for_the_same(photo: Path, asked: Any, options: list[str]) -> None:
+    settings = photo.with_name("settings.toml")
+    _refine(photo, *options, "--write-config", settings)
+    _refine(photo, "--config", settings)
+    assert len(asked) == 2
+    assert asked[0] == asked[1]
+    stated = tomllib.loads(settings.read_text())
+    for name in ("curves", "iterations", "precision", "recycle_gap"):
+        assert (name in stated) is (f"--{name.replace('_', '-')}" in options)
+    assert "segments" not in stated
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--segments", "7"], ["--segments must be the drawing's, 4, got 7; leave it out"]),
+        (["--iterations", "0"], ["--iterations must be", "got 0"]),
+        (["--max-bytes", "9k", "--policy", "replacement"], ["--policy must be scaffolding to meet a goal"]),
+        (["--preset", "paper"], ["--path-model must be segments", "got 'sides'", "another --preset"]),
+        (["--preset", "bezier-splatting", "--path-model", "segments"], ["--policy must be scaffolding"]),
+        (["--gzip"], ["--gzip must come with --max-bytes"]),
+        (["--device", "abacus"], ["--device must be"]),
+    ],
+)
+def test_what_it_cannot_do_is_refused_and_nothing_written(
+    photo: Path, asked: Any, options: list[str], words: list[str]
+) -> None:
+    assert_refused(_refine(photo, *options), *words)
+    assert_refused(_refine(photo, *options, "--write-config", photo.with_name("a.toml")), *words)
+    assert not asked
+    assert sorted(path.name for path in photo.parent.iterdir()) == ["drawing.svg", "photo.png"]
+
+
+def test_the_segments_of_the_drawing_may_be_named(photo: Path, asked: Any) -> None:
+    _refine(photo, "--segments", 4)
+    assert asked[0][0].segments == 4
+
+
+def test_a_drawing_that_is_missing_is_that_of_from(photo: Path) -> None:
+    result = invoke("refine", photo, photo.with_name("out.svg"), "--from", photo.with_name("none.svg"))
+    assert_refused(result, "error: --from must be an SVG file", "none.svg")
+
+
+def test_the_help_names_the_settings_that_are_not_used() -> None:
+    text = " ".join(invoke("refine", "--help").stdout.split())
+    assert "--flat, --initial-curves, --initial-radius and --radius-decay are not used" in text

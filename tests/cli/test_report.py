@@ -1,0 +1,129 @@
+"""What commands tell beside the SVG: the page, the history, and the settings of a fit that goes on."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from commands import QUICK, assert_refused, invoke, write_photo
+from PIL import Image
+from stubs import stub_fit
+
+from warpvec.vectorization import api
+
+pytestmark = pytest.mark.usefixtures("quick_fit")
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> Path:
+    return write_photo(tmp_path)
+
+
+@pytest.fixture
+def logo(tmp_path: Path) -> Path:
+    """A transparent image with a red disc."""
+    y, x = np.mgrid[:32, :48]
+    pixels = np.zeros((32, 48, 4), np.uint8)
+    pixels[(x - 24) ** 2 + (y - 16) ** 2 < 120] = (220, 30, 30, 255)
+    Image.fromarray(pixels).save(tmp_path / "logo.png")
+    return tmp_path / "logo.png"
+
+
+def _data(page: Path) -> dict[str, Any]:
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page.read_text(), re.DOTALL)
+    assert found is not None
+    return json.loads(found[1])
+
+
+def _report(image: Path, *options: object, out: str = "out.svg") -> tuple[dict[str, Any], dict[str, Any]]:
+    """What `warpvec run` says, and what its page is told."""
+    page = image.with_name("page.html")
+    result = invoke("run", image, image.with_name(out), "--report", page, "--json", *QUICK, *options)
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout), _data(page)
+
+
+def test_the_page_compares_with_what_was_fitted(logo: Path) -> None:
+    found, page = _report(logo, "--background", "#00f", out="my drawing.svg")
+    assert abs(page["figures"]["psnr"] - found["psnr"]) < 1e-6
+    assert page["name"] == "my drawing"
+    page_file = logo.with_name("again.html")
+    options = ["--image", logo, "--background", "#00f", "--report", page_file]
+    assert invoke("view", logo.with_name("my drawing.svg"), *options).exit_code == 0
+    assert _data(page_file)["figures"] == page["figures"]
+    assert _data(page_file)["photo"] == page["photo"]
+
+
+def test_a_background_needs_an_image(photo: Path) -> None:
+    out = photo.with_name("out.svg")
+    assert invoke("run", photo, out, *QUICK).exit_code == 0
+    for command in ("view", "lod"):
+        result = invoke(command, out, "--background", "#00f")
+        assert_refused(result, "--background must come with --image, got '#00f' alone; add the photo")
+
+
+def test_a_perfect_fit_has_a_page(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def perfect(*arguments: Any, **options: Any) -> Any:
+        fitted = stub_fit(*arguments, **options)
+        fitted.history[-1]["psnr"] = math.inf
+        return fitted
+
+    monkeypatch.setattr(api, "fit", perfect)
+    found, page = _report(photo)
+    assert [record["psnr"] for record in found["history"]] == [20.0, 20.0, None]
+    # The plot has no place for infinity.
+    assert [record["iteration"] for record in page["history"]] == [1, 2]
+
+
+def test_a_page_is_made_of_what_json_says(photo: Path) -> None:
+    out, told, page = (photo.with_name(name) for name in ("out.svg", "told.json", "page.html"))
+    result = invoke("run", photo, out, "--json", "-q", *QUICK)
+    told.write_text(result.stdout)
+    assert invoke("view", out, "--history", told, "--report", page).exit_code == 0
+    history = [{"iteration": k, "curves": 8, "psnr": 20.0, "seconds": 0.5 * k} for k in (1, 2, 3)]
+    assert _data(page)["history"] == history == json.loads(result.stdout)["history"]
+
+
+def test_the_levels_of_an_empty_drawing_are_none(photo: Path) -> None:
+    result = invoke("run", photo, photo.with_name("out.svg"), "--lod", "--min-area", "1e9", "--json", *QUICK)
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["curves"] == 0
+    assert json.loads(result.stdout)["levels"] == []
+    assert invoke("run", photo, photo.with_name("out.svg"), "--lod", "--min-area", "1e9", *QUICK).exit_code == 0
+
+
+def test_names_of_options_stand_in_messages(photo: Path) -> None:
+    out = photo.with_name("out.svg")
+    assert invoke("run", photo, out, *QUICK).exit_code == 0
+    none = photo.with_name("none")
+    assert_refused(invoke("lod", out, "--levels", "9", "-o", "-"), "error: --levels must")
+    assert_refused(invoke("lod", out, "--levels", "0", "-o", none), "error: -o must end in .svg")
+    assert_refused(invoke("run", photo, out, "--resume", none), "error: --resume must be a file", "none")
+    assert_refused(invoke("run", photo, out, "--resume", none, "--max-bytes", 9), "error: --resume must stand without")
+    assert_refused(invoke("run", photo, out, "--curves", "abc"), "--curves", "'abc'", "auto")
+    none.write_text("[3]")
+    assert_refused(invoke("view", out, "--image", none, "--report", photo.with_name("p")), "error: --image must")
+    for text in ("[3]", '{"psnr": 3}'):
+        none.write_text(text)
+        result = invoke("view", out, "--history", none, "--report", photo.with_name("p"))
+        assert_refused(result, "error: --history must be a list of records")
+
+
+def test_the_settings_of_the_checkpoint_are_written(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.undo()  # the checkpoint is a real fit's
+    out, state, told, again = (photo.with_name(name) for name in ("out.svg", "state", "a.toml", "b.toml"))
+    options = ["--initial-curves", 4, "--seed", 5, "--preset", "draft", *QUICK, "-q", "--device", "cpu", "--every", 2]
+    assert invoke("run", photo, out, *options, "--checkpoint", state, "--write-config", told).exit_code == 0
+    first = out.read_bytes()
+    result = invoke("run", photo, out, "-q", "--resume", state, "--threads", 1, "--write-config", again)
+    assert result.exit_code == 0, result.output
+    expected = tomllib.loads(told.read_text()) | {"threads": 1, "preset": "default"}
+    assert tomllib.loads(again.read_text()) == expected
+    assert invoke("run", photo, out, "-q", "--config", again).exit_code == 0
+    assert out.read_bytes() == first

@@ -1,0 +1,286 @@
+"""``warpvec run``, as a user meets it: files, streams, options, one line for each mistake, nothing left behind."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import gzip
+import io
+import json
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from commands import QUICK, assert_refused, invoke, write_photo
+from PIL import Image
+from stubs import stub_fit
+
+from warpvec.cli.options import SETTINGS
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.presets import make_config
+from warpvec.image.metrics import psnr
+from warpvec.vectorization import api
+
+pytestmark = pytest.mark.usefixtures("quick_fit")
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> Path:
+    """A noisy 48 x 32 photo in a folder of its own."""
+    return write_photo(tmp_path)
+
+
+# what it makes
+
+
+def test_run_writes_the_file_and_a_summary(photo: Path) -> None:
+    out = photo.with_name("out.svg")
+    result = invoke("run", photo, out, *QUICK)
+    assert result.exit_code == 0, result.output
+    text = out.read_text(encoding="utf-8")
+    assert text.count("<path") == 8
+    assert 'width="48" height="32"' in text
+    assert f"{out}: 8 curves, 32 segments, {len(text.encode()):,} bytes" in result.stdout
+    assert "as resvg draws the file" in result.stdout
+    assert "3 iterations in 1.5 s on cpu" in result.stdout
+    assert sorted(os.listdir(photo.parent)) == ["out.svg", "photo.png"]
+
+
+def test_the_summary_of_a_splat_fit_gives_both_images_and_the_conversion(photo: Path) -> None:
+    result = invoke("run", photo, photo.with_name("out.svg"), "--preset", "paper", *QUICK)
+    assert result.exit_code == 0, result.output
+    lines = result.stdout.splitlines()
+    assert re.fullmatch(
+        r"PSNR \d+\.\d\d dB, SSIM .*, as resvg draws the file; \d+\.\d\d dB in the soft image", lines[1]
+    )
+    assert re.fullmatch(r"sides of degree 5 written as cubics within 0\.0\d\d px", lines[2])
+    cubic = invoke("run", photo, photo.with_name("out.svg"), "--renderer", "splat", *QUICK).stdout
+    assert "in the soft image" in cubic
+    assert "written as cubics" not in cubic
+    exact = invoke("run", photo, photo.with_name("out.svg"), *QUICK).stdout
+    assert "dB internally" in exact
+    assert "written as cubics" not in exact
+
+
+def test_run_json_is_one_object_and_names_every_measure(photo: Path) -> None:
+    result = invoke("run", photo, photo.with_name("out.svg"), "--json", *QUICK)
+    metrics = json.loads(result.stdout)
+    wanted = "curves segments bytes gzip_bytes iterations seconds device internal_psnr psnr ssim mean_opacity"
+    assert set(wanted.split()) <= set(metrics)
+    assert metrics["curves"] == 8
+    assert result.stdout.count("\n") == 1
+
+
+def test_streams_carry_the_photo_in_and_the_svg_alone_out(photo: Path) -> None:
+    result = invoke("run", "-", "-", *QUICK, stdin=photo.read_bytes())
+    assert result.exit_code == 0, result.output
+    assert result.stdout.startswith("<?xml")
+    assert result.stdout.endswith("</svg>\n")
+    assert "8 curves" in result.stderr
+    assert os.listdir(photo.parent) == ["photo.png"]
+
+
+def test_json_goes_to_stderr_where_stdout_carries_the_svg(photo: Path) -> None:
+    result = invoke("run", photo, "-", "--json", "-q", *QUICK)
+    assert json.loads(result.stderr)["curves"] == 8
+    assert result.stdout.endswith("</svg>\n")
+
+
+def test_svgz_is_the_same_text_gzipped(photo: Path) -> None:
+    for name in ("out.svg", "out.svgz"):
+        assert invoke("run", photo, photo.with_name(name), "--iterations", "1", "--curves", "1").exit_code == 0
+    assert gzip.decompress(photo.with_name("out.svgz").read_bytes()).startswith(b"<?xml")
+
+
+def test_quiet_says_nothing(photo: Path) -> None:
+    result = invoke("run", photo, photo.with_name("out.svg"), "-q", *QUICK)
+    assert result.exit_code == 0
+    assert result.output == ""
+
+
+def test_progress_is_plain_lines_where_stderr_is_no_terminal(photo: Path) -> None:
+    result = invoke("run", photo, photo.with_name("out.svg"), *QUICK)
+    lines = result.stderr.splitlines()
+    assert lines[0] == "iteration 1 of 3, 8 curves, 20.00 dB"
+    assert lines[-1] == "iteration 3 of 3, 8 curves, 20.00 dB, 0 s left"
+
+
+def test_frames_are_saved_every_so_often_and_at_the_end(photo: Path) -> None:
+    folder = photo.parent / "new" / "frames"
+    arguments = ["--iterations", "5", "--save-frames", folder, "--every", "2"]
+    assert invoke("run", photo, photo.with_name("out.svg"), *arguments).exit_code == 0
+    assert sorted(os.listdir(folder)) == ["frame-000002.png", "frame-000004.png", "frame-000005.png"]
+    with Image.open(folder / "frame-000004.png") as frame:
+        assert frame.size == (48, 32)
+
+
+def test_frames_are_drawn_as_the_fit_sees_them(photo: Path) -> None:
+    pixels = []
+    for name, options in (("exact", []), ("splat", ["--renderer", "splat"]), ("paper", ["--preset", "paper"])):
+        torch.manual_seed(1)
+        folder = photo.parent / name
+        arguments = ["--curves", "8", "--iterations", "1", "--save-frames", folder, *options]
+        assert invoke("run", photo, photo.with_name("out.svg"), *arguments).exit_code == 0
+        with Image.open(folder / "frame-000001.png") as frame:
+            pixels.append(np.asarray(frame.convert("RGB")))
+    # The same circles: opaque areas, and their Gaussians, which reach farther.
+    assert psnr(pixels[1], pixels[2]) > 30
+    assert 10 < psnr(pixels[0], pixels[1]) < 30
+
+
+def test_interrupted_fit_is_saved_and_exits_with_130(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(api, "fit", functools.partial(stub_fit, interrupted=True))
+    out = photo.with_name("out.svg")
+    result = invoke("run", photo, out, *QUICK)
+    assert result.exit_code == 130
+    assert out.read_text(encoding="utf-8").endswith("</svg>\n")
+    assert "8 curves" in result.stdout
+
+
+def test_interrupt_outside_the_fit_exits_with_130_and_writes_nothing(
+    photo: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(*arguments: object, **_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(api, "fit", interrupt)
+    assert invoke("run", photo, photo.with_name("out.svg")).exit_code == 130
+    assert os.listdir(photo.parent) == ["photo.png"]
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ([], FitConfig()),
+        (["--preset", "paper"], make_config("paper")),
+        (["--preset", "paper", "--no-interior-gradient"], make_config("paper", interior_gradient=False)),
+        (
+            ["--preset", "paper", "--lr-points", "0.02", "--flat", "--no-compensate", "--recycle-gap", "0"],
+            make_config("paper", lr_points=0.02, flat=True, compensate=False, recycle_gap=0),
+        ),
+    ],
+)
+def test_options_reach_the_fit_and_the_rest_falls_to_the_preset(
+    photo: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], expected: FitConfig
+) -> None:
+    seen: list[FitConfig] = []
+
+    def record(target: Any, config: FitConfig, on_progress: Any, **_: Any) -> Any:
+        seen.append(config)
+        return stub_fit(target, FitConfig(curves=1, iterations=1), on_progress)
+
+    monkeypatch.setattr(api, "fit", record)
+    assert invoke("run", photo, "-", *options).exit_code == 0
+    assert seen == [expected]
+
+
+def test_every_setting_is_an_option_of_run() -> None:
+    names = [name for section in SETTINGS.values() for name in section]
+    assert sorted(names) == sorted(field.name for field in dataclasses.fields(FitConfig))
+    text = invoke("run", "--help").stdout
+    for name in names:
+        assert f"--{name.replace('_', '-')} " in text
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--curves", "0"], ["--curves must be", "at least 1", "got 0"]),
+        (["--curves", "many"], ["--curves", "many"]),
+        (["--fit-size", "0"], ["--fit-size must be", "got 0"]),
+        (["--iterations", "-1"], ["--iterations must be"]),
+        (["--threads", "0"], ["--threads must be"]),
+        (["--time-budget", "0"], ["--time-budget must be"]),
+        (["--time-budget", "inf"], ["--time-budget must be a finite", "got inf"]),
+        (["--precision", "400"], ["--precision must be", "from 0 to 6", "got 400"]),
+        (["--growth", "1.00001"], ["--growth must be 1 or at least 1.01", "got 1.00001"]),
+        (["--save-frames", ""], ["--save-frames must be a folder", "got ''", "choose another"]),
+        (["--radius-decay", "nan"], ["--radius-decay must", "nan"]),
+        (["--preset", "fast"], ["--preset must be one of draft, default, best, paper, bezier-splatting", "fast"]),
+        (["--renderer", "blur"], ["--renderer must be one of", "blur"]),
+        (["--preset", "paper", "--renderer", "exact"], ["--path-model must be segments with", "exact", "'sides'"]),
+        (["--degree", "13"], ["--degree must be a whole number from 2 to 12", "got 13"]),
+        (["--lines", "0"], ["--lines must be", "got 0"]),
+        (["--policy", "none"], ["--policy must be one of scaffolding, replacement", "none"]),
+        (["--z-order", "depth"], ["--z-order must be one of", "depth"]),
+        (["--device", "gpu"], ["--device must be auto or one of cpu", "'gpu'"]),
+        (["--device", "cuda:99"], ["--device must be auto or one of cpu", "'cuda:99'"]),
+        (["--background", "sea"], ["--background must be", "'sea'"]),
+        (["--every", "0"], ["--every", "0"]),
+        (["--colour"], ["No such option", "--colour"]),
+    ],
+)
+def test_wrong_settings_are_refused_before_anything_is_written(
+    photo: Path, options: list[str], words: list[str]
+) -> None:
+    assert_refused(invoke("run", photo, photo.with_name("out.svg"), *options), *words)
+    assert os.listdir(photo.parent) == ["photo.png"]
+
+
+def _jpeg(size: tuple[int, int] = (64, 64)) -> bytes:
+    stream = io.BytesIO()
+    Image.effect_noise(size, 90).save(stream, format="JPEG")
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("data", "word"),
+    [
+        (b"", "empty"),
+        (b"plain text, no image", "not recognised"),
+        (_jpeg()[:-400], "truncated"),
+        (b"BM" + bytes(52), "IN must be"),
+        (b"\x89PNG\r\n\x1a\n", "IN must be"),
+    ],
+)
+@pytest.mark.parametrize("as_stream", [False, True])
+def test_what_is_no_image_is_refused(tmp_path: Path, data: bytes, word: str, as_stream: bool) -> None:
+    path = tmp_path / "photo.jpg"
+    path.write_bytes(data)
+    result = invoke("run", "-" if as_stream else path, tmp_path / "out.svg", stdin=data)
+    assert_refused(result, "IN must be", word)
+    assert os.listdir(tmp_path) == ["photo.jpg"]
+
+
+def test_missing_photo_and_folder_as_photo_are_refused(tmp_path: Path) -> None:
+    assert_refused(invoke("run", tmp_path / "none.png", tmp_path / "out.svg"), "IN must be", "none.png")
+    assert_refused(invoke("run", tmp_path, tmp_path / "out.svg"), "IN must be", str(tmp_path))
+    assert os.listdir(tmp_path) == []
+
+
+def test_out_is_checked_before_the_photo_is_read(tmp_path: Path) -> None:
+    none = tmp_path / "none.png"
+    assert_refused(invoke("run", none, tmp_path / "missing" / "out.svg"), "OUT must be in", "missing")
+    assert_refused(invoke("run", none, tmp_path), "OUT must name a file")
+    assert_refused(invoke("run", none, tmp_path / "out.png"), "OUT must end in .svg or .svgz", "out.png")
+    assert os.listdir(tmp_path) == []
+
+
+def test_the_photo_is_never_overwritten(photo: Path) -> None:
+    before = photo.read_bytes()
+    assert_refused(invoke("run", photo, photo), "OUT must be another file than IN", "photo.png")
+    assert photo.read_bytes() == before
+
+
+def test_write_protected_folders_are_refused(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    locked = photo.parent / "locked"
+    locked.mkdir()
+    # Not by its mode: root may write to any folder.
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path) != locked)
+    assert_refused(invoke("run", photo, locked / "out.svg"), "OUT must be", "locked")
+    result = invoke("run", photo, photo.with_name("out.svg"), "--save-frames", locked)
+    assert_refused(result, "--save-frames must be a folder you may write to", "locked")
+
+
+def test_frames_folder_that_is_a_file_is_refused(photo: Path) -> None:
+    result = invoke("run", photo, photo.with_name("out.svg"), "--save-frames", photo)
+    assert_refused(result, "--save-frames must be", "photo.png")
+    assert os.listdir(photo.parent) == ["photo.png"]
+
+
+def test_out_may_be_a_device(photo: Path) -> None:
+    assert invoke("run", photo, os.devnull, *QUICK).exit_code == 0

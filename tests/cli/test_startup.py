@@ -1,0 +1,50 @@
+"""What a run must not import: torch's compiler, which takes half a second and is used by no fit."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+import torch
+
+from warpvec.geometry.circles import circle_points
+from warpvec.geometry.scene import Scene
+from warpvec.rendering.operator import draw, draw_adjoint, render
+
+FIT = """
+import sys
+import numpy as np
+from warpvec import vectorize
+noise = np.random.default_rng(0).random((16, 16, 3), dtype=np.float32)
+result = vectorize(noise, curves=4, initial_curves=2, iterations=6, inflation_gap=1, renderer={renderer!r})
+assert result.metrics["curves"] == 4
+print("torch._dynamo" in sys.modules)
+"""
+
+
+@pytest.mark.parametrize("renderer", ["exact", "splat"])
+def test_a_run_does_not_import_the_compiler(renderer: str) -> None:
+    assert _last_line(FIT.format(renderer=renderer)) == "False"
+
+
+def test_help_imports_neither_torch_nor_warp_nor_numpy() -> None:
+    names = ("torch", "warp", "numpy")
+    assert _last_line(f"import sys, warpvec.cli; print(any(name in sys.modules for name in {names}))") == "False"
+
+
+def _last_line(code: str) -> str:
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return run.stdout.splitlines()[-1]
+
+
+def test_what_is_drawn_without_torchs_operator_has_its_bits() -> None:
+    points = circle_points(torch.tensor([[9.0, 8.0], [14.0, 11.0]]), torch.tensor([6.0, 4.0]), 4).requires_grad_()
+    color = torch.tensor([[0.9, 0.2, 0.1], [0.1, 0.3, 0.8]])
+    scene = Scene(points, color, torch.tensor([1.0, 0.6]), torch.ones(3), torch.zeros(2).long())
+    adj_image = torch.rand(20, 24, 3)
+    image = render(scene, 20, 24)
+    image.backward(adj_image)
+    assert torch.equal(draw(scene, 20, 24), image)
+    assert not draw(scene, 20, 24).requires_grad
+    assert torch.equal(draw_adjoint(scene, adj_image).points, points.grad)

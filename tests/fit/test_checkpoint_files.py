@@ -1,0 +1,185 @@
+"""Files of checkpoints: what they hold, and what is no such file is told in a line."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import random
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from warpvec import files
+from warpvec.config.fit_config import FitConfig
+from warpvec.errors import InputError
+from warpvec.fit import checkpoint
+from warpvec.fit.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
+from warpvec.fit.state import digest
+
+BOMB_BYTES = 2**24
+
+
+def _checkpoint(**state: Any) -> Checkpoint:
+    return Checkpoint(FitConfig(curves=7, palette="#123"), "d1935f", state)
+
+
+def test_a_file_holds_what_was_written(tmp_path: Path) -> None:
+    values: dict[str, Any] = {
+        "floats": torch.rand(3, 4), "bytes": torch.arange(5, dtype=torch.uint8), "mask": torch.tensor([True, False]),
+        "long": torch.tensor(2**62), "none": None, "text": "ä\n", "number": 0.1, "infinite": float("inf"),
+        "list": [{"a": 1}, {"a": 2.5}], "nested": {"tensor": torch.zeros(0, 2)}, "strided": torch.rand(4, 4)[::2, 1],
+    }  # fmt: skip
+    write_checkpoint(tmp_path / "a", _checkpoint(**values))
+    found = read_checkpoint(tmp_path / "a")
+    assert (found.config, found.target_digest) == (FitConfig(curves=7, palette="#112233"), "d1935f")
+    assert list(found.state) == list(values)
+    for name, value in values.items():
+        if isinstance(value, torch.Tensor):
+            assert found.state[name].dtype == value.dtype
+            assert torch.equal(found.state[name], value)
+        elif name != "nested":
+            assert found.state[name] == value
+    assert found.state["nested"]["tensor"].shape == (0, 2)
+    found.state["floats"].add_(1.0)  # its memory is its own
+
+
+def test_a_digest_tells_pixels_and_shapes_apart() -> None:
+    target = torch.rand(4, 6, 3)
+    digests = {digest(target), digest(target + 1e-7), digest(target.reshape(6, 4, 3)), digest(target.flip(1))}
+    assert len(digests) == 4
+    assert digest(target.transpose(0, 1).contiguous().transpose(0, 1)) == digest(target)
+
+
+def test_a_crash_while_a_file_is_written_leaves_the_older_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "fit"
+    write_checkpoint(path, _checkpoint(step=1))
+
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    for call in ("fsync", "replace"):
+        with monkeypatch.context() as broken:
+            broken.setattr(files.os, call, fail)
+            with pytest.raises(OSError, match="No space left"):
+                write_checkpoint(path, _checkpoint(step=2))
+        assert read_checkpoint(path).state == {"step": 1}
+        assert os.listdir(tmp_path) == ["fit"]
+
+
+# what is no checkpoint
+
+
+def _members(data: bytes) -> dict[str, bytes]:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def _archive(members: dict[str, bytes]) -> bytes:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in members.items():
+            archive.writestr(name, data)
+    return stream.getvalue()
+
+
+def _with_header(data: bytes, change: Callable[[dict[str, Any]], Any]) -> bytes:
+    members = _members(data)
+    header = json.loads(np.load(io.BytesIO(members["header.npy"])).tobytes())
+    changed = change(header) or header
+    stream = io.BytesIO()
+    np.save(stream, np.frombuffer(json.dumps(changed).encode(), np.uint8))
+    return _archive({**members, "header.npy": stream.getvalue()})
+
+
+def _with_array(data: bytes, header: bytes) -> bytes:
+    """With another header of an array: its data are as they were."""
+    members = _members(data)
+    old = members["array_0.npy"]
+    length = int.from_bytes(old[8:10], "little")
+    members["array_0.npy"] = old[:10] + header.ljust(length - 1) + b"\n" + old[10 + length :]
+    return _archive(members)
+
+
+def _bomb(data: bytes) -> bytes:
+    """A whole checkpoint with an array beside it that is small in the file alone."""
+    stream = io.BytesIO()
+    np.save(stream, np.zeros(BOMB_BYTES, np.uint8))
+    return _archive({**_members(data), "array_9.npy": stream.getvalue()})
+
+
+_IMMENSE = b"{'descr': '<f4', 'fortran_order': False, 'shape': (1000000000000000,)}"
+
+DAMAGES: dict[str, Callable[[bytes], bytes]] = {
+    "empty": lambda _: b"",
+    "truncated": lambda data: data[: len(data) // 2],
+    "text": lambda _: b"a checkpoint",
+    "array": lambda data: _members(data)["array_0.npy"],
+    "archive of something": lambda _: _archive({"a.txt": b"a"}),
+    "no arrays": lambda data: _archive({"header.npy": _members(data)["header.npy"]}),
+    "no header": lambda data: _archive({k: v for k, v in _members(data).items() if k != "header.npy"}),
+    "other format": lambda data: _with_header(data, lambda header: {**header, "format": "x"}),
+    "no version": lambda data: _with_header(data, lambda header: header.pop("version") and None),
+    "a list": lambda data: _with_header(data, lambda header: [header]),
+    "no settings": lambda data: _with_header(data, lambda header: header.pop("config") and None),
+    "unknown setting": lambda data: _with_header(data, lambda header: header["config"].update(tempo=1)),
+    "wrong setting": lambda data: _with_header(data, lambda header: header["config"].update(curves="x")),
+    "no such array": lambda data: _with_header(data, lambda header: {**header, "state": {"a": {"__tensor__": 9}}}),
+    "an immense array": lambda data: _with_array(data, _IMMENSE),
+    "an array of objects": lambda data: _with_array(data, b"{'descr': '|O', 'fortran_order': False, 'shape': (5,)}"),
+    "an array of code": lambda data: _with_array(data, b"{'descr': __import__('os').system('x')}"),
+    "bomb": _bomb,
+}  # fmt: skip
+
+
+@pytest.fixture
+def whole(tmp_path: Path) -> Path:
+    path = tmp_path / "fit"
+    write_checkpoint(path, _checkpoint(a=torch.rand(500), b={"c": torch.arange(5)}))
+    return path
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_what_is_damaged_is_told_in_a_line(damage: str, whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(checkpoint, "MAX_BYTES", BOMB_BYTES - 1)
+    whole.write_bytes(DAMAGES[damage](whole.read_bytes()))
+    with pytest.raises(InputError, match="^checkpoint must .*; it is damaged$") as caught:
+        read_checkpoint(whole)
+    assert "\n" not in str(caught.value)
+
+
+def test_each_flipped_bit_is_found_or_changes_nothing(whole: Path) -> None:
+    data, expected, generator = whole.read_bytes(), read_checkpoint(whole), random.Random(0)
+    found = 0
+    # Most of them in what describes the archive, at its end.
+    places = generator.sample(range(8 * (len(data) - 300), 8 * len(data)), 1000)
+    places += generator.sample(range(8 * len(data)), 500)
+    for place in places:
+        flipped = bytearray(data)
+        flipped[place // 8] ^= 1 << place % 8
+        whole.write_bytes(flipped)
+        try:
+            state = read_checkpoint(whole)
+        except InputError:
+            found += 1
+            continue
+        assert torch.equal(state.state["a"], expected.state["a"]), place
+        assert torch.equal(state.state["b"]["c"], expected.state["b"]["c"]), place
+    assert found > 0.5 * len(places)
+
+
+def test_another_version_is_refused_by_name(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(checkpoint, "VERSION", checkpoint.VERSION + 1)
+    with pytest.raises(InputError, match="version 2, got 1 in .*, written by warpvec [0-9.]+; go on with that release"):
+        read_checkpoint(whole)
+
+
+@pytest.mark.parametrize("path", ["missing", ".", "/dev/zero", "a\0b"])
+def test_what_is_no_file_is_told_in_a_line(path: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="^checkpoint must be"):
+        read_checkpoint(tmp_path / path)

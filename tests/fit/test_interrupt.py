@@ -1,0 +1,67 @@
+"""Ctrl-C between iterations: the first is noted, the second raised, and the handler given back."""
+
+import signal
+import threading
+
+import pytest
+
+from warpvec.fit.interrupt import noted_interrupts
+
+
+def test_the_first_interrupt_is_noted_and_the_second_raised():
+    with noted_interrupts() as interrupted:
+        assert not interrupted()
+        signal.raise_signal(signal.SIGINT)
+        assert interrupted()
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+class RaisesInDestructor:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_an_interrupt_in_a_destructor_is_not_lost():
+    with noted_interrupts() as interrupted:
+        RaisesInDestructor()
+        assert interrupted()
+
+
+def test_a_handler_of_the_callers_stays():
+    seen = []
+    before = signal.signal(signal.SIGINT, lambda number, frame: seen.append(number))
+    try:
+        with noted_interrupts() as interrupted:
+            signal.raise_signal(signal.SIGINT)
+            assert not interrupted()
+        assert seen == [signal.SIGINT]
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_other_threads_are_left_alone():
+    found = []
+
+    def work():
+        with noted_interrupts() as interrupted:
+            found.append(interrupted())
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert found == [False]
+
+
+def test_a_block_within_another_shares_what_it_notes():
+    with noted_interrupts() as outer:
+        with noted_interrupts() as inner:
+            signal.raise_signal(signal.SIGINT)
+            assert inner()
+        assert outer()
+        with noted_interrupts() as later:
+            assert later()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    with noted_interrupts() as anew:
+        assert not anew()

@@ -1,0 +1,285 @@
+"""The fit on small pictures: its population, its reproducibility, its ends, and that each of its parts does good."""
+
+import math
+
+import pytest
+import torch
+from pictures import picture
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.presets import make_config
+from warpvec.config.rules import POLICIES
+from warpvec.errors import InputError
+from warpvec.fit import loop as fit_module
+from warpvec.fit.loop import fit
+from warpvec.fit.population import Population
+from warpvec.fit.regularization import Regularization
+from warpvec.fit.schedule import population
+from warpvec.geometry.bezier import curve_boxes
+from warpvec.geometry.circles import circle_points
+from warpvec.geometry.scene import Scene
+
+HEIGHT, WIDTH = 40, 56
+
+
+def run(on_progress=None, **settings):
+    config = make_config("default", **{"curves": 48, "iterations": 60, "inflation_gap": 8, "threads": 1} | settings)
+    return fit(picture(), config, on_progress)
+
+
+def final_psnr(result):
+    return result.history[-1]["psnr"]
+
+
+def test_population_follows_the_schedule():
+    counts = []
+    config = FitConfig(curves=100, initial_curves=16, growth=2.0, inflation_gap=10, prune_opacity=0.0)
+    run(lambda progress: counts.append(progress.curve_count), curves=100, iterations=80, inflation_gap=10)
+    for k in range(4):
+        assert set(counts[10 * k : 10 * (k + 1)]) == {population(k, config)}, k
+    assert counts[-1] == 100
+    assert len(counts) == 80
+
+
+def test_pruned_paths_are_compensated():
+    # Every path is below this opacity at the first inflations, so all are replaced each time.
+    counts = []
+    result = run(lambda progress: counts.append(progress.curve_count), prune_opacity=1.0, recycle_gap=0)
+    assert counts[-1] == 48
+    assert (result.scene.generation == result.scene.generation.max()).all()
+
+
+def test_without_compensation_pruned_paths_are_gone():
+    counts = []
+    run(lambda progress: counts.append(progress.curve_count), prune_opacity=1.0, compensate=False, recycle_gap=0)
+    # 16, then only the spawned: 16, then 16 more for 48.
+    assert counts[-1] == 16
+
+
+def test_new_generations_are_on_top():
+    generation = run().scene.generation
+    assert (generation.diff() >= 0).all()
+    assert generation[0] == 0
+
+
+def test_flat_starts_with_all_paths_in_one_generation():
+    counts = []
+    result = run(lambda progress: counts.append(progress.curve_count), flat=True, recycle_gap=0)
+    assert set(counts) == {48}
+    assert (result.scene.generation == 0).all()
+
+
+def test_area_order_puts_small_boxes_on_top():
+    scene = run(z_order="area", recycle_gap=0).scene
+    box = curve_boxes(scene.points, 3)
+    size = (box[:, 2:] - box[:, :2]).prod(-1)
+    # The last step moves points after the last sorting.
+    assert (size.diff() <= 0.1 * size[:-1]).all()
+
+
+def test_area_order_goes_by_the_curves_not_by_their_control_points():
+    # The handles of the first stand far out, its curve does not reach the second's size.
+    points = circle_points(torch.full((2, 2), 20.0), torch.tensor([6.0, 10.0]), 4)
+    points[0, 1] += torch.tensor([14.0, 14.0])
+    color = torch.full((2, 3), 0.5)
+    scene = Scene(points, color, torch.ones(2), torch.ones(3), torch.arange(2))
+    population = Population(scene, FitConfig(), 20.0)
+    population.sort_by_area()
+    assert population.generation.tolist() == [1, 0]
+    assert population.serial.tolist() == [1, 0]
+    population.append(scene)
+    assert population.serial.tolist() == [1, 0, 2, 3]
+
+
+@pytest.mark.parametrize("color_parameter", ["direct", "logit"])
+def test_a_white_backdrop_stays_white(color_parameter):
+    seen = []
+    scene = run(
+        lambda progress: seen.append(progress.scene().background), backdrop="white", color_parameter=color_parameter
+    ).scene
+    assert all(torch.equal(background, torch.ones(3)) for background in [*seen, scene.background])
+    learned = run(color_parameter=color_parameter).scene.background
+    assert not torch.equal(learned, picture().mean((0, 1)))
+
+
+def test_fit_improves_and_recycling_improves_it():
+    kept = run(iterations=150, recycle_gap=0)
+    recycled = run(iterations=150, recycle_gap=10, recycle_share=0.15)
+    assert final_psnr(kept) > 22.0
+    assert final_psnr(recycled) > final_psnr(kept) + 0.5
+
+
+@pytest.mark.parametrize("preset", ["draft", "default", "best", "paper"])
+def test_every_preset_fits(preset):
+    config = make_config(preset, curves=32, iterations=40, threads=1)
+    result = fit(picture(), config)
+    assert final_psnr(result) > 15.0
+    assert result.scene.points.isfinite().all()
+
+
+SPLAT = {"renderer": "splat", "samples": 16, "lines": 6}
+
+
+@pytest.mark.parametrize(("path_model", "degree", "point_count"), [("segments", 3, 12), ("sides", 5, 10)])
+@pytest.mark.parametrize("policy", POLICIES)
+def test_splat_fits_with_every_policy(policy, path_model, degree, point_count):
+    result = run(**SPLAT, policy=policy, path_model=path_model)
+    scene = result.scene
+    assert scene.points.shape == (48, point_count, 2)
+    assert scene.degree == degree
+    assert scene.points.isfinite().all()
+    assert final_psnr(result) > result.history[0]["psnr"] + 0.5
+    assert final_psnr(result) == pytest.approx(rendered_psnr(scene, **SPLAT), abs=0.5)
+
+
+def test_the_baseline_fits():
+    result = fit(
+        picture(),
+        make_config("bezier-splatting", curves=32, iterations=40, threads=1, lr_scale=20.0, shorten_gap=False),
+    )
+    assert len(result.scene) == 32
+    assert result.scene.points.isfinite().all()
+    assert final_psnr(result) > result.history[0]["psnr"] + 0.5
+
+
+@pytest.mark.parametrize(("path_model", "degree"), [("segments", 3), ("sides", 5)])
+def test_the_regularizers_are_of_the_degree(monkeypatch, path_model, degree):
+    seen = []
+
+    class Recorder(Regularization):
+        def __init__(self, height, width, config, device, degree=3):
+            seen.append(degree)
+            super().__init__(height, width, config, device, degree)
+
+    monkeypatch.setattr(fit_module, "Regularization", Recorder)
+    run(**SPLAT, path_model=path_model, iterations=1)
+    assert seen == [degree]
+
+
+@pytest.mark.parametrize("switch", [{"interior_gradient": False}, {"covariance_gradient": True}, {"lines": 7}])
+def test_settings_of_splat_reach_the_renderer(switch):
+    settings = {**SPLAT, "iterations": 5}
+    assert not torch.equal(run(**settings).scene.points, run(**{**settings, **switch}).scene.points)
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_result_does_not_depend_on_threads(threads):
+    one, many = run(threads=1).scene, run(threads=threads).scene
+    for name in ("points", "color", "opacity", "background", "generation"):
+        assert torch.equal(getattr(one, name), getattr(many, name)), name
+
+
+def test_seed_decides():
+    assert torch.equal(run(seed=1).scene.points, run(seed=1).scene.points)
+    assert not torch.equal(run(seed=1).scene.points, run(seed=2).scene.points)
+
+
+def test_torch_threads_are_given_back():
+    before = torch.get_num_threads()
+    run(iterations=2)
+    assert torch.get_num_threads() == before
+
+
+def test_last_iteration_spawns_nothing():
+    # A recycling is due at the last iteration; its paths would never be fitted.
+    result = run(iterations=60, recycle_gap=4, recycle_until=1.0)
+    assert final_psnr(result) == pytest.approx(rendered_psnr(result.scene), abs=0.5)
+
+
+def rendered_psnr(scene, **settings):
+    from warpvec.rendering.operator import render
+
+    error = render(scene, HEIGHT, WIDTH, **settings) - picture()
+    return -10 * math.log10(error.square().mean().item())
+
+
+def test_interruption_gives_the_best_so_far():
+    def interrupt(progress):
+        if progress.iteration == 31:
+            raise KeyboardInterrupt
+
+    result = run(interrupt)
+    assert result.interrupted
+    assert result.iterations == 31
+    assert rendered_psnr(result.scene) > 12.0
+
+
+def test_interruption_after_a_recycling_gives_the_scene_before_it():
+    psnr = {}
+
+    def interrupt(progress):
+        psnr[progress.iteration] = progress.psnr
+        if progress.iteration == 93:
+            raise KeyboardInterrupt
+
+    # The population is full after iteration 16; 76 iterations later all paths are replaced, for the worse.
+    result = run(interrupt, iterations=200, recycle_gap=76, recycle_share=1.0)
+    assert psnr[93] < psnr[92] - 1.0
+    assert rendered_psnr(result.scene) > psnr[92] - 0.1
+
+
+def test_time_budget_ends_the_fit():
+    result = run(iterations=10**6, time_budget=1.0)
+    assert result.seconds < 10.0
+    assert 10 < result.iterations < 10**6
+    assert len(result.scene) == 48
+
+
+def test_progress_tells_where_the_fit_stands():
+    seen = []
+    run(lambda progress: seen.append((progress, len(progress.scene()))), iterations=12, inflation_gap=5)
+    assert [progress.iteration for progress, _ in seen] == list(range(1, 13))
+    assert all(progress.iteration_count == 12 for progress, _ in seen)
+    assert all(progress.curve_count == count for progress, count in seen[:5])
+    assert seen[-1][0].psnr > seen[0][0].psnr
+
+
+def test_a_kept_scene_does_not_change():
+    kept = []
+
+    def keep(progress):
+        if progress.iteration == 5:
+            scene = progress.scene()
+            kept.extend([scene, scene.points.clone(), scene.color.clone(), scene.background.clone()])
+
+    run(keep, iterations=20)
+    scene, points, color, background = kept
+    assert torch.equal(scene.points, points)
+    assert torch.equal(scene.color, color)
+    assert torch.equal(scene.background, background)
+
+
+def test_time_budget_does_not_add_iterations():
+    assert run(iterations=15, time_budget=60.0).iterations == 15
+
+
+def test_fit_on_every_device(device):
+    result = run(device=device, iterations=100)
+    assert final_psnr(result) > 20.0
+    assert result.device.startswith(device)
+
+
+def test_history_is_of_the_last_iteration_too():
+    result = run(iterations=33)
+    assert [entry["iteration"] for entry in result.history] == [10, 20, 30, 33]
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 30), (30, 1), (17, 16)])
+def test_tiny_pictures(size):
+    result = fit(torch.full((*size, 3), 0.25), make_config(curves=20, iterations=20, threads=1))
+    assert result.scene.points.isfinite().all()
+    assert final_psnr(result) > 30.0
+
+
+def test_unknown_device():
+    with pytest.raises(InputError, match="device must be auto or one of"):
+        run(device="tpu")
+
+
+def test_the_order_by_area_holds_from_the_first_step_to_the_last_frame():
+    config = make_config("bezier-splatting", curves=20, iterations=3, threads=1, lr_scale=50.0)
+    seen = []
+    result = fit(picture(), config, lambda progress: seen.append(progress.scene()))
+    box = curve_boxes(result.scene.points, 5)
+    assert ((box[:, 2:] - box[:, :2]).prod(-1).diff() <= 0).all()
+    assert torch.equal(seen[-1].points, result.scene.points)

@@ -1,0 +1,283 @@
+"""The population's step against autograd of its chain rules and a transcription of Adan; what its scenes promise."""
+
+import math
+from dataclasses import fields, replace
+
+import pytest
+import torch
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.fit.population import Population
+from warpvec.geometry.scene import Scene
+
+HALF_SIDE = 40.0
+BETAS = (0.98, 0.92, 0.99)
+NAMES = ("points", "color", "opacity", "background")
+SETTINGS = [{}, {"color_parameter": "logit"}, {"backdrop": "white"}]
+
+
+def random_scene(count, point_count=12, seed=0, dtype=torch.float64):
+    generator = torch.Generator().manual_seed(seed)
+
+    def uniform(*shape):
+        return torch.rand(shape, generator=generator, dtype=dtype)
+
+    generation = torch.arange(count) + 10 * seed
+    points = uniform(count, point_count, 2) * 2 * HALF_SIDE
+    return Scene(points, uniform(count, 3), 0.1 + 0.8 * uniform(count), 0.2 + 0.6 * uniform(3), generation)
+
+
+def random_adjoints(scene, seed):
+    generator = torch.Generator().manual_seed(seed)
+    values = (getattr(scene, name) for name in NAMES)
+    return [torch.randn(v.shape, generator=generator, dtype=v.dtype).to(v.device) for v in values]
+
+
+def on(scene, device):
+    return replace(
+        scene,
+        **{f.name: getattr(scene, f.name).to(device) for f in fields(Scene) if f.name not in ("degree", "transparent")},
+    )
+
+
+class Reference:
+    """The same population in torch: each parameter with m, v, n, the gradient before and the age of its rows."""
+
+    def __init__(self, scene, config):
+        self.config = config
+        self.white = scene.background if config.backdrop == "white" else None
+        self.parameters = {name: self.fresh(value) for name, value in self.raw(scene).items()}
+
+    def raw(self, scene):
+        color = torch.logit if self.config.color_parameter == "logit" else torch.clone
+        values = {"points": scene.points / HALF_SIDE, "color": color(scene.color)}
+        return values | {"opacity": scene.opacity.logit(), "background": color(scene.background)[None]}
+
+    def fresh(self, raw):
+        return [raw, *(torch.zeros_like(raw) for _ in range(4)), torch.zeros(len(raw), dtype=torch.float64)]
+
+    def shown(self):
+        color = torch.sigmoid if self.config.color_parameter == "logit" else torch.clone
+        points, colors, opacity, background = (self.parameters[name][0] for name in NAMES)
+        background = color(background)[0] if self.white is None else self.white
+        return [points * HALF_SIDE, color(colors), opacity.sigmoid(), background]
+
+    def step(self, adjoints, factor):
+        for state in self.parameters.values():
+            state[0] = state[0].detach().requires_grad_()
+        values = [(v, adj) for v, adj in zip(self.shown(), adjoints, strict=True) if v.requires_grad]
+        torch.autograd.backward(*zip(*values, strict=True))
+        rates = (self.config.lr_points, self.config.lr_color, self.config.lr_opacity, self.config.lr_color)
+        for name, rate in zip(NAMES, rates, strict=True):
+            if name != "background" or self.white is None:
+                self.parameters[name] = self.adan(*self.parameters[name], rate * factor)
+                if name in ("color", "background") and self.config.color_parameter == "direct":
+                    self.parameters[name][0].clamp_(0.0, 1.0)
+
+    def adan(self, param, m, v, n, previous, age, lr):
+        b1, b2, b3 = BETAS
+        age = age + 1
+        k = age.reshape(-1, *(1 for _ in param.shape[1:]))
+        g = param.grad
+        difference = torch.where(k > 1, g - previous, 0.0)
+        m = b1 * m + (1 - b1) * g
+        v = b2 * v + (1 - b2) * difference
+        n = b3 * n + (1 - b3) * (g + b2 * difference) ** 2
+        direction = m / (1 - b1**k) + b2 * v / (1 - b2**k)
+        return [param.detach() - lr * direction / ((n / (1 - b3**k)).sqrt() + 1e-8), m, v, n, g, age]
+
+    def keep(self, rows):
+        for name in NAMES[:3]:
+            self.parameters[name] = [value.detach()[rows] for value in self.parameters[name]]
+
+    def append(self, scene):
+        for name, raw in self.raw(scene).items():
+            if name != "background":
+                pairs = zip(self.parameters[name], self.fresh(raw), strict=True)
+                self.parameters[name] = [torch.cat([old.detach(), new]) for old, new in pairs]
+
+
+@pytest.fixture(params=["lanes", "scalar"])
+def form(request, monkeypatch):
+    """The CPU's form of the kernel, and CUDA's, in which many threads share a path."""
+    if request.param == "scalar":
+        monkeypatch.setattr("warpvec.fit.population.TILE", 1)
+
+
+def assert_shows(population, reference):
+    for name, expected in zip(NAMES, reference.shown(), strict=True):
+        got = getattr(population.scene, name)
+        torch.testing.assert_close(got.cpu(), expected.detach(), rtol=1e-11, atol=1e-12, msg=lambda m, n=name: n + m)
+
+
+@pytest.mark.usefixtures("form")
+@pytest.mark.parametrize("settings", SETTINGS)
+@pytest.mark.parametrize("point_count", [12, 24])
+def test_steps_follow_autograd_and_the_formulas_while_paths_come_and_go(settings, point_count, device):
+    scene, config = random_scene(7, point_count), FitConfig(**settings)
+    population, reference = Population(on(scene, device), config, HALF_SIDE), Reference(scene, config)
+    assert_shows(population, reference)
+    for k in range(28):
+        if k == 8:
+            new = random_scene(3, point_count, seed=1)
+            population.append(on(new, device))
+            reference.append(new)
+        if k == 16:
+            rows = torch.tensor([8, 0, 3, 9, 2])
+            population.keep(rows.to(device))
+            reference.keep(rows)
+        if k == 20:
+            population.append(on(new, device))
+            reference.append(new)
+        adjoints = random_adjoints(population.scene, k)
+        population.step(*adjoints, factor=1.5 - k / 20)
+        reference.step([adj.cpu() for adj in adjoints], 1.5 - k / 20)
+        assert_shows(population, reference)
+    assert population.generation.tolist() == [11, 0, 3, 12, 2, 10, 11, 12]
+    assert population.serial.tolist() == [8, 0, 3, 9, 2, 10, 11, 12]
+
+
+def test_float32_is_close_to_float64():
+    scene, config = random_scene(30), FitConfig()
+    floats = {name: getattr(scene, name).float() for name in NAMES}
+    single = Population(replace(scene, **floats), config, HALF_SIDE)
+    double = Population(scene, config, HALF_SIDE)
+    for k in range(50):
+        adjoints = random_adjoints(scene, k)
+        double.step(*adjoints, factor=1.0)
+        single.step(*(adj.float() for adj in adjoints), factor=1.0)
+    for name in NAMES:
+        expected = getattr(double.scene, name)
+        torch.testing.assert_close(getattr(single.scene, name).double(), expected, rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.usefixtures("form")
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e200])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_bad_adjoint_counts_as_zero_in_its_row_of_its_parameter(bad, name, device):
+    scene = random_scene(4)
+    poisoned, zeroed = (Population(on(scene, device), FitConfig(), HALF_SIDE) for _ in range(2))
+    for k in range(12):
+        first, second = ([adj.to(device) for adj in random_adjoints(scene, k)] for _ in range(2))
+        if k == 6:
+            place = NAMES.index(name)
+            first[place][(..., 1) if name == "background" else 2] = bad
+            second[place][... if name == "background" else 2] = 0.0
+        poisoned.step(*first, factor=1.0)
+        zeroed.step(*second, factor=1.0)
+    for each in NAMES:
+        assert torch.equal(getattr(poisoned.scene, each), getattr(zeroed.scene, each)), each
+
+
+def test_adjoints_may_be_columns_of_wider_sums():
+    scene = random_scene(5)
+    dense, strided = (Population(scene, FitConfig(), HALF_SIDE) for _ in range(2))
+    for k in range(3):
+        points, color, opacity, background = random_adjoints(scene, k)
+        sums = torch.cat([color, opacity[:, None], torch.full((5, 2), math.nan)], 1)
+        kept = sums.clone()
+        dense.step(points, color, opacity, background, 1.0)
+        strided.step(points, sums[:, :3], sums[:, 3], background, 1.0)
+        assert torch.equal(sums.nan_to_num(), kept.nan_to_num())
+    for name in NAMES:
+        assert torch.equal(getattr(dense.scene, name), getattr(strided.scene, name))
+
+
+def test_columns_apart_are_read_as_well():
+    scene = random_scene(5)
+    dense, turned = (Population(scene, FitConfig(), HALF_SIDE) for _ in range(2))
+    points, color, opacity, background = random_adjoints(scene, 0)
+    dense.step(points, color, opacity, background, 1.0)
+    turned.step(points.permute(2, 1, 0).contiguous().permute(2, 1, 0), color.T.contiguous().T, opacity, background, 1.0)
+    for name in NAMES:
+        assert torch.equal(getattr(dense.scene, name), getattr(turned.scene, name))
+
+
+@pytest.mark.parametrize("change", ["step", "keep", "append"])
+def test_a_scene_never_changes_itself(change):
+    population = Population(random_scene(6), FitConfig(), HALF_SIDE)
+    population.step(*random_adjoints(population.scene, 1), factor=1.0)
+    scene, live = population.scene, population.live
+    assert population.scene is scene
+    before = {name: getattr(scene, name).clone() for name in NAMES}
+    if change == "step":
+        population.step(*random_adjoints(scene, 0), factor=1.0)
+        assert not torch.equal(population.scene.points, before["points"])
+    elif change == "keep":
+        population.keep(torch.arange(6).flip(0))
+    else:
+        population.append(random_scene(2, seed=1))
+    assert population.scene is not scene
+    if change != "step":  # what was live stays as it was once paths come or go
+        population.step(*random_adjoints(population.scene, 0), factor=1.0)
+        assert all(torch.equal(getattr(live, name), before[name]) for name in NAMES if name != "background")
+    assert all(torch.equal(getattr(scene, name), before[name]) for name in NAMES)
+
+
+def test_the_scene_that_was_given_is_left_alone():
+    for config in (FitConfig(), FitConfig(backdrop="white")):
+        scene = random_scene(3)
+        Population(scene, config, HALF_SIDE).step(*random_adjoints(scene, 0), factor=1.0)
+        for name in NAMES:
+            assert torch.equal(getattr(scene, name), getattr(random_scene(3), name)), name
+
+
+def test_a_transparent_scene_stays_so_over_its_background():
+    scene = replace(random_scene(3), transparent=True, background=torch.zeros(3, dtype=torch.float64))
+    population = Population(scene, FitConfig(), HALF_SIDE)
+    population.step(*random_adjoints(scene, 0), factor=1.0)
+    population.append(random_scene(2, seed=1))
+    assert population.scene.transparent
+    assert torch.equal(population.scene.background, scene.background)
+
+
+def test_steps_stay_in_the_same_memory():
+    population = Population(random_scene(6), FitConfig(), HALF_SIDE)
+    live, before = population.live, [getattr(population.live, name).data_ptr() for name in NAMES]
+    for k in range(3):
+        population.step(*random_adjoints(live, k), factor=1.0)
+    assert population.live is live
+    assert [getattr(live, name).data_ptr() for name in NAMES] == before
+    assert torch.equal(live.points, population.scene.points)
+
+
+def test_kept_paths_show_the_same_bits():
+    population = Population(random_scene(9, dtype=torch.float32), FitConfig(), HALF_SIDE)
+    population.step(*random_adjoints(population.scene, 0), factor=1.0)
+    before, rows = population.scene, torch.tensor([True, False, True] * 3)
+    population.keep(rows)
+    for name in NAMES[:3]:
+        assert torch.equal(getattr(population.scene, name), getattr(before, name)[rows]), name
+
+
+def test_direct_colours_stay_between_0_and_1():
+    scene = random_scene(20)
+    population = Population(scene, FitConfig(), HALF_SIDE)
+    adjoints = random_adjoints(scene, 0)
+    for _ in range(200):
+        population.step(*adjoints, factor=1.0)
+    assert set(population.scene.color.flatten().tolist()) == {0.0, 1.0}
+    assert set(population.scene.background.tolist()) <= {0.0, 1.0}
+
+
+def test_no_paths_are_left_and_the_background_still_learns():
+    population = Population(random_scene(3), FitConfig(), HALF_SIDE)
+    population.keep(torch.tensor([], dtype=torch.int64))
+    before = population.scene
+    population.step(*random_adjoints(before, 0), factor=1.0)
+    assert len(population) == 0
+    assert (population.scene.background != before.background).all()
+    population.append(random_scene(2, seed=1))
+    population.step(*random_adjoints(population.scene, 1), factor=1.0)
+    assert population.scene.points.isfinite().all()
+
+
+def test_a_step_without_room_leaves_all_but_ages_as_it_is(device):
+    population = Population(on(random_scene(5), device), FitConfig(), HALF_SIDE)
+    fits = torch.ones(1, dtype=torch.float64, device=device)
+    population.step(*random_adjoints(population.scene, 0), factor=1.0, fits=fits)
+    before = [value.clone() for value in (*population._rows, population._background)]
+    shown = population.scene
+    population.step(*random_adjoints(shown, 1), factor=1.0, fits=-fits)
+    assert all(map(torch.equal, (*population._rows, population._background), before))
+    assert all(torch.equal(getattr(population.scene, name), getattr(shown, name)) for name in NAMES)

@@ -1,0 +1,107 @@
+"""The regularizers' adjoint against autograd through ``loss.py``, and against finite differences."""
+
+import pytest
+import torch
+from regularization_cases import CUBIC_SCENES, HEIGHT, SIDE_SCENES, WIDTH, polygon, random_points, scattered, to_pixels
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.fit.regularization import Regularization, regularization
+
+WEIGHTS = [(0.01, 0.02, 1.0), (1.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 1.0)]
+
+
+def adjoint(points, opacity, config, device="cpu", degree=3):
+    """dL/dpoints and dL/dopacity, added to zeros."""
+    points, opacity = points.to(device), opacity.to(device)
+    adj_points, adj_opacity = torch.zeros_like(points), torch.zeros_like(opacity)
+    stage = Regularization(HEIGHT, WIDTH, config, device, degree)
+    stage.add_adjoint(points, opacity, adj_points, adj_opacity)
+    return adj_points, adj_opacity
+
+
+@pytest.mark.parametrize("scene", CUBIC_SCENES)
+@pytest.mark.parametrize("weights", WEIGHTS)
+def test_adjoint_equals_autograd(scene, weights, device):
+    points = CUBIC_SCENES[scene].clone().requires_grad_()
+    opacity = torch.linspace(0, 1, len(points), dtype=torch.float64).requires_grad_()
+    config = FitConfig(opacity_weight=weights[0], xing_weight=weights[1], bezier_weight=weights[2])
+    regularization(points, opacity, WIDTH, HEIGHT, config).backward()
+    adj_points, adj_opacity = adjoint(points.detach(), opacity.detach(), config, device=device)
+    assert points.grad.isfinite().all()
+    torch.testing.assert_close(adj_points.cpu(), points.grad, rtol=1e-9, atol=1e-14)
+    torch.testing.assert_close(adj_opacity.cpu(), opacity.grad, rtol=1e-12, atol=0)
+
+
+@pytest.mark.parametrize("scene", SIDE_SCENES)
+@pytest.mark.parametrize("weights", WEIGHTS)
+def test_adjoint_of_sides_equals_autograd(scene, weights, device):
+    points = SIDE_SCENES[scene].clone().requires_grad_()
+    opacity = torch.linspace(0, 1, len(points), dtype=torch.float64).requires_grad_()
+    config = FitConfig(opacity_weight=weights[0], xing_weight=weights[1], bezier_weight=weights[2])
+    degree = points.shape[1] // 2
+    regularization(points, opacity, WIDTH, HEIGHT, config, degree).backward()
+    with torch.no_grad():
+        adj_points, adj_opacity = adjoint(points, opacity, config, device, degree)
+    torch.testing.assert_close(adj_points.cpu(), points.grad, rtol=1e-9, atol=1e-14)
+    torch.testing.assert_close(adj_opacity.cpu(), opacity.grad, rtol=1e-12, atol=0)
+
+
+def test_adjoint_of_sides_is_the_same_each_time_and_leaves_its_inputs(device):
+    points, opacity = scattered(300).float().to(device), torch.linspace(0, 1, 300, device=device)
+    before = points.clone()
+    first, second = (adjoint(points, opacity, FitConfig(), device, 5) for _ in range(2))
+    assert torch.equal(first[0], second[0]) and torch.equal(first[1], second[1])
+    assert torch.equal(points, before) and not points.requires_grad and points.grad is None
+    assert first[0].dtype == torch.float32 and not first[0].requires_grad
+
+
+def test_adjoint_equals_finite_differences():
+    # Two curves whose chord gives the extent and is held: the extent is a constant for the gradient.
+    points = to_pixels([(-0.5, 0.0), (-0.6, 0.1), (0.0, 0.1), (0.5, 0.0), (0.6, -0.05), (0.1, -0.35)], (WIDTH, HEIGHT))
+    config, opacity, step = FitConfig(xing_weight=100.0, bezier_weight=1.0), torch.ones(1, dtype=torch.float64), 1e-5
+    adj_points, _ = adjoint(points, opacity, config)
+    assert (adj_points[0, [1, 4, 5]] != 0.0).any(-1).all()
+    for k in (1, 2, 4, 5):
+        for axis in (0, 1):
+            values = []
+            for sign in (1, -1):
+                moved = points.clone()
+                moved[0, k, axis] += sign * step
+                values.append(regularization(moved, opacity, WIDTH, HEIGHT, config).item())
+            got = adj_points[0, k, axis].item()
+            assert got == pytest.approx((values[0] - values[1]) / (2 * step), rel=1e-5, abs=1e-10), (k, axis)
+
+
+def test_projection_of_a_vanishing_chord_stays_small():
+    # Anchors 0.001 px apart with handles of 20 px, next to chords of 50 px.
+    points = polygon((50.0, 50.0), (50.001, 50.0), (100.0, 50.0), (100.0, 100.0))
+    points[0, 1, 0] += 20.0
+    adj_points, _ = adjoint(points, torch.ones(1, dtype=torch.float64), FitConfig(bezier_weight=1.0))
+    assert 0.0 < adj_points.abs().max() < 1e-3
+
+
+def test_points_in_one_place_have_no_gradient():
+    points = torch.full((3, 12, 2), 50.0)
+    adj_points, _ = adjoint(points, torch.ones(3), FitConfig())
+    assert adj_points.abs().max() == 0.0
+
+
+@pytest.mark.parametrize("scene", CUBIC_SCENES)
+def test_float32_adjoint_is_finite_and_close(scene):
+    points, config = CUBIC_SCENES[scene], FitConfig()
+    opacity = torch.linspace(0, 1, len(points))
+    adj_points, _ = adjoint(points.float(), opacity, config)
+    expected, _ = adjoint(points.float().double(), opacity.double(), config)
+    assert adj_points.dtype == torch.float32
+    torch.testing.assert_close(adj_points.double(), expected, rtol=1e-3, atol=1e-6)
+
+
+@pytest.mark.parametrize("degree", [3, 5])
+def test_adjoint_adds_to_what_is_there(degree):
+    points = random_points(70, 4) if degree == 3 else scattered(70)
+    opacity, config = torch.linspace(0, 1, 70, dtype=torch.float64), FitConfig()
+    expected = adjoint(points, opacity, config, degree=degree)
+    adj_points, adj_opacity = torch.full_like(points, 2.0), torch.full_like(opacity, 3.0)
+    Regularization(HEIGHT, WIDTH, config, "cpu", degree).add_adjoint(points, opacity, adj_points, adj_opacity)
+    torch.testing.assert_close(adj_points - 2.0, expected[0], rtol=0, atol=1e-14)
+    torch.testing.assert_close(adj_opacity - 3.0, expected[1], rtol=0, atol=1e-14)

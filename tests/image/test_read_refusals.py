@@ -1,0 +1,203 @@
+"""Every bad image, one line; and what is done with arrays: reducing, writing."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+from image_files import LOSSLESS, RGB, RNG, assert_in_range, assert_pixels, complaint, encode, png_header
+from PIL import Image
+
+from warpvec.errors import InputError
+from warpvec.image import read as image_module
+from warpvec.image.read import MAX_PIXELS, read_image
+from warpvec.image.resize import fit_image
+from warpvec.image.write import write_png
+
+
+@pytest.mark.parametrize(
+    ("samples", "words"),
+    [
+        (np.zeros((0, 5, 3)), "0"),
+        (np.zeros((5, 0), np.uint8), "pixels"),
+        (np.zeros((3, 5, 5)), "[3, 5, 5]"),
+        (np.zeros((1, 5, 5, 3)), "channels last"),
+        (np.zeros(5), "[5]"),
+        (np.zeros((2, 2), np.int64), "int64"),
+        (np.zeros((2, 2), np.uint32), "uint32"),
+        (np.zeros((2, 2), complex), "complex128"),
+        (np.zeros((2, 2), object), "object"),
+        (np.full((2, 2), np.nan), "NaN"),
+        (np.array([[0.5, np.inf]]), "infinite"),
+        (np.array([[0.5, np.nan]], np.float16), "NaN"),
+        (np.array([[0.0, 255.0]]), "uint8"),
+        (np.array([[-0.1, 0.5]]), "[0, 1]"),
+        (np.broadcast_to(np.uint8(0), (10_001, 10_000)), "10000 x 10001"),
+        (None, "NoneType"),
+        ([[0.5]], "list"),
+    ],
+)
+def test_bad_array(samples, words):
+    message = complaint(read_image, samples, name="PHOTO")
+    assert message.startswith("PHOTO ")
+    assert words in message
+
+
+@pytest.mark.parametrize(
+    "color", ["", "#", "#12", "#12345", "#ffff", "#gggggg", "nocolor", "rgb(300,0,0)", "#fff\n", 3]
+)
+def test_bad_background(color):
+    message = complaint(read_image, RGB, background=color)
+    assert message.startswith("background ")
+    assert repr(color) in message
+
+
+def test_bad_paths(tmp_path):
+    (tmp_path / "empty.png").touch()
+    (tmp_path / "text.png").write_text("not an image")
+    (tmp_path / "drawing.eps").write_text("%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\n")
+    for name, words in [
+        ("missing.png", "No such file"),
+        ("", "directory"),
+        ("empty.png/below", "directory"),
+        ("nul\0.png", "null"),
+        ("empty.png", "empty"),
+        ("text.png", "not recognised"),
+        ("drawing.eps", "not recognised"),
+    ]:
+        path = tmp_path / name
+        message = complaint(read_image, path)
+        assert message.startswith("IN ")
+        assert words in message
+        assert repr(str(path)) in message
+    assert "empty" in complaint(read_image, b"")
+    assert "0 x 5" in complaint(read_image, Image.new("RGB", (0, 5)))
+
+
+def test_pipe_is_read(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=pipe.write_bytes, args=(encode(RGB),), daemon=True)
+    writer.start()
+    assert_pixels(read_image(pipe), RGB / 255)
+    writer.join()
+
+
+DAMAGED = [*LOSSLESS, ("JPEG", {}), ("JPEG", {"progressive": True}), ("GIF", {}), ("WEBP", {})]
+
+
+@pytest.mark.parametrize(("format", "options"), DAMAGED)
+def test_truncated_file_is_refused_or_whole(capfd, format, options):
+    data = encode(RGB.repeat(2, 0), format, **options)
+    whole, messages = read_image(data), []
+    for length in range(len(data)):
+        try:
+            np.testing.assert_array_equal(read_image(data[:length]), whole)
+        except InputError as error:
+            messages.append(str(error))
+    assert len(messages) > 0.8 * len(data)
+    assert not any("\n" in message for message in messages)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("format", "options"), DAMAGED)
+def test_damaged_file_is_read_or_refused(capfd, format, options):
+    data = np.frombuffer(encode(RGB, format, **options), np.uint8)
+    rng = np.random.default_rng(11)
+    for _ in range(150):
+        damaged = data.copy()
+        damaged[rng.integers(0, len(data), 3)] = rng.integers(0, 256, 3)
+        with contextlib.suppress(InputError):
+            assert_in_range(read_image(damaged.tobytes()))
+    # libtiff itself writes to the error stream, and no caller of Pillow can stop it.
+    assert format == "TIFF" or capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("size", [(10_001, 10_000), (15_000, 15_000), (100_000, 100_000)])
+def test_too_many_pixels_are_refused_from_the_header(size):
+    message = complaint(read_image, png_header(*size))
+    assert str(MAX_PIXELS) in message
+    assert str(size[0] * size[1]) in message
+
+
+def test_limit_itself_passes_the_header_check():
+    assert "pixels," not in complaint(read_image, png_header(10_000, 10_000))
+
+
+def test_limit_holds_for_pil_images_and_whoever_set_pillows(monkeypatch):
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 10)
+    assert_pixels(read_image(encode(RGB)), RGB / 255)
+    assert Image.MAX_IMAGE_PIXELS == 10
+    monkeypatch.setattr(image_module, "MAX_PIXELS", 53)
+    assert "9 x 6" in complaint(read_image, Image.fromarray(RGB))
+    assert "54 pixels" in complaint(read_image, encode(RGB))
+    assert Image.MAX_IMAGE_PIXELS == 10
+
+
+@pytest.mark.parametrize("exception", [KeyboardInterrupt, MemoryError])
+def test_interrupt_and_lack_of_memory_pass(monkeypatch, exception):
+    def load(self):
+        raise exception
+
+    data = encode(RGB)
+    monkeypatch.setattr(Image.Image, "getexif", load)
+    with pytest.raises(exception):
+        read_image(data)
+
+
+@pytest.mark.parametrize(
+    ("size", "longest_side", "want"),
+    [
+        ((40, 30), 20, (20, 15)),
+        ((30, 40), 20, (15, 20)),
+        ((1, 5000), 1024, (1, 1024)),
+        ((5000, 2), 10, (10, 1)),
+        ((9, 7), 1, (1, 1)),
+    ],
+)
+def test_fit_image_size_and_constant(size, longest_side, want):
+    reduced = fit_image(np.full((*size, 3), (0.0, 0.3, 1.0), np.float32), longest_side)
+    assert_pixels(reduced, np.full((*want, 3), (0.0, 0.3, 1.0)), atol=1e-6)
+    assert_in_range(reduced)
+
+
+def test_fit_image_never_enlarges():
+    pixels = RNG.random((6, 9, 3)).astype(np.float32)
+    assert_pixels(fit_image(pixels, 9), pixels)
+    assert_pixels(fit_image(pixels, 10**9), pixels)
+
+
+def test_fit_image_removes_what_the_smaller_grid_cannot_hold():
+    board = np.indices((128, 128)).sum(0) % 2
+    pixels = np.repeat(board[..., None].astype(np.float32), 3, -1)
+    assert_pixels(fit_image(pixels, 32)[2:-2, 2:-2].copy(), np.full((28, 28, 3), 0.5), atol=0.01)
+    step = np.zeros((8, 128, 3), np.float32)
+    step[:, 64:] = 1
+    reduced = fit_image(step, 32)
+    assert (reduced.min(), reduced.max()) == (0, 1)
+    np.testing.assert_allclose(reduced.mean(), 0.5, atol=1e-6)
+
+
+def test_write_png_rounds_and_replaces(tmp_path):
+    path = tmp_path / "frame.png"
+    path.write_bytes(b"old")
+    levels = np.array([[(0.49, 0.51, 254.51), (254.49, 300, -4), (1, 2, 3)]]) / 255
+    write_png(path, levels)
+    assert_pixels(read_image(path), np.array([[(0, 1, 255), (254, 255, 0), (1, 2, 3)]]) / 255)
+    write_png(path, (RGB / 255).astype(np.float32))
+    assert_pixels(read_image(path), RGB / 255)
+    assert [p.name for p in tmp_path.iterdir()] == ["frame.png"]
+    assert complaint(write_png, tmp_path / "no" / "frame.png", levels, name="--save-frames").startswith(
+        "--save-frames "
+    )
+
+
+def test_import_is_light():
+    code = "import sys, warpvec.image.read, warpvec.image.samples; print({'torch', 'warp', 'skimage', 'imageio'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"

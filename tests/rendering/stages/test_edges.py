@@ -1,0 +1,121 @@
+"""Edges against rows and columns: no part of an edge outside its ranges, and no quotient that is not finite."""
+
+import numpy as np
+import pytest
+import torch
+import warp as wp
+from numpy.typing import NDArray
+from oracles import precisions
+
+from warpvec.kernels import edges
+from warpvec.kernels.constants import COLUMN_GUARD, FLAT_EDGE, TILE
+from warpvec.kernels.lanes import make_lanes
+from warpvec.rendering.launch import start_warp
+
+_KERNELS = {}
+
+
+def make_probes(dtype: torch.dtype) -> tuple[wp.Kernel, wp.Kernel]:
+    """Kernels that call each scalar function once an edge; built once, as a second would rebuild the module."""
+    if dtype not in _KERNELS:
+        _KERNELS[dtype] = _make_probes(dtype)
+    return _KERNELS[dtype]
+
+
+def _make_probes(dtype: torch.dtype) -> tuple[wp.Kernel, wp.Kernel]:
+    start_warp()
+    lanes = make_lanes(1, wp.dtype_from_torch(dtype))
+    functions = edges.make_functions(lanes)
+    inverse, column_range = functions.inverse, functions.column_range
+    row_range, row_crossing = functions.row_range, functions.row_crossing
+    real, vec2 = lanes.dtype, lanes.vec2
+    module = wp.get_module(f"test_edges.{lanes.name}")
+    module.options.update(enable_backward=False)
+
+    @wp.kernel(module=module)
+    def ranges(
+        start: wp.array(dtype=vec2), end: wp.array(dtype=vec2), top: real, bottom: real, out: wp.array(dtype=wp.vec4i)
+    ):
+        i = wp.tid()
+        columns = column_range(start[i], end[i], top, bottom)
+        rows = row_range(start[i], end[i], 0, 100)
+        out[i] = wp.vec4i(columns[0], columns[1], rows[0], rows[1])
+
+    @wp.kernel(module=module)
+    def quotients(row: wp.array(dtype=real), difference: wp.array(dtype=real), out: wp.array2d(dtype=real)):
+        i = wp.tid()
+        out[i, 0] = inverse(difference[i])
+        out[i, 1] = row_crossing(row[i], real(0.0), inverse(difference[i]))
+
+    return ranges, quotients
+
+
+def ranges_of(start: NDArray, end: NDArray, top: float, bottom: float, dtype: torch.dtype) -> NDArray:
+    """First and last column, first and last tile row of each edge."""
+    kernel, _ = make_probes(dtype)
+    vec2 = make_lanes(1, wp.dtype_from_torch(dtype)).vec2
+    out = wp.zeros(len(start), dtype=wp.vec4i, device="cpu")
+    ends = [wp.array(side, dtype=vec2, device="cpu") for side in (start, end)]
+    wp.launch(kernel, dim=len(start), inputs=[*ends, top, bottom, out], device="cpu")
+    return out.numpy()
+
+
+def random_edges(count: int = 300, size: float = 100.0) -> tuple[NDArray, NDArray]:
+    """Edges of which a third is horizontal, vertical, or has its ends on the grid."""
+    generator = np.random.default_rng(3)
+    start, end = generator.uniform(-0.2 * size, size, (2, count, 2))
+    end[::9, 0], end[1::9, 1] = start[::9, 0], start[1::9, 1]
+    start[2::9], end[2::9] = start[2::9].round(), end[2::9].round()
+    return start, end
+
+
+@precisions
+def test_column_range_holds_the_edge_and_little_more(dtype: torch.dtype) -> None:
+    start, end = random_edges()
+    top, bottom = 32.0, 48.0
+    got = ranges_of(start, end, top, bottom, dtype)
+    s = np.linspace(0, 1, 2001)[:, None, None]
+    x, y = np.moveaxis(start + s * (end - start), -1, 0)
+    inside = (top <= y) & (y <= bottom)
+    low, high = np.where(inside, x, np.inf).min(0), np.where(inside, x, -np.inf).max(0)
+    crossing = inside.any(0)
+    assert crossing.sum() > 30
+    step = np.abs(end - start)[:, 0] / 2000
+    assert (got[crossing, 0] <= np.floor(low[crossing])).all()
+    assert (got[crossing, 1] >= np.floor(high[crossing])).all()
+    slack = 2 * COLUMN_GUARD + step[crossing]
+    assert (got[crossing, 0] >= np.floor(low[crossing] - slack)).all()
+    assert (got[crossing, 1] <= np.floor(high[crossing] + slack)).all()
+
+
+@precisions
+def test_row_range_holds_the_edge(dtype: torch.dtype) -> None:
+    start, end = random_edges(size=1000.0)
+    got = ranges_of(start, end, 0.0, 16.0, dtype)
+    low = np.floor(np.minimum(start, end)[:, 1] / TILE)
+    high = np.floor(np.maximum(start, end)[:, 1] / TILE)
+    np.testing.assert_array_equal(got[:, 2], np.maximum(low, 0))
+    np.testing.assert_array_equal(got[:, 3], np.minimum(high, 99))
+
+
+@precisions
+def test_huge_edges_have_columns_that_fit_an_integer(dtype: torch.dtype) -> None:
+    start, end = np.array([[-3e38, 0.0], [3e38, -3e38]]), np.array([[3e38, 16.0], [-3e38, 3e38]])
+    got = ranges_of(start, end, 0.0, 16.0, dtype)
+    assert (got[:, 0] < 0).all() and (got[:, 1] > 1000).all() and (got[:, :2] != np.iinfo(np.int32).min).all()
+
+
+@precisions
+@pytest.mark.parametrize("difference", [0.0, -0.0, 1e-40, -1e-40, 1e-30, -1e-30, 1e-19, -1e-19, 3.0])
+def test_inverse_is_finite_and_keeps_a_crossing_in_the_edge(dtype: torch.dtype, difference: float) -> None:
+    _, kernel = make_probes(dtype)
+    lanes = make_lanes(1, wp.dtype_from_torch(dtype))
+    rows = np.array([0.0, 1.0, -1.0, 1e7, -1e7])
+    out = wp.zeros((len(rows), 2), dtype=lanes.dtype, device="cpu")
+    arrays = [wp.array(x, dtype=lanes.dtype, device="cpu") for x in (rows, np.full(len(rows), difference))]
+    wp.launch(kernel, dim=len(rows), inputs=[*arrays, out], device="cpu")
+    inverse, crossing = out.numpy().T.astype(np.float64)
+    assert np.isfinite(inverse).all() and np.isfinite(crossing).all()
+    want = 1 / (difference if abs(difference) > FLAT_EDGE else -FLAT_EDGE if difference < 0 else FLAT_EDGE)
+    np.testing.assert_allclose(inverse, want, rtol=1e-6)
+    np.testing.assert_allclose(crossing, np.clip(rows * want, 0, 1), rtol=1e-6)

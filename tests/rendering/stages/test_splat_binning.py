@@ -1,0 +1,178 @@
+"""Stage 2 of the splat renderer: every tile in which a path shows has it in its list, in order, and few others do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pytest
+import torch
+import warp as wp
+from oracles import lane_widths, precisions, render
+from reference.splatting import Gaussians, Settings, gaussians, path_alpha
+from scenes import SceneTensors, circle, degenerate_scene, random_scene
+from splat_oracles import make_splat_renderer, off_the_band, reference_image, white
+from torch import Tensor
+
+from warpvec.kernels.constants import PARTIAL, SPLAT_GROUP, TILE
+from warpvec.kernels.lanes import make_lanes
+from warpvec.rendering.launch import Launcher, start_warp
+from warpvec.rendering.stages.binning import TileGrid
+from warpvec.rendering.stages.splat_binning import SplatBinning
+from warpvec.rendering.stages.splatting import Splatting
+
+SIZES = [(1, 1), (15, 17), (16, 16), (17, 15), (31, 33), (33, 31), (16, 400), (130, 16)]
+
+SMALL = Settings(samples=9, lines=2)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the stage made of a scene: the paths of each tile in its order, and the class of each pair."""
+
+    lists: list[list[int]]
+    classes: set[int]
+    slots: list[int]
+    group_box: Tensor
+
+
+def bin_paths(scene: SceneTensors, settings: Settings, lane_width: int, dtype: torch.dtype, threads: int = 2) -> Found:
+    start_warp()
+    lanes, launch = make_lanes(lane_width, wp.dtype_from_torch(dtype)), Launcher("cpu", threads)
+    grid = TileGrid(scene.height, scene.width)
+    splatting = Splatting(launch, lanes, settings.samples, settings.lines, settings.degree, True, False)
+    splatting.run(scene.points.to(dtype).contiguous(), scene.opacity.to(dtype))
+    binning = SplatBinning(launch, lanes, grid, settings.samples)
+    binning.bin_splats(splatting, len(scene.points))
+    first, pairs = binning.tile_first_hit.numpy(), binning.hit_pair.numpy()
+    path, slot, kind = (array.numpy() for array in (binning.pair_path, binning.pair_slot, binning.pair_class))
+    hits = [pairs[first[tile] : first[tile + 1]].tolist() for tile in range(grid.count)]
+    boxes = torch.from_numpy(binning.group_box.numpy().copy())
+    rows = len(scene.points) * (settings.lines + 2)
+    return Found(
+        [[int(path[pair]) for pair in row] for row in hits],
+        {int(kind[pair]) for row in hits for pair in row},
+        [int(slot[pair]) for row in hits for pair in row],
+        boxes[: rows * (binning.group_count + 1)].reshape(-1, settings.lines + 2, binning.group_count + 1, 4),
+    )
+
+
+def tile_any(mask: Tensor) -> Tensor:
+    """Which tiles [N, tiles] have a True among their pixels of ``mask`` [N, h, w]."""
+    count, height, width = mask.shape
+    rows, columns = -(-height // TILE), -(-width // TILE)
+    padded = torch.zeros(count, rows * TILE, columns * TILE, dtype=torch.bool)
+    padded[:, :height, :width] = mask
+    return padded.reshape(count, rows, TILE, columns, TILE).any(4).any(2).flatten(1)
+
+
+def shown(scene: SceneTensors, settings: Settings) -> Tensor:
+    """[N, tiles]."""
+    return tile_any(path_alpha(gaussians(scene.points, settings), scene.opacity, scene.height, scene.width) > 0)
+
+
+def boxed(scene: SceneTensors, settings: Settings) -> Tensor:
+    """The tiles [N, tiles] that the box of a group of neighbouring Gaussians reaches, by the reference."""
+    left, top, right, bottom = group_boxes(gaussians(scene.points, settings), scene).unbind(-1)
+    x, y = torch.arange(scene.width) + 0.5, torch.arange(scene.height) + 0.5
+    within_x = (left[..., None] <= x) & (x <= right[..., None])
+    within_y = (top[..., None] <= y) & (y <= bottom[..., None])
+    covered = within_y[..., :, None] & within_x[..., None, :]
+    return tile_any(covered.flatten(1, 2).any(1))
+
+
+def group_boxes(found: Gaussians, scene: SceneTensors) -> Tensor:
+    """Left, top, right, bottom [N, rows, groups, 4] px of where the Gaussians of a group may show."""
+    spread = torch.diagonal(found.covariance, dim1=-2, dim2=-1)
+    reach = (2 * (255 * scene.opacity).log().clamp(min=0)[:, None, None, None] * spread).sqrt()
+    ends = [(found.mean - reach).split(SPLAT_GROUP, 2), (found.mean + reach).split(SPLAT_GROUP, 2)]
+    low = torch.stack([part.amin(2) for part in ends[0]], 2)
+    high = torch.stack([part.amax(2) for part in ends[1]], 2)
+    return torch.cat([low, high], -1)
+
+
+@pytest.mark.parametrize(("height", "width"), SIZES)
+@lane_widths
+@precisions
+def test_a_tile_lists_what_shows_in_it_in_order(height: int, width: int, lane_width: int, dtype: torch.dtype) -> None:
+    scene = off_the_band(SMALL, random_scene, height, 12, height, width)
+    found, visible, near = bin_paths(scene, SMALL, lane_width, dtype), shown(scene, SMALL), boxed(scene, SMALL)
+    for tile, paths in enumerate(found.lists):
+        assert paths == sorted(set(paths))
+        assert set(visible[:, tile].nonzero().flatten().tolist()) <= set(paths)
+        assert set(paths) <= set(near[:, tile].nonzero().flatten().tolist())
+    assert found.classes <= {PARTIAL}
+    assert len(set(found.slots)) == len(found.slots)
+    assert visible.any()
+
+
+@pytest.mark.parametrize("seed", range(3))
+@lane_widths
+def test_degenerate_paths(seed: int, lane_width: int) -> None:
+    scene = off_the_band(SMALL, degenerate_scene, seed, 20, 33, 50)
+    found, visible = bin_paths(scene, SMALL, lane_width, torch.float64), shown(scene, SMALL)
+    for tile, paths in enumerate(found.lists):
+        assert set(visible[:, tile].nonzero().flatten().tolist()) <= set(paths)
+
+
+@pytest.mark.parametrize("path_count", [0, 1, 2, 63, 64, 65])
+def test_any_number_of_paths(path_count: int) -> None:
+    scene = random_scene(path_count, path_count, 33, 31)
+    found, visible = bin_paths(scene, SMALL, 16, torch.float32, threads=3), shown(scene, SMALL)
+    assert sum(map(len, found.lists)) >= visible.sum()
+    for tile, paths in enumerate(found.lists):
+        assert set(visible[:, tile].nonzero().flatten().tolist()) <= set(paths)
+
+
+@lane_widths
+def test_boxes_of_groups_hold_the_pixels_their_gaussians_reach(lane_width: int) -> None:
+    scene = random_scene(4, 6, 33, 50)
+    got = bin_paths(scene, Settings(20, 2), lane_width, torch.float64).group_box
+    boxes = group_boxes(gaussians(scene.points, Settings(20, 2)), scene)
+    # Pixel centres at j + 0.5: the first at or after the low end, and one past the last at or before the high end.
+    size = torch.tensor([50, 33])
+    low = (boxes[..., :2] - 0.5).ceil().clamp(min=0).minimum(size)
+    high = ((boxes[..., 2:] - 0.5).floor() + 1).clamp(min=0).minimum(size)
+    none = (low >= high).any(-1, keepdim=True)
+    want = torch.cat([torch.where(none, size, low), torch.where(none, 0, high)], -1).int()
+    assert torch.equal(got[:, :, :-1], want)
+    assert torch.equal(got[:, :, -1, :2], want[..., :2].amin(2)) and torch.equal(
+        got[:, :, -1, 2:], want[..., 2:].amax(2)
+    )
+    assert not none.all() and none.any()
+
+
+@pytest.mark.parametrize("x", [13.2, 15.2, 16.0, 16.8, 18.9])
+@pytest.mark.parametrize("y", [13.2, 15.2, 16.0, 18.9])
+@lane_widths
+def test_a_dot_near_a_tile_corner(x: float, y: float, lane_width: int) -> None:
+    # 0.75 px high and 0.3 px wide at most: it reaches 2.5 px up and down, 1 px to the sides.
+    scene = white(circle(x, y, 0.01), 0.9, 33, 40)
+    found = bin_paths(scene, SMALL, lane_width, torch.float64)
+    want = shown(scene, SMALL)[0]
+    assert [bool(paths) for paths in found.lists] == want.tolist()
+    got = render(scene, make_splat_renderer(scene, SMALL, lane_width))
+    torch.testing.assert_close(got, reference_image(scene, SMALL), rtol=0, atol=1e-12)
+
+
+@lane_widths
+def test_invisible_paths_are_in_no_list(lane_width: int) -> None:
+    points = torch.stack(
+        [
+            circle(20.0, 16.0, 5.0),  # of an opacity that is dropped
+            circle(-40.0, 16.0, 5.0),
+            circle(20.0, 80.0, 5.0),
+            circle(1e30, 16.0, 5.0),
+            torch.full((12, 2), torch.nan, dtype=torch.float64),
+        ]
+    )
+    scene = random_scene(1, 5, 33, 40)._replace(points=points)
+    scene = scene._replace(opacity=torch.tensor([0.0, 1, 1, 1, 1], dtype=torch.float64))
+    found = bin_paths(scene, SMALL, lane_width, torch.float64)
+    assert not any(set(paths) & {1, 2, 3, 4} for paths in found.lists)
+    assert torch.equal(render(scene, make_splat_renderer(scene, SMALL, lane_width)), scene.background.expand(33, 40, 3))
+
+
+def test_strips_shared_among_threads_give_the_same_lists() -> None:
+    scene = random_scene(5, 60, 100, 70)
+    runs = [bin_paths(scene, SMALL, 16, torch.float32, threads) for threads in (1, 2, 3)]
+    assert runs[0].lists == runs[1].lists == runs[2].lists and runs[0].slots == runs[1].slots == runs[2].slots

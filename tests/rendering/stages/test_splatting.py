@@ -1,0 +1,166 @@
+"""Stage 1 of the splat renderer: where the Gaussians are, how wide, and what their positions pass to the points."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+import warp as wp
+from assertions import assert_grad_close
+from oracles import adjoint, cotangent, lane_widths, precisions
+from reference.compositing import composite
+from reference.splatting import Gaussians, Settings, gaussians, path_alpha, row_weights
+from scenes import SceneTensors, circle, degenerate_scene, random_scene
+from splat_oracles import check_gradients, loop_scene, make_splat_renderer, off_the_band, switches
+from torch import Tensor
+
+from warpvec.kernels.constants import COORDINATE_MAX
+from warpvec.kernels.lanes import make_lanes
+from warpvec.kernels.splatting import PLANES
+from warpvec.rendering.launch import Launcher, start_warp
+from warpvec.rendering.stages.splatting import Splatting
+
+COUNTS = [(samples, lines) for samples in (2, 3, 4, 15, 16, 17, 33) for lines in (1, 2, 5)]
+SHAPES = [(3, 2), (3, 3), (3, 4), (3, 5), (2, 2), (5, 2), (1, 6)]
+"""Degree and pieces."""
+
+
+def place(
+    points: Tensor, settings: Settings, lane_width: int, dtype: torch.dtype = torch.float64, opacity: float = 0.8
+) -> Tensor:
+    """The planes [N, rows, PLANES, samples, padded] of the Gaussians of ``points`` [N, P, 2], in float64."""
+    start_warp()
+    lanes = make_lanes(lane_width, wp.dtype_from_torch(dtype))
+    switches = (settings.interior_gradient, settings.covariance_gradient)
+    stage = Splatting(Launcher("cpu", 2), lanes, settings.samples, settings.lines, settings.degree, *switches)
+    stage.run(points.to(dtype).contiguous(), torch.full((len(points),), opacity, dtype=dtype))
+    shape = (len(points), settings.lines + 2, PLANES, stage.sample_stride)
+    values = torch.from_numpy(stage.splats.numpy()[: shape[0] * shape[1] * shape[2] * shape[3]].copy())
+    return values.reshape(shape).double()
+
+
+def expected_planes(found: Gaussians, opacity: float = 0.8) -> Tensor:
+    """[N, rows, PLANES, samples]: center, inverse covariance xx, xy, yy, half the box where alpha may show."""
+    inverse = found.frame / found.scale[..., None, :] ** 2 @ found.frame.mT
+    spread = torch.diagonal(found.covariance, dim1=-2, dim2=-1)
+    reach = (2 * torch.tensor(255 * opacity, dtype=torch.float64).log() * spread).sqrt()
+    values = [*found.mean.unbind(-1), inverse[..., 0, 0], inverse[..., 0, 1], inverse[..., 1, 1], *reach.unbind(-1)]
+    return torch.stack(values, 2)
+
+
+def check(points: Tensor, settings: Settings, lane_width: int, atol: float = 1e-11) -> None:
+    got = place(points, settings, lane_width)[..., : settings.samples]
+    torch.testing.assert_close(got, expected_planes(gaussians(points, settings)), rtol=1e-11, atol=atol)
+
+
+@pytest.mark.parametrize(("samples", "lines"), COUNTS)
+@lane_widths
+def test_gaussians_of_any_number_of_samples_and_lines(samples: int, lines: int, lane_width: int) -> None:
+    check(random_scene(samples, 3, 40, 50).points, Settings(samples, lines), lane_width)
+
+
+@pytest.mark.parametrize(("degree", "pieces"), SHAPES)
+@lane_widths
+def test_gaussians_of_any_degree_and_number_of_pieces(degree: int, pieces: int, lane_width: int) -> None:
+    # 15 samples: one of them stands on the anchor between two pieces of a side.
+    check(loop_scene(degree, 3, 40, 50, degree, pieces).points, Settings(15, 3, degree), lane_width)
+
+
+@lane_widths
+def test_the_default_numbers_of_samples_and_lines(lane_width: int) -> None:
+    check(random_scene(1, 2, 40, 50).points, Settings(), lane_width)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@lane_widths
+def test_gaussians_of_degenerate_paths(seed: int, lane_width: int) -> None:
+    # Those that are moved far away stand at 1e6 px, to rounding.
+    check(degenerate_scene(seed, 9, 40, 50).points, Settings(9, 3), lane_width, atol=1e-8)
+
+
+@lane_widths
+def test_single_precision(lane_width: int) -> None:
+    points = random_scene(2, 5, 400, 500).points
+    got = place(points, Settings(20, 7), lane_width, torch.float32)[..., :20]
+    # A centre at 500 px is known to 3e-5 px, a spacing of 1 px to as much.
+    torch.testing.assert_close(got, expected_planes(gaussians(points, Settings(20, 7))), rtol=1e-3, atol=1e-3)
+
+
+@lane_widths
+@precisions
+def test_padding_and_what_is_not_finite_are_invisible(lane_width: int, dtype: torch.dtype) -> None:
+    points = random_scene(3, 4, 40, 50).points
+    points[1, 4, 1], points[3, 0, 0] = torch.nan, torch.inf
+    planes = place(points, Settings(5, 2), lane_width, dtype)
+    assert (planes[:, :, 5:, 5:] < 0).all()
+    assert not (planes[[1, 3], :, 5:] >= 0).any()
+    assert (planes[[0, 2], :, 5:, :5] > 0).all()
+
+
+@lane_widths
+@precisions
+def test_centers_beyond_the_farthest_coordinate_are_invisible(lane_width: int, dtype: torch.dtype) -> None:
+    near, far = circle(20.0, 20.0, 5.0), circle(2 * COORDINATE_MAX, 20.0, 5.0)
+    planes = place(torch.stack([near, far]), Settings(5, 2), lane_width, dtype)[..., :5]
+    assert (planes[0, :, 5:] > 0).all() and (planes[1, :, 5:] < 0).all()
+
+
+# What the positions and covariances pass on
+
+
+@pytest.mark.parametrize(("samples", "lines"), COUNTS)
+@lane_widths
+def test_adjoint_of_any_number_of_samples_and_lines(samples: int, lines: int, lane_width: int) -> None:
+    settings = Settings(samples, lines, covariance_gradient=True)
+    scene = off_the_band(settings, random_scene, samples, 3, 20, 24)
+    check_gradients(scene, settings, make_splat_renderer(scene, settings, lane_width), 1e-10)
+
+
+@pytest.mark.parametrize(("degree", "pieces"), SHAPES)
+@switches
+def test_adjoint_of_any_degree_and_number_of_pieces(degree: int, pieces: int, interior: bool, covariance: bool) -> None:
+    settings = Settings(9, 2, degree, interior, covariance)
+    scene = off_the_band(settings, loop_scene, degree, 4, 20, 24, degree, pieces)
+    check_gradients(scene, settings, make_splat_renderer(scene, settings), 1e-10)
+
+
+def point_adjoint(scene: SceneTensors, settings: Settings, lane_width: int) -> Tensor:
+    return adjoint(scene, make_splat_renderer(scene, settings, lane_width), cotangent(scene)).points
+
+
+@lane_widths
+def test_interior_on_minus_off_is_what_the_lines_pass_to_the_points(lane_width: int) -> None:
+    scene = off_the_band(Settings(9, 4), random_scene, 4, 2, 30, 34)
+    on, off = (point_adjoint(scene, Settings(9, 4, interior_gradient=state), lane_width) for state in (True, False))
+    adj_mean, mean, points = mean_adjoint(scene, Settings(9, 4))
+    (want,) = torch.autograd.grad((mean[:, 1:-1] * adj_mean[:, 1:-1]).sum(), points)
+    assert_grad_close(on - off, want, rtol=1e-11, atol=1e-13, name="lines")
+    # A move of the whole path moves each Gaussian as much.
+    torch.testing.assert_close((on - off).sum(1), adj_mean[:, 1:-1].sum((1, 2)), rtol=1e-10, atol=1e-12)
+    torch.testing.assert_close(off.sum(1), adj_mean[:, [0, -1]].sum((1, 2)), rtol=1e-10, atol=1e-12)
+
+
+def mean_adjoint(scene: SceneTensors, settings: Settings) -> tuple[Tensor, Tensor, Tensor]:
+    """dL/d(each center) [N, rows, samples, 2] by the reference, the centers, and the points that they depend on."""
+    points = scene.points.clone().requires_grad_()
+    found = gaussians(points, settings)
+    center = found.mean.detach().requires_grad_()
+    layers = path_alpha(found._replace(mean=center), scene.opacity, scene.height, scene.width)
+    image = composite(layers, scene.color, torch.ones_like(scene.opacity), scene.background)
+    (adj_mean,) = torch.autograd.grad((image * cotangent(scene)).sum(), center)
+    return adj_mean, found.mean, points
+
+
+@pytest.mark.parametrize("lines", [1, 2, 5])
+@lane_widths
+def test_the_two_sides_share_a_line_by_its_weight(lines: int, lane_width: int) -> None:
+    # The anchor in the middle, at u = 1, ends side A and side B alike; a handle belongs to one of them.
+    scene = random_scene(5, 1, 24, 24, 2)._replace(points=circle(12.3, 11.8, 7.0, 2)[None])
+    settings = Settings(6, lines)
+    got = point_adjoint(scene, settings, lane_width)[0]
+    adj_mean = mean_adjoint(scene, settings)[0][0]
+    u = torch.linspace(0.007, 0.993, 6, dtype=torch.float64)
+    weight = row_weights(lines)
+    handle = (3 * u * (1 - u) ** 2)[:, None]
+    for point, share in ((1, 1 - weight), (5, weight)):
+        want = (share[:, None, None] * handle * adj_mean).sum((0, 1))
+        torch.testing.assert_close(got[point], want, rtol=1e-10, atol=1e-12)

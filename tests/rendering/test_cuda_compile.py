@@ -1,0 +1,74 @@
+"""Every kernel compiles for sm_90 without a GPU, none spills, and enough blocks of each run at a time."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+import warp as wp
+
+from warpvec.kernels.constants import TILE
+from warpvec.rendering.launch import start_warp
+
+sys.path.append(str(Path(__file__).parents[2] / "bench"))
+cubins = import_module("cubins")
+
+REGISTERS_MAX = 64
+"""64 registers let four blocks of 256 threads share a multiprocessor's 65,536."""
+
+REGISTERS_ALLOWED = {"covariance_adjoint": 80}
+"""Kernels that may take more, and why: with 76 three blocks of 256 threads share a multiprocessor, enough for a kernel
+that an ablation alone runs, once a step, with a thread a sample."""
+
+SHARED_MAX = 2048
+"""Bytes of a block that Warp and the driver take for themselves; kernels take none."""
+
+
+def test_the_stages_are_found() -> None:
+    known = {"flattening", "binning", "capacity", "coverage", "coverage_adjoint", "compositing", "compositing_adjoint"}
+    assert known <= set(cubins.STAGES)
+
+
+@pytest.mark.parametrize(("stage", "variant"), cubins.VARIANTS)
+def test_kernels_compile_ahead_of_time(stage: str, variant: tuple[bool, ...]) -> None:
+    for name, resources in cubins.stage_resources(stage, variant).items():
+        print(f"{name}: {resources}, {resources.blocks} blocks")
+        assert 0 < resources.registers <= REGISTERS_ALLOWED.get(name, REGISTERS_MAX), name
+        assert resources.local == resources.stack == 0, f"{name} spills, or has local arrays"
+        assert resources.shared <= SHARED_MAX, name
+
+
+def test_a_kernel_with_local_and_shared_memory_is_seen() -> None:
+    # Local arrays cost a frame on CUDA: the compositing adjoint of the vector form has four.
+    module = wp.get_module("test_cuda_compile")
+    module.options.update(enable_backward=False)
+
+    @wp.func_native("__shared__ float staged[4096]; staged[i] = value; __syncthreads(); return staged[i ^ 1];")
+    def stage(i: int, value: float) -> float: ...
+
+    @wp.kernel(module=module)
+    def with_frame(count: int, out: wp.array(dtype=float)):
+        values = wp.zeros(shape=(TILE,), dtype=float)
+        for i in range(count):
+            values[i % TILE] = values[(i * i) % TILE] + out[i]
+        out[0] = values[count % TILE]
+
+    @wp.kernel(module=module)
+    def with_shared(out: wp.array(dtype=float)):
+        out[wp.tid()] = stage(wp.tid(), out[wp.tid()])
+
+    start_warp()
+    found = {
+        symbol.split("__")[-1].rsplit("_", 4)[0]: value for symbol, value in cubins.module_resources(module).items()
+    }
+    assert found["with_frame"].local >= 4 * TILE and found["with_frame"].stack >= found["with_frame"].local
+    assert found["with_shared"].shared >= 4 * 4096 > SHARED_MAX and found["with_shared"].local == 0
+
+
+@pytest.mark.parametrize(
+    ("registers", "shared", "blocks"), [(32, 0, 8), (33, 0, 6), (64, 2048, 4), (76, 0, 3), (32, 100 * 1024, 2)]
+)
+def test_blocks_at_a_time(registers: int, shared: int, blocks: int) -> None:
+    assert cubins.Resources(registers, 0, 0, shared).blocks == blocks

@@ -1,0 +1,290 @@
+"""The renderer as a whole against the reference: image and gradients at every size, degenerate paths, equal bits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+
+import pytest
+import torch
+from assertions import (
+    assert_close_off_edges,
+    assert_grad_close,
+    assert_grad_present,
+    assert_same_direction,
+    finite_difference,
+)
+from oracles import (
+    GRADIENTS,
+    adjoint,
+    cotangent,
+    inputs,
+    lane_widths,
+    make_renderer,
+    precisions,
+    reference_gradients,
+    reference_image,
+    render,
+    target_image,
+)
+from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, figure_eight, random_scene
+from torch import Tensor
+
+from warpvec.rendering.exact import ExactRenderer
+
+SIZES = [(1, 1), (15, 16), (16, 17), (17, 15), (31, 33), (33, 31), (40, 1), (16, 130)]
+
+EXACT = 1e-11
+"""Rounding in float64; the worst seen is 5e-15, and 2e-11 for paths of 1e6 px, which have a tolerance of their own."""
+
+DIFFERENTIABLE = [case for case in ZOO if case.differentiable]
+KINKED = [case for case in ZOO if not case.differentiable]
+
+Maker = Callable[..., SceneTensors]
+
+
+def reach(scene: SceneTensors) -> float:
+    """Coordinates in thousands of pixels, at least 1: edges are placed to their rounding."""
+    return max(1.0, scene.points.abs().max().item() / 1e3) if len(scene.points) else 1.0
+
+
+def check_image(scene: SceneTensors, renderer: ExactRenderer) -> None:
+    image = render(scene, renderer)
+    torch.testing.assert_close(image, reference_image(scene, renderer), rtol=0, atol=EXACT * reach(scene))
+
+
+def check_gradients(scene: SceneTensors, renderer: ExactRenderer, rtol: float) -> None:
+    adj_image = cotangent(scene)
+    got = adjoint(scene, renderer, adj_image)
+    want = reference_gradients(scene, renderer, adj_image)
+    for name in GRADIENTS:
+        # Nearly cancelled sums keep the rounding of their addends, of the size of 1.
+        assert_grad_close(getattr(got, name), want[name], rtol=rtol, atol=1e-13, name=name)
+        assert_grad_present(getattr(got, name), want[name], name, floor=max(1e-6, 10 * rtol))
+        if want[name].numel():
+            assert_same_direction(getattr(got, name), want[name], 1 - rtol, name)
+
+
+@pytest.mark.parametrize(("height", "width"), SIZES)
+@pytest.mark.parametrize("make", [random_scene, degenerate_scene])
+@lane_widths
+def test_image_at_every_border(make: Maker, height: int, width: int, lane_width: int) -> None:
+    scene = make(height + width, 9, height, width)
+    check_image(scene, make_renderer(scene, lane_width))
+
+
+@pytest.mark.parametrize("path_count", [0, 1, 2, 63, 64, 65])
+@pytest.mark.parametrize("segment_count", [2, 3, 4, 7])
+def test_image_of_any_number_of_paths_and_segments(path_count: int, segment_count: int) -> None:
+    scene = random_scene(path_count, path_count, 33, 40, segment_count)
+    check_image(scene, make_renderer(scene, threads=3))
+
+
+@pytest.mark.parametrize("case", ZOO, ids=lambda case: case.name)
+@lane_widths
+def test_image_of_the_zoo(case: ZooCase, lane_width: int) -> None:
+    check_image(case.scene, make_renderer(case.scene, lane_width))
+
+
+@pytest.mark.parametrize(("height", "width"), SIZES)
+@lane_widths
+def test_gradients_at_every_border(height: int, width: int, lane_width: int) -> None:
+    scene = random_scene(height + width, 9, height, width)
+    check_gradients(scene, make_renderer(scene, lane_width), 1e-12)
+
+
+@pytest.mark.parametrize("segment_count", [2, 3, 7])
+def test_gradients_of_any_number_of_segments(segment_count: int) -> None:
+    scene = random_scene(segment_count, 20, 33, 50, segment_count)
+    check_gradients(scene, make_renderer(scene), 1e-12)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@lane_widths
+def test_gradients_of_nearly_degenerate_paths(seed: int, lane_width: int) -> None:
+    # Where paths are degenerate to the last bit a kink may have no gradient; a millionth of a pixel away it has.
+    scene = degenerate_scene(seed, 9, 33, 50)
+    scene = scene._replace(points=scene.points + 1e-6 * torch.randn_like(scene.points))
+    # Crossings of an edge with a row it nearly lies in are known to 1e-16 * 1e6, and more where paths are huge.
+    check_gradients(scene, make_renderer(scene, lane_width), 1e-7)
+
+
+@pytest.mark.parametrize("case", DIFFERENTIABLE, ids=lambda case: case.name)
+@lane_widths
+def test_gradients_of_the_zoo(case: ZooCase, lane_width: int) -> None:
+    check_gradients(case.scene, make_renderer(case.scene, lane_width), 1e-12 * reach(case.scene))
+
+
+@pytest.mark.parametrize("case", KINKED, ids=lambda case: case.name)
+@lane_widths
+@precisions
+def test_gradients_at_a_kink_are_finite_and_bounded(case: ZooCase, lane_width: int, dtype: torch.dtype) -> None:
+    scene, adj_image = case.scene, cotangent(case.scene)
+    got = adjoint(scene, make_renderer(scene, lane_width, dtype), adj_image)
+    # A point sweeps at most 1 square pixel per pixel of its path's length and of its own move.
+    length = (scene.points.roll(-1, 1) - scene.points).norm(dim=-1).sum()
+    assert all(getattr(got, name).isfinite().all() for name in GRADIENTS)
+    assert got.points.abs().max() <= length * adj_image.abs().sum(-1).max()
+
+
+@pytest.mark.parametrize("make", [random_scene, degenerate_scene])
+@lane_widths
+def test_finite_differences(make: Maker, lane_width: int) -> None:
+    scene = make(17, 4, 20, 35)
+    scene = scene._replace(points=scene.points + 1e-2 * torch.randn_like(scene.points))
+    renderer, adj_image = make_renderer(scene, lane_width), cotangent(scene)
+    got = adjoint(scene, renderer, adj_image)
+    near = (scene.points.abs().amax((1, 2)) < 500).nonzero()[:, 0].tolist()
+    entries = {
+        "points": [24 * row + entry for row in near for entry in (0, 5, 10, 15, 20)],
+        "color": range(0, 12, 2),
+        "opacity": range(4),
+        "background": range(3),
+    }
+    assert len(near) > 1
+    for name, some in entries.items():
+        move = functional(scene, renderer, adj_image, name)
+        want = finite_difference(move, getattr(scene, name), 1e-6, some)
+        # The image is quadratic along an edge's move with kinks at pixel borders: off by 1e-6 of the curvature.
+        assert_grad_close(getattr(got, name).flatten()[list(some)], want, rtol=1e-5, atol=1e-7, name=name)
+
+
+def functional(
+    scene: SceneTensors, renderer: ExactRenderer, adj_image: Tensor, name: str
+) -> Callable[[Tensor], Tensor]:
+    """<image, adj_image> as a function of one input."""
+    return lambda value: (render(scene._replace(**{name: value}), renderer) * adj_image).sum()
+
+
+@pytest.mark.parametrize("reverse", [False, True], ids=["clockwise", "counter-clockwise"])
+@lane_widths
+def test_each_lobe_of_a_figure_eight_grows_outward(reverse: bool, lane_width: int) -> None:
+    eight = figure_eight(6.3, 5.2, 41.7, 27.9)
+    path = torch.cat([eight[:1], eight[1:].flip(0)]) if reverse else eight
+    scene = random_scene(1, 1, 33, 50)._replace(points=path[None], opacity=torch.ones(1).double())
+    scene = scene._replace(color=torch.ones(1, 3).double(), background=torch.zeros(3).double())
+    renderer = make_renderer(scene, lane_width)
+    brighter = torch.ones(33, 50, 3, dtype=torch.float64)
+    got = adjoint(scene, renderer, brighter).points[0, ::3, 0]
+    want = finite_difference(functional(scene, renderer, brighter, "points"), scene.points, 1e-6, range(0, 24, 6))
+    torch.testing.assert_close(got, want, rtol=1e-5, atol=1e-7)
+    # Outward is left for the anchors on the left, right for those on the right, whichever way their lobe winds.
+    assert (got * (path[::3, 0] - 24.0) > 0).all()
+
+
+@lane_widths
+def test_inside_a_double_loop_more_winding_covers_no_more(lane_width: int) -> None:
+    # A circle of one turn inside the one of the other: the inner one has winding 2 inside and 1 outside, no edge of
+    # it shows.
+    outer, inner = circle(24.0, 16.0, 14.2), circle(24.0, 16.0, 6.1)
+    start, other = outer[:1], inner[:1]
+    there = torch.cat([start, start + (other - start) / 3, start + 2 * (other - start) / 3])
+    back = torch.cat([other, other + (start - other) / 3, other + 2 * (start - other) / 3])
+    path = torch.cat([outer, there, inner, back])
+    scene = random_scene(1, 1, 33, 50)._replace(points=path[None])
+    got = adjoint(scene, make_renderer(scene, lane_width), cotangent(scene)).points[0]
+    inner_rows = range(16, 27)
+    # The bridge and the anchor on it cross the ring of winding 1, where two edges cancel.
+    assert got[list(inner_rows)].abs().max() < 1e-12
+    assert got[1:12].norm(dim=1).min() > 1e-3
+
+
+@pytest.mark.parametrize("value", [torch.nan, torch.inf, -torch.inf, 1e8, -1e30])
+@pytest.mark.parametrize("point", [3, 4], ids=["anchor", "handle"])
+@lane_widths
+@precisions
+def test_a_path_that_is_not_finite_is_as_if_absent(
+    value: float, point: int, lane_width: int, dtype: torch.dtype
+) -> None:
+    scene = random_scene(3, 4, 33, 50)
+    points = scene.points.clone()
+    points[1, point] = value
+    broken, others = scene._replace(points=points), [0, 2, 3]
+    rest = scene._replace(points=scene.points[others], color=scene.color[others], opacity=scene.opacity[others])
+    renderer, adj_image = make_renderer(scene, lane_width, dtype), cotangent(scene)
+    assert torch.equal(render(broken, renderer), render(rest, renderer))
+    got, want = adjoint(broken, renderer, adj_image), adjoint(rest, renderer, adj_image)
+    for name in ("points", "color", "opacity"):
+        assert not getattr(got, name)[1].any(), name
+        assert torch.equal(getattr(got, name)[others], getattr(want, name)), name
+    assert torch.equal(got.background, want.background)
+
+
+@lane_widths
+@precisions
+@pytest.mark.parametrize("tiny", [1e-40, 1e-310])
+def test_denormal_coordinates_count_as_zero(tiny: float, lane_width: int, dtype: torch.dtype) -> None:
+    # A quotient by a denormal is infinite, and its product with a distance of zero not a number.
+    scene = random_scene(3, 1, 33, 50)
+    points = circle(9.0, 9.0, 9.0)
+    points[6, 0], points[5, 0], points[7, 0] = 0.0, tiny, -tiny
+    points[8:10] = torch.tensor([[tiny, tiny], [0.0, tiny]], dtype=torch.float64)
+    scene = scene._replace(points=points[None])
+    flat = scene._replace(points=torch.where(points.abs() < 1e-30, 0.0, points)[None])
+    renderer = make_renderer(scene, lane_width, dtype)
+    torch.testing.assert_close(render(scene, renderer), render(flat, renderer), rtol=0, atol=8 * torch.finfo(dtype).eps)
+    assert all(getattr(adjoint(scene, renderer, cotangent(scene)), name).isfinite().all() for name in GRADIENTS)
+
+
+@lane_widths
+def test_one_renderer_serves_scenes_that_grow_and_shrink(lane_width: int) -> None:
+    scenes = [
+        random_scene(n, n, 33, 50, segments) for n, segments in [(1, 2), (40, 7), (3, 4), (90, 3), (0, 4), (2, 7)]
+    ]
+    # A path of a hundred canvases has the most chords there may be.
+    scenes.insert(3, scenes[2]._replace(points=3e3 * scenes[2].points))
+    renderer = make_renderer(scenes[0], lane_width)
+    for scene in scenes:
+        check_image(scene, renderer)
+        check_gradients(scene, renderer, 1e-11 * reach(scene))
+
+
+@pytest.mark.parametrize(("height", "width"), [(33, 50), (16, 2100), (2100, 16)])
+def test_any_number_of_threads_gives_the_same_bits_and_so_does_a_second_call(height: int, width: int) -> None:
+    scene = random_scene(height, 150, height, width)
+    runs = [everything(scene, make_renderer(scene, None, torch.float32, threads=threads)) for threads in (1, 2, 3)]
+    renderer = make_renderer(scene, None, torch.float32, threads=2)
+    runs += [everything(scene, renderer), everything(scene, renderer)]
+    for run in runs[1:]:
+        for name, value in run.items():
+            assert torch.equal(value, runs[0][name]), name
+
+
+def everything(scene: SceneTensors, renderer: ExactRenderer) -> dict[str, Tensor]:
+    """All that a renderer gives."""
+    got = adjoint(scene, renderer, cotangent(scene))
+    step = renderer.fit_step(*inputs(scene, renderer), renderer.prepare_target(target_image(scene)), True)
+    found = {"image": render(scene, renderer)}
+    found |= {f"adjoint {name}": getattr(got, name) for name in GRADIENTS}
+    return found | {f"step {field.name}": getattr(step, field.name) for field in fields(step)}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_float32_agrees_with_float64(seed: int, device: str) -> None:
+    scene = random_scene(seed, 200, 300, 400)
+    single = make_renderer(scene, None, torch.float32, device=device)
+    double, adj_image = make_renderer(scene), cotangent(scene)
+    # A vertex at 400 px is placed to 3e-5 px: an edge moves that much of a pixel's coverage, several paths together
+    # 5e-5 (the worst seen). A count of chords may differ by one, and then an edge by its share of the tolerance.
+    assert_close_off_edges(
+        render(scene, single).cpu().double(),
+        render(scene, double),
+        atol=1e-4,
+        outlier_share=1e-3,
+        outlier_atol=0.05,
+    )
+    got, want = adjoint(scene, single, adj_image), adjoint(scene, double, adj_image)
+    for name in GRADIENTS:
+        assert_grad_close(getattr(got, name), getattr(want, name), rtol=2e-4, atol=0.0, name=name)
+
+
+@pytest.mark.parametrize("make", [random_scene, degenerate_scene])
+def test_a_device_agrees_with_the_cpu(make: Maker, device: str) -> None:
+    scene = make(5, 70, 100, 130)
+    renderer, cpu = make_renderer(scene, None, device=device), make_renderer(scene)
+    torch.testing.assert_close(render(scene, renderer).cpu(), render(scene, cpu), rtol=0, atol=EXACT * reach(scene))
+    got, want = (adjoint(scene, r, cotangent(scene)) for r in (renderer, cpu))
+    for name in ("color", "opacity", "background"):
+        assert_grad_close(getattr(got, name), getattr(want, name), rtol=1e-10 * reach(scene), atol=0.0, name=name)
+    if make is random_scene:
+        assert_grad_close(got.points, want.points, rtol=1e-10, atol=0.0, name="points")

@@ -1,0 +1,173 @@
+"""The repeated step: recorded, replayed, recorded again, and counted where that is not possible."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+import torch
+import warp as wp
+from oracles import GRADIENTS, inputs
+from scenes import random_scene
+from stepping import KINDS, Moving, check_equal
+
+from warpvec.rendering import graph as step
+from warpvec.rendering.capacity import Counts
+from warpvec.rendering.graph import RepeatedStep
+
+
+@pytest.fixture
+def launches(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+    """The graphs that were replayed."""
+    replayed: list[object] = []
+    replay = wp.capture_launch
+    monkeypatch.setattr(wp, "capture_launch", lambda graph: (replayed.append(graph), replay(graph)))
+    return replayed
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_replays_follow_the_paths(kind: str, launches: list[object], device: str) -> None:
+    moving = Moving(kind, random_scene(1, 20, 60, 70), device)
+    for _ in range(12):
+        moving.check_step()
+    # One to be counted, one to rehearse, which is checked by a replay, and ten replays of one graph.
+    assert len(launches) == 11 and len(set(map(id, launches))) == 1
+    assert moving.renderer.lost == 0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_other_memory_is_recorded_anew(kind: str, launches: list[object]) -> None:
+    moving = Moving(kind, random_scene(1, 20, 60, 70))
+    for count in (20, 12, 20):
+        moving.values = [value[:count].clone() for value in moving.values[:3]] + [moving.values[3].clone()]
+        extra = max(0, count - len(moving.values[0]))
+        rows = inputs(random_scene(2, 20, 60, 70), moving.renderer)
+        moving.values[:3] = [torch.cat([a, b[:extra]]) for a, b in zip(moving.values[:3], rows[:3], strict=True)]
+        for _ in range(4):
+            moving.check_step()
+    assert len(set(map(id, launches))) == 3 and len(launches) == 3 * 2 + 1
+
+
+@pytest.mark.parametrize("count", [20, 7])
+@pytest.mark.parametrize("removal", [False, True])
+def test_steps_between_replays_leave_them_alone(count: int, removal: bool, launches: list[object]) -> None:
+    """With removal, or of fewer paths while paused: neither is recorded."""
+    moving = Moving("exact", random_scene(1, 20, 60, 70))
+    for _ in range(3):
+        moving.check_step()
+    fewer = [value[:count].clone() for value in moving.values[:3]] + [moving.values[3]]
+    for _ in range(2):
+        moving.repeated.is_paused = not removal
+        got = moving.repeated.take(*fewer, moving.target, removal)
+        check_equal(got, moving.plain.fit_step(*fewer, moving.target, removal))
+        moving.repeated.is_paused = False
+        moving.check_step()
+        assert not removal or torch.equal(got.color, moving.plain.fit_step(*fewer, moving.target).color)
+    assert len(launches) == 4 and len(set(map(id, launches))) == 1
+
+
+def test_a_pause_leaves_the_recording_alone(launches: list[object]) -> None:
+    moving = Moving("exact", random_scene(1, 20, 60, 70))
+    for is_paused in (False, False, False, True, True, False):
+        moving.repeated.is_paused = is_paused
+        moving.check_step()
+    assert len(launches) == 3 and len(set(map(id, launches))) == 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_another_render_that_moves_the_buffers_ends_the_recording(kind: str, launches: list[object]) -> None:
+    moving, large = Moving(kind, random_scene(1, 6, 60, 70)), random_scene(2, 200, 60, 70)
+    for _ in range(3):
+        moving.check_step()
+    assert moving.repeated.is_recorded
+    growth = moving.renderer.growth
+    moving.renderer.render(*inputs(large, moving.renderer))
+    assert moving.renderer.growth > growth
+    for _ in range(4):
+        moving.check_step()
+    assert moving.repeated.is_recorded and len(set(map(id, launches))) == 2
+
+
+def test_a_render_between_replays_changes_nothing(launches: list[object]) -> None:
+    moving = Moving("exact", random_scene(1, 20, 60, 70))
+    for _ in range(6):
+        moving.check_step()
+        moving.renderer.render(*inputs(random_scene(2, 3, 60, 70), moving.renderer))
+    assert len(set(map(id, launches))) == 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_paths_that_outgrow_their_room_are_counted_again(
+    kind: str, launches: list[object], device: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(step, "_CHECK_GAP", 4)
+    monkeypatch.setattr(Counts, "with_headroom", lambda counts: Counts(*(count + 1 for count in counts)))
+    moving = Moving(kind, random_scene(3, 12, 60, 70), device)
+    for _ in range(3):
+        check_equal(moving.step(), moving.want())
+    loss = moving.want().loss
+    center = moving.values[0].mean(1, keepdim=True)
+    moving.values[0].copy_(center + 2.0 * (moving.values[0] - center))
+    for _ in range(3):  # until the host looks
+        lost = moving.step()
+        assert not any(getattr(lost, name).any() for name in GRADIENTS)
+        assert torch.equal(lost.loss, loss) and moving.renderer.fits == -1.0
+    # What has no limit minds no overflow.
+    adj_image = torch.ones(60, 70, 3, device=moving.renderer.device)
+    assert moving.renderer.adjoint(*moving.values, adj_image).background.any()
+    check_equal(moving.step(), moving.want())
+    assert moving.renderer.fits == 1.0
+    for _ in range(7):
+        check_equal(moving.step(), moving.want())
+    assert moving.repeated.is_recorded and moving.renderer.lost == 3
+
+
+@pytest.mark.parametrize("fault", ["a replay", "a rehearsal"])
+def test_a_recording_that_differs_is_not_used(
+    fault: str, launches: list[object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    moving = Moving("exact", random_scene(1, 20, 60, 70))
+    spoil = (wp, "capture_launch") if fault == "a replay" else (moving.renderer, "fit_step")
+    act = getattr(*spoil)
+
+    def spoiled(*args: Any, **kwargs: Any) -> Any:
+        result = act(*args, **kwargs)
+        if fault == "a replay" or moving.renderer._launch.limits.room is not None:
+            moving.repeated._out.color[0] += 1e-6
+        return result
+
+    monkeypatch.setattr(*spoil, spoiled)
+    for _ in range(5):
+        moving.check_step()
+    assert len(launches) == 1 and not moving.repeated.is_recorded
+
+
+@pytest.mark.parametrize("hindrance", ["memory", "capture"])
+@pytest.mark.parametrize("recorded", [0, 4])
+def test_where_nothing_can_be_recorded_steps_are_counted(
+    hindrance: str, recorded: int, launches: list[object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*args: Any, **kwargs: Any) -> None:
+        raise RuntimeError("no capture")
+
+    moving = Moving("exact", random_scene(1, 20, 60, 70))
+    for _ in range(recorded):
+        moving.check_step()
+    assert len(launches) == max(0, recorded - 1)
+    if hindrance == "memory":
+        monkeypatch.setattr(Counts, "with_headroom", lambda counts: counts._replace(pairs=2**31))
+    else:
+        monkeypatch.setattr(wp, "ScopedCapture", refuse)
+    moving.values = [value.clone() for value in moving.values]
+    launches.clear()
+    for _ in range(5):
+        moving.check_step()
+    assert not launches and moving.renderer.lost == 0
+
+
+def test_steps_are_recorded_on_a_gpu_alone_unless_asked_for(launches: list[object], device: str) -> None:
+    moving = Moving("exact", random_scene(1, 20, 60, 70), device)
+    moving.repeated = RepeatedStep(moving.renderer)
+    for _ in range(4):
+        moving.check_step()
+    assert len(launches) == (0 if device == "cpu" else 3)

@@ -1,0 +1,117 @@
+"""Launches shared among threads: each item once, errors not lost; and buffers that follow their scene."""
+
+import numpy as np
+import pytest
+import warp as wp
+
+from warpvec.errors import InputError
+from warpvec.rendering.launch import Buffers, Launcher, exclusive_scan, read_total, resolve_device, start_warp
+
+COUNTS = [0, 1, 2, 63, 64, 65, 127, 129, 5000]
+
+_MODULE = wp.get_module("test_launch")
+
+
+@wp.kernel(module=_MODULE)
+def count_visits(first: int, weight: int, out: wp.array(dtype=int)):
+    item = first + wp.tid()
+    out[item] = out[item] + weight
+
+
+@pytest.fixture(autouse=True)
+def warp() -> None:
+    start_warp()
+
+
+@pytest.mark.parametrize("item_count", COUNTS)
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_each_item_is_visited_once(item_count: int, threads: int) -> None:
+    launch = Launcher("cpu", threads)
+    out = wp.zeros(item_count + 100, dtype=int, device="cpu")
+    launch(count_visits, item_count, [1, out])
+    launch.shared(count_visits, item_count, [10, out])
+    np.testing.assert_array_equal(out.numpy()[:item_count], 11)
+    assert not out.numpy()[item_count:].any()
+
+
+@pytest.mark.parametrize("chunk", [1, 7, 64, 200])
+@pytest.mark.parametrize("threads", [1, 3])
+def test_any_chunk_will_do(chunk: int, threads: int) -> None:
+    out = wp.zeros(200, dtype=int, device="cpu")
+    Launcher("cpu", threads).shared(count_visits, 199, [1, out], chunk)
+    assert out.numpy().tolist() == [1] * 199 + [0]
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_arguments_of_one_call_are_not_those_of_the_last(threads: int) -> None:
+    launch = Launcher("cpu", threads)
+    arrays = [wp.zeros(300, dtype=int, device="cpu") for _ in range(3)]
+    for weight, array in enumerate(arrays, 1):
+        launch.shared(count_visits, 300, [1000 * weight, array])
+    launch.shared(count_visits, 100, [7, arrays[0]])
+    assert arrays[0].numpy().tolist() == [1007] * 100 + [1000] * 200
+    assert set(arrays[1].numpy().tolist()) == {2000} and set(arrays[2].numpy().tolist()) == {3000}
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_chunks_are_few_and_cover_all_items(threads: int) -> None:
+    launch = Launcher("cpu", threads)
+    for item_count in COUNTS[1:]:
+        chunk = launch.chunk_items(item_count)
+        assert chunk >= 64 or chunk >= item_count
+        assert -(-item_count // chunk) <= 8 * threads
+
+
+def test_an_error_on_a_thread_reaches_the_caller(monkeypatch: pytest.MonkeyPatch) -> None:
+    launch = Launcher("cpu", 3)
+    with pytest.raises(Exception, match="out"):
+        launch.shared(count_visits, 1000, [1, "not an array"])
+
+
+def test_threads_default_to_all_cores_and_are_one_on_a_gpu(device: str) -> None:
+    assert Launcher(device).threads >= 1
+    assert Launcher("cpu", 5).threads == 5
+    assert device == "cpu" or Launcher(device, 5).threads == 1
+
+
+def test_a_buffer_keeps_its_memory_until_it_is_outgrown() -> None:
+    buffers = Buffers("cpu")
+    first = buffers.get("a", 100, wp.float32)
+    assert first.shape[0] >= 100
+    assert buffers.get("a", 3, wp.float32) is first and buffers.get("a", 100, wp.float32) is first
+    larger = buffers.get("a", 1000, wp.float32)
+    assert larger is not first and larger.shape[0] >= 1000
+    assert buffers.get("b", 10, wp.float32) is not larger
+    assert buffers.growth == 3
+    # The smaller one is gone.
+    held = 4 * (larger.shape[0] + buffers.get("b", 10, wp.float32).shape[0])
+    assert buffers.byte_count == held
+
+
+def test_a_buffer_has_its_other_axes_as_asked() -> None:
+    buffers = Buffers("cpu")
+    assert buffers.get("a", (10, 5), wp.float32).shape[1:] == (5,)
+    assert buffers.get("a", (4, 6), wp.float32).shape[1:] == (6,)
+    assert buffers.get("empty", 0, wp.int32).shape[0] >= 0
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 1000])
+def test_exclusive_scan_ends_in_the_total(count: int, device: str) -> None:
+    buffers = Buffers(device)
+    values = np.random.default_rng(1).integers(0, 9, count + 5).astype(np.int32)
+    sums = exclusive_scan(buffers, "sums", wp.array(values, dtype=wp.int32, device=device), count)
+    assert read_total(sums, count) == values[:count].sum()
+    np.testing.assert_array_equal(sums.numpy()[: count + 1], np.concatenate([[0], values[:count].cumsum()]))
+
+
+def test_device_names() -> None:
+    assert resolve_device("cpu") == "cpu"
+    assert resolve_device("auto") in ("cpu", "cuda:0")
+
+
+@pytest.mark.parametrize("name", ["gpu", "", "cuda:99", "cuda:-1", "CPU"])
+def test_an_unknown_device_is_named_in_one_line(name: str) -> None:
+    with pytest.raises(InputError) as caught:
+        resolve_device(name)
+    message = str(caught.value)
+    assert "\n" not in message and message.startswith("device must be auto or one of cpu") and repr(name) in message

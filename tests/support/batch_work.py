@@ -1,0 +1,41 @@
+"""Work for the tests of engines. A light module: each worker process imports it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from warpvec.batch.engines.base import Lane, Say
+from warpvec.errors import InputError
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Does as the job's name says; beginnings and process numbers are noted in ``folder``."""
+
+    folder: Path
+
+    def __call__(self, job: str, lane: Lane, say: Say) -> str:
+        """The number of the process, in digits."""
+        with (self.folder / job).open("a") as file:
+            file.write(f"{os.getpid()}\n")
+        attempts = len(self.begun(job))
+        say(f"{job} on {lane.threads} threads")
+        if job.startswith("dies") or (job.startswith("once") and attempts == 1):
+            os.kill(os.getpid(), signal.SIGKILL)
+        if job.startswith("fails"):
+            raise ValueError("no luck")
+        if job.startswith("wrong"):
+            raise InputError("IN must be right, got wrong; mend it")
+        while job.startswith("endless"):
+            say("still there")
+            time.sleep(0.01)
+        return str(os.getpid())
+
+    def begun(self, job: str) -> list[int]:
+        """The processes that have begun ``job``."""
+        path = self.folder / job
+        return [int(line) for line in path.read_text().split()] if path.exists() else []

@@ -1,0 +1,179 @@
+"""A page of ``warpvec view`` in a real Chromium, and what a person does there."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from warpvec.viewer.page import write_report
+
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+
+CHROMIUM = os.environ.get("WARPVEC_CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
+"""The browser that WARPVEC_CHROMIUM names, or an installed one."""
+
+
+def _why_no_browser() -> str | None:
+    if find_spec("playwright") is None:
+        return "playwright is not installed"
+    return None if CHROMIUM else "no chromium in the PATH or in WARPVEC_CHROMIUM"
+
+
+NEEDS_BROWSER = [
+    pytest.mark.slow,
+    pytest.mark.skipif(_why_no_browser() is not None, reason=str(_why_no_browser())),
+]
+"""Marks of a module whose tests take the fixtures below, which it imports."""
+
+
+@pytest.fixture(scope="module", name="browser")
+def browser_fixture() -> Iterator[Any]:
+    """A headless Chromium. Not for the whole session: its event loop would stand in the way of other tests'."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        chromium = driver.chromium.launch(executable_path=CHROMIUM)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(name="open_page")
+def open_page_fixture(browser: Any, tmp_path: Path) -> Iterator[Callable[..., Viewer]]:
+    """Opens drawings; at the end no page may have complained or have asked for anything outside."""
+    viewers: list[Viewer] = []
+
+    def opened(svg: str, **options: Any) -> Viewer:
+        viewers.append(Viewer(browser, tmp_path, svg, **options))
+        return viewers[-1]
+
+    yield opened
+    for viewer in viewers:
+        viewer.close()
+
+
+class Viewer:
+    """A drawing in a page of its own; everything that the page complains of or asks for is noted.
+
+    Args:
+        browser: Playwright's.
+        folder: where the page and what is saved from it go.
+        svg: the drawing.
+        report: further arguments of `write_report`.
+    """
+
+    def __init__(self, browser: Any, folder: Path, svg: str, scheme: str = "light", **report: Any) -> None:
+        self.folder = folder
+        html = folder / "drawing.html"
+        write_report(html, svg.encode(), **report)
+        viewport = {"width": 1200, "height": 800}
+        self.page = browser.new_page(viewport=viewport, accept_downloads=True, color_scheme=scheme)
+        self.page.set_default_timeout(10_000)
+        self.complaints: list[str] = []
+        self.page.on("console", lambda message: self.complaints.append(message.text))
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("request", self._note_request)
+        self.page.goto(html.as_uri())
+        self.page.wait_for_selector("body[data-ready]")
+        self.settle()
+
+    def _note_request(self, request: Any) -> None:
+        if not request.url.startswith(("file:", "data:", "blob:")):
+            self.complaints.append(request.url)
+
+    def settle(self) -> None:
+        """Waits for the next frame: the page has drawn in it what was asked for before."""
+        self.page.evaluate("() => new Promise(requestAnimationFrame)")
+
+    def text(self, identifier: str) -> str:
+        self.settle()
+        return self.page.inner_text(f"#{identifier}")
+
+    def at(self, x: float, y: float) -> tuple[float, float]:
+        """Where the point x, y of the drawing is in the window."""
+        return self.all_at([(x, y)])[0]
+
+    def all_at(self, points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        """Where points of the drawing are in the window."""
+        script = """() => {
+            const surface = document.getElementById("surface"), { left, top } = surface.getBoundingClientRect();
+            const [scale, x, y] = surface.dataset.view.split(" ").map(Number);
+            return [scale, x + left, y + top];
+        }"""
+        scale, left, top = self.page.evaluate(script)
+        return [(left + scale * x, top + scale * y) for x, y in points]
+
+    def click(self, x: float, y: float, *modifiers: str) -> str:
+        """What is selected after a click on the drawing."""
+        for key in modifiers:
+            self.page.keyboard.down(key)
+        self.page.mouse.click(*self.at(x, y))
+        for key in modifiers:
+            self.page.keyboard.up(key)
+        return self.selected()
+
+    def drag(self, *points: tuple[float, float]) -> None:
+        """Presses at the first point of the drawing, moves along the others, and lets go."""
+        self.page.mouse.move(*self.at(*points[0]))
+        self.page.mouse.down()
+        for point in points[1:]:
+            self.page.mouse.move(*self.at(*point), steps=8)
+        self.page.mouse.up()
+        self.settle()
+
+    def press(self, *keys: str) -> None:
+        for key in keys:
+            self.page.keyboard.press(key)
+        self.settle()
+
+    def slide(self, identifier: str, value: str) -> None:
+        """Sets a control as a drag of it does, and lets go."""
+        self.page.locator(f"#{identifier}").fill(value)
+        self.page.locator(f"#{identifier}").dispatch_event("change")
+        self.settle()
+
+    def press_button(self, identifier: str) -> None:
+        self.page.locator(f"#{identifier}").click()
+        self.settle()
+
+    def choose(self, identifier: str, label: str) -> None:
+        self.page.locator(f"#{identifier}").select_option(label=label)
+        self.settle()
+
+    def selected(self) -> str:
+        return self.text("selected")
+
+    def color(self, x: float, y: float) -> tuple[int, ...]:
+        """Red, green, blue that the page shows at a point of the drawing."""
+        return self.colors([(x, y)])[0]
+
+    def colors(self, points: list[tuple[float, float]]) -> list[tuple[int, ...]]:
+        """Red, green, blue that the page shows at points of the drawing."""
+        self.settle()
+        script = """(points) => {
+            const art = document.getElementById("art"), { left, top } = art.getBoundingClientRect();
+            const scratch = new OffscreenCanvas(art.width, art.height).getContext("2d", { willReadFrequently: true });
+            scratch.drawImage(art, 0, 0);
+            const at = ([x, y]) => scratch.getImageData(Math.floor(x - left), Math.floor(y - top), 1, 1).data;
+            return points.map((point) => [...at(point).slice(0, 3)]);
+        }"""
+        return [tuple(color) for color in self.page.evaluate(script, self.all_at(points))]
+
+    def saved(self) -> str:
+        """The text of the file that Ctrl+S saves."""
+        self.settle()
+        with self.page.expect_download() as download:
+            self.page.keyboard.press("Control+s")
+        path = self.folder / download.value.suggested_filename
+        download.value.save_as(path)
+        return path.read_text(encoding="utf-8")
+
+    def close(self) -> None:
+        """Closes the page, which must have been quiet and on its own."""
+        self.page.close()
+        assert self.complaints == []

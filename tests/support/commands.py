@@ -1,0 +1,34 @@
+"""The command ``warpvec`` in this process, and a photo for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from click.testing import CliRunner, Result
+from PIL import Image
+
+from warpvec.cli.main import main
+
+QUICK = ["--curves", "8", "--iterations", "3"]
+
+
+def invoke(*arguments: object, stdin: bytes = b"") -> Result:
+    return CliRunner().invoke(main, [str(argument) for argument in arguments], input=stdin)
+
+
+def assert_refused(result: Result, *words: str) -> None:
+    """One line that says what is wrong, exit code 2, nothing on stdout."""
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("warpvec: error: ")
+    for word in words:
+        assert word in line
+
+
+def write_photo(folder: Path, name: str = "photo.png", height: int = 32, width: int = 48, seed: int = 1) -> Path:
+    """A noisy photo in ``folder``."""
+    path = folder / name
+    Image.fromarray(np.random.default_rng(seed).integers(0, 256, (height, width, 3), dtype=np.uint8)).save(path)
+    return path

@@ -1,0 +1,71 @@
+"""A scene drawn by the exact renderer and by resvg, and how far the two may differ."""
+
+from __future__ import annotations
+
+import torch
+from oracles import make_renderer
+from scenes import SceneTensors
+from torch import Tensor
+
+from warpvec.geometry.scene import Scene
+from warpvec.svg.measure import draw
+from warpvec.svg.write import quantize, write_svg
+
+SAMPLES = 4
+"""resvg's samples per pixel and axis."""
+
+ONE_EDGE = 1 / (2 * SAMPLES)
+"""Error of coverage where one straight edge passes a pixel along the grid: half a row of samples."""
+
+ONE_PATH = 2 * ONE_EDGE
+"""What we grant a path in a pixel; see above."""
+
+EIGHT_BIT = 1 / 255
+"""resvg blends in 8 bits: colour, alpha, and their products are each rounded by up to half of this, path by path."""
+
+
+def exact_and_drawn(scene: SceneTensors) -> tuple[Tensor, Tensor]:
+    """Our image and resvg's [h, w, 3] of the quantized scene."""
+    written = quantized(scene)
+    renderer = make_renderer(scene)
+    exact = renderer.render(written.points, written.color, written.opacity, written.background)
+    drawing = draw(write_svg(written, scene.width, scene.height), scene.width, scene.height)
+    return exact, torch.from_numpy(drawing / 255.0)
+
+
+def antialiasing_bound(scene: SceneTensors) -> Tensor:
+    """Largest difference [h, w, 3] that an error ``ONE_PATH`` in the coverage of every path's edge pixels can make.
+
+    Blending C <- C + a (c - C), with a off by e and C by E, is off by at most (1 - a + e) E + e |c - C|.
+    """
+    written = quantized(scene)
+    renderer = make_renderer(scene)
+    black, white = torch.zeros(3, dtype=torch.float64), torch.ones(1, 3, dtype=torch.float64)
+    image = written.background.repeat(scene.height, scene.width, 1)
+    bound = torch.zeros_like(image)
+    for points, color, opacity in zip(written.points, written.color, written.opacity, strict=True):
+        box = bounding_box(points)
+        cover = renderer.render(points[None], white, white[0, :1], black)[box][..., :1]
+        rounding = EIGHT_BIT * (cover > 0)
+        error = opacity * ONE_PATH * near((cover > 0) & (cover < 1)) + rounding
+        alpha, difference = opacity * cover, color - image[box]
+        bound[box] = (1 - alpha + error).clamp(max=1) * bound[box] + error * difference.abs() + 2 * rounding
+        image[box] += alpha * difference
+    return bound
+
+
+def quantized(scene: SceneTensors) -> Scene:
+    """The scene as its file says it: with 2 decimals."""
+    return quantize(Scene(*scene[:4], torch.zeros(len(scene.points), dtype=torch.int64)), 2)
+
+
+def bounding_box(points: Tensor) -> tuple[slice, slice]:
+    """Rows and columns that hold a path and its neighbours."""
+    (left, top), (right, bottom) = points.amin(0).tolist(), points.amax(0).tolist()
+    return slice(max(int(top) - 2, 0), max(int(bottom) + 3, 0)), slice(max(int(left) - 2, 0), max(int(right) + 3, 0))
+
+
+def near(mask: Tensor) -> Tensor:
+    """The pixels [h, w, 1] of ``mask`` and their neighbours: a moved curve may reach over a border."""
+    grown = torch.nn.functional.max_pool2d(mask.double().permute(2, 0, 1)[None], 3, 1, 1)
+    return grown[0].permute(1, 2, 0)

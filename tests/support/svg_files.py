@@ -1,0 +1,59 @@
+"""SVG files for tests, and their parts."""
+
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree
+
+import pytest
+import torch
+
+from warpvec.errors import InputError
+from warpvec.geometry.circles import circle_points
+from warpvec.geometry.scene import Scene
+
+
+def make_scene(path_count: int, segment_count: int = 4, seed: int = 0, size: tuple[int, int] = (768, 512)) -> Scene:
+    """Wobbly circles inside and across the canvas, in three generations, a few of them translucent."""
+    generator = torch.Generator().manual_seed(seed)
+    canvas = torch.tensor(size, dtype=torch.float32)
+    center = (1.2 * torch.rand(path_count, 2, generator=generator) - 0.1) * canvas
+    radius = 30 * torch.rand(path_count, generator=generator) ** 2 + 4
+    wobble = torch.randn(path_count, 3 * segment_count, 2, generator=generator)
+    translucent = torch.rand(path_count, generator=generator) < 0.2
+    return Scene(
+        points=circle_points(center, radius, segment_count) + 0.25 * radius[:, None, None] * wobble,
+        color=torch.rand(path_count, 3, generator=generator),
+        opacity=torch.where(translucent, 0.1 + 0.8 * torch.rand(path_count, generator=generator), 1.0),
+        background=torch.rand(3, generator=generator),
+        generation=3 * torch.arange(path_count) // max(path_count, 1),
+    )
+
+
+def path_elements(svg: str) -> list[ElementTree.Element]:
+    return list(ElementTree.fromstring(svg).iter(SVG + "path"))
+
+
+def absolute_data(points: list[list[float]]) -> str:
+    first, *rest = [f"{x} {y}" for x, y in points]
+    return f"M{first}C{' '.join([*rest, first])}z"
+
+
+def with_path_data(svg: str, path_data: list[str]) -> str:
+    data = iter(path_data)
+    return re.sub(' d="[^"]*"', lambda _: f' d="{next(data)}"', svg)
+
+
+def svg_file(content: str = "", attributes: str = 'width="8" height="4"', before: str = "") -> str:
+    return f"{before}<svg {NS} {attributes}>{content}</svg>"
+
+
+def refusal(function, *arguments) -> str:
+    with pytest.raises(InputError) as caught:
+        function(*arguments)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+SVG = "{http://www.w3.org/2000/svg}"
+NS = 'xmlns="http://www.w3.org/2000/svg"'

@@ -1,0 +1,59 @@
+"""What may harm is drawn by resvg in a process with limits, and looks the same there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from svg_files import refusal, svg_file
+
+from warpvec.errors import InputError
+from warpvec.svg import measure as verify
+from warpvec.svg import resvg as rasterize
+from warpvec.svg.measure import draw
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        # A panic of resvg while it unwinds, in a file of paths alone.
+        '<path d="M4 5c1 .5 3-1e9 4 1-1 2-3 2-4-1z"/>',
+        '<circle r="1e30" stroke="red" stroke-dasharray="1"/>',
+        '<pattern id="p" width="1e6" height="1e6" patternUnits="userSpaceOnUse"><rect width="1" height="1"/></pattern>'
+        '<rect width="8" height="4" fill="url(#p)"/>',
+    ],
+)
+def test_what_ends_the_process_of_resvg_is_refused(content):
+    assert "one that resvg can draw" in refusal(draw, svg_file(content, 'width="32" height="24"'))
+
+
+def test_points_that_scale_out_of_reach_are_drawn_apart(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(verify, "rasterize", lambda *_, sandboxed, **__: drawn.append(sandboxed) or np.zeros((4, 8, 3)))
+    path = '<path d="M1 1c1 2 3 4 4 5z"/>'
+    for box in ("0 0 8 4", "0 0 1e-6 1e-6", "1e9 0 8 4", "nonsense"):
+        draw(svg_file(path, f'width="8" height="4" viewBox="{box}"'), 8, 4)
+    draw(svg_file(path + '<rect width="1e9" height="1"/>'), 8, 4)
+    assert drawn == [False, True, True, False, True]
+
+
+def test_what_takes_too_long_is_refused(monkeypatch):
+    monkeypatch.setattr(rasterize, "MAX_SECONDS", 1.0)
+    masks = "".join(
+        f'<mask id="m{k}">' + 2 * f'<rect width="8" height="4" fill="#fff" mask="url(#m{k + 1})"/>' + "</mask>"
+        for k in range(30)
+    )
+    svg = svg_file(masks + '<rect width="8" height="4" mask="url(#m0)"/>')
+    assert "not done in 1 s" in refusal(draw, svg)
+
+
+def test_a_drawing_apart_is_the_same():
+    path = '<path d="M1 1c1 2 3 1 4 2z" fill="#a23" fill-opacity=".7"/>'
+    apart = draw(svg_file(f"<desc/><switch/>{path}"))
+    assert np.array_equal(apart, draw(svg_file(path)))
+    assert np.array_equal(draw(svg_file(path + "<switch/>"), transparent=True), draw(svg_file(path), transparent=True))
+
+
+def test_a_panic_of_resvg_in_this_process_is_told_in_one_line():
+    svg = svg_file('<circle r="1e30" stroke="red" stroke-dasharray="1"/>')
+    with pytest.raises(InputError, match="one that resvg can draw"):
+        rasterize.rasterize(svg, sandboxed=False)

@@ -1,0 +1,156 @@
+"""Properties of the SVG writer that hold for any scene: what a parser that is not ours reads, what resvg draws."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+
+import numpy as np
+import svgelements
+import torch
+from drawn import EIGHT_BIT, antialiasing_bound, exact_and_drawn
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
+from scenes import SceneTensors
+
+from warpvec.geometry.circles import circle_points
+from warpvec.geometry.scene import Scene
+from warpvec.svg.read import read_svg
+from warpvec.svg.write import quantize, write_svg
+
+SIZE = 48
+
+# The same examples on every machine; no deadline, since the first example compiles kernels.
+any_scene = settings(max_examples=100, derandomize=True, deadline=None, database=None)
+
+# Half ticks, which must round the same way everywhere, points off the canvas, and all else.
+coordinates = st.one_of(
+    st.sampled_from([0.0, 0.005, 0.05, 24.995, 47.45, -0.015, -30.0, 80.0]), st.floats(-30, 80, width=32)
+)
+shares = st.one_of(st.sampled_from([0.0, 1.0, 0.004, 0.005, 0.5, 0.99, 0.996]), st.floats(0, 1, width=32))
+generations = st.sampled_from([0, 0, 1, 2, 11])
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> Scene:
+    """Up to six paths of up to five cubics; points repeat often, so that cubics and paths degenerate."""
+    count, segments = draw(st.integers(0, 6)), draw(st.integers(1, 5))
+    transparent = draw(st.booleans())
+    background = torch.zeros(3) if transparent else floats(draw, (3,), shares)
+    return Scene(
+        points=floats(draw, (count, 3 * segments, 2), coordinates),
+        color=floats(draw, (count, 3), shares),
+        opacity=floats(draw, (count,), shares),
+        background=background,
+        generation=torch.tensor([draw(generations) for _ in range(count)], dtype=torch.int64),
+        transparent=transparent,
+    )
+
+
+def floats(draw: st.DrawFn, shape: tuple[int, ...], elements: st.SearchStrategy[float]) -> torch.Tensor:
+    return torch.from_numpy(draw(arrays(np.float32, shape, elements=elements)))
+
+
+def drawn_cubics(points: torch.Tensor) -> NDArray[np.float64]:
+    """Anchor, two handles and end of each cubic [k, 4, 2] of a row of a scene, those of no length left out."""
+    cubics = torch.cat([points, points[:1]]).double().unfold(0, 4, 3).transpose(1, 2)
+    drawn = (cubics != cubics[:, :1]).any(1).any(1)
+    return cubics[drawn].numpy()
+
+
+def read_by_svgelements(text: str) -> list[svgelements.Path]:
+    return [
+        element for element in svgelements.SVG.parse(io.StringIO(text)).elements() if type(element).__name__ == "Path"
+    ]
+
+
+def parsed_cubics(path: svgelements.Path) -> NDArray[np.float64]:
+    curves = [[segment[k] for k in range(4)] for segment in path if isinstance(segment, svgelements.CubicBezier)]
+    assert {type(segment).__name__ for segment in path} == {"Move", "CubicBezier", "Close"}
+    found = np.array([[(point.x, point.y) for point in curve] for curve in curves])
+    return found[(found != found[:, :1]).any((1, 2))]
+
+
+@any_scene
+@given(scenes(), st.integers(0, 4))
+def test_a_parser_that_is_not_ours_reads_the_quantized_scene(scene, precision):
+    quantized = quantize(scene, precision)
+    paths = read_by_svgelements(write_svg(scene, SIZE, SIZE, precision=precision))
+    assert len(paths) == len(quantized)
+    for row, path in enumerate(paths):
+        # 1e-5: the scene's own float32 at 80; the parser's sums are float64.
+        np.testing.assert_allclose(parsed_cubics(path), drawn_cubics(quantized.points[row]), rtol=0, atol=1e-5)
+        color = [path.fill.red, path.fill.green, path.fill.blue]
+        assert color == (quantized.color[row].double() * 255).round().tolist()
+        opacity = float(path.values.get("fill-opacity", 1))
+        assert np.float32(opacity) == quantized.opacity[row].numpy()
+
+
+@any_scene
+@given(scenes(), st.integers(0, 4))
+def test_our_reader_gives_back_the_quantized_scene(scene, precision):
+    text = write_svg(scene, SIZE, SIZE, precision=precision)
+    quantized, drawing = quantize(scene, precision), read_svg(text)
+    read = drawing.scene
+    assert read.transparent == quantized.transparent and drawing.omitted == []
+    for name in ("color", "opacity", "background", "generation"):
+        assert torch.equal(getattr(read, name), getattr(quantized, name)), name
+    for got, want in zip(read.points, quantized.points, strict=True):
+        assert np.array_equal(drawn_cubics(got), drawn_cubics(want))
+    assert write_svg(read, SIZE, SIZE, precision=precision) == text
+
+
+@any_scene
+@given(scenes())
+def test_away_from_edges_resvg_draws_what_we_render(scene):
+    exact, drawn = exact_and_drawn(tensors(replace(scene, transparent=False)))
+    error = (exact - drawn).abs().amax(-1).numpy()
+    # Each path that is blended in 8 bits may round its colour, its alpha and their sum.
+    allowed = 2 * EIGHT_BIT * (len(scene) + 1)
+    assert (error[~near_edges(quantize(scene, 2))] <= allowed).all()
+
+
+@st.composite
+def smooth_scenes(draw: st.DrawFn) -> Scene:
+    """Up to six round paths that neither cross themselves nor meet the border, where resvg cuts curves anew."""
+    count = draw(st.integers(1, 6))
+    radius = floats(draw, (count,), st.floats(4, 16, width=32))
+    place = floats(draw, (count, 2), st.floats(0, 1, width=32))
+    reach = 1.25 * radius[:, None] + 1
+    bend = floats(draw, (count, 12, 2), st.floats(-0.125, 0.125, width=32))
+    return Scene(
+        points=circle_points(reach + place * (SIZE - 2 * reach), radius, 4) + radius[:, None, None] * bend,
+        color=floats(draw, (count, 3), shares),
+        opacity=floats(draw, (count,), shares),
+        background=floats(draw, (3,), shares),
+        generation=torch.zeros(count, dtype=torch.int64),
+    )
+
+
+@any_scene
+@given(smooth_scenes())
+def test_no_pixel_is_farther_off_than_antialiasing_explains(scene):
+    scene = tensors(scene)
+    exact, drawn = exact_and_drawn(scene)
+    excess = (exact - drawn).abs() - antialiasing_bound(scene)
+    assert excess.max() <= 1e-9, f"beyond the bound by {excess.max():.4f}"
+
+
+def tensors(scene: Scene) -> SceneTensors:
+    fields = (scene.points, scene.color, scene.opacity, scene.background)
+    return SceneTensors(*(field.double() for field in fields), SIZE, SIZE)
+
+
+def near_edges(scene: Scene) -> NDArray[np.bool_]:
+    """Pixels [h, w] that an outline passes, and their neighbours."""
+    t = np.linspace(0, 1, 2000)[:, None]
+    near = np.zeros((SIZE + 2, SIZE + 2), bool)
+    for points in scene.points:
+        for p in drawn_cubics(points):
+            curve = (1 - t) ** 3 * p[0] + 3 * t * (1 - t) ** 2 * p[1] + 3 * t**2 * (1 - t) * p[2] + t**3 * p[3]
+            x, y = (np.floor(curve).astype(int) + 1).clip(0, SIZE + 1).T
+            near[y, x] = True
+    grown = torch.nn.functional.max_pool2d(torch.from_numpy(near).double()[None, None], 3, 1, 1)[0, 0]
+    return grown.bool().numpy()[1:-1, 1:-1]

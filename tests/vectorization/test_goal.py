@@ -1,0 +1,275 @@
+"""Goals: sizes as people write them, when a fit is enough, and how many paths the next one should have."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+import pytest
+
+from warpvec.errors import InputError
+from warpvec.vectorization.goal import (
+    AUTO_CURVES_MAX,
+    CURVES_MAX,
+    LEAP_MAX,
+    SKETCH_CURVES,
+    Goal,
+    Trial,
+    best_trial,
+    describe,
+    facts_of,
+    is_in_vain,
+    is_met,
+    is_worth_doubling,
+    next_count,
+    parse_size,
+    with_curves,
+    worthwhile_count,
+)
+from warpvec.vectorization.search import CORRECTIONS_MAX
+
+
+@pytest.mark.parametrize(
+    ("text", "size"),
+    [
+        ("50000", 50_000), ("80k", 80_000), ("80 K", 80_000), ("80kB", 80_000), ("1.5M", 1_500_000), ("2.m", 2_000_000),
+        (" 7 ", 7), ("1.001M", 1_001_000), ("0.001k", 1), ("300b", 300),
+    ],
+)  # fmt: skip
+def test_sizes_are_read_in_thousands(text: str, size: int) -> None:
+    assert parse_size(text) == size
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "k", "0", "-5", "0.5", "1e5", "80KiB", "8_0", "80kk", "5 apples", "٣k", "nan", "inf", "9" * 400, "1\n\n2"],
+)
+def test_what_is_no_size_is_refused_in_a_line(text: str) -> None:
+    with pytest.raises(InputError, match="^max_bytes must be a size such as 50000, 80k or 1.5M, got ") as caught:
+        parse_size(text)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("max_bytes", 0), ("max_bytes", 1.5), ("max_bytes", True), ("max_bytes", "80k"), ("target_psnr", 0.0),
+        ("target_psnr", 100.5), ("target_psnr", math.nan), ("target_psnr", "30"), ("target_psnr", True), ("gzip", 1),
+    ],
+)  # fmt: skip
+def test_a_goal_says_which_value_is_wrong(field: str, value: Any) -> None:
+    with pytest.raises(InputError, match=f"^{field} must "):
+        Goal(**{field: value})
+
+
+def test_a_goal_is_what_asks_for_something() -> None:
+    assert not Goal() and not Goal(gzip=True)
+    assert Goal(max_bytes=1) and Goal(target_psnr=30) and Goal(auto=True)
+
+
+def test_the_most_paths_of_a_goal_are_those_that_are_given() -> None:
+    goal = Goal(max_bytes=1000)
+    assert with_curves({"seed": 1}, None, goal) == {"seed": 1, "curves": CURVES_MAX}
+    assert with_curves({}, "auto", Goal(auto=True)) == {"curves": CURVES_MAX}
+    assert with_curves({}, 20, goal) == {"curves": 20}
+    assert with_curves({}, None, Goal()) == {}
+    with pytest.raises(InputError, match="curves must be a whole number or auto, got 'many'"):
+        with_curves({}, "many", goal)
+
+
+# when a fit is enough
+
+
+def _trial(asked: int = 100, size: int = 10_000, psnr: float = 25.0, curves: int | None = None, **facts: Any) -> Trial:
+    return Trial(asked, asked if curves is None else curves, size, psnr, **facts)
+
+
+@pytest.mark.parametrize(
+    ("goal", "trial", "met"),
+    [
+        (Goal(max_bytes=10_000), _trial(size=10_000), True),
+        (Goal(max_bytes=10_000), _trial(size=10_001), False),
+        (Goal(max_bytes=10_000), _trial(size=9_500), True),
+        (Goal(max_bytes=10_000), _trial(size=9_499), False),
+        (Goal(max_bytes=10_000), _trial(size=10_000, settled=False), False),
+        (Goal(max_bytes=10_000), _trial(512, size=100), True),  # as many paths as may be
+        (Goal(max_bytes=10_000), _trial(512, size=10_001), False),
+        (Goal(target_psnr=25.0), _trial(psnr=25.0), True),
+        (Goal(target_psnr=25.0), _trial(psnr=24.99), False),
+        (Goal(target_psnr=25.0), _trial(psnr=25.25), True),
+        (Goal(target_psnr=25.0), _trial(psnr=25.26), False),
+        (Goal(target_psnr=25.0), _trial(psnr=40.0, curves=1), True),  # there are no fewer
+        (Goal(target_psnr=25.0), _trial(psnr=math.inf, curves=0), True),
+        (Goal(target_psnr=25.0), _trial(512, psnr=20.0), True),
+        (Goal(target_psnr=25.0), _trial(psnr=25.1, settled=False), False),
+        (Goal(max_bytes=10_000, target_psnr=25.0), _trial(size=5_000, psnr=25.1), True),
+        (Goal(max_bytes=10_000, target_psnr=25.0), _trial(size=9_800, psnr=20.0), True),  # the bytes stop it
+        (Goal(max_bytes=10_000, target_psnr=25.0), _trial(size=5_000, psnr=20.0), False),
+        (Goal(max_bytes=10_000, target_psnr=25.0), _trial(size=9_800, psnr=26.0), False),
+        (Goal(max_bytes=10_000, target_psnr=25.0), _trial(size=10_001, psnr=25.1), False),
+    ],
+)
+def test_a_fit_is_enough_within_the_bytes_where_more_paths_or_fewer_would_not_be_better(
+    goal: Goal, trial: Trial, met: bool
+) -> None:
+    assert is_met(goal, trial, 512) is met
+
+
+# the next number of paths
+
+
+@pytest.mark.parametrize(
+    ("goal", "trials", "count"),
+    [
+        (Goal(max_bytes=20_000), [_trial()], 196),
+        (Goal(max_bytes=5_000), [_trial()], 49),
+        (Goal(max_bytes=20_000), [_trial(curves=90)], 196),  # of those that are asked for a tenth is invisible again
+        (Goal(max_bytes=20_000), [_trial(curves=0, size=1_500)], 26),  # but paths do not help where none is seen
+        (Goal(max_bytes=10**9), [_trial(10)], 10 * LEAP_MAX),
+        (Goal(max_bytes=10**9), [_trial(300)], 512),
+        (Goal(max_bytes=1), [_trial()], 1),
+        (Goal(max_bytes=1), [_trial(1)], 1),
+        (Goal(target_psnr=24.9), [_trial(psnr=25.0, settled=False)], 101),  # aimed at 0.1 dB above
+        (Goal(target_psnr=27.2), [_trial(psnr=25.0)], 200),  # 2.3 dB a doubling
+        (Goal(target_psnr=28.9), [_trial(50, psnr=23.0), _trial(psnr=25.0)], 400),  # 2 dB, as it turned out
+        (Goal(target_psnr=28.9), [_trial(50, psnr=25.0), _trial(psnr=25.0)], 512),  # at least 0.8
+        (Goal(target_psnr=32.9), [_trial(50, psnr=15.0), _trial(psnr=25.0)], 400),  # at most 4
+        (Goal(target_psnr=27.2), [_trial(98, psnr=20.0), _trial(psnr=25.0)], 200),  # too near to tell
+        (Goal(target_psnr=25.0), [_trial(psnr=25.09)], 101),
+        (Goal(target_psnr=20.0), [_trial(2, psnr=20.11)], 1),
+        (Goal(target_psnr=20.0), [_trial(psnr=math.inf, curves=0)], 1),
+        (Goal(target_psnr=20.0), [_trial(psnr=math.inf, curves=0), _trial(1, psnr=math.inf, curves=0)], 1),
+        (Goal(target_psnr=20.0), [_trial(psnr=-math.inf)], 512),
+        (Goal(max_bytes=5_000, target_psnr=30.0), [_trial()], 49),
+        (Goal(max_bytes=50_000, target_psnr=27.2), [_trial()], 200),
+        (Goal(auto=True), [_trial(64, curves=60)], 64),
+    ],
+)
+def test_the_next_number_of_paths_is_where_bytes_and_decibels_should_be(
+    goal: Goal, trials: list[Trial], count: float
+) -> None:
+    assert next_count(goal, trials, 512) == count
+
+
+def test_paths_are_doubled_while_that_pays() -> None:
+    first = _trial(64, psnr=20.0, curves=0)
+    assert is_worth_doubling([first], 512)
+    assert not is_worth_doubling([first], 127)
+    paid, not_paid = _trial(128, psnr=21.0), _trial(128, psnr=20.9)
+    assert is_worth_doubling([first, paid], 512)
+    assert not is_worth_doubling([first, not_paid], 512)
+    assert not is_worth_doubling([first, _trial(AUTO_CURVES_MAX, psnr=40.0)], CURVES_MAX)
+    assert worthwhile_count([first]) == 64
+    assert worthwhile_count([first, paid]) == 128
+    assert worthwhile_count([first, not_paid]) == 64
+    perfect = _trial(64, psnr=math.inf)
+    assert not is_worth_doubling([perfect, _trial(128, psnr=math.inf)], 512)
+
+
+def test_what_became_of_a_goal_is_said_in_a_line() -> None:
+    goal = Goal(max_bytes=10_000, gzip=True, target_psnr=30)
+    facts = facts_of(goal, [_trial(64, curves=60), _trial(90, psnr=29.0)], _trial(90, psnr=29.0))
+    assert not facts["met"]
+    assert facts["trials"][0] == {"curves": 60, "bytes": 10_000, "psnr": 25.0}
+    line = "asked for: 10,000 of 10,000 gzipped bytes; 30 dB not reached; fitted with 60, 90 curves"
+    assert describe(facts) == line
+    reached = facts_of(Goal(target_psnr=30.0), [_trial(psnr=30.1)], _trial(psnr=30.1))
+    assert reached["met"] and describe(reached) == "asked for: 30 dB reached; fitted with 100 curves"
+    assert "as many curves as pay" in describe(facts_of(Goal(auto=True), [_trial()], _trial()))
+
+
+# a fitter whose bytes are linear in its paths and whose decibels are in their logarithm, both with noise
+
+
+class Fitter:
+    """Trials of a photo whose paths are visible in a ``share``, and gain ``gain`` dB a doubling."""
+
+    def __init__(self, seed: int, share: float, gain: float) -> None:
+        self._random, self._share, self._gain = random.Random(seed), share, gain
+
+    def trial(self, asked: int, settled: bool = True) -> Trial:
+        curves = max(1, round(self._share * asked))
+        size = round(1500 + 130 * curves * (1 + self._random.gauss(0, 0.01)))
+        psnr = 20.0 + self._gain * math.log2(curves / 64) + self._random.gauss(0, 0.05)
+        return Trial(asked, curves, size, psnr if settled else psnr - 0.8, settled)
+
+
+def _search(goal: Goal, fitter: Fitter, curves_max: int = CURVES_MAX) -> list[Trial]:
+    """What `warpvec.vectorization.search.Search` does, without the fits."""
+    trials = [fitter.trial(min(SKETCH_CURVES, curves_max), settled=False)]
+    trials.append(fitter.trial(next_count(goal, trials, curves_max)))
+    while not is_met(goal, trials[-1], curves_max) and len(trials) < 2 + CORRECTIONS_MAX:
+        trials.append(fitter.trial(next_count(goal, trials, curves_max)))
+    return trials
+
+
+SHARES = (1.0, 0.97, 0.9, 0.7)
+
+
+@pytest.mark.parametrize("share", SHARES)
+@pytest.mark.parametrize("size", [3_000, 6_000, 20_000, 50_000, 200_000, 1_000_000])
+def test_a_search_uses_the_bytes_and_stays_below(share: float, size: int) -> None:
+    corrections = []
+    for seed in range(100):
+        trials = _search(Goal(max_bytes=size), Fitter(seed, share, 2.0))
+        assert 0.95 * size <= trials[-1].bytes <= size
+        corrections.append(len(trials) - 2)
+    assert sum(corrections) / len(corrections) < 3.5
+
+
+@pytest.mark.parametrize("share", SHARES)
+@pytest.mark.parametrize("gain", [1.2, 2.0, 3.0])
+@pytest.mark.parametrize("target", [21.0, 25.0, 28.0])
+def test_a_search_meets_the_decibels_from_above(share: float, gain: float, target: float) -> None:
+    corrections = []
+    for seed in range(100):
+        trials = _search(Goal(target_psnr=target), Fitter(seed, share, gain))
+        assert target <= trials[-1].psnr <= target + 0.25
+        corrections.append(len(trials) - 2)
+    assert sum(corrections) / len(corrections) < 3.5
+
+
+def test_a_search_ends_with_the_most_paths_where_the_decibels_are_out_of_reach() -> None:
+    for seed in range(20):
+        goal, fitter = Goal(target_psnr=40.0), Fitter(seed, 0.9, 2.0)
+        trials = _search(goal, fitter, 700)
+        assert trials[-1].asked == 700
+        assert not facts_of(goal, trials, trials[-1])["met"]
+
+
+@pytest.mark.parametrize(("size", "target"), [(20_000, 30.0), (200_000, 25.0)])
+def test_a_search_with_two_goals_ends_at_the_nearer_one(size: int, target: float) -> None:
+    for seed in range(50):
+        trials = _search(Goal(max_bytes=size, target_psnr=target), Fitter(seed, 0.97, 2.0))
+        assert trials[-1].bytes <= size
+        if size == 20_000:
+            assert trials[-1].bytes >= 0.95 * size and trials[-1].psnr < target
+        else:
+            assert target <= trials[-1].psnr <= target + 0.25
+
+
+def test_the_result_is_the_smallest_file_that_reaches_the_target_within_the_bytes() -> None:
+    goal = Goal(target_psnr=19.0, max_bytes=10_000)
+    trials = [
+        _trial(size=3_000, psnr=19.2, settled=False),
+        _trial(size=9_000, psnr=22.8),
+        _trial(size=8_000, psnr=19.6),
+        _trial(size=7_000, psnr=19.4),
+        _trial(size=6_000, psnr=18.97),
+        _trial(size=11_000, psnr=25.0),
+    ]
+    assert best_trial(goal, trials) == 3
+    # None reaches it: the best one, and of equals the smallest.
+    assert best_trial(Goal(target_psnr=30.0, max_bytes=10_000), trials) == 1
+    assert best_trial(Goal(max_bytes=10_000), [_trial(size=9_000), _trial(size=8_000, psnr=25.001)]) == 1
+    assert best_trial(goal, trials[:1]) == 0
+
+
+def test_more_paths_that_gain_nothing_are_in_vain() -> None:
+    goal = Goal(target_psnr=40.0)
+    assert is_in_vain(goal, [_trial(64, psnr=30.0), _trial(1024, psnr=30.7)])
+    assert not is_in_vain(goal, [_trial(64, psnr=30.0), _trial(1024, psnr=31.0)])
+    assert not is_in_vain(goal, [_trial(1000, psnr=30.0), _trial(1200, psnr=30.0)])
+    assert not is_in_vain(Goal(max_bytes=10_000), [_trial(64), _trial(1024)])
+    assert not is_in_vain(goal, [_trial(64, psnr=41.0), _trial(1024, psnr=41.0)])

@@ -1,0 +1,55 @@
+"""``warpvec info``: versions, devices, the kernel cache; and kernels compiled ahead."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from pathlib import Path
+from typing import Any
+
+import click
+
+from warpvec import __version__
+from warpvec.cli.arguments import json_option
+
+
+@click.command()
+@click.option("--compile", "compiles", is_flag=True, help="Compile the kernels now, so that no run has to.")
+@json_option
+def info(compiles: bool, as_json: bool) -> None:
+    """Show versions, devices and the kernel cache."""
+    spent = {"compile_seconds": _compile_kernels()} if compiles else {}
+    facts = {**_describe_environment(), **spent}
+    lines = (f"{name.replace('_', ' ')}: {value}" for name, value in facts.items())
+    click.echo(json.dumps(facts) if as_json else "\n".join(lines))
+
+
+def _compile_kernels() -> float:
+    from warpvec.fit.precompile import compile_kernels
+
+    return round(compile_kernels(), 1)
+
+
+def _describe_environment() -> dict[str, Any]:
+    import numpy as np
+    import resvg_py
+    import torch
+    import warp as wp
+
+    from warpvec.rendering.launch import start_warp
+
+    start_warp()
+    cache = Path(wp.config.kernel_cache_dir or "")
+    return {
+        "warpvec": __version__,
+        "warp": wp.config.version,
+        "torch": torch.__version__,
+        "numpy": np.__version__,
+        "resvg": resvg_py.__resvg_version__,
+        "python": platform.python_version(),
+        "cpu_count": os.cpu_count(),
+        "devices": ["cpu", *(f"cuda:{k} {torch.cuda.get_device_name(k)}" for k in range(torch.cuda.device_count()))],
+        "kernel_cache": str(cache),
+        "kernel_cache_bytes": sum(file.stat().st_size for file in cache.rglob("*") if file.is_file()),
+    }

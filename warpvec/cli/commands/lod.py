@@ -1,0 +1,136 @@
+"""``warpvec lod``: levels of detail of a file."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from warpvec.cli.arguments import (
+    background_option,
+    check_background,
+    check_out,
+    json_option,
+    read_source,
+    read_svg,
+    write_svg,
+)
+from warpvec.cli.paths import check_places
+from warpvec.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@click.command()
+@click.argument("svg", metavar="OUT")
+@click.option("--levels", help="Levels to keep: 2, 0-3, -3, 2- or a list with commas; goes with -o.")
+@click.option("-o", "--output", metavar="FILE", help="Where they are written: .svg, .svgz or - for stdout.")
+@click.option("--split", is_flag=True, help="Write OUT-level-K.svg for each level K: all levels up to K.")
+@click.option("--list", "as_list", is_flag=True, help="Show the levels. This is done if nothing else is asked for.")
+@click.option("--image", metavar="IN", help="The photo, for the PSNR of every prefix in the list.")
+@background_option
+@json_option
+def lod(
+    svg: str,
+    levels: str | None,
+    output: str | None,
+    split: bool,
+    as_list: bool,
+    image: str | None,
+    background: str | None,
+    as_json: bool,
+) -> None:
+    """Keep some levels of detail of the SVG file OUT, or list them.
+
+    Levels are the generations of a fit, 0 the first, which are the layers of its file; in other files they are the
+    groups at the top. What is kept is not changed. OUT with the levels 0 to K is a picture of its own.
+    """
+    if (levels is None) != (output is None):
+        given, missing = ("--levels", "-o") if output is None else ("-o", "--levels")
+        raise InputError(f"{given} must be given with {missing}; add it")
+    check_background(background, image)
+    check_places({"--image": image, "-o": output})
+    data = read_svg(svg)
+    if levels is not None and output is not None:
+        _write_levels(data, levels, output)
+    if split:
+        _write_prefixes(data, svg, echo=output != "-")
+    if as_list or image is not None or not (split or levels):
+        rows = _rows(data, image, background)
+        click.echo(json.dumps(rows) if as_json else _table(rows), err=output == "-")
+
+
+def _write_levels(data: bytes, levels: str, output: str) -> None:
+    from warpvec.svg.layers import check_has_levels, parse_levels, read_layers, select_levels
+
+    check_out(output, "-o")
+    layers = read_layers(data)
+    check_has_levels(layers)
+    write_svg(select_levels(data, parse_levels(levels, {layer.level for layer in layers})), output)
+
+
+def _write_prefixes(data: bytes, svg: str, echo: bool) -> None:
+    from warpvec.svg.layers import prefixes
+
+    path = Path(svg)
+    files = {str(path.with_name(f"{path.stem}-level-{level}{path.suffix}")): text for level, text in prefixes(data)}
+    for target in files:
+        check_out(target)
+    for target, text in files.items():
+        write_svg(text, target)
+        click.echo(target, err=not echo)
+
+
+def _rows(data: bytes, image: str | None, background: str | None) -> list[dict[str, Any]]:
+    """For each level its paths, and paths, bytes and, with ``image``, PSNR (None for infinity) of the file up to it."""
+    from warpvec.svg.layers import prefixes, read_layers
+
+    photo = None if image is None else _read_photo(image, background)
+    path_counts: Counter[int] = Counter()
+    for layer in read_layers(data):
+        path_counts[layer.level] += layer.path_count
+    rows: list[dict[str, Any]] = []
+    for level, text in prefixes(data):
+        total = sum(count for other, count in path_counts.items() if other <= level)
+        row = {"level": level, "paths": path_counts[level], "prefix_paths": total, "prefix_bytes": len(text.encode())}
+        rows.append(row if photo is None else {**row, "prefix_psnr": _psnr(text, photo)})
+    return rows
+
+
+def _read_photo(image: str, background: str | None) -> NDArray[np.float32]:
+    from warpvec.image.read import read_image
+
+    return read_image(read_source(image), background, name="IN")
+
+
+def _psnr(text: str, photo: NDArray[np.float32]) -> float | None:
+    from warpvec.svg.measure import measure_psnr
+
+    value = measure_psnr(text, photo)
+    return value if math.isfinite(value) else None
+
+
+def _table(rows: list[dict[str, Any]]) -> str:
+    """A line for each level, figures right-aligned under their names."""
+    heads = {
+        "level": "level",
+        "paths": "paths",
+        "prefix_paths": "up to it",
+        "prefix_bytes": "bytes",
+        "prefix_psnr": "PSNR",
+    }
+    names = [name for name in heads if name in rows[0]]
+    lines = [[heads[name] for name in names], *([_shown(name, row[name]) for name in names] for row in rows)]
+    return "\n".join("  ".join(f"{word:>9}" for word in line) for line in lines)
+
+
+def _shown(name: str, value: float | None) -> str:
+    if name == "prefix_psnr":
+        return "inf dB" if value is None else f"{value:.2f} dB"
+    return f"{value:,}"

@@ -1,0 +1,184 @@
+"""Adan with an age for every row, so that paths can come and go during a fit; its update is a kernel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from inspect import unwrap
+from typing import Any, overload
+
+import torch
+import warp as wp
+from torch import Tensor
+from torch.optim.optimizer import ParamsT
+
+from warpvec.errors import InputError
+from warpvec.kernels.adan import BETAS, EPS, make_kernels
+from warpvec.kernels.lanes import Lanes, make_lanes
+from warpvec.rendering.launch import Launcher, as_warp, start_warp
+
+# Torch wraps it to keep torch.compile out, and imports the compiler for that: half a second of every run.
+_add_param_group = unwrap(torch.optim.Optimizer.add_param_group)
+
+_AVERAGES = ("exp_avg", "exp_avg_diff", "exp_avg_sq", "previous_grad")
+
+
+class Adan(torch.optim.Optimizer):
+    """Adaptive Nesterov momentum (Xie et al. 2024, Algorithm 1) with bias correction and without weight decay.
+
+    A row is an index of a parameter's first dimension: a path. Each row has its own step count, so a row appended at
+    step 50 moves as it would in a fresh optimizer. A row whose gradient holds a NaN or an infinity takes that step with
+    a gradient of zero.
+
+    State of a parameter: ``exp_avg``, ``exp_avg_diff``, ``exp_avg_sq`` and ``previous_grad`` in its shape, ``step``
+    [rows] (int64).
+
+    Args:
+        params: tensors or groups of them; ``lr``, ``betas`` and ``eps`` may differ by group.
+        lr: learning rate, in the units of the parameter.
+        betas: (b1, b2, b3), the share of the old average that is kept (1 - beta in the notation of Algorithm 1).
+        eps: added to the root of the second moment.
+
+    Raises:
+        InputError: a negative ``lr`` or ``eps``, a beta outside (0, 1), or a parameter that is not contiguous.
+    """
+
+    def __init__(
+        self,
+        params: ParamsT,
+        lr: float = 1e-3,
+        betas: tuple[float, float, float] = BETAS,
+        eps: float = EPS,
+    ) -> None:
+        self._rows: dict[Tensor, _Rows] = {}
+        super().__init__(params, {"lr": lr, "betas": betas, "eps": eps})
+
+    def add_param_group(self, param_group: dict[str, Any]) -> None:
+        """Adds a group with its own ``lr``, ``betas`` and ``eps``; raises InputError as the class does."""
+        for name in ("lr", "eps"):
+            value = param_group.get(name, self.defaults[name])
+            if not value >= 0.0:
+                raise InputError(f"{name} must be at least 0, got {value!r}")
+        betas = param_group.get("betas", self.defaults["betas"])
+        if len(betas) != 3 or not all(0.0 < beta < 1.0 for beta in betas):
+            raise InputError(f"betas must be three numbers between 0 and 1, both excluded, got {betas!r}")
+        _add_param_group(self, param_group)
+        for param in self.param_groups[-1]["params"]:
+            if not param.is_contiguous():
+                raise InputError(f"params must be contiguous, got strides {param.stride()}; call contiguous() on them")
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        self._rows = {}
+
+    @overload
+    def step(self, closure: None = None) -> None: ...
+
+    @overload
+    def step(self, closure: Callable[[], float]) -> float: ...
+
+    @torch.no_grad()
+    def step(self, closure: Callable[[], float] | None = None) -> float | None:
+        """One update of every parameter that has a gradient; returns what ``closure`` returned, if one was given."""
+        loss = None
+        if closure is not None:
+            with torch.enable_grad():
+                loss = closure()
+        for group in self.param_groups:
+            for param in group["params"]:
+                if param.grad is not None:
+                    self._update(param, param.grad, group["lr"], group["betas"], group["eps"])
+        return loss
+
+    @torch.no_grad()
+    def keep_rows(self, param: Tensor, rows: Tensor) -> Tensor:
+        """Replaces ``param`` by its ``rows`` (indices in the new order, or a mask), each with its state and age.
+
+        Returns:
+            The parameter that now stands in the group, without a gradient.
+
+        Raises:
+            InputError: ``param`` is not in this optimizer.
+        """
+        return self._replace(param, param[rows], {name: value[rows] for name, value in self.state[param].items()})
+
+    @torch.no_grad()
+    def append_rows(self, param: Tensor, new_rows: Tensor) -> Tensor:
+        """Replaces ``param`` by itself with ``new_rows`` [K, ...] below, whose state and age are zero.
+
+        Returns:
+            The parameter that now stands in the group, without a gradient.
+
+        Raises:
+            InputError: ``param`` is not in this optimizer.
+        """
+        count = len(new_rows)
+        state = {
+            name: torch.cat([value, value.new_zeros(count, *value.shape[1:])])
+            for name, value in self.state[param].items()
+        }
+        return self._replace(param, torch.cat([param, new_rows.to(param)]), state)
+
+    def _update(self, param: Tensor, grad: Tensor, lr: float, betas: tuple[float, float, float], eps: float) -> None:
+        state = self._state(param)
+        rows = self._rows.get(param)
+        if rows is None or not rows.is_of(param, state):
+            rows = self._rows[param] = _Rows(param, state)
+        rows.update(grad.to(param.dtype), lr, betas, eps)
+
+    def _replace(self, param: Tensor, value: Tensor, state: dict[str, Tensor]) -> Tensor:
+        del self.state[param]
+        self._rows.pop(param, None)
+        for group in self.param_groups:
+            for position, member in enumerate(group["params"]):
+                if member is param:
+                    group["params"][position] = value.requires_grad_(param.requires_grad)
+                    self.state[value] = state
+                    return value
+        raise InputError(f"param must be a parameter of this optimizer, got a tensor of shape {list(param.shape)}")
+
+    def _state(self, param: Tensor) -> dict[str, Tensor]:
+        state: dict[str, Tensor] = self.state[param]
+        if not state:
+            zeros = {name: torch.zeros_like(param, memory_format=torch.contiguous_format) for name in _AVERAGES}
+            state.update(zeros)
+            state["step"] = torch.zeros(param.shape[:1], dtype=torch.int64, device=param.device)
+        return state
+
+
+class _Rows:
+    """A parameter and its state as Warp arrays: to make these anew at each step would cost more than the step."""
+
+    def __init__(self, param: Tensor, state: dict[str, Tensor]) -> None:
+        self._launch, self._lanes = _launcher(param.device, param.dtype)
+        self._width = math.prod(param.shape[1:])
+        self._row_count = math.prod(param.shape[:1])
+        self._pointers = _pointers(param, state)
+        averages = [self._array(state[name]) for name in _AVERAGES]
+        self._arrays = [as_warp(state["step"].reshape(-1), wp.int64), *averages, self._array(param)]
+
+    def is_of(self, param: Tensor, state: dict[str, Tensor]) -> bool:
+        """Whether these are still the memory of the parameter and its state."""
+        return self._pointers == _pointers(param, state)
+
+    def update(self, grad: Tensor, lr: float, betas: tuple[float, float, float], eps: float) -> None:
+        """One step by the kernel, which says how."""
+        lanes = self._lanes
+        log_betas = lanes.vec3(*(math.log(beta) for beta in betas))
+        settings = [lanes.dtype(lr), lanes.vec3(*betas), log_betas, lanes.dtype(eps)]
+        kernel = make_kernels(lanes).update_rows
+        self._launch(kernel, self._row_count, [self._array(grad), *settings, *self._arrays])
+
+    def _array(self, values: Tensor) -> Any:
+        return as_warp(values.reshape(-1, self._width), self._lanes.dtype)
+
+
+def _pointers(param: Tensor, state: dict[str, Tensor]) -> list[int]:
+    return [param.data_ptr(), *(value.data_ptr() for value in state.values())]
+
+
+@cache
+def _launcher(device: torch.device, dtype: torch.dtype) -> tuple[Launcher, Lanes]:
+    start_warp()
+    return Launcher(str(device), threads=1), make_lanes(1, wp.dtype_from_torch(dtype))

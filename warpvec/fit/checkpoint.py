@@ -1,0 +1,131 @@
+"""A fit on disk: everything that decides its next iteration, so that it goes on to the same bytes after a crash.
+
+A file is a NumPy archive: a header in JSON, and the arrays that it refers to. Reading it executes nothing of it.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import struct
+import zipfile
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from warpvec import __version__
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.presets import make_config
+from warpvec.errors import InputError
+from warpvec.files import write_atomic
+from warpvec.fit.state import State
+
+FORMAT, VERSION = "warpvec checkpoint", 1
+"""The version changes with the meaning of the state, so that an old file is refused and not misread."""
+
+MAX_BYTES = 2**30
+"""A fit of 2**16 paths takes 80 MB; stops a file that would fill the memory when it is unpacked."""
+
+_TENSOR = "__tensor__"
+
+# What a damaged archive, its arrays and their JSON lead to: encrypted members are RuntimeErrors, unknown compression
+# NotImplementedErrors, arrays of absurd shapes MemoryErrors.
+_DAMAGES = (
+    ValueError, KeyError, TypeError, AttributeError, IndexError, EOFError, RuntimeError, MemoryError, OverflowError,
+    zipfile.BadZipFile, zlib.error, struct.error,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A fit after an iteration: its settings, the digest of its target, and its state."""
+
+    config: FitConfig
+    target_digest: str
+    state: State
+
+
+def write_checkpoint(path: str | os.PathLike[str], checkpoint: Checkpoint) -> None:
+    """Writes ``path``, whole or not at all.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    arrays: list[Tensor] = []
+    header = {
+        "format": FORMAT,
+        "version": VERSION,
+        "warpvec": __version__,
+        "config": checkpoint.config.to_dict(),
+        "target_digest": checkpoint.target_digest,
+        "state": _to_plain(checkpoint.state, arrays),
+    }
+    buffer = io.BytesIO()
+    named: dict[str, Any] = {f"array_{k}": value.detach().cpu().numpy() for k, value in enumerate(arrays)}
+    named["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
+    np.savez_compressed(buffer, **named)
+    write_atomic(path, buffer.getvalue())
+
+
+def read_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
+    """Reads what `write_checkpoint` wrote.
+
+    Raises:
+        InputError: no such file, not a checkpoint, damaged, or of another version.
+    """
+    label = os.fspath(path)
+    try:
+        arrays = _read_arrays(Path(path))
+        header = json.loads(arrays.pop("header").tobytes())
+        if header["format"] != FORMAT:
+            raise ValueError("not a checkpoint")
+        version = header["version"]
+    except OSError as error:
+        raise InputError(f"checkpoint must be a file, got {label!r} ({error.strerror}); check the path") from error
+    except _DAMAGES as error:
+        raise InputError(f"checkpoint must be one that warpvec wrote, got {label!r}; it is damaged") from error
+    if version != VERSION:
+        raise InputError(
+            f"checkpoint must be of version {VERSION}, got {version!r} in {label!r}, written by warpvec"
+            f" {header.get('warpvec')}; go on with that release or start anew"
+        )
+    try:
+        config = make_config(**header["config"])
+        return Checkpoint(config, header["target_digest"], _from_plain(header["state"], arrays))
+    except (KeyError, TypeError, InputError) as error:
+        raise InputError(f"checkpoint must hold a fit, got {label!r} ({error}); it is damaged") from error
+
+
+def _read_arrays(path: Path) -> dict[str, Any]:
+    if path.exists() and not path.is_file():  # a device may have no end
+        raise ValueError("not a file")
+    data = path.read_bytes()
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        if sum(member.file_size for member in archive.infolist()) > MAX_BYTES:
+            raise ValueError(f"more than {MAX_BYTES} bytes")
+    with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files}
+
+
+def _to_plain(value: Any, arrays: list[Tensor]) -> Any:
+    """``value`` with each tensor moved to ``arrays`` and replaced by its place there."""
+    if isinstance(value, Tensor):
+        arrays.append(value)
+        return {_TENSOR: len(arrays) - 1}
+    if isinstance(value, dict):
+        return {name: _to_plain(item, arrays) for name, item in value.items()}
+    return value
+
+
+def _from_plain(value: Any, arrays: dict[str, Any]) -> Any:
+    if isinstance(value, dict) and _TENSOR in value:
+        return torch.from_numpy(arrays[f"array_{value[_TENSOR]}"])
+    if isinstance(value, dict):
+        return {name: _from_plain(item, arrays) for name, item in value.items()}
+    return value

@@ -1,0 +1,236 @@
+"""The paths under optimisation: free parameters, their optimizer's state, and paths that come and go."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import torch
+import warp as wp
+from torch import Tensor
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.fit.palette import Palette
+from warpvec.fit.state import State
+from warpvec.geometry.bezier import curve_boxes
+from warpvec.geometry.scene import Scene
+from warpvec.kernels.adan import BETAS, CLAMPED, EPS, SIGMOID
+from warpvec.kernels.constants import TILE
+from warpvec.kernels.lanes import make_lanes
+from warpvec.kernels.population import make_kernels, threads_per_path
+from warpvec.rendering.launch import Launcher, as_warp, start_warp
+
+# Opacities and logit colours are kept this far from 0 and 1, where the logit is infinite.
+_LOGIT_MARGIN = 1e-4
+
+
+# A parameter, three averages of its gradient, and the gradient before.
+_PLANES = 5
+
+
+class Population:
+    """N paths as free parameters, stepped by Adan; ``warpvec/fit/adan.py`` says how, and what a row's age is.
+
+    Points are in units of half the canvas's longer side, as learning rates are; opacities are logits; colours are
+    themselves or logits, as ``config.color_parameter`` says. The background takes part unless ``config.backdrop`` fixes
+    it, or the scene is transparent; a palette is for a fixed one too.
+
+    Attributes:
+        live: the paths as they stand, in memory that each step overwrites; new memory when paths come or go.
+        serial: place of each path [N] in the order of creation, which the z-order by area loses.
+    """
+
+    live: Scene
+    _copy: Scene | None
+
+    def __init__(self, scene: Scene, config: FitConfig, half_side: float) -> None:
+        start_warp()
+        self._half_side = half_side
+        self._logit_color = config.color_parameter == "logit"
+        self._fixed_background = config.backdrop == "white" or scene.transparent
+        self._opaque = config.opacity == "opaque"
+        self._palette: Palette | None = None
+        self._rates = (config.lr_points, config.lr_color, config.lr_opacity)
+        self._launch = Launcher(str(scene.points.device), threads=1)
+        # Parameters and state of points [5, N, 2 P], colour [5, N, 3], opacity [5, N, 1] and background [5, 1, 3].
+        self._rows = self._fresh_rows(scene)
+        self._background = _fresh(self._raw_color(scene.background)[None])
+        # Steps taken [N + 1]; the background's are the last.
+        self._age = torch.zeros(len(scene) + 1, dtype=torch.int64, device=scene.points.device)
+        self._factor = torch.ones(1, dtype=torch.float64, device=scene.points.device)
+        self.serial = torch.arange(len(scene), device=scene.points.device)
+        self._created = len(scene)
+        background = scene.background if self._fixed_background else self._shown_color(self._background[0, 0])
+        self._place(replace(self._shown(self._rows, scene), background=background))
+
+    def __len__(self) -> int:
+        return len(self.live)
+
+    @property
+    def generation(self) -> Tensor:
+        """Level of detail of each path [N]."""
+        return self.live.generation
+
+    @property
+    def scene(self) -> Scene:
+        """The paths as they stand; a new object after every change, which never changes itself."""
+        if self._copy is None:
+            live = self.live
+            points, color = live.points.clone(), live.color.clone()
+            opacity, background = live.opacity.clone(), live.background.clone()
+            self._copy = replace(live, points=points, color=color, opacity=opacity, background=background)
+        return self._copy
+
+    def step(
+        self,
+        adj_points: Tensor,
+        adj_color: Tensor,
+        adj_opacity: Tensor,
+        adj_background: Tensor,
+        factor: float,
+        fits: Tensor | None = None,
+    ) -> None:
+        """One optimizer step from the adjoints of ``scene``'s values, learning rates multiplied by ``factor``.
+
+        Where ``fits`` [1], on the device, is -1 and not 1, nothing but the paths' ages changes.
+        """
+        if fits is None:
+            self._factor.fill_(factor)
+        else:
+            torch.mul(fits, factor, out=self._factor)
+        self._age += 1
+        adjoints = (adj_points.flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
+        arrays = [self._strided(values) for values in adjoints]
+        rows = len(self) + (0 if self._fixed_background else 1)
+        self._launch(self._kernel, rows * self._threads_per_path, [*self._settings, *arrays, *self._arrays])
+        self._constrain()
+        self._copy = None
+
+    @property
+    def has_palette(self) -> bool:
+        """Whether fills are from a palette."""
+        return self._palette is not None
+
+    def use_palette(self, palette: Palette, shown: Tensor) -> None:
+        """Take all fills, from now on, from ``palette``; ``shown`` [N + 1] is what is seen of paths and canvas."""
+        palette.start(self._free_colors(), shown, self.live.transparent)
+        self._palette = palette
+        self._constrain()
+        self._copy = None
+
+    def state(self) -> State:
+        """What :meth:`restore` needs to go on as if nothing had happened."""
+        return {
+            "points": self._rows[0],
+            "color": self._rows[1],
+            "opacity": self._rows[2],
+            "background": self._background,
+            "age": self._age,
+            "serial": self.serial,
+            "created": self._created,
+            "live": self.live.to_dict(),
+            "palette": None if self._palette is None else self._palette.state(),
+        }
+
+    def restore(self, state: State, palette: Palette | None) -> None:
+        """Go on from ``state``; ``palette`` is the one of the fit, if it has one."""
+        device = self.serial.device
+        points, color, opacity, self._background, self._age, self.serial = (
+            state[name].to(device) for name in ("points", "color", "opacity", "background", "age", "serial")
+        )
+        self._rows, self._created = (points, color, opacity), state["created"]
+        if palette is not None and state["palette"] is not None:
+            palette.restore(state["palette"], str(device))
+            self._palette = palette
+        self._place(Scene(**state["live"]).to(str(device)))
+
+    def keep(self, rows: Tensor) -> None:
+        """Keep the paths ``rows`` (a mask, or indices in their new order)."""
+        self._rows = tuple(values[:, rows].contiguous() for values in self._rows)
+        self._age = torch.cat([self._age[:-1][rows], self._age[-1:]])
+        self.serial = self.serial[rows]
+        if self._palette is not None:
+            self._palette.keep(rows)
+        self._place(self.live.select(rows))
+
+    def sort_by_area(self) -> None:
+        """Order the paths by the area of their bounding box, the smallest on top."""
+        box = curve_boxes(self.live.points, self.live.degree)
+        order = (box[:, 2:] - box[:, :2]).prod(-1).argsort(descending=True, stable=True)
+        if not torch.equal(order, torch.arange(len(order), device=order.device)):
+            self.keep(order)
+
+    def append(self, scene: Scene) -> None:
+        """Add the paths of ``scene`` on top, with fresh optimizer state."""
+        new = self._fresh_rows(scene)
+        shown = self._shown(new, scene)
+        self._rows = tuple(torch.cat(pair, 1) for pair in zip(self._rows, new, strict=True))
+        self._age = torch.cat([self._age[:-1], self._age.new_zeros(len(scene)), self._age[-1:]])
+        self.serial = torch.cat([self.serial, torch.arange(len(scene), device=self.serial.device) + self._created])
+        self._created += len(scene)
+        if self._palette is not None:
+            self._palette.append(scene.color)
+        names = ("points", "color", "opacity", "generation")
+        joined = (torch.cat([getattr(self.live, name), getattr(shown, name)]) for name in names)
+        points, color, opacity, generation = joined
+        self._place(replace(self.live, points=points, color=color, opacity=opacity, generation=generation))
+
+    def _place(self, scene: Scene) -> None:
+        """Make ``scene``, whose memory is its own, the live one, and know all arrays of the step by their memory."""
+        self.live, self._copy = scene, None
+        cuda, dtype = self._launch.device.is_cuda, wp.dtype_from_torch(scene.points.dtype)
+        lanes = make_lanes(1 if cuda else TILE, dtype)
+        self._kernel, self._threads_per_path = make_kernels(lanes).step_population, threads_per_path(lanes)
+        color_form = SIGMOID if self._logit_color else CLAMPED
+        log_betas = lanes.vec3(*(math.log(beta) for beta in BETAS))
+        rates = [wp.vec3d(*self._rates), as_warp(self._factor, wp.float64)]
+        betas = [lanes.vec3(*BETAS), log_betas, lanes.dtype(EPS), as_warp(self._age, wp.int64)]
+        self._settings = [len(scene), lanes.dtype(self._half_side), color_form, *rates, *betas]
+        shown = (scene.points.flatten(1), scene.color, scene.opacity[:, None], scene.background[None])
+        self._arrays = [as_warp(values, dtype) for values in (*self._rows, self._background, *shown)]
+        self._constrain()
+
+    def _constrain(self) -> None:
+        """Make the live scene, in place, what the settings say beyond what the parameters do."""
+        if self._opaque:
+            self.live.opacity.fill_(1.0)
+        if self._palette is not None:
+            color = self._palette.color
+            self.live.color.copy_(color[:-1])
+            if not self.live.transparent:
+                self.live.background.copy_(color[-1])
+
+    def _free_colors(self) -> Tensor:
+        """The colours [N + 1, 3] that the paths and, last, the background would have without a palette."""
+        return self._shown_color(torch.cat([self._rows[1][0], self._background[0]]))
+
+    @staticmethod
+    def _strided(values: Tensor) -> Any:
+        """Rows apart by any stride, as a Warp array: adjoints are columns of wider sums."""
+        dense = values.shape[1] == 1 or values.stride(1) == 1
+        return wp.from_torch(values if dense else values.contiguous(), return_ctype=True)
+
+    def _fresh_rows(self, scene: Scene) -> tuple[Tensor, ...]:
+        opacity = scene.opacity.logit(_LOGIT_MARGIN)[:, None]
+        points = (scene.points / self._half_side).flatten(1)
+        return tuple(_fresh(raw) for raw in (points, self._raw_color(scene.color), opacity))
+
+    def _shown(self, rows: tuple[Tensor, ...], scene: Scene) -> Scene:
+        """What the parameters of ``rows`` show, in the shapes of ``scene``."""
+        points, color, opacity = (values[0] for values in rows)
+        points = (points * self._half_side).reshape(scene.points.shape)
+        return replace(scene, points=points, color=self._shown_color(color), opacity=opacity[:, 0].sigmoid())
+
+    def _raw_color(self, color: Tensor) -> Tensor:
+        return color.logit(_LOGIT_MARGIN) if self._logit_color else color
+
+    def _shown_color(self, raw: Tensor) -> Tensor:
+        return raw.sigmoid() if self._logit_color else raw.clone()
+
+
+def _fresh(raw: Tensor) -> Tensor:
+    """Parameters [rows, width] with a state of zeros [5, rows, width]."""
+    rows = raw.new_zeros(_PLANES, *raw.shape)
+    rows[0] = raw
+    return rows

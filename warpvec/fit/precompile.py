@@ -1,0 +1,41 @@
+"""Compiling the kernels ahead of the first run, by running every kind of fit once on a few pixels."""
+
+from __future__ import annotations
+
+import time
+from itertools import product
+
+import torch
+
+from warpvec.config.presets import make_config
+from warpvec.fit.loop import fit
+from warpvec.fit.visibility import shown_areas
+from warpvec.geometry.cubics import to_cubics
+from warpvec.rendering.draw import draw_pixels
+from warpvec.rendering.launch import resolve_device
+
+# Long enough for each kernel of a fit: steps, an inflation, and a recycling, which asks for importance.
+_SHORT = {"curves": 4, "initial_curves": 2, "iterations": 8, "inflation_gap": 1, "time_budget": None}
+_KINDS = (
+    {"preset": "default", "recycle_gap": 1, "recycle_share": 0.5},
+    {"preset": "paper", "samples": 2, "lines": 1},
+    {"preset": "paper", "samples": 2, "lines": 1, "covariance_gradient": True},
+)
+
+
+def compile_kernels(device: str = "auto") -> float:
+    """Compile and cache what fits on ``device`` take; the seconds that it took, little where they are cached.
+
+    Their results are drawn, and looked through for what is hidden, on the CPU: its kernels are among them in any case.
+
+    Raises:
+        InputError: no such device.
+    """
+    start = time.perf_counter()
+    target = torch.linspace(0.0, 1.0, 16 * 16 * 3).reshape(16, 16, 3)
+    for where, kind in product({resolve_device(device), "cpu"}, _KINDS):
+        config = make_config(**{**_SHORT, **kind, "device": where})  # type: ignore[arg-type]
+        scene = fit(target, config).scene
+        draw_pixels(scene, 16, 16, **config.render_settings)
+        shown_areas(to_cubics(scene)[0], 16, 16)
+    return time.perf_counter() - start

@@ -1,0 +1,80 @@
+"""What a fit tells while it runs, and what it gives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from torch import Tensor
+
+from warpvec.geometry.scene import Scene
+from warpvec.image.metrics import psnr_from_mse
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a fit stands after an iteration."""
+
+    iteration: int
+    iteration_count: int
+    curve_count: int
+    seconds: float
+    loss: Tensor = field(repr=False)
+    scene: Callable[[], Scene] = field(repr=False)
+    """The scene as it stands, in pixels of the fitted image."""
+
+    @property
+    def psnr(self) -> float:
+        """Internal PSNR of the iteration's image, in dB; reads one number back from the device."""
+        return psnr_from_mse(float(self.loss))
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """What a fit gives: the scene in pixels of the fitted image, on the CPU, and how it got there."""
+
+    scene: Scene
+    history: list[dict[str, float]]
+    iterations: int
+    seconds: float
+    interrupted: bool
+    device: str
+
+
+def history_entry(progress: Progress) -> dict[str, Any]:
+    """What is kept of an iteration; reads one number back from the device."""
+    return {
+        "iteration": progress.iteration,
+        "curves": progress.curve_count,
+        "psnr": progress.psnr,
+        "seconds": progress.seconds,
+    }
+
+
+class Pace:
+    """Estimates the time that is left; counts from the first iteration, which loads or compiles the kernels.
+
+    It is to see every iteration: one that is below the last is of a new fit.
+    """
+
+    def __init__(self) -> None:
+        self._first_iteration = self._last_iteration = 0
+        self._first_seconds = 0.0
+
+    def see(self, progress: Progress) -> None:
+        """Takes note of an iteration, which costs nothing."""
+        if self._last_iteration == 0 or progress.iteration < self._last_iteration:
+            self._first_iteration, self._first_seconds = progress.iteration, progress.seconds
+        self._last_iteration = progress.iteration
+
+    def describe(self, progress: Progress) -> str:
+        """One line: where the fit is, how good, how long it will take; reads one number back from the device."""
+        self.see(progress)
+        done = progress.iteration - self._first_iteration
+        remaining = progress.iteration_count - progress.iteration
+        left = f", {(progress.seconds - self._first_seconds) / done * remaining:.0f} s left" if done else ""
+        return (
+            f"iteration {progress.iteration} of {progress.iteration_count}, {progress.curve_count} curves, "
+            f"{progress.psnr:.2f} dB{left}"
+        )

@@ -1,0 +1,33 @@
+"""Reduce images to the size that a fit works on."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from warpvec.image.alpha import is_transparent, premultiplied, straight
+
+
+def fit_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.float32]:
+    """``pixels`` [h, w, 3 or 4] reduced until neither side is longer than ``longest_side``; never enlarged.
+
+    Filtered with Lanczos-3, whose overshoot is clipped to [0, 1]; colours with alpha, which are straight before and
+    after, premultiplied. A side keeps at least one pixel.
+    """
+    height, width = pixels.shape[:2]
+    size = fitted_size(height, width, longest_side)[::-1]
+    if size == (width, height):
+        return pixels
+    filtered = premultiplied(pixels) if is_transparent(pixels) else pixels
+    channels = [Image.fromarray(np.ascontiguousarray(filtered[..., c])) for c in range(pixels.shape[2])]
+    reduced = np.stack([np.asarray(c.resize(size, Image.Resampling.LANCZOS)) for c in channels], -1)
+    return straight(reduced) if is_transparent(pixels) else reduced.clip(0.0, 1.0)
+
+
+def fitted_size(height: int, width: int, longest_side: int) -> tuple[int, int]:
+    """Height and width of what `fit_image` makes of an image of ``height`` x ``width`` pixels."""
+    longest = max(height, width)
+    if longest <= longest_side:
+        return height, width
+    return max(1, round(height * longest_side / longest)), max(1, round(width * longest_side / longest))

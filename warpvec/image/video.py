@@ -1,0 +1,83 @@
+"""Frames of a fit as one animated file: MP4, GIF or WebP, by the extension of its name."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from importlib.util import find_spec
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.errors import InputError
+from warpvec.files import check_writable
+from warpvec.image.alpha import is_transparent, over
+from warpvec.image.write import eight_bit_levels
+
+EXTENSIONS = (".mp4", ".gif", ".webp")
+
+FRAMES_PER_SECOND = 12
+"""40 frames of a default fit are three seconds."""
+
+
+def check_video(path: str) -> None:
+    """Check that a video can be written to ``path``, before work is spent on its frames.
+
+    Raises:
+        InputError: it is of no known kind, its place cannot be written, or the encoder of MP4 is not installed.
+    """
+    extension = Path(path).suffix.lower()
+    if extension not in EXTENSIONS:
+        raise InputError(f"--video must end in {', '.join(EXTENSIONS)}, got {path!r}; rename it")
+    check_writable(path, "--video")
+    if extension == ".mp4" and find_spec("imageio_ffmpeg") is None:
+        raise InputError("--video needs imageio-ffmpeg for MP4, which is not installed; pip install 'warpvec[video]'")
+
+
+class Video:
+    """A context that takes frames and, where it ends without an error, gives the file its name."""
+
+    def __init__(self, path: str) -> None:
+        self._path = Path(path)
+        self._temporary = self._path.with_name(f".warpvec-{secrets.token_hex(8)}{self._path.suffix.lower()}")
+        self._frames: list[NDArray[np.uint8]] = []
+
+    def __enter__(self) -> Video:
+        return self
+
+    def add(self, image: NDArray[np.float32]) -> None:
+        """Append ``image`` [h, w, 3 or 4] in [0, 1]; alpha is shown on white."""
+        self._frames.append(eight_bit_levels(over(image, 1.0) if is_transparent(image) else image))
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is not None or not self._frames:
+            return
+        try:
+            _write(self._temporary, self._frames)
+            os.replace(self._temporary, self._path)
+        finally:
+            self._temporary.unlink(missing_ok=True)
+
+
+def _write(path: Path, frames: list[NDArray[np.uint8]]) -> None:
+    if path.suffix == ".mp4":
+        _write_mp4(path, frames)
+        return
+    import imageio.v3 as iio
+
+    duration = round(1000 / FRAMES_PER_SECOND)
+    iio.imwrite(path, np.stack(frames), extension=path.suffix, plugin="pillow", duration=duration, loop=0)
+
+
+def _write_mp4(path: Path, frames: list[NDArray[np.uint8]]) -> None:
+    import imageio.v2 as iio
+
+    with iio.get_writer(path, format="FFMPEG", fps=FRAMES_PER_SECOND, macro_block_size=1) as writer:
+        for frame in frames:
+            # Players want colour at half the size: whole pairs of pixels, or the last row and column again.
+            height, width = frame.shape[:2]
+            writer.append_data(np.pad(frame, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge"))  # type: ignore[attr-defined]

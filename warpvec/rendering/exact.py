@@ -1,0 +1,60 @@
+"""The exact renderer: a path is its area. What it draws is what an SVG renderer draws, up to anti-aliasing."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from warpvec.errors import InputError
+from warpvec.kernels.constants import TRANSMITTANCE_MIN
+from warpvec.rendering.capacity import Counts
+from warpvec.rendering.launch import as_warp
+from warpvec.rendering.stages.binning import Binning
+from warpvec.rendering.stages.compositing import Paint
+from warpvec.rendering.stages.coverage import Coverage
+from warpvec.rendering.stages.flattening import Flattening
+from warpvec.rendering.tile_renderer import Adjoints, Hits, TileRenderer
+
+
+class ExactRenderer(TileRenderer):
+    """Draws points [N, 3 S, 2]: S cubics in a closed loop."""
+
+    def __init__(
+        self,
+        height: int,
+        width: int,
+        *,
+        device: str = "cpu",
+        threads: int | None = None,
+        dtype: torch.dtype = torch.float32,
+        degree: int = 3,
+        lane_width: int | None = None,
+        transmittance_min: float = TRANSMITTANCE_MIN,
+    ) -> None:
+        if degree != 3:
+            raise InputError(
+                f"scene must have degree 3 for the renderer exact, got {degree}; see warpvec.geometry.cubics.to_cubics"
+            )
+        super().__init__(height, width, device, threads, dtype, lane_width, transmittance_min)
+        self._flattening = Flattening(self._launch, self._lanes)
+        self._binning = Binning(self._launch, self._lanes, self.grid)
+        self._coverage = Coverage(self._launch, self._lanes)
+
+    def _cover(self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Hits:
+        path_count, segment_count = points.shape[0], points.shape[1] // 3
+        self._flattening.run(as_warp(points, self._lanes.vec2))
+        self._binning.run(self._flattening, path_count, segment_count)
+        self._coverage.run(self._flattening, self._binning, segment_count)
+        paint = Paint(color, opacity, background, self._lanes)
+        visible = self._compositing.find_visible(self._binning, paint)
+        return self._binning, visible, self._coverage.slot_winding, paint
+
+    def _collect(self, points: Tensor, opacity: Tensor, adjoints: Adjoints) -> None:
+        path_count, segment_count = points.shape[0], points.shape[1] // 3
+        adj_edges = self._coverage.adjoint(self._flattening, self._binning, path_count, segment_count)
+        self._flattening.adjoint(adj_edges, as_warp(adjoints.points, self._lanes.vec2))
+
+    @property
+    def counts(self) -> Counts:
+        binning = self._binning
+        return Counts(self._flattening.vertex_count, binning.strip_count, binning.pair_count, binning.slot_count)

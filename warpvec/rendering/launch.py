@@ -1,0 +1,210 @@
+"""Launching kernels: on CUDA as they are, on the CPU shared among threads; and buffers that grow on demand.
+
+Warp runs a CPU launch on the calling thread and releases the GIL, so a launch is cut into chunks of work items that
+several Python threads take in turn. A kernel's work items write disjoint slots, so the result does not depend on how
+they were shared out.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache, partial
+from itertools import count
+from typing import Any
+
+import torch
+import warp as wp
+
+from warpvec.errors import InputError
+from warpvec.kernels.constants import TILE
+from warpvec.rendering.capacity import Limits
+from warpvec.rendering.thread_pool import Crew, core_count
+
+# A chunk of fewer items is done before a second thread has heard of it.
+_CHUNK_ITEMS_MIN = 64
+# Kernels index with 32 bits.
+_ENTRIES_MAX = 2**31
+# Chunks per thread: enough that one slow chunk leaves little idle time at the end, few enough to launch cheaply.
+_CHUNKS_PER_THREAD = 4
+
+
+@cache
+def start_warp() -> None:
+    """Initialise Warp in silence; nothing but our own lines belongs on the user's terminal."""
+    wp.config.log_level = wp.LOG_ERROR
+    with _silent_native_stderr():
+        wp.init()
+
+
+@contextmanager
+def _silent_native_stderr() -> Iterator[None]:
+    # Without a GPU driver Warp's native code prints a warning that no setting of Warp's silences.
+    try:
+        kept = os.dup(2)
+    except OSError:  # stderr is closed: there is nothing to silence
+        yield
+        return
+    sink = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(sink, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(sink)
+
+
+def resolve_device(name: str) -> str:
+    """A Warp device, "cpu" or "cuda:K", for "auto" (the first GPU, else the CPU), "cpu", "cuda" or "cuda:K".
+
+    Raises:
+        InputError: no such device.
+    """
+    start_warp()
+    # Both sides of the bridge must see a GPU for it to be of use.
+    gpu_count = wp.get_cuda_device_count() if torch.cuda.is_available() else 0
+    devices = ["cpu", *(f"cuda:{k}" for k in range(gpu_count))]
+    wanted = {"auto": devices[min(gpu_count, 1)], "cuda": "cuda:0"}.get(name, name)
+    if wanted not in devices:
+        raise InputError(f"device must be auto or one of {', '.join(devices)} on this machine, got {name!r}")
+    return wanted
+
+
+class Launcher:
+    """Launches kernels on one device, on ``threads`` CPU threads (all cores if None).
+
+    Attributes:
+        limits: how much a step may make.
+    """
+
+    def __init__(self, device: str, threads: int | None = None) -> None:
+        self.device = wp.get_device(device)
+        self.limits = Limits(self.device)
+        self.threads = 1 if self.device.is_cuda else threads or core_count()
+        self._crew = Crew(self.threads - 1, self.threads <= core_count()) if self.threads > 1 else None
+        self._commands: dict[Any, list[_Command]] = {}
+        self._all_buffers: list[Buffers] = []
+
+    def make_buffers(self) -> Buffers:
+        """Buffers on the device, whose growth is counted."""
+        self._all_buffers.append(Buffers(self.device))
+        return self._all_buffers[-1]
+
+    @property
+    def growth(self) -> int:
+        """How often a buffer has moved to memory of its own; while it stays the same, so do all pointers."""
+        return sum(buffers.growth for buffers in self._all_buffers)
+
+    def chunk_items(self, item_count: int) -> int:
+        """Work items per chunk of a shared launch."""
+        return max(_CHUNK_ITEMS_MIN, -(-item_count // (self.threads * _CHUNKS_PER_THREAD)))
+
+    def __call__(self, kernel: Any, item_count: int, arguments: list[Any]) -> None:
+        """Run a light ``kernel`` over ``item_count`` items; its first argument, the first item, is added here."""
+        if item_count > 0:
+            self._run(kernel, item_count, arguments, item_count)
+
+    def shared(self, kernel: Any, item_count: int, arguments: list[Any], chunk: int | None = None) -> None:
+        """Run a heavy ``kernel``, its items shared among the threads, ``chunk`` of them at a time."""
+        if item_count > 0:
+            self._run(kernel, item_count, arguments, chunk or self.chunk_items(item_count))
+
+    def _run(self, kernel: Any, item_count: int, arguments: list[Any], chunk: int) -> None:
+        thread_count = min(self.threads, -(-item_count // chunk))
+        commands = self._commands.setdefault(kernel, [])
+        commands += [_Command(kernel, arguments, self.device) for _ in range(thread_count - len(commands))]
+        for command in commands:
+            command.update(arguments)
+        if thread_count == 1:
+            commands[0].run(0, item_count)
+        else:
+            self._share(commands[:thread_count], item_count, chunk)
+
+    def _share(self, commands: list[_Command], item_count: int, chunk: int) -> None:
+        assert self._crew is not None
+        turns = count()
+
+        def work(command: _Command) -> None:
+            while (first := next(turns) * chunk) < item_count:
+                command.run(first, min(chunk, item_count - first))
+
+        self._crew.call([partial(work, command) for command in commands])
+
+
+class _Command:
+    """A recorded launch: setting what changed costs a tenth of packing all arguments again."""
+
+    def __init__(self, kernel: Any, arguments: list[Any], device: Any) -> None:
+        inputs = [0, *arguments]
+        # One block per tile where a work item is a pixel: sums over a tile are made in whole warps.
+        self._launch = wp.launch(
+            kernel, dim=1, inputs=inputs, device=device, block_dim=TILE * TILE, record_tape=False, record_cmd=True
+        )
+        self._arguments = list(arguments)
+
+    def update(self, arguments: list[Any]) -> None:
+        for index, (before, now) in enumerate(zip(self._arguments, arguments, strict=True)):
+            if before is not now:
+                self._launch.set_param_at_index(index + 1, now)
+                self._arguments[index] = now
+
+    def run(self, first: int, item_count: int) -> None:
+        self._launch.set_param_at_index(0, first)
+        self._launch.set_dim(item_count)
+        self._launch.launch()
+
+
+class Buffers:
+    """Named Warp arrays that keep their memory between steps and grow when a scene outgrows them.
+
+    Attributes:
+        growth: how many arrays have been made.
+    """
+
+    # Growth beyond what is needed, so that a slowly growing scene does not reallocate at every step.
+    _HEADROOM = 1.25
+
+    def __init__(self, device: Any) -> None:
+        self._device = device
+        self._arrays: dict[str, wp.array] = {}
+        self.growth = 0
+
+    def get(self, name: str, shape: int | tuple[int, ...], dtype: Any) -> wp.array:
+        """An array of at least ``shape`` along its first axis, equal to it along the others; contents are stale."""
+        shape = (shape,) if isinstance(shape, int) else shape
+        array = self._arrays.get(name)
+        if shape[0] >= _ENTRIES_MAX:
+            raise InputError(
+                f"the scene needs {shape[0]:,} entries of {name}, at most {_ENTRIES_MAX:,} can be counted; "
+                "give a smaller --fit-size, fewer curves or, of splat, fewer samples"
+            )
+        if array is None or array.shape[0] < shape[0] or array.shape[1:] != shape[1:]:
+            capacity = (min(int(shape[0] * self._HEADROOM) + 1, _ENTRIES_MAX - 1), *shape[1:])
+            array = wp.zeros(capacity, dtype=dtype, device=self._device)
+            self._arrays[name] = array
+            self.growth += 1
+        return array
+
+    @property
+    def byte_count(self) -> int:
+        """Memory held, in bytes."""
+        return sum(array.capacity for array in self._arrays.values())
+
+
+def exclusive_scan(buffers: Buffers, name: str, counts: wp.array, item_count: int) -> wp.array:
+    """Exclusive sums of ``counts[: item_count]``; the total is entry ``item_count`` of the result."""
+    sums = buffers.get(name, item_count + 1, wp.int32)
+    wp.utils.array_scan(counts[: item_count + 1], sums[: item_count + 1], inclusive=False)
+    return sums
+
+
+def read_total(sums: wp.array, item_count: int) -> int:
+    """Entry ``item_count`` of ``sums``, for which the host waits on CUDA."""
+    return int(sums[item_count : item_count + 1].numpy()[0])
+
+
+def as_warp(tensor: torch.Tensor, dtype: Any) -> Any:
+    """A Warp array of ``dtype`` over the memory of a contiguous tensor, outside autograd."""
+    return wp.from_torch(tensor.detach().contiguous(), dtype=dtype)

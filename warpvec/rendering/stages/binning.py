@@ -1,0 +1,139 @@
+"""Host side of stage 2, binning: vertices -> classified (path, tile) pairs and each tile's list of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from warpvec.kernels import binning as kernels
+from warpvec.kernels import capacity as limits_kernels
+from warpvec.kernels.constants import TILE
+from warpvec.kernels.lanes import Lanes
+from warpvec.rendering.launch import Launcher, exclusive_scan, read_total
+from warpvec.rendering.stages.flattening import Flattening
+
+
+@dataclass(frozen=True)
+class TileGrid:
+    """The tiles of a canvas of ``height`` x ``width`` pixels."""
+
+    height: int
+    width: int
+
+    @property
+    def rows(self) -> int:
+        return -(-self.height // TILE)
+
+    @property
+    def columns(self) -> int:
+        return -(-self.width // TILE)
+
+    @property
+    def count(self) -> int:
+        return self.rows * self.columns
+
+
+class Binning:
+    """The (path, tile) pairs of a scene; arrays are as ``kernels/binning.py`` says.
+
+    Attributes:
+        strip_count, pair_count, slot_count: strips, K pairs, and partial pairs, each of which has a coverage slot; or
+            the room for them where they are not read back.
+        hit_pair: [K] pairs sorted by tile, lowest path first; empty pairs last.
+        tile_first_hit: [tiles + 1].
+    """
+
+    strip_count: int
+    pair_count: int
+    slot_count: int
+
+    def __init__(self, launch: Launcher, lanes: Lanes, grid: TileGrid) -> None:
+        self._launch, self._grid = launch, grid
+        self._kernels, self._limits = kernels.make_kernels(lanes), limits_kernels.make_kernels(lanes)
+        self._buffers = launch.make_buffers()
+        self.tile_first_hit = self._buffers.get("tile_first_hit", grid.count + 1, wp.int32)
+
+    def run(self, flattening: Flattening, path_count: int, segment_count: int) -> None:
+        """Bin the flattened paths."""
+        polylines = [flattening.vertices, flattening.segment_first_vertex, segment_count]
+        size = [self._grid.rows, self._grid.columns]
+        arrays = self._bound(path_count, self._kernels.bound_paths, [*polylines, *size])
+        arguments = [*polylines, self._grid.columns, self._grid.count, *self._boxes(), *arrays.values()]
+        self._launch.shared(self._kernels.classify_pairs, self.strip_count, arguments)
+        self._number_slots(arrays["is_partial"])
+        self._sort()
+
+    def _bound(self, path_count: int, kernel: Any, arguments: list[Any]) -> dict[str, wp.array]:
+        """Boxes of tiles by ``kernel``, the numbers of their strips and pairs, and the arrays of the pairs."""
+        get = self._buffers.get
+        self.path_tile_box = get("path_tile_box", path_count, wp.vec4i)
+        strip_count = get("path_strip_count", path_count + 1, wp.int32)
+        pair_count = get("path_pair_count", path_count + 1, wp.int32)
+        self._launch(kernel, path_count, [*arguments, self.path_tile_box, strip_count, pair_count])
+        number = self._number_pairs if self._launch.limits.room is None else self._admit_pairs
+        return number(strip_count, pair_count, path_count)
+
+    def _number_pairs(self, strip_count: wp.array, pair_count: wp.array, path_count: int) -> dict[str, wp.array]:
+        self.path_first_strip = exclusive_scan(self._buffers, "path_first_strip", strip_count, path_count)
+        self.path_first_pair = exclusive_scan(self._buffers, "path_first_pair", pair_count, path_count)
+        self.strip_count = read_total(self.path_first_strip, path_count)
+        self.pair_count = read_total(self.path_first_pair, path_count)
+        self.strip_path = self._buffers.get("strip_path", self.strip_count, wp.int32)
+        self._launch(self._kernels.list_strips, path_count, [self.path_first_strip, self.strip_path])
+        return self._pair_arrays()
+
+    def _admit_pairs(self, strip_count: wp.array, pair_count: wp.array, path_count: int) -> dict[str, wp.array]:
+        limits, get = self._launch.limits, self._buffers.get
+        assert limits.room is not None
+        _, self.strip_count, self.pair_count, _ = limits.room
+        sums = [
+            exclusive_scan(self._buffers, "strip_sums", strip_count, path_count),
+            exclusive_scan(self._buffers, "pair_sums", pair_count, path_count),
+        ]
+        self.path_first_strip = get("path_first_strip", path_count + 1, wp.int32)
+        self.path_first_pair = get("path_first_pair", path_count + 1, wp.int32)
+        self.strip_path = get("strip_path", self.strip_count, wp.int32)
+        arrays = self._pair_arrays()
+        blank = [arrays[name] for name in ("class", "is_partial", "key", "index")]
+        counts = [path_count, self.strip_count, self.pair_count, self._class_count]
+        arguments = [*sums, *counts, self._grid.count, *self._boxes(), *blank, limits.overflow]
+        self._launch(self._limits.admit_pairs, max(*counts) + 1, arguments)
+        return arrays
+
+    def _boxes(self) -> list[wp.array]:
+        return [self.path_tile_box, self.path_first_strip, self.path_first_pair, self.strip_path]
+
+    def _pair_arrays(self) -> dict[str, wp.array]:
+        count = self.pair_count
+        # The sort needs a second half of the same size behind its keys and values.
+        sizes = {"path": count, "class": self._class_count, "winding": count, "is_partial": count + 1}
+        sizes |= {"key": 2 * count, "index": 2 * count}
+        arrays = {name: self._buffers.get(f"pair_{name}", size, wp.int32) for name, size in sizes.items()}
+        self.pair_path, self.pair_class = arrays["path"], arrays["class"]
+        self.hit_tile, self.hit_pair = arrays["key"], arrays["index"]
+        return arrays
+
+    @property
+    def _class_count(self) -> int:
+        return max(self.pair_count, self._grid.columns)
+
+    def _number_slots(self, pair_is_partial: wp.array) -> None:
+        limits, count = self._launch.limits, self.pair_count
+        if limits.room is None:
+            self.pair_slot = exclusive_scan(self._buffers, "pair_slot", pair_is_partial, count)
+            self.slot_count = read_total(self.pair_slot, count)
+            return
+        sums = exclusive_scan(self._buffers, "slot_sums", pair_is_partial, count)
+        self.pair_slot = self._buffers.get("pair_slot", count + 1, wp.int32)
+        self.slot_count = limits.room.slots
+        pairs = [self.pair_class, self.hit_tile, self.pair_slot]
+        arguments = [sums, count, self.slot_count, self._grid.count, *pairs, limits.overflow]
+        self._launch(self._limits.admit_slots, count + 1, arguments)
+
+    def _sort(self) -> None:
+        key_bits = self._grid.count.bit_length()
+        wp.utils.radix_sort_pairs(self.hit_tile, self.hit_pair, self.pair_count, end_bit=key_bits)
+        arguments = [self.hit_tile, self.pair_count, self._grid.count, self.tile_first_hit]
+        self._launch(self._kernels.find_tile_ranges, self.pair_count + 1, arguments)

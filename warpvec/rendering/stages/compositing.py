@@ -1,0 +1,160 @@
+"""Host side of stage 4, compositing: the image, and the adjoints of colour, opacity, background and winding."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+import warp as wp
+from torch import Tensor
+
+from warpvec.kernels import compositing as kernels
+from warpvec.kernels import compositing_adjoint as adjoint_kernels
+from warpvec.kernels.compositing_adjoint import CANVAS_TERMS, TERMS
+from warpvec.kernels.constants import TILE, TRANSMITTANCE_MIN
+from warpvec.kernels.lanes import Lanes
+from warpvec.rendering.launch import Launcher, as_warp
+from warpvec.rendering.stages.binning import Binning, TileGrid
+
+
+def to_tiles(image: Tensor, grid: TileGrid) -> Tensor:
+    """[h, w, 3] -> [tiles, 3, TILE, TILE], column by column within a tile, zero outside the canvas."""
+    height, width = grid.rows * TILE, grid.columns * TILE
+    padded = torch.nn.functional.pad(image, (0, 0, 0, width - grid.width, 0, height - grid.height))
+    tiles = padded.reshape(grid.rows, TILE, grid.columns, TILE, 3).permute(0, 2, 4, 3, 1)
+    return tiles.reshape(grid.count, 3, TILE, TILE).contiguous()
+
+
+def from_tiles(tiles: Tensor, grid: TileGrid) -> Tensor:
+    """The inverse of :func:`to_tiles`."""
+    image = tiles.reshape(grid.rows, grid.columns, 3, TILE, TILE).permute(0, 4, 1, 3, 2)
+    return image.reshape(grid.rows * TILE, grid.columns * TILE, 3)[: grid.height, : grid.width].contiguous()
+
+
+class Paint:
+    """Colour [N], opacity [N] and background [1] as Warp arrays over torch memory."""
+
+    def __init__(self, color: Tensor, opacity: Tensor, background: Tensor, lanes: Lanes) -> None:
+        self.path_count = len(color)
+        self.opacity = opacity.detach()
+        self.arrays = [
+            as_warp(color, lanes.vec3),
+            as_warp(opacity, lanes.dtype),
+            as_warp(background.reshape(1, 3), lanes.vec3),
+        ]
+
+
+class PaintAdjoints(NamedTuple):
+    """Where the adjoints of what is painted with go: tensors in one block each, in the renderer's precision.
+
+    Attributes:
+        color, opacity: of the paths [N, 3] and [N].
+        importance: [N] where it is asked for.
+        canvas: [CANVAS_TERMS] background and, last, the squared error times its scale.
+    """
+
+    color: Tensor
+    opacity: Tensor
+    importance: Tensor
+    canvas: Tensor
+
+    def of_paths(self, lanes: Lanes) -> list[Any]:
+        values = [as_warp(value, lanes.dtype) for value in (self.opacity, self.importance)]
+        return [as_warp(self.color, lanes.vec3), *values]
+
+
+class Compositing:
+    """Forward and adjoint compositing of a canvas."""
+
+    def __init__(
+        self, launch: Launcher, lanes: Lanes, grid: TileGrid, transmittance_min: float = TRANSMITTANCE_MIN
+    ) -> None:
+        self._launch, self._lanes, self._grid = launch, lanes, grid
+        self._transmittance_min = lanes.dtype(transmittance_min)
+        self._buffers = launch.make_buffers()
+
+    def find_visible(self, binning: Binning, paint: Paint) -> wp.array:
+        """The lowest hit of each tile [tiles] that is not hidden behind the tile's full pairs."""
+        visible = self._buffers.get("tile_first_visible", self._grid.count, wp.int32)
+        hits = [binning.tile_first_hit, binning.hit_pair, binning.pair_path, binning.pair_class]
+        arguments = [*hits, paint.arrays[1], self._transmittance_min, visible]
+        self._launch(kernels.make_kernels(self._lanes).find_visible, self._grid.count, arguments)
+        return visible
+
+    def run(
+        self, binning: Binning, tile_first_visible: wp.array, slot_winding: wp.array, paint: Paint, tile_image: Tensor
+    ) -> None:
+        """Composite into ``tile_image`` [tiles, 3, TILE, TILE]."""
+        lanes = self._lanes
+        arguments = [*_hits(binning, tile_first_visible), slot_winding, *paint.arrays]
+        image = _lane_array(tile_image, lanes)
+        self._launch.shared(
+            kernels.make_kernels(lanes).composite, self._grid.count * lanes.tile_threads, [*arguments, image]
+        )
+
+    def adjoint(
+        self,
+        binning: Binning,
+        tile_first_visible: wp.array,
+        slot_winding: wp.array,
+        paint: Paint,
+        tile_reference: Tensor,
+        adjoints: PaintAdjoints,
+        error_scale: float | None = None,
+        importance: bool = False,
+    ) -> None:
+        """Fill ``adjoints``, and turn ``slot_winding`` into its adjoint.
+
+        ``tile_reference`` is dL/d(image), or, where ``error_scale`` = dL/d(squared error) is given, the target.
+        ``importance`` asks for that of the paths.
+        """
+        lanes, grid, get = self._lanes, self._grid, self._buffers.get
+        stage = adjoint_kernels.make_kernels(lanes, error_scale is not None, importance)
+        chunk, depth, stack = self._stack(binning)
+        pair_sums = get("pair_sums", (binning.pair_count * lanes.reducers, TERMS), lanes.dtype)
+        tile_sums = get("tile_sums", (grid.count * lanes.reducers, TERMS), lanes.dtype)
+        reference = _lane_array(tile_reference, lanes)
+        canvas = [grid.columns, grid.height, grid.width]
+        scale = lanes.dtype(error_scale or 0.0)
+        arguments = [*_hits(binning, tile_first_visible), *paint.arrays, *canvas, reference, scale, chunk, depth, stack]
+        outputs = [slot_winding, pair_sums, tile_sums]
+        # Whole tiles: scalar lanes of a tile add to sums that they share.
+        threads, tiles = lanes.tile_threads, self._launch.chunk_items(grid.count)
+        self._launch.shared(stage.composite_adjoint, grid.count * threads, [*arguments, *outputs], tiles * threads)
+        sums = [binning.path_first_pair, binning.pair_class, pair_sums]
+        self._launch(stage.gather_paths_adjoint, paint.path_count, [*sums, *adjoints.of_paths(lanes)])
+        self._gather_canvas(stage, tile_sums, scale, as_warp(adjoints.canvas, lanes.dtype))
+
+    def _gather_canvas(self, stage: SimpleNamespace, tile_sums: wp.array, scale: Any, canvas_sums: wp.array) -> None:
+        lanes, limits = self._lanes, self._launch.limits
+        group_sums = self._buffers.get("group_sums", (lanes.canvas_reducers, CANVAS_TERMS), wp.float64)
+        row_count = self._grid.count * lanes.reducers
+        self._launch(stage.gather_tiles, lanes.canvas_threads, [tile_sums, row_count, group_sums])
+        arguments = [group_sums, scale, limits.flags, limits.lost, limits.fits, canvas_sums]
+        self._launch(stage.gather_canvas, CANVAS_TERMS, arguments)
+
+    def _stack(self, binning: Binning) -> tuple[int, int, wp.array]:
+        """Tiles per chunk (0 on scalar lanes), entries per chunk, and the stack of colours behind each hit."""
+        lanes, count = self._lanes, self._grid.count
+        if lanes.tile_threads > 1:
+            entries = binning.pair_count + count
+            return 0, 0, self._buffers.get("stack", entries * 3 * TILE * TILE, lanes.vector)
+        chunk = self._launch.chunk_items(count)
+        depth = 1 + _deepest(binning.tile_first_hit.numpy()[: count + 1])
+        size = -(-count // chunk) * depth * 3 * lanes.tile_vectors
+        return chunk, depth, self._buffers.get("stack", size, lanes.vector)
+
+
+def _hits(binning: Binning, tile_first_visible: wp.array) -> list[Any]:
+    pairs = [binning.hit_pair, binning.pair_path, binning.pair_class, binning.pair_slot]
+    return [binning.tile_first_hit, tile_first_visible, *pairs]
+
+
+def _lane_array(tiles: Tensor, lanes: Lanes) -> Any:
+    return as_warp(tiles.reshape(-1) if lanes.width == 1 else tiles.reshape(-1, lanes.width), lanes.vector)
+
+
+def _deepest(first_hit: np.ndarray[Any, Any]) -> int:
+    return int(np.diff(first_hit).max())

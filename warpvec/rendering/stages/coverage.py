@@ -1,0 +1,47 @@
+"""Host side of stage 3, coverage: the winding of every pixel of the partial pairs, and its adjoint."""
+
+from __future__ import annotations
+
+import warp as wp
+
+from warpvec.kernels import coverage as kernels
+from warpvec.kernels import coverage_adjoint as adjoint_kernels
+from warpvec.kernels.constants import COLUMNS
+from warpvec.kernels.lanes import Lanes
+from warpvec.rendering.launch import Launcher
+from warpvec.rendering.stages.binning import Binning
+from warpvec.rendering.stages.flattening import Flattening
+
+
+class Coverage:
+    """Windings of the partial pairs.
+
+    Attributes:
+        slot_winding: [slots, COLUMNS, TILE] as lane values; the compositing adjoint overwrites it with its adjoint.
+    """
+
+    slot_winding: wp.array
+
+    def __init__(self, launch: Launcher, lanes: Lanes) -> None:
+        self._launch, self._lanes = launch, lanes
+        self._forward = kernels.make_kernels(lanes)
+        self._adjoint = adjoint_kernels.make_kernels(lanes)
+        self._buffers = launch.make_buffers()
+
+    def run(self, flattening: Flattening, binning: Binning, segment_count: int) -> None:
+        """Fill ``slot_winding``."""
+        size = binning.slot_count * COLUMNS * self._lanes.blocks
+        self.slot_winding = self._buffers.get("slot_winding", size, self._lanes.vector)
+        polylines = [flattening.vertices, flattening.segment_first_vertex, segment_count]
+        boxes = [binning.path_tile_box, binning.path_first_strip, binning.path_first_pair, binning.strip_path]
+        arguments = [*polylines, *boxes, binning.pair_slot, self.slot_winding]
+        self._launch.shared(self._forward.accumulate_winding, binning.strip_count * self._lanes.blocks, arguments)
+
+    def adjoint(self, flattening: Flattening, binning: Binning, path_count: int, segment_count: int) -> wp.array:
+        """dL/d(start), dL/d(end) of every edge [V] of vec4, once ``slot_winding`` holds dL/d(winding)."""
+        adj_edges = self._buffers.get("adj_edges", flattening.vertex_count, self._lanes.vec4)
+        polylines = [flattening.vertices, flattening.segment_first_vertex, segment_count]
+        pairs = [binning.path_tile_box, binning.path_first_pair, binning.pair_class, binning.pair_slot]
+        arguments = [*polylines, *pairs, self.slot_winding, adj_edges]
+        self._launch.shared(self._adjoint.integrate_edges, path_count * segment_count, arguments)
+        return adj_edges

@@ -1,0 +1,216 @@
+"""Shapes of SVG as closed loops of cubics, by way of svgelements.
+
+Of the readers in Python, picosvg is the best kept, but made for icons of fonts: it knows no style sheets, units,
+percentages, ``href`` without a prefix or numbers like "1.", and brings two libraries of native code to files that may
+mean harm. svgelements is one file of Python and reads these; its own walk over the tree passes positions on to children
+and draws what stands in a mask or a symbol, so the tree is walked in `warpvec.svg_foreign`, and svgelements reads path
+data, transforms, view boxes and colours.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.errors import InputError
+from warpvec.svg.units import pixels
+
+Loop = NDArray[np.float64]
+"""Control points [3 k, 2] of k cubics that end where they begin."""
+
+SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
+
+_READABLE = re.compile(r"\s*+(?:[Mm][MLHVCSQTAZmlhvcsqtaz0-9eE+\-.,\s]*+)?", re.ASCII)
+
+# Ends that are closer than this share of the largest coordinate are the same: sums of decimals in float64 miss by 1e-16
+# of it a step.
+_SAME = 1e-12
+
+
+def load_parser() -> ModuleType:
+    """svgelements.
+
+    Raises:
+        InputError: it is not installed.
+    """
+    try:
+        import svgelements  # type: ignore[import-untyped]
+    except ImportError:
+        raise InputError(
+            "SVG must be warpvec's own, or be read with svgelements, which is not installed;"
+            " pip install 'warpvec[refine]'"
+        ) from None
+    return svgelements
+
+
+def shape_data(name: str, attributes: Mapping[str, str], width: float, height: float) -> str:
+    """Path data of the shape ``name`` in a viewport of ``width`` x ``height`` user units; "" if it has no inside."""
+    if name == "path":
+        return attributes.get("d", "")
+    if name in ("polygon", "polyline"):
+        return f"M{attributes.get('points', '')}z"
+    wholes = {"x": width, "cx": width, "rx": width, "width": width, "r": math.hypot(width, height) / math.sqrt(2)}
+    sizes = {key: pixels(attributes.get(key, ""), wholes.get(key, height)) for key in _LENGTHS}
+    # A radius that is not given is that of the other axis.
+    sizes |= {key: sizes[other] for key, other in (("rx", "ry"), ("ry", "rx")) if not attributes.get(key)}
+    if name == "rect":
+        return _rectangle(**{key: sizes[key] for key in ("x", "y", "width", "height", "rx", "ry")})
+    if name in ("circle", "ellipse"):
+        rx, ry = (sizes["r"], sizes["r"]) if name == "circle" else (sizes["rx"], sizes["ry"])
+        return _ellipse(sizes["cx"], sizes["cy"], rx, ry)
+    return ""
+
+
+def read_loops(data: str) -> tuple[list[Loop], bool]:
+    """The subpaths of path data that enclose anything, closed; and whether it could be read to its end.
+
+    It is read as far as it can be, which is how far SVG draws it (SVG 1.1, appendix F.2).
+    """
+    readable = _READABLE.match(data)
+    text = readable[0] if readable else ""
+    path = load_parser().Path()
+    subpaths: list[list[list[complex]]] = []
+    whole = len(text) == len(data)
+    try:
+        path.parse(_usual_numbers(text))
+    except Exception:
+        whole = False
+    try:
+        for cubics, begins in _drawn(path):
+            if begins or not subpaths:
+                subpaths.append([])
+            subpaths[-1] += cubics
+    except Exception:
+        whole = False
+    loops = [_closed(cubics) for cubics in subpaths if cubics]
+    return [loop for loop in loops if _has_inside(loop)], whole
+
+
+def join(loops: list[Loop]) -> Loop:
+    """One loop that encloses what all ``loops`` do, counting alike: a line leads to each and back from it.
+
+    The lines have no width, and under the non-zero rule no effect.
+    """
+    first, *others = loops
+    parts = [first]
+    for loop in others:
+        parts += [_line(first[0], loop[0]), loop, _line(loop[0], first[0])]
+    return np.concatenate(parts)
+
+
+def read_matrix(transform: str) -> NDArray[np.float64]:
+    """The matrix [2, 3] of an SVG transform; the identity for "none".
+
+    Raises:
+        ValueError: it cannot be read.
+    """
+    if transform in ("", "none"):
+        return np.eye(2, 3)
+    try:
+        matrix = load_parser().Matrix(_usual_numbers(transform))
+        values = [float(getattr(matrix, name)) for name in "acebdf"]
+    except InputError:
+        raise
+    except Exception as error:
+        raise ValueError(transform) from error
+    return np.array(values).reshape(2, 3)
+
+
+# Both take what files say, infinities included; what becomes of it is looked at in the end.
+
+
+def apply(matrix: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """``points`` [..., 2] moved by ``matrix`` [2, 3]."""
+    with np.errstate(all="ignore"):
+        return points @ matrix[:, :2].T + matrix[:, 2]
+
+
+def compose(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The matrix [2, 3] that applies ``inner`` first."""
+    with np.errstate(all="ignore"):
+        return outer[:, :2] @ inner + np.pad(outer[:, 2:], ((0, 0), (2, 0)))
+
+
+# One cubic is off a quarter of a circle by 0.03 % of its radius.
+_ARC = math.pi / 2
+
+_LENGTHS = ("x", "y", "width", "height", "rx", "ry", "cx", "cy", "r")
+
+
+def _rectangle(x: float, y: float, width: float, height: float, rx: float, ry: float) -> str:
+    if not (width > 0 and height > 0):
+        return ""
+    if not (rx > 0 and ry > 0):
+        return f"M{x!r},{y!r}h{width!r}v{height!r}h{-width!r}z"
+    rx, ry = min(rx, width / 2), min(ry, height / 2)
+    across, down, arc = width - 2 * rx, height - 2 * ry, f"a{rx!r},{ry!r} 0 0 1 "
+    return (
+        f"M{x + rx!r},{y!r}h{across!r}{arc}{rx!r},{ry!r}v{down!r}{arc}{-rx!r},{ry!r}"
+        f"h{-across!r}{arc}{-rx!r},{-ry!r}v{-down!r}{arc}{rx!r},{-ry!r}z"
+    )
+
+
+def _ellipse(cx: float, cy: float, rx: float, ry: float) -> str:
+    arc = f"a{rx!r},{ry!r} 0 0 1 "
+    return f"M{cx - rx!r},{cy!r}{arc}{2 * rx!r},0{arc}{-2 * rx!r},0z" if rx > 0 and ry > 0 else ""
+
+
+def _usual_numbers(text: str) -> str:
+    """``text`` without points that end a number ("1." and "1.e2"), which svgelements takes for the end of all."""
+    return re.sub(r"(\d)\.(?!\d)", r"\1 ", re.sub(r"(\d)\.(?=[eE])", r"\1", text))
+
+
+def _drawn(path: Iterable[Any]) -> Iterator[tuple[list[list[complex]], bool]]:
+    """The cubics of each segment, and whether a subpath begins with it. What follows a close goes on from its end."""
+    begins = True
+    for segment in path:
+        kind = type(segment).__name__
+        if kind != "Move":
+            yield list(_cubics(segment, kind)), begins
+        begins = kind == "Move"
+
+
+def _cubics(segment: Any, kind: str) -> Iterator[list[complex]]:
+    """Each as its four control points, x + iy."""
+    ends = [complex(point.x, point.y) for point in (segment.start, segment.end)]
+    if kind == "CubicBezier":
+        handles = [complex(point.x, point.y) for point in (segment.control1, segment.control2)]
+        yield [ends[0], *handles, ends[1]]
+    elif kind == "QuadraticBezier":
+        handle = complex(segment.control.x, segment.control.y)
+        yield [ends[0], *(end + 2 / 3 * (handle - end) for end in ends), ends[1]]
+    elif kind == "Arc":
+        for curve in segment.as_cubic_curves(max(math.ceil(abs(segment.sweep) / _ARC - _SAME), 1)):
+            yield from _cubics(curve, "CubicBezier")
+    else:
+        yield [ends[0], (2 * ends[0] + ends[1]) / 3, (ends[0] + 2 * ends[1]) / 3, ends[1]]
+
+
+def _closed(cubics: list[list[complex]]) -> Loop:
+    """Control points of ``cubics``, a line added where they do not end at their start; those of no length left out."""
+    values = np.array(cubics)
+    drawn = (values[:, 1:] != values[:, :1]).any(1)
+    start, end = cubics[0][0], cubics[-1][3]
+    kept = values[drawn if drawn.any() else slice(1), :3].ravel()
+    loop = np.stack([kept.real, kept.imag], -1)
+    if abs(end - start) > _SAME * np.abs(values).max():
+        return np.concatenate([loop, _line(np.array([end.real, end.imag]), loop[0])])
+    return loop
+
+
+def _has_inside(loop: Loop) -> bool:
+    """Whether its control points are not all on one line."""
+    with np.errstate(all="ignore"):
+        arms = loop - loop[0]
+        longest = arms[np.abs(arms).sum(1).argmax()]
+        return bool((arms[:, 0] * longest[1] != arms[:, 1] * longest[0]).any())
+
+
+def _line(start: NDArray[np.float64], end: NDArray[np.float64]) -> Loop:
+    return np.stack([start, (2 * start + end) / 3, (start + 2 * end) / 3])

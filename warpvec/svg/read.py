@@ -1,0 +1,176 @@
+"""SVG text -> scene: warpvec's own files to the last digit, any other as far as a scene can say it.
+
+Limits: ``MAX_BYTES`` of text, and those of `warpvec.svg_safety`, `warpvec.svg_foreign` and `warpvec.outlines`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.errors import InputError
+from warpvec.geometry.loops import Color, Outline, make_scene
+from warpvec.geometry.scene import Scene
+from warpvec.svg.foreign.style import local_name
+from warpvec.svg.layers import layer_level
+from warpvec.svg.scan import read_text, scan
+from warpvec.svg.units import check_pixels, stated_size
+from warpvec.svg.write import COLOR_LEVELS, MAX_TICKS
+
+MAX_BYTES = 2**26
+"""Of text. A path of four cubics takes about 80 bytes, so this is a hundred times what we fit."""
+
+_NUMBER = r"(?>-?(?>\d{1,15}(?>\.\d{1,6})?|\.\d{1,6}))"
+_OWN_DATA = re.compile(rf"M(?>[ ]?{_NUMBER}){{2}}c(?>(?>[ ]?{_NUMBER}){{6}})+z", re.ASCII)
+_OWN_NUMBER = re.compile(_NUMBER, re.ASCII)
+_OWN_OPACITY = re.compile(r"0|1|\.\d{1,6}|0\.\d{1,6}", re.ASCII)
+_OWN_COLOR = re.compile(r"#(?>[0-9a-f]{6}|[0-9a-f]{3})")
+_UNDRAWN = frozenset({"title", "desc", "metadata"})
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """An SVG as a scene.
+
+    Attributes:
+        scene: its filled paths; the rectangle that covers the canvas is its background, without one it is transparent.
+        width, height: the stated size in pixels, the units of the scene.
+        omitted: what the scene does not show, each with its count and what was done about it.
+        precision: decimals of the coordinates of warpvec's own files; None of any other.
+    """
+
+    scene: Scene
+    width: float
+    height: float
+    omitted: list[str] = field(default_factory=list)
+    precision: int | None = None
+
+
+def read_svg(source: bytes | str) -> Drawing:
+    """The drawing in an ``.svg`` or ``.svgz`` file, given as its bytes or its text.
+
+    A file that has only what `warpvec.svg.write.write_svg` writes, also with layers or paths taken out, reordered, moved or
+    recoloured, is read exactly: written again with as many decimals, its paths are the same to the byte. Any other
+    file is read through svgelements: transforms are applied, shapes become paths, lines, quadratics and arcs cubics,
+    opacities are multiplied, and groups at the top are generations 0, 1, ... unless their ``id`` says otherwise.
+
+    Raises:
+        InputError: not an SVG; refused as unsafe, too large or with too many curves; or not warpvec's own and
+            svgelements is not installed.
+    """
+    text = read_text(source)
+    if len(text) > MAX_BYTES:
+        raise InputError(f"SVG must have at most {MAX_BYTES} characters to be read, got {len(text)}; simplify it")
+    check_pixels(*stated_size(scan(text).root))
+    root = _parse(text)
+    try:
+        return _read_own(root)
+    except _NotOurs:
+        return _read_foreign(root)
+
+
+def _parse(text: str) -> Element:
+    # Not by the encoding that the file declares, which is of the bytes that it once was.
+    parser = ElementTree.XMLParser(encoding="utf-8")
+    try:
+        return ElementTree.fromstring(text.encode(), parser)
+    except ElementTree.ParseError as error:
+        # Well-formed all the same, but a namespace has the character that ElementTree marks namespaces with.
+        raise InputError(f"SVG must have usual namespaces, got {error}; save it as plain SVG") from None
+
+
+class _NotOurs(Exception):
+    """A file has what `write_svg` never writes."""
+
+
+def _read_own(root: Element) -> Drawing:
+    width, height = root.get("width", ""), root.get("height", "")
+    _expect(width.isascii() and width.isdigit() and height.isascii() and height.isdigit())
+    _expect(root.get("viewBox") == f"0 0 {width} {height}" and not root.get("style"))
+    children = [child for child in root if local_name(child) not in ("", *_UNDRAWN)]
+    background = None
+    if children and local_name(children[0]) == "rect":
+        background = _read_background(children.pop(0), width, height)
+    elements = list(_own_paths(children))
+    words = [_OWN_NUMBER.findall(_own_data(element)) for element, _ in elements]
+    decimals = max((len(word.rpartition(".")[2]) for row in words for word in row if "." in word), default=0)
+    outlines = [
+        Outline(_own_points(row, decimals), *_own_paint(element), generation)
+        for (element, generation), row in zip(elements, words, strict=True)
+    ]
+    return Drawing(make_scene(outlines, background), float(width), float(height), precision=decimals)
+
+
+def _read_foreign(root: Element) -> Drawing:
+    from warpvec.svg.foreign.reader import ForeignReader
+
+    reader = ForeignReader(root)
+    return Drawing(make_scene(reader.outlines, reader.background), *reader.size, reader.omitted)
+
+
+def _expect(condition: bool) -> None:
+    if not condition:
+        raise _NotOurs
+
+
+def _expect_attributes(element: Element, known: Sequence[str]) -> None:
+    """No attributes but ``known`` ones, and those of other namespaces, which are for editors."""
+    _expect(all(name in known or name.startswith("{") for name in element.attrib))
+
+
+def _read_background(rect: Element, width: str, height: str) -> Color:
+    _expect_attributes(rect, ("id", "width", "height", "fill"))
+    _expect(rect.get("width") == width and rect.get("height") == height and len(rect) == 0)
+    return _own_color(rect)
+
+
+def _own_paths(children: Sequence[Element]) -> Iterator[tuple[Element, int]]:
+    """Each path and its generation: all are in groups, and these are not in others."""
+    for index, group in enumerate(children):
+        _expect(local_name(group) == "g")
+        _expect_attributes(group, ("id",))
+        for path in group:
+            _expect(local_name(path) == "path" and len(path) == 0)
+            _expect_attributes(path, ("id", "fill", "fill-opacity", "d"))
+            yield path, layer_level(group.get("id"), index)
+
+
+def _own_paint(path: Element) -> tuple[Color, float]:
+    opacity = path.get("fill-opacity", "1")
+    _expect(_OWN_OPACITY.fullmatch(opacity) is not None)
+    return _own_color(path), float(opacity)
+
+
+def _own_color(element: Element) -> Color:
+    digits = element.get("fill", "")
+    _expect(_OWN_COLOR.fullmatch(digits) is not None)
+    digits = digits[1:] if len(digits) == 7 else "".join(2 * digit for digit in digits[1:])
+    red, green, blue = (level / COLOR_LEVELS for level in bytes.fromhex(digits))
+    return red, green, blue
+
+
+def _own_data(path: Element) -> str:
+    data = path.get("d", "")
+    _expect(_OWN_DATA.fullmatch(data) is not None)
+    return data
+
+
+def _own_points(words: Sequence[str], decimals: int) -> NDArray[np.float64]:
+    """Control points [3 k, 2] of ``words``, summed as whole ticks of the last of ``decimals``: as they were written."""
+    per_unit = 10**decimals
+    values = np.array(words, np.float64) * per_unit
+    _expect(bool(np.abs(values).sum() < MAX_TICKS))
+    ticks = values.round().astype(np.int64).reshape(-1, 2)
+    relative = ticks[1:].reshape(-1, 3, 2)
+    ends = ticks[0] + relative[:, 2].cumsum(0)
+    _expect(bool((ends[-1] == ticks[0]).all()))
+    anchors = np.concatenate([ticks[:1], ends[:-1]])
+    handles = anchors[:, None] + relative[:, :2]
+    points: NDArray[np.float64] = np.concatenate([anchors[:, None], handles], 1).reshape(-1, 2) / per_unit
+    return points
