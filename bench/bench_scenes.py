@@ -18,7 +18,7 @@ from warpvec.config.presets import make_config
 from warpvec.fit.loop import fit
 from warpvec.geometry.scene import Scene
 from warpvec.image.read import read_image
-from warpvec.image.resize import fit_image
+from warpvec.image.resize import reduce_image
 from warpvec.image.samples import write_sample
 
 
@@ -73,7 +73,7 @@ def named_subject(name: str, photos: Path, cache: Path, settings: dict[str, Any]
 
 def photo_subject(photo: Path, config: FitConfig, cache: Path, scene: Path | None = None) -> Subject:
     """A photo reduced as a fit reduces it, with the scene of the file ``scene`` or else of a fit with ``config``."""
-    target = torch.from_numpy(fit_image(read_image(photo), config.fit_size))
+    target = torch.from_numpy(reduce_image(read_image(photo), config.fit_size))
     return Subject(target, config, scene or fitted_scene(photo, target, config, cache))
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from harness import source_digest
 
 from warpvec import vectorize
-from warpvec.batch.engines.base import Engine, Lane, Outcome, Watch, Work
+from warpvec.batch.engines.base import Engine, Outcome, Watch, Work, WorkerShare
 from warpvec.batch.engines.local import LocalEngine
 from warpvec.batch.jobs import SUFFIXES
 from warpvec.config.fit_config import FitConfig
@@ -79,7 +79,7 @@ class InProcess:
     def run(self, jobs: Sequence[J], work: Work[J, R], watch: Watch) -> Generator[Outcome[J, R], None, None]:
         """The outcome of every job, in order."""
         for job in jobs:
-            yield Outcome(job, work(job, Lane("cpu", 1), lambda text: None), None, 1)
+            yield Outcome(job, work(job, WorkerShare("cpu", 1), lambda text: None), None, 1)
 
 
 def results_of(engine: Engine, jobs: Sequence[J], work: Work[J, R]) -> Iterator[R]:

@@ -32,7 +32,7 @@ from harness import (
 )
 
 from warpvec import vectorize
-from warpvec.batch.engines.base import Engine, Lane, Say
+from warpvec.batch.engines.base import Engine, Say, WorkerShare
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
@@ -87,7 +87,7 @@ class Measure:
     preset: str
     given: dict[str, Any]
 
-    def __call__(self, case: Case, lane: Lane, say: Say) -> dict[str, Any]:
+    def __call__(self, case: Case, lane: WorkerShare, say: Say) -> dict[str, Any]:
         """The line of a case, after a warm-up that no line has."""
         del lane, say
         image, config = case

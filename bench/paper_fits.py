@@ -22,14 +22,14 @@ from lpips_metric import NOT_FOUND, Lpips
 from numpy.typing import NDArray
 from PIL import Image
 
-from warpvec.batch.engines.base import Engine, Lane, Say
+from warpvec.batch.engines.base import Engine, Say, WorkerShare
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.fit.progress import Progress
 from warpvec.geometry.scene import Scene
 from warpvec.image.metrics import psnr, ssim
 from warpvec.image.read import read_image
-from warpvec.image.write import eight_bit_levels, write_png
+from warpvec.image.write import to_8_bits, write_png
 from warpvec.rendering.draw import draw_pixels
 from warpvec.svg.measure import draw
 from warpvec.vectorization.api import fit_photo
@@ -75,7 +75,7 @@ class Photo:
 
 @lru_cache(maxsize=4)  # A command goes through the photos several times, and a folder of them may fill the memory.
 def _read_pixels(path: Path, scale: float) -> Pixels:
-    pixels = eight_bit_levels(read_image(path))
+    pixels = to_8_bits(read_image(path))
     if scale == 1.0:
         return pixels
     height, width = (max(1, round(side * scale)) for side in pixels.shape[:2])
@@ -181,7 +181,7 @@ class Fits:
         self._results.append(row)
         self._done[row["key"]] = {name: str(value) for name, value in row.items()}
 
-    def _measure(self, case: Case, lane: Lane, say: Say) -> dict[str, Any]:
+    def _measure(self, case: Case, lane: WorkerShare, say: Say) -> dict[str, Any]:
         del lane, say
         self._warm_up(case)
         frames: dict[int, Scene] = {}
@@ -235,7 +235,7 @@ def _qualities(case: Case, images: Mapping[str, Pixels]) -> dict[str, float]:
 def soft_image(scene: Scene, case: Case) -> Pixels:
     """``scene``, in pixels of the photo, as the renderer of ``case`` draws it: [h, w, 3] with 8 bits."""
     image = draw_pixels(scene, *case.photo.pixels.shape[:2], **case.config.render_settings)
-    return eight_bit_levels(image)
+    return to_8_bits(image)
 
 
 def _on_photo(scene: Scene, result: Result) -> Scene:

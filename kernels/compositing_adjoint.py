@@ -269,7 +269,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         error_scale: dtype,
         overflow: wp.array(dtype=int),  # [4] what the step had no room for
         # in and out
-        lost: wp.array(dtype=int),  # [1] steps without room
+        dropped_steps: wp.array(dtype=int),  # [1] steps without room
         # outputs
         fits: wp.array(dtype=wp.float64),  # [1] 1, or -1 for a step without room
         canvas_sums: wp.array(dtype=dtype),  # [CANVAS_TERMS] dL/d(background) and the error times ``error_scale``
@@ -286,7 +286,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         else:
             fits[0] = wp.where(overflowed, wp.float64(-1.0), wp.float64(1.0))
             if overflowed:
-                lost[0] = lost[0] + 1
+                dropped_steps[0] = dropped_steps[0] + 1
             else:
                 canvas_sums[term] = sum_here * error_scale
 

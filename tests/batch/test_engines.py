@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from batch_work import Trial
 
-from warpvec.batch.engines.base import Failure, Lane, Outcome, Queue
-from warpvec.batch.engines.local import LocalEngine, machine_lanes
+from warpvec.batch.engines.base import Failure, Outcome, Queue, WorkerShare
+from warpvec.batch.engines.local import LocalEngine, machine_shares
 
 TESTS = Path(__file__).parents[1] / "support"
 
@@ -131,17 +131,23 @@ def test_a_job_to_be_tried_again_goes_behind_all_others() -> None:
 @pytest.mark.parametrize(
     ("devices", "threads", "jobs", "most", "expected"),
     [
-        (["cpu"], None, None, 99, [Lane("cpu", 1)] * 8),
-        (["cpu"], 4, None, 99, [Lane("cpu", 4)] * 2),
-        (["cpu"], 20, None, 99, [Lane("cpu", 20)]),
-        (["cpu"], None, 3, 99, [Lane("cpu", 2)] * 3),
-        (["cpu"], 5, 3, 99, [Lane("cpu", 5)] * 3),
-        (["cpu"], None, 20, 99, [Lane("cpu", 1)] * 20),
-        (["cpu"], None, None, 2, [Lane("cpu", 4)] * 2),
-        (["cpu"], None, 3, 2, [Lane("cpu", 4)] * 2),
-        (["cuda:0", "cuda:1"], None, None, 99, [Lane("cuda:0", 4), Lane("cuda:1", 4)]),
-        (["cuda:0", "cuda:1"], 1, 3, 99, [Lane("cuda:0", 1), Lane("cuda:1", 1), Lane("cuda:0", 1)]),
-        (["cuda:1"], None, None, 99, [Lane("cuda:1", 8)]),
+        (["cpu"], None, None, 99, [WorkerShare("cpu", 1)] * 8),
+        (["cpu"], 4, None, 99, [WorkerShare("cpu", 4)] * 2),
+        (["cpu"], 20, None, 99, [WorkerShare("cpu", 20)]),
+        (["cpu"], None, 3, 99, [WorkerShare("cpu", 2)] * 3),
+        (["cpu"], 5, 3, 99, [WorkerShare("cpu", 5)] * 3),
+        (["cpu"], None, 20, 99, [WorkerShare("cpu", 1)] * 20),
+        (["cpu"], None, None, 2, [WorkerShare("cpu", 4)] * 2),
+        (["cpu"], None, 3, 2, [WorkerShare("cpu", 4)] * 2),
+        (["cuda:0", "cuda:1"], None, None, 99, [WorkerShare("cuda:0", 4), WorkerShare("cuda:1", 4)]),
+        (
+            ["cuda:0", "cuda:1"],
+            1,
+            3,
+            99,
+            [WorkerShare("cuda:0", 1), WorkerShare("cuda:1", 1), WorkerShare("cuda:0", 1)],
+        ),
+        (["cuda:1"], None, None, 99, [WorkerShare("cuda:1", 8)]),
     ],
 )
 def test_devices_and_cores_are_shared_out(
@@ -149,8 +155,8 @@ def test_devices_and_cores_are_shared_out(
     threads: int | None,
     jobs: int | None,
     most: int,
-    expected: list[Lane],
+    expected: list[WorkerShare],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("warpvec.batch.engines.local.core_count", lambda: 8)
-    assert machine_lanes(devices, threads, jobs, most) == expected
+    assert machine_shares(devices, threads, jobs, most) == expected

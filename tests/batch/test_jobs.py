@@ -19,7 +19,7 @@ import pytest
 from commands import assert_refused, invoke
 from PIL import Image
 
-from warpvec.batch.engines.base import Lane
+from warpvec.batch.engines.base import WorkerShare
 from warpvec.batch.folders import LocalFolder
 from warpvec.batch.jobs import Job, Vectorize, find_jobs
 from warpvec.batch.journal import CSV_NAME, JSON_NAME
@@ -172,7 +172,7 @@ class Here:
 
         for job in jobs:
             self.seen.append(job.input)
-            answer = attempt(work, job, Lane("cpu", 1), lambda text: None)
+            answer = attempt(work, job, WorkerShare("cpu", 1), lambda text: None)
             failed = isinstance(answer, Failure)
             yield Outcome(job, None if failed else answer, answer.reason if failed else None, 1)
 

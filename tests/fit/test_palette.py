@@ -21,7 +21,7 @@ from stubs import stub_fit
 import warpvec
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.palette import SWITCH_SHARE, Palette
-from warpvec.fit.target import Canvas
+from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 from warpvec.image.metrics import psnr
 from warpvec.rendering.exact import ExactRenderer
@@ -264,8 +264,8 @@ def test_what_is_seen_of_the_canvas_counts_with_the_paths() -> None:
     values = (blobs.points, blobs.color, blobs.opacity, blobs.background)
     scene = Scene(*(value.float() for value in values), torch.zeros(10).long())
     for reduction in (1, 2):
-        canvas = Canvas(torch.rand(HEIGHT, WIDTH, 3), FitConfig(), "cpu", reduction)
-        shown = canvas.shown_areas(scene)
+        canvas = Target(torch.rand(HEIGHT, WIDTH, 3), FitConfig(), "cpu", reduction)
+        shown = canvas.visible_areas(scene)
         # Each pixel is shared out among all that is seen in it.
         assert float(shown.sum()) == pytest.approx(HEIGHT * WIDTH, rel=1e-3)
 

@@ -167,10 +167,10 @@ def test_replacement_of_bezier_splatting():
 def test_every_removal_is_followed_by_an_addition_in_time(iterations, gap):
     config = FitConfig(policy="replacement", replace_gap=gap, iterations=iterations, shorten_gap=False)
     additions = set(due_after(config, iterations, "addition"))
-    for removal in due_after(config, iterations, "removal"):
-        assert removal >= 0.1 * iterations
-        assert removal + gap in additions
-        assert removal + gap < 0.92 * iterations
+    for removal_cost in due_after(config, iterations, "removal"):
+        assert removal_cost >= 0.1 * iterations
+        assert removal_cost + gap in additions
+        assert removal_cost + gap < 0.92 * iterations
 
 
 @pytest.mark.parametrize("iterations", [20, 200, 300, 1000, 1500])

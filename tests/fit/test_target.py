@@ -8,7 +8,7 @@ from scenes import random_scene
 
 from warpvec.config.presets import make_config
 from warpvec.fit.loop import fit
-from warpvec.fit.target import Canvas, reduced
+from warpvec.fit.target import Target, reduced
 from warpvec.geometry.scene import Scene
 
 
@@ -32,8 +32,8 @@ def test_reduced_is_the_mean_of_squares_that_the_border_may_cut() -> None:
 @pytest.mark.parametrize("renderer", ["exact", "splat"])
 def test_points_adjoint_is_in_pixels_of_the_full_size(renderer: str) -> None:
     target, scene, config = torch.rand(40, 56, 3), scene_of(3, 40, 56), make_config(renderer=renderer)
-    adjoints = Canvas(target, config, "cpu", 2).fit_step(scene, False)
-    small = Canvas(reduced(target, 2), config, "cpu").fit_step(scene.scaled(0.5), False)
+    adjoints = Target(target, config, "cpu", 2).fit_step(scene, False)
+    small = Target(reduced(target, 2), config, "cpu").fit_step(scene.scaled(0.5), False)
     torch.testing.assert_close(adjoints.points, small.points / 2, rtol=1e-6, atol=0)
     torch.testing.assert_close(adjoints.color, small.color, rtol=0, atol=0)
     torch.testing.assert_close(adjoints.loss, small.loss, rtol=0, atol=0)
@@ -41,7 +41,7 @@ def test_points_adjoint_is_in_pixels_of_the_full_size(renderer: str) -> None:
 
 def test_error_of_a_reduced_canvas_is_that_of_its_own_pixels() -> None:
     target, scene = torch.rand(20, 30, 3), scene_of(1, 20, 30)
-    canvas = Canvas(target, make_config(), "cpu", 2)
+    canvas = Target(target, make_config(), "cpu", 2)
     error = canvas.squared_error(scene)
     assert error.shape == (10, 15)
     torch.testing.assert_close(error.mean() / 3, canvas.fit_step(scene, False).loss, rtol=1e-4, atol=0)

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 from scenes import blob_scene, circle, rectangle
 
-from warpvec.fit.visibility import CHANGE_MIN, DRAWINGS_MAX, canvas_areas, changes_alone, shown_areas, without_invisible
+from warpvec.fit.visibility import (
+    CHANGE_MIN,
+    DRAWINGS_MAX,
+    canvas_areas,
+    changes_alone,
+    visible_areas,
+    without_invisible,
+)
 from warpvec.geometry.circles import circle_points
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.operator import render
@@ -65,7 +72,7 @@ def test_areas_are_those_of_supersampled_masks(seed: int) -> None:
     alphas = masks * opacity[:, None, None]
     above = np.stack([np.prod(1.0 - alphas[k + 1 :], axis=0) for k in range(len(alphas))])
     # Samples of a mask err by a part of the outline, which is some 80 px long.
-    np.testing.assert_allclose(shown_areas(scene, HEIGHT, WIDTH), (alphas * above).sum((1, 2)), atol=1.5, rtol=0.01)
+    np.testing.assert_allclose(visible_areas(scene, HEIGHT, WIDTH), (alphas * above).sum((1, 2)), atol=1.5, rtol=0.01)
     np.testing.assert_allclose(canvas_areas(scene, HEIGHT, WIDTH), masks.sum((1, 2)), atol=1.5, rtol=0.01)
 
 
@@ -74,12 +81,12 @@ def test_areas_of_rectangles_are_exact() -> None:
     scene = _scene(*paths, opacity=[0.5, 0.25, 0.5, 1.0])
     np.testing.assert_allclose(canvas_areas(scene, HEIGHT, WIDTH), [63.0, 100.0, 85.0, 0.0], rtol=1e-4)
     seen = [0.5 * (63.0 - 0.5 * 5 * 6), 0.25 * 100.0, 0.5 * 85.0, 0.0]
-    np.testing.assert_allclose(shown_areas(scene, HEIGHT, WIDTH), seen, rtol=1e-4)
+    np.testing.assert_allclose(visible_areas(scene, HEIGHT, WIDTH), seen, rtol=1e-4)
 
 
 def test_areas_of_no_paths_are_none() -> None:
     scene = _blobs(0, 2).select(torch.zeros(2, dtype=torch.bool))
-    assert canvas_areas(scene, HEIGHT, WIDTH).shape == shown_areas(scene, HEIGHT, WIDTH).shape == (0,)
+    assert canvas_areas(scene, HEIGHT, WIDTH).shape == visible_areas(scene, HEIGHT, WIDTH).shape == (0,)
 
 
 # what goes
@@ -90,7 +97,7 @@ def _pixels(scene: Scene) -> bytes:
 
 
 def _visible(scene: Scene) -> Scene:
-    shown, changes = shown_areas(scene, HEIGHT, WIDTH), changes_alone(scene, HEIGHT, WIDTH)
+    shown, changes = visible_areas(scene, HEIGHT, WIDTH), changes_alone(scene, HEIGHT, WIDTH)
     return without_invisible(scene, shown, changes, _pixels)
 
 
@@ -175,7 +182,7 @@ def test_no_pixel_changes(seed: int) -> None:
     small = torch.arange(60) % 2 == 0
     points = torch.where(small[:, None, None], center + 0.05 * (scene.points - center), scene.points)
     scene = quantize(replace(scene, points=points, opacity=torch.where(small, scene.opacity, 1.0)), 2)
-    hidden = shown_areas(scene, HEIGHT, WIDTH) == 0.0
+    hidden = visible_areas(scene, HEIGHT, WIDTH) == 0.0
     left = _visible(scene)
     assert 0 < len(left) <= len(scene) - int(hidden.sum()) < len(scene)
     assert _pixels(left) == _pixels(scene)
@@ -193,7 +200,7 @@ def circles(count: int) -> Scene:
 
 def test_shown_area_is_what_is_not_hidden() -> None:
     """Of two equal discs the upper one shows all of its area, the lower one what shines through along the edge."""
-    shown = shown_areas(circles(2), 32, 32)
+    shown = visible_areas(circles(2), 32, 32)
     assert abs(float(shown[1]) - 25 * torch.pi) < 0.1
     assert 0.0 < float(shown[0]) < 0.1 * 25 * torch.pi
 

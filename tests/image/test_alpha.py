@@ -17,12 +17,12 @@ import warpvec
 from warpvec.config.presets import make_config
 from warpvec.fit.policies.registry import POLICIES
 from warpvec.fit.population import Population
-from warpvec.fit.target import Canvas, blank_error, paint_colors
+from warpvec.fit.target import Target, blank_error, paint_colors
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import ALPHA_MIN, premultiplied, straight
 from warpvec.image.metrics import psnr, ssim
 from warpvec.image.read import read_image
-from warpvec.image.resize import fit_image
+from warpvec.image.resize import reduce_image
 from warpvec.image.write import write_png
 from warpvec.svg.measure import draw, measure
 from warpvec.svg.write import write_svg
@@ -68,12 +68,12 @@ def test_a_reduction_never_sees_what_is_hidden():
     image = np.zeros((64, 48, 4), np.float32)
     image[10:40, 7:30] = (0.2, 0.8, 0.4, 1.0)
     image[30:44, 25:41] = (0.2, 0.8, 0.4, 0.3)
-    small = fit_image(image, 21)
+    small = reduce_image(image, 21)
     assert small.shape == (21, 16, 4)
     seen = small[..., 3] > ALPHA_MIN
     assert 0 < seen.sum() < seen.size
     np.testing.assert_allclose(small[seen][:, :3] - [0.2, 0.8, 0.4], 0.0, atol=0.02)
-    opaque = fit_image(np.ascontiguousarray(image[..., [3, 3, 3]]), 21)
+    opaque = reduce_image(np.ascontiguousarray(image[..., [3, 3, 3]]), 21)
     np.testing.assert_allclose(small[..., 3], opaque[..., 0], atol=1e-6)
 
 
@@ -165,7 +165,7 @@ def test_alpha_is_differentiable():
 def test_a_step_is_that_of_the_mean_error_on_both_pages(device: str, renderer: str, reduction: int):
     target, scene = torch.rand(40, 56, 4).to(device), scene_of(3, 40, 56).to(device)
     settings = make_config(renderer=renderer)
-    canvas = Canvas(target, settings, device, reduction)
+    canvas = Target(target, settings, device, reduction)
     adjoints = canvas.fit_step(scene, True)
     points, color, opacity = (v.clone().requires_grad_() for v in (scene.points, scene.color, scene.opacity))
     shape = (40 // reduction, 56 // reduction)
@@ -185,12 +185,12 @@ def test_a_step_is_that_of_the_mean_error_on_both_pages(device: str, renderer: s
 
 def test_importance_is_what_a_removal_costs_on_both_pages():
     target, scene = torch.rand(40, 56, 4), scene_of(3, 40, 56)
-    canvas = Canvas(target, make_config(), "cpu")
+    canvas = Target(target, make_config(), "cpu")
     step = canvas.fit_step(scene, True)
     for path in range(len(scene)):
         rest = scene.select(torch.arange(len(scene)) != path)
         gain = canvas.fit_step(rest, False).loss - step.loss
-        assert step.removal[path].item() == pytest.approx(gain.item(), rel=1e-3, abs=1e-6)
+        assert step.removal_cost[path].item() == pytest.approx(gain.item(), rel=1e-3, abs=1e-6)
 
 
 def test_nothing_is_wrong_where_nothing_is():

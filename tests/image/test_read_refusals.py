@@ -16,7 +16,7 @@ from PIL import Image
 from warpvec.errors import InputError
 from warpvec.image import read as image_module
 from warpvec.image.read import MAX_PIXELS, read_image
-from warpvec.image.resize import fit_image
+from warpvec.image.resize import reduce_image
 from warpvec.image.write import write_png
 
 
@@ -161,24 +161,24 @@ def test_interrupt_and_lack_of_memory_pass(monkeypatch, exception):
     ],
 )
 def test_fit_image_size_and_constant(size, longest_side, want):
-    reduced = fit_image(np.full((*size, 3), (0.0, 0.3, 1.0), np.float32), longest_side)
+    reduced = reduce_image(np.full((*size, 3), (0.0, 0.3, 1.0), np.float32), longest_side)
     assert_pixels(reduced, np.full((*want, 3), (0.0, 0.3, 1.0)), atol=1e-6)
     assert_in_range(reduced)
 
 
 def test_fit_image_never_enlarges():
     pixels = RNG.random((6, 9, 3)).astype(np.float32)
-    assert_pixels(fit_image(pixels, 9), pixels)
-    assert_pixels(fit_image(pixels, 10**9), pixels)
+    assert_pixels(reduce_image(pixels, 9), pixels)
+    assert_pixels(reduce_image(pixels, 10**9), pixels)
 
 
 def test_fit_image_removes_what_the_smaller_grid_cannot_hold():
     board = np.indices((128, 128)).sum(0) % 2
     pixels = np.repeat(board[..., None].astype(np.float32), 3, -1)
-    assert_pixels(fit_image(pixels, 32)[2:-2, 2:-2].copy(), np.full((28, 28, 3), 0.5), atol=0.01)
+    assert_pixels(reduce_image(pixels, 32)[2:-2, 2:-2].copy(), np.full((28, 28, 3), 0.5), atol=0.01)
     step = np.zeros((8, 128, 3), np.float32)
     step[:, 64:] = 1
-    reduced = fit_image(step, 32)
+    reduced = reduce_image(step, 32)
     assert (reduced.min(), reduced.max()) == (0, 1)
     np.testing.assert_allclose(reduced.mean(), 0.5, atol=1e-6)
 

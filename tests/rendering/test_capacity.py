@@ -39,7 +39,7 @@ def limited(scene: SceneTensors, renderer: TileRenderer, room: Counts) -> Adjoin
 
 
 def overflow(renderer: TileRenderer) -> list[int]:
-    return renderer._launch.limits.overflow.numpy().tolist()
+    return renderer._launch.capacity.overflow.numpy().tolist()
 
 
 def check_equal(got: Adjoints, want: Adjoints) -> None:
@@ -53,7 +53,7 @@ def check_same(scene: SceneTensors, kind: str, lane_width: int) -> None:
     want = step(scene, renderer)
     for room in (renderer.counts, renderer.counts.with_headroom()):
         check_equal(limited(scene, renderer, room), want)
-        assert renderer.counts[1:] == room[1:] and overflow(renderer) == [0] * 4 and renderer.lost == 0
+        assert renderer.counts[1:] == room[1:] and overflow(renderer) == [0] * 4 and renderer.dropped_steps == 0
         assert renderer.fits == 1.0
 
 
@@ -95,7 +95,7 @@ def test_removal_too(kind: str) -> None:
     arguments = [*inputs(scene, renderer), renderer.prepare_target(target_image(scene)), True]
     want = renderer.fit_step(*arguments)
     renderer.limit(renderer.counts)
-    assert torch.equal(renderer.fit_step(*arguments).removal, want.removal)
+    assert torch.equal(renderer.fit_step(*arguments).removal_cost, want.removal_cost)
 
 
 # Overflow
@@ -157,12 +157,12 @@ def test_a_step_without_room_changes_nothing(kind: str, lane_width: int) -> None
     renderer = renderer_of(kind, scene, lane_width)
     adjoints = step(scene, renderer)
     target, loss = renderer.prepare_target(target_image(scene)), adjoints.loss.clone()
-    for lost, (index, room) in enumerate(short_rooms(renderer.counts), 1):
+    for dropped_steps, (index, room) in enumerate(short_rooms(renderer.counts), 1):
         renderer.limit(None)
         step(scene, renderer)  # leaves all that a step without room must not read
         renderer.limit(room)
         renderer.fit_step(*inputs(scene, renderer), target, out=adjoints)
-        assert overflow(renderer)[index] == 1 and renderer.lost == lost and renderer.fits == -1.0
+        assert overflow(renderer)[index] == 1 and renderer.dropped_steps == dropped_steps and renderer.fits == -1.0
         assert not any(getattr(adjoints, name).any() for name in GRADIENTS), room
         assert torch.equal(adjoints.loss, loss)
 
@@ -186,12 +186,12 @@ def test_room_to_grow_recovers(kind: str) -> None:
     limited(large, renderer, room)
     check_equal(limited(small, renderer, room), step(small, renderer_of(kind, small)))
     limited(large, renderer, room)
-    assert renderer.lost == 2
+    assert renderer.dropped_steps == 2
     renderer.limit(None)
     want = step(large, renderer)
     check_equal(want, step(large, renderer_of(kind, large)))
     check_equal(limited(large, renderer, renderer.counts.with_headroom()), want)
-    assert renderer.lost == 2 and overflow(renderer) == [0] * 4
+    assert renderer.dropped_steps == 2 and overflow(renderer) == [0] * 4
 
 
 def test_headroom_is_half_of_a_large_count_and_some_of_a_small_one() -> None:

@@ -13,7 +13,7 @@ from stepping import KINDS, Moving, check_equal
 
 from warpvec.rendering import graph as step
 from warpvec.rendering.capacity import Counts
-from warpvec.rendering.graph import RepeatedStep
+from warpvec.rendering.graph import RecordedStep
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def test_replays_follow_the_paths(kind: str, launches: list[object], device: str
         moving.check_step()
     # One to be counted, one to rehearse, which is checked by a replay, and ten replays of one graph.
     assert len(launches) == 11 and len(set(map(id, launches))) == 1
-    assert moving.renderer.lost == 0
+    assert moving.renderer.dropped_steps == 0
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -49,20 +49,20 @@ def test_other_memory_is_recorded_anew(kind: str, launches: list[object]) -> Non
 
 
 @pytest.mark.parametrize("count", [20, 7])
-@pytest.mark.parametrize("removal", [False, True])
-def test_steps_between_replays_leave_them_alone(count: int, removal: bool, launches: list[object]) -> None:
+@pytest.mark.parametrize("removal_cost", [False, True])
+def test_steps_between_replays_leave_them_alone(count: int, removal_cost: bool, launches: list[object]) -> None:
     """With removal, or of fewer paths while paused: neither is recorded."""
     moving = Moving("exact", random_scene(1, 20, 60, 70))
     for _ in range(3):
         moving.check_step()
     fewer = [value[:count].clone() for value in moving.values[:3]] + [moving.values[3]]
     for _ in range(2):
-        moving.repeated.is_paused = not removal
-        got = moving.repeated.take(*fewer, moving.target, removal)
-        check_equal(got, moving.plain.fit_step(*fewer, moving.target, removal))
+        moving.repeated.is_paused = not removal_cost
+        got = moving.repeated.take(*fewer, moving.target, removal_cost)
+        check_equal(got, moving.plain.fit_step(*fewer, moving.target, removal_cost))
         moving.repeated.is_paused = False
         moving.check_step()
-        assert not removal or torch.equal(got.color, moving.plain.fit_step(*fewer, moving.target).color)
+        assert not removal_cost or torch.equal(got.color, moving.plain.fit_step(*fewer, moving.target).color)
     assert len(launches) == 4 and len(set(map(id, launches))) == 1
 
 
@@ -109,9 +109,9 @@ def test_paths_that_outgrow_their_room_are_counted_again(
     center = moving.values[0].mean(1, keepdim=True)
     moving.values[0].copy_(center + 2.0 * (moving.values[0] - center))
     for _ in range(3):  # until the host looks
-        lost = moving.step()
-        assert not any(getattr(lost, name).any() for name in GRADIENTS)
-        assert torch.equal(lost.loss, loss) and moving.renderer.fits == -1.0
+        dropped_steps = moving.step()
+        assert not any(getattr(dropped_steps, name).any() for name in GRADIENTS)
+        assert torch.equal(dropped_steps.loss, loss) and moving.renderer.fits == -1.0
     # What has no limit minds no overflow.
     adj_image = torch.ones(60, 70, 3, device=moving.renderer.device)
     assert moving.renderer.adjoint(*moving.values, adj_image).background.any()
@@ -119,7 +119,7 @@ def test_paths_that_outgrow_their_room_are_counted_again(
     assert moving.renderer.fits == 1.0
     for _ in range(7):
         check_equal(moving.step(), moving.want())
-    assert moving.repeated.is_recorded and moving.renderer.lost == 3
+    assert moving.repeated.is_recorded and moving.renderer.dropped_steps == 3
 
 
 @pytest.mark.parametrize("fault", ["a replay", "a rehearsal"])
@@ -132,7 +132,7 @@ def test_a_recording_that_differs_is_not_used(
 
     def spoiled(*args: Any, **kwargs: Any) -> Any:
         result = act(*args, **kwargs)
-        if fault == "a replay" or moving.renderer._launch.limits.room is not None:
+        if fault == "a replay" or moving.renderer._launch.capacity.room is not None:
             moving.repeated._out.color[0] += 1e-6
         return result
 
@@ -162,12 +162,12 @@ def test_where_nothing_can_be_recorded_steps_are_counted(
     launches.clear()
     for _ in range(5):
         moving.check_step()
-    assert not launches and moving.renderer.lost == 0
+    assert not launches and moving.renderer.dropped_steps == 0
 
 
 def test_steps_are_recorded_on_a_gpu_alone_unless_asked_for(launches: list[object], device: str) -> None:
     moving = Moving("exact", random_scene(1, 20, 60, 70), device)
-    moving.repeated = RepeatedStep(moving.renderer)
+    moving.repeated = RecordedStep(moving.renderer)
     for _ in range(4):
         moving.check_step()
     assert len(launches) == (0 if device == "cpu" else 3)

@@ -17,9 +17,9 @@ from torch.utils._python_dispatch import TorchDispatchMode
 from warpvec.config.presets import make_config
 from warpvec.fit.population import Population
 from warpvec.fit.regularization import Regularization
-from warpvec.fit.target import Canvas
+from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
-from warpvec.rendering.graph import RepeatedStep
+from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.launch import Buffers
 
 
@@ -43,7 +43,7 @@ class NewTensors(TorchDispatchMode):
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_steady_step_makes_no_memory(kind: str, record: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     moving = Moving(kind, random_scene(1, 20, 60, 70))
-    moving.repeated = RepeatedStep(moving.renderer, record)
+    moving.repeated = RecordedStep(moving.renderer, record)
     for _ in range(4):
         moving.step()
     growth, made = moving.renderer.growth, count_arrays(monkeypatch)
@@ -73,7 +73,7 @@ def test_a_steady_step_of_the_fit_makes_nothing_large(
     floats = (value.float() for value in tensors[:4])
     config = make_config(renderer=kind, device="cpu")
     population = Population(Scene(*floats, generation=torch.zeros(30, dtype=torch.int64)), config, 48.0)
-    canvas = Canvas(target_image(tensors).float(), config, "cpu", reduction)
+    canvas = Target(target_image(tensors).float(), config, "cpu", reduction)
     regularization = Regularization(64, 96, config, "cpu", 3)
 
     def take_step() -> None:

@@ -40,9 +40,9 @@ Maker = Callable[..., SceneTensors]
 # The fused step
 
 
-def fit_step(scene: SceneTensors, renderer: SplatRenderer, removal: bool = False) -> Adjoints:
+def fit_step(scene: SceneTensors, renderer: SplatRenderer, removal_cost: bool = False) -> Adjoints:
     target = renderer.prepare_target(target_image(scene))
-    return renderer.fit_step(*inputs(scene, renderer), target, removal)
+    return renderer.fit_step(*inputs(scene, renderer), target, removal_cost)
 
 
 @pytest.mark.parametrize(("height", "width"), [(1, 1), (33, 50), (17, 1037)])
@@ -60,7 +60,7 @@ def test_fit_step_is_render_then_error_then_adjoint(
     for name in GRADIENTS:
         assert_grad_close(getattr(got, name), getattr(want, name), rtol=1e-12, atol=1e-16, name=name)
     torch.testing.assert_close(got.loss, difference.square().mean(), rtol=1e-12, atol=0)
-    assert got.removal is None
+    assert got.removal_cost is None
 
 
 @lane_widths
@@ -68,7 +68,7 @@ def test_fit_step_in_single_precision(lane_width: int) -> None:
     scene = random_scene(4, 12, 33, 50)
     exact = fit_step(scene, make_splat_renderer(scene, SMALL), True)
     single = fit_step(scene, make_splat_renderer(scene, SMALL, lane_width, torch.float32), True)
-    for name in (*GRADIENTS, "removal"):
+    for name in (*GRADIENTS, "removal_cost"):
         assert_grad_close(getattr(single, name), getattr(exact, name), rtol=1e-3, atol=0.0, name=name)
     torch.testing.assert_close(single.loss.double(), exact.loss, rtol=1e-5, atol=0)
 
@@ -87,7 +87,7 @@ def test_removal_of_paths_of_any_opacity(opacity: tuple[float, ...]) -> None:
 
 
 def check_removal(scene: SceneTensors, renderer: SplatRenderer) -> None:
-    got = fit_step(scene, renderer, removal=True).removal
+    got = fit_step(scene, renderer, removal_cost=True).removal_cost
     target, error = target_image(scene), mean_squared_error(render(scene, renderer), target_image(scene))
     want = []
     for row in range(len(scene.points)):
@@ -103,7 +103,7 @@ def check_removal(scene: SceneTensors, renderer: SplatRenderer) -> None:
 def test_asking_for_removal_changes_nothing_else(lane_width: int, dtype: torch.dtype) -> None:
     scene = random_scene(6, 12, 33, 50)
     renderer = make_splat_renderer(scene, SMALL, lane_width, dtype)
-    plain, asked = fit_step(scene, renderer), fit_step(scene, renderer, removal=True)
+    plain, asked = fit_step(scene, renderer), fit_step(scene, renderer, removal_cost=True)
     for name in (*GRADIENTS, "loss"):
         torch.testing.assert_close(getattr(asked, name), getattr(plain, name), rtol=1e-5, atol=1e-9)
 
@@ -247,7 +247,7 @@ def test_a_device_agrees_with_the_cpu(make: Maker, interior: bool, covariance: b
     for name in GRADIENTS:
         assert_grad_close(getattr(got, name), getattr(want, name), rtol=1e-9, atol=1e-12, name=name)
     got, want = (fit_step(scene, r, True) for r in (renderer, cpu))
-    assert_grad_close(got.removal, want.removal, rtol=1e-9, atol=1e-12, name="removal")
+    assert_grad_close(got.removal_cost, want.removal_cost, rtol=1e-9, atol=1e-12, name="removal")
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -8,7 +8,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from warpvec.batch.engines.base import Lane, Say
+from warpvec.batch.engines.base import Say, WorkerShare
 from warpvec.errors import InputError
 
 
@@ -18,7 +18,7 @@ class Trial:
 
     folder: Path
 
-    def __call__(self, job: str, lane: Lane, say: Say) -> str:
+    def __call__(self, job: str, lane: WorkerShare, say: Say) -> str:
         """The number of the process, in digits."""
         with (self.folder / job).open("a") as file:
             file.write(f"{os.getpid()}\n")

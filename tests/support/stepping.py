@@ -7,7 +7,7 @@ from oracles import GRADIENTS, inputs, target_image
 from scenes import SceneTensors
 
 from warpvec.rendering import exact, splat
-from warpvec.rendering.graph import RepeatedStep
+from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 
 KINDS = ("exact", "splat")
@@ -26,7 +26,7 @@ class Moving:
 
     def __init__(self, kind: str, scene: SceneTensors, device: str = "cpu") -> None:
         self.renderer, self.plain = renderer_of(kind, scene, device), renderer_of(kind, scene, device)
-        self.repeated = RepeatedStep(self.renderer, record=True)
+        self.repeated = RecordedStep(self.renderer, record=True)
         self.target = self.renderer.prepare_target(target_image(scene))
         self.values = [value.clone() for value in inputs(scene, self.renderer)]
 
@@ -34,19 +34,19 @@ class Moving:
         self.values[0] += distance
         self.values[1].mul_(0.99)
 
-    def step(self, removal: bool = False) -> Adjoints:
-        return self.repeated.take(*self.values, self.target, removal)
+    def step(self, removal_cost: bool = False) -> Adjoints:
+        return self.repeated.take(*self.values, self.target, removal_cost)
 
-    def want(self, removal: bool = False) -> Adjoints:
-        return self.plain.fit_step(*self.values, self.target, removal)
+    def want(self, removal_cost: bool = False) -> Adjoints:
+        return self.plain.fit_step(*self.values, self.target, removal_cost)
 
-    def check_step(self, removal: bool = False) -> None:
-        check_equal(self.step(removal), self.want(removal))
+    def check_step(self, removal_cost: bool = False) -> None:
+        check_equal(self.step(removal_cost), self.want(removal_cost))
         self.move()
 
 
 def check_equal(got: Adjoints, want: Adjoints) -> None:
     for name in (*GRADIENTS, "loss"):
         assert torch.equal(getattr(got, name), getattr(want, name)), name
-    assert (got.removal is None) == (want.removal is None)
-    assert want.removal is None or torch.equal(got.removal, want.removal)
+    assert (got.removal_cost is None) == (want.removal_cost is None)
+    assert want.removal_cost is None or torch.equal(got.removal_cost, want.removal_cost)

@@ -18,7 +18,7 @@ import warpvec
 from warpvec.geometry.cubics import to_cubics
 from warpvec.image.metrics import psnr
 from warpvec.image.metrics import ssim as ssim_of
-from warpvec.image.resize import fit_image
+from warpvec.image.resize import reduce_image
 from warpvec.rendering import draw as drawing
 from warpvec.svg.measure import draw
 from warpvec.vectorization import api
@@ -111,7 +111,7 @@ def test_internal_psnr_of_splat_is_that_of_the_soft_image_at_the_fitted_size() -
     result = _vectorize(photo, preset="paper", fit_size=48, **settings)
     soft = warpvec.render(result.fitted.scene, 32, 48, renderer="splat", **settings).numpy()
     np.testing.assert_allclose(result.soft_image(), soft, atol=1e-6)
-    reduced = fit_image(result.photo, 48)
+    reduced = reduce_image(result.photo, 48)
     assert result.metrics["internal_psnr"] == pytest.approx(psnr(np.rint(soft.clip(0, 1) * 255) / 255, reduced))
     assert (result.metrics["renderer"], result.render().shape) == ("splat", (64, 96, 3))
     # What is drawn is the file.

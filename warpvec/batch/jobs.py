@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from warpvec.batch.engines.base import Engine, Lane, Outcome, Say, Watch
+from warpvec.batch.engines.base import Engine, Outcome, Say, Watch, WorkerShare
 from warpvec.batch.folders import Folder
 from warpvec.batch.journal import Journal, Record
 from warpvec.config.fit_config import MACHINE_SETTINGS, FitConfig
@@ -109,18 +109,18 @@ class Vectorize:
         """Equal for equal photos with equal settings."""
         return hashlib.sha256(_text(self.settings).encode() + photo).hexdigest()[:32]
 
-    def __call__(self, job: Job, lane: Lane, say: Say) -> Record:
+    def __call__(self, job: Job, share: WorkerShare, say: Say) -> Record:
         """Vectorize one photo, write its file, and return its record.
 
         Raises:
             InputError: the photo cannot be read, or the goal cannot be met.
         """
         try:
-            return self._vectorize(job, lane, say)
+            return self._vectorize(job, share, say)
         except InputError as error:
             raise error.renamed(self.option_names) from error
 
-    def _vectorize(self, job: Job, lane: Lane, say: Say) -> Record:
+    def _vectorize(self, job: Job, share: WorkerShare, say: Say) -> Record:
         from warpvec.files import encode_svg
         from warpvec.image.read import read_image
         from warpvec.vectorization.api import fit_photo
@@ -128,7 +128,7 @@ class Vectorize:
         start = time.perf_counter()
         data = self.source.read(job.input)
         photo = read_image(data, self.background, name=job.input)
-        config = replace(self.config, device=lane.device, threads=lane.threads)
+        config = replace(self.config, device=share.device, threads=share.threads)
         title = PurePosixPath(job.input).stem
         result = fit_photo(photo, config, title=title, goal=self.goal, on_progress=_Teller(say))
         metrics = result.metrics

@@ -23,7 +23,7 @@ from warpvec.fit.population import Population
 from warpvec.fit.progress import FitResult, Progress, history_entry
 from warpvec.fit.regularization import Regularization
 from warpvec.fit.state import Saving, State
-from warpvec.fit.target import Canvas
+from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import is_transparent
 from warpvec.rendering.launch import resolve_device
@@ -101,9 +101,9 @@ class _Fit:
         self._config = config = config if start is None else going_on(config, start, self._height, self._width)
         self._target = target.to(device, torch.float32)
         first_generation = int(start.generation.max()) if start is not None and len(start) else 0
-        self._full = Canvas(self._target, config, device)
+        self._full = Target(self._target, config, device)
         self._policy = make_policy(self._target, config, first_generation, self._full)
-        self._canvas = Canvas(self._target, config, device, _REDUCTION) if config.coarse_until > 0 else self._full
+        self._canvas = Target(self._target, config, device, _REDUCTION) if config.coarse_until > 0 else self._full
         if is_transparent(target):
             # Soft alpha is made of translucent paths.
             config = replace(config, opacity_weight=0.0)
@@ -131,7 +131,7 @@ class _Fit:
                 raise KeyboardInterrupt
             self._choose_canvas()
             self._order()
-            removal = self._step(self._policy.wants_removal(self._iteration + 1, self._iteration_count))
+            removal_cost = self._step(self._policy.wants_removal_cost(self._iteration + 1, self._iteration_count))
             self._iteration += 1
             self._iteration_count = self._planned_iterations()
             last = self._iteration == self._iteration_count
@@ -139,7 +139,7 @@ class _Fit:
                 self._order()
             self._report()
             if not last:  # new paths would stay as they are spawned
-                self._change_population(removal)
+                self._change_population(removal_cost)
                 self._save()
 
     def result(self) -> FitResult:
@@ -151,10 +151,10 @@ class _Fit:
             scene = self._best[1]
         return FitResult(scene.cpu(), self.history, self._iteration, self._seconds(), self.interrupted, self._device)
 
-    def _step(self, want_removal: bool) -> Tensor | None:
+    def _step(self, want_removal_cost: bool) -> Tensor | None:
         """Render, loss, adjoint, update; gives each path's removal cost if that was asked for."""
         scene, config = self._population.live, self._config
-        adjoints = self._canvas.fit_step(scene, want_removal)
+        adjoints = self._canvas.fit_step(scene, want_removal_cost)
         if config.lod:
             adjoints = with_prefix(adjoints, scene, self._canvas, self._iteration)
         adj_opacity = adjoints.opacity.contiguous()
@@ -164,7 +164,7 @@ class _Fit:
         values = (adjoints.points, adjoints.color, adj_opacity, adjoints.background)
         self._population.step(*values, factor, self._canvas.fits)
         self._loss = adjoints.loss
-        return adjoints.removal if want_removal else None
+        return adjoints.removal_cost if want_removal_cost else None
 
     def _choose_canvas(self) -> None:
         """The full size, once the coarse part of the run is over; errors on the two do not compare."""
@@ -179,12 +179,12 @@ class _Fit:
         if not population.has_palette:
             self._take_palette(palette)
         else:
-            shown = self._full.shown_areas(population.live) if palette.is_switching() else None
+            shown = self._full.visible_areas(population.live) if palette.is_switching() else None
             palette.step(torch.cat([adjoints.color, adjoints.background[None]]), shown, factor)
 
     def _take_palette(self, palette: Palette) -> None:
         self._best = None  # it has any fills
-        self._population.use_palette(palette, self._full.shown_areas(self._population.live))
+        self._population.use_palette(palette, self._full.visible_areas(self._population.live))
 
     # The state
 
@@ -238,16 +238,16 @@ class _Fit:
         scene = scene.to(self._device)
         if len(scene) <= self._config.curves:
             return scene
-        removal = self._full.fit_step(scene, True).removal
-        return scene.select(removal.topk(self._config.curves).indices.sort().values)
+        removal_cost = self._full.fit_step(scene, True).removal_cost
+        return scene.select(removal_cost.topk(self._config.curves).indices.sort().values)
 
-    def _change_population(self, removal: Tensor | None) -> None:
+    def _change_population(self, removal_cost: Tensor | None) -> None:
         before = self._population.live
         iteration, iterations = self._iteration, self._iteration_count
         cut = self._small_paths.cut(self._population, iteration, iterations)
         # Costs of removal are of the paths before a cut.
-        removal = None if cut else self._small_paths.prefer(self._population, removal)
-        if self._policy.update(self._population, iteration, iterations, removal, self._full.squared_error) or cut:
+        removal_cost = None if cut else self._small_paths.prefer(self._population, removal_cost)
+        if self._policy.update(self._population, iteration, iterations, removal_cost, self._full.squared_error) or cut:
             self._remember(before)
 
     def _order(self) -> None:

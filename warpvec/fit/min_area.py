@@ -7,7 +7,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.population import Population
-from warpvec.fit.target import Canvas
+from warpvec.fit.target import Target
 from warpvec.fit.visibility import FAINT, faint
 
 CUTS = (0.75, 0.85, 0.95)
@@ -21,14 +21,14 @@ ends up below the least area goes from the file without a fit of the others."""
 class SmallPaths:
     """The paths of less than ``config.min_area`` square pixels of ``canvas``."""
 
-    def __init__(self, canvas: Canvas, config: FitConfig) -> None:
+    def __init__(self, canvas: Target, config: FitConfig) -> None:
         self._canvas, self._least = canvas, MARGIN * config.min_area
 
-    def prefer(self, population: Population, removal: Tensor | None) -> Tensor | None:
+    def prefer(self, population: Population, removal_cost: Tensor | None) -> Tensor | None:
         """The costs of removal [N], those of small paths the least."""
-        if self._least == 0.0 or removal is None:
-            return removal
-        return removal.masked_fill(self._are_small(population), -torch.inf)
+        if self._least == 0.0 or removal_cost is None:
+            return removal_cost
+        return removal_cost.masked_fill(self._are_small(population), -torch.inf)
 
     def cut(self, population: Population, iteration: int, iterations: int) -> bool:
         """Remove the small paths if that is due after ``iteration`` of ``iterations``; whether any were."""
@@ -41,4 +41,4 @@ class SmallPaths:
         return True
 
     def _are_small(self, population: Population) -> Tensor:
-        return self._canvas.shown_areas(faint(population.live))[:-1] / FAINT < self._least
+        return self._canvas.visible_areas(faint(population.live))[:-1] / FAINT < self._least

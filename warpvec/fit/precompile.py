@@ -9,7 +9,7 @@ import torch
 
 from warpvec.config.presets import make_config
 from warpvec.fit.loop import fit
-from warpvec.fit.visibility import shown_areas
+from warpvec.fit.visibility import visible_areas
 from warpvec.geometry.cubics import to_cubics
 from warpvec.rendering.draw import draw_pixels
 from warpvec.rendering.launch import resolve_device
@@ -37,5 +37,5 @@ def compile_kernels(device: str = "auto") -> float:
         config = make_config(**{**_SHORT, **kind, "device": where})  # type: ignore[arg-type]
         scene = fit(target, config).scene
         draw_pixels(scene, 16, 16, **config.render_settings)
-        shown_areas(to_cubics(scene)[0], 16, 16)
+        visible_areas(to_cubics(scene)[0], 16, 16)
     return time.perf_counter() - start

@@ -12,12 +12,12 @@ from torch.nn.functional import avg_pool2d
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.geometry.scene import Scene
-from warpvec.image.alpha import ALPHA_MIN, PAGES, is_transparent, over, premultiplied
-from warpvec.rendering.graph import RepeatedStep
+from warpvec.image.alpha import ALPHA_MIN, MATTES, is_transparent, over, premultiplied
+from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.registry import make_renderer
 
 
-class Canvas:
+class Target:
     """``target`` [h, w, 3 or 4], or its average over squares of ``reduction`` x ``reduction`` pixels, on ``device``.
 
     A target with alpha, which is straight, is compared on a black and on a white page, in place of the scene's
@@ -36,19 +36,19 @@ class Canvas:
             height=height, width=width, device=device, degree=config.point_degree, **config.render_settings
         )
         self._prepared = [(self._renderer.prepare_target(shown), page) for shown, page in self._pages]
-        self._steps = [RepeatedStep(self._renderer) for _ in self._pages]
+        self._steps = [RecordedStep(self._renderer) for _ in self._pages]
         self._points = torch.empty(0, device=target.device)
         self.fits = self._renderer.fits
 
-    def fit_step(self, scene: Scene, removal: bool) -> Any:
-        """Adjoints of the mean squared error of ``scene``; ``removal`` asks for each path's importance.
+    def fit_step(self, scene: Scene, removal_cost: bool) -> Any:
+        """Adjoints of the mean squared error of ``scene``; ``removal_cost`` asks for each path's importance.
 
         All but the loss lie in memory that the next step overwrites.
         """
         paths = (self._reduced_points(scene.points), scene.color, scene.opacity)
         adjoints = _mean_adjoints(
             [
-                step.take(*paths, scene.background if page is None else page, prepared, removal)
+                step.take(*paths, scene.background if page is None else page, prepared, removal_cost)
                 for step, (prepared, page) in zip(self._steps, self._prepared, strict=True)
             ]
         )
@@ -68,7 +68,7 @@ class Canvas:
             self._points = torch.empty_like(points)
         return torch.mul(points, self._scale, out=self._points)
 
-    def shown_areas(self, scene: Scene) -> Tensor:
+    def visible_areas(self, scene: Scene) -> Tensor:
         """What is seen of each path, and last of the canvas [N + 1]: coverage times all that is let through, summed
         over the pixels of the full size."""
         points = scene.points * self._scale
@@ -113,7 +113,7 @@ def _pages(target: Tensor) -> Iterator[tuple[Tensor, Tensor | None]]:
     if not is_transparent(target):
         yield target, None
         return
-    for page in PAGES:
+    for page in MATTES:
         yield over(target, page), target.new_full((3,), page)
 
 

@@ -1,7 +1,7 @@
 """What of each path is to be seen, and scenes without the paths of which nothing is.
 
 What goes is proven to change no pixel, by drawing without it. What may stay although it changes none: a path that by
-`shown_areas` and `changes_alone` is above both `SHOWN_MIN` and `CHANGE_MIN`, and any path once the drawings are used
+`visible_areas` and `changes_alone` is above both `SHOWN_MIN` and `CHANGE_MIN`, and any path once the drawings are used
 up. Hidden paths are the first to be tried, and once in any photo, however large.
 """
 
@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit.target import Canvas
+from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.operator import draw_adjoint
 
@@ -36,11 +36,11 @@ Without all that shows nothing one is made in any case.
 FAINT = 1e-6
 """An opacity at which even a thousand paths in one place let all but 0.1 % through."""
 
-Drawing = Callable[[Scene], bytes]
+DrawScene = Callable[[Scene], bytes]
 """The pixels of a scene as a viewer shows them."""
 
 
-def shown_areas(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
+def visible_areas(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
     """Of each path [N], the sum over the pixels of coverage, opacity, and the transmittance of all that is above."""
     # The sum of the image's reds, as it changes with the red of each path.
     adj_image = scene.points.new_zeros((height, width, 3))
@@ -50,7 +50,7 @@ def shown_areas(scene: Scene, height: int, width: int, threads: int | None = Non
 
 def canvas_areas(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
     """Area [N] in pixels of each path by itself, as far as it lies on the canvas."""
-    return shown_areas(faint(scene), height, width, threads) / FAINT
+    return visible_areas(faint(scene), height, width, threads) / FAINT
 
 
 def faint(scene: Scene) -> Scene:
@@ -61,18 +61,18 @@ def faint(scene: Scene) -> Scene:
 def changes_alone(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
     """How much the image changes as each path [N] alone goes: squared, summed over the pixels and channels."""
     target = scene.points.new_full((height, width, 4 if scene.transparent else 3), 0.5)
-    adjoints = Canvas(target, FitConfig(threads=threads), "cpu").fit_step(scene, True)
+    adjoints = Target(target, FitConfig(threads=threads), "cpu").fit_step(scene, True)
     # The loss is a parabola in the opacity. Less its slope, which depends on the target, it is the change of the image.
-    changes: Tensor = 3 * height * width * (adjoints.removal + scene.opacity * adjoints.opacity)
+    changes: Tensor = 3 * height * width * (adjoints.removal_cost + scene.opacity * adjoints.opacity)
     return changes.clamp_min(0.0)
 
 
-def without_invisible(scene: Scene, shown: Tensor, changes: Tensor, draw: Drawing) -> Scene:
+def without_invisible(scene: Scene, shown: Tensor, changes: Tensor, draw: DrawScene) -> Scene:
     """``scene`` without the paths that change no pixel of ``draw``, as far as ``DRAWINGS_MAX`` drawings find them.
 
     Args:
         scene: N paths.
-        shown: what is seen of each [N], as `shown_areas` gives it.
+        shown: what is seen of each [N], as `visible_areas` gives it.
         changes: what each changes [N], as `changes_alone` gives it; only those least in one of the two are tried.
         draw: the judge: what goes must leave its pixels as they are.
     """
@@ -85,7 +85,7 @@ def without_invisible(scene: Scene, shown: Tensor, changes: Tensor, draw: Drawin
     return scene.select(_kept(scene, groups, draw))
 
 
-def _kept(scene: Scene, groups: list[Tensor], draw: Drawing) -> Tensor:
+def _kept(scene: Scene, groups: list[Tensor], draw: DrawScene) -> Tensor:
     """Which paths stay [N]: ``groups``, the hidden ones first, or halves of them go where that changes no pixel.
 
     The groups take turns, and in each what is in front goes first.

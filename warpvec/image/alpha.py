@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Pixels = TypeVar("Pixels", "NDArray[Any]", "Tensor")
 
-PAGES = (0.0, 1.0)
+MATTES = (0.0, 1.0)
 """Grey of the pages: the darkest and the lightest."""
 
 ALPHA_MIN = 0.5 / 255

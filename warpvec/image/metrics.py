@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.errors import InputError
-from warpvec.image.alpha import PAGES, is_transparent, over
+from warpvec.image.alpha import MATTES, is_transparent, over
 
 Image = NDArray[np.float64]
 """Of shape [h, w, c], in [0, 1]."""
@@ -71,12 +71,12 @@ def _bands(a: NDArray[Any], b: NDArray[Any], overlap: int = 0) -> Iterator[tuple
 
 
 def _on_pages(image: Image) -> Image:
-    return np.concatenate([over(image, page) for page in PAGES], axis=2) if is_transparent(image) else image
+    return np.concatenate([over(image, page) for page in MATTES], axis=2) if is_transparent(image) else image
 
 
 def _value_count(shape: tuple[int, ...]) -> int:
     """Values that are compared in images of ``shape`` [h, w, c]."""
-    return shape[0] * shape[1] * (3 * len(PAGES) if shape[2] == 4 else shape[2])
+    return shape[0] * shape[1] * (3 * len(MATTES) if shape[2] == 4 else shape[2])
 
 
 def _as_float(image: NDArray[Any], other: np.dtype[Any]) -> Image:

@@ -9,7 +9,7 @@ from PIL import Image
 from warpvec.image.alpha import is_transparent, premultiplied, straight
 
 
-def fit_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.float32]:
+def reduce_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.float32]:
     """``pixels`` [h, w, 3 or 4] reduced until neither side is longer than ``longest_side``; never enlarged.
 
     Filtered with Lanczos-3, whose overshoot is clipped to [0, 1]; colours with alpha, which are straight before and
@@ -26,7 +26,7 @@ def fit_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.floa
 
 
 def fitted_size(height: int, width: int, longest_side: int) -> tuple[int, int]:
-    """Height and width of what `fit_image` makes of an image of ``height`` x ``width`` pixels."""
+    """Height and width of what `reduce_image` makes of an image of ``height`` x ``width`` pixels."""
     longest = max(height, width)
     if longest <= longest_side:
         return height, width

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from warpvec.errors import InputError
 from warpvec.files import check_writable
 from warpvec.image.alpha import is_transparent, over
-from warpvec.image.write import eight_bit_levels
+from warpvec.image.write import to_8_bits
 
 EXTENSIONS = (".mp4", ".gif", ".webp")
 
@@ -49,7 +49,7 @@ class Video:
 
     def add(self, image: NDArray[np.float32]) -> None:
         """Append ``image`` [h, w, 3 or 4] in [0, 1]; alpha is shown on white."""
-        self._frames.append(eight_bit_levels(over(image, 1.0) if is_transparent(image) else image))
+        self._frames.append(to_8_bits(over(image, 1.0) if is_transparent(image) else image))
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from warpvec.files import check_writable, write_atomic
 
 
-def eight_bit_levels(pixels: NDArray[np.floating[Any]]) -> NDArray[np.uint8]:
+def to_8_bits(pixels: NDArray[np.floating[Any]]) -> NDArray[np.uint8]:
     """``pixels`` in [0, 1], clamped, as the nearest of 256 levels."""
     return np.rint(np.clip(pixels, 0.0, 1.0) * 255.0).astype(np.uint8)
 
@@ -27,10 +27,10 @@ def write_png(path: str | os.PathLike[str], pixels: NDArray[np.floating[Any]], n
     # Here and not above: only runs that save frames write images, and importing imageio takes a tenth of a second.
     import imageio.v3 as iio
 
-    write_atomic(path, iio.imwrite("<bytes>", eight_bit_levels(pixels), extension=".png"))
+    write_atomic(path, iio.imwrite("<bytes>", to_8_bits(pixels), extension=".png"))
 
 
-def eight_bits(image: NDArray[np.float32]) -> NDArray[np.float32]:
+def round_to_8_bits(image: NDArray[np.float32]) -> NDArray[np.float32]:
     """``image`` clamped and rounded, in place, to what an 8-bit file can say."""
     np.clip(image, 0.0, 1.0, out=image)
     np.rint(np.multiply(image, 255.0, out=image), out=image)

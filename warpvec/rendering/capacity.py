@@ -26,7 +26,7 @@ class Counts(NamedTuple):
         return Counts(*(count + count // 2 + 256 for count in self))
 
 
-class Limits:
+class Capacity:
     """Room on one device, and what did not fit.
 
     Attributes:
@@ -39,7 +39,7 @@ class Limits:
     def __init__(self, device: Any) -> None:
         self.room: Counts | None = None
         self.overflow = wp.zeros(len(Counts._fields), dtype=wp.int32, device=device)
-        self.lost = wp.zeros(1, dtype=wp.int32, device=device)
+        self.dropped_steps = wp.zeros(1, dtype=wp.int32, device=device)
         self.fits = wp.ones(1, dtype=wp.float64, device=device)
         self._nothing = wp.zeros_like(self.overflow)
 

@@ -32,7 +32,7 @@ class _Recording(NamedTuple):
     growth: int
 
 
-class RepeatedStep:
+class RecordedStep:
     """The fused step of ``renderer``.
 
     Args:
@@ -59,12 +59,12 @@ class RepeatedStep:
         opacity: Tensor,
         background: Tensor,
         prepared_target: Tensor,
-        removal: bool = False,
+        removal_cost: bool = False,
     ) -> Adjoints:
         """What ``renderer.fit_step`` gives, in memory that the next step overwrites unless removal is asked for."""
         inputs = (points, color, opacity, background, prepared_target)
-        if removal:
-            return self._renderer.fit_step(*inputs, removal)
+        if removal_cost:
+            return self._renderer.fit_step(*inputs, removal_cost)
         if self.is_paused or not self._record:
             return self._renderer.fit_step(*inputs, out=self._out_for(points))
         places = tuple((tensor.data_ptr(), tensor.shape) for tensor in inputs)
@@ -101,7 +101,7 @@ class RepeatedStep:
             self._renderer.fit_step(*inputs, out=out)
         elif self._renderer.growth == growth and (direct is None or self._agrees(graph, out, direct)):
             self._recording = _Recording(graph, out, places, growth)
-            self._replays, self._lost = 0, self._renderer.lost
+            self._replays, self._lost = 0, self._renderer.dropped_steps
 
     def _record_within_limits(self, inputs: _Inputs, out: Adjoints) -> tuple[Any, int]:
         """The graph of a step, and the growth of the buffers before it was recorded."""
@@ -127,7 +127,7 @@ class RepeatedStep:
     def _replay(self, recording: _Recording) -> None:
         wp.capture_launch(recording.graph)
         self._replays += 1
-        if self._replays % _CHECK_GAP == 0 and self._renderer.lost > self._lost:
+        if self._replays % _CHECK_GAP == 0 and self._renderer.dropped_steps > self._lost:
             self._recording = None
 
     def _out_for(self, points: Tensor) -> Adjoints:

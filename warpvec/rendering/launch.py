@@ -19,8 +19,8 @@ import warp as wp
 
 from warpvec.errors import InputError
 from warpvec.kernels.constants import TILE
-from warpvec.rendering.capacity import Limits
-from warpvec.rendering.thread_pool import Crew, core_count
+from warpvec.rendering.capacity import Capacity
+from warpvec.rendering.thread_pool import ThreadPool, core_count
 
 # A chunk of fewer items is done before a second thread has heard of it.
 _CHUNK_ITEMS_MIN = 64
@@ -81,9 +81,9 @@ class Launcher:
 
     def __init__(self, device: str, threads: int | None = None) -> None:
         self.device = wp.get_device(device)
-        self.limits = Limits(self.device)
+        self.capacity = Capacity(self.device)
         self.threads = 1 if self.device.is_cuda else threads or core_count()
-        self._crew = Crew(self.threads - 1, self.threads <= core_count()) if self.threads > 1 else None
+        self._pool = ThreadPool(self.threads - 1, self.threads <= core_count()) if self.threads > 1 else None
         self._commands: dict[Any, list[_Command]] = {}
         self._all_buffers: list[Buffers] = []
 
@@ -123,14 +123,14 @@ class Launcher:
             self._share(commands[:thread_count], item_count, chunk)
 
     def _share(self, commands: list[_Command], item_count: int, chunk: int) -> None:
-        assert self._crew is not None
+        assert self._pool is not None
         turns = count()
 
         def work(command: _Command) -> None:
             while (first := next(turns) * chunk) < item_count:
                 command.run(first, min(chunk, item_count - first))
 
-        self._crew.call([partial(work, command) for command in commands])
+        self._pool.call([partial(work, command) for command in commands])
 
 
 class _Command:

@@ -21,7 +21,7 @@ from warpvec.checks import check_count
 from warpvec.config.renderers import check_renderer_settings
 from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
-from warpvec.image.alpha import PAGES
+from warpvec.image.alpha import MATTES
 from warpvec.rendering.launch import start_warp
 from warpvec.rendering.registry import make_renderer
 from warpvec.rendering.tile_renderer import Adjoints
@@ -112,7 +112,7 @@ def _image(
     drawn_by = (height, width, renderer, thread_count, _as_text(renderer, scene.degree, settings))
     if not alpha:
         return operator(*inputs, *drawn_by)
-    black, white = (operator(*inputs[:3], torch.full_like(inputs[3], page), *drawn_by) for page in PAGES)
+    black, white = (operator(*inputs[:3], torch.full_like(inputs[3], page), *drawn_by) for page in MATTES)
     return torch.cat([black, 1.0 - (white - black).mean(-1, keepdim=True)], -1)
 
 

@@ -35,7 +35,7 @@ _GIVE_WAY = ctypes.cast(ctypes.CDLL(None).sched_yield, ctypes.c_void_p).value if
 Action = Callable[[], None]
 
 
-class Crew:
+class ThreadPool:
     """``count`` threads beside the caller's.
 
     Args:

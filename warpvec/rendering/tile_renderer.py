@@ -35,7 +35,7 @@ class Adjoints:
     color: Tensor
     opacity: Tensor
     canvas: Tensor
-    removal: Tensor | None = None
+    removal_cost: Tensor | None = None
 
     @property
     def background(self) -> Tensor:
@@ -107,39 +107,39 @@ class TileRenderer(ABC):
         opacity: Tensor,
         background: Tensor,
         prepared_target: Tensor,
-        removal: bool = False,
+        removal_cost: bool = False,
         out: Adjoints | None = None,
     ) -> Adjoints:
-        """Render, mean squared error and adjoint in one pass; ``removal`` asks for each path's importance.
+        """Render, mean squared error and adjoint in one pass; ``removal_cost`` asks for each path's importance.
 
         The adjoints are put in ``out`` where that is given: then no tensor is made, unless removal is asked for.
         """
         adjoints = self.make_adjoints(points) if out is None else out
         hits = self._cover(points, color, opacity, background)
         scale = 1.0 / (3 * self.grid.height * self.grid.width)
-        importance = torch.empty_like(adjoints.opacity) if removal else adjoints.opacity
+        importance = torch.empty_like(adjoints.opacity) if removal_cost else adjoints.opacity
         into = self._paint_adjoints(adjoints, importance)
-        self._compositing.adjoint(*hits, prepared_target, into, scale, removal)
+        self._compositing.adjoint(*hits, prepared_target, into, scale, removal_cost)
         # L without path i, minus L: the image is affine in one path's painted opacity, the loss a parabola.
         o = hits[-1].opacity
-        gain = o * o * importance * scale - o * into.opacity if removal else None
+        gain = o * o * importance * scale - o * into.opacity if removal_cost else None
         self._collect(points, opacity, adjoints)
-        return replace(adjoints, removal=gain)
+        return replace(adjoints, removal_cost=gain)
 
     def limit(self, room: Counts | None) -> None:
         """Give the next renders ``room``, and read no counts back; with None, as much as they need."""
-        self._launch.limits.room = room
+        self._launch.capacity.room = room
 
     @property
     def fits(self) -> Tensor:
         """[1] float64 on the device: 1, or -1 if the last render with an adjoint had no room, which then is zero."""
-        fits: Tensor = wp.to_torch(self._launch.limits.fits)
+        fits: Tensor = wp.to_torch(self._launch.capacity.fits)
         return fits
 
     @property
-    def lost(self) -> int:
+    def dropped_steps(self) -> int:
         """Renders with an adjoint so far that had no room; the host waits for the device to tell."""
-        return int(self._launch.limits.lost.numpy()[0])
+        return int(self._launch.capacity.dropped_steps.numpy()[0])
 
     @property
     def growth(self) -> int:

@@ -15,7 +15,7 @@ from warpvec.image.alpha import is_transparent
 from warpvec.image.metrics import psnr, ssim
 from warpvec.svg.resvg import rasterize
 from warpvec.svg.scan import Scan, read_text, scan
-from warpvec.svg.units import NUMBER, check_pixels, pixels, stated_size, view_box
+from warpvec.svg.units import NUMBER, check_pixels, parse_length, stated_size, view_box
 
 MAX_REACH = 2.0**24
 """Pixels from the origin to a point; resvg ends the process somewhere between 3e8 and 1e9."""
@@ -100,7 +100,7 @@ def _is_harmless(contents: Scan, width: float, height: float) -> bool:
     if not contents.plain:
         return False
     left, top, *sides = view_box(contents.root)
-    unit_count = min(sides) or min(pixels(contents.root.get(name, ""), 0.0) for name in ("width", "height"))
+    unit_count = min(sides) or min(parse_length(contents.root.get(name, ""), 0.0) for name in ("width", "height"))
     scale = max(width, height) / unit_count if unit_count else math.inf
     return (contents.reach() + abs(left) + abs(top)) * scale <= MAX_REACH
 

@@ -35,7 +35,7 @@ _UNDRAWN = frozenset({"title", "desc", "metadata"})
 
 
 @dataclass(frozen=True)
-class Drawing:
+class LoadedSvg:
     """An SVG as a scene.
 
     Attributes:
@@ -52,7 +52,7 @@ class Drawing:
     precision: int | None = None
 
 
-def read_svg(source: bytes | str) -> Drawing:
+def read_svg(source: bytes | str) -> LoadedSvg:
     """The drawing in an ``.svg`` or ``.svgz`` file, given as its bytes or its text.
 
     A file that has only what `warpvec.svg.write.write_svg` writes, also with layers or paths taken out, reordered, moved or
@@ -89,7 +89,7 @@ class _NotOurs(Exception):
     """A file has what `write_svg` never writes."""
 
 
-def _read_own(root: Element) -> Drawing:
+def _read_own(root: Element) -> LoadedSvg:
     width, height = root.get("width", ""), root.get("height", "")
     _expect(width.isascii() and width.isdigit() and height.isascii() and height.isdigit())
     _expect(root.get("viewBox") == f"0 0 {width} {height}" and not root.get("style"))
@@ -104,14 +104,14 @@ def _read_own(root: Element) -> Drawing:
         Outline(_own_points(row, decimals), *_own_paint(element), generation)
         for (element, generation), row in zip(elements, words, strict=True)
     ]
-    return Drawing(make_scene(outlines, background), float(width), float(height), precision=decimals)
+    return LoadedSvg(make_scene(outlines, background), float(width), float(height), precision=decimals)
 
 
-def _read_foreign(root: Element) -> Drawing:
+def _read_foreign(root: Element) -> LoadedSvg:
     from warpvec.svg.foreign.reader import ForeignReader
 
     reader = ForeignReader(root)
-    return Drawing(make_scene(reader.outlines, reader.background), *reader.size, reader.omitted)
+    return LoadedSvg(make_scene(reader.outlines, reader.background), *reader.size, reader.omitted)
 
 
 def _expect(condition: bool) -> None:

@@ -18,7 +18,9 @@ _PIXELS_PER_UNIT = {
 def stated_size(root: dict[str, str]) -> tuple[float, float]:
     """Width and height in pixels: as stated, else of the view box. What resvg itself would take, or larger."""
     sides = view_box(root)[2:]
-    width, height = (pixels(root.get(name, ""), side) for name, side in zip(("width", "height"), sides, strict=True))
+    width, height = (
+        parse_length(root.get(name, ""), side) for name, side in zip(("width", "height"), sides, strict=True)
+    )
     if any(sides):
         scale = max((width or sides[0]) / sides[0], (height or sides[1]) / sides[1])
         width, height = width or sides[0] * scale, height or sides[1] * scale
@@ -33,7 +35,7 @@ def view_box(root: dict[str, str]) -> list[float]:
     return box if len(box) == 4 and min(box[2:]) > 0 else [0.0] * 4
 
 
-def pixels(length: str, whole: float) -> float:
+def parse_length(length: str, whole: float) -> float:
     """``length`` in pixels, per cent being of ``whole``; 0 where it states none."""
     match = re.fullmatch(rf"\s*({NUMBER})\s*(%|[a-z]*)\s*", length)
     return float(match[1]) * (_PIXELS_PER_UNIT | {"%": whole / 100}).get(match[2], 0.0) if match else 0.0

@@ -22,7 +22,7 @@ from warpvec.fit.progress import Progress
 from warpvec.fit.state import Saving, State, digest
 from warpvec.geometry.scene import Scene
 from warpvec.image.read import ImageSource, read_image
-from warpvec.image.resize import fit_image
+from warpvec.image.resize import reduce_image
 from warpvec.rendering.launch import resolve_device
 from warpvec.svg.measure import evaluate
 from warpvec.vectorization.goal import Goal, with_curves
@@ -93,7 +93,7 @@ def fit_photo(
     Raises:
         InputError: ``resume`` is of another photo, or as `warpvec.fit.loop.fit`.
     """
-    target = fit_image(photo, config.fit_size)
+    target = reduce_image(photo, config.fit_size)
     pixels = torch.from_numpy(target)
     state = None if resume is None else _state_of(resume, pixels, config)
     saving = None if checkpoint is None else _saving(checkpoint, every, config, pixels)

@@ -17,13 +17,13 @@ from warpvec.config.fit_config import MACHINE_SETTINGS, FitConfig
 from warpvec.errors import InputError
 from warpvec.files import check_writable, encode_svg, gzip_bytes, write_atomic
 from warpvec.fit.progress import FitResult
-from warpvec.fit.target import Canvas
-from warpvec.fit.visibility import canvas_areas, changes_alone, shown_areas, without_invisible
+from warpvec.fit.target import Target
+from warpvec.fit.visibility import canvas_areas, changes_alone, visible_areas, without_invisible
 from warpvec.geometry.cubics import to_cubics
 from warpvec.geometry.scene import Scene
 from warpvec.image.metrics import psnr
-from warpvec.image.resize import fit_image
-from warpvec.image.write import eight_bits
+from warpvec.image.resize import reduce_image
+from warpvec.image.write import round_to_8_bits
 from warpvec.rendering.draw import draw_exactly, draw_pixels
 from warpvec.svg.layers import prefixes, read_layers
 from warpvec.svg.measure import draw, evaluate, file_facts, measure_psnr
@@ -148,10 +148,10 @@ class Result:
     def without(self, count: int) -> Result:
         """The same without the ``count`` paths that are missed least; the others stay as they are."""
         scene = self.fitted.scene
-        canvas = Canvas(torch.from_numpy(fit_image(self.photo, self.config.fit_size)), self.config, "cpu")
+        canvas = Target(torch.from_numpy(reduce_image(self.photo, self.config.fit_size)), self.config, "cpu")
         with torch.no_grad():
-            removal = canvas.fit_step(scene, True).removal
-        rows = removal.topk(len(scene) - count).indices.sort().values
+            removal_cost = canvas.fit_step(scene, True).removal_cost
+        rows = removal_cost.topk(len(scene) - count).indices.sort().values
         return replace(self, fitted=replace(self.fitted, scene=scene.select(rows)))
 
     def _without_invisible(self, scene: Scene) -> Scene:
@@ -165,7 +165,7 @@ class Result:
                 transparent=some.transparent,
             ).tobytes()
 
-        shown, changes = self._areas(shown_areas, scene), self._areas(changes_alone, scene)
+        shown, changes = self._areas(visible_areas, scene), self._areas(changes_alone, scene)
         return without_invisible(scene, shown, changes, pixels)
 
     def _without_small(self, scene: Scene) -> Scene:
@@ -189,8 +189,8 @@ class Result:
 
     def _internal_psnr(self) -> float:
         if self.config.renderer == "exact":
-            return psnr(eight_bits(self.render()), self.photo)
-        return psnr(eight_bits(self.soft_image()), fit_image(self.photo, self.config.fit_size))
+            return psnr(round_to_8_bits(self.render()), self.photo)
+        return psnr(round_to_8_bits(self.soft_image()), reduce_image(self.photo, self.config.fit_size))
 
     @cached_property
     def _text(self) -> str:

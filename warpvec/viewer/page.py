@@ -26,8 +26,8 @@ from warpvec import __version__
 from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
 from warpvec.image.read import read_image
-from warpvec.image.resize import fit_image
-from warpvec.image.write import eight_bit_levels
+from warpvec.image.resize import reduce_image
+from warpvec.image.write import to_8_bits
 from warpvec.svg.measure import file_facts, measure
 from warpvec.svg.sanitize import sanitized
 from warpvec.svg.scan import read_text
@@ -82,7 +82,7 @@ def _data(svg: bytes, pixels: NDArray[np.float32] | None) -> dict[str, Any]:
     if pixels is not None:
         quality = measure(svg, pixels)
         figures |= {key: value if math.isfinite(value) else None for key, value in quality.items()}
-        data["photo"] = _data_url(fit_image(pixels, PAGE_PHOTO_SIDE))
+        data["photo"] = _data_url(reduce_image(pixels, PAGE_PHOTO_SIDE))
     return data
 
 
@@ -103,7 +103,7 @@ def _checked_history(history: object) -> list[dict[str, float]]:
 def _data_url(pixels: NDArray[np.float32]) -> str:
     """``pixels`` [h, w, 3 or 4] in [0, 1] as an 8 bit PNG in a URL: without the photo's metadata, upright, in sRGB."""
     stream = BytesIO()
-    Image.fromarray(eight_bit_levels(pixels)).save(stream, "PNG")
+    Image.fromarray(to_8_bits(pixels)).save(stream, "PNG")
     return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
 
 

@@ -13,23 +13,23 @@ from warpvec.fit.loop import fit
 from warpvec.fit.policies.prefixes import (
     PREFIX_WEIGHT,
     TURN_GROWTH,
-    LeveledScaffolding,
+    PrefixScaffolding,
     _prefix_counts,
     _whose_turn,
     with_prefix,
 )
 from warpvec.fit.population import Population
 from warpvec.fit.schedule import population
-from warpvec.fit.target import Canvas
+from warpvec.fit.target import Target
 from warpvec.image.metrics import psnr_from_mse
-from warpvec.image.resize import fit_image
+from warpvec.image.resize import reduce_image
 
 SETTINGS = {"curves": 64, "iterations": 300, "inflation_gap": 20, "threads": 1, "prune_opacity": 0.0}
 
 
 def prefix_psnrs(result, target):
     """Paths and PSNR of each prefix of the generations."""
-    canvas = Canvas(target, FitConfig(threads=1), "cpu")
+    canvas = Target(target, FitConfig(threads=1), "cpu")
     found = {}
     for generation in sorted(set(result.scene.generation.tolist())):
         part = result.scene.select(result.scene.generation <= generation)
@@ -46,7 +46,7 @@ def test_levels_have_the_counts_of_the_schedule_after_many_recyclings():
 
 
 def test_each_prefix_is_nearly_as_good_as_a_fit_of_its_own():
-    photo = torch.from_numpy(fit_image(data.coffee() / np.float32(255), 96))
+    photo = torch.from_numpy(reduce_image(data.coffee() / np.float32(255), 96))
     leveled = prefix_psnrs(fit(photo, make_config("default", **SETTINGS, lod=True)), photo)
     plain = prefix_psnrs(fit(photo, make_config("default", **SETTINGS)), photo)
     for count in (16, 32, 64):
@@ -58,7 +58,7 @@ def test_each_prefix_is_nearly_as_good_as_a_fit_of_its_own():
 
 def test_adjoints_are_those_of_the_sum_of_both_errors():
     scene = fit(picture(), make_config("default", **{**SETTINGS, "iterations": 60})).scene
-    canvas = Canvas(picture(), FitConfig(threads=1), "cpu")
+    canvas = Target(picture(), FitConfig(threads=1), "cpu")
     generations = sorted(set(scene.generation.tolist()))
     assert len(generations) > 2
     for turn in range(2 * len(generations)):
@@ -80,7 +80,7 @@ def test_each_generation_has_so_many_turns_for_each_of_the_one_below():
 
 
 def test_one_generation_is_left_alone():
-    canvas = Canvas(picture(), FitConfig(threads=1), "cpu")
+    canvas = Target(picture(), FitConfig(threads=1), "cpu")
     scene = fit(picture(), make_config("default", curves=16, iterations=5, threads=1)).scene
     adjoints = canvas.fit_step(scene, False)
     assert with_prefix(adjoints, scene, canvas, 3) is adjoints
@@ -89,8 +89,8 @@ def test_one_generation_is_left_alone():
 def test_a_recycling_moves_paths_of_one_generation_only():
     config = make_config("default", **{**SETTINGS, "recycle_gap": 0, "recycle_share": 0.25}, lod=True)
     scene = fit(picture(), config).scene
-    canvas = Canvas(picture(), config, "cpu")
-    policy = LeveledScaffolding(picture(), config, 0, canvas)
+    canvas = Target(picture(), config, "cpu")
+    policy = PrefixScaffolding(picture(), config, 0, canvas)
     people = Population(scene, config, 28.0)
     for turn in range(6):
         before = people.scene
@@ -103,21 +103,21 @@ def test_a_recycling_moves_paths_of_one_generation_only():
 def test_a_recycling_takes_what_is_not_wanted_first():
     config = make_config("default", **{**SETTINGS, "recycle_gap": 0, "recycle_share": 0.25}, lod=True)
     scene = fit(picture(), config).scene
-    canvas = Canvas(picture(), config, "cpu")
+    canvas = Target(picture(), config, "cpu")
     for turn in range(3):
-        policy = LeveledScaffolding(picture(), config, 0, canvas)
+        policy = PrefixScaffolding(picture(), config, 0, canvas)
         policy._turn = turn
         people = Population(scene, config, 28.0)
         level = _whose_turn(turn, 3)
         rows = (scene.generation == level).nonzero().flatten()
         count = int(len(rows) * 0.25)
         # Those that are missed most.
-        cost = canvas.fit_step(scene.select(scene.generation <= level), True).removal[rows]
+        cost = canvas.fit_step(scene.select(scene.generation <= level), True).removal_cost[rows]
         unwanted = rows[cost.topk(count).indices]
-        removal = torch.zeros(len(scene))
-        removal[unwanted] = -torch.inf
+        removal_cost = torch.zeros(len(scene))
+        removal_cost[unwanted] = -torch.inf
         before = people.serial.clone()
-        policy._recycle(people, removal, canvas.squared_error)
+        policy._recycle(people, removal_cost, canvas.squared_error)
         assert set(before.tolist()) - set(people.serial.tolist()) == set(before[unwanted].tolist())
 
 

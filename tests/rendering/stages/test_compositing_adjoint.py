@@ -32,9 +32,9 @@ from warpvec.rendering.tile_renderer import Adjoints
 PAINT = ("color", "opacity", "background")
 
 
-def fit_step(scene: SceneTensors, renderer: ExactRenderer, removal: bool = False) -> Adjoints:
+def fit_step(scene: SceneTensors, renderer: ExactRenderer, removal_cost: bool = False) -> Adjoints:
     target = renderer.prepare_target(target_image(scene))
-    return renderer.fit_step(*inputs(scene, renderer), target, removal)
+    return renderer.fit_step(*inputs(scene, renderer), target, removal_cost)
 
 
 def check_paint(scene: SceneTensors, renderer: ExactRenderer, rtol: float) -> None:
@@ -135,7 +135,7 @@ def test_fit_step_is_render_then_error_then_adjoint(
         assert_grad_close(getattr(got, name), getattr(want, name), rtol=rtol, atol=0.0, name=name)
     # The squares of a tile are added in the precision of the lanes.
     torch.testing.assert_close(got.loss.double(), difference.double().square().mean(), rtol=rtol, atol=0)
-    assert got.removal is None
+    assert got.removal_cost is None
 
 
 @lane_widths
@@ -143,7 +143,7 @@ def test_fit_step_is_render_then_error_then_adjoint(
 def test_asking_for_removal_changes_nothing_else(lane_width: int, dtype: torch.dtype) -> None:
     scene = random_scene(6, 12, 33, 50)
     renderer = make_renderer(scene, lane_width, dtype)
-    plain, asked = fit_step(scene, renderer), fit_step(scene, renderer, removal=True)
+    plain, asked = fit_step(scene, renderer), fit_step(scene, renderer, removal_cost=True)
     for name in (*GRADIENTS, "loss"):
         torch.testing.assert_close(getattr(asked, name), getattr(plain, name), rtol=1e-5, atol=1e-9)
 
@@ -162,7 +162,7 @@ def test_removal_in_the_zoo(case: ZooCase) -> None:
 
 def check_removal(scene: SceneTensors, lane_width: int) -> None:
     renderer = make_renderer(scene, lane_width)
-    got = fit_step(scene, renderer, removal=True).removal
+    got = fit_step(scene, renderer, removal_cost=True).removal_cost
     counts = chord_counts(renderer._flattening, scene.points)
     want = importance(*scene[:4], target_image(scene), counts)
     # Differences of losses of about 0.1, each a sum over the image.
@@ -172,8 +172,8 @@ def check_removal(scene: SceneTensors, lane_width: int) -> None:
 @lane_widths
 def test_removal_in_float32(lane_width: int) -> None:
     scene = random_scene(8, 40, 60, 70)
-    exact = fit_step(scene, make_renderer(scene), removal=True).removal
-    single = fit_step(scene, make_renderer(scene, lane_width, torch.float32), removal=True).removal
+    exact = fit_step(scene, make_renderer(scene), removal_cost=True).removal_cost
+    single = fit_step(scene, make_renderer(scene, lane_width, torch.float32), removal_cost=True).removal_cost
     # It is the difference of two sums of the size of the largest entry.
     assert (single.double() - exact).abs().max() < 1e-5 * exact.abs().max()
 
@@ -208,7 +208,7 @@ def test_sums_over_all_tiles(row_count: int, lane_width: int, dtype: torch.dtype
     groups = wp.full((lanes.canvas_reducers, CANVAS_TERMS), np.nan, dtype=wp.float64, device="cpu")
     sums = torch.full((CANVAS_TERMS,), torch.nan, dtype=dtype)
     launch(stage.gather_tiles, lanes.canvas_threads, [wp.from_torch(rows), row_count, groups])
-    limits = [launch.limits.overflow, launch.limits.lost, launch.limits.fits]
-    launch(stage.gather_canvas, CANVAS_TERMS, [groups, lanes.dtype(0.5), *limits, wp.from_torch(sums)])
+    capacity = [launch.capacity.overflow, launch.capacity.dropped_steps, launch.capacity.fits]
+    launch(stage.gather_canvas, CANVAS_TERMS, [groups, lanes.dtype(0.5), *capacity, wp.from_torch(sums)])
     want = rows.double().sum(0)[:CANVAS_TERMS] * torch.tensor([1.0, 1.0, 1.0, 0.5])
     torch.testing.assert_close(sums.double(), want, rtol=torch.finfo(dtype).eps, atol=1e-12)

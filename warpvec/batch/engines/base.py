@@ -22,7 +22,7 @@ Watch = Callable[[Any, str], None]
 
 
 @dataclass(frozen=True)
-class Lane:
+class WorkerShare:
     """The share of the machine that one worker has. Results do not depend on it.
 
     Attributes:
@@ -37,7 +37,7 @@ class Lane:
 class Work(Protocol[J_contra, R_co]):
     """What is done for each job; it can be pickled. An InputError is the job's own fault and not tried again."""
 
-    def __call__(self, job: J_contra, lane: Lane, say: Say) -> R_co:
+    def __call__(self, job: J_contra, share: WorkerShare, say: Say) -> R_co:
         """The result of ``job``, which can be pickled too."""
 
 
@@ -77,10 +77,10 @@ class Attempt(Generic[J]):
     number: int
 
 
-def attempt(work: Work[J, R], job: J, lane: Lane, say: Say) -> R | Failure:
+def attempt(work: Work[J, R], job: J, share: WorkerShare, say: Say) -> R | Failure:
     """The result of ``work``, and a failure in place of any exception."""
     try:
-        return work(job, lane, say)
+        return work(job, share, say)
     except InputError as error:
         return Failure(str(error), final=True)
     except Exception as error:

@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Generic
 
-from warpvec.batch.engines.base import Attempt, Failure, J, Lane, Outcome, Queue, R, Watch, Work, attempt
+from warpvec.batch.engines.base import Attempt, Failure, J, Outcome, Queue, R, Watch, Work, WorkerShare, attempt
 from warpvec.rendering.thread_pool import core_count
 
 # A worker without its pipe stops within an iteration of its fit; compiling kernels takes longer.
@@ -26,7 +26,7 @@ _CONTEXT = get_context("spawn")
 
 
 class LocalEngine:
-    """As many processes as the machine has room for; see `machine_lanes`.
+    """As many processes as the machine has room for; see `machine_shares`.
 
     Args:
         devices: the GPUs to be used, "cuda:K", or "cpu" alone.
@@ -41,8 +41,8 @@ class LocalEngine:
     def run(self, jobs: Sequence[J], work: Work[J, R], watch: Watch) -> Generator[Outcome[J, R], None, None]:
         """The outcome of every job as it ends; see `base.Engine`."""
         queue = Queue(jobs, self._retries, watch)
-        lanes = machine_lanes(self._devices, self._threads, self._jobs, len(jobs))
-        workers = [_Worker(work, lane, watch) for lane in lanes]
+        shares = machine_shares(self._devices, self._threads, self._jobs, len(jobs))
+        workers = [_Worker(work, share, watch) for share in shares]
         try:
             while queue.unfinished:
                 for worker in workers:
@@ -62,8 +62,8 @@ class LocalEngine:
 class _Worker(Generic[J, R]):
     """A process and the attempt it is at, seen from the one that started it."""
 
-    def __init__(self, work: Work[J, R], lane: Lane, watch: Watch) -> None:
-        self._arguments, self._watch = (work, lane), watch
+    def __init__(self, work: Work[J, R], share: WorkerShare, watch: Watch) -> None:
+        self._arguments, self._watch = (work, share), watch
         self._attempt: Attempt[J] | None = None
         self._process: SpawnProcess | None = None
 
@@ -170,7 +170,7 @@ class _Deserted(BaseException):
     """Nobody listens any more. No Exception, so that no handler on its way takes it for a failure of the job."""
 
 
-def _serve(connection: Connection, work: Work[J, R], lane: Lane) -> None:
+def _serve(connection: Connection, work: Work[J, R], share: WorkerShare) -> None:
     """Do the jobs that come through ``connection`` until it is closed."""
 
     def send(message: object) -> None:
@@ -182,11 +182,11 @@ def _serve(connection: Connection, work: Work[J, R], lane: Lane) -> None:
     # A job that comes in pieces was cut off with the process that sent it.
     with suppress(EOFError, OSError, _Deserted):
         while True:
-            send(attempt(work, connection.recv(), lane, lambda text: send(_Word(text))))
+            send(attempt(work, connection.recv(), share, lambda text: send(_Word(text))))
 
 
-def machine_lanes(devices: Sequence[str], threads: int | None, jobs: int | None, most: int) -> list[Lane]:
+def machine_shares(devices: Sequence[str], threads: int | None, jobs: int | None, most: int) -> list[WorkerShare]:
     """The shares of this machine for at most ``most`` workers; the rest is as `LocalEngine` has it."""
     room = core_count() // (threads or 1) if devices[0] == "cpu" else len(devices)
     count = min(jobs or max(1, room), most)
-    return [Lane(devices[k % len(devices)], threads or max(1, core_count() // count)) for k in range(count)]
+    return [WorkerShare(devices[k % len(devices)], threads or max(1, core_count() // count)) for k in range(count)]

@@ -15,7 +15,7 @@ from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from typing import Any, Generic
 
-from warpvec.batch.engines.base import Attempt, Failure, J, Lane, Outcome, Queue, R, Watch, Work, attempt
+from warpvec.batch.engines.base import Attempt, Failure, J, Outcome, Queue, R, Watch, Work, WorkerShare, attempt
 from warpvec.errors import InputError
 
 # Actors that die before they run, one after another, until it is taken that none will.
@@ -53,16 +53,16 @@ class RayEngine:
         queue = Queue(jobs, self._retries, watch)
         # Ray prints what its daemons say to stdout, which belongs to the result.
         with redirect_stdout(sys.stderr), self._connected() as ray:
-            lane, count = self._plan(ray)
-            crew = _Crew(ray, work, lane, watch)
+            share, count = self._plan(ray)
+            workers = _Workers(ray, work, share, watch)
             try:
-                crew.hire(min(count, len(jobs)))
+                workers.hire(min(count, len(jobs)))
                 while queue.unfinished:
-                    crew.begin(queue)
-                    if (news := crew.hear()) is not None and (outcome := queue.settle(*news)) is not None:
+                    workers.begin(queue)
+                    if (news := workers.hear()) is not None and (outcome := queue.settle(*news)) is not None:
                         yield outcome
             finally:
-                crew.dismiss()
+                workers.dismiss()
 
     @contextmanager
     def _connected(self) -> Iterator[Any]:
@@ -84,7 +84,7 @@ class RayEngine:
         finally:
             ray.shutdown()
 
-    def _plan(self, ray: Any) -> tuple[Lane, int]:
+    def _plan(self, ray: Any) -> tuple[WorkerShare, int]:
         """What each worker has, and how many of them the cluster has room for, or ``jobs``."""
         resources = ray.cluster_resources()
         on_gpu = self._device == "cuda" or (self._device == "auto" and resources.get("GPU", 0) >= 1)
@@ -96,7 +96,7 @@ class RayEngine:
             raise InputError(
                 f"the Ray cluster must have {needs} for a worker, it has {has}; give less, or add machines"
             )
-        return Lane("cuda" if on_gpu else "cpu", self._threads), min(self._jobs or room, room)
+        return WorkerShare("cuda" if on_gpu else "cpu", self._threads), min(self._jobs or room, room)
 
 
 def _import_ray() -> Any:
@@ -116,13 +116,13 @@ class _Member(Generic[J]):
     attempt: Attempt[J] | None = None
 
 
-class _Crew(Generic[J, R]):
+class _Workers(Generic[J, R]):
     """The actors, as seen from the driver."""
 
-    def __init__(self, ray: Any, work: Work[J, R], lane: Lane, watch: Watch) -> None:
-        self._ray, self._lane, self._watch = ray, lane, watch
-        gpu_count = 1 if lane.device == "cuda" else 0
-        self._actor = ray.remote(num_cpus=lane.threads, num_gpus=gpu_count, max_restarts=0)(_Actor)
+    def __init__(self, ray: Any, work: Work[J, R], share: WorkerShare, watch: Watch) -> None:
+        self._ray, self._share, self._watch = ray, share, watch
+        gpu_count = 1 if share.device == "cuda" else 0
+        self._actor = ray.remote(num_cpus=share.threads, num_gpus=gpu_count, max_restarts=0)(_Actor)
         self._work = ray.put(work)
         # What each that is not idle is waited for with: the answer to its start, or to its job.
         self._pending: dict[Any, _Member[J]] = {}
@@ -132,7 +132,7 @@ class _Crew(Generic[J, R]):
     def hire(self, count: int) -> None:
         """Start so many actors."""
         for _ in range(count):
-            member: _Member[J] = _Member(self._actor.remote(self._work, self._lane))
+            member: _Member[J] = _Member(self._actor.remote(self._work, self._share))
             self._pending[member.actor.place.remote()] = member
 
     def begin(self, queue: Queue[J]) -> None:
@@ -179,8 +179,8 @@ class _Crew(Generic[J, R]):
 class _Actor(Generic[J, R]):
     """A worker, in a process of the cluster."""
 
-    def __init__(self, work: Work[J, R], lane: Lane) -> None:
-        self._work, self._lane = work, lane
+    def __init__(self, work: Work[J, R], share: WorkerShare) -> None:
+        self._work, self._share = work, share
 
     def place(self) -> str:
         """Where this is."""
@@ -188,7 +188,7 @@ class _Actor(Generic[J, R]):
 
     def do(self, job: J) -> R | Failure:
         """The result of the work."""
-        return attempt(self._work, job, self._lane, lambda text: None)
+        return attempt(self._work, job, self._share, lambda text: None)
 
 
 def _reason(error: Exception, *, started: bool) -> str:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from warpvec.geometry.scene import Scene
-    from warpvec.svg.read import Drawing
+    from warpvec.svg.read import LoadedSvg
     from warpvec.vectorization.result import Result
 
 ITERATIONS = 500
@@ -95,7 +95,7 @@ def refine(
         ctx.exit(130)
 
 
-def _settings(preset: str, given: dict[str, Any], begun: Drawing) -> tuple[FitConfig, Goal]:
+def _settings(preset: str, given: dict[str, Any], begun: LoadedSvg) -> tuple[FitConfig, Goal]:
     """The settings of the fit, and its goal, where ``given`` is None for what is not given."""
     if given["segments"] not in (None, begun.scene.piece_count):
         rule = f"segments must be the drawing's, {begun.scene.piece_count}, got {given['segments']}"
@@ -129,7 +129,7 @@ def _fit(
         return fit_photo(photo, config, title=title, goal=goal, start=start, on_progress=show)
 
 
-def _read_drawing(path: str) -> Drawing:
+def _read_drawing(path: str) -> LoadedSvg:
     from warpvec.svg.read import read_svg as read_drawing
 
     begun = read_drawing(read_svg(path, "--from"))
@@ -138,7 +138,7 @@ def _read_drawing(path: str) -> Drawing:
     return begun
 
 
-def _on_photo(begun: Drawing, photo: NDArray[np.float32]) -> Scene:
+def _on_photo(begun: LoadedSvg, photo: NDArray[np.float32]) -> Scene:
     """The drawing in the photo's pixels."""
     height, width = photo.shape[:2]
     if abs(begun.width * height / begun.height - width) > max(1.0, width / height):

@@ -24,7 +24,7 @@ class Policy(Protocol):
     def restore(self, state: State) -> None:
         """Go on from ``state``."""
 
-    def wants_removal(self, iteration: int, iterations: int) -> bool:
+    def wants_removal_cost(self, iteration: int, iterations: int) -> bool:
         """Whether :meth:`update` after ``iteration`` (the first is 1) needs what each path's removal costs."""
 
     def update(
@@ -32,10 +32,10 @@ class Policy(Protocol):
         population: Population,
         iteration: int,
         iterations: int,
-        removal: Tensor | None,
+        removal_cost: Tensor | None,
         squared_error: Callable[[Scene], Tensor],
     ) -> bool:
         """Remove and add what is due after ``iteration`` of ``iterations``; whether anything was.
 
-        ``removal`` [N] is there if it was wanted; ``squared_error`` gives a scene's error in each pixel [h, w].
+        ``removal_cost`` [N] is there if it was wanted; ``squared_error`` gives a scene's error in each pixel [h, w].
         """

@@ -20,7 +20,7 @@ from warpvec.fit import schedule
 from warpvec.fit.policies.scaffolding import Scaffolding
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
-from warpvec.fit.target import Canvas
+from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 
 PREFIX_WEIGHT = 1.0
@@ -38,7 +38,7 @@ _counted: tuple[Tensor, list[int]] | None = None
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
-def with_prefix(adjoints: Any, scene: Scene, canvas: Canvas, iteration: int) -> Any:
+def with_prefix(adjoints: Any, scene: Scene, canvas: Target, iteration: int) -> Any:
     """``adjoints`` of all paths, and those of the paths up to the generation whose turn it is at ``iteration``."""
     count = _prefix_count(scene, iteration)
     if count == len(scene):
@@ -83,10 +83,10 @@ def _generations(scene: Scene) -> list[int]:
     return sorted(set(scene.generation.tolist()))
 
 
-class LeveledScaffolding(Scaffolding):
+class PrefixScaffolding(Scaffolding):
     """Algorithm 1, with recyclings that stay within a generation: the generations take turns, the last every other."""
 
-    def __init__(self, target: Tensor, config: FitConfig, first_generation: int, canvas: Canvas) -> None:
+    def __init__(self, target: Tensor, config: FitConfig, first_generation: int, canvas: Target) -> None:
         super().__init__(target, config, first_generation)
         self._canvas = canvas
         self._turn = 0
@@ -100,17 +100,17 @@ class LeveledScaffolding(Scaffolding):
         super().restore(state)
         self._turn = state["turn"]
 
-    def _recycle(self, population: Population, removal: Tensor, squared_error: Callable[[Scene], Tensor]) -> None:
+    def _recycle(self, population: Population, removal_cost: Tensor, squared_error: Callable[[Scene], Tensor]) -> None:
         """Move paths of one generation that are missed least, there, to where its picture is worst.
 
-        Those whose ``removal`` [N] is -inf go first: they are not wanted in any picture.
+        Those whose ``removal_cost`` [N] is -inf go first: they are not wanted in any picture.
         """
         scene = population.scene
         level = self._next_level(scene)
         prefix = (scene.generation <= level).nonzero().flatten()
         own = scene.generation[prefix] == level
-        cost = self._canvas.fit_step(scene.select(prefix), True).removal
-        cost = torch.where(removal[prefix] == -torch.inf, -torch.inf, cost)
+        cost = self._canvas.fit_step(scene.select(prefix), True).removal_cost
+        cost = torch.where(removal_cost[prefix] == -torch.inf, -torch.inf, cost)
         removed = cost.masked_fill(~own, torch.inf).topk(
             int(int(own.sum()) * self._config.recycle_share), largest=False
         )

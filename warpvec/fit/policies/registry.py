@@ -10,10 +10,10 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
 from warpvec.fit import schedule
 from warpvec.fit.policies.base import Policy
-from warpvec.fit.policies.prefixes import LeveledScaffolding
+from warpvec.fit.policies.prefixes import PrefixScaffolding
 from warpvec.fit.policies.replacement import Replacement
 from warpvec.fit.policies.scaffolding import Scaffolding
-from warpvec.fit.target import Canvas
+from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 
 POLICIES: dict[str, Callable[[Tensor, FitConfig, int], Policy]] = {
@@ -23,10 +23,10 @@ POLICIES: dict[str, Callable[[Tensor, FitConfig, int], Policy]] = {
 """The name of a policy in the settings -> the policy."""
 
 
-def make_policy(target: Tensor, config: FitConfig, first_generation: int, canvas: Canvas) -> Policy:
+def make_policy(target: Tensor, config: FitConfig, first_generation: int, canvas: Target) -> Policy:
     """The policy of ``config`` for ``target`` [h, w, 3 or 4], which ``canvas`` compares with."""
     if config.lod:
-        return LeveledScaffolding(target, config, first_generation, canvas)
+        return PrefixScaffolding(target, config, first_generation, canvas)
     return POLICIES[config.policy](target, config, first_generation)
 
 

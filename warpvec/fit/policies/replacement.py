@@ -93,7 +93,7 @@ class Replacement:
         count = self._config.curves
         return self._spawn(self._anywhere(count), self._uniform(count, 3).sigmoid(), background)
 
-    def wants_removal(self, iteration: int, iterations: int) -> bool:
+    def wants_removal_cost(self, iteration: int, iterations: int) -> bool:
         """Never: paths go by their shape, opacity and neighbours."""
         return False
 
@@ -102,7 +102,7 @@ class Replacement:
         population: Population,
         iteration: int,
         iterations: int,
-        removal: Tensor | None,
+        removal_cost: Tensor | None,
         squared_error: Callable[[Scene], Tensor],
     ) -> bool:
         """Remove paths or add as many again, as is due after ``iteration``; whether either was."""

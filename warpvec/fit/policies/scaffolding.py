@@ -37,7 +37,7 @@ class Scaffolding:
         error = blank_error(self._target, background)
         return self._spawn(schedule.population(0, self._config), self._radius(0), error, background)
 
-    def wants_removal(self, iteration: int, iterations: int) -> bool:
+    def wants_removal_cost(self, iteration: int, iterations: int) -> bool:
         """Whether a recycling follows on ``iteration``, the first being 1: it needs each path's removal cost."""
         full = self._generation >= schedule.inflation_count(self._config)
         return full and schedule.is_recycling(iteration, self._config, iterations)
@@ -47,13 +47,13 @@ class Scaffolding:
         population: Population,
         iteration: int,
         iterations: int,
-        removal: Tensor | None,
+        removal_cost: Tensor | None,
         squared_error: Callable[[Scene], Tensor],
     ) -> bool:
         """What is due after ``iteration``; whether anything was."""
         generation = self._generation_due(iteration, iterations)
-        if removal is not None:
-            self._recycle(population, removal, squared_error)
+        if removal_cost is not None:
+            self._recycle(population, removal_cost, squared_error)
         elif generation > self._generation:
             self._inflate(population, generation, squared_error)
         else:
@@ -89,11 +89,11 @@ class Scaffolding:
         count = grown + (pruned if config.compensate else 0)
         self._append(population, count, self._radius(generation), squared_error)
 
-    def _recycle(self, population: Population, removal: Tensor, squared_error: Callable[[Scene], Tensor]) -> None:
+    def _recycle(self, population: Population, removal_cost: Tensor, squared_error: Callable[[Scene], Tensor]) -> None:
         """Move the paths whose removal costs least to where the residual is large."""
         count = int(len(population) * self._config.recycle_share)
-        keep = torch.ones(len(removal), dtype=torch.bool, device=removal.device)
-        keep[removal.topk(count, largest=False).indices] = False
+        keep = torch.ones(len(removal_cost), dtype=torch.bool, device=removal_cost.device)
+        keep[removal_cost.topk(count, largest=False).indices] = False
         population.keep(keep)
         self._generation = schedule.inflation_count(self._config) + 1
         radius = schedule.recycling_radius(self._config, self._height, self._width)

@@ -8,7 +8,7 @@ from typing import Any
 import warp as wp
 
 from warpvec.kernels import binning as kernels
-from warpvec.kernels import capacity as limits_kernels
+from warpvec.kernels import capacity as capacity_kernels
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import Lanes
 from warpvec.rendering.launch import Launcher, exclusive_scan, read_total
@@ -51,7 +51,7 @@ class Binning:
 
     def __init__(self, launch: Launcher, lanes: Lanes, grid: TileGrid) -> None:
         self._launch, self._grid = launch, grid
-        self._kernels, self._limits = kernels.make_kernels(lanes), limits_kernels.make_kernels(lanes)
+        self._kernels, self._capacity = kernels.make_kernels(lanes), capacity_kernels.make_kernels(lanes)
         self._buffers = launch.make_buffers()
         self.tile_first_hit = self._buffers.get("tile_first_hit", grid.count + 1, wp.int32)
 
@@ -72,7 +72,7 @@ class Binning:
         strip_count = get("path_strip_count", path_count + 1, wp.int32)
         pair_count = get("path_pair_count", path_count + 1, wp.int32)
         self._launch(kernel, path_count, [*arguments, self.path_tile_box, strip_count, pair_count])
-        number = self._number_pairs if self._launch.limits.room is None else self._admit_pairs
+        number = self._number_pairs if self._launch.capacity.room is None else self._admit_pairs
         return number(strip_count, pair_count, path_count)
 
     def _number_pairs(self, strip_count: wp.array, pair_count: wp.array, path_count: int) -> dict[str, wp.array]:
@@ -85,9 +85,9 @@ class Binning:
         return self._pair_arrays()
 
     def _admit_pairs(self, strip_count: wp.array, pair_count: wp.array, path_count: int) -> dict[str, wp.array]:
-        limits, get = self._launch.limits, self._buffers.get
-        assert limits.room is not None
-        _, self.strip_count, self.pair_count, _ = limits.room
+        capacity, get = self._launch.capacity, self._buffers.get
+        assert capacity.room is not None
+        _, self.strip_count, self.pair_count, _ = capacity.room
         sums = [
             exclusive_scan(self._buffers, "strip_sums", strip_count, path_count),
             exclusive_scan(self._buffers, "pair_sums", pair_count, path_count),
@@ -98,8 +98,8 @@ class Binning:
         arrays = self._pair_arrays()
         blank = [arrays[name] for name in ("class", "is_partial", "key", "index")]
         counts = [path_count, self.strip_count, self.pair_count, self._class_count]
-        arguments = [*sums, *counts, self._grid.count, *self._boxes(), *blank, limits.overflow]
-        self._launch(self._limits.admit_pairs, max(*counts) + 1, arguments)
+        arguments = [*sums, *counts, self._grid.count, *self._boxes(), *blank, capacity.overflow]
+        self._launch(self._capacity.admit_pairs, max(*counts) + 1, arguments)
         return arrays
 
     def _boxes(self) -> list[wp.array]:
@@ -120,17 +120,17 @@ class Binning:
         return max(self.pair_count, self._grid.columns)
 
     def _number_slots(self, pair_is_partial: wp.array) -> None:
-        limits, count = self._launch.limits, self.pair_count
-        if limits.room is None:
+        capacity, count = self._launch.capacity, self.pair_count
+        if capacity.room is None:
             self.pair_slot = exclusive_scan(self._buffers, "pair_slot", pair_is_partial, count)
             self.slot_count = read_total(self.pair_slot, count)
             return
         sums = exclusive_scan(self._buffers, "slot_sums", pair_is_partial, count)
         self.pair_slot = self._buffers.get("pair_slot", count + 1, wp.int32)
-        self.slot_count = limits.room.slots
+        self.slot_count = capacity.room.slots
         pairs = [self.pair_class, self.hit_tile, self.pair_slot]
-        arguments = [sums, count, self.slot_count, self._grid.count, *pairs, limits.overflow]
-        self._launch(self._limits.admit_slots, count + 1, arguments)
+        arguments = [sums, count, self.slot_count, self._grid.count, *pairs, capacity.overflow]
+        self._launch(self._capacity.admit_slots, count + 1, arguments)
 
     def _sort(self) -> None:
         key_bits = self._grid.count.bit_length()

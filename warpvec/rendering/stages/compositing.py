@@ -128,11 +128,11 @@ class Compositing:
         self._gather_canvas(stage, tile_sums, scale, as_warp(adjoints.canvas, lanes.dtype))
 
     def _gather_canvas(self, stage: SimpleNamespace, tile_sums: wp.array, scale: Any, canvas_sums: wp.array) -> None:
-        lanes, limits = self._lanes, self._launch.limits
+        lanes, capacity = self._lanes, self._launch.capacity
         group_sums = self._buffers.get("group_sums", (lanes.canvas_reducers, CANVAS_TERMS), wp.float64)
         row_count = self._grid.count * lanes.reducers
         self._launch(stage.gather_tiles, lanes.canvas_threads, [tile_sums, row_count, group_sums])
-        arguments = [group_sums, scale, limits.flags, limits.lost, limits.fits, canvas_sums]
+        arguments = [group_sums, scale, capacity.flags, capacity.dropped_steps, capacity.fits, canvas_sums]
         self._launch(stage.gather_canvas, CANVAS_TERMS, arguments)
 
     def _stack(self, binning: Binning) -> tuple[int, int, wp.array]:

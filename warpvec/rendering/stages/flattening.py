@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from warpvec.kernels import capacity as limits_kernels
+from warpvec.kernels import capacity as capacity_kernels
 from warpvec.kernels import flattening as kernels
 from warpvec.kernels.lanes import Lanes
 from warpvec.rendering.launch import Launcher, exclusive_scan, read_total
@@ -40,7 +40,7 @@ class Flattening:
         self._launch(self._kernels.emit_vertices, total, arguments)
 
     def _number_vertices(self, chord_count: wp.array, total: int) -> None:
-        room = self._launch.limits.room
+        room = self._launch.capacity.room
         if room is None:
             self.segment_first_vertex = exclusive_scan(self._buffers, "segment_first_vertex", chord_count, total)
             self.vertex_count = read_total(self.segment_first_vertex, total)
@@ -48,8 +48,8 @@ class Flattening:
         sums = exclusive_scan(self._buffers, "segment_sums", chord_count, total)
         self.segment_first_vertex = self._buffers.get("segment_first_vertex", total + 1, wp.int32)
         self.vertex_count = room.vertices
-        arguments = [sums, total, room.vertices, self.segment_first_vertex, self._launch.limits.overflow]
-        self._launch(limits_kernels.make_kernels(self._lanes).admit_vertices, total + 1, arguments)
+        arguments = [sums, total, room.vertices, self.segment_first_vertex, self._launch.capacity.overflow]
+        self._launch(capacity_kernels.make_kernels(self._lanes).admit_vertices, total + 1, arguments)
 
     def adjoint(self, adj_edges: wp.array, adj_points: wp.array) -> None:
         """``adj_edges`` [V] of vec4 -> ``adj_points`` [N, 3 S] of vec2, overwritten."""

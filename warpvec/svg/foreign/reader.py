@@ -16,7 +16,7 @@ from warpvec.svg.foreign.fill import Paints, fraction
 from warpvec.svg.foreign.shapes import SHAPES, apply, compose, join, load_parser, read_loops, read_matrix, shape_data
 from warpvec.svg.foreign.style import INHERITED, Properties, StyleSheet, local_name
 from warpvec.svg.layers import layer_level
-from warpvec.svg.units import pixels, stated_size
+from warpvec.svg.units import parse_length, stated_size
 
 MAX_ELEMENTS = 2**18
 """Elements drawn, each time that <use> draws them counted: a few lines of <use> can ask for any number."""
@@ -149,7 +149,7 @@ class ForeignReader:
             self._omitted["reference to nothing"] += 1
             return
         shift = np.eye(2, 3)
-        shift[:, 2] = [pixels(use.get(key, ""), whole) for key, whole in zip("xy", state.viewport, strict=True)]
+        shift[:, 2] = [parse_length(use.get(key, ""), whole) for key, whole in zip("xy", state.viewport, strict=True)]
         state = replace(state, matrix=compose(state.matrix, shift))
         self._in_use.add(href)
         if local_name(target) in ("symbol", "svg"):
@@ -191,7 +191,7 @@ class ForeignReader:
     def _note_strokes(self, properties: Properties) -> None:
         width = properties["stroke-width"]
         drawn = properties["stroke"] != "none" and fraction(properties["stroke-opacity"]) > 0
-        self._omitted["stroke"] += drawn and (pixels(width, 1.0) > 0 or not width[:1].isdigit())
+        self._omitted["stroke"] += drawn and (parse_length(width, 1.0) > 0 or not width[:1].isdigit())
         self._omitted["marker"] += any(properties[f"marker-{place}"] != "none" for place in ("start", "mid", "end"))
 
     def _note_effects(self, properties: Properties) -> None:
@@ -210,12 +210,14 @@ class ForeignReader:
         """Inside a nested <svg>, or a <symbol> of the size that its <use> has."""
         sizes = {**element.attrib, **({} if use is None else use.attrib)}
         width, height = (
-            pixels(sizes.get(key, "100%"), whole)
+            parse_length(sizes.get(key, "100%"), whole)
             for key, whole in zip(("width", "height"), state.viewport, strict=True)
         )
         shift = np.eye(2, 3)
         if use is None:
-            shift[:, 2] = [pixels(element.get(key, ""), whole) for key, whole in zip("xy", state.viewport, strict=True)]
+            shift[:, 2] = [
+                parse_length(element.get(key, ""), whole) for key, whole in zip("xy", state.viewport, strict=True)
+            ]
         view, viewport = self._view(element, width, height)
         return replace(state, matrix=compose(state.matrix, compose(shift, view)), viewport=viewport)
 

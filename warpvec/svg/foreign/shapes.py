@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.errors import InputError
-from warpvec.svg.units import pixels
+from warpvec.svg.units import parse_length
 
 Loop = NDArray[np.float64]
 """Control points [3 k, 2] of k cubics that end where they begin."""
@@ -56,7 +56,7 @@ def shape_data(name: str, attributes: Mapping[str, str], width: float, height: f
     if name in ("polygon", "polyline"):
         return f"M{attributes.get('points', '')}z"
     wholes = {"x": width, "cx": width, "rx": width, "width": width, "r": math.hypot(width, height) / math.sqrt(2)}
-    sizes = {key: pixels(attributes.get(key, ""), wholes.get(key, height)) for key in _LENGTHS}
+    sizes = {key: parse_length(attributes.get(key, ""), wholes.get(key, height)) for key in _LENGTHS}
     # A radius that is not given is that of the other axis.
     sizes |= {key: sizes[other] for key, other in (("rx", "ry"), ("ry", "rx")) if not attributes.get(key)}
     if name == "rect":
