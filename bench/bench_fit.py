@@ -1,11 +1,12 @@
-"""Measures whole fits as a user meets them: `warpvec run` in a process of its own.
+"""Measure whole fits as a user sees them: `warpvec run` in a process of its own.
 
-What: wall time from the start of Python to its end, CPU time of all threads, peak resident memory, and the metrics of
-the written file. Before the first run every kernel is compiled, so that these times are of a warm kernel cache; with
-``--cold`` the first case is run again with an empty one, and the difference is what a first run costs more.
+It measures the wall time from the start of Python to its end, the CPU time of all threads, the peak resident memory
+and the metrics of the written file. All kernels are compiled before the first run, so the times hold for a filled
+kernel cache. With ``--cold`` the first case runs again with an empty cache; the difference is the extra cost of a
+first run.
 
-Why these rivals: VTracer is the common tracer that needs no training; it has no setting for the number of paths, so
-its ``filter_speckle`` is searched for the largest number not above that of the curves.
+VTracer is the comparison because it is the common tracer that needs no training. It has no setting for the number of
+paths, so its ``filter_speckle`` is searched for the smallest value that gives at most as many paths as the fit has.
 """
 
 from __future__ import annotations
@@ -40,11 +41,11 @@ HEADER = (
     "image", "how", "curves", "PSNR", "SSIM", "internal", "gap", "opacity", "KB", "wall s", "spread", "CPU s", "peak MB"
 )  # fmt: skip
 
-# Small, but it goes through every kernel of a fit: growth, and recycling with its measure of importance.
+# A short fit that still runs every kernel: it adds paths, and recycles some by their removal cost.
 _WARMUP = {"curves": 32, "iterations": 40, "inflation_gap": 1, "recycle_gap": 5}
 
 _TRACE = "import sys, vtracer; vtracer.convert_image_to_svg_py(*sys.argv[1:3], filter_speckle=int(sys.argv[3]))"
-# A speckle of this side leaves a handful of paths of any photo.
+# This filter leaves only a handful of paths in any photo.
 _SPECKLE_MAX = 128
 
 # ru_maxrss is in kilobytes on Linux, in bytes on macOS (getrusage(2) of each).
@@ -53,7 +54,7 @@ _RSS_UNIT = 1 if sys.platform == "darwin" else 1024
 
 @dataclass(frozen=True)
 class Run:
-    """What a child process used, and what it printed."""
+    """Resources that a child process used, and its output."""
 
     wall: float
     cpu: float
@@ -65,7 +66,7 @@ def run_child(arguments: Sequence[object], environment: Mapping[str, str] | None
     """Run Python with ``arguments`` and this copy of warpvec.
 
     Raises:
-        click.ClickException: it failed; with the last line that it printed.
+        click.ClickException: the process failed; the message has its last line of output.
     """
     paths = [str(CHECKOUT), *filter(None, [os.environ.get("PYTHONPATH")])]
     variables = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), **(environment or {})}
@@ -86,7 +87,7 @@ def run_child(arguments: Sequence[object], environment: Mapping[str, str] | None
 
 @dataclass(frozen=True)
 class Case:
-    """A row of the table: what is run how often, its runs, and the metrics of its file."""
+    """A row of the table: the image, the program and its settings, its runs, and the metrics of its file."""
 
     image: Path
     how: str
@@ -99,7 +100,7 @@ class Case:
         return statistics.median(run.wall for run in self.runs)
 
     def cells(self) -> list[str]:
-        """The row, in the order of ``HEADER``; a dash for what is not known of a rival's file."""
+        """Return the cells of the row, in the order of ``HEADER``; a dash is a value that only warpvec's files have."""
         metrics, internal = self.metrics, self.metrics.get("internal_psnr")
         gap = "-" if internal is None else f"{internal - metrics['psnr']:.3f}"
         sums = [_number(internal, ".2f"), gap, _number(metrics.get("mean_opacity"), ".3f")]
@@ -110,7 +111,7 @@ class Case:
         return [self.image.name, self.how, *quality, f"{metrics['bytes'] / 1e3:.1f}", *times, self._peak()]
 
     def to_dict(self) -> dict[str, Any]:
-        """The row for JSON."""
+        """Return the row for JSON."""
         runs = [{"wall": run.wall, "cpu": run.cpu, "peak_bytes": run.peak_bytes} for run in self.runs]
         figures = {name: value for name, value in self.metrics.items() if name != "history"}
         return {"image": self.image.name, "how": self.how, "runs": runs, "metrics": figures}
@@ -124,7 +125,7 @@ def _number(value: float | None, form: str) -> str:
 
 
 def fit_case(image: Path, preset: str, settings: dict[str, Any], repeat: int, cache: Path | None = None) -> Case:
-    """`warpvec run` on ``image``, ``repeat`` times; with its kernels in ``cache`` if one is given."""
+    """Run `warpvec run` on ``image`` ``repeat`` times, with ``cache`` as the kernel cache if it is given."""
     environment = {"WARP_CACHE_PATH": str(cache)} if cache else None
     with tempfile.TemporaryDirectory() as folder:
         command = ["-m", "warpvec", "run", image, Path(folder, "out.svg"), "--json", "-q", "--preset", preset]
@@ -133,7 +134,7 @@ def fit_case(image: Path, preset: str, settings: dict[str, Any], repeat: int, ca
 
 
 def cli_options(settings: dict[str, Any]) -> list[str]:
-    """Settings as options of `warpvec run`."""
+    """Return the settings as options of `warpvec run`."""
     options = []
     for name, value in settings.items():
         flag = name.replace("_", "-")
@@ -142,7 +143,7 @@ def cli_options(settings: dict[str, Any]) -> list[str]:
 
 
 def vtracer_case(image: Path, curves: int, repeat: int) -> Case:
-    """VTracer with the least ``filter_speckle`` that gives at most ``curves`` paths, all else at its defaults."""
+    """Run VTracer with the smallest ``filter_speckle`` that gives at most ``curves`` paths, and its other defaults."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder, "out.svg")
         low, high = 1, _SPECKLE_MAX
@@ -156,7 +157,7 @@ def vtracer_case(image: Path, curves: int, repeat: int) -> Case:
 
 
 def cold_cases(image: Path, preset: str, settings: dict[str, Any]) -> list[Case]:
-    """The same run with an empty kernel cache, and again with the cache that it has filled."""
+    """Run the same fit with an empty kernel cache, and again with the cache that the first run filled."""
     with tempfile.TemporaryDirectory() as folder:
         cases = [fit_case(image, preset, settings, 1, Path(folder)) for _ in range(2)]
     labels = (f"{preset}, empty cache", f"{preset}, filled cache")
@@ -164,7 +165,7 @@ def cold_cases(image: Path, preset: str, settings: dict[str, Any]) -> list[Case]
 
 
 def vtracer_ratios(cases: Sequence[Case]) -> list[str]:
-    """A line for each fit: its median wall time over that of VTracer on the same image."""
+    """Return a line for each fit: the ratio of its median wall time to that of VTracer on the same image."""
     lines, fits = [], []
     for case in cases:
         if not case.how.startswith("vtracer"):
@@ -181,9 +182,9 @@ def vtracer_ratios(cases: Sequence[Case]) -> list[str]:
 @click.argument("images", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--curves", callback=comma_separated_counts, default="512", show_default=True)
 @click.option("--preset", "presets", callback=comma_separated, default="default", show_default=True)
-@click.option("--repeat", type=click.IntRange(min=1), default=1, show_default=True, help="Runs of each case.")
-@click.option("--cold", is_flag=True, help="Run the first case with an empty kernel cache, too.")
-@click.option("--vtracer/--no-vtracer", default=True, show_default=True, help="Run VTracer beside it, if installed.")
+@click.option("--repeat", type=click.IntRange(min=1), default=1, show_default=True, help="Number of runs of each case.")
+@click.option("--cold", is_flag=True, help="Also run the first case with an empty kernel cache.")
+@click.option("--vtracer/--no-vtracer", default=True, show_default=True, help="Also run VTracer, if it is installed.")
 @settings_option
 def main(
     images: tuple[Path, ...],
@@ -194,7 +195,7 @@ def main(
     vtracer: bool,
     assignments: tuple[str, ...],
 ) -> None:
-    """Measure whole fits of IMAGES: time, memory, PSNR of the file."""
+    """Measure whole fits of IMAGES: time, memory and PSNR of the file."""
     given, facts = parse_settings(assignments), machine_facts()
     cases = []
     facts["device"] = fit_case(images[0], presets[0], {**given, **_WARMUP}, 1).metrics["device"]
@@ -210,7 +211,7 @@ def main(
     for line in vtracer_ratios(cases[2:] if cold else cases):
         click.echo(line)
     if vtracer and not find_spec("vtracer"):
-        click.echo("vtracer: left out, it is not installed; pip install vtracer")
+        click.echo("VTracer was left out because it is not installed; pip install vtracer")
     click.echo(machine_line(facts))
     click.echo(json.dumps({"bench": "fit", **facts, "settings": given, "cases": [case.to_dict() for case in cases]}))
 

@@ -1,4 +1,4 @@
-"""The scenes that benches measure: fits of real photos, made once and kept in a folder."""
+"""Scenes for benchmarks: short fits of real photos, each made once and kept in a folder."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from warpvec.image.samples import write_sample
 
 
 class NamedScene(NamedTuple):
-    """A fit that benches know by name.
+    """A scene with a name.
 
     Attributes:
-        photo: of the Kodak set, or of scikit-image where ``is_sample``.
-        width, height: the photo is resampled to this size, in pixels.
-        curves, iterations: of the fit, at that size and otherwise with the default preset.
+        photo: file name in the Kodak set, or in scikit-image if ``is_sample``.
+        width, height: size in pixels to which the photo is resampled before the fit.
+        curves, iterations: settings of the fit; the others are those of the default preset.
     """
 
     photo: str
@@ -45,13 +45,16 @@ SCENES = {
     "photo-2040x1344-2048": NamedScene("kodim07.png", 2040, 1344, 2048, 300),
     "wide-4096x4096-4096": NamedScene("astronaut.png", 4096, 4096, 4096, 200, is_sample=True),
 }
-"""By name. No photo of the two larger sizes comes with a package, so smaller ones are enlarged: 2.7 and 8 times by the
-side. They have no detail finer than that; but neither has the scene, whose paths have a mean share of 36 and 64 pixels
-by the side of the canvas, as those of kodim07-256 have 39."""
+"""The scenes by name.
+
+No package has photos of the two larger sizes, so smaller photos are enlarged, 2.7 and 8 times by the side. They lack
+finer detail, but the scenes could not show it: they have one path for each 36 x 36 and 64 x 64 pixels, and kodim07-256
+has one for each 39 x 39.
+"""
 
 
 class Subject(NamedTuple):
-    """What a bench measures: the target [h, w, 3], the settings of its fit and the file of its scene."""
+    """The input of a benchmark: the target [h, w, 3], the settings of its fit, and the file of its scene."""
 
     target: torch.Tensor
     config: FitConfig
@@ -59,10 +62,16 @@ class Subject(NamedTuple):
 
 
 def named_subject(name: str, photos: Path, cache: Path, settings: dict[str, Any]) -> Subject:
-    """The subject of ``SCENES`` by that name, fitted if ``cache`` has it not; ``photos`` holds the Kodak set.
+    """Return the subject called ``name`` in ``SCENES``; fit its scene if ``cache`` does not hold it.
+
+    Args:
+        name: a key of ``SCENES``.
+        photos: folder with the Kodak set.
+        cache: folder of the scenes and resampled photos.
+        settings: fields of ``FitConfig`` that replace those of the scene.
 
     Raises:
-        click.UsageError: the photo is not there.
+        click.UsageError: the photo does not exist.
         InputError: a setting is wrong.
     """
     scene = SCENES[name]
@@ -72,16 +81,16 @@ def named_subject(name: str, photos: Path, cache: Path, settings: dict[str, Any]
 
 
 def photo_subject(photo: Path, config: FitConfig, cache: Path, scene: Path | None = None) -> Subject:
-    """A photo reduced as a fit reduces it, with the scene of the file ``scene`` or else of a fit with ``config``."""
+    """Return the photo, reduced as in a fit, with the file ``scene`` or else the scene of a fit with ``config``."""
     target = torch.from_numpy(reduce_image(read_image(photo), config.fit_size))
     return Subject(target, config, scene or fitted_scene(photo, target, config, cache))
 
 
 def scene_file(path: str | None) -> Path | None:
-    """The file of a scene that a user named, None for none.
+    """Return the scene file that the user gave as ``path``, or None if none was given.
 
     Raises:
-        click.UsageError: there is no such file, and no scene of that name.
+        click.UsageError: ``path`` is not a file.
     """
     if path is None or Path(path).is_file():
         return path and Path(path)
@@ -89,30 +98,30 @@ def scene_file(path: str | None) -> Path | None:
 
 
 def fitted_scene(photo: Path, target: torch.Tensor, config: FitConfig, cache: Path) -> Path:
-    """The file of a fit's scene in ``cache``: made once, so that changes to warpvec meet the same scene."""
-    settings = {**config.to_dict(), "threads": None}  # of no influence on the result
+    """Fit a scene once and keep it in ``cache``, so that all versions of warpvec measure it; return its file."""
+    settings = {**config.to_dict(), "threads": None}  # does not change the result
     digest = hashlib.sha256(photo.read_bytes() + json.dumps(settings, sort_keys=True).encode()).hexdigest()[:12]
     path = cache / f"{photo.stem}-{config.curves}-{digest}.npz"
     if not path.exists():
-        click.echo(f"fitting {photo.name} once, for {path}", err=True)
+        click.echo(f"fitting {photo.name}; the scene is kept in {path}", err=True)
         save_scene(fit(target, config).scene, path)
     return path
 
 
 def save_scene(scene: Scene, path: Path) -> None:
-    """Write the fields of ``scene`` as arrays of an .npz file."""
+    """Write the fields of ``scene`` as the arrays of an .npz file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     np.savez(path, **{field.name: np.asarray(getattr(scene, field.name)) for field in fields(Scene)})
 
 
 def load_scene(path: Path) -> Scene:
-    """The scene that :func:`save_scene` wrote."""
+    """Read a scene that :func:`save_scene` wrote."""
     with np.load(path) as arrays:
         return Scene(**{name: torch.from_numpy(a) if a.ndim else a.item() for name, a in arrays.items()})
 
 
 def sample_photo(cache: Path, name: str = "coffee.png") -> Path:
-    """A photo that scikit-image carries; coffee.png has 600 x 400 pixels."""
+    """Return the path of a sample photo of scikit-image; coffee.png has 600 x 400 pixels."""
     path = cache / name
     if not path.exists():
         cache.mkdir(parents=True, exist_ok=True)
@@ -121,7 +130,7 @@ def sample_photo(cache: Path, name: str = "coffee.png") -> Path:
 
 
 def resampled_photo(photo: Path, width: int, height: int, cache: Path) -> Path:
-    """``photo`` resampled by Lanczos-3, what its proportions leave over cut off on both sides: a PNG in ``cache``."""
+    """Resample ``photo`` by Lanczos-3, cropped on both sides to the new proportions; return a PNG in ``cache``."""
     with Image.open(photo) as image:
         if image.size == (width, height):
             return photo

@@ -1,11 +1,11 @@
-"""Measures `warpvec run` as photos and path counts grow: time of a step, (path, tile) pairs, peak memory.
+"""Measure `warpvec run` as photos and path counts grow: time of a step, (path, tile) pairs, peak memory.
 
-What: each case is the command in a process of its own, on one photo resampled to the size of the case. A step is the
-median lap of the second half of the run, which has all its paths; a short run is enough for it, and for the peak.
+Each case is the command in a process of its own, on one photo resampled to the size of the case. The time of a step
+is the median lap of the second half of the run, which has all paths, so a short run suffices for it and for the peak.
 
-Why pairs: a pair is a path in a tile of 16 x 16 pixels, the unit of work of every stage. A step whose time for each
-pair does not grow spends nothing on what does not change. A pair is partial if an edge of the path crosses the tile:
-those have coverage to compute, the others are one colour. The smaller the paths, the more of their pairs are partial.
+A pair is a path in a tile of 16 x 16 pixels, the unit of work of every stage. If the time for each pair stays the
+same, a step scales as its work does. A pair is partial if an edge of the path crosses the tile: its coverage must be
+computed, whereas the other pairs have one colour. Smaller paths have more partial pairs.
 """
 
 from __future__ import annotations
@@ -41,7 +41,15 @@ _WATCHED = Path(__file__).with_name("watched_run.py")
 
 @dataclass(frozen=True)
 class SizedRun:
-    """One run: the photo's width and height, what the run reported, and its wall time in seconds."""
+    """One run.
+
+    Attributes:
+        size: width and height of the photo in pixels.
+        metrics: the report of `warpvec run --json`.
+        seen: the report of `watched_run.py`.
+        wall: seconds of the process.
+        whole: estimated seconds of the run with all iterations of its preset.
+    """
 
     size: tuple[int, int]
     metrics: dict[str, Any]
@@ -51,12 +59,12 @@ class SizedRun:
 
     @property
     def terms(self) -> tuple[float, float, float, float]:
-        """What the peak is a linear function of: 1, megapixels of the photo and of the fit, thousands of curves."""
+        """Variables of the memory formula: 1, megapixels of the photo, megapixels of the fit, thousands of curves."""
         fitted = self.seen["fitted"]
         return 1.0, np.prod(self.size) / 1e6, np.prod(fitted) / 1e6, self.metrics["curves"] / 1e3
 
     def cells(self, first: SizedRun) -> list[str]:
-        """The row, in the order of ``HEADER``."""
+        """Return the cells of the row, in the order of ``HEADER``."""
         seen, metrics = self.seen, self.metrics
         sizes = ["x".join(map(str, size)) for size in (self.size, seen["fitted"])]
         times = [f"{self.wall:.1f}", f"{self.wall / first.wall:.2f}", f"{seen['fit_seconds']:.1f}"]
@@ -67,12 +75,12 @@ class SizedRun:
         return [*sizes, str(metrics["curves"]), f"{metrics['psnr']:.2f}", *times, *pairs, *last]
 
     def to_dict(self) -> dict[str, Any]:
-        """The row for JSON."""
+        """Return the row for JSON."""
         return {"size": self.size, "metrics": self.metrics, "seen": self.seen, "wall": self.wall, "whole": self.whole}
 
 
 def sized_run(photo: Path, size: tuple[int, int], settings: dict[str, Any], preset: str) -> SizedRun:
-    """`warpvec run` on ``photo``, whose ``size`` is its width and height in pixels."""
+    """Run `warpvec run` on ``photo``; ``size`` is its width and height in pixels."""
     with tempfile.TemporaryDirectory() as folder:
         command = [_WATCHED, photo, Path(folder, "out.svg"), "--json", "-q", "--preset", preset]
         run = run_child([*command, *cli_options(settings)])
@@ -81,7 +89,7 @@ def sized_run(photo: Path, size: tuple[int, int], settings: dict[str, Any], pres
 
 
 def _whole_run(wall: float, seen: dict[str, Any], settings: dict[str, Any], preset: str) -> float:
-    """Seconds of the run with all iterations of the preset, at the pace of these steps and changes."""
+    """Estimate the seconds of the run with all iterations of the preset from the measured steps and changes."""
     from warpvec.config.presets import make_config
     from warpvec.fit.schedule import inflation_count
 
@@ -92,7 +100,7 @@ def _whole_run(wall: float, seen: dict[str, Any], settings: dict[str, Any], pres
 
 
 def memory_formula(runs: list[SizedRun]) -> str:
-    """The peak as a linear function of pixels and curves, by least squares over ``runs``; "" for too few kinds."""
+    """Fit the peak as a linear function of pixels and curves by least squares; return "" if ``runs`` are too alike."""
     terms = np.array([run.terms for run in runs])
     varied = [column for column in range(4) if column == 0 or len(np.unique(terms[:, column])) > 1]
     if np.linalg.matrix_rank(terms[:, varied]) < max(2, len(varied)):
@@ -106,27 +114,27 @@ def memory_formula(runs: list[SizedRun]) -> str:
 
 
 def _sizes(ctx: click.Context, param: click.Parameter, value: str) -> list[tuple[int, int]]:
-    """Callback of an option such as 768x512,2040x1344."""
+    """Parse an option such as 768x512,2040x1344."""
     sizes = [item.partition("x")[::2] for item in comma_separated(ctx, param, value)]
     if not all(side.isdecimal() and int(side) > 0 for size in sizes for side in size):
-        raise click.BadParameter(f"must be sizes as in 768x512,2040x1344, got {value!r}")
+        raise click.BadParameter(f"must be sizes, as in 768x512,2040x1344, got {value!r}")
     return [(int(width), int(height)) for width, height in sizes]
 
 
 def _fit_sizes(ctx: click.Context, param: click.Parameter, value: str) -> list[int | None]:
-    """Callback of an option such as 1024,photo; None stands for the photo's own size."""
+    """Parse an option such as 1024,photo; None stands for the photo's own size."""
     words = comma_separated(ctx, param, value)
     return [None if word == "photo" else comma_separated_counts(ctx, param, word)[0] for word in words]
 
 
 @click.command()
 @click.option("--photo", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Photo [coffee.png].")
-@click.option("--sizes", callback=_sizes, default="768x512", show_default=True, help="It is resampled to these sizes.")
+@click.option("--sizes", callback=_sizes, default="768x512", show_default=True, help="Sizes to resample it to.")
 @click.option("--curves", callback=comma_separated_counts, default="1024", show_default=True)
-@click.option("--fit-size", "fit_sizes", callback=_fit_sizes, default="photo", show_default=True, help="As of run.")
+@click.option("--fit-size", "fit_sizes", callback=_fit_sizes, default="photo", show_default=True, help="As in run.")
 @click.option("--preset", default="default", show_default=True)
-@click.option("--iterations", default=60, show_default=True, help="Of each run; 0 for the preset's own.")
-@click.option("--cache", type=click.Path(path_type=Path), default=default_cache, help="Folder that keeps the photos.")
+@click.option("--iterations", default=60, show_default=True, help="Iterations of each run; 0 for the preset's own.")
+@click.option("--cache", type=click.Path(path_type=Path), default=default_cache, help="Folder of the resampled photos.")
 @settings_option
 def main(
     photo: Path | None,
@@ -138,7 +146,7 @@ def main(
     cache: Path,
     assignments: tuple[str, ...],
 ) -> None:
-    """Measure runs by size and number of paths."""
+    """Measure `warpvec run` by photo size and number of paths."""
     from bench_scenes import resampled_photo, sample_photo
 
     given, facts = parse_settings(assignments), machine_facts()

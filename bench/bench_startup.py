@@ -1,8 +1,8 @@
-"""Measures what a run costs before and after its fit: the time to the first iteration, and what a first run adds.
+"""Measure what a run costs around its fit: the time to the first iteration, and the extra cost of a first run.
 
-What: `warpvec --help`; a short `warpvec run`, from the start of the process to the first iteration and to its end, with
-kernels that are cached; the same with an empty kernel cache. It takes every kernel of a fit, growth and recycling
-included. "import torch" is beside them, as what no program that uses torch can go below.
+It times `warpvec --help`, and a short `warpvec run` from the start of the process to its first iteration and to its
+end, with cached kernels and with an empty kernel cache. The run uses every kernel of a fit: it adds and recycles
+paths. "import torch" is timed too, as a lower limit for any program that uses torch.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ _COLD = "empty kernel cache, to its end"
 
 
 def time_help() -> Span:
-    """Start to end of `warpvec --help`."""
+    """Time `warpvec --help`."""
     run = run_child(["-m", "warpvec", "--help"])
     return Span(run.wall, run.cpu)
 
 
 def time_import() -> Span:
-    """Start to end of a process that imports torch."""
+    """Time a process that only imports torch."""
     run = run_child(["-c", "import torch"])
     return Span(run.wall, run.cpu)
 
 
 def time_run(image: Path, environment: Mapping[str, str] | None = None) -> tuple[Span, Span]:
-    """From the start of `warpvec run` to its first iteration, and to its end."""
+    """Time `warpvec run` from its start to its first iteration, and to its end."""
     with tempfile.TemporaryDirectory() as folder:
         command = [_WATCHED, image, Path(folder, "out.svg"), *_SHORT]
         start = time.time()
@@ -48,8 +48,8 @@ def time_run(image: Path, environment: Mapping[str, str] | None = None) -> tuple
 
 
 def measure(image: Path, repeat: int, cold: bool) -> dict[str, Statistics]:
-    """What was timed -> its statistics over ``repeat`` rounds, in each of which everything runs once."""
-    time_run(image)  # compiles what is not cached
+    """Run everything once in each of ``repeat`` rounds; return the statistics of each row."""
+    time_run(image)  # compiles the kernels that are not cached
     spans: dict[str, list[Span]] = defaultdict(list)
     for _ in range(repeat):
         spans[_HELP].append(time_help())
@@ -69,16 +69,16 @@ def _cells(row: Statistics) -> list[str]:
 
 @click.command()
 @click.argument("image", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("--repeat", type=click.IntRange(min=1), default=5, show_default=True, help="Rounds.")
-@click.option("--cold/--no-cold", default=True, show_default=True, help="A run with an empty kernel cache, too.")
+@click.option("--repeat", type=click.IntRange(min=1), default=5, show_default=True, help="Number of rounds.")
+@click.option("--cold/--no-cold", default=True, show_default=True, help="Also time a run with an empty kernel cache.")
 def main(image: Path, repeat: int, cold: bool) -> None:
-    """Measure the start of `warpvec run IMAGE`."""
+    """Measure what `warpvec run IMAGE` costs around its fit."""
     facts = machine_facts()
     found = measure(image, repeat, cold)
     rows = [[name, *_cells(row)] for name, row in found.items()]
     click.echo(markdown_table(["seconds", "median", "min", "spread", "CPU"], rows) + "\n")
     if cold:
-        click.echo(f"a first run takes {found[_COLD].minimum - found[_END].minimum:.1f} s more")
+        click.echo(f"a first run takes {found[_COLD].minimum - found[_END].minimum:.1f} s longer")
     click.echo(machine_line(facts))
     line = {"bench": "startup", **facts, "ms": found}
     click.echo(json.dumps(line, default=Statistics.milliseconds))

@@ -1,11 +1,11 @@
-"""Times one step of the fit, and a plain render, by stage.
+"""Time one step of the fit, and a plain render, by stage.
 
-What: the step that `warpvec.fit` takes, unchanged, with a stopwatch around the methods that are its stages; a row is
-named after the kernel file that does its work. "host" is what the stages leave of the step. The learning rate is 0, so
-that every step sees the same scene while the optimizer does all of its work.
+The step is the fit's own (``warpvec.fit.loop``) with a stopwatch around the method of each stage. A row is named
+after the kernel file that does its work; "host" is the time of the step outside of its stages. The learning rate is
+0, so every step sees the same scene while the optimizer still does all of its work.
 
-Why this scene: a short fit of a real photo. How paths overlap, how many pixels their edges cross and how many lie
-under opaque ones decide the time, and random scenes are like photos in none of these.
+The scene is a short fit of a real photo. The time depends on how paths overlap, how many pixels their edges cross and
+how many paths lie under opaque ones; random scenes resemble photos in none of these.
 """
 
 from __future__ import annotations
@@ -53,12 +53,12 @@ from warpvec.rendering.stages.splat_binning import SplatBinning
 from warpvec.rendering.stages.splat_coverage import SplatCoverage
 from warpvec.rendering.stages.splatting import Splatting
 
-# Steps before the first lap: kernels are compiled and loaded, buffers reach their size, caches fill.
+# Steps before the first lap, in which kernels are compiled and loaded, buffers grow and caches fill.
 _WARMUP_STEPS = 5
 
 
 class Stage(NamedTuple):
-    """A row of the table: the time spent in a method. A ``part`` lies within another row and is not added again."""
+    """A row of the table: the time spent in a method. A ``part`` is included in another row already."""
 
     name: str
     owner: type
@@ -100,39 +100,38 @@ STAGES = {
         *_LAST,
     ),
 }
-"""By renderer, in the order of the step; ``compositing_adjoint`` composites, takes the loss and goes back in one
-pass."""
+"""Stages by renderer, in the order of the step; ``compositing_adjoint`` gives image, loss and adjoint in one pass."""
 
 
 class Bench:
-    """The step and the render of one scene on one device and thread count, with the times of their laps."""
+    """The step and the render of one scene on one device and thread count, and the times of their laps."""
 
     def __init__(self, target: torch.Tensor, scene: Scene, config: FitConfig, device: str) -> None:
         self._fit = _Fit(target, config, device, on_progress=None, start=None)
         values = {field.name: getattr(scene, field.name) for field in fields(Scene)}
         on_device = {name: value.to(device) if torch.is_tensor(value) else value for name, value in values.items()}
-        # The fit's own start is replaced by the scene to measure.
+        # The scene to measure replaces the fit's own start.
         self._fit._population = Population(Scene(**on_device), config, max(target.shape[:2]) / 2)
         self.step, self.render = Laps(device), Laps(device)
         self.counts: dict[str, int] = {"paths": len(scene)}
 
     def warm_up(self) -> None:
-        """Compile, load and fill whatever is kept between steps."""
+        """Take a few steps, so that everything kept between steps is compiled, loaded and filled."""
         for _ in range(_WARMUP_STEPS):
             self._take_step()
             self._draw()
 
     def lap(self) -> None:
-        """Time one step and one render as they are, then one of each by stage."""
+        """Time one step and one render as a whole, then one of each by stage."""
         for name, laps, action in (("step", self.step, self._take_step), ("render", self.render, self._draw)):
-            action()  # in a fit a step follows a step of the same buffers, not one of another thread count's
+            action()  # as in a fit, the step before used the same buffers, not those of another thread count
             laps.start()
             laps.time(name, action)
             with self._watched(laps):
                 laps.time("by stage", action)
 
     def results(self) -> dict[str, dict[str, Statistics]]:
-        """Statistics of "step" and "render" by row, the rows in the order of ``STAGES``."""
+        """Return the statistics of "step" and "render" by row, in the order of ``STAGES``."""
         stages = STAGES[self._fit._config.renderer]
         return {name: _rows(name, laps, stages) for name, laps in (("step", self.step), ("render", self.render))}
 
@@ -181,7 +180,7 @@ def _rows(whole: str, laps: Laps, stages: tuple[Stage, ...]) -> dict[str, Statis
 
 
 def run_laps(benches: dict[str, Bench], repeat: int) -> None:
-    """Laps of all thread counts in turn, so that a busy moment of the machine falls on each alike."""
+    """Run the laps of all thread counts in turn, so that a busy moment of the machine affects all of them."""
     for bench in benches.values():
         bench.warm_up()
     for _ in range(repeat):
@@ -190,7 +189,7 @@ def run_laps(benches: dict[str, Bench], repeat: int) -> None:
 
 
 def report(whole: str, results: dict[str, dict[str, Statistics]]) -> str:
-    """Table of a row per stage: median, least, spread and CPU time in ms of each column; ratios to the first one."""
+    """Return a table with a row per stage: median, min, spread and CPU time in ms, and ratios to the first column."""
     first, *others = results
     header = [f"{whole}, ms"]
     for label in results:
@@ -214,13 +213,13 @@ def _values(row: Statistics) -> tuple[float, float, float, float]:
 @click.option("--threads", callback=comma_separated_counts, default="1,2", show_default=True, help="CPU thread counts.")
 @click.option("--device", default="cpu", show_default=True, help="cpu, cuda or cuda:K.")
 @click.option("--fit-iterations", default=300, show_default=True, help="Iterations of the fit that makes the scene.")
-@click.option("--scene", help=f"Scene to take instead: a file of --image's, or {', '.join(SCENES)}.")
+@click.option("--scene", help=f"Scene to measure: a scene file fitted to --image, or {', '.join(SCENES)}.")
 @click.option(
-    "--photos", default=Path("kodak"), show_default=True, type=click.Path(path_type=Path), help="The Kodak set."
+    "--photos", default=Path("kodak"), show_default=True, type=click.Path(path_type=Path), help="Kodak set folder."
 )
-@click.option("--repeat", type=click.IntRange(min=1), default=30, show_default=True, help="Laps.")
-@click.option("--diffvg", default="pydiffvg", show_default=True, help="Module with DiffVG's interface.")
-@click.option("--cache", type=click.Path(path_type=Path), default=default_cache, help="Folder that keeps the scene.")
+@click.option("--repeat", type=click.IntRange(min=1), default=30, show_default=True, help="Number of laps.")
+@click.option("--diffvg", default="pydiffvg", show_default=True, help="Module with the interface of DiffVG.")
+@click.option("--cache", type=click.Path(path_type=Path), default=default_cache, help="Folder of the fitted scenes.")
 @settings_option
 def main(
     image: Path | None,
@@ -235,12 +234,12 @@ def main(
     cache: Path,
     assignments: tuple[str, ...],
 ) -> None:
-    """Time one step of the fit, and a render, by stage."""
+    """Time one step of the fit, and a plain render, by stage."""
     torch.set_num_threads(1)  # as the fit does
     settings = parse_settings(assignments)
     try:
         where = resolve_device(device)
-        facts = machine_facts(where)  # before the run makes load of its own
+        facts = machine_facts(where)  # before the run adds to the load
         if scene in SCENES:
             subject = named_subject(scene, photos, cache, settings)
         else:
@@ -263,7 +262,7 @@ def main(
 def _benches(
     target: torch.Tensor, scene: Scene, config: FitConfig, device: str, threads: list[int]
 ) -> dict[str, Bench]:
-    """A bench for each thread count, or the only one of a GPU, by the label of its column."""
+    """Return a bench by the label of its column: one for each thread count, or one for a GPU."""
     columns = {device: None} if device != "cpu" else {f"{count} thr.": count for count in threads}
     still = replace(config, lr_scale=0.0)
     return {label: Bench(target, scene, replace(still, threads=count), device) for label, count in columns.items()}
@@ -286,7 +285,7 @@ def _print(benches: dict[str, Bench], rivals: list[Rival], facts: dict[str, Any]
 
 
 def _report_limits(label: str, bench: Bench, rows: dict[str, Statistics], device: str) -> str:
-    """Each stage beside its ideal, which is known of one CPU thread, and beside the machine's roof."""
+    """Compare each stage with its ideal time, known for one CPU thread only, and with the roof of the machine."""
     fit = bench._fit
     if fit._config.renderer != "exact":
         return ""

@@ -1,8 +1,8 @@
-"""What the stages of a step would take if they did nothing but their arithmetic and touched their memory once.
+"""Ideal times of the stages of a step, if they only did their arithmetic and touched their memory once.
 
-A time per stage on one thread, from what a scene makes it do; the table of ``bench_step`` divides by it. The rates are
-those of loops that do one thing: measured with NVIDIA Warp's CPU kernels on an AMD EPYC with AVX-512, where no other
-source is given. They say how far a stage is from its limit, not how fast another machine is.
+Each ideal is a time on one thread, from the amount of work in a scene; the table of ``bench_step`` divides by it. The
+rates are those of loops that do a single thing. They were measured with NVIDIA Warp's CPU kernels on an AMD EPYC with
+AVX-512, unless another source is given. They show how far a stage is from its limit, not how fast another machine is.
 """
 
 from __future__ import annotations
@@ -21,29 +21,29 @@ from warpvec.rendering.stages.binning import Binning
 from warpvec.rendering.stages.flattening import Flattening
 
 FORWARD_NS, ADJOINT_NS = 0.14, 0.4
-"""Per pixel and path, in 16 lanes: coverage from two half planes and compositing, 21 flops; its adjoint, 56 flops."""
+"""Per pixel and path, in 16 lanes: coverage from two half planes and compositing (21 flops); its adjoint (56 flops)."""
 
 EDGE_PIXEL_NS = 2.5
-"""Per pixel that an edge crosses, either way: a clip, an area and two sums, some 10 dependent operations."""
+"""Per pixel that an edge crosses, forward or adjoint: a clip, an area and two sums, about 10 dependent operations."""
 
 BYTE_NS = 0.1
-"""Per byte that is read or written once: 10 GB/s, what one thread streams from memory beyond the cache."""
+"""Per byte that is read or written once: 10 GB/s, the rate at which one thread streams from memory beyond the cache."""
 
 VERTEX_NS = 5.0
-"""Per vertex, either way: four weights, a point of two coordinates, and a store."""
+"""Per vertex, forward or adjoint: four weights, a point of two coordinates, and a store."""
 
 EDGE_NS = 10.0
-"""Per edge of a path that is looked at to bin it: one branch on its place that is as often as not predicted wrongly."""
+"""Per edge that binning examines: one branch on its position, which is mispredicted about half of the time."""
 
 PAIR_NS = 5.0
 """Per (path, tile) pair that is numbered, classified and sorted: eight integers read and written."""
 
 PARAMETER_NS = 2.0
-"""Per number that Adan updates: a root, a division and five values of state."""
+"""Per number that Adan updates: a root, a division and five state values."""
 
 
 class Work(NamedTuple):
-    """What one step of the exact renderer has to do."""
+    """Amount of work in one step of the exact renderer."""
 
     paths: int
     points: int
@@ -55,7 +55,7 @@ class Work(NamedTuple):
 
 
 def work_of(flattening: Flattening, binning: Binning, shown: NDArray[np.int32], points: torch.Tensor) -> Work:
-    """The work of a scene that has been rendered; ``shown`` [tiles] is the lowest hit of each tile that is seen."""
+    """Return the work of a scene that has been rendered; ``shown`` [tiles] is the lowest visible hit of each tile."""
     hits = binning.tile_first_hit.numpy()[: len(shown) + 1]
     return Work(
         paths=points.shape[0],
@@ -69,7 +69,7 @@ def work_of(flattening: Flattening, binning: Binning, shown: NDArray[np.int32], 
 
 
 def edge_pixels(flattening: Flattening, path_count: int, segment_count: int) -> int:
-    """Pixels that the edges of all paths cross: a column or a row further each time, and the one they start in."""
+    """Count the pixels that the edges of all paths cross: one for each new column or row, and the one they start in."""
     vertices = flattening.vertices.numpy()[: flattening.vertex_count]
     first = flattening.segment_first_vertex.numpy()[: path_count * segment_count + 1 : segment_count]
     ahead = np.roll(vertices, -1, axis=0)
@@ -78,7 +78,7 @@ def edge_pixels(flattening: Flattening, path_count: int, segment_count: int) -> 
 
 
 def ideal_seconds(work: Work) -> dict[str, float]:
-    """Seconds of one thread for each stage of a step."""
+    """Return the ideal seconds of each stage of a step on one thread."""
     pixels = TILE * TILE
     slot_bytes = work.partial_pairs * COLUMNS * TILE * 4
     nanoseconds = {
@@ -96,14 +96,14 @@ def ideal_seconds(work: Work) -> dict[str, float]:
 
 
 def work_of_step(renderer: ExactRenderer, points: torch.Tensor) -> Work:
-    """The work of the step that ``renderer`` has just taken with ``points`` [N, 3 S, 2]."""
+    """Return the work of the step that ``renderer`` has just taken with ``points`` [N, 3 S, 2]."""
     shown = renderer._compositing._buffers.get("tile_first_visible", renderer.grid.count, wp.int32).numpy()
     return work_of(renderer._flattening, renderer._binning, shown, points)
 
 
 def report_ideal(work: Work, rows: dict[str, Statistics]) -> str:
-    """Table of the stages of a step: ideal, least measured, and their ratio."""
+    """Return a table of the stages of a step: ideal time, min of the measured times, and their ratio."""
     found = {name: (seconds, rows[name].minimum) for name, seconds in ideal_seconds(work).items() if name in rows}
     found["sum of these"] = tuple(map(sum, zip(*found.values(), strict=True)))
     body = [[name, f"{1e3 * a:.2f}", f"{1e3 * b:.2f}", f"{b / a:.1f}"] for name, (a, b) in found.items()]
-    return markdown_table(["one thread, ms", "ideal", "least measured", "ratio"], body)
+    return markdown_table(["one thread, ms", "ideal", "measured min", "ratio"], body)

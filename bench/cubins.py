@@ -1,4 +1,7 @@
-"""What every kernel takes of a GPU: registers, local and shared memory, from cubins that need no GPU to be made."""
+"""List the registers, local memory and shared memory of every kernel on a GPU.
+
+The numbers are read from compiled kernels (cubins), which can be made without a GPU.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ from warpvec.kernels.lanes import make_lanes
 from warpvec.rendering.launch import start_warp
 
 ARCHITECTURE = 90
-"""Compute capability 9.0: H100, H200."""
+"""Compute capability 9.0, that of H100 and H200."""
 
 _BOTH = (False, True)
 _FOLDER = Path(warpvec.kernels.__file__).parent
@@ -33,27 +36,27 @@ FACTORY_ARGUMENTS = {
     "splat_coverage_adjoint": [(covariance,) for covariance in _BOTH],
     "splatting_adjoint": [(covariance,) for covariance in _BOTH],
 }
-"""The variants of a stage, as what its factory takes beside the lanes; a stage that is not named has one."""
+"""Stage -> its variants, each the arguments of its factory after the lanes; a stage not listed has one variant."""
 
 VARIANTS = [(stage, variant) for stage in STAGES for variant in FACTORY_ARGUMENTS.get(stage, [()])]
 
-# Of a multiprocessor: registers, and how many of a thread are given out at once; threads; bytes of shared memory.
+# Limits of a multiprocessor: registers, the unit in which a thread gets them, threads, and bytes of shared memory.
 _REGISTERS, _REGISTER_UNIT, _THREADS, _SHARED = 65_536, 8, 2_048, 228 * 1024
-# Threads of a block: a pixel of a tile each.
+# Threads of a block: one for each pixel of a tile.
 _BLOCK = TILE * TILE
 
-# Attributes of a function in a cubin's .nv.info section, and the format of those that hold a value.
+# Attributes of a function in the section .nv.info of a cubin, and the format of entries that hold a value.
 _REGISTER_COUNT, _FRAME_SIZE, _STACK_SIZE, _SIZED = 0x2F, 0x11, 0x12, 4
 
 
 class Resources(NamedTuple):
-    """What a kernel takes.
+    """Resources of a kernel.
 
     Attributes:
-        registers: of a thread.
-        local: bytes of a thread's local memory: local arrays, and what was spilled from registers.
-        stack: the same with all functions that it calls.
-        shared: bytes of a block.
+        registers: registers of a thread.
+        local: bytes of a thread's local memory, for local arrays and spilled registers.
+        stack: the same, including all functions that the kernel calls.
+        shared: bytes of shared memory of a block.
     """
 
     registers: int
@@ -63,19 +66,19 @@ class Resources(NamedTuple):
 
     @property
     def blocks(self) -> int:
-        """Blocks of 256 threads that a multiprocessor holds at a time."""
+        """Number of blocks of 256 threads that a multiprocessor holds at a time."""
         rounded = -(-self.registers // _REGISTER_UNIT) * _REGISTER_UNIT
         return min(_THREADS // _BLOCK, _REGISTERS // (rounded * _BLOCK), _SHARED // max(self.shared, 1))
 
 
 def make_stage(stage: str, variant: tuple[bool, ...]) -> SimpleNamespace:
-    """The kernels of a stage as a GPU runs them."""
+    """Return the kernels of a stage in the form that a GPU runs."""
     start_warp()
     return import_module(f"warpvec.kernels.{stage}").make_kernels(make_lanes(1, wp.float32), *variant)
 
 
 def stage_resources(stage: str, variant: tuple[bool, ...]) -> dict[str, Resources]:
-    """What each kernel of a stage takes, by its name."""
+    """Return the resources of each kernel of a stage by its name."""
     kernels = vars(make_stage(stage, variant))
     (module,) = {kernel.module for kernel in kernels.values()}
     found = module_resources(module)
@@ -83,7 +86,7 @@ def stage_resources(stage: str, variant: tuple[bool, ...]) -> dict[str, Resource
 
 
 def module_resources(module: wp.Module) -> dict[str, Resources]:
-    """What each kernel of a Warp module takes, by its symbol."""
+    """Return the resources of each kernel of a Warp module by its symbol."""
     with tempfile.TemporaryDirectory() as folder:
         wp.compile_aot_module(module, arch=ARCHITECTURE, module_dir=folder, use_ptx=False)
         (cubin,) = Path(folder).rglob("*.cubin")
@@ -99,7 +102,7 @@ def _only(found: dict[str, Resources], pattern: str) -> Resources:
 
 
 def read_cubin(data: bytes) -> dict[str, Resources]:
-    """Resources of each kernel of a cubin: an ELF file with NVIDIA's section .nv.info, a list of tagged values."""
+    """Read the resources of each kernel from a cubin: an ELF file whose section .nv.info is a list of tagged values."""
     (table,) = struct.unpack_from("<Q", data, 0x28)
     size, count, name_index = struct.unpack_from("<HHH", data, 0x3A)
     headers = [struct.unpack_from("<IIQQQQIIQQ", data, table + i * size) for i in range(count)]
@@ -119,7 +122,7 @@ def _resources(symbol: str, values: dict[int, int], sections: dict[str, tuple[in
 
 
 def _attributes(data: bytes, start: int, size: int) -> Iterator[tuple[int, int, int]]:
-    """Attribute, symbol and value of the entries that have these."""
+    """Yield attribute, symbol and value of the entries that give a resource."""
     position = start
     while position < start + size:
         form, attribute, length = struct.unpack_from("<BBH", data, position)
@@ -138,7 +141,7 @@ def _text(data: bytes, start: int) -> str:
 
 
 def rows() -> Iterator[list[object]]:
-    """A row for each kernel of each variant of each stage."""
+    """Yield a row for each kernel of each variant of each stage."""
     for stage, variant in VARIANTS:
         kind = "".join("+" if flag else "-" for flag in variant)
         for name, resources in stage_resources(stage, variant).items():
@@ -147,7 +150,10 @@ def rows() -> Iterator[list[object]]:
 
 @click.command()
 def main() -> None:
-    """Registers and memory of every kernel, compiled for compute capability 9.0; + and - are the variants' switches."""
+    """List registers and memory of every kernel, compiled for compute capability 9.0.
+
+    + and - after the name of a stage are the switches of the variant.
+    """
     header = ["stage", "kernel", "registers", "local B", "stack B", "shared B", "blocks of 256 at a time"]
     click.echo(markdown_table(header, rows()))
 

@@ -1,7 +1,7 @@
-"""What the benchmarks of many fits share: photos of a folder, engines, results kept line by line in a CSV, a warm-up.
+"""Shared parts of the benchmarks that make many fits: photos of a folder, engines, a CSV of results, a warm-up.
 
-A result is known by the image's bytes, the settings and warpvec's sources: a run that was interrupted goes on where it
-ended, one after a change to any of them starts anew.
+The key of a result depends on the bytes of the image, the settings and the sources of warpvec. A run that was
+interrupted continues where it ended; after a change to any of the three, the fits are made again.
 """
 
 from __future__ import annotations
@@ -34,39 +34,39 @@ R = TypeVar("R")
 
 Row = dict[str, str]
 
-# Growth and recycling included, so that every kernel of a fit has run.
+# A short fit that adds and recycles paths, so that every kernel of a fit runs.
 _WARMUP = {"curves": 32, "iterations": 40, "inflation_gap": 1, "recycle_gap": 5}
 
 
 def find_images(folder: Path, limit: int | None = None) -> list[Path]:
-    """The images of ``folder`` by name, the first ``limit`` of them.
+    """Return the images of ``folder``, or the first ``limit`` of them, sorted by name.
 
     Raises:
-        click.UsageError: there are none.
+        click.UsageError: the folder holds no images.
     """
     images = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)[:limit]
     if not images:
-        raise click.UsageError(f"FOLDER must hold images ({', '.join(SUFFIXES)}), {folder} holds none")
+        raise click.UsageError(f"FOLDER must hold images ({', '.join(SUFFIXES)}), but {folder} holds none")
     return images
 
 
 def fit_key(image: bytes, config: FitConfig, *more: object) -> str:
-    """What a result depends on: the file's bytes, the settings, time and device included, the sources, and ``more``."""
+    """Return a digest of the image, all settings, time budget and device included, the sources, and ``more``."""
     settings = json.dumps([config.to_dict(), *more], sort_keys=True)
     return hashlib.sha256(image + settings.encode() + source_digest().encode()).hexdigest()[:16]
 
 
-# Engines: one fit after the other in this process, or several at a time
+# Engines
 
 
 jobs_option = click.option(
     "--jobs", type=click.IntRange(min=1), default=1, show_default=True,
-    help="Fits at a time, each in a process with its share of the cores; their seconds are then longer.",
+    help="Fits at a time, each in a process with its share of the cores; each fit then takes longer.",
 )  # fmt: skip
 
 
 def engine_for(jobs: int, settings: dict[str, Any]) -> tuple[Engine, dict[str, Any]]:
-    """What runs ``jobs`` fits at a time, and ``settings`` with the threads of each."""
+    """Return an engine that runs ``jobs`` fits at a time, and ``settings`` with the threads of each fit."""
     if jobs == 1:
         return InProcess(), settings
     settings = {"threads": max(1, core_count() // jobs), **settings}
@@ -74,16 +74,18 @@ def engine_for(jobs: int, settings: dict[str, Any]) -> tuple[Engine, dict[str, A
 
 
 class InProcess:
-    """The engine that this process is; what the work raises is raised."""
+    """Engine that does one job after the other in this process, and lets their exceptions pass."""
 
     def run(self, jobs: Sequence[J], work: Work[J, R], watch: Watch) -> Generator[Outcome[J, R], None, None]:
-        """The outcome of every job, in order."""
+        """Yield the outcome of every job, in order."""
         for job in jobs:
             yield Outcome(job, work(job, WorkerShare("cpu", 1), lambda text: None), None, 1)
 
 
 def results_of(engine: Engine, jobs: Sequence[J], work: Work[J, R]) -> Iterator[R]:
-    """The result of every job as it ends. Work takes device and threads from its own settings, not from its lane.
+    """Yield the result of every job as it ends.
+
+    The work takes device and threads from its own settings, not from its worker share.
 
     Raises:
         click.ClickException: a job failed.
@@ -96,7 +98,7 @@ def results_of(engine: Engine, jobs: Sequence[J], work: Work[J, R]) -> Iterator[
 
 
 def warm_up(preset: str, settings: Mapping[str, Any]) -> None:
-    """Compile and load every kernel of a fit with these settings, once in a process."""
+    """Compile and load every kernel of a fit with these settings, once per process."""
     _warm_up_once(preset, json.dumps(dict(settings), sort_keys=True))
 
 
@@ -108,13 +110,13 @@ def _warm_up_once(preset: str, settings: str) -> None:
 
 @dataclass(frozen=True)
 class ResultFile:
-    """A CSV file of results with the columns ``fields``, the first of which is the key."""
+    """CSV file of results with the columns ``fields``, of which the first is the key."""
 
     path: Path
     fields: tuple[str, ...]
 
     def read(self) -> dict[str, Row]:
-        """Key -> its last line; none if the file is not there. Half a line at its end, of a killed run, is cut off.
+        """Return the last row of each key; empty if there is no file. Cut off the half line that a killed run left.
 
         Raises:
             click.UsageError: the file has other columns.
@@ -128,12 +130,12 @@ class ResultFile:
         reader = csv.DictReader(io.StringIO(whole))
         if reader.fieldnames is not None and tuple(reader.fieldnames) != self.fields:
             raise click.UsageError(
-                f"--out must be a file of this version's columns, {self.path} has others; name a new file"
+                f"--out must be a file with the columns of this version, but {self.path} has others; name a new file"
             )
         return {row[self.fields[0]]: row for row in reader}
 
     def append(self, row: Mapping[str, Any]) -> None:
-        """Add one line, and the header before the first, by one write that has reached the disk when this returns."""
+        """Add one row, and the header if the file is new, in one write that has reached the disk on return."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         text = io.StringIO()
         writer = csv.DictWriter(text, self.fields, lineterminator="\n")

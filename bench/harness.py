@@ -1,6 +1,6 @@
-"""What the benchmarks share: timing by laps, settings as text, facts of the machine, tables.
+"""Shared parts of all benchmarks: timing by laps, settings from text, facts of the machine, tables.
 
-Imports neither torch nor Warp at the top: a process that measures the memory of another must be small itself.
+It imports neither torch nor Warp at the top, because a process that measures the memory of another must be small.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ T = TypeVar("T")
 
 _PACKAGE = Path(warpvec.__file__).parent
 CHECKOUT = _PACKAGE.parent
-"""Where the measured copy of warpvec lies."""
+"""Folder of the measured copy of warpvec."""
 
 
 # Time
 
 
 class Span(NamedTuple):
-    """Seconds on the wall and of this process's CPU time, all threads together."""
+    """Wall seconds, and CPU seconds of all threads of the process."""
 
     wall: float
     cpu: float
@@ -52,7 +52,7 @@ ZERO = Span(0.0, 0.0)
 
 
 class Laps:
-    """Times named parts of a repeated action; a part that runs twice within a lap counts with the sum."""
+    """Stopwatch for the named parts of a repeated action; times of a part that runs twice within a lap are added."""
 
     def __init__(self, device: str = "cpu") -> None:
         self._synchronize = _synchronizer(device)
@@ -63,7 +63,7 @@ class Laps:
         self._laps.append(defaultdict(lambda: ZERO))
 
     def time(self, name: str, action: Callable[[], T]) -> T:
-        """Run ``action`` and add its time to part ``name`` of this lap."""
+        """Run ``action`` and add its time to the part ``name`` of this lap."""
         self._synchronize()
         wall, cpu = time.perf_counter(), time.process_time()
         result = action()
@@ -73,7 +73,7 @@ class Laps:
         return result
 
     def remainder(self, name: str, whole: str, parts: Iterable[str]) -> None:
-        """Enter what ``parts`` leave of ``whole`` as part ``name`` of every lap."""
+        """Subtract ``parts`` from ``whole`` in every lap; the rest becomes the part ``name``."""
         for lap in self._laps:
             rest = lap[whole]
             for part in parts:
@@ -81,14 +81,14 @@ class Laps:
             lap[name] = rest
 
     def statistics(self) -> dict[str, Statistics]:
-        """Part -> its statistics, in the order in which the parts first ended."""
+        """Return the statistics of each part, in the order in which the parts first ended."""
         names = dict.fromkeys(name for lap in self._laps for name in lap)
         return {name: summarize([lap.get(name, ZERO) for lap in self._laps]) for name in names}
 
 
 @dataclass(frozen=True)
 class Statistics:
-    """Of the seconds of repeated runs; ``spread`` is the distance between the quartiles."""
+    """Statistics of the seconds of repeated runs; ``spread`` is the distance between the quartiles."""
 
     median: float
     minimum: float
@@ -97,13 +97,13 @@ class Statistics:
     count: int
 
     def milliseconds(self) -> dict[str, float]:
-        """Every time in ms, for JSON."""
+        """Return every time in ms, for JSON."""
         named = {"median": self.median, "min": self.minimum, "spread": self.spread, "cpu_median": self.cpu_median}
         return {name: round(1e3 * seconds, 4) for name, seconds in named.items()}
 
 
 def summarize(spans: Sequence[Span]) -> Statistics:
-    """Statistics of at least one span. A median, as other processes only ever add time, and now and then much."""
+    """Summarize at least one span. The median is used because other processes sometimes add a lot of time."""
     wall = sorted(span.wall for span in spans)
     lower, _, upper = statistics.quantiles(wall, n=4, method="inclusive") if len(wall) > 1 else (0.0, 0.0, 0.0)
     cpu = statistics.median(span.cpu for span in spans)
@@ -111,7 +111,7 @@ def summarize(spans: Sequence[Span]) -> Statistics:
 
 
 def _synchronizer(device: str) -> Callable[[], object]:
-    """Waits for the device; launches on CUDA return before the work is done."""
+    """Return a function that waits for the device, because launches on CUDA return before the work is done."""
     if device == "cpu":
         return lambda: None
     import warp as wp
@@ -123,7 +123,7 @@ def _synchronizer(device: str) -> Callable[[], object]:
 
 
 def parse_settings(assignments: Iterable[str]) -> dict[str, Any]:
-    """``name=value`` texts as fields of FitConfig with values of their types."""
+    """Parse texts such as ``curves=7`` into fields of FitConfig with values of the right type."""
     kinds = {field.name: str(field.type) for field in fields(FitConfig)}
     settings = {}
     for assignment in assignments:
@@ -150,29 +150,29 @@ def _parse_bool(value: str) -> bool:
 
 
 def comma_separated(ctx: click.Context, param: click.Parameter, value: str) -> list[str]:
-    """Callback of an option whose value is a list such as draft,default."""
+    """Parse an option whose value is a list such as draft,default."""
     del ctx, param
     return value.split(",")
 
 
 def comma_separated_counts(ctx: click.Context, param: click.Parameter, value: str) -> list[int]:
-    """Callback of an option whose value is a list of whole numbers such as 256,512,1024."""
+    """Parse an option whose value is a list of whole numbers such as 256,512,1024."""
     items = comma_separated(ctx, param, value)
     if not all(item.isdecimal() and int(item) > 0 for item in items):
-        raise click.BadParameter(f"must be whole numbers of at least 1, as in 1,2 without blanks, got {value!r}")
+        raise click.BadParameter(f"must be whole numbers of at least 1, as in 1,2 without spaces, got {value!r}")
     return [int(item) for item in items]
 
 
 settings_option = click.option(
-    "--set", "assignments", metavar="NAME=VALUE", multiple=True, help="A field of warpvec.FitConfig; may be repeated."
+    "--set", "assignments", metavar="NAME=VALUE", multiple=True, help="Set a field of warpvec.FitConfig; repeatable."
 )
 
 
-# What was measured, and where
+# The machine
 
 
 def machine_facts(device: str = "cpu") -> dict[str, Any]:
-    """What a number must be read with: machine, its load before the run, versions, commit."""
+    """Return the facts that belong to every measured number: machine, load before the run, versions, commit."""
     packages = ("torch", "warp-lang", "numpy", "resvg_py")
     return {
         "cpu": _cpu_name(),
@@ -190,10 +190,16 @@ def machine_facts(device: str = "cpu") -> dict[str, Any]:
 
 @cache
 def source_digest() -> str:
-    """Digest of warpvec's sources, kernels included: tells apart what a commit with changes on top does not."""
+    """Return a digest of the sources of warpvec, kernels included; it also tells uncommitted changes apart."""
+    return _digest_of(_PACKAGE)
+
+
+def _digest_of(package: Path) -> str:
+    # In a checkout, kernels/ is a symbolic link, which rglob does not follow.
+    paths = {*package.rglob("*.py"), *(package / "kernels").glob("*.py")}
     digest = hashlib.sha256()
-    for path in sorted([*_PACKAGE.glob("*.py"), *(_PACKAGE / "kernels").glob("*.py")]):
-        digest.update(path.name.encode() + path.read_bytes())
+    for path in sorted(paths):
+        digest.update(path.relative_to(package).as_posix().encode() + path.read_bytes())
     return digest.hexdigest()[:12]
 
 
@@ -215,7 +221,7 @@ def _device_name(device: str) -> str:
 
 
 def _commit() -> str | None:
-    """The commit of the checkout, with "-dirty" where tracked files differ from it; None outside a checkout."""
+    """Return the commit of the checkout, with "-dirty" if tracked files differ from it; None outside a checkout."""
     command = ["git", "-C", str(CHECKOUT), "describe", "--always", "--dirty", "--exclude=*"]
     try:
         return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
@@ -224,7 +230,7 @@ def _commit() -> str | None:
 
 
 def default_cache() -> Path:
-    """A folder outside the checkout for what is costly to make again."""
+    """Return a folder outside of the checkout for results that are costly to make again."""
     return Path(tempfile.gettempdir()) / "warpvec-bench"
 
 
@@ -232,11 +238,11 @@ def default_cache() -> Path:
 
 
 def markdown_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A Markdown table: the first column on the left, the others, numbers, on the right."""
+    """Return a Markdown table: the first column is aligned left, the others, which hold numbers, right."""
     lines = [header, ["---", *["---:"] * (len(header) - 1)], *rows]
     return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
 
 
 def machine_line(facts: dict[str, Any]) -> str:
-    """The facts of the machine as a line of text under a table."""
+    """Return the facts of the machine as a line of text under a table."""
     return ", ".join(f"{name} {value}" for name, value in facts.items() if value is not None)

@@ -1,10 +1,9 @@
-"""Fits every image of a folder and measures the files as resvg draws them.
+"""Fit every image of a folder and measure the files as resvg draws them.
 
-What: PSNR, SSIM and size of the files, and the seconds that the fits took, in a process whose kernels are compiled
-and loaded before its first fit. Why these photos: the Kodak set is what papers on vectorization report means of.
+It reports PSNR, SSIM and size of the files, and the seconds of the fits, in a process that compiles and loads all
+kernels before its first fit. Papers on vectorization report means over the Kodak set.
 
-Every result is written to a CSV file as soon as it is there (`fits.py`), so that a run that was interrupted goes on
-where it ended.
+Every result is written to a CSV file at once (`fits.py`), so a run that was interrupted continues where it ended.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ from warpvec.rendering.launch import resolve_device
 
 METRICS = ("psnr", "ssim", "internal_psnr", "bytes", "gzip_bytes", "mean_opacity", "iterations", "seconds", "device")
 FIELDS = ("key", "image", "preset", "curves", "settings", *METRICS, "gap", "total_seconds", "source")
-"""Columns of the CSV. ``seconds`` is the fit's; ``total_seconds`` adds reading the photo and writing the SVG."""
+"""Columns of the CSV. ``seconds`` is the time of the fit, ``total_seconds`` includes reading and writing the files."""
 
 _HEADER = ("PSNR", "SSIM", "internal", "gap", "bytes", "opacity", "fit s", "total s")
 _FORMATS = {
@@ -53,15 +52,15 @@ _FORMATS = {
 
 
 def row_key(image: Path, config: FitConfig) -> str:
-    """The key of an image's line."""
+    """Return the key of an image's row."""
     return fit_key(image.read_bytes(), config)
 
 
 def measure_image(image: Path, preset: str, config: FitConfig, given: dict[str, Any]) -> dict[str, Any]:
-    """The line of one image.
+    """Fit one image and return its row.
 
     Raises:
-        click.Abort: Ctrl-C ended the fit; its result would not be that of the settings.
+        click.Abort: Ctrl-C ended the fit, so its result is not that of the settings.
     """
     start = time.perf_counter()
     result = vectorize(image, preset=preset, **{**given, "curves": config.curves})
@@ -82,21 +81,21 @@ Case = tuple[Path, FitConfig]
 
 @dataclass(frozen=True)
 class Measure:
-    """The work on each case."""
+    """The work of an engine: fit and measure a case."""
 
     preset: str
     given: dict[str, Any]
 
-    def __call__(self, case: Case, lane: WorkerShare, say: Say) -> dict[str, Any]:
-        """The line of a case, after a warm-up that no line has."""
-        del lane, say
+    def __call__(self, case: Case, share: WorkerShare, say: Say) -> dict[str, Any]:
+        """Return the row of a case, after a warm-up that is not measured."""
+        del share, say
         image, config = case
         warm_up(self.preset, self.given)
         return measure_image(image, self.preset, config, self.given)
 
 
 def collect(cases: Iterable[Case], out: Path, measure: Measure, engine: Engine) -> list[Row]:
-    """The line of every case: from ``out`` if it is there, else measured and added to it."""
+    """Return the row of every case: from the file ``out`` if it has one, else measured and added to it."""
     results = ResultFile(out, FIELDS)
     done, keyed = results.read(), {row_key(*case): case for case in cases}
     for row in results_of(engine, [case for key, case in keyed.items() if key not in done], measure):
@@ -110,7 +109,7 @@ def collect(cases: Iterable[Case], out: Path, measure: Measure, engine: Engine) 
 
 
 def means_table(rows: Sequence[Row], curves: Sequence[int]) -> str:
-    """Means over the images for each number of curves; a mean of PSNRs is one of decibels, as papers give it."""
+    """Return the means over the images for each number of curves; PSNRs are averaged in decibels, as in papers."""
     lines = []
     for count in curves:
         chosen = [row for row in rows if int(row["curves"]) == count]
@@ -120,7 +119,7 @@ def means_table(rows: Sequence[Row], curves: Sequence[int]) -> str:
 
 
 def details_table(rows: Sequence[Row]) -> str:
-    """A line for every image and number of curves."""
+    """Return a table with a row for every image and number of curves."""
     values = ([format(float(row[name]), form) for name, form in _FORMATS.items()] for row in rows)
     lines = [[row["image"], row["curves"], *cells] for row, cells in zip(rows, values, strict=True)]
     return markdown_table(("image", "curves", *_HEADER), lines)
@@ -132,9 +131,9 @@ def details_table(rows: Sequence[Row]) -> str:
 @click.option("--preset", default="default", show_default=True)
 @click.option("--threads", type=int, help="CPU threads of the kernels [all cores].")
 @jobs_option
-@click.option("--limit", type=click.IntRange(min=1), help="Only the first so many images.")
+@click.option("--limit", type=click.IntRange(min=1), help="Use only the first N images.")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="CSV file [kodak.csv in a temp folder].")
-@click.option("--details", is_flag=True, help="A table of every image, too.")
+@click.option("--details", is_flag=True, help="Also print a table of every image.")
 @settings_option
 def main(
     folder: Path,
@@ -161,7 +160,7 @@ def main(
     if details:
         click.echo(details_table(rows) + "\n")
     click.echo(means_table(rows, curves) + "\n")
-    click.echo(f"preset {preset}, settings {json.dumps(given)}; every line: {out}")
+    click.echo(f"preset {preset}, settings {json.dumps(given)}; results in {out}")
     click.echo(machine_line(facts))
 
 

@@ -1,7 +1,7 @@
-"""LPIPS (Zhang et al. 2018) through the package ``lpips``, with weights of the backbone from a file.
+"""Measure LPIPS (Zhang et al. 2018) with the package ``lpips`` and backbone weights from a file.
 
-The package carries its own calibrated layers, but downloads the backbone; here that comes from a file that the user
-names, and without one there is no LPIPS and no other number in its place.
+The package contains its own calibrated layers but downloads the backbone. Here the backbone comes from a file that the
+user names; without one there is no LPIPS, and no other number takes its place.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 NOT_FOUND = "weights not found: give --lpips-weights PATH"
-"""What a table says in the place of a value."""
+"""Text of a table cell without a value."""
 
-# The last convolution of torchvision's backbones: which of them a file holds.
+# The last convolution of torchvision's backbones, which shows the backbone that a file holds.
 _LAST_LAYER = {"features.28.weight": "vgg", "features.10.weight": "alex"}
 
 
 class Lpips:
-    """The distance of two images under the backbone in ``path``: torchvision's state dict of VGG16 or AlexNet.
+    """LPIPS with the backbone in the file ``path``: torchvision's state dict of VGG16 or AlexNet.
 
-    VGG16 is what Bezier Splatting's evaluation takes.
+    Bezier Splatting's evaluation uses VGG16.
 
     Attributes:
         name: the backbone and a digest of its file.
@@ -39,13 +39,13 @@ class Lpips:
         weights = _read_weights(path)
         net = next((net for layer, net in _LAST_LAYER.items() if layer in weights), None)
         if net is None:
-            raise click.UsageError(f"--lpips-weights must be torchvision's VGG16 or AlexNet, {path} is neither")
+            raise click.UsageError(f"--lpips-weights must be torchvision's VGG16 or AlexNet, but {path} is neither")
         self.name = f"{net} {hashlib.sha256(path.read_bytes()).hexdigest()[:12]}"
         self._model = _make_model(net)
         _load_backbone(self._model.net, weights, path)
 
     def __call__(self, a: NDArray[np.uint8], b: NDArray[np.uint8]) -> float:
-        """LPIPS of two images [h, w, 3]."""
+        """Return the LPIPS of two images [h, w, 3]."""
         import torch
 
         with torch.no_grad():
@@ -57,10 +57,10 @@ def _read_weights(path: Path) -> Mapping[str, Any]:
 
     try:
         weights = torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:  # torch raises half a dozen kinds, by what is wrong with the file
-        raise click.UsageError(f"--lpips-weights must be a state dict that torch saved, {path} is none") from error
+    except Exception as error:  # torch raises many kinds of errors for a wrong file
+        raise click.UsageError(f"--lpips-weights must be a state dict that torch saved, but {path} is not") from error
     if not isinstance(weights, Mapping):
-        raise click.UsageError(f"--lpips-weights must be a state dict, {path} holds a {type(weights).__name__}")
+        raise click.UsageError(f"--lpips-weights must be a state dict, but {path} holds a {type(weights).__name__}")
     return weights
 
 
@@ -72,22 +72,22 @@ def _make_model(net: str) -> Any:
             f"--lpips-weights needs the package lpips ({error}); pip install lpips and the torchvision of your torch"
         ) from error
     with warnings.catch_warnings():
-        # It asks torchvision for its backbone in a way that torchvision calls deprecated.
+        # It calls torchvision in a way that torchvision reports as deprecated.
         warnings.simplefilter("ignore")
         return lpips.LPIPS(net=net, pnet_rand=True, verbose=False).eval()
 
 
 def _load_backbone(backbone: Any, weights: Mapping[str, Any], path: Path) -> None:
-    """Fill ``backbone``, which names torchvision's layer features.N.x sliceS.N.x."""
+    """Fill ``backbone``, whose name for torchvision's layer features.N.x is sliceS.N.x."""
     names = {name: "features." + name.partition(".")[2] for name in backbone.state_dict()}
     try:
         backbone.load_state_dict({name: weights[source] for name, source in names.items()})
     except (KeyError, RuntimeError) as error:
-        raise click.UsageError(f"--lpips-weights must hold every layer of its backbone, {path} does not") from error
+        raise click.UsageError(f"--lpips-weights must hold every layer of its backbone, but {path} does not") from error
 
 
 def _to_input(image: NDArray[np.uint8]) -> Any:
-    """[1, 3, h, w] in [-1, 1], as the package takes it."""
+    """Convert an image to [1, 3, h, w] in [-1, 1], the input of the package."""
     import torch
 
     return torch.from_numpy(image / np.float32(127.5) - np.float32(1.0)).permute(2, 0, 1)[None]

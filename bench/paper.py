@@ -1,8 +1,9 @@
-"""The tables and figures of the paper (Vector Scaffolding), a command each, with its values beside ours.
+"""Make the tables and figures of the paper (Vector Scaffolding), with its values beside ours.
 
-What: fits of the photos of a folder with the paper's configuration, with its ideas switched off in turn, and of its
-rivals. Each command writes a CSV with a line for every fit, a Markdown table, and the pictures that the paper has. One
-that was interrupted goes on where it ended; equal settings give equal numbers, but where a fit has a time budget.
+Each table or figure is a command. It fits the photos of a folder with the paper's configuration, with the paper's
+ideas switched off in turn, or with the methods that the paper compares. It writes a CSV with a row for every fit, a
+Markdown table, and the pictures of the paper. A command that was interrupted continues where it ended. Equal settings
+give equal numbers, except for fits with a time budget.
 """
 
 from __future__ import annotations
@@ -25,13 +26,13 @@ from warpvec.image.metrics import psnr
 RIVALS = ("paper", "bezier-splatting")
 """The presets that the paper compares."""
 
-# With a time budget a run is as long as that allows.
+# More iterations than any time budget allows.
 _ENDLESS = 1_000_000
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 def main() -> None:
-    """The paper's tables and figures, a command each."""
+    """Make a table or figure of the paper."""
 
 
 # Tables 1 and 2
@@ -52,7 +53,7 @@ def table1(study: Study, presets: list[str]) -> str:
 @experiment(main, curves="256,512,1024")
 @_presets_option
 def table2(study: Study, presets: list[str]) -> str:
-    """Table 2: the same of any photos in FOLDER, beside the paper's values for DIV2K."""
+    """Table 2: the same for any photos in FOLDER, beside the paper's values for DIV2K."""
     return _quality(study, presets, TABLE_2, "means over DIV2K")
 
 
@@ -67,7 +68,7 @@ def _quality(study: Study, presets: Sequence[str], paper: Quantitative, what: st
 
 
 def _note(what: str) -> str:
-    """What the paper's values are of."""
+    """Describe the paper's values under a table."""
     return f"The paper's values: {what} at full size, its soft image, 5000 iterations (Bezier Splatting: 10,000)."
 
 
@@ -86,7 +87,7 @@ def interior(study: Study) -> str:
 def hierarchy(study: Study) -> str:
     """The figure "Hierarchical Scaffolding vs. Flat Optimization".
 
-    Flat fits have no z-order in time either: smaller bounding boxes are on top, unless --set z_order=creation is given.
+    In flat fits, paths are ordered by area, smaller bounding boxes on top, unless --set z_order=creation is given.
     """
     flat = {"flat": True, "z_order": study.settings.get("z_order", "area")}
     strategies: dict[str, dict[str, Any]] = {"flat": flat, "hierarchical": {"flat": False}}
@@ -104,7 +105,7 @@ def _ablation(
     paper: Mapping[tuple[Any, ...], float],
     what: str,
 ) -> str:
-    """A line and a picture for each variant of the paper's preset."""
+    """Fit each variant of the paper's preset; return the table and write a picture of each."""
     lines = []
     for photo, count in product(study.photos, study.curves):
         tiles = [Tile(photo.pixels, photo.name)]
@@ -127,13 +128,13 @@ def _tile(study: Study, case: Case, title: str) -> Tile:
 def table3(study: Study, panels: list[str]) -> str:
     """Table 3: sweeps of the learning rate, the radius decay and the inflation gap."""
     if unknown := set(panels) - set(TABLE_3):
-        raise click.UsageError(f"--panels must be some of {', '.join(TABLE_3)}, got {', '.join(sorted(unknown))}")
+        raise click.UsageError(f"--panels must be among {', '.join(TABLE_3)}, got {', '.join(sorted(unknown))}")
     if len(study.curves) > 1:
-        raise click.UsageError("--curves must be one number for this table, got several; run it once for each")
+        raise click.UsageError("--curves must be one number for this table, got several; run the command once for each")
     return "\n\n".join([*(_panel(study, panel) for panel in panels), _note("means over four Kodak photos")])
 
 
-# The paper's short runs with long gaps end before their last inflation, and Table 3 shows it.
+# As Table 3 shows, the paper's short runs with long gaps end before their last inflation.
 _LITERAL = {"shorten_gap": False}
 
 
@@ -159,7 +160,7 @@ def _sweep_cases(study: Study, studied: Mapping[str, Any]) -> list[Case]:
 @experiment(main, curves="512", images="kodim01")
 @click.option("--every", type=click.IntRange(min=1), help="Iterations between frames [a 50th of the shorter run].")
 def trajectory(study: Study, every: int | None) -> str:
-    """PSNR along the fits of the paper's preset and of Bezier Splatting's, their frames and an animation."""
+    """PSNR during the fits of the paper's preset and of Bezier Splatting's, with frames and an animation."""
     lines = []
     for photo, count in product(study.photos, study.curves):
         shortest = min(study.case(photo, count, preset).config.iterations for preset in RIVALS)
@@ -174,7 +175,7 @@ def _draw_trajectories(study: Study, photo: Photo, count: int, cases: Mapping[st
     name = f"-{photo.name}-{count}"
     frames = {preset: study.fits.frames(case) for preset, case in cases.items()}
     iterations = sorted(set().union(*frames.values()))
-    # A shorter run shows frames at the same shares.
+    # A run that is shorter than the paper's shows frames at the same fractions.
     share = min(1.0, iterations[-1] / TRAJECTORY[-1])
     checkpoints = [[_frame(photo, preset, found, share * at) for at in TRAJECTORY] for preset, found in frames.items()]
     sheet(checkpoints).save(study.path(f"{name}.png"))
@@ -189,7 +190,7 @@ def _draw_trajectories(study: Study, photo: Photo, count: int, cases: Mapping[st
 
 
 def _frame(photo: Photo, preset: str, frames: Mapping[int, Any], iteration: float) -> Tile:
-    """The last frame that is not after ``iteration``, the first frame before all."""
+    """Return the last frame up to ``iteration``, or the first frame if there is none."""
     at = max((k for k in frames if k <= iteration), default=min(frames))
     return Tile(frames[at], f"{preset}\niteration {at}, {psnr(frames[at], photo.pixels):.2f} dB")
 
@@ -204,7 +205,7 @@ def _write_histories(study: Study, name: str, histories: Mapping[str, Iterable[M
 
 @experiment(main, curves="32,64,128,256,512,1024", images="kodim07")
 def lod(study: Study) -> str:
-    """Levels of detail: a fit for each number of curves, and the first generations of the fit with the most."""
+    """Levels of detail: a fit for each number of curves, and the first generations of the largest fit."""
     lines, levels = [], []
     for photo in study.photos:
         cases = {count: study.case(photo, count) for count in sorted(study.curves)}
@@ -222,7 +223,7 @@ def lod(study: Study) -> str:
 
 
 def _prefixes(study: Study, case: Case) -> list[tuple[list[object], Pixels]]:
-    """The scene of a fit up to each of its generations: the generation, number of curves and PSNR; the image."""
+    """Draw a fit up to each of its generations; return generation, number of curves and PSNR, and the image."""
     scene, prefixes = study.fits.scene(case), []
     for level in range(int(scene.generation.max()) + 1):
         part = scene.select(scene.generation <= level)
@@ -249,9 +250,9 @@ def layers(study: Study) -> str:
 
 @experiment(main, curves="256", images="kodim01,kodim07,kodim19")
 def compare(study: Study) -> str:
-    """The paper's soft renderer against the exact one: same photo, curves and time.
+    """The paper's soft renderer against the exact one, with equal photo, curves and time.
 
-    Each of the presets paper and default runs as long as it asks for, and then for as long as the other took.
+    Each of the presets paper and default runs for all its iterations, and then for the time that the other took.
     """
     lines = []
     for photo, count in product(study.photos, study.curves):

@@ -1,4 +1,4 @@
-"""The paper's figures as images: pictures side by side, animations, the colouring by generation, and a plot."""
+"""Draw the paper's figures: pictures side by side, animations, colouring by generation, and a plot."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from warpvec.geometry.scene import Scene
 Pixels = NDArray[np.uint8]
 
 TILE_WIDTH, CAPTION_WIDTH = 384, 200
-"""Widest picture of a sheet, in pixels: six side by side still fit a screen. And the room that a caption gets."""
+"""Pixels: max width of a picture in a sheet, so that six fit side by side on a screen, and min width of a tile."""
 
 FRAME_MILLISECONDS, LAST_FRAME_MILLISECONDS = 80, 2000
-"""How long an animation shows a frame, and its last."""
+"""Duration of a frame of an animation, and of its last frame."""
 
 _TEXT_SIZE, _LINE_HEIGHT, _GAP = 14, 18, 6
 
-# Viridis at equal distances, from dark to light: its lightness alone tells the order.
+# Viridis in equal steps, from dark to light, so that lightness alone shows the order.
 _RAMP = ((68, 1, 84), (72, 40, 120), (62, 74, 137), (49, 104, 142), (38, 130, 142),
          (31, 158, 137), (53, 183, 121), (110, 206, 88), (181, 222, 43), (253, 231, 37))  # fmt: skip
 
@@ -38,7 +38,7 @@ class Tile(NamedTuple):
 
 
 def sheet(rows: Sequence[Sequence[Tile]], tile_width: int = TILE_WIDTH) -> Image.Image:
-    """The tiles in rows on white, pictures wider than ``tile_width`` reduced to it."""
+    """Place the tiles in rows on white; reduce pictures that are wider than ``tile_width``."""
     images = [[_tile_image(tile, tile_width) for tile in row] for row in rows]
     width = max(sum(image.width + _GAP for image in row) for row in images) - _GAP
     canvas = Image.new("RGB", (width, sum(max(image.height for image in row) for row in images)), "white")
@@ -67,26 +67,26 @@ def _tile_image(tile: Tile, width: int) -> Image.Image:
 
 
 def save_animation(path: Path, frames: Sequence[Image.Image]) -> None:
-    """Write ``frames``, of one size, as an animated WebP that runs for ever."""
+    """Write ``frames``, all of one size, as an animated WebP that repeats forever."""
     durations = [FRAME_MILLISECONDS] * (len(frames) - 1) + [LAST_FRAME_MILLISECONDS]
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=durations, loop=0, quality=80)
 
 
 def by_generation(scene: Scene) -> Scene:
-    """``scene`` with every path in the colour of its generation, the first the darkest, over black."""
+    """Colour every path of ``scene`` by its generation, the first the darkest, over black."""
     count = int(scene.generation.max()) + 1 if len(scene) else 1
     colors = torch.tensor(np.array([ramp(k / max(count - 1, 1)) for k in range(count)]) / 255.0, dtype=torch.float32)
     return replace(scene, color=colors[scene.generation], background=torch.zeros_like(scene.background))
 
 
 def ramp(share: float) -> tuple[float, ...]:
-    """The colour, of 0 to 255 a channel, at a share from 0 to 1 of the colour map."""
+    """Return the colour at ``share`` (0 to 1) of the colour map, with channels from 0 to 255."""
     positions = np.linspace(0.0, 1.0, len(_RAMP))
     return tuple(float(np.interp(share, positions, channel)) for channel in zip(*_RAMP, strict=True))
 
 
 def plot_histories(path: Path, histories: Mapping[str, Sequence[Mapping[str, float]]], title: str) -> None:
-    """PSNR over iterations and over seconds, a line for each label.
+    """Plot PSNR over iterations and over seconds, with a line for each label.
 
     Raises:
         click.ClickException: matplotlib is not installed.
@@ -95,7 +95,7 @@ def plot_histories(path: Path, histories: Mapping[str, Sequence[Mapping[str, flo
         from matplotlib.figure import Figure
     except ImportError as error:
         raise click.ClickException(
-            f"{path.name} is left out: it takes matplotlib; pip install 'warpvec[paper]' and run again, fits are kept"
+            f"{path.name} was left out, it needs matplotlib; pip install 'warpvec[paper]' and run again, fits are kept"
         ) from error
     figure = Figure(figsize=(10, 4), layout="constrained")
     for axes, name in zip(figure.subplots(1, 2, sharey=True), ("iteration", "seconds"), strict=True):

@@ -1,7 +1,7 @@
-"""The fits behind the paper's tables and figures: each is run once and kept, with its scene and its file.
+"""Make and keep the fits behind the paper's tables and figures, with their scenes and files.
 
-Every fit is measured twice: "soft" is the fit's own renderer drawing its scene, which is what the paper measures;
-"file" is the SVG as resvg draws it, which is what a user gets. Both have 8 bits and the size of the fitted photo.
+Every fit is measured twice. "soft" is the scene drawn by the fit's own renderer, which the paper measures. "file" is
+the SVG as resvg draws it, which a user gets. Both images have 8 bits and the size of the fitted photo.
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ FIELDS = (
     "key", "image", "width", "height", "preset", "curves", "settings", *_MEASURES, "lpips_weights",
     "bytes", "iterations", "seconds", "device", "source",
 )  # fmt: skip
-"""Columns of the CSV. ``settings`` are those in which the fit differs from its preset, beside the curves; ``seconds``
-are the fit's alone."""
+"""Columns of the CSV. ``settings`` are those that differ from the preset, without the curves; ``seconds`` are those of
+the fit only."""
 
-# Settings that decide which kernels a fit runs.
+# Settings that determine which kernels a fit runs.
 _KERNEL_SETTINGS = (
     "renderer", "policy", "device", "path_model", "samples", "lines", "interior_gradient", "covariance_gradient",
 )  # fmt: skip
 
-# Photos are fitted at the size that --scale leaves them.
+# Photos are reduced by --scale only.
 _WHOLE_PHOTO = {"fit_size": 1_000_000}
 
 
@@ -64,16 +64,16 @@ class Photo:
 
     @property
     def name(self) -> str:
-        """The file's name without its suffix."""
+        """File name without its suffix."""
         return self.path.stem
 
     @property
     def pixels(self) -> Pixels:
-        """[h, w, 3], sRGB-encoded, with 8 bits; reduced with Lanczos-3."""
+        """Pixels [h, w, 3], sRGB-encoded, with 8 bits; reduced with Lanczos-3."""
         return _read_pixels(self.path, self.scale)
 
 
-@lru_cache(maxsize=4)  # A command goes through the photos several times, and a folder of them may fill the memory.
+@lru_cache(maxsize=4)  # A command uses each photo several times, but a whole folder may not fit in memory.
 def _read_pixels(path: Path, scale: float) -> Pixels:
     pixels = to_8_bits(read_image(path))
     if scale == 1.0:
@@ -83,27 +83,27 @@ def _read_pixels(path: Path, scale: float) -> Pixels:
 
 
 def choose_photos(folder: Path, names: Iterable[str] | None, scale: float) -> list[Photo]:
-    """The photos of ``folder`` that are called ``names``, in that order; all of them if None.
+    """Return the photos of ``folder`` called ``names``, in that order, or all photos if None.
 
     Raises:
-        click.UsageError: there are no photos, or none of such a name.
+        click.UsageError: there are no photos, or none of that name.
     """
     found = {path.stem: path for path in find_images(folder)}
     for name in names or ():
         if name not in found:
-            raise click.UsageError(f"--images must name photos of FOLDER, {name!r} is not there; it has {_list(found)}")
+            raise click.UsageError(f"--images must name photos of FOLDER, got {name!r}; choose from {_list(found)}")
     return [Photo(found[name], scale) for name in (found if names is None else names)]
 
 
 def _list(names: Iterable[str]) -> str:
-    """At most a dozen of ``names``."""
+    """List at most a dozen of ``names``."""
     first = list(names)
     return ", ".join(first[:12]) + (", ..." if len(first) > 12 else "")
 
 
 @dataclass(frozen=True)
 class Case:
-    """A fit to be measured; with ``every``, frames of its scene at so many iterations are kept too."""
+    """A fit to be measured; if ``every`` is not 0, a frame of its scene is kept at each such number of iterations."""
 
     photo: Photo
     preset: str
@@ -112,17 +112,17 @@ class Case:
 
     @cached_property
     def config(self) -> FitConfig:
-        """Every setting."""
+        """All settings of the fit."""
         return make_config(self.preset, **{**_WHOLE_PHOTO, **self.settings})
 
     @cached_property
     def key(self) -> str:
-        """What the result depends on."""
+        """Key of the result; it covers everything that the result depends on."""
         return fit_key(self.photo.path.read_bytes(), self.config, self.photo.scale, self.every)
 
 
 class Fits:
-    """The fits in the CSV file ``out``, and their scenes and files in the folder of that name beside it."""
+    """The fits in the CSV file ``out``, with their scenes and files in the folder of that name beside it."""
 
     def __init__(self, out: Path, lpips: Lpips | None = None, engine: Engine | None = None) -> None:
         self._engine = engine or InProcess()
@@ -131,10 +131,10 @@ class Fits:
         self._warm: set[object] = set()
 
     def row(self, case: Case) -> Row:
-        """The line of ``case``: from the file if it is there, else measured and added to it.
+        """Return the row of ``case``: from the CSV if it has one, else measured and added to it.
 
         Raises:
-            click.Abort: Ctrl-C ended the fit; its result would not be that of the settings.
+            click.Abort: Ctrl-C ended the fit, so its result is not that of the settings.
         """
         key = case.key
         if self._is_missing(case):
@@ -144,7 +144,7 @@ class Fits:
         return self._done[key]
 
     def fill(self, cases: Iterable[Case]) -> None:
-        """Measure those of ``cases`` that are not there, as many at a time as the engine runs."""
+        """Measure the ``cases`` without a row, as many at a time as the engine runs."""
         missing = {case.key: case for case in cases if self._is_missing(case)}
         for row in results_of(self._engine, list(missing.values()), self._measure):
             self._add(row)
@@ -153,24 +153,24 @@ class Fits:
         return case.key not in self._done or not self._path(case, ".npz").exists()
 
     def scene(self, case: Case) -> Scene:
-        """The fitted scene of a case whose line is there, in pixels of its photo."""
+        """Return the fitted scene of a case that has a row, in pixels of its photo."""
         return load_scene(self._path(case, ".npz"))
 
     def soft(self, case: Case) -> Pixels:
-        """The soft image of a case whose line is there."""
+        """Return the soft image of a case that has a row."""
         return soft_image(self.scene(case), case)
 
     def file(self, case: Case) -> Pixels:
-        """The file of a case whose line is there, as resvg draws it."""
+        """Return the file of a case that has a row, as resvg draws it."""
         return draw(self._path(case, ".svg").read_text(), *case.photo.pixels.shape[1::-1])
 
     def history(self, case: Case) -> list[dict[str, float]]:
-        """Records along the fit: iteration, curves, psnr (soft, dB), seconds."""
+        """Return the history of the fit: iteration, curves, psnr (soft, dB), seconds."""
         history: list[dict[str, float]] = json.loads(self._path(case, ".json").read_text())
         return history
 
     def frames(self, case: Case) -> dict[int, Pixels]:
-        """Iteration -> soft image, of a case with frames whose line is there."""
+        """Return the soft images by iteration of a case that has frames and a row."""
         paths = sorted(self._path(case, "").glob("*.png"))
         return {int(path.stem): np.asarray(Image.open(path).convert("RGB")) for path in paths}
 
@@ -181,8 +181,8 @@ class Fits:
         self._results.append(row)
         self._done[row["key"]] = {name: str(value) for name, value in row.items()}
 
-    def _measure(self, case: Case, lane: WorkerShare, say: Say) -> dict[str, Any]:
-        del lane, say
+    def _measure(self, case: Case, share: WorkerShare, say: Say) -> dict[str, Any]:
+        del share, say
         self._warm_up(case)
         frames: dict[int, Scene] = {}
         keep = _scene_keeper(frames, case.every) if case.every else None
@@ -207,7 +207,7 @@ class Fits:
             self._warm.add(kernels)
 
     def _keep(self, case: Case, result: Result, frames: Mapping[int, Scene]) -> None:
-        """Write what measures and figures are made from."""
+        """Write the scene, the file, the history and the frames of a fit."""
         save_scene(_on_photo(result.fitted.scene, result), self._path(case, ".npz"))
         self._path(case, ".svg").write_text(result.svg())
         self._path(case, ".json").write_text(json.dumps(result.history))
@@ -233,13 +233,13 @@ def _qualities(case: Case, images: Mapping[str, Pixels]) -> dict[str, float]:
 
 
 def soft_image(scene: Scene, case: Case) -> Pixels:
-    """``scene``, in pixels of the photo, as the renderer of ``case`` draws it: [h, w, 3] with 8 bits."""
+    """Draw ``scene``, in pixels of the photo, with the renderer of ``case``; return [h, w, 3] with 8 bits."""
     image = draw_pixels(scene, *case.photo.pixels.shape[:2], **case.config.render_settings)
     return to_8_bits(image)
 
 
 def _on_photo(scene: Scene, result: Result) -> Scene:
-    """``scene`` in pixels of the photo."""
+    """Scale ``scene`` to pixels of the photo."""
     (height, width), (fitted_height, fitted_width) = result.photo.shape[:2], result.fitted_size
     return scene.scaled(width / fitted_width, height / fitted_height)
 
@@ -264,9 +264,9 @@ def _facts(case: Case, result: Result) -> dict[str, Any]:
 
 
 def _scene_keeper(frames: dict[int, Scene], every: int) -> Callable[[Progress], None]:
-    """Fills ``frames`` with the scenes of the first, the last and every ``every``-th iteration.
+    """Return a callback that stores the scenes of the first, the last and every ``every``-th iteration in ``frames``.
 
-    They are drawn after the fit, whose time is measured.
+    They are drawn after the fit, because the time of the fit is measured.
     """
 
     def keep(progress: Progress) -> None:

@@ -1,4 +1,4 @@
-"""What the commands of `paper.py` share: their options, and what becomes of their results."""
+"""Shared parts of the commands of `paper.py`: their options and the output of their results."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from warpvec.rendering.launch import resolve_device
 
 @dataclass(frozen=True)
 class Study:
-    """What every command is given: photos, numbers of curves and of iterations, settings of all fits, and their file.
+    """Input of every command: photos, numbers of curves and iterations, settings of all fits, and their file.
 
-    ``iterations`` is empty where the presets' own hold.
+    ``iterations`` is empty if the presets' own apply.
     """
 
     photos: list[Photo]
@@ -43,48 +43,48 @@ class Study:
     def case(
         self, photo: Photo, curves: int, preset: str = "paper", studied: Mapping[str, Any] | None = None, every: int = 0
     ) -> Case:
-        """A fit; the settings that are ``studied`` win over those of the command line."""
+        """Return a fit; the ``studied`` settings take precedence over those of the command line."""
         iterations = {"iterations": self.iterations[0]} if self.iterations else {}
         return Case(photo, preset, {**self.settings, **iterations, **(studied or {}), "curves": curves}, every)
 
     def row(self, *args: Any, **kwargs: Any) -> Row:
-        """The results of :meth:`case`."""
+        """Return the results of :meth:`case`."""
         return self.fits.row(self.case(*args, **kwargs))
 
     def rows(self, cases: Sequence[Case]) -> list[Row]:
-        """The results of many, those that are not there measured together."""
+        """Return the results of many cases, measuring the missing ones together."""
         self.fits.fill(cases)
         return [self.fits.row(case) for case in cases]
 
     def path(self, suffix: str) -> Path:
-        """A file beside the CSV."""
+        """Return the path of a file beside the CSV."""
         return self.out.with_name(self.out.stem + suffix)
 
 
 def experiment(
     group: click.Group, *, curves: str, images: str | None = None, iterations: str | None = None
 ) -> Callable[[Callable[..., str]], click.Command]:
-    """Makes a command of a function that takes a `Study` and gives Markdown.
+    """Return a decorator that turns a function from a `Study` to Markdown into a command.
 
     Args:
-        group: where the command goes.
-        curves, images, iterations: defaults of these options; several numbers of iterations may be given only where
-            the default names some.
+        group: group of the command.
+        curves, images, iterations: defaults of these options; a command takes two numbers of iterations only if its
+            default has two.
     """
     fallbacks = {"images": images or "all", "iterations": iterations or "the preset's"}
     options = (
         click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path)),
-        click.option("--scale", type=click.FloatRange(0, 1, min_open=True), default=1.0, help="Of the photos [1]."),
+        click.option("--scale", type=click.FloatRange(0, 1, min_open=True), default=1.0, help="Photo size [1]."),
         click.option("--images", default=images, help=f"Names of photos without suffix [{fallbacks['images']}]."),
         click.option("--curves", callback=comma_separated_counts, default=curves, show_default=True),
         click.option(
             "--iterations", callback=_counts(iterations is not None), default=iterations,
-            help=f"Of every fit [{fallbacks['iterations']}]; dT stays as it is, --set inflation_gap=N changes it.",
+            help=f"Of every fit [{fallbacks['iterations']}]; dT stays the same, --set inflation_gap=N changes it.",
         ),
         click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="CSV file [in a temp folder]."),
         click.option(
             "--lpips-weights", type=click.Path(exists=True, dir_okay=False, path_type=Path),
-            help="torchvision's VGG16 or AlexNet, a state dict, for LPIPS.",
+            help="State dict of torchvision's VGG16 or AlexNet, for LPIPS.",
         ),
         jobs_option,
         settings_option,
@@ -129,7 +129,7 @@ def _run(
     assignments: tuple[str, ...],
     **own: Any,
 ) -> None:
-    """Run an experiment; print its table, with what it must be read with, and write both beside the CSV."""
+    """Run an experiment; print its table with the settings and the machine, and write it beside the CSV."""
     engine, settings = engine_for(jobs, parse_settings(assignments))
     facts = machine_facts(resolve_device(settings.get("device", "auto")))
     out = out or default_cache() / "paper" / f"{body.__name__}.csv"

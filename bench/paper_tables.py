@@ -1,4 +1,4 @@
-"""The tables of `paper.py` as Markdown, the paper's values beside ours."""
+"""Format the tables of `paper.py` as Markdown, with the paper's values beside ours."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _METRICS = {"psnr": PSNR, "ssim": ".3f", "lpips": ".3f"}
 
 
 class Line(NamedTuple):
-    """A fit in a table: what tells it from the others, its results, and the PSNR that the paper has for it."""
+    """A fit in a table: its labels, its results, and the PSNR that the paper gives for it."""
 
     labels: tuple[object, ...]
     row: Row
@@ -25,7 +25,7 @@ class Line(NamedTuple):
 
 
 def fits_table(header: Sequence[str], lines: Iterable[Line]) -> str:
-    """A line for each fit under ``header``, the names of the labels."""
+    """Return a table with a line for each fit; ``header`` names the labels."""
     columns = (*header, "soft PSNR", "file PSNR", "paper", "iterations", "fit s")
     return markdown_table(columns, [[*line.labels, *_cells(line)] for line in lines])
 
@@ -43,7 +43,7 @@ def _paper(value: float | None, form: str) -> str:
 
 
 def quality_table(groups: Mapping[tuple[str, int], Sequence[Row]], paper: Quantitative) -> str:
-    """Means over the images for each (preset, curves); a mean of PSNRs is one of decibels, as the paper gives it."""
+    """Return the means over the images for each (preset, curves); PSNRs are averaged in decibels, as in the paper."""
     names = [f"{metric.upper()} {source}" for metric in _METRICS for source in ("soft", "file", "paper")]
     header = ("preset", "curves", "images", *names, "fit s")
     return markdown_table(header, [_quality_line(group, rows, paper) for group, rows in groups.items()])
@@ -58,7 +58,7 @@ def _quality_line(group: tuple[str, int], rows: Sequence[Row], paper: Quantitati
 
 
 def _mean(rows: Sequence[Row], name: str, form: str) -> str:
-    """The mean of a column; only LPIPS may be missing."""
+    """Return the mean of a column, or a note if a value is missing, which only happens for LPIPS."""
     return format(fmean(float(row[name]) for row in rows), form) if all(row[name] for row in rows) else NOT_FOUND
 
 
@@ -66,9 +66,12 @@ def _mean(rows: Sequence[Row], name: str, form: str) -> str:
 
 
 def sweep_table(sweep: Sweep, results: Mapping[int, Sequence[Sequence[Row]]]) -> str:
-    """A panel: for each number of iterations, the rows of the photos for every value, in the order of the sweep.
+    """Return the table of a panel of Table 3.
 
-    Beside them stands what the paper has for that number, or for the one of its two that it corresponds to.
+    Args:
+        sweep: the panel in the paper.
+        results: number of iterations -> the rows of the photos for every value, in the order of the sweep. Each number
+            is compared with the same number in the paper, or with the one of the paper's two that it stands for.
     """
     header, columns, spreads = [sweep.setting], [], []
     for iterations, reference in _references(sorted(results), sweep).items():
@@ -83,7 +86,7 @@ def sweep_table(sweep: Sweep, results: Mapping[int, Sequence[Sequence[Row]]]) ->
 
 
 def _references(counts: Sequence[int], sweep: Sweep) -> dict[int, int]:
-    """Number of iterations -> that of the paper: its own, else the fewest to its fewest, the most to its most."""
+    """Map each number of iterations to one of the paper: the same if it has it, else the smaller or the larger."""
     known = sorted(sweep.psnr)
     return {
         count: count if count in known else known[0 if k < len(counts) - 1 else -1] for k, count in enumerate(counts)
@@ -91,12 +94,12 @@ def _references(counts: Sequence[int], sweep: Sweep) -> dict[int, int]:
 
 
 def _mean_psnrs(groups: Sequence[Sequence[Row]]) -> list[list[float]]:
-    """Mean PSNR of the soft images for every value, and of the files."""
+    """Return the mean PSNRs of the soft images and of the files, each for every value."""
     return [[fmean(float(row[f"{image}_psnr"]) for row in rows) for rows in groups] for image in ("soft", "file")]
 
 
 def _agreement(ours: Sequence[Sequence[float]], papers: Sequence[Sequence[float]]) -> str:
-    """How many pairs of values stand in the paper's order, of those that differ in the paper."""
+    """Count the pairs of values that are in the paper's order, among those that differ in the paper."""
     agreed = [
         (a - b) * (paper_a - paper_b) > 0
         for column, paper in zip(ours, papers, strict=True)

@@ -1,4 +1,4 @@
-"""The numbers that the paper (Vector Scaffolding) prints, by table and figure; all of its own soft image."""
+"""The numbers that the paper (Vector Scaffolding) prints, by table and figure; all measure its own soft image."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class Quality(NamedTuple):
     lpips: float
 
 
-# What the paper calls ours and Bezier Splatting are the presets of these names.
+# The paper's "ours" is the preset "paper", its "Bezier Splatting" the preset "bezier-splatting".
 Quantitative = dict[tuple[str, int], Quality]
 
 TABLE_1: Quantitative = {
@@ -44,7 +44,7 @@ HIERARCHY = {("flat", 1): 24.4731, ("flat", 50): 19.1911, ("hierarchical", 50): 
 
 
 class Sweep(NamedTuple):
-    """A panel of Table 3: mean PSNR in dB for each value of a setting after so many iterations, and the range of it.
+    """A panel of Table 3: mean PSNR in dB for each value of a setting, and its range, by number of iterations.
 
     The ranges are as printed; that of the inflation gap after 5000 iterations, 0.19, is 0.12 by the values beside it.
     """
@@ -83,10 +83,10 @@ TABLE_3 = {
         {1000: 5.87, 5000: 0.19},
     ),
 }
-"""Four photos of the Kodak set that the paper does not name, and a number of curves that it does not print."""
+"""Table 3: four photos of the Kodak set. The paper prints neither their names nor the number of curves."""
 
 LR_REFERENCE = 50
-"""The paper's learning rates, those of its preset, are 50 times Bezier Splatting's, which its multipliers count in."""
+"""Multiplier of the paper's own learning rates. Its multipliers are in units of Bezier Splatting's rates."""
 
 TRAJECTORY = (100, 600, 1600, 4000, 9980)
-"""Iterations of the frames that the paper prints of kodim01."""
+"""Iterations of the frames of kodim01 that the paper prints."""

@@ -1,4 +1,4 @@
-"""Other programs on the scene that a bench measures, in the same run: their times are read as ratios."""
+"""Time other programs on the scene of a benchmark in the same run, so that times can be read as ratios."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from warpvec.geometry.cubics import to_cubics
 from warpvec.geometry.scene import Scene
 from warpvec.svg.write import write_svg
 
-# DiffVG's own applications take 2 x 2 samples a pixel, and as many at boundaries for the gradient.
+# DiffVG's own applications use 2 x 2 samples a pixel, and as many at boundaries for the gradient.
 _DIFFVG_SAMPLES = 2
 _DIFFVG_REPEAT = 3
 
 
 class Rival(NamedTuple):
-    """What another program took for a scene, or why it was skipped."""
+    """The time that another program took for a scene, or the reason why it was skipped."""
 
     name: str
     does: str
@@ -29,26 +29,26 @@ class Rival(NamedTuple):
     skipped: str = ""
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON, times in ms."""
+        """Return the row for JSON, with times in ms."""
         return {"name": self.name, "ms": self.time and self.time.milliseconds(), "skipped": self.skipped or None}
 
 
 def time_resvg(scene: Scene, height: int, width: int, repeat: int) -> Rival:
-    """resvg's parse, drawing and PNG encoding of the same scene: what the step's forward half does, and more."""
+    """Time resvg parsing, drawing and PNG-encoding the scene, which is the work of a step's forward half, and more."""
     text = write_svg(to_cubics(scene)[0], width, height)
     action = lambda: resvg_py.svg_to_bytes(text, skip_system_fonts=True)  # noqa: E731
     return Rival("resvg", "parse, draw, encode", _time(action, repeat))
 
 
 def time_diffvg(module: str, scene: Scene, target: Tensor) -> Rival:
-    """DiffVG's forward and backward pass of the mean squared error; ``module`` is pydiffvg, or has its interface.
+    """Time DiffVG's forward and backward pass of the mean squared error; ``module`` is pydiffvg, or has its interface.
 
-    Skipped, with the reason, where it cannot be imported, as it comes in no package, and where it fails.
+    It is skipped, with the reason, if the import fails, since no package contains it, or if the step fails.
     """
     does = f"forward and backward, {_DIFFVG_SAMPLES}x{_DIFFVG_SAMPLES} samples"
     try:
         library = import_module(module)
-    except Exception as error:  # a build for another torch fails in many ways
+    except Exception as error:  # a build for another torch can raise anything
         return Rival("DiffVG", does, None, f"skipped: {module} cannot be imported ({type(error).__name__}: {error})")
     try:
         return Rival("DiffVG", does, _time(diffvg_step(library, scene, target), _DIFFVG_REPEAT, target.device))
@@ -57,9 +57,10 @@ def time_diffvg(module: str, scene: Scene, target: Tensor) -> Rival:
 
 
 def diffvg_step(library: Any, scene: Scene, target: Tensor) -> Callable[[], Tensor]:
-    """One step without the optimizer, as ``apps/painterly_rendering.py`` of DiffVG takes it; it returns the loss.
+    """Return a function that takes one step without the optimizer and returns the loss.
 
-    Its gradients are added to those of the points [3 S, 2] and the colours [4] of each path.
+    The step is that of ``apps/painterly_rendering.py`` in DiffVG. It adds its gradients to those of the points [3 S, 2]
+    and the colours [4] of each path.
     """
     library.set_use_gpu(target.is_cuda)
     cubics = to_cubics(scene.cpu())[0]
@@ -87,7 +88,7 @@ def diffvg_step(library: Any, scene: Scene, target: Tensor) -> Callable[[], Tens
 
 
 def _time(action: Callable[[], object], repeat: int, device: torch.device | str = "cpu") -> Statistics:
-    """Statistics of ``action`` after one run that is not counted."""
+    """Time ``action`` after one run that is not counted."""
     action()
     laps = Laps(str(device))
     for _ in range(repeat):
@@ -97,7 +98,7 @@ def _time(action: Callable[[], object], repeat: int, device: torch.device | str 
 
 
 def report_rivals(rivals: list[Rival], steps: dict[str, Statistics], renders: dict[str, Statistics]) -> str:
-    """Table of what the rivals took, and of our step and render as shares of that."""
+    """Return a table of the rivals' times, and of our step and render as fractions of them."""
     header = ["the same scene", "does", "ms, median"]
     header += [f"{whole} {label} / it" for whole in ("step", "render") for label in steps]
     ours = [*steps.values(), *renders.values()]

@@ -1,11 +1,11 @@
-"""Each stage of a step against the roof of the machine: its arithmetic and its bytes, against what a loop reaches.
+"""Compare each stage of a step with the machine's roof: its peak memory bandwidth and its peak arithmetic.
 
 The roof is measured in the same run: bytes a second of c = a + b on arrays beyond the cache (two reads and a write
-for each entry, as STREAM counts), and operations a second of a product of matrices, which is fused multiply-adds from
-registers. Counts are of what a stage must do, not of what it does: every array is read or written once, an operation
-is an addition, multiplication, comparison or root of float32. A stage below both roofs waits for something else:
-latency, branches, the sorting of integers, launches. One whose arrays stay in the cache may lie above the roof of
-memory.
+for each entry, as STREAM counts), and operations a second of a matrix product, which is fused multiply-adds from
+registers. The counts of a stage are what it must do, not what it does: every array is read or written once, and an
+operation is an addition, multiplication, comparison or root of float32. A stage far below both roofs waits for
+something else: latency, branches, the sorting of integers, launches. A stage whose arrays stay in the cache can
+exceed the roof of memory.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from harness import Statistics, markdown_table
 
 from warpvec.kernels.constants import COLUMNS, TILE
 
-# Floats of each of the three arrays: 64 MB, beyond the cache of what this is likely to run on.
+# Floats of each of the three arrays: 64 MB, more than the cache of most machines.
 _STREAM_FLOATS = 2**24
 _MATRIX_SIDE = 768
-# Many short ones: on a busy machine the best of them was left alone.
+# Many short runs: even on a busy machine, the best of them was undisturbed.
 _ROOF_REPEAT = 30
 
 _PIXELS = TILE * TILE
@@ -33,36 +33,36 @@ _FLOAT_BYTES = 4
 
 # Operations: Bernstein weights and two coordinates of a vertex; clip, area and two sums of an edge in a pixel.
 _VERTEX_FLOPS, _EDGE_PIXEL_FLOPS = 26, 25
-# |winding|, minimum, opacity, and three channels of c a + (1 - a) b; the same and its adjoint.
+# |winding|, minimum, opacity, and three channels of c a + (1 - a) b; then the same with its adjoint.
 _PIXEL_FLOPS, _PIXEL_ADJOINT_FLOPS = 13, 13 + 43
-# Three terms of a cubic, each with a root or a division, and its adjoint; the averages and the root of a parameter.
+# Three regularization terms of a cubic, each with a root or a division, and its adjoint; Adan's averages and root.
 _CUBIC_FLOPS, _PARAMETER_FLOPS = 250, 22
-# Of a parameter: its gradient, itself and four averages, of which all but the gradient are written, too.
+# For each parameter, its gradient, itself and four averages are read; all but the gradient are also written.
 _PARAMETER_FLOATS = 11
-# A (path, tile) pair: path, class, winding and slot written and read once, key and value of the sort twice.
+# For each (path, tile) pair, path, class, winding and slot are written and read once, sort key and value twice.
 _PAIR_INTEGERS = 16
 
 
 class Roof(NamedTuple):
-    """What the machine reaches in loops that do one thing."""
+    """Rates that the machine reaches in loops that do a single thing."""
 
     bytes_per_second: float
     flops_per_second: float
 
 
 class Load(NamedTuple):
-    """What a stage must at least move and compute."""
+    """Bytes that a stage must move, and operations that it must compute."""
 
     bytes: float
     flops: float
 
     def seconds(self, roof: Roof) -> float:
-        """The least time under ``roof``, memory and arithmetic at once."""
+        """Return the min time under ``roof``, with memory and arithmetic overlapping."""
         return max(self.bytes / roof.bytes_per_second, self.flops / roof.flops_per_second)
 
 
 def measure_roof(device: str = "cpu", threads: int = 1) -> Roof:
-    """The best of repeated runs on ``device``, on one CPU thread and on that many: of a busy core more make less."""
+    """Measure the best rates on one CPU thread and on ``threads``, as more threads can be slower on a busy machine."""
     roofs = [_measure_roof(device, count) for count in {1, threads}]
     return Roof(*map(max, zip(*roofs, strict=True)))
 
@@ -94,7 +94,7 @@ def _best_seconds(action: Callable[[], object], device: str) -> float:
 
 
 def stage_loads(work: Work, pixel_count: int) -> dict[str, Load]:
-    """What each stage of a step of the exact renderer must do, by the name of its row."""
+    """Return the load of each stage of a step of the exact renderer, by the name of its row."""
     points, vertices = _PAIR_BYTES * work.points, _PAIR_BYTES * work.vertices
     slots = _FLOAT_BYTES * COLUMNS * TILE * work.partial_pairs
     pairs = _FLOAT_BYTES * _PAIR_INTEGERS * work.pairs
@@ -116,7 +116,7 @@ def stage_loads(work: Work, pixel_count: int) -> dict[str, Load]:
 
 
 def report_roofline(work: Work, pixel_count: int, rows: dict[str, Statistics], roof: Roof, label: str) -> str:
-    """Table of the stages: what they move and compute, at which rates, and the least time beside the measured one."""
+    """Return a table of the stages: their load, the rates they reach, and the roof's time beside the measured min."""
     loads = {name: load for name, load in stage_loads(work, pixel_count).items() if name in rows}
     took = {name: rows[name].minimum for name in loads}
     body = [_row(name, load, took[name], roof) for name, load in loads.items()]
@@ -125,13 +125,13 @@ def report_roofline(work: Work, pixel_count: int, rows: dict[str, Statistics], r
     body.append(_row("sum of these", whole, sum(took.values()), roof, limit))
     rates = f"{roof.bytes_per_second / 1e9:.1f}", f"{roof.flops_per_second / 1e9:.0f}"
     body.append(["roof: stream, multiply-add", "", "", *rates, "", "", "", ""])
-    header = ["MB", "Mflop", "GB/s", "Gflop/s", "bound by", "roof, ms", "least ms", "roof / least"]
+    header = ["MB", "Mflop", "GB/s", "Gflop/s", "bound by", "roof, ms", "min, ms", "roof / min"]
     return markdown_table([label, *header], body)
 
 
 def _row(name: str, load: Load, seconds: float, roof: Roof, limit: float | None = None) -> list[str]:
-    least = load.seconds(roof) if limit is None else limit
+    ideal = load.seconds(roof) if limit is None else limit
     bound = "memory" if load.bytes / roof.bytes_per_second > load.flops / roof.flops_per_second else "arithmetic"
     moved = [f"{load.bytes / 1e6:.2f}", f"{load.flops / 1e6:.1f}"]
     rates = [f"{load.bytes / seconds / 1e9:.1f}", f"{load.flops / seconds / 1e9:.1f}"]
-    return [name, *moved, *rates, bound, f"{1e3 * least:.3f}", f"{1e3 * seconds:.3f}", f"{least / seconds:.0%}"]
+    return [name, *moved, *rates, bound, f"{1e3 * ideal:.3f}", f"{1e3 * seconds:.3f}", f"{ideal / seconds:.0%}"]

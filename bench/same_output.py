@@ -1,14 +1,14 @@
-"""Check that a change leaves every file and every JSON report as it was.
+"""Check that a change to the code leaves every drawing and every JSON report the same.
 
-Record the outputs before the change, compare them after it, on the same machine:
+Record the outputs before the change, and compare them after it, on the same machine:
 
     python bench/same_output.py record before.json
-    python bench/same_output.py compare before.json --without coarse_until
+    python bench/same_output.py compare before.json
 
-Two dozen short commands cover both renderers, every policy, transparency, palettes, levels, goals, resume, refine and
-batch. A drawing must keep its bytes. The settings in a file's metadata and the JSON reports must keep their keys and
-values, times left out. ``--without`` names settings that the change removed on purpose, ``--skip`` commands that it
-changed on purpose.
+Some two dozen short commands cover both renderers, every policy, transparency, palettes, levels, goals, resume, refine
+and batch; together they take about a minute. A drawing must have the same bytes. The settings in a file's metadata and
+the JSON reports must have the same keys and values, except for times. If the change removes a setting on purpose, name
+it with ``--without``; if it changes the output of a command on purpose, name the command with ``--skip``.
 """
 
 from __future__ import annotations
@@ -62,9 +62,11 @@ COMMANDS: dict[str, list[str]] = {
     "view": ["view", "exact.svg", "--image", "photo.png", "--report", "view.html"],
     "batch": ["batch", "photos", "svgs", "--jobs", "2", "--quiet", "--curves", "16", "--iterations", "40"],
 }  # fmt: skip
-"""Name -> the words after ``warpvec``; later commands may read what earlier ones wrote."""
+"""Name -> arguments of ``warpvec``, in the order of the runs; some commands read the files of earlier ones."""
 
+# Keys of JSON reports that differ from run to run.
 _TIMES = ("seconds", "elapsed")
+# An SVG of another program: CSS, transforms, group opacity, strokes and an even-odd fill.
 _FOREIGN = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 150 100"><style>.a{fill:#c52}</style>
 <rect width="150" height="100" fill="#432"/><g transform="translate(60 50) scale(1.5)"><circle class="a" r="25"/>
 <path d="M0 0h20v10a5 5 0 0 1-20 0z" stroke="red" fill="rgb(20,40,90)"/></g><g opacity=".5"><ellipse cx="90" cy="40"
@@ -72,30 +74,38 @@ rx="20" ry="9"/><path fill-rule="evenodd" d="M100 60h30v30h-30zM110 70h9v9h-9z"/
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("action", choices=["record", "compare"])
-    parser.add_argument("file", type=Path, help="JSON file of the recorded outputs")
-    parser.add_argument("--without", action="append", default=[], metavar="SETTING", help="setting to leave out")
-    parser.add_argument("--skip", action="append", default=[], metavar="COMMAND", help="command to leave out")
-    options = parser.parse_args()
+    options = _parse_options()
     with tempfile.TemporaryDirectory() as folder:
         found = record(Path(folder))
     if options.action == "record":
         options.file.write_text(json.dumps(found, indent=1, sort_keys=True))
         return 0
-    before = json.loads(options.file.read_text())
+    before = {name: output for name, output in json.loads(options.file.read_text()).items() if name not in options.skip}
     differences = [
-        f"{command}: {place}"
-        for command in before
-        if command not in options.skip
-        for place in differing(before[command], found[command], options.without)
+        f"{name}: {place}"
+        for name, output in before.items()
+        for place in differing(output, found.get(name), options.without)
     ]
-    print("\n".join(differences) or f"{len(before) - len(options.skip)} commands: no difference")
+    print("\n".join(differences) or f"{len(before)} commands: no difference")
     return int(bool(differences))
 
 
+def _parse_options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("action", choices=["record", "compare"])
+    parser.add_argument("file", type=Path, help="JSON file of the recorded outputs")
+    parser.add_argument(
+        "--without", action="append", default=[], metavar="SETTING", help="ignore this setting; repeatable"
+    )
+    parser.add_argument(
+        "--skip", action="append", default=[], choices=COMMANDS, metavar="COMMAND",
+        help=f"do not compare this command; repeatable; one of: {', '.join(COMMANDS)}",
+    )  # fmt: skip
+    return parser.parse_args()
+
+
 def record(folder: Path) -> dict[str, Any]:
-    """Run every command in ``folder``; return what each printed and wrote."""
+    """Run every command in ``folder``; return its exit code, its report and the files that it wrote."""
     _make_inputs(folder)
     outputs: dict[str, Any] = {}
     for name, words in COMMANDS.items():
@@ -114,7 +124,7 @@ def record(folder: Path) -> dict[str, Any]:
 
 
 def differing(before: Any, after: Any, without: list[str], place: str = "") -> list[str]:
-    """Name each place where two recorded outputs differ."""
+    """List the places where two recorded outputs differ, ignoring the keys ``without``."""
     if not isinstance(before, dict) or not isinstance(after, dict):
         return [] if before == after else [f"{place}: {str(before)[:60]} -> {str(after)[:60]}"]
     keys = [key for key in sorted({*before, *after}) if key not in without]
@@ -122,6 +132,7 @@ def differing(before: Any, after: Any, without: list[str], place: str = "") -> l
 
 
 def _make_inputs(folder: Path) -> None:
+    """Write the photos and the SVG that the commands read."""
     import skimage
 
     photo = Image.open(Path(skimage.__file__).parent / "data" / "coffee.png").convert("RGB").resize((150, 100))
@@ -137,7 +148,7 @@ def _make_inputs(folder: Path) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Drop the times of a report, and turn lists into dictionaries, whose places have names."""
+    """Drop the times of a report, and turn its lists into dictionaries, so that every value has a key."""
     if isinstance(value, list):
         return {str(index): _plain(item) for index, item in enumerate(value)}
     if isinstance(value, dict):
@@ -146,23 +157,43 @@ def _plain(value: Any) -> Any:
 
 
 def _content(path: Path) -> Any:
-    """Digest a file; of a drawing the settings are kept apart, of other texts what is told in them."""
+    """Return what is compared of a file, by its suffix."""
     data = path.read_bytes()
-    if path.suffix in (".svg", ".svgz"):
-        text = (gzip.decompress(data) if path.suffix == ".svgz" else data).decode()
-        found = re.search("<metadata>(.*?)</metadata>", text)
-        settings = json.loads(found[1]) if found else {}
-        return {"drawing": _digest(re.sub("<metadata>.*?</metadata>", "", text).encode()), "settings": settings}
-    if path.suffix == ".jsonl":
-        records = [_plain(json.loads(line)) for line in data.decode().splitlines()]
-        return {record["input"]: {key: value for key, value in record.items() if key != "key"} for record in records}
-    if path.suffix == ".toml":
-        return dict(line.split(" = ") for line in data.decode().splitlines()[1:])
-    if path.suffix == ".html":
-        told = re.search(r'id="data">(.*?)</script>', data.decode(), re.DOTALL)
-        told_data = _plain(json.loads(told[1])) if told else {}
-        return {key: value for key, value in told_data.items() if key not in ("svg", "figures")}
-    return None if path.suffix in (".npz", ".csv") else _digest(data)
+    match path.suffix:
+        case ".svg":
+            return _svg_content(data)
+        case ".svgz":
+            return _svg_content(gzip.decompress(data))
+        case ".jsonl":
+            return _records_content(data)
+        case ".toml":
+            return dict(line.split(" = ") for line in data.decode().splitlines()[1:])
+        case ".html":
+            return _page_content(data)
+        case ".npz" | ".csv":
+            return None  # they hold times; only their existence is compared
+    return _digest(data)
+
+
+def _svg_content(data: bytes) -> dict[str, Any]:
+    """Return a digest of the drawing, and the settings in its metadata."""
+    text = data.decode()
+    found = re.search("<metadata>(.*?)</metadata>", text)
+    settings = json.loads(found[1]) if found else {}
+    return {"drawing": _digest(re.sub("<metadata>.*?</metadata>", "", text).encode()), "settings": settings}
+
+
+def _records_content(data: bytes) -> dict[str, Any]:
+    """Return the records of a batch by input, without their keys, which are digests of all settings."""
+    records = [_plain(json.loads(line)) for line in data.decode().splitlines()]
+    return {record["input"]: {key: value for key, value in record.items() if key != "key"} for record in records}
+
+
+def _page_content(data: bytes) -> dict[str, Any]:
+    """Return the data in an HTML page, without the drawing, which is compared as a file, and the rendered figures."""
+    found = re.search(r'id="data">(.*?)</script>', data.decode(), re.DOTALL)
+    page_data = _plain(json.loads(found[1])) if found else {}
+    return {key: value for key, value in page_data.items() if key not in ("svg", "figures")}
 
 
 def _digest(data: bytes) -> str:

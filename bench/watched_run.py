@@ -1,7 +1,7 @@
-"""`warpvec run` with the arguments given, and then one line of JSON on what it was seen to do.
+"""Run `warpvec run` with the given arguments, then print one line of JSON with its times, memory and pairs.
 
-The benches run it in a process of its own. It is the command itself; only its fit is called through a function that
-notes the time of every iteration.
+Benchmarks run this script in a process of its own. It is the command itself, except that its fit is called through a
+wrapper that records the time of every iteration.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any
 
 
 class Watch:
-    """Stands in for ``warpvec.vectorization.api.fit`` and notes each iteration: seconds since the fit began, and paths."""
+    """Wrapper of ``warpvec.vectorization.api.fit`` that records seconds since the start and paths at each iteration."""
 
     def __init__(self, fit: Callable[..., Any]) -> None:
         self._fit = fit
@@ -38,11 +38,11 @@ class Watch:
         return self.fitted
 
     def describe(self) -> dict[str, Any]:
-        """Seconds of the fit, of a step and of a change of the population, both medians, and the size of the fit."""
+        """Return size and seconds of the fit, and the median seconds of a step and of a change of the population."""
         gaps = [(after[0] - before[0], before[1] != after[1]) for before, after in pairwise(self.laps)]
         full = [seconds for seconds, _ in gaps[len(gaps) // 2 :]]
         step = statistics.median(full) if full else None
-        # A lap in which paths came has a change of the population before its step.
+        # In a lap that adds paths, a change of the population precedes the step.
         changes = [seconds for seconds, changed in gaps if changed]
         change = max(0.0, statistics.median(changes) - step) if step is not None and changes else 0.0
         first, first_cpu = self.first_iteration or (None, None)
@@ -57,9 +57,9 @@ class Watch:
 
 
 def peak_bytes() -> int:
-    """Peak resident memory of this process."""
+    """Return the peak resident memory of this process in bytes."""
     try:
-        # Not ru_maxrss, which on Linux starts with what the parent had when it started this process.
+        # Not ru_maxrss: on Linux it starts at the memory of the parent when it started this process.
         status = Path("/proc/self/status").read_text()
         return 1024 * int(status.split("VmHWM:")[1].split()[0])
     except (OSError, IndexError):
@@ -67,7 +67,7 @@ def peak_bytes() -> int:
 
 
 def count_pairs(watch: Watch) -> dict[str, int]:
-    """(path, tile) pairs of the fitted scene, and those of them that an edge crosses."""
+    """Count the (path, tile) pairs of the fitted scene, and those that an edge crosses."""
     from warpvec.rendering.exact import ExactRenderer
 
     scene = watch.fitted.scene
@@ -77,7 +77,7 @@ def count_pairs(watch: Watch) -> dict[str, int]:
 
 
 def main() -> None:
-    """Run the command, then report; the exit code is the command's."""
+    """Run the command, then report; exit with the code of the command."""
     from warpvec.cli import main as cli
     from warpvec.vectorization import api
 
@@ -89,7 +89,7 @@ def main() -> None:
         if stop.code:
             raise
     seen = {**watch.describe(), "peak_bytes": peak_bytes()}
-    # After the peak has been read, as this renders once more.
+    # The peak is read first, because counting the pairs renders once more.
     print(json.dumps({**seen, **count_pairs(watch)}))
 
 

@@ -1,4 +1,4 @@
-"""The benchmarks: a tiny run of each, and what they would get wrong in silence. Nothing here asserts a time."""
+"""Test the shared parts of the benchmarks, bench_step, bench_fit and kodak. No test asserts a time."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ sys.path.append(str(ROOT / "bench"))
 harness, scenes, bench_step = map(import_module, ("harness", "bench_scenes", "bench_step"))
 bench_fit, fits, kodak = map(import_module, ("bench_fit", "fits", "kodak"))
 
-# Kernel files that hold no stage: conventions, and functions that the stages share.
+# Kernel files that are no stage of their own.
 SHARED_KERNELS = {"__init__", "adan", "capacity", "bezier", "constants", "thread_pool", "edges", "lanes", "reductions"}
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with two noisy photos of 40 x 24 and a file that is none."""
+    """A folder with two noisy photos of 40 x 24 pixels and a text file."""
     path = tmp_path / "photos"
     path.mkdir()
     for seed, name in enumerate(("a.png", "b.png")):
@@ -55,8 +55,8 @@ def test_statistics_of_known_spans() -> None:
     assert harness.summarize(spans[:1]) == harness.Statistics(4.0, 4.0, 0.0, 8.0, 1)
 
 
-def test_laps_sum_what_runs_twice_and_keep_the_remainder(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A clock that advances by 1 at each reading: an action takes 1, and 2 more for each one timed within it."""
+def test_laps_add_repeated_parts_and_compute_the_remainder(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock advances by 1 per reading, so an action takes 1, plus 2 for each action timed within it."""
     monkeypatch.setattr(harness.time, "perf_counter", map(float, itertools.count()).__next__)
     monkeypatch.setattr(harness.time, "process_time", map(float, itertools.count()).__next__)
     laps = harness.Laps()
@@ -91,13 +91,29 @@ def test_lists_of_counts_are_checked(folder: Path) -> None:
     assert "'256,0'" in result.stderr
 
 
-def test_facts_tell_versions_and_sources() -> None:
+def test_machine_facts_include_versions_and_sources() -> None:
     facts = harness.machine_facts()
     assert facts["warpvec"] == warpvec.__version__
-    # A build may carry a local label in one of the two, as in "2.13.0+cu130".
+    # One of the two may have a local label, as in "2.13.0+cu130".
     assert facts["torch"].split("+")[0] == torch.__version__.split("+")[0]
     assert facts["source"] == harness.source_digest()
     json.dumps(facts)
+
+
+def test_the_digest_covers_every_room_and_the_linked_kernels(tmp_path: Path) -> None:
+    """kernels/ is a symbolic link, which globbing does not follow."""
+    package, kernels = tmp_path / "warpvec", tmp_path / "kernels"
+    files = [package / "errors.py", package / "fit" / "loop.py", package / "fit" / "policies" / "base.py"]
+    files.append(kernels / "binning.py")
+    for path in files:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("a = 1")
+    (package / "kernels").symlink_to("../kernels")
+    digests = {harness._digest_of(package)}
+    for path in files:
+        path.write_text("a = 2")
+        digests.add(harness._digest_of(package))
+    assert len(digests) == 1 + len(files)
 
 
 # bench_step
@@ -110,14 +126,10 @@ def test_every_kernel_file_has_a_row() -> None:
 
 @pytest.mark.parametrize("renderer", bench_step.STAGES)
 def test_step_by_stage(folder: Path, tmp_path: Path, renderer: str) -> None:
-    """One lap of each thread count; the stages and the host add up to the step, and each was seen."""
+    """Every stage has a row, and the stages and the host add up to the step."""
     arguments = ["--curves", 20, "--fit-iterations", 6, "--repeat", 1, "--cache", tmp_path / "cache"]
-    arguments += [
-        "--set",
-        f"renderer={renderer}",
-        "--set",
-        f"path_model={'sides' if renderer == 'splat' else 'segments'}",
-    ]
+    path_model = "sides" if renderer == "splat" else "segments"
+    arguments += ["--set", f"renderer={renderer}", "--set", f"path_model={path_model}"]
     line = _last_json(_invoke(bench_step.main, "--image", folder / "a.png", "--threads", "1,2", *arguments))
     assert line["counts"]["paths"] == 20
     assert min(line["counts"].values()) > 0
@@ -130,7 +142,7 @@ def test_step_by_stage(folder: Path, tmp_path: Path, renderer: str) -> None:
             assert sum(rows[name]["median"] for name in parts) == pytest.approx(whole, abs=1e-4 * len(rows))
 
 
-def test_scene_is_fitted_once_and_stays(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scene_is_fitted_once_and_laps_keep_it(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     photo, target = folder / "a.png", torch.rand(24, 40, 3)
     config = make_config(curves=9, iterations=4, initial_curves=9)
     path = scenes.fitted_scene(photo, target, config, tmp_path)
@@ -163,13 +175,13 @@ def test_whole_fit(folder: Path) -> None:
     assert (case["image"], case["how"], case["metrics"]["curves"]) == ("a.png", "draft", 9)
     assert case["metrics"]["iterations"] == 5
     (run,) = case["runs"]
-    # A process that has loaded torch holds more than 50 MB; a wrong unit would be off by 1024.
+    # torch alone takes more than 50 MB; a wrong unit would be off by 1024.
     assert 50e6 < run["peak_bytes"] < 50e9
     assert run["wall"] > 0
     assert run["cpu"] > 0
 
 
-def test_a_child_gets_its_environment_and_reports_failure_in_a_line() -> None:
+def test_a_child_gets_its_environment_and_fails_with_its_last_line() -> None:
     code = "import os; print(os.environ['WARP_CACHE_PATH'])"
     assert bench_fit.run_child(["-c", code], {"WARP_CACHE_PATH": "here"}).stdout == "here\n"
     with pytest.raises(click.ClickException, match="ValueError: no luck$"):
@@ -192,8 +204,8 @@ def test_cold_runs_share_a_cache_that_starts_empty(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize(("curves", "speckle"), [(512, 2), (100, 10), (10, 91), (8, 112), (1, 128)])
-def test_vtracer_gets_the_least_speckle_that_suits(curves: int, speckle: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A tracer whose paths number 1000 / speckle."""
+def test_vtracer_gets_the_smallest_speckle(curves: int, speckle: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The stand-in for VTracer writes 1000 / speckle paths."""
 
     def run_child(arguments: list[Any]) -> Any:
         if arguments[0] == "-c":
@@ -236,7 +248,7 @@ def test_kodak_measures_every_image_once(folder: Path, tmp_path: Path, monkeypat
 
 
 def test_kodak_resumes_a_killed_run(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Half a line at the end is measured again; whole lines are not."""
+    """Only the result whose line was cut off is measured again."""
     out = tmp_path / "kodak.csv"
     assert _kodak(folder, out).exit_code == 0
     before, lines = fits.ResultFile(out, kodak.FIELDS).read(), out.read_text().splitlines(keepends=True)
@@ -250,7 +262,7 @@ def test_kodak_resumes_a_killed_run(folder: Path, tmp_path: Path, monkeypatch: p
     assert out.read_text().splitlines(keepends=True)[:-1] == lines[:-1]
 
 
-def test_kodak_tells_settings_photos_and_sources_apart(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kodak_keys_depend_on_settings_photos_and_sources(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     config = make_config(curves=6)
     keys = [kodak.row_key(folder / name, config) for name in ("a.png", "b.png")]
     keys.append(kodak.row_key(folder / "a.png", make_config(curves=6, threads=2)))
@@ -259,7 +271,7 @@ def test_kodak_tells_settings_photos_and_sources_apart(folder: Path, monkeypatch
     assert len(set(keys)) == 4
 
 
-def test_kodak_keeps_no_interrupted_fit(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kodak_does_not_keep_an_interrupted_fit(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     vectorize = kodak.vectorize
 
     def interrupted(*args: Any, **settings: Any) -> Any:
@@ -281,7 +293,7 @@ def test_kodak_limit_and_empty_folder(folder: Path, tmp_path: Path) -> None:
     assert "holds none" in result.stderr
 
 
-def test_kodak_refuses_a_file_of_other_columns(folder: Path, tmp_path: Path) -> None:
+def test_kodak_refuses_a_file_with_other_columns(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "kodak.csv"
     out.write_text("key,image\n1,2\n")
     result = _kodak(folder, out)

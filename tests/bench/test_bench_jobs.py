@@ -1,4 +1,4 @@
-"""Benchmarks that run several fits at a time, and the one of `warpvec batch` itself. Nothing here asserts a time."""
+"""Test benchmarks with several jobs at a time, and bench_batch. No test asserts a time."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SETTINGS = {"curves": 6, "iterations": 5, "initial_curves": 6}
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with two noisy photos of 40 x 24."""
+    """A folder with two noisy photos of 40 x 24 pixels."""
     path = tmp_path / "photos"
     path.mkdir()
     for seed, name in enumerate(("a.png", "b.png")):
@@ -32,7 +32,7 @@ def folder(tmp_path: Path) -> Path:
     return path
 
 
-def test_kodak_measures_the_same_with_jobs(folder: Path, tmp_path: Path) -> None:
+def test_kodak_gives_the_same_results_with_two_jobs(folder: Path, tmp_path: Path) -> None:
     rows = []
     for jobs in (1, 2):
         out = tmp_path / f"kodak-{jobs}.csv"
@@ -73,7 +73,7 @@ def test_fits_of_the_paper_can_be_made_by_another_process(folder: Path, tmp_path
 
 @pytest.fixture
 def bench(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Its commands run in this process, and so do the jobs of its batch."""
+    """A bench whose commands and batch jobs run in this process."""
     lock = threading.Lock()
 
     def run_child(arguments: list[object]) -> Any:
@@ -91,7 +91,7 @@ def bench(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 def _kill(bench: Any, monkeypatch: pytest.MonkeyPatch, *, forgotten: bool) -> None:
-    """A batch stands as if killed after its first photo, the record of which may be lost."""
+    """Make the batch look killed after its first photo; if ``forgotten``, the key of its record is wrong."""
 
     def killed_batch(self: Any, name: str) -> tuple[float, int]:
         self.batch(name)
@@ -107,14 +107,14 @@ def test_a_batch_beside_single_runs(bench: Any, monkeypatch: pytest.MonkeyPatch)
     names = [row[0] for row in bench_batch.compare(bench)]
     assert "batch, 2 jobs" in names
     _kill(bench, monkeypatch, forgotten=False)
-    assert [row[0] for row in bench_batch.kill_and_go_on(bench)] == [
-        "killed with 1 of 2 done",
-        "run again: none of the 1 again, none missing",
+    assert [row[0] for row in bench_batch.kill_and_resume(bench)] == [
+        "killed after 1 of 2 photos",
+        "run again: none of the 1 fitted twice, none missing",
     ]
 
 
-def test_a_photo_that_is_done_again_is_seen(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_photo_that_is_fitted_twice_is_an_error(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     bench.batch("batch")
     _kill(bench, monkeypatch, forgotten=True)
-    with pytest.raises(click.ClickException, match="done again: \\['a.png'\\], missing: \\[\\]"):
-        bench_batch.kill_and_go_on(bench)
+    with pytest.raises(click.ClickException, match="fitted twice: \\['a.png'\\], missing: \\[\\]"):
+        bench_batch.kill_and_resume(bench)

@@ -1,4 +1,4 @@
-"""The scenes of the benches, the rivals beside them and the roof over them. Nothing here asserts a time."""
+"""Test the scenes of the benchmarks, the rivals and the roof. No test asserts a time."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ bench_step, cost_model = map(import_module, ("bench_step", "cost_model"))
 
 @pytest.fixture
 def photos(tmp_path: Path) -> Path:
-    """A folder with a noisy kodim07.png of 60 x 40."""
+    """A folder with a noisy kodim07.png of 60 x 40 pixels."""
     folder = tmp_path / "photos"
     folder.mkdir()
     noise = np.random.default_rng(0).integers(0, 256, (40, 60, 3), dtype=np.uint8)
@@ -47,16 +47,6 @@ def two_circles() -> Scene:
 # Scenes
 
 
-def test_the_names_say_what_the_scenes_are() -> None:
-    for name, scene in scenes.SCENES.items():
-        stem, *_, curves = name.split("-")
-        assert int(curves) == scene.curves
-        if "x" in name:
-            assert f"{scene.width}x{scene.height}" in name
-        else:
-            assert f"{stem}.png" == scene.photo
-
-
 def test_a_named_scene_is_a_fit_of_the_resampled_photo(
     photos: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -70,8 +60,8 @@ def test_a_named_scene_is_a_fit_of_the_resampled_photo(
     assert scenes.named_subject("small", photos, tmp_path / "cache", {"initial_curves": 7}).path == subject.path
 
 
-def test_a_photo_is_cut_to_the_proportions_and_not_stretched(tmp_path: Path) -> None:
-    """A ramp along x: enlarged twice and cut by a quarter of its width on both sides, or taken as it is."""
+def test_a_photo_is_cropped_to_the_proportions_and_not_stretched(tmp_path: Path) -> None:
+    """A ramp along x is doubled in size and cropped by a quarter on both sides, or left as it is."""
     ramp = np.broadcast_to(np.arange(64, dtype=np.uint8)[None, :, None] * 4, (32, 64, 3))
     photo = tmp_path / "ramp.png"
     Image.fromarray(np.ascontiguousarray(ramp)).save(photo)
@@ -81,7 +71,7 @@ def test_a_photo_is_cut_to_the_proportions_and_not_stretched(tmp_path: Path) -> 
     assert scenes.resampled_photo(photo, 64, 32, tmp_path) == photo
 
 
-def test_a_scene_that_is_not_there_is_a_usage_error(photos: Path, tmp_path: Path) -> None:
+def test_a_missing_scene_is_a_usage_error(photos: Path, tmp_path: Path) -> None:
     with pytest.raises(click.UsageError, match="kodim07-1024"):
         scenes.scene_file("kodim07-1")
     with pytest.raises(click.UsageError, match="--photos must be a folder with kodim07.png"):
@@ -107,7 +97,7 @@ def test_step_of_a_named_scene(photos: Path, tmp_path: Path, monkeypatch: pytest
     assert "| compositing_adjoint |" in result.stdout.split("step, 1 thr. | MB")[1]
 
 
-# DiffVG: a stand-in with its interface, drawn by warpvec, shows that the adapter hands over the scene.
+# DiffVG: a stand-in with its interface, which draws with warpvec, checks the scene that it gets.
 
 
 @dataclass
@@ -125,7 +115,7 @@ class FakeGroup:
 
 
 class FakeDiffvg(ModuleType):
-    """The part of pydiffvg that a step takes; it keeps what it was given."""
+    """The part of pydiffvg that a step uses; it keeps the scenes that it draws."""
 
     Path, ShapeGroup = FakePath, FakeGroup
 
@@ -152,14 +142,14 @@ class FakeDiffvg(ModuleType):
         paint = torch.stack([group.fill_color for group in groups])
         paths = (points, paint[:, :3], paint[:, 3])
         black, white = (
-            warpvec.render(Scene(*paths, torch.full((3,), page), torch.zeros(len(points)).long()), height, width)
-            for page in (0.0, 1.0)
+            warpvec.render(Scene(*paths, torch.full((3,), matte), torch.zeros(len(points)).long()), height, width)
+            for matte in (0.0, 1.0)
         )
         alpha = 1.0 - (white - black).mean(-1, keepdim=True)
         return torch.cat([black / alpha.clamp_min(1e-6), alpha], -1)
 
 
-def test_diffvg_gets_the_scene_and_gives_the_loss_and_its_gradient() -> None:
+def test_diffvg_gets_the_scene_and_returns_the_loss_and_its_gradient() -> None:
     library, scene, target = FakeDiffvg(), two_circles(), torch.rand(24, 32, 3)
     loss = rivals.diffvg_step(library, scene, target)()
     points = scene.points.clone().requires_grad_()
@@ -177,7 +167,7 @@ def test_diffvg_gets_the_scene_and_gives_the_loss_and_its_gradient() -> None:
         torch.testing.assert_close(shape.points.grad, expected, rtol=1e-3, atol=1e-7)
 
 
-def test_diffvg_is_timed_where_it_is_installed_and_skipped_where_it_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_diffvg_is_timed_if_installed_and_skipped_if_it_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     library, scene, target = FakeDiffvg(), two_circles(), torch.rand(24, 32, 3)
     monkeypatch.setitem(sys.modules, "pydiffvg", library)
     timed = rivals.time_diffvg("pydiffvg", scene, target)
@@ -195,25 +185,13 @@ def test_diffvg_is_timed_where_it_is_installed_and_skipped_where_it_fails(monkey
 # The roof
 
 
-def test_the_roof_is_what_the_counts_are_divided_by() -> None:
+def test_a_load_takes_the_longer_of_its_two_times() -> None:
     roof = roofline.Roof(bytes_per_second=1e9, flops_per_second=1e10)
     assert roofline.Load(bytes=2e6, flops=1e6).seconds(roof) == pytest.approx(2e-3)
     assert roofline.Load(bytes=2e6, flops=5e7).seconds(roof) == pytest.approx(5e-3)
 
 
-def test_loads_of_a_scene_by_hand() -> None:
-    work = cost_model.Work(1, 12, 40, 100, 6, 4, 5)
-    loads = roofline.stage_loads(work, pixel_count=1000)
-    assert loads["flattening"].bytes == 8 * (12 + 40)
-    # A slot is 17 columns or 16, of 16 pixels of 4 bytes; the adjoint reads and writes it, and reads the target.
-    slot = 64 * roofline.COLUMNS
-    assert loads["coverage"].bytes == 8 * 40 + 4 * slot
-    assert loads["compositing_adjoint"].bytes == 8 * slot + 12_000
-    assert loads["compositing_adjoint"].flops == 5 * 256 * roofline._PIXEL_ADJOINT_FLOPS
-    assert loads["population"].flops == (24 + 4) * roofline._PARAMETER_FLOPS
-
-
-def test_a_table_of_the_roof(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_table_of_the_roof(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(roofline, "_STREAM_FLOATS", 1000)
     monkeypatch.setattr(roofline, "_MATRIX_SIDE", 16)
     threads = torch.get_num_threads()

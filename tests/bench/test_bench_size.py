@@ -1,4 +1,4 @@
-"""The benches of size and start-up: what they report of a run. Nothing here asserts a time."""
+"""Test the reports of bench_size and bench_startup. No test asserts a time."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def sized(width: int, height: int, fitted: tuple[int, int], curves: int, peak: f
     return size.SizedRun((width, height), {"curves": curves, "psnr": 25.0}, seen, 4.0, 50.0)
 
 
-def test_a_watch_tells_steps_from_changes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Four quick steps, a change of the population before a slow one, then steps of 3 s with all paths."""
+def test_a_watch_separates_steps_from_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Four steps of 1 s, a change of the population before a slow step, then steps of 3 s with all paths."""
     seconds = [1.0, 2.0, 3.0, 4.0, 11.0, 14.0, 17.0, 20.0, 23.0, 26.0]
     curves = [4, 4, 4, 4, 8, 8, 8, 8, 8, 8]
     seen = []
@@ -58,8 +58,8 @@ def test_a_watch_tells_steps_from_changes(monkeypatch: pytest.MonkeyPatch) -> No
     assert found["first_iteration"] > 1e9
 
 
-def test_pairs_are_those_of_the_fitted_scene() -> None:
-    """A rectangle over 2 x 3 tiles."""
+def test_pairs_of_the_fitted_scene_are_counted() -> None:
+    """The scene is a rectangle over 2 x 3 tiles."""
     tensors = random_scene(0, 1, 64, 64)
     corner = torch.tensor([[1.0, 1.0], [31.0, 1.0], [31.0, 47.0], [1.0, 47.0]])
     points = torch.stack([corner + (corner.roll(-1, 0) - corner) * k / 3 for k in range(3)], 1).reshape(1, 12, 2)
@@ -69,8 +69,8 @@ def test_pairs_are_those_of_the_fitted_scene() -> None:
     assert watched.count_pairs(watch) == {"pairs": 6, "partial_pairs": 6}
 
 
-def test_the_peak_is_of_the_process_itself_in_bytes() -> None:
-    """In a process of its own, and started by this one, which holds more: torch, and what other tests left."""
+def test_the_peak_is_that_of_the_process_itself_in_bytes() -> None:
+    """The peak of a child must not include that of this process, which is larger."""
     code = "from watched_run import peak_bytes; before = peak_bytes(); b'x' * 300_000_000; print(before, peak_bytes())"
     child = import_module("bench_fit").run_child(["-c", f"import sys; sys.path.append({BENCH!r}); {code}"])
     before, after = map(int, child.stdout.split())
@@ -78,7 +78,7 @@ def test_the_peak_is_of_the_process_itself_in_bytes() -> None:
     assert before + 250e6 < after < before + 350e6
 
 
-def test_a_formula_of_memory_is_found() -> None:
+def test_the_memory_formula_is_found() -> None:
     def peak(photo: float, fitted: float, curves: float) -> float:
         return 1e6 * (400 + 30 * photo + 60 * fitted + 5 * curves)
 
@@ -102,8 +102,8 @@ def test_a_row_is_a_ratio_to_the_first() -> None:
     assert cells["peak MB"] == "1000"
 
 
-def test_a_whole_run_has_all_steps_and_changes() -> None:
-    """Default preset, 512 paths: 2000 iterations, 5 inflations, 56 recyclings."""
+def test_a_whole_run_is_estimated_from_all_steps_and_changes() -> None:
+    """The default preset with 512 paths has 2000 iterations, 5 inflations and 56 recyclings."""
     seen = {"fit_seconds": 2.0, "step": 0.01, "change": 0.1}
     config = make_config(curves=512)
     changes = 5 + int(config.recycle_until * config.iterations / config.recycle_gap)
@@ -120,21 +120,19 @@ def test_wrong_sizes_are_refused(text: str) -> None:
     assert size._fit_sizes(None, None, "photo,1024") == [None, 1024]
 
 
-def test_runs_of_two_sizes(tmp_path: Path) -> None:
-    """The command itself, on a photo resampled to two sizes."""
+def test_a_run_reports_sizes_pairs_and_peak(tmp_path: Path) -> None:
+    """A real run on a resampled photo that is fitted at half its size."""
     noise = np.random.default_rng(0).integers(0, 256, (24, 40, 3), dtype=np.uint8)
     Image.fromarray(noise).save(tmp_path / "photo.png")
-    arguments = ["--photo", tmp_path / "photo.png", "--sizes", "40x24,80x48", "--fit-size", "40", "--curves", "6"]
+    arguments = ["--photo", tmp_path / "photo.png", "--sizes", "80x48", "--fit-size", "40", "--curves", "6"]
     arguments += ["--iterations", "6", "--cache", tmp_path, "--set", "initial_curves=3"]
     result = CliRunner().invoke(size.main, list(map(str, arguments)), catch_exceptions=False)
     assert result.exit_code == 0, result.output
-    rows = json.loads(result.stdout.splitlines()[-1])["runs"]
-    assert [row["size"] for row in rows] == [[40, 24], [80, 48]]
-    for row in rows:
-        assert row["seen"]["fitted"] == [40, 24]
-        assert (row["metrics"]["curves"], row["metrics"]["iterations"]) == (6, 6)
-        assert row["seen"]["pairs"] >= 6
-        assert 50e6 < row["seen"]["peak_bytes"] < 50e9
+    (row,) = json.loads(result.stdout.splitlines()[-1])["runs"]
+    assert (row["size"], row["seen"]["fitted"]) == ([80, 48], [40, 24])
+    assert (row["metrics"]["curves"], row["metrics"]["iterations"]) == (6, 6)
+    assert row["seen"]["pairs"] >= 6
+    assert 50e6 < row["seen"]["peak_bytes"] < 50e9
 
 
 def test_startup_subtracts_a_cached_run_from_a_cold_one(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -150,13 +148,13 @@ def test_startup_subtracts_a_cached_run_from_a_cold_one(monkeypatch: pytest.Monk
     (tmp_path / "a.png").touch()
     result = CliRunner().invoke(startup.main, [str(tmp_path / "a.png"), "--repeat", "2"], catch_exceptions=False)
     assert held == [[]]
-    assert "a first run takes 7.0 s more" in result.stdout
+    assert "a first run takes 7.0 s longer" in result.stdout
     found = json.loads(result.stdout.splitlines()[-1])["ms"]
     assert found[startup._FIRST]["median"] == pytest.approx(500, abs=100)
     assert found[startup._FIRST]["cpu_median"] == 250
 
 
-def test_a_fit_is_compared_with_the_vtracer_beside_it() -> None:
+def test_a_fit_is_compared_with_vtracer_on_the_same_image() -> None:
     bench_fit = import_module("bench_fit")
 
     def case(name: str, how: str, *walls: float) -> Any:

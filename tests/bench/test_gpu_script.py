@@ -1,11 +1,13 @@
-"""The script of all that needs a GPU: what it says without one, and, before an interpreter that acts, what it runs."""
+"""Test bench/gpu.sh: its message without a GPU, and the commands that it gives to a stand-in for Python."""
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -13,7 +15,7 @@ import torch
 
 SCRIPT = Path(__file__).parents[2] / "bench" / "gpu.sh"
 
-# Stands for Python where there is a GPU: the check for one says nothing, benches print a line, what is to fail fails.
+# Stand-in for Python with a GPU: the check for a GPU succeeds, bench_step prints its line, ``failing`` commands fail.
 _ACTOR = """#!/usr/bin/env bash
 echo "$*" >>"{log}"
 [ "$*" = "-" ] && exit 0
@@ -36,7 +38,7 @@ def run(python: str, *arguments: object, path: str = os.environ["PATH"]) -> subp
 
 @pytest.fixture
 def stage(tmp_path: Path) -> Path:
-    """A folder with a photo set in it, and the counters' program."""
+    """A folder with a Kodak photo and a stand-in for the program ncu."""
     (tmp_path / "kodak").mkdir()
     (tmp_path / "kodak" / "kodim07.png").touch()
     (tmp_path / "ncu").write_text(f'#!/usr/bin/env bash\necho "ncu $*" >>"{tmp_path / "log"}"\n')
@@ -45,7 +47,7 @@ def stage(tmp_path: Path) -> Path:
 
 
 def act(stage: Path, failing: str = "nothing") -> tuple[subprocess.CompletedProcess[str], list[str]]:
-    """The script's run with an actor, and the commands that it gave."""
+    """Run the script with the stand-in for Python; return the result and the commands that the script gave."""
     actor = stage / "actor"
     actor.write_text(_ACTOR.format(log=stage / "log", failing=failing, python=sys.executable, line=_LINE))
     actor.chmod(0o755)
@@ -54,13 +56,13 @@ def act(stage: Path, failing: str = "nothing") -> tuple[subprocess.CompletedProc
 
 
 @pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU")
-def test_without_a_gpu_it_says_so_in_one_line() -> None:
+def test_without_a_gpu_it_prints_one_line() -> None:
     result = run(sys.executable)
     assert result.returncode == 2 and not result.stdout
     assert result.stderr.startswith("bench/gpu.sh: no GPU to measure: torch") and result.stderr.count("\n") == 1
 
 
-def test_without_an_interpreter_it_says_so_in_one_line() -> None:
+def test_without_an_interpreter_it_prints_one_line() -> None:
     result = run("/nowhere/python")
     assert result.returncode == 2 and result.stderr.count("\n") == 1 and "/nowhere/python" in result.stderr
 
@@ -77,15 +79,20 @@ def test_all_parts_run_and_the_slowest_kernels_are_counted(stage: Path) -> None:
 
 
 @pytest.mark.parametrize(("failing", "name"), [("pytest", "tests on the GPU"), ("wide-4096", "step, wide-4096x4096")])
-def test_what_fails_is_named_and_the_rest_runs(stage: Path, failing: str, name: str) -> None:
+def test_a_failed_part_is_named_and_the_rest_runs(stage: Path, failing: str, name: str) -> None:
     result, commands = act(stage, failing)
     assert result.returncode == 1 and f"failed: {name}" in result.stdout
     assert any("bench_fit" in command for command in commands)
 
 
-def test_scenes_are_those_that_the_benches_know() -> None:
+def test_names_in_the_script_exist() -> None:
     sys.path.append(str(SCRIPT.parent))
-    from bench_scenes import SCENES
-
+    scenes, bench_step = map(import_module, ("bench_scenes", "bench_step"))
     text = SCRIPT.read_text()
-    assert all(f"step {name} " in text for name in SCENES)
+    assert all(f"step {name} " in text for name in scenes.SCENES)
+    for module, name in re.findall(r"from (warpvec[\w.]*) import (\w+)", text):
+        assert hasattr(import_module(module), name)
+    kernels = "".join(path.read_text() for path in (SCRIPT.parents[1] / "kernels").glob("*.py"))
+    stages = {stage.name for stage in bench_step.STAGES["exact"]}
+    pairs = re.findall(r'"([\w, ]+)": "(\w+)"', text)
+    assert pairs and all(stage in stages and f"def {kernel}(" in kernels for stage, kernel in pairs)

@@ -1,4 +1,4 @@
-"""LPIPS in the benchmarks: through the package with weights that are given, or not at all."""
+"""Test LPIPS in the benchmarks: measured with the given weights, or not at all."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ paper_fits, lpips_metric = map(import_module, ("paper_fits", "lpips_metric"))
 
 
 class FakeLpips(torch.nn.Module):
-    """A backbone of one layer under the names of the package, and a distance that tells its weights and its input."""
+    """A backbone of one layer, named as in the package, and a distance that reveals its weights and its input."""
 
     def __init__(self, *, net: str, pnet_rand: bool, verbose: bool) -> None:
         super().__init__()
@@ -59,7 +59,7 @@ def test_the_backbone_gets_the_weights_of_the_file(layer: int, net: str, tmp_pat
 
 
 @pytest.mark.usefixtures("lpips_package")
-def test_lpips_is_added_to_fits_that_are_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lpips_is_added_to_existing_fits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     gradient = np.linspace(0, 255, 32 * 48 * 3).astype(np.uint8).reshape(32, 48, 3)
     Image.fromarray(gradient).save(tmp_path / "photo.png")
     case = paper_fits.Case(paper_fits.Photo(tmp_path / "photo.png"), "default", {"curves": 4, "iterations": 3})
@@ -90,13 +90,13 @@ def test_lpips_is_added_to_fits_that_are_there(tmp_path: Path, monkeypatch: pyte
         ([1, 2], "must be a state dict"),
     ],
 )
-def test_wrong_weights_are_a_line(content: Any, message: str, tmp_path: Path) -> None:
+def test_wrong_weights_are_a_usage_error(content: Any, message: str, tmp_path: Path) -> None:
     torch.save(content, tmp_path / "w.pth")
     with pytest.raises(click.UsageError, match=f"--lpips-weights {message}"):
         lpips_metric.Lpips(tmp_path / "w.pth")
 
 
-def test_no_weights_file_and_no_package_are_lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_file_and_a_missing_package_are_usage_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "w.txt").write_text("no weights")
     with pytest.raises(click.UsageError, match="must be a state dict that torch saved"):
         lpips_metric.Lpips(tmp_path / "w.txt")

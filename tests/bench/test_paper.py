@@ -1,4 +1,4 @@
-"""The commands for the paper's tables and figures: a tiny run of each, and what they would get wrong in silence."""
+"""Test the commands for the paper's tables and figures with a tiny run of each."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from warpvec.config.presets import make_config
 sys.path.append(str(Path(__file__).parents[2] / "bench"))
 paper, paper_fits = map(import_module, ("paper", "paper_fits"))
 
-# Few samples, so that a fit takes a moment.
+# Few samples, so that a fit is fast.
 QUICK = ("--set", "samples=6", "--set", "lines=2", "--set", "threads=1")
 RUNS = {
     "table1": ("--curves", "4,6"),
@@ -32,12 +32,12 @@ RUNS = {
     "layers": ("--curves", "20"),
     "compare": ("--curves", "4", "--images", "kodim07"),
 }
-"""Command -> its arguments beside the folder and the iterations."""
+"""Command -> its arguments after the folder and the iterations."""
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with two smooth photos of 48 x 32."""
+    """A folder with two smooth photos of 48 x 32 pixels."""
     path = tmp_path_factory.mktemp("photos")
     x, y = np.meshgrid(np.linspace(0, 1, 48), np.linspace(0, 1, 32))
     for name, channels in {"kodim01": (x, y, x * y), "kodim07": (x, 1 - x, (x - 0.5) ** 2 + y**2)}.items():
@@ -46,7 +46,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(folder: Path, out: Path, name: str, *arguments: object, code: int = 0) -> Result:
-    """One command with the arguments of ``RUNS``, and others after them."""
+    """Run a command with the arguments of ``RUNS``, followed by ``arguments``."""
     given = RUNS[name] if "--iterations" in RUNS[name] else (*RUNS[name], "--iterations", "3")
     line = [name, folder, "--out", out / f"{name}.csv", *given, *QUICK, *arguments]
     result = CliRunner().invoke(paper.main, [str(argument) for argument in line], catch_exceptions=False)
@@ -56,7 +56,7 @@ def run(folder: Path, out: Path, name: str, *arguments: object, code: int = 0) -
 
 @pytest.fixture(scope="module")
 def runs(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """Command -> its first run; "out" -> the folder of all results."""
+    """The first run of each command, and the folder of all results under "out"."""
     out = tmp_path_factory.mktemp("results")
     return {"out": out, **{name: run(folder, out, name) for name in RUNS}}
 
@@ -69,7 +69,7 @@ def rows_of(out: Path, name: str) -> list[dict[str, str]]:
 # Every command
 
 
-# The fits that each command has to make; two variants of equal settings are one fit.
+# Number of fits of each command; two variants with equal settings are one fit.
 FIT_COUNTS = {
     "table1": 2 * 3 * 2, "table2": 2, "interior": 2, "hierarchy": 4, "table3": 2 * (5 + 4 + 4),
     "trajectory": 2, "lod": 2, "layers": 1, "compare": 4,
@@ -77,7 +77,7 @@ FIT_COUNTS = {
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_every_fit_is_a_line_and_is_made_once(
+def test_every_fit_is_a_row_and_is_made_once(
     name: str, folder: Path, runs: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rows = rows_of(runs["out"], name)
@@ -91,7 +91,7 @@ def test_every_fit_is_a_line_and_is_made_once(
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_table_is_written_beside_the_csv(name: str, runs: dict[str, Any]) -> None:
+def test_the_table_is_written_beside_the_csv(name: str, runs: dict[str, Any]) -> None:
     table, _, machine = (runs["out"] / f"{name}.md").read_text().partition("\n\ncpu")
     assert runs[name].stdout.startswith(table)
     assert table.startswith("| " if name != "table3" else "(a) ")
@@ -121,23 +121,23 @@ def test_equal_settings_give_equal_numbers(folder: Path, runs: dict[str, Any], t
 @pytest.mark.parametrize(
     ("name", "arguments", "message"),
     [
-        ("interior", ("--images", "kodim99"), "'kodim99' is not there; it has kodim01, kodim07"),
+        ("interior", ("--images", "kodim99"), "got 'kodim99'; choose from kodim01, kodim07"),
         ("interior", ("--iterations", "3,4"), "must be one number"),
         ("table3", ("--iterations", "3,4,5"), "must be one or two numbers"),
         ("table3", ("--curves", "3,4"), "--curves must be one number"),
-        ("table3", ("--panels", "lr,depth"), "--panels must be some of lr, radius, gap, got depth"),
+        ("table3", ("--panels", "lr,depth"), "--panels must be among lr, radius, gap, got depth"),
         ("interior", ("--set", "samples=1"), "samples must be"),
         ("table1", ("--presets", "papers"), "preset must be one of"),
     ],
 )
-def test_wrong_usage_is_a_line(
+def test_wrong_usage_is_an_error(
     name: str, arguments: tuple[str, ...], message: str, folder: Path, tmp_path: Path
 ) -> None:
     assert message in " ".join(run(folder, tmp_path, name, *arguments, code=2).stderr.split())
     assert not list(tmp_path.glob("*.md"))
 
 
-# Which fits a command makes
+# The fits of a command
 
 
 def settings_of(row: dict[str, str]) -> dict[str, Any]:
@@ -156,7 +156,7 @@ def test_ablations_change_one_thing(runs: dict[str, Any]) -> None:
     assert found == [(True, 0.02, "area"), (True, 1.0, "area"), (False, 0.02, None), (False, 1.0, None)]
 
 
-def test_flat_fits_keep_a_given_order(folder: Path, tmp_path: Path) -> None:
+def test_flat_fits_use_the_given_order(folder: Path, tmp_path: Path) -> None:
     run(folder, tmp_path, "hierarchy", "--set", "z_order=creation")
     assert {settings_of(row)["z_order"] for row in rows_of(tmp_path, "hierarchy")} == {"creation"}
 
@@ -165,14 +165,15 @@ def test_sweeps_change_one_setting_of_the_preset(runs: dict[str, Any]) -> None:
     rows = [settings_of(row) for row in rows_of(runs["out"], "table3")]
     values = {name: sorted({row[name] for row in rows if name in row}) for name in ("radius_decay", "inflation_gap")}
     assert sorted({row["lr_scale"] for row in rows if "lr_scale" in row}) == [0.02, 0.1, 0.2, 1.0, 2.0]
-    # The paper's own value is there already, as a fit of the first panel.
+    # The paper's own values are fits of the first panel already.
     assert values == {"radius_decay": [0.1, 0.25, 0.75, 1.0], "inflation_gap": [25, 50, 200, 400]}
     preset = make_config("paper")
-    assert (preset.lr_scale, preset.radius_decay, preset.inflation_gap) == (1.0, 0.5, 100)
-    assert (preset.lr_points, preset.lr_color) == (50 * 2e-4, 50 * 0.01)
+    defaults = {sweep.setting: sweep.default for sweep in paper.TABLE_3.values()}
+    assert defaults == {"lr_scale": paper.LR_REFERENCE, "radius_decay": preset.radius_decay, "inflation_gap": 100}
+    assert (preset.lr_scale, preset.inflation_gap) == (1.0, 100)
 
 
-def test_rivals_get_the_time_that_the_other_took(runs: dict[str, Any]) -> None:
+def test_each_preset_also_gets_the_time_of_the_other(runs: dict[str, Any]) -> None:
     own, exact, default, soft = rows_of(runs["out"], "compare")
     assert [row["preset"] for row in (own, exact, default, soft)] == ["paper", "default", "default", "paper"]
     assert settings_of(exact)["time_budget"] == float(own["seconds"])
@@ -182,12 +183,12 @@ def test_rivals_get_the_time_that_the_other_took(runs: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("name", ["interior", "hierarchy"])
-def test_ablations_have_the_papers_values_beside_ours(name: str, runs: dict[str, Any]) -> None:
+def test_ablations_show_the_papers_values(name: str, runs: dict[str, Any]) -> None:
     cells = [line.split(" | ")[-3] for line in runs[name].stdout.splitlines() if line.startswith("| kodim07")]
     assert cells == {"interior": ["23.46", "28.08"], "hierarchy": ["24.47", "19.19", "-", "24.68"]}[name]
 
 
-def test_without_weights_the_column_says_so(runs: dict[str, Any]) -> None:
+def test_without_weights_the_lpips_column_has_a_note(runs: dict[str, Any]) -> None:
     message = "weights not found: give --lpips-weights PATH"
     lines = [line for line in runs["table1"].stdout.splitlines() if line.startswith(("| paper", "| default"))]
     assert [line.count(message) for line in lines] == [2] * 4
@@ -198,14 +199,14 @@ def test_without_weights_the_column_says_so(runs: dict[str, Any]) -> None:
 # Levels, layers, frames
 
 
-def test_levels_end_in_the_whole_fit(runs: dict[str, Any]) -> None:
+def test_the_last_level_is_the_whole_fit(runs: dict[str, Any]) -> None:
     last = next(row for row in rows_of(runs["out"], "lod") if row["curves"] == "20")
     table = runs["lod"].stdout.partition("first generations")[2]
     assert f"| kodim07 | 1 | 20 | {float(last['soft_psnr']):.2f} |" in table
     assert "| kodim07 | 0 | 16 |" in table
 
 
-def test_frames_are_of_matched_iterations_and_end_in_the_fit(folder: Path, runs: dict[str, Any]) -> None:
+def test_frames_have_equal_iterations_and_end_in_the_fit(folder: Path, runs: dict[str, Any]) -> None:
     fits = paper_fits.Fits(runs["out"] / "trajectory.csv")
     photo = paper_fits.Photo(folder / "kodim01.png")
     for row in rows_of(runs["out"], "trajectory"):
@@ -221,17 +222,17 @@ def test_frames_are_of_matched_iterations_and_end_in_the_fit(folder: Path, runs:
     assert [(entry["preset"], entry["iteration"]) for entry in entries] == [(p, "3") for p in paper.RIVALS]
 
 
-def test_without_matplotlib_all_but_the_plot_is_there(
+def test_without_matplotlib_only_the_plot_is_missing(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     result = run(folder, tmp_path, "trajectory")
-    assert "-plot.png is left out: it takes matplotlib; pip install 'warpvec[paper]'" in result.stderr
+    assert "-plot.png was left out, it needs matplotlib; pip install 'warpvec[paper]'" in result.stderr
     assert not list(tmp_path.glob("*-plot.png"))
     assert (tmp_path / "trajectory.md").exists()
 
 
-def test_weights_are_asked_for_by_name(folder: Path, tmp_path: Path) -> None:
+def test_wrong_weights_are_refused_before_any_fit(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "w.txt").write_text("no weights")
     given = ("--lpips-weights", tmp_path / "w.txt")
     assert "must be a state dict" in " ".join(run(folder, tmp_path, "table2", *given, code=2).stderr.split())

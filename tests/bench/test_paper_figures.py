@@ -1,4 +1,4 @@
-"""The pictures of the paper's figures: colours, captions, the plot."""
+"""Test the pictures of the paper's figures: colours, captions, the plot."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_layers_are_coloured_by_generation() -> None:
     assert light == sorted(light)
 
 
-def test_a_sheet_holds_its_pictures_and_reduces_wide_ones() -> None:
+def test_a_sheet_contains_its_pictures_and_reduces_wide_ones() -> None:
     small, wide = np.full((10, 20, 3), 7, np.uint8), np.full((100, 800, 3), 9, np.uint8)
     tiles = [paper_figures.Tile(small, "small"), paper_figures.Tile(wide, "wide\ntwo lines")]
     pixels = np.asarray(paper_figures.sheet([tiles, tiles[:1]]))
@@ -39,7 +39,7 @@ def test_a_sheet_holds_its_pictures_and_reduces_wide_ones() -> None:
     assert (second[0], len(second)) == (pixels.shape[0] - 10 - 24, 10)
 
 
-def test_a_run_that_has_ended_shows_its_last_frame(tmp_path: Path) -> None:
+def test_a_run_that_ended_earlier_shows_its_last_frame(tmp_path: Path) -> None:
     pixels = np.zeros((4, 4, 3), np.uint8)
     Image.fromarray(pixels).save(tmp_path / "photo.png")
     photo = paper.Photo(tmp_path / "photo.png")

@@ -1,4 +1,4 @@
-"""The fits behind the paper's tables: what is measured, and what is kept."""
+"""Test the fits behind the paper's tables: their measures and their files."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ paper_fits = import_module("paper_fits")
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with two smooth photos of 48 x 32."""
+    """A folder with two smooth photos of 48 x 32 pixels."""
     path = tmp_path / "photos"
     path.mkdir()
     x, y = np.meshgrid(np.linspace(0, 1, 48), np.linspace(0, 1, 32))
@@ -31,13 +31,13 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def case(folder: Path) -> Any:
-    """A fit of a moment."""
+    """A fast fit."""
     photo = paper_fits.Photo(folder / "kodim07.png")
     return paper_fits.Case(photo, "paper", {"iterations": 3, "samples": 6, "lines": 2, "curves": 5})
 
 
 def test_numbers_are_those_of_the_scene_and_of_the_file(folder: Path, tmp_path: Path) -> None:
-    """The soft PSNR is the fit's own; the file's is what the drawn text of the file has."""
+    """The soft PSNR is that of the fit; the file's PSNR is that of the drawn SVG text."""
     settings = {"iterations": 3, "samples": 6, "lines": 2, "curves": 5}
     photo = paper_fits.Photo(folder / "kodim07.png")
     for preset in ("paper", "default"):
@@ -45,9 +45,9 @@ def test_numbers_are_those_of_the_scene_and_of_the_file(folder: Path, tmp_path: 
         fits = paper_fits.Fits(tmp_path / "x.csv")
         row = fits.row(case := paper_fits.Case(photo, preset, given))
         result = paper_fits.fit_photo(photo.pixels / np.float32(255), case.config, title="kodim07")
-        # Of the exact renderer it is the file's scene, whose numbers are rounded.
+        # For the exact renderer, the internal PSNR is that of the file's scene, whose numbers are rounded.
         assert float(row["soft_psnr"]) == pytest.approx(result.metrics["internal_psnr"], abs=1e-2)
-        # The photo has 8 bits in one and is their 255th part in float32 in the other.
+        # One compares with the photo in 8 bits, the other with the same values divided by 255 in float32.
         assert float(row["file_psnr"]) == pytest.approx(result.metrics["psnr"], abs=1e-5)
         assert float(row["file_ssim"]) == pytest.approx(result.metrics["ssim"], abs=1e-5)
         assert (row["iterations"], row["curves"], int(row["bytes"])) == ("3", "5", result.metrics["bytes"])
@@ -64,7 +64,7 @@ def test_a_fit_whose_scene_is_gone_is_made_again(case: Any, tmp_path: Path) -> N
     assert len((tmp_path / "x.csv").read_text().splitlines()) == 3
 
 
-def test_no_interrupted_fit_is_kept(case: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_fit_is_not_kept(case: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fit_photo = paper_fits.fit_photo
 
     def interrupted(*args: Any, **settings: Any) -> Any:
@@ -78,7 +78,7 @@ def test_no_interrupted_fit_is_kept(case: Any, tmp_path: Path, monkeypatch: pyte
     assert not list(tmp_path.glob("x.*"))
 
 
-def test_scale_reduces_and_names_choose(folder: Path) -> None:
+def test_photos_are_chosen_by_name_and_reduced_by_scale(folder: Path) -> None:
     photos = paper_fits.choose_photos(folder, ["kodim07", "kodim01"], 0.5)
     assert [(photo.name, photo.pixels.shape) for photo in photos] == [
         ("kodim07", (16, 24, 3)),
@@ -91,12 +91,12 @@ def test_scale_reduces_and_names_choose(folder: Path) -> None:
     assert [photo.name for photo in paper_fits.choose_photos(folder, None, 1.0)] == ["kodim01", "kodim07"]
 
 
-def test_photos_scales_settings_and_frames_are_told_apart(folder: Path) -> None:
+def test_keys_depend_on_photo_scale_settings_and_frames(folder: Path) -> None:
     small, other = paper_fits.choose_photos(folder, None, 0.5)
     photos = (small, other, paper_fits.Photo(small.path))
     cases = [paper_fits.Case(photo, "paper", {}) for photo in photos]
     cases += [paper_fits.Case(small, "default", {}), paper_fits.Case(small, "paper", {"threads": 2})]
     cases += [paper_fits.Case(small, "paper", {}, every) for every in (2, 3)]
     assert len({case.key for case in cases}) == 7
-    # The preset's own value, given or not.
+    # A setting that is equal to the preset's does not change the key.
     assert paper_fits.Case(small, "paper", {"inflation_gap": 100}).key == cases[0].key
