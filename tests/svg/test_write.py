@@ -188,7 +188,7 @@ def test_the_canvas_has_size_view_box_and_background():
 
 
 def test_only_plain_attributes_are_used():
-    svg = write_svg(make_scene(50), 768, 512, title="t")
+    svg = write_svg(make_scene(50), 768, 512, title="t", metadata={})
     tags = {element.tag.removeprefix(SVG) for element in ElementTree.fromstring(svg).iter()}
     assert tags == {"svg", "title", "metadata", "rect", "g", "path"}
     assert not re.search("transform|style|class|clip|mask", svg)

@@ -1,4 +1,4 @@
-"""Scene -> SVG text: what is written is exactly what `quantize` returns. And how much any path data draws."""
+"""Write a scene as SVG text, which states exactly the scene that `quantize` returns."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ from warpvec import __version__
 from warpvec.geometry.scene import Scene
 
 OPACITY_DECIMALS = 2
-"""Half a step moves a blend of black and white by 1.3 of 255 levels; a third decimal costs 4 % of a file's bytes."""
+"""Decimals of opacities. Half a step changes a blend of black and white by 1.3 of 255 levels; a third decimal costs
+4 % of a file's bytes."""
 
 MIN_HANDLE_DECIMALS = 1
-"""Handles have a decimal fewer than anchors, but not fewer than this: see `quantize`."""
+"""Fewest decimals of handles, which have one fewer than anchors: see `quantize`."""
 
 COLOR_LEVELS = 255
-"""Colours are written as two hexadecimal digits a channel."""
+"""Largest level of a colour channel, which is written as two hexadecimal digits."""
 
 MAX_TICKS = 2.0**53
-"""Ticks are counted in float64 before they become integers; beyond this it no longer tells neighbours apart."""
+"""Largest coordinate in ticks (units of the last decimal). Ticks are computed in float64, which is exact up to here."""
 
-
-# XML 1.0 forbids these even when escaped, and file names may hold them.
+# XML 1.0 forbids these characters even escaped, and file names may contain them.
 _ILLEGAL_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIMALS) -> Scene:
-    """The scene as its file will say it, for rendering precisely what is exported.
+    """Return the scene as its file will state it, for rendering exactly what is exported.
 
-    Coordinates have ``precision`` decimals, colours 8 bits, opacities ``opacity_decimals`` decimals; colours and
-    opacities outside [0, 1] are clamped. Handles stand a whole number of coarser steps from the start of their
-    segment, 0.1 at two decimals: a handle moves its curve by at most 4/9 of its own move, and at 512 paths this
-    saves 9 % of the file for 0.003 dB. Paths whose opacity rounds to 0 are gone, as they are from the file.
-    Quantizing a second time changes nothing. Device and dtype are kept, gradients are not.
+    Coordinates have ``precision`` decimals, colours 8 bits, opacities ``opacity_decimals`` decimals. Colours and
+    opacities outside [0, 1] are clamped. A handle is a whole number of coarser steps away from the start of its
+    segment, of 0.1 at two decimals: a handle moves its curve by at most 4/9 of its own move, and at 512 paths this
+    saves 9 % of the file for 0.003 dB. Paths whose opacity rounds to 0 are removed, as in the file. Quantizing twice
+    changes nothing more. Device and dtype are kept, gradients are not.
 
     Raises:
-        ValueError: the paths are not cubic, a value is not finite, or a coordinate has 2**53 ticks of the last decimal
+        ValueError: the paths are not cubic, a value is not finite, or a coordinate is 2**53 units of the last decimal
             or more.
     """
     scene = scene.detach()
@@ -70,22 +70,22 @@ def write_svg(
     title: str | None = None,
     metadata: dict[str, Any] | None = None,
 ) -> str:
-    """SVG text of ``quantize(scene)`` on a canvas of ``width`` x ``height`` user units.
+    """Return the SVG text of ``quantize(scene)`` on a canvas of ``width`` x ``height`` user units.
 
-    A background rectangle unless the scene is transparent, then one group per run of equal generation (a layer in
-    Inkscape, a named group in editors that go by id), one path per line. Cubics of no length are left out, as those
-    that pad a path to the number of another. ``metadata`` is stored as JSON beside the version of warpvec. The text
-    depends on the arguments alone: it holds no dates and no file paths.
+    The text has a background rectangle unless the scene is transparent, then one group per run of equal generation (a
+    layer in Inkscape, a named group in other editors), with one path per line. Cubics of no length are left out, such
+    as those that pad a path to the segment count of another. ``metadata`` is stored as JSON with the version of
+    warpvec; None leaves out that element. The text depends on the arguments alone: it has no dates and no file paths.
 
     Raises:
-        ValueError: as `quantize`, or ``metadata`` holds what JSON cannot say.
+        ValueError: as `quantize`, or ``metadata`` cannot be written as JSON.
     """
     scene = quantize(scene, precision, opacity_decimals).cpu()
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
         f' width="{width}" height="{height}" viewBox="0 0 {width} {height}">',
-        *_description(title, metadata or {}),
+        *_description(title, metadata),
         *_background(scene, width, height),
         *_layers(scene.generation.numpy(), _path_elements(scene, precision, opacity_decimals)),
         "</svg>",
@@ -94,7 +94,7 @@ def write_svg(
 
 
 def format_number(ticks: int, decimals: int) -> str:
-    """``ticks / 10**decimals`` in the fewest characters that SVG allows: "12.5", "-.25", "0"."""
+    """Return ``ticks / 10**decimals`` in the fewest characters that SVG allows: "12.5", "-.25", "0"."""
     whole, fraction = divmod(abs(ticks), 10**decimals)
     digits = f"{fraction:0{decimals}d}".rstrip("0")
     text = (str(whole) if whole or not digits else "") + ("." + digits if digits else "")
@@ -117,9 +117,9 @@ def _check_finite(scene: Scene, precision: int) -> None:
 
 
 def _ticks(values: Tensor, per_unit: int) -> Tensor:
-    """Nearest whole numbers (int64) of ``1 / per_unit``.
+    """Return ``values`` as the nearest integers (int64) in units of ``1 / per_unit``.
 
-    Taken in float64, so that a value rounded to a tick and stored in float32 gives the same tick again.
+    They are computed in float64, so that a value rounded to a tick and stored in float32 gives the same tick again.
     """
     return (values.double() * per_unit).round().long()
 
@@ -129,7 +129,7 @@ def _rounded(values: Tensor, per_unit: int) -> Tensor:
 
 
 def _rounded_points(points: Tensor, precision: int) -> Tensor:
-    """Anchors at whole ticks; the two handles of each segment at whole handle steps from its start."""
+    """Round anchors to whole ticks, and the two handles of each segment to whole handle steps from its start."""
     ticks = points.double().reshape(len(points), points.shape[1] // 3, 3, 2) * 10**precision
     anchor = ticks[:, :, :1].round()
     step = 10 ** (precision - min(precision, max(precision - 1, MIN_HANDLE_DECIMALS)))
@@ -137,11 +137,12 @@ def _rounded_points(points: Tensor, precision: int) -> Tensor:
     return (rounded.flatten(1, 2) / 10**precision).to(points.dtype)
 
 
-def _description(title: str | None, metadata: dict[str, Any]) -> Iterator[str]:
+def _description(title: str | None, metadata: dict[str, Any] | None) -> Iterator[str]:
     if title is not None:
         yield f"<title>{_xml_text(title)}</title>"
-    origin = {"generator": f"warpvec {__version__}", **metadata}
-    yield f"<metadata>{_xml_text(json.dumps(origin, allow_nan=False))}</metadata>"
+    if metadata is not None:
+        origin = {"generator": f"warpvec {__version__}", **metadata}
+        yield f"<metadata>{_xml_text(json.dumps(origin, allow_nan=False))}</metadata>"
 
 
 def _xml_text(text: str) -> str:
@@ -155,7 +156,7 @@ def _background(scene: Scene, width: int, height: int) -> Iterator[str]:
 
 
 def _layers(generation: NDArray[np.int64], elements: list[str]) -> Iterator[str]:
-    """``elements`` in one group per run of equal generation; the running number keeps ids unique."""
+    """Yield ``elements`` in one group per run of equal generation; the running number keeps ids unique."""
     starts = np.flatnonzero(np.diff(generation, prepend=generation[:1] - 1)).tolist()
     stops = (np.flatnonzero(np.diff(generation, append=generation[-1:] + 1)) + 1).tolist()
     for number, (start, stop) in enumerate(zip(starts, stops, strict=True), 1):
@@ -182,21 +183,21 @@ def _opacity_attribute(ticks: int, decimals: int) -> str:
 
 
 def _hex_colors(color: Tensor) -> list[str]:
-    """``#rrggbb``, or ``#rgb`` where that says the same, of each row of ``color`` [N, 3]."""
+    """Return ``#rrggbb``, or ``#rgb`` if that is the same colour, for each row of ``color`` [N, 3]."""
     names = (bytes(levels).hex() for levels in _ticks(color, COLOR_LEVELS).tolist())
     return ["#" + (name[::2] if name[::2] == name[1::2] else name) for name in names]
 
 
 def _path_data(ticks: NDArray[np.int64], decimals: int) -> list[str]:
-    """Path data of closed cubics with control points ``ticks`` [N, 3 S, 2], those of no length left out.
+    """Return path data of closed cubics with control points ``ticks`` [N, 3 S, 2], without those of no length.
 
-    Differences of rounded positions, not rounded differences: a reader's running sum meets every anchor exactly.
+    The data has differences of rounded positions, not rounded differences, so that a reader's sum is exact.
     """
     anchor = ticks[:, ::3]
     control = np.stack([ticks[:, 1::3], ticks[:, 2::3], np.roll(anchor, -1, axis=1)], axis=2)
     relative = (control - anchor[:, :, None]).reshape(len(ticks), anchor.shape[1], 6)
     drawn = (relative != 0).any(axis=2)
-    # A path that is a single point keeps one cubic: "c" must have arguments.
+    # A path that is a single point keeps one cubic, because "c" needs arguments.
     drawn[:, 0] |= ~drawn.any(axis=1)
     heads = _number_lists(ticks[:, 0].ravel(), np.full(len(ticks), 2), decimals)
     tails = _number_lists(relative[drawn].ravel(), 6 * drawn.sum(axis=1), decimals)
@@ -204,9 +205,10 @@ def _path_data(ticks: NDArray[np.int64], decimals: int) -> list[str]:
 
 
 def _number_lists(ticks: NDArray[np.int64], counts: NDArray[np.int64], decimals: int) -> list[str]:
-    """``ticks`` [sum of ``counts``] as SVG number lists of ``counts`` [N] numbers each, none of them empty.
+    """Format ``ticks`` [sum of ``counts``] as SVG number lists of ``counts`` [N] numbers each, none of them empty.
 
-    A minus sign separates, and so does a leading point after a number that already has its point.
+    Two numbers need no space between them if the second starts with a minus sign, or with a point while the first
+    already contains one.
     """
     per_unit = 10**decimals
     distinct, index = np.unique(ticks, return_inverse=True)
