@@ -1,7 +1,8 @@
-"""The optimizer's update of a row of a parameter: Adan (Xie et al. 2024, Algorithm 1) with bias correction.
+"""Update a row of a parameter by Adan (Xie et al. 2024, Algorithm 1) with bias correction.
 
-A row is a path, and has its own age. The row's values are one loop in C++, which the compiler of the CPU turns into
-vector instructions; Warp's own loop over an array's second axis it cannot. ``warpvec/fit/adan.py`` says what the state is.
+A row is a path (or a palette entry) and has its own age. The loop over a row's values is written in C++, because the
+CPU's compiler turns it into vector instructions. It cannot do that with Warp's loop over an array's second axis.
+``warpvec/fit/adan.py`` describes the state.
 """
 
 import math
@@ -14,15 +15,16 @@ import warp as wp
 from warpvec.kernels.lanes import Lanes, stage_module
 
 BETAS = (0.98, 0.92, 0.99)
+"""Default shares of the old averages that are kept."""
+
 EPS = 1e-8
-"""Unless said otherwise: the shares of the old averages that are kept, and what is added to the root of the second
-moment."""
+"""Default number that is added to the root of the second moment."""
 
 PLAIN, SCALED, CLAMPED, SIGMOID = range(4)
-"""What is shown of a parameter p, and is what the gradient belongs to: nothing but p; ``scale`` p; p, which is kept in
-[0, 1]; the sigmoid of p."""
+"""Forms of a parameter p. The gradient is that of the output: p itself; ``scale`` times p; p clamped to [0, 1]; the
+sigmoid of p."""
 
-# Numbers at the right are lines of Algorithm 1.
+# Numbers in the comments at the right are lines of Algorithm 1.
 _UPDATE_ROW = """
 typedef {c_type} real;
 const int width = param.shape[1];
@@ -33,7 +35,7 @@ real* __restrict__ pm = exp_avg.data + start;
 real* __restrict__ pv = exp_avg_diff.data + start;
 real* __restrict__ pn = exp_avg_sq.data + start;
 real* __restrict__ pg = previous_grad.data + start;
-real* __restrict__ s = shown.data + start;
+real* __restrict__ s = output.data + start;
 int unusable = 0;
 for (int i = 0; i < width; ++i) {{
     const real x = scale * g[i];
@@ -64,7 +66,7 @@ for (int i = part; i < width; i += parts) {{
 
 @cache
 def make_functions(lanes: Lanes) -> SimpleNamespace:
-    """``corrections`` and ``update_row`` for the precision of ``lanes``."""
+    """Make ``corrections`` and ``update_row`` for the precision of ``lanes``."""
     dtype, vec3 = lanes.dtype, lanes.vec3
     one = wp.constant(dtype(1.0))
     # |g + b2 (g - g')| is at most 3 max(|g|, |g'|), and line 5 squares it.
@@ -74,7 +76,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def corrections(age: wp.int64, log_betas: vec3):
-        """1 - b1^k, 1 - b2^k and the root of 1 - b3^k at the age k."""
+        """Return 1 - b1^k, 1 - b2^k and the root of 1 - b3^k at the age k."""
         steps = dtype(age)
         root_n = wp.sqrt(one - wp.exp(steps * log_betas[2]))
         return vec3(one - wp.exp(steps * log_betas[0]), one - wp.exp(steps * log_betas[1]), root_n)
@@ -82,23 +84,23 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     @wp.func_native(_UPDATE_ROW.format(c_type=c_type, largest=repr(largest), **forms))
     def update_row(
         row: int,
-        part: int,  # of the row: every parts-th value from here on
+        part: int,  # update every parts-th value of the row, from this one on
         parts: int,
         form: int,
-        scale: dtype,  # of what is shown; 1 unless SCALED
+        scale: dtype,  # output over parameter; 1 unless SCALED
         first_step: bool,
         lr: dtype,
         betas: vec3,
         corrections: vec3,
         eps: dtype,
-        grad: wp.array2d(dtype=dtype),  # [rows, width], rows apart by any stride; of what is shown
+        grad: wp.array2d(dtype=dtype),  # [rows, width], rows any stride apart; of the output
         # in and out
         param: wp.array2d(dtype=dtype),  # [rows, width], as all that follow
         exp_avg: wp.array2d(dtype=dtype),  # m
         exp_avg_diff: wp.array2d(dtype=dtype),  # v
         exp_avg_sq: wp.array2d(dtype=dtype),  # n
         previous_grad: wp.array2d(dtype=dtype),
-        shown: wp.array2d(dtype=dtype),  # not touched if PLAIN
+        output: wp.array2d(dtype=dtype),  # not touched if PLAIN
     ): ...
 
     return SimpleNamespace(corrections=corrections, update_row=update_row)
@@ -106,7 +108,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """``update_rows``."""
+    """Make ``update_rows``."""
     dtype, vec3 = lanes.dtype, lanes.vec3
     one = wp.constant(dtype(1.0))
     functions = make_functions(lanes)
@@ -129,7 +131,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         previous_grad: wp.array2d(dtype=dtype),  # [rows, width]
         param: wp.array2d(dtype=dtype),  # [rows, width]
     ):
-        """One step of one row."""
+        """Take one step of one row."""
         row = first + wp.tid()
         age = row_age[row] + wp.int64(1)
         row_age[row] = age

@@ -1,8 +1,10 @@
-"""Stage 2: vertices -> (path, tile) pairs, their class, and each tile's pairs in z order. No gradient.
+"""Stage 2, binning: vertices -> (path, tile) pairs, their class, and each tile's pairs in z order. No gradient.
 
-A path's box of tiles is cut into strips, one per tile row. Pairs are numbered path by path, strip by strip, left to
-right. A tile that an edge touches is partial; any other holds one winding number: that of its left neighbour, plus
-the edges that cross the middle of the strip in between.
+A path's bounding box, in tiles, is cut into strips, one per tile row. Pairs are numbered path by path, strip by strip,
+left to right. A tile that an edge touches is partial. Any other tile has the same winding number everywhere: that of
+its left neighbour, plus the edges that cross the middle of the strip between the two.
+
+Sorting puts the pairs of each tile next to one another, lowest path first. A position in that sorted list is a *hit*.
 """
 
 from functools import cache
@@ -17,7 +19,7 @@ from warpvec.kernels.lanes import Lanes, stage_module
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """``bound_paths``, ``list_strips``, ``classify_pairs`` and ``find_tile_ranges``."""
+    """Return ``bound_paths``, ``list_strips``, ``classify_pairs`` and ``find_tile_ranges``."""
     dtype, vec2 = lanes.dtype, lanes.vec2
     column_range = edges.make_functions(lanes).column_range
     inverse = edges.make_functions(lanes).inverse
@@ -27,7 +29,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def tile_of(coordinate: dtype, tile_count: int):
-        """Tile of a coordinate, clamped to [0, tile_count]."""
+        """Return the tile of a coordinate, clamped to [0, tile_count]."""
         tile = wp.floor(coordinate / side)
         return int(wp.clamp(tile, dtype(0.0), dtype(tile_count)))
 
@@ -44,7 +46,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         path_strip_count: wp.array(dtype=int),  # [N + 1]
         path_pair_count: wp.array(dtype=int),  # [N + 1]
     ):
-        """Box of tiles of each path; none for a path that is off the canvas or not finite."""
+        """Find the box of tiles of each path; it is empty if the path is off the canvas or not finite."""
         path = first + wp.tid()
         low = vec2(farthest, farthest)
         high = vec2(-farthest, -farthest)
@@ -73,7 +75,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         # outputs
         strip_path: wp.array(dtype=int),  # [strips]
     ):
-        """The path of each strip."""
+        """Write the path of each strip."""
         path = first + wp.tid()
         for strip in range(path_first_strip[path], path_first_strip[path + 1]):
             strip_path[strip] = path
@@ -89,7 +91,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
         path_first_strip: wp.array(dtype=int),  # [N + 1]
         path_first_pair: wp.array(dtype=int),  # [N + 1]
-        strip_path: wp.array(dtype=int),  # [strips] -1: of no path
+        strip_path: wp.array(dtype=int),  # [strips] -1: no path
         # outputs
         pair_path: wp.array(dtype=int),  # [K]
         pair_class: wp.array(dtype=int),  # [K]
@@ -98,7 +100,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         pair_key: wp.array(dtype=int),  # [K] tile, or tile_count for an empty pair
         pair_index: wp.array(dtype=int),  # [K] the pair itself, to be sorted by key
     ):
-        """Class of each pair of a strip."""
+        """Find the class and the sort key of each pair of a strip."""
         strip = first + wp.tid()
         path = strip_path[strip]
         if path < 0:
@@ -155,7 +157,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         # outputs
         tile_first_hit: wp.array(dtype=int),  # [tile_count + 1]
     ):
-        """First position of each tile's pairs among the sorted ones: position ``hit`` ends the tiles below its own."""
+        """Find the first hit of each tile: ``hit`` is that of the tiles after its predecessor's, up to its own."""
         hit = first + wp.tid()
         low = int(0)
         if hit > 0:

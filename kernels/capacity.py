@@ -1,8 +1,8 @@
-"""Between stages 1 to 3, where the host reads no counts back: sums are admitted if what they number has room.
+"""Capacity checks between stages 1 to 3, for steps whose counts the host does not read back.
 
-A host that does not know how many vertices, strips, pairs or slots a step makes gives each a capacity. Where one is
-exceeded the step goes on with an empty scene, which every later kernel can draw, and its overflow is noted. What no
-path owns behaves as if it were not there: strips of no path (-1), and pairs that are empty and sort last.
+The host gives a step a capacity for its vertices, strips, pairs and slots. If a count exceeds its capacity, the step
+goes on with an empty scene, which every later kernel can draw, and the overflow is flagged. Entries up to the capacity
+that no path uses have no effect: such strips have the path -1, and such pairs are empty and sort last.
 """
 
 from functools import cache
@@ -14,22 +14,22 @@ from warpvec.kernels.constants import EMPTY
 from warpvec.kernels.lanes import Lanes, stage_module
 
 VERTICES, STRIPS, PAIRS, SLOTS = 0, 1, 2, 3
-"""Entries of ``overflow``."""
+"""Indices into ``overflow``."""
 
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """``admit_vertices``, ``admit_pairs`` and ``admit_slots``."""
-    module = stage_module("limits", lanes)
+    """Return ``admit_vertices``, ``admit_pairs`` and ``admit_slots``."""
+    module = stage_module("capacity", lanes)
 
     @wp.func
-    def has_room(total: int, capacity: int):
-        """Whether a sum fits; one of 2^31 and more is negative."""
+    def is_within(total: int, capacity: int):
+        """Return whether a total fits; a total of 2^31 or more has wrapped around to a negative number."""
         return total >= 0 and total <= capacity
 
     @wp.func
     def path_of(strip: int, path_first_strip: wp.array(dtype=int), path_count: int):
-        """The path that owns a strip: the last that begins no later."""
+        """Return the path that owns a strip: the last path that begins at or before it (binary search)."""
         low = int(0)
         high = path_count
         while high - low > 1:
@@ -43,16 +43,16 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     @wp.kernel(module=module)
     def admit_vertices(
         first: int,
-        sums: wp.array(dtype=int),  # [N S + 1] where each segment's vertices begin, if there is room
+        sums: wp.array(dtype=int),  # [N S + 1] where each segment's vertices begin, if they fit
         total: int,  # N S
         capacity: int,
         # outputs
         segment_first_vertex: wp.array(dtype=int),  # [N S + 1]
         overflow: wp.array(dtype=int),  # [4]
     ):
-        """Room for the vertices."""
+        """Admit the vertices if they fit; else give every segment none."""
         segment = first + wp.tid()
-        fits = has_room(sums[total], capacity)
+        fits = is_within(sums[total], capacity)
         segment_first_vertex[segment] = wp.where(fits, sums[segment], 0)
         if segment == 0:
             overflow[VERTICES] = wp.where(fits, 0, 1)
@@ -65,24 +65,24 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         path_count: int,
         strip_capacity: int,
         pair_capacity: int,
-        class_count: int,  # at least a row of tiles: Gaussians of a path without pairs look there
+        class_count: int,  # at least one row of tiles: Gaussians of a path without pairs read that far
         tile_count: int,
         # in and out
         path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
         # outputs
         path_first_strip: wp.array(dtype=int),  # [N + 1]
         path_first_pair: wp.array(dtype=int),  # [N + 1]
-        strip_path: wp.array(dtype=int),  # [strip_capacity] -1: of no path
+        strip_path: wp.array(dtype=int),  # [strip_capacity] -1: no path
         pair_class: wp.array(dtype=int),  # [class_count]
         pair_is_partial: wp.array(dtype=int),  # [pair_capacity + 1]
         pair_key: wp.array(dtype=int),  # [pair_capacity]
         pair_index: wp.array(dtype=int),  # [pair_capacity]
         overflow: wp.array(dtype=int),  # [4]
     ):
-        """Room for the strips and the pairs, all of which are empty until they are classified."""
+        """Admit the strips and pairs if both fit; all pairs are empty until they are classified."""
         item = first + wp.tid()
         strip_count, pair_count = strip_sums[path_count], pair_sums[path_count]
-        strips_fit, pairs_fit = has_room(strip_count, strip_capacity), has_room(pair_count, pair_capacity)
+        strips_fit, pairs_fit = is_within(strip_count, strip_capacity), is_within(pair_count, pair_capacity)
         fits = strips_fit and pairs_fit
         if item <= path_count:
             path_first_strip[item] = wp.where(fits, strip_sums[item], 0)
@@ -119,9 +119,9 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         pair_slot: wp.array(dtype=int),  # [pair_capacity + 1]
         overflow: wp.array(dtype=int),  # [4]
     ):
-        """Room for the slots; without it all pairs are empty."""
+        """Admit the slots if they fit; else make all pairs empty."""
         pair = first + wp.tid()
-        fits = has_room(sums[pair_capacity], slot_capacity)
+        fits = is_within(sums[pair_capacity], slot_capacity)
         pair_slot[pair] = wp.where(fits, sums[pair], 0)
         if pair < pair_capacity and not fits:
             pair_class[pair] = EMPTY

@@ -1,4 +1,7 @@
-"""Stage 4: windings, colours and opacities -> the image, path over path: C <- C + a (c - C), a = opacity coverage."""
+"""Stage 4, compositing: windings, colours and opacities -> the image.
+
+Paths are blended over one another, back to front: C <- C + a (c - C) with a = opacity * coverage.
+"""
 
 from functools import cache
 from types import SimpleNamespace
@@ -11,20 +14,20 @@ from warpvec.kernels.lanes import Lanes, stage_module
 
 @cache
 def make_functions(lanes: Lanes) -> SimpleNamespace:
-    """What forward and adjoint share: where a pair's pixels are, and what coverage a winding means."""
+    """Return the functions that forward and adjoint share: indices of a pair's pixels, and coverage from winding."""
     dtype, vector = lanes.dtype, lanes.vector
-    least, most, sub, spread = lanes.least, lanes.most, lanes.sub, lanes.spread
+    minimum, maximum, sub, spread = lanes.minimum, lanes.maximum, lanes.sub, lanes.spread
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
     blocks, width = wp.constant(lanes.blocks), wp.constant(lanes.width)
 
     @wp.func
     def winding_index(slot: int, part: int):
-        """Index of lane value ``part`` of a tile in ``slot``; pixels are stored column by column."""
+        """Return the index in ``slot`` of lane value ``part`` of a tile; pixels are stored column by column."""
         return slot * wp.static(COLUMNS * lanes.blocks) + part
 
     @wp.func
     def on_canvas(tile: int, part: int, tile_columns: int, height: int, width_px: int):
-        """1 for the lanes of ``part`` whose pixel lies on the canvas, else 0."""
+        """Return 1 for the lanes of ``part`` whose pixel lies on the canvas, else 0."""
         column = (tile % tile_columns) * TILE + part // blocks
         row = (tile // tile_columns) * TILE + (part % blocks) * width
         inside = wp.where(column < width_px, one, zero)
@@ -33,15 +36,15 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def coverage(winding: vector):
-        """min(abs(winding), 1): the non-zero rule for the mean winding of a pixel."""
-        return least(most(winding, sub(spread(zero), winding)), spread(one))
+        """Return min(abs(winding), 1): the non-zero rule, applied to the mean winding of a pixel."""
+        return minimum(maximum(winding, sub(spread(zero), winding)), spread(one))
 
     @wp.func
     def coverage_slope(winding: vector):
-        """d(coverage)/d(winding): its sign, and zero beyond 1, where more winding covers no more."""
+        """Return d(coverage)/d(winding): the sign of the winding, or 0 beyond 1, where more winding covers no more."""
         positive = lanes.where_less(spread(zero), winding, spread(one), spread(zero))
         sign = lanes.where_less(winding, spread(zero), spread(-one), positive)
-        return lanes.where_less(spread(one), most(winding, sub(spread(zero), winding)), spread(zero), sign)
+        return lanes.where_less(spread(one), maximum(winding, sub(spread(zero), winding)), spread(zero), sign)
 
     return SimpleNamespace(
         winding_index=winding_index, on_canvas=on_canvas, coverage=coverage, coverage_slope=coverage_slope
@@ -50,7 +53,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """``find_visible`` and ``composite``."""
+    """Return ``find_visible`` and ``composite``."""
     dtype, vec3, vector = lanes.dtype, lanes.vec3, lanes.vector
     mul, fma, sub, spread = lanes.mul, lanes.fma, lanes.sub, lanes.spread
     functions = make_functions(lanes)
@@ -73,7 +76,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         # outputs
         tile_first_visible: wp.array(dtype=int),  # [tiles]
     ):
-        """Lowest hit of a tile that is not hidden behind its full pairs."""
+        """Find the lowest hit of a tile that is not hidden behind the tile's full pairs."""
         tile = first + wp.tid()
         transmittance = dtype(1.0)
         start = tile_first_hit[tile]
@@ -101,7 +104,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         # outputs
         tile_image: wp.array(dtype=vector),  # [tiles, 3, TILE TILE / width]
     ):
-        """The image of one tile (CPU) or one pixel (scalar lanes), back to front."""
+        """Composite one tile (CPU) or one pixel (scalar lanes), back to front."""
         item = first + wp.tid()
         tile = item // tile_threads
         lane = item % tile_threads

@@ -1,11 +1,11 @@
 """Adjoint of stage 4, and the fused render + MSE + adjoint of the fitting loop.
 
-With T_i the transmittance in front of path i and B_i the colour behind it, at each pixel with image adjoint g:
-dL/dc_i = T_i a_i g and dL/da_i = T_i g . (c_i - B_i). Recovering B_i from the image would divide by 1 - a_i, which
-vanishes for opaque paths, so a tile first composites back to front and stacks every B_i, then walks front to back.
+Let T_i be the transmittance in front of path i and B_i the colour behind it. At a pixel with image adjoint g,
+dL/dc_i = T_i a_i g and dL/da_i = T_i g . (c_i - B_i). Recovering B_i from the image would divide by 1 - a_i, which is 0
+for an opaque path. Instead a tile first composites back to front and stacks every B_i, then walks front to back.
 
-Exact importance of a path (what the MSE loses without it) needs one more sum over pixels, T_i^2 coverage_i^2
-|c_i - B_i|^2, because the image is affine in one path's opacity.
+The exact removal cost of a path (the rise of the MSE without it) needs one more sum over pixels, the *importance*
+T_i^2 coverage_i^2 |c_i - B_i|^2. The image is affine in the opacity of one path, so the MSE is a parabola in it.
 """
 
 from functools import cache
@@ -18,18 +18,22 @@ from warpvec.kernels.constants import EMPTY, FULL, PARTIAL
 from warpvec.kernels.lanes import Lanes, stage_module
 
 TERMS = 5
-"""Sums of a pair: dL/dred, dL/dgreen, dL/dblue, dL/dopacity, importance; of a tile: dL/dbackground, squared error."""
+"""Number of sums. Of a pair: dL/d(red), dL/d(green), dL/d(blue), dL/d(opacity), importance. Of a tile: those of
+CANVAS_TERMS, and one that is unused."""
 
 CANVAS_TERMS = 4
-"""Sums of a tile, and of the canvas."""
+"""Number of sums of the canvas, and of those used of a tile: dL/d(background) and the squared error."""
 
 
 @cache
 def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace:
-    """``composite_adjoint``, ``gather_paths_adjoint``, ``gather_tiles`` and ``gather_canvas``.
+    """Return ``composite_adjoint``, ``gather_paths_adjoint``, ``gather_tiles`` and ``gather_canvas``.
 
-    ``fused``: the image adjoint is that of the squared error against ``tile_reference``, which is the target; else
-    ``tile_reference`` is dL/d(image) itself. ``importance``: fill the fifth sum of each pair.
+    Args:
+        lanes: width and precision.
+        fused: whether ``tile_reference`` is the target, and the loss the squared error against it; if not, it is
+            dL/d(image).
+        importance: whether to fill the fifth sum of each pair.
     """
     dtype, vec3, vector = lanes.dtype, lanes.vec3, lanes.vector
     mul, fma, sub = lanes.mul, lanes.fma, lanes.sub
@@ -60,7 +64,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         slot_winding: wp.array(dtype=vector),
         pair_sums: wp.array2d(dtype=dtype),
     ):
-        """Zero adjoints for the hits that nothing of a tile shows."""
+        """Write zero adjoints for the hits of a tile that are hidden."""
         for hit in range(hit_begin, hit_end):
             pair = hit_pair[hit]
             for term in range(terms):
@@ -95,7 +99,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         pair_sums: wp.array2d(dtype=dtype),  # [K reducers, TERMS]
         tile_sums: wp.array2d(dtype=dtype),  # [tiles reducers, TERMS]
     ):
-        """Adjoints of one tile (CPU) or one pixel (scalar lanes)."""
+        """Compute the adjoints of one tile (CPU) or one pixel (scalar lanes)."""
         item = first + wp.tid()
         tile = item // tile_threads
         lane = item % tile_threads
@@ -226,7 +230,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         adj_opacity: wp.array(dtype=dtype),  # [N]
         path_importance: wp.array(dtype=dtype),  # [N], for ``importance``
     ):
-        """The sums of one path, over its pairs in their fixed order."""
+        """Add the sums of one path over its pairs, in their fixed order."""
         path = first + wp.tid()
         total = sums_type()
         for pair in range(path_first_pair[path], path_first_pair[path + 1]):
@@ -247,7 +251,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         # outputs
         group_sums: wp.array2d(dtype=wp.float64),  # [canvas_reducers, CANVAS_TERMS]
     ):
-        """The sums of every ``canvas_threads``-th row, added by groups of threads."""
+        """Add every ``canvas_threads``-th row in each thread, and the threads of a group to one sum."""
         thread = first + wp.tid()
         red, green, blue, error = wp.float64(0.0), wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
         row = int(thread)
@@ -267,14 +271,14 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         first: int,
         group_sums: wp.array2d(dtype=wp.float64),  # [canvas_reducers, CANVAS_TERMS]
         error_scale: dtype,
-        overflow: wp.array(dtype=int),  # [4] what the step had no room for
+        overflow: wp.array(dtype=int),  # [4] counts that exceeded their capacity
         # in and out
-        dropped_steps: wp.array(dtype=int),  # [1] steps without room
+        dropped_steps: wp.array(dtype=int),  # [1] number of steps that overflowed
         # outputs
-        fits: wp.array(dtype=wp.float64),  # [1] 1, or -1 for a step without room
+        fits: wp.array(dtype=wp.float64),  # [1] 1, or -1 for a step that overflowed
         canvas_sums: wp.array(dtype=dtype),  # [CANVAS_TERMS] dL/d(background) and the error times ``error_scale``
     ):
-        """One sum over all tiles. A step without room has no gradient, and leaves the error as it was."""
+        """Add one sum over all tiles. A step that overflowed gets a zero gradient and leaves the error as it was."""
         term = first + wp.tid()
         value = wp.float64(0.0)
         for row in range(canvas_reducers):

@@ -1,13 +1,13 @@
-"""Stage 3: vertices and partial pairs -> the winding of each pixel, by exact area.
+"""Stage 3, coverage: vertices and partial pairs -> the winding of each pixel, by exact area.
 
-The winding of a pixel is the integral over the pixel of the winding number; coverage = min(abs(winding), 1) is the
-covered area of a simple path under the non-zero rule. An edge adds, to each pixel it crosses, dy times the mean
-distance to the pixel's right border, and passes the rest of dy on to the right; sums along the row then give the
-winding (the accumulation buffer of font-rs and stb_truetype, with exact areas).
+The winding of a pixel is the integral of the winding number over the pixel. coverage = min(abs(winding), 1) is the
+area that a simple path covers under the non-zero rule. An edge adds to each pixel it crosses dy times the mean distance
+to the pixel's right border, and passes the rest of dy on to the right. Sums along the row then give the winding. (This
+is the accumulation buffer of font-rs and stb_truetype, with exact areas.)
 
-Inside a path that runs counter-clockwise on screen the winding is positive.
+The winding is positive inside a path that runs counter-clockwise on screen.
 
-A lane is a pixel row, so the sums along the rows of a tile are 16 additions.
+A lane is a pixel row, so the sums along the rows of a tile take 16 additions.
 """
 
 from functools import cache
@@ -22,10 +22,10 @@ from warpvec.kernels.lanes import Lanes, stage_module
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """``accumulate_winding``."""
+    """Return ``accumulate_winding``."""
     dtype, vec2, vector = lanes.dtype, lanes.vec2, lanes.vector
     add, mul, fma, fnma, sub = lanes.add, lanes.mul, lanes.fma, lanes.fnma, lanes.sub
-    least, most, spread = lanes.least, lanes.most, lanes.spread
+    minimum, maximum, spread = lanes.minimum, lanes.maximum, lanes.spread
     functions = edges.make_functions(lanes)
     inverse, column_range, row_crossing = functions.inverse, functions.column_range, functions.row_crossing
     blocks = wp.constant(lanes.blocks)
@@ -43,12 +43,12 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
         path_first_strip: wp.array(dtype=int),  # [N + 1]
         path_first_pair: wp.array(dtype=int),  # [N + 1]
-        strip_path: wp.array(dtype=int),  # [strips] -1: of no path
+        strip_path: wp.array(dtype=int),  # [strips] -1: no path
         pair_slot: wp.array(dtype=int),  # [K + 1] exclusive count of partial pairs
         # outputs
         slot_winding: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
     ):
-        """Winding in the partial pairs of one strip (CPU), or of one pixel row of a strip (scalar lanes)."""
+        """Find the winding in the partial pairs of one strip (CPU), or of one pixel row of a strip (scalar lanes)."""
         item = first + wp.tid()
         strip = item // blocks
         block = item % blocks
@@ -81,27 +81,27 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                     inv_dy = inverse(dy)
                     upper = row_crossing(top, v0[1], inv_dy)
                     lower = row_crossing(top + one, v0[1], inv_dy)
-                    row_low = least(upper, lower)
-                    row_high = most(upper, lower)
-                    # s at the left border of the current column; before the first column lies all that is off the box.
+                    row_low = minimum(upper, lower)
+                    row_high = maximum(upper, lower)
+                    # s at the left border of the current column. The part left of the box goes into ``carry``.
                     column = wp.max(touched[0], left_column)
                     cross = (dtype(column) - v0[0]) * inv_dx
                     if touched[0] < left_column:
-                        low = most(row_low, spread(wp.where(dx >= zero, zero, cross)))
-                        high = least(row_high, spread(wp.where(dx >= zero, cross, one)))
-                        carry = fma(spread(dy), most(sub(high, low), spread(zero)), carry)
+                        low = maximum(row_low, spread(wp.where(dx >= zero, zero, cross)))
+                        high = minimum(row_high, spread(wp.where(dx >= zero, cross, one)))
+                        carry = fma(spread(dy), maximum(sub(high, low), spread(zero)), carry)
                     passed = spread(zero)
                     last = wp.min(touched[1], end_column - 1)
                     index = int(-1)
                     while column <= last:
                         following = (dtype(column + 1) - v0[0]) * inv_dx
-                        low = most(row_low, spread(wp.min(cross, following)))
-                        high = least(row_high, spread(wp.max(cross, following)))
-                        part = mul(spread(dy), most(sub(high, low), spread(zero)))
+                        low = maximum(row_low, spread(wp.min(cross, following)))
+                        high = minimum(row_high, spread(wp.max(cross, following)))
+                        part = mul(spread(dy), maximum(sub(high, low), spread(zero)))
                         middle = fma(mul(add(low, high), spread(half)), spread(dx), spread(v0[0] - dtype(column)))
                         pair = pair0 + column // TILE - box[0]
                         slot = pair_slot[pair]
-                        # A column that only the guard includes may lie in a tile that rounding left unmarked.
+                        # A column that only the guard margin includes may lie in a tile that rounding left unmarked.
                         if pair_slot[pair + 1] > slot:
                             index = (slot * COLUMNS + column % TILE) * blocks + block
                             area = fnma(part, middle, part)

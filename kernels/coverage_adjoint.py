@@ -1,8 +1,8 @@
-"""Adjoint of stage 3: dL/d(winding) of the pixels -> dL/d(vertices), a boundary integral along each edge.
+"""Adjoint of stage 3: dL/d(winding) of the pixels -> dL/d(vertices), by a boundary integral along each edge.
 
-Moving an edge's points by (u, v) changes the winding of a pixel it crosses by the integral of (dx v - dy u) ds over
-the part of the edge inside. The start moves with weight 1 - s, the end with s. Pixels inside and outside a path have
-no positional derivative.
+Moving an edge's points by (u, v) changes the winding of a pixel that it crosses by the integral of (dx v - dy u) ds
+over the part of the edge in that pixel. The edge's start has the weight 1 - s, its end s. A pixel that no edge crosses
+has no derivative with respect to positions.
 """
 
 from functools import cache
@@ -17,10 +17,10 @@ from warpvec.kernels.lanes import Lanes, stage_module
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """``integrate_edges``."""
+    """Return ``integrate_edges``."""
     dtype, vec2, vec4, vector = lanes.dtype, lanes.vec2, lanes.vec4, lanes.vector
     add, mul, fma, sub = lanes.add, lanes.mul, lanes.fma, lanes.sub
-    least, most, spread, total = lanes.least, lanes.most, lanes.spread, lanes.total
+    minimum, maximum, spread, total = lanes.minimum, lanes.maximum, lanes.spread, lanes.total
     functions = edges.make_functions(lanes)
     inverse, column_range, row_range = functions.inverse, functions.column_range, functions.row_range
     row_crossing = functions.row_crossing
@@ -40,7 +40,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         pair_slot: wp.array(dtype=int),
         adj_winding: wp.array(dtype=vector),
     ):
-        """Integrals of adj_winding and of s adj_winding along the edge, over its partial pairs."""
+        """Return the integrals of adj_winding and of s adj_winding along the edge, over its partial pairs."""
         inv_dx = inverse(v1[0] - v0[0])
         inv_dy = inverse(v1[1] - v0[1])
         sum0 = spread(zero)
@@ -52,8 +52,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             top = dtype(tile_row * TILE + block * width)
             upper = row_crossing(top, v0[1], inv_dy)
             lower = row_crossing(top + one, v0[1], inv_dy)
-            row_low = least(upper, lower)
-            row_high = most(upper, lower)
+            row_low = minimum(upper, lower)
+            row_high = maximum(upper, lower)
             touched = column_range(v0, v1, top, top + height)
             column = wp.max(touched[0], box[0] * TILE)
             last = wp.min(touched[1], box[2] * TILE - 1)
@@ -63,9 +63,9 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 following = (dtype(column + 1) - v0[0]) * inv_dx
                 pair = pair0 + column // TILE
                 if pair_class[pair] == PARTIAL:
-                    low = most(row_low, spread(wp.min(cross, following)))
-                    high = least(row_high, spread(wp.max(cross, following)))
-                    part = most(sub(high, low), spread(zero))
+                    low = maximum(row_low, spread(wp.min(cross, following)))
+                    high = minimum(row_high, spread(wp.max(cross, following)))
+                    part = maximum(sub(high, low), spread(zero))
                     adj = mul(part, adj_winding[(pair_slot[pair] * COLUMNS + column % TILE) * blocks + block])
                     sum0 = add(sum0, adj)
                     sum1 = fma(adj, mul(add(low, high), spread(half)), sum1)
@@ -87,7 +87,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         # outputs
         adj_edges: wp.array(dtype=vec4),  # [V] dL/d(start), dL/d(end)
     ):
-        """dL/d(start) and dL/d(end) of each edge of one segment."""
+        """Write dL/d(start) and dL/d(end) of each edge of one segment."""
         segment = first + wp.tid()
         path = segment // segment_count
         box = path_tile_box[path]

@@ -1,7 +1,7 @@
-"""Stage 1: control points -> vertices of closed polylines, and the adjoint.
+"""Stage 1, flattening: control points -> vertices of closed polylines, and the adjoint.
 
-Vertex j of n in a segment is its point at t = j / n, moved out a little so that the polygon has the curve's area
-(``bezier.vertex_weights``). A path's vertices are its segments' vertices one after another, and the edge of vertex v
+Vertex j of n in a segment is the segment's point at t = j / n, moved out slightly so that the polygon has the curve's
+area (``bezier.vertex_weights``). A path stores the vertices of its segments one after another. The edge of vertex v
 runs to the path's next vertex.
 """
 
@@ -16,7 +16,7 @@ from warpvec.kernels.lanes import Lanes, stage_module
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """``count_chords``, ``emit_vertices`` and ``gather_points_adjoint``."""
+    """Return ``count_chords``, ``emit_vertices`` and ``gather_points_adjoint``."""
     vec2, vec4 = lanes.vec2, lanes.vec4
     functions = bezier.make_functions(lanes)
     vertex_weights, chord_count = functions.vertex_weights, functions.chord_count
@@ -30,7 +30,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         # outputs
         segment_chord_count: wp.array(dtype=int),  # [N S + 1]
     ):
-        """Chords of each segment."""
+        """Count the chords of each segment."""
         segment = first + wp.tid()
         path = segment // segment_count
         point = (segment % segment_count) * 3
@@ -48,7 +48,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         # outputs
         vertices: wp.array(dtype=vec2),  # [V] px
     ):
-        """The vertices of each segment."""
+        """Write the vertices of each segment."""
         segment = first + wp.tid()
         path = segment // segment_count
         point = (segment % segment_count) * 3
@@ -71,7 +71,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         # outputs
         adj_points: wp.array2d(dtype=vec2),  # [N, 3 S]
     ):
-        """dL/dpoints of one path: each edge's start and end lie on the same segment, at t = j / n and (j + 1) / n."""
+        """Sum dL/d(points) of one path. An edge starts and ends on one segment, at t = j / n and t = (j + 1) / n."""
         path = first + wp.tid()
         for s in range(segment_count):
             adj_points[path, 3 * s] = vec2()

@@ -1,8 +1,8 @@
-"""Lane arithmetic: one kernel body for a CPU thread that owns 16 pixels at a time and a CUDA thread that owns one.
+"""Lane arithmetic: one kernel body for a CPU thread that owns 16 pixels at a time and for a CUDA thread that owns one.
 
-On the CPU a lane value is a ``vector(16)`` whose operations are native 16-wide vector instructions (Warp's own vector
-operators are unrolled to scalars and 3 to 15 times slower). On CUDA a lane value is a scalar. Kernels are built once
-per :class:`Lanes` by a cached factory; float64 lanes exist for the gradient checks.
+On the CPU a lane value is a ``vector(16)`` with native 16-wide vector instructions. (Warp's own vector operators are
+unrolled to scalars and 3 to 15 times slower.) On CUDA a lane value is a scalar. A cached factory builds the kernels
+once per :class:`Lanes`. The gradient checks use float64 lanes.
 """
 
 import platform
@@ -19,7 +19,7 @@ _C_NAME = {wp.float32: "float", wp.float64: "double"}
 
 
 class Lanes(SimpleNamespace):
-    """A lane type and its operations; hashed by identity, as there is one object per width and precision."""
+    """A lane type and its operations, hashed by identity: there is one object per width and precision."""
 
     __hash__ = object.__hash__
 
@@ -29,11 +29,14 @@ class Lanes(SimpleNamespace):
 
 @cache
 def make_lanes(width: int, dtype: Any) -> Lanes:
-    """Lane operations for ``width`` 16 (CPU) or 1 (CUDA, and the CPU as a check of it), ``dtype`` wp.float32 or 64.
+    """Return lanes of ``width`` 16 (CPU) or 1 (CUDA, and the CPU to check it), ``dtype`` wp.float32 or wp.float64.
 
-    Fields: ``vector`` the lane type, ``blocks`` lane values per pixel column, ``tile_vectors`` and ``tile_threads``
-    how a tile is shared out, ``reducers`` slots of a sum over a tile, ``canvas_threads`` and ``canvas_reducers`` the
-    same for sums over all tiles, and the operations.
+    Fields, beside the operations:
+        vector: type of a lane value.
+        blocks: lane values per pixel column of a tile.
+        tile_threads, tile_vectors: threads per tile, and lane values per thread.
+        reducers: slots of a sum over a tile.
+        canvas_threads, canvas_reducers: threads and slots of a sum over all tiles.
     """
     vector = dtype if width == 1 else wp.types.vector(width, dtype=dtype)
     operations = _scalar_operations(dtype) if width == 1 else _native_operations(width, dtype, vector)
@@ -56,9 +59,9 @@ def make_lanes(width: int, dtype: Any) -> Lanes:
 
 
 def stage_module(stage: str, lanes: Lanes) -> wp.Module:
-    """The Warp module, one compile unit, of a stage's kernels for these lanes."""
+    """Return the Warp module (one compile unit) of a stage's kernels for these lanes."""
     module = wp.get_module(f"warpvec.kernels.{stage}.{lanes.name}")
-    # Rolled loops keep the 16 columns of a tile in one small loop; the adjoints are written by hand.
+    # max_unroll=1 keeps the 16 columns of a tile in one small loop. The adjoints are written by hand.
     flags = CPU_FLAGS + CPU_FLAGS_X86 * (platform.machine() in ("x86_64", "AMD64"))
     module.options.update(enable_backward=False, max_unroll=1, cpu_compiler_flags=flags, optimization_level=3)
     return module
@@ -93,10 +96,10 @@ def _native_operations(width: int, dtype: Any, vector: Any) -> dict[str, Any]:
     def fnma(a: vector, b: vector, c: vector) -> vector: ...
 
     @wp.func_native(snippet("A < B ? A : B", "ab"))
-    def least(a: vector, b: vector) -> vector: ...
+    def minimum(a: vector, b: vector) -> vector: ...
 
     @wp.func_native(snippet("A > B ? A : B", "ab"))
-    def most(a: vector, b: vector) -> vector: ...
+    def maximum(a: vector, b: vector) -> vector: ...
 
     @wp.func_native(snippet("A < B ? C : D", "abcd"))
     def where_less(a: vector, b: vector, c: vector, d: vector) -> vector: ...
@@ -111,7 +114,7 @@ def _native_operations(width: int, dtype: Any, vector: Any) -> dict[str, Any]:
     def exponential(a: vector) -> vector: ...
 
     @wp.func_native(f"{c_type} m = a[0]; for (int i = 1; i < {width}; ++i) m = a[i] > m ? a[i] : m; return m;")
-    def peak(a: vector) -> dtype: ...
+    def lane_max(a: vector) -> dtype: ...
 
     @wp.func
     def any_of_tile(flag: int):
@@ -142,11 +145,12 @@ def _native_operations(width: int, dtype: Any, vector: Any) -> dict[str, Any]:
     def reduce_canvas(sums: wp.array2d(dtype=wp.float64), term: int, value: wp.float64, thread: int):
         sums[thread, term] = value
 
-    arithmetic = (add, sub, mul, fma, fnma, quotient, root, exponential, least, most, where_less)
-    return _named(*arithmetic, spread, ramp_from, total, peak, any_of_tile, get, put, reduce_tile, reduce_canvas)
+    arithmetic = (add, sub, mul, fma, fnma, quotient, root, exponential, minimum, maximum, where_less)
+    return _named(*arithmetic, spread, ramp_from, total, lane_max, any_of_tile, get, put, reduce_tile, reduce_canvas)
 
 
-# e^x as 2^n p(f) with n + f = x / ln 2: the polynomial is within 1e-7 of 2^f on [-1/2, 1/2]; 28 times a scalar call.
+# e^x is 2^n p(f) with n + f = x / ln 2. The polynomial p is within 1e-7 of 2^f on [-1/2, 1/2]. This is 28 times faster
+# than scalar calls.
 _EXPONENTIAL = """
 typedef int whole_t __attribute__((ext_vector_type(16), aligned(4)));
 lanes_t X = *(lanes_t*)&a * 1.44269504f;
@@ -177,7 +181,7 @@ def _tree_sum(width: int, c_type: str) -> str:
     return text + f"return {value}.x + {value}.y;"
 
 
-# A literal passed to a decorator inside a function breaks Warp's dedenting of the source, hence this name.
+# A module constant, because a literal passed to a decorator inside a function breaks Warp's dedenting of the source.
 _ANY_OF_TILE = """
 #if defined(__CUDA_ARCH__)
 return __syncthreads_or(flag);
@@ -209,11 +213,11 @@ def _scalar_operations(dtype: Any) -> dict[str, Any]:
         return c - a * b
 
     @wp.func
-    def least(a: dtype, b: dtype):
+    def minimum(a: dtype, b: dtype):
         return wp.min(a, b)
 
     @wp.func
-    def most(a: dtype, b: dtype):
+    def maximum(a: dtype, b: dtype):
         return wp.max(a, b)
 
     @wp.func
@@ -233,7 +237,7 @@ def _scalar_operations(dtype: Any) -> dict[str, Any]:
         return wp.exp(a)
 
     @wp.func
-    def peak(a: dtype):
+    def lane_max(a: dtype):
         return a
 
     @wp.func_native(_ANY_OF_TILE)
@@ -270,8 +274,8 @@ def _scalar_operations(dtype: Any) -> dict[str, Any]:
     def reduce_canvas(sums: wp.array2d(dtype=wp.float64), term: int, value: wp.float64, thread: int):
         reduce_doubles(sums, thread // wp.static(REDUCED_LANES), term, value, thread)
 
-    arithmetic = (add, sub, mul, fma, fnma, quotient, root, exponential, least, most, where_less)
-    return _named(*arithmetic, spread, ramp_from, total, peak, any_of_tile, get, put, reduce_tile, reduce_canvas)
+    arithmetic = (add, sub, mul, fma, fnma, quotient, root, exponential, minimum, maximum, where_less)
+    return _named(*arithmetic, spread, ramp_from, total, lane_max, any_of_tile, get, put, reduce_tile, reduce_canvas)
 
 
 def _named(*functions: Any) -> dict[str, Any]:

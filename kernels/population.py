@@ -1,6 +1,7 @@
-"""The step of the paths under optimisation: from adjoints of what a scene shows to its next values, in one launch.
+"""Step the paths of a fit: from the adjoints of a scene's values to its next values, in one launch.
 
-Parameters are what ``warpvec/fit/population.py`` says; chain rules, Adan and the values shown are one pass over them.
+``warpvec/fit/population.py`` describes the parameters. One pass over them does the chain rule, Adan and the scene's new
+values.
 """
 
 from functools import cache
@@ -14,13 +15,13 @@ from warpvec.kernels.lanes import Lanes, stage_module
 
 
 def threads_per_path(lanes: Lanes) -> int:
-    """Threads that share a path: one of a CPU, whose lanes they are not; a warp of CUDA."""
+    """Return the number of threads that share a path: a warp on CUDA, one on a CPU (where lanes are not threads)."""
     return REDUCED_LANES if lanes.width == 1 else 1
 
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """``step_population``."""
+    """Make ``step_population``."""
     dtype, vec3 = lanes.dtype, lanes.vec3
     array2d, array3d = wp.array2d(dtype=dtype), wp.array3d(dtype=dtype)
     one = wp.constant(dtype(1.0))
@@ -35,28 +36,28 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         path_count: int,  # N
         half_side: dtype,  # px
         color_form: int,
-        rates: wp.vec3d,  # of points, colours and opacities
-        factor: wp.array(dtype=wp.float64),  # [1] of the rates; where it is negative all stays as it is
+        rates: wp.vec3d,  # learning rates of points, colours and opacities
+        factor: wp.array(dtype=wp.float64),  # [1] multiplies the rates; if it is negative, nothing changes
         betas: vec3,
         log_betas: vec3,
         eps: dtype,
-        row_age: wp.array(dtype=wp.int64),  # [N + 1] steps taken, this one included; the last is the background's
+        row_age: wp.array(dtype=wp.int64),  # [N + 1] steps taken, including this one; the last is the background's
         adj_points: array2d,  # [N, 2 P]
         adj_color: array2d,  # [N, 3]
         adj_opacity: array2d,  # [N, 1]
         adj_background: array2d,  # [1, 3]
-        # in and out: a parameter, the averages m, v and n, and the gradient before
+        # in and out: a parameter, the averages m, v and n, and the previous gradient
         points: array3d,  # [5, N, 2 P]
         color: array3d,  # [5, N, 3]
         opacity: array3d,  # [5, N, 1]
         background: array3d,  # [5, 1, 3]
-        # in and out: what is shown
-        shown_points: array2d,  # [N, 2 P] px
-        shown_color: array2d,  # [N, 3]
-        shown_opacity: array2d,  # [N, 1]
-        shown_background: array2d,  # [1, 3]
+        # in and out: the scene's values
+        scene_points: array2d,  # [N, 2 P] px
+        scene_color: array2d,  # [N, 3]
+        scene_opacity: array2d,  # [N, 1]
+        scene_background: array2d,  # [1, 3]
     ):
-        """One step of one path's part; path N is the background."""
+        """Take one step of one part of a path; path N is the background."""
         if factor[0] < wp.float64(0.0):
             return
         item = first + wp.tid()
@@ -70,21 +71,21 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             lr_points, lr_opacity = dtype(rates[0] * factor[0]), dtype(rates[2] * factor[0])
             update_row(
                 path, part, parts, wp.static(SCALED), half_side, first_step, lr_points, betas, bias, eps,
-                adj_points, points[0], points[1], points[2], points[3], points[4], shown_points,
+                adj_points, points[0], points[1], points[2], points[3], points[4], scene_points,
             )  # fmt: skip
             update_row(
                 path, part, parts, color_form, one, first_step, lr_color, betas, bias, eps,
-                adj_color, color[0], color[1], color[2], color[3], color[4], shown_color,
+                adj_color, color[0], color[1], color[2], color[3], color[4], scene_color,
             )  # fmt: skip
             update_row(
                 path, part, parts, wp.static(SIGMOID), one, first_step, lr_opacity, betas, bias, eps,
-                adj_opacity, opacity[0], opacity[1], opacity[2], opacity[3], opacity[4], shown_opacity,
+                adj_opacity, opacity[0], opacity[1], opacity[2], opacity[3], opacity[4], scene_opacity,
             )  # fmt: skip
         else:
             update_row(
                 0, part, parts, color_form, one, first_step, lr_color, betas, bias, eps,
                 adj_background, background[0], background[1], background[2], background[3], background[4],
-                shown_background,
+                scene_background,
             )  # fmt: skip
 
     return SimpleNamespace(step_population=step_population)

@@ -1,4 +1,4 @@
-"""Sums over neighbouring scalar lanes: in registers of a CUDA warp, and one lane after another on the CPU."""
+"""Sums over neighbouring scalar lanes: in the registers of a CUDA warp, or one lane after another on the CPU."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import warp as wp
 
 from warpvec.kernels.constants import REDUCED_LANES
 
-# A literal passed to a decorator inside a function breaks Warp's dedenting of the source, hence these names.
+# Module constants, because a literal passed to a decorator inside a function breaks Warp's dedenting of the source.
 _WARP_SUM = """
 #if defined(__CUDA_ARCH__)
 for (int offset = 16; offset; offset >>= 1) value += __shfl_xor_sync(0xffffffffu, value, offset);
@@ -23,7 +23,7 @@ return 0;
 
 
 def group_reduction(dtype: Any) -> Any:
-    """A function that adds the values of REDUCED_LANES neighbouring lanes in one entry of an array of sums."""
+    """Return a function that adds the values of REDUCED_LANES neighbouring lanes to one entry of an array of sums."""
 
     @wp.func_native(_WARP_SUM)
     def warp_sum(value: dtype) -> dtype: ...
@@ -39,7 +39,7 @@ def group_reduction(dtype: Any) -> Any:
             if is_first:
                 sums[row, term] = group_sum
         else:
-            # On the CPU lanes run one after another: the first of a group starts its sum.
+            # On the CPU lanes run one after another: the first lane of a group starts the sum.
             if is_first:
                 sums[row, term] = value
             else:

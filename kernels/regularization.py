@@ -1,7 +1,7 @@
-"""Adjoint of the regularizers (equation 6): Xing, Bezier and opacity, added to the adjoints of the render.
+"""Add the adjoints of the regularizers (equation 6: Xing, Bezier and opacity) to those of the render.
 
-The functions differentiated here are written in torch in ``warpvec/fit/regularization.py``, which says what they mean; the fit needs
-their gradients on every step and their values never. One thread a path: the terms of its cubics, then its own rows.
+``warpvec/fit/regularization.py`` defines and explains the functions, in torch. A fit needs their gradients at every
+step, and never their values. One thread handles a path: first the terms of its cubics, then its opacity.
 """
 
 from functools import cache
@@ -14,7 +14,10 @@ from warpvec.kernels.lanes import Lanes, stage_module
 
 
 def tip_weights() -> tuple[float, float, float]:
-    """B(t) - A in the legs AB, BC, CD at t = TIP_PARAMETER: each has the Bernstein weights of the points after it."""
+    """Return the weights of the legs AB, BC, CD in B(t) - A at t = TIP_PARAMETER.
+
+    Each is the sum of the Bernstein weights of the points after the leg.
+    """
     t = TIP_PARAMETER
     third = t**3
     second = third + 3 * (1 - t) * t**2
@@ -23,7 +26,7 @@ def tip_weights() -> tuple[float, float, float]:
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """``add_regularizers``."""
+    """Make ``add_regularizers``."""
     dtype, vec2, vec3 = lanes.dtype, lanes.vec2, lanes.vec3
     zero, one, two = wp.constant(dtype(0.0)), wp.constant(dtype(1.0)), wp.constant(dtype(2.0))
     leg_min_squared = wp.constant(dtype(LEG_MIN**2))
@@ -36,7 +39,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def legs_of(points: wp.array2d(dtype=vec2), path: int, segment: int, segment_count: int):
-        """The legs AB, BC, CD [3, 2] of a cubic in pixels; ``segment`` counts modulo S."""
+        """Return the legs AB, BC, CD [3, 2] of a cubic in pixels; ``segment`` is taken modulo S."""
         first = 3 * (segment % segment_count)
         a = points[path, first]
         b = points[path, first + 1]
@@ -47,7 +50,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def scaled(legs: matrix, pixel: vec2):
-        """Legs in units in which the canvas is [-1, 1] on both axes."""
+        """Return legs in units in which the canvas is [-1, 1] on both axes."""
         return matrix(
             legs[0, 0] * pixel[0], legs[0, 1] * pixel[1],
             legs[1, 0] * pixel[0], legs[1, 1] * pixel[1],
@@ -56,7 +59,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def turned(v: vec2):
-        """``v`` turned by a quarter, clockwise on screen: d(cross(v, dv))/d(dv)."""
+        """Return ``v`` turned by 90 degrees, clockwise on screen: d(cross(v, dv))/d(dv)."""
         return vec2(-v[1], v[0])
 
     @wp.func
@@ -65,7 +68,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def xing_adjoint(legs: matrix):
-        """d(-turn sin)/d(legs), where sin is that of the angle from AB to CD; zero where it does not count."""
+        """Return d(-turn sine)/d(legs) with the sine of the angle from AB to CD; zero where the loss is zero."""
         ab, bc, cd = legs[0], legs[1], legs[2]
         adj = matrix()
         ab_squared = wp.dot(ab, ab)
@@ -85,7 +88,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def projection_adjoint(legs: matrix, weight: dtype):
-        """d(weight times the squared overshoots)/d(legs) of inner points beyond the chord's ends."""
+        """Return d(weight times the squared overshoots)/d(legs) of inner points beyond the chord's ends."""
         chord = legs[0] + legs[1] + legs[2]
         along = vec3(wp.dot(legs[0], chord), wp.dot(legs[1], chord), wp.dot(legs[2], chord))
         b_before = wp.max(-along[0], zero)
@@ -99,7 +102,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def needle_tip(before: matrix, after: matrix):
-        """u + w of the anchor between two cubics where it is a needle tip, else zero."""
+        """Return u + w of the anchor between two cubics if it is a needle tip, else zero."""
         ahead = reach1 * after[0] + reach2 * after[1] + reach3 * after[2]
         behind = -(reach3 * before[0] + reach2 * before[1] + reach1 * before[2])
         cosine = wp.max(wp.dot(ahead, behind), zero)
@@ -110,12 +113,12 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def beyond(value: dtype):
-        """Sign of what lies outside [-1, 1]."""
+        """Return the sign of ``value`` if it lies outside [-1, 1], else zero."""
         return wp.where(value > one, one, wp.where(value < -one, -one, zero))
 
     @wp.func
     def inverse_extent_squared(points: wp.array2d(dtype=vec2), path: int, segment_count: int, pixel: vec2):
-        """1 / extent^2 of a path, the projection's unit, which has no gradient."""
+        """Return 1 / extent^2 of a path, the unit of the projection term, which has no gradient."""
         extent = dtype(0.0)
         for s in range(segment_count):
             legs = scaled(legs_of(points, path, s, segment_count), pixel)
@@ -131,7 +134,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         opacity: wp.array(dtype=dtype),  # [N]
         segment_count: int,  # S
         path_count: int,  # N
-        pixel: vec2,  # size of a pixel where the canvas is [-1, 1]
+        pixel: vec2,  # size of a pixel in units in which the canvas is [-1, 1]
         xing_weight: dtype,
         bezier_weight: dtype,
         opacity_weight: dtype,

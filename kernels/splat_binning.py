@@ -1,7 +1,7 @@
 """Stage 2 of the splat renderer: Gaussians -> (path, tile) pairs and their class. No gradient.
 
-Pairs are made, numbered and sorted as those of the exact renderer (see ``binning``): by tile, then in z order. A pair
-is partial if the box of one of its path's groups of Gaussians reaches a pixel centre of the tile, else empty.
+Pairs are numbered and sorted as in the exact renderer (see ``binning``): by tile, then in z order. A pair is partial if
+the box of one of its path's groups of Gaussians reaches a pixel centre of the tile; otherwise it is empty.
 """
 
 from functools import cache
@@ -16,13 +16,13 @@ from warpvec.kernels.splatting import PLANES
 
 @cache
 def make_functions(lanes: Lanes) -> SimpleNamespace:
-    """``covered``: the pixels that a range of coordinates reaches."""
+    """Return ``covered``, which finds the pixels that a range of coordinates reaches."""
     dtype = lanes.dtype
     half = wp.constant(dtype(0.5))
 
     @wp.func
     def covered(low: dtype, high: dtype, pixel_count: int):
-        """First pixel, and the one after the last, whose centre lies in [low, high] on a canvas of so many."""
+        """Return the first pixel, and one past the last, with its centre in [low, high], of ``pixel_count``."""
         start = int(wp.clamp(wp.ceil(low - half), dtype(0.0), dtype(pixel_count)))
         stop = int(wp.clamp(wp.floor(high - half) + dtype(1.0), dtype(0.0), dtype(pixel_count)))
         return start, stop
@@ -32,7 +32,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """``bound_groups``, ``bound_splats`` and ``classify_splats``."""
+    """Return ``bound_groups``, ``bound_splats`` and ``classify_splats``."""
     dtype, vec2 = lanes.dtype, lanes.vec2
     covered = make_functions(lanes).covered
     far = wp.constant(dtype(COORDINATE_MAX))
@@ -41,7 +41,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def joined(a: wp.vec4i, b: wp.vec4i):
-        """The least box around two, each left, top, right, bottom."""
+        """Return the smallest box around two boxes, each left, top, right, bottom."""
         return wp.vec4i(wp.min(a[0], b[0]), wp.min(a[1], b[1]), wp.max(a[2], b[2]), wp.max(a[3], b[3]))
 
     @wp.kernel(module=module)
@@ -54,9 +54,11 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         height: int,
         width: int,
         # outputs
-        group_box: wp.array(dtype=wp.vec4i),  # [N rows, groups + 1] px left, top, right, bottom; last: the whole row
+        group_box: wp.array(
+            dtype=wp.vec4i
+        ),  # [N rows, groups + 1] px left, top, right, bottom, the last two exclusive; last: the whole row
     ):
-        """Box of the pixels that each group of a row reaches, the last two exclusive."""
+        """Find the box of pixels that each group of a row reaches."""
         row = first + wp.tid()
         row_box = wp.vec4i(width, height, 0, 0)
         for group in range(group_count):
@@ -90,7 +92,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         path_strip_count: wp.array(dtype=int),  # [N + 1]
         path_pair_count: wp.array(dtype=int),  # [N + 1]
     ):
-        """Box of tiles of each path; none for a path of which no pixel centre shows anything."""
+        """Find the box of tiles of each path; it is empty if the path reaches no pixel centre."""
         path = first + wp.tid()
         box = group_box[path * row_count * (group_count + 1) + group_count]
         for row in range(path * row_count, (path + 1) * row_count):
@@ -112,7 +114,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
         path_first_strip: wp.array(dtype=int),  # [N + 1]
         path_first_pair: wp.array(dtype=int),  # [N + 1]
-        strip_path: wp.array(dtype=int),  # [strips] -1: of no path
+        strip_path: wp.array(dtype=int),  # [strips] -1: no path
         # outputs
         pair_path: wp.array(dtype=int),  # [K]
         pair_class: wp.array(dtype=int),  # [K]
@@ -120,7 +122,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         pair_key: wp.array(dtype=int),  # [K] tile, or tile_count for an empty pair
         pair_index: wp.array(dtype=int),  # [K] the pair itself, to be sorted by key
     ):
-        """Class of each pair of a strip."""
+        """Find the class and the sort key of each pair of a strip."""
         strip = first + wp.tid()
         path = strip_path[strip]
         if path < 0:

@@ -1,8 +1,8 @@
-"""Stage 3 of the splat renderer: Gaussians -> coverage of the pixels of each pair, and what a tile hides.
+"""Stage 3 of the splat renderer: Gaussians -> coverage of the pixels of each pair, and the lowest visible hit.
 
-All Gaussians of a path share its colour and opacity, so in whatever order they are composited the path covers a pixel
-by 1 - prod(1 - alpha), which is the alpha of equation (3). Tiles work front to back and stop at the path behind which
-no pixel lets more than TRANSMITTANCE_MIN through.
+All Gaussians of a path share its colour and opacity. In any order, they cover a pixel by 1 - prod(1 - alpha), which is
+the alpha of equation (3). A tile works front to back and stops at the path behind which every pixel's transmittance is
+below TRANSMITTANCE_MIN.
 """
 
 from functools import cache
@@ -18,14 +18,14 @@ from warpvec.kernels.splatting import PLANES
 
 @cache
 def make_functions(lanes: Lanes) -> SimpleNamespace:
-    """``gaussian``: what forward and adjoint share."""
+    """Return ``gaussian``, which forward and adjoint share."""
     dtype, vector = lanes.dtype, lanes.vector
     mul, fma, spread, exponential = lanes.mul, lanes.fma, lanes.spread, lanes.exponential
     half = wp.constant(dtype(0.5))
 
     @wp.func
     def gaussian(opacity: dtype, dx: dtype, dy: vector, pxx: dtype, pxy: dtype, pyy: dtype):
-        """opacity exp(-q / 2) at the offsets dx, dy from the center, before the bounds on alpha."""
+        """Return opacity exp(-q / 2) at the offsets dx, dy from the center, before the bounds on alpha."""
         linear = fma(dy, spread(-half * pyy), spread(-pxy * dx))
         return mul(spread(opacity), exponential(fma(dy, linear, spread(-half * pxx * dx * dx))))
 
@@ -34,11 +34,11 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """``cover_splats``."""
+    """Return ``cover_splats``."""
     dtype, vector = lanes.dtype, lanes.vector
     mul, sub, fnma, spread, get, put = lanes.mul, lanes.sub, lanes.fnma, lanes.spread, lanes.get, lanes.put
-    least, most, where_less, ramp_from = lanes.least, lanes.most, lanes.where_less, lanes.ramp_from
-    peak, any_of_tile = lanes.peak, lanes.any_of_tile
+    minimum, maximum, where_less, ramp_from = lanes.minimum, lanes.maximum, lanes.where_less, lanes.ramp_from
+    lane_max, any_of_tile = lanes.lane_max, lanes.any_of_tile
     gaussian = make_functions(lanes).gaussian
     covered = splat_binning.make_functions(lanes).covered
     functions = compositing.make_functions(lanes)
@@ -74,12 +74,12 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         pair_is_shown: wp.array(dtype=int),  # [K]
         tile_first_visible: wp.array(dtype=int),  # [tiles]
     ):
-        """Coverage of the pairs of one tile (CPU) or one pixel of it (scalar lanes), front to back."""
+        """Find the coverage of the pairs of one tile (CPU) or one pixel of it (scalar lanes), front to back."""
         item = first + wp.tid()
         tile = item // tile_threads
         lane = item % tile_threads
         left, top = (tile % tile_columns) * TILE, (tile // tile_columns) * TILE
-        # The columns that this thread owns, and the row at which its lane values start.
+        # The columns that this thread owns, and the row of its first lane.
         own_left = left + lane // TILE
         own_right = own_left + tile_vectors
         row0 = dtype(top + lane % TILE) + half
@@ -121,7 +121,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                                     dy = ramp_from(row0 - y)
                                     for column in range(near, far):
                                         alpha = gaussian(o, dtype(column) + half - x, dy, pxx, pxy, pyy)
-                                        alpha = least(alpha, spread(alpha_max))
+                                        alpha = minimum(alpha, spread(alpha_max))
                                         alpha = where_less(alpha, spread(alpha_min), spread(zero), alpha)
                                         p = get(passed, column - own_left)
                                         put(passed, column - own_left, fnma(p, alpha, p))
@@ -133,8 +133,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 slot_coverage[slot0 + v] = sub(spread(one), p)
                 rest = mul(get(light, v), p)
                 put(light, v, rest)
-                brightest = most(brightest, rest)
-            is_lit = any_of_tile(wp.where(peak(brightest) >= transmittance_min, 1, 0))
+                brightest = maximum(brightest, rest)
+            is_lit = any_of_tile(wp.where(lane_max(brightest) >= transmittance_min, 1, 0))
             pair_is_shown[pair] = 1
         tile_first_visible[tile] = hit
         for hidden in range(start, hit):

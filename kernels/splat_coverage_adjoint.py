@@ -1,7 +1,7 @@
 """Adjoint of stage 3 of the splat renderer: dL/d(coverage) of the pixels -> sums over the pixels of each Gaussian.
 
-One thread a Gaussian: it owns its sums and only reads pixels, so nothing needs atomics. With T the path's own
-transmittance at a pixel, d(coverage)/d(alpha) = T / (1 - alpha). An alpha that is clipped or dropped has no derivative.
+Each thread owns one Gaussian and its sums, and only reads pixels, so no atomics are needed. With T the path's own
+transmittance at a pixel, d(coverage)/d(alpha) = T / (1 - alpha). A clipped or dropped alpha has a zero derivative.
 """
 
 from functools import cache
@@ -18,7 +18,7 @@ from warpvec.kernels.splatting_adjoint import CENTER_TERMS, COVARIANCE_TERMS
 
 @cache
 def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
-    """``cover_splats_adjoint``; ``covariance``: with the sums of the covariance."""
+    """Return ``cover_splats_adjoint``; with ``covariance`` it also fills the sums of the covariance."""
     dtype, vector = lanes.dtype, lanes.vector
     add, mul, fma, sub, spread, total = lanes.add, lanes.mul, lanes.fma, lanes.sub, lanes.spread, lanes.total
     quotient, where_less, ramp_from = lanes.quotient, lanes.where_less, lanes.ramp_from
@@ -33,7 +33,7 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
 
     @wp.func
     def alpha_adjoint(alpha: vector, adj_coverage: vector, transmittance: vector):
-        """dL/d(alpha) alpha; 0 where alpha is dropped or clipped."""
+        """Return dL/d(alpha) alpha, or 0 where alpha is dropped or clipped."""
         kept = where_less(alpha, spread(alpha_min), spread(zero), alpha)
         free = where_less(kept, spread(alpha_max), kept, spread(zero))
         return mul(free, quotient(mul(adj_coverage, transmittance), sub(spread(one), free)))
@@ -55,9 +55,9 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
         adj_slot_coverage: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
         slot_transmittance: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
         # outputs
-        splat_sums: wp.array(dtype=dtype),  # [N, rows, terms, samples] as splatting_adjoint says
+        splat_sums: wp.array(dtype=dtype),  # [N, rows, terms, samples], see splatting_adjoint
     ):
-        """The sums of one Gaussian over its pixels."""
+        """Add the sums of one Gaussian over its pixels."""
         item = first + wp.tid()
         row = item // sample_stride
         sample = item % sample_stride

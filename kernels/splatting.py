@@ -1,12 +1,12 @@
 """Stage 1 of the splat renderer: control points -> Gaussians along both sides of a path and on lines between them.
 
-Row r of a path blends its sides: X = (1 - w_r) A(u_k) + w_r B(u_k); rows 0 and the last are the sides themselves. The
-sides, their spacing and their tangents are linear in the control points, with weights (the *basis*) that the host
-makes for any degree. The covariance is R diag(sx^2, sy^2) R^T: R turns to the tangent of the row, sx and sy follow the
-distances to the next sample and the next row (Bezier Splatting, section 3).
+Row r of a path blends its two sides: X = (1 - w_r) A(u_k) + w_r B(u_k). The first and the last row are the sides
+themselves. The sides, their spacing and their tangents are linear in the control points; the host computes the weights
+(the *basis*) for any degree. The covariance is R diag(sx^2, sy^2) R^T. R rotates the x axis to the row's tangent; sx
+and sy are proportional to the distances to the next sample and the next row (Bezier Splatting, section 3).
 
-The positions' adjoints need no quadrature weights: a Gaussian's extent follows its spacing, so that its adjoint is
-the integral of the gradient over its own cell, up to a constant. Their sum is the area term of equation (4).
+The adjoints of the positions need no quadrature weights: the size of a Gaussian is proportional to its spacing, so its
+adjoint is the integral of the gradient over its own cell, up to a constant. Their sum is the area term of equation (4).
 """
 
 from functools import cache
@@ -27,18 +27,19 @@ from warpvec.kernels.constants import (
 from warpvec.kernels.lanes import Lanes, stage_module
 
 PLANES = 7
-"""Values of a Gaussian: center x, y; inverse covariance xx, xy, yy; half its visible box in x, y (< 0: invisible)."""
+"""Number of values of a Gaussian: center x, y; inverse covariance xx, xy, yy; half the size of its visible box in x, y
+(negative: invisible)."""
 
 KINDS = 3
-"""Of basis: position, step to the next sample, tangent. Each has a part for side A, then one for side B."""
+"""Number of kinds of basis: position, step to the next sample, tangent. Each has a part for either side."""
 
 
 @cache
 def make_functions(lanes: Lanes) -> SimpleNamespace:
-    """What forward and adjoint share."""
+    """Return the functions that forward and adjoint share."""
     dtype, vector = lanes.dtype, lanes.vector
     mul, fma, sub, spread, root = lanes.mul, lanes.fma, lanes.sub, lanes.spread, lanes.root
-    quotient, most, least, where_less = lanes.quotient, lanes.most, lanes.least, lanes.where_less
+    quotient, maximum, minimum, where_less = lanes.quotient, lanes.maximum, lanes.minimum, lanes.where_less
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
     tangent_min_squared = wp.constant(dtype(TANGENT_MIN**2))
     floor_x, floor_inside = wp.constant(dtype(BOUNDARY_SIGMA_X_MIN)), wp.constant(dtype(INTERIOR_SIGMA_MIN))
@@ -55,7 +56,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         block: int,
         block_count: int,
     ):
-        """One coordinate of a linear combination of the control points, for the samples of a block."""
+        """Return one coordinate of a linear combination of the control points, for the samples of a block."""
         value = spread(zero)
         for j in range(point_count):
             weight = basis[(part * point_count + j) * block_count + block]
@@ -64,7 +65,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def blend(a: vector, b: vector, w: dtype):
-        """(1 - w) a + w b."""
+        """Return (1 - w) a + w b."""
         return fma(spread(w), sub(b, a), a)
 
     @wp.func
@@ -73,27 +74,27 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def inverse_norm(x: vector, y: vector):
-        """1 / length, or 0 for a vector without a direction."""
+        """Return 1 / length, or 0 for a vector without a direction."""
         squared = fma(x, x, mul(y, y))
-        inverse = quotient(spread(one), root(most(squared, spread(tangent_min_squared))))
+        inverse = quotient(spread(one), root(maximum(squared, spread(tangent_min_squared))))
         return where_less(squared, spread(tangent_min_squared), spread(zero), inverse)
 
     @wp.func
     def direction(x: vector, y: vector, inverse: vector):
-        """The unit vector of (x, y), whose length is 1 / ``inverse``; (1, 0) where that is 0."""
+        """Return the unit vector of (x, y), given ``inverse`` = 1 / length; (1, 0) where ``inverse`` is 0."""
         return where_less(spread(zero), inverse, mul(x, inverse), spread(one)), mul(y, inverse)
 
     @wp.func
     def clamp_x(sigma: vector, is_boundary: bool):
-        """Standard deviation along the curve, in pixels."""
-        return most(sigma, spread(wp.where(is_boundary, floor_x, floor_inside)))
+        """Clamp a standard deviation along the curve, in pixels."""
+        return maximum(sigma, spread(wp.where(is_boundary, floor_x, floor_inside)))
 
     @wp.func
     def clamp_y(sigma: vector, is_boundary: bool):
-        """Standard deviation across the curve, in pixels."""
-        clamped = most(sigma, spread(floor_inside))
+        """Clamp a standard deviation across the curve, in pixels."""
+        clamped = maximum(sigma, spread(floor_inside))
         if is_boundary:
-            clamped = least(most(sigma, spread(floor_y)), spread(ceiling_y))
+            clamped = minimum(maximum(sigma, spread(floor_y)), spread(ceiling_y))
         return clamped
 
     return SimpleNamespace(
@@ -109,10 +110,10 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """``place_splats``."""
+    """Return ``place_splats``."""
     dtype, vector = lanes.dtype, lanes.vector
     add, sub, mul, fma, spread, root = lanes.add, lanes.sub, lanes.mul, lanes.fma, lanes.spread, lanes.root
-    quotient, most, where_less = lanes.quotient, lanes.most, lanes.where_less
+    quotient, maximum, where_less = lanes.quotient, lanes.maximum, lanes.where_less
     functions = make_functions(lanes)
     combine, blend, norm = functions.combine, functions.blend, functions.norm
     inverse_norm, direction = functions.inverse_norm, functions.direction
@@ -125,8 +126,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
 
     @wp.func
     def visible_reach(x: vector, y: vector, reach: vector, sample: vector, sample_count: int):
-        """``reach``, or -1 for what is not finite, too far out, or beyond the last sample."""
-        farness = add(add(most(x, sub(spread(zero), x)), most(y, sub(spread(zero), y))), reach)
+        """Return ``reach``, or -1 for a Gaussian that is not finite, too far out, or beyond the last sample."""
+        farness = add(add(maximum(x, sub(spread(zero), x)), maximum(y, sub(spread(zero), y))), reach)
         # A comparison with a NaN is false.
         kept = where_less(farness, spread(farthest), reach, spread(-one))
         return where_less(sample, spread(dtype(sample_count)), kept, spread(-one))
@@ -138,16 +139,16 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         point_count: int,  # P
         opacity: wp.array(dtype=dtype),  # [N]
         basis: wp.array(dtype=vector),  # [KINDS, 2 sides, P, samples]
-        spacing_factor: wp.array(dtype=vector),  # [samples] sx over the distance to the next sample
+        spacing_factor: wp.array(dtype=vector),  # [samples] sx divided by the distance to the next sample
         row_weight: wp.array(dtype=dtype),  # [rows] w_r
-        row_step: wp.array(dtype=dtype),  # [rows] of w to the next row
+        row_step: wp.array(dtype=dtype),  # [rows] difference of w to the next row
         row_count: int,
         sample_count: int,
         block_count: int,
         # outputs
         splats: wp.array(dtype=vector),  # [N, rows, PLANES, samples]
     ):
-        """The Gaussians of a block of neighbouring samples of one path, on all of its rows."""
+        """Place the Gaussians of a block of neighbouring samples of one path, on all of its rows."""
         item = first + wp.tid()
         path = item // block_count
         block = item % block_count
@@ -164,7 +165,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         btx = combine(points, path, point_count, 0, basis, 5, block, block_count)
         bty = combine(points, path, point_count, 1, basis, 5, block, block_count)
         gap = mul(spread(across), norm(sub(bx, ax), sub(by, ay)))
-        # q <= reach2 wherever the Gaussian is not dropped.
+        # The Gaussian is dropped where q > reach2.
         reach2 = two * wp.log(wp.max(opacity[path] / alpha_min, one))
         sample = lanes.ramp_from(dtype(block * width))
         for row in range(row_count):

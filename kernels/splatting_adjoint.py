@@ -1,8 +1,9 @@
 """Adjoint of stage 1 of the splat renderer: sums over each Gaussian's pixels -> adj_points, adj_opacity.
 
-With w = dL/d(alpha) alpha and d = pixel - center, a Gaussian's sums are of w, w dx, w dy, and, for the covariance,
-w dx^2, w dx dy, w dy^2. Its center's adjoint is P (sum w d) with P the inverse covariance, and that of the exponent's
-coefficients -1/2 (xx, 2 xy, yy). Rows that are attached pass theirs on to the two sides; the sides to the points.
+Let w = dL/d(alpha) alpha and d = pixel - center. The sums of a Gaussian are those of w, w dx, w dy and, for the
+covariance, w dx^2, w dx dy, w dy^2. With P the inverse covariance, the adjoint of the center is P (sum w d), and the
+adjoints of P's entries xx, xy, yy are -1/2, -1 and -1/2 times the last three sums. Rows that are attached to the
+control points pass their adjoints on to the two sides, and the sides to the points.
 """
 
 from functools import cache
@@ -25,17 +26,19 @@ from warpvec.kernels.splatting import KINDS, PLANES
 
 CENTER_TERMS = 3
 COVARIANCE_TERMS = 6
-"""Sums of a Gaussian without and with those of its covariance."""
+"""Number of sums of a Gaussian, without and with those of its covariance."""
 
 SIDE_TERMS = 4 * KINDS + 1
-"""Adjoints of a sample over all rows: for each kind of basis A x, A y, B x, B y; and, last, the sum of w."""
+"""Number of sums of a sample over all rows: for each kind of basis the adjoints of A x, A y, B x, B y; last, the sum of
+w."""
 
 
 @cache
 def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
-    """``center_adjoint``, ``gather_points_adjoint``, ``gather_opacity_adjoint`` and, for ``covariance``, its own.
+    """Return ``center_adjoint``, ``gather_points_adjoint`` and ``gather_opacity_adjoint``.
 
-    ``covariance``: the Gaussians' covariances are attached to the control points, not their centers alone.
+    With ``covariance`` the covariances of the Gaussians are attached to the control points too, and
+    ``covariance_adjoint`` is returned as well.
     """
     dtype, vector = lanes.dtype, lanes.vector
     add, mul, fma, fnma, spread, total = lanes.add, lanes.mul, lanes.fma, lanes.fnma, lanes.spread, lanes.total
@@ -54,9 +57,9 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
         splats: wp.array(dtype=vector),  # [N, rows, PLANES, samples]
         splat_sums: wp.array(dtype=vector),  # [N, rows, terms, samples]
         # outputs
-        side_sums: wp.array(dtype=vector),  # [N, SIDE_TERMS, samples], the position's part and the sum of w
+        side_sums: wp.array(dtype=vector),  # [N, SIDE_TERMS, samples], the positions' part and the sum of w
     ):
-        """Adjoints of the sides' positions at a block of neighbouring samples of one path, over all of its rows."""
+        """Sum the adjoints of the sides' positions over all rows of one path, at a block of neighbouring samples."""
         item = first + wp.tid()
         path = item // block_count
         block = item % block_count
@@ -91,7 +94,7 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
         # outputs
         adj_points: wp.array2d(dtype=dtype),  # [N P, 2]
     ):
-        """The adjoint of one control point; zero where the path is not finite, and so not drawn."""
+        """Compute the adjoint of one control point; zero where the path is not finite and therefore not drawn."""
         point = first + wp.tid()
         path = point // point_count
         x, y = spread(zero), spread(zero)
@@ -114,7 +117,7 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
         # outputs
         adj_opacity: wp.array(dtype=dtype),  # [N]
     ):
-        """The adjoint of a path's opacity: its Gaussians' alphas are proportional to it."""
+        """Compute the adjoint of a path's opacity, to which the alphas of its Gaussians are proportional."""
         path = first + wp.tid()
         weight = spread(zero)
         for block in range(block_count):
@@ -135,7 +138,7 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
 def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
     dtype, vector = lanes.dtype, lanes.vector
     add, mul, fma, sub, spread = lanes.add, lanes.mul, lanes.fma, lanes.sub, lanes.spread
-    fnma, quotient, most, where_less = lanes.fnma, lanes.quotient, lanes.most, lanes.where_less
+    fnma, quotient, maximum, where_less = lanes.fnma, lanes.quotient, lanes.maximum, lanes.where_less
     functions = splatting.make_functions(lanes)
     combine, blend, norm = functions.combine, functions.blend, functions.norm
     inverse_norm, direction = functions.inverse_norm, functions.direction
@@ -149,7 +152,7 @@ def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
 
     @wp.func
     def inverse_variance_slope(sigma: vector, inverse: vector, low: dtype, high: dtype, raw: vector):
-        """d(1 / sigma^2) / d(raw sigma): -2 / sigma^3, or 0 where the value is clamped."""
+        """Return d(1 / sigma^2) / d(raw sigma): -2 / sigma^3, or 0 where sigma is clamped."""
         free = where_less(spread(low), raw, where_less(raw, spread(high), spread(one), spread(zero)), spread(zero))
         return mul(free, mul(spread(-two), quotient(inverse, sigma)))
 
@@ -159,7 +162,7 @@ def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
 
     @wp.func
     def add_blended(sums: wp.array(dtype=vector), index: int, stride: int, w: dtype, x: vector, y: vector):
-        """Adds the adjoints of (1 - w) A + w B to those of A x, A y, B x, B y."""
+        """Add the adjoints x, y of (1 - w) A + w B to those of A x, A y, B x, B y."""
         add_to(sums, index, mul(spread(one - w), x))
         add_to(sums, index + stride, mul(spread(one - w), y))
         add_to(sums, index + 2 * stride, mul(spread(w), x))
@@ -179,9 +182,9 @@ def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
         interior: int,  # 1: interior rows are attached to the points
         splat_sums: wp.array(dtype=vector),  # [N, rows, COVARIANCE_TERMS, samples]
         # outputs
-        side_sums: wp.array(dtype=vector),  # [N, SIDE_TERMS, samples], steps and tangents; positions are added to
+        side_sums: wp.array(dtype=vector),  # [N, SIDE_TERMS, samples]: writes steps and tangents, adds to positions
     ):
-        """What the covariances add to the adjoints of the sides at a block of neighbouring samples of one path."""
+        """Add what the covariances contribute to the adjoints of the sides, at a block of neighbouring samples."""
         item = first + wp.tid()
         path = item // block_count
         block = item % block_count
@@ -233,7 +236,7 @@ def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
                 adj_raw_x = mul(adj_px, inverse_variance_slope(sx, px, low_x, farthest, raw_x))
                 adj_raw_y = mul(adj_py, inverse_variance_slope(sy, py, low_y, high_y, raw_y))
                 adj_gap = fma(across_step, adj_raw_y, adj_gap)
-                along = quotient(mul(factor, adj_raw_x), most(distance, spread(tiny)))
+                along = quotient(mul(factor, adj_raw_x), maximum(distance, spread(tiny)))
                 twist = mul(adj_pxy, sub(px, py))
                 adj_ux = fma(mul(spread(two), ux), fma(adj_pxx, px, mul(adj_pyy, py)), mul(twist, uy))
                 adj_uy = fma(mul(spread(two), uy), fma(adj_pxx, py, mul(adj_pyy, px)), mul(twist, ux))
@@ -241,7 +244,7 @@ def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
                 add_blended(side_sums, out + 4 * block_count, block_count, w, mul(along, step_x), mul(along, step_y))
                 adj_tx, adj_ty = mul(inverse, fnma(radial, ux, adj_ux)), mul(inverse, fnma(radial, uy, adj_uy))
                 add_blended(side_sums, out + 8 * block_count, block_count, w, adj_tx, adj_ty)
-        pull = quotient(adj_gap, most(gap, spread(tiny)))
+        pull = quotient(adj_gap, maximum(gap, spread(tiny)))
         add_to(side_sums, out, mul(pull, sub(spread(zero), gap_x)))
         add_to(side_sums, out + block_count, mul(pull, sub(spread(zero), gap_y)))
         add_to(side_sums, out + 2 * block_count, mul(pull, gap_x))

@@ -1,31 +1,31 @@
-"""Waiting for a word of memory to change, outside Python: what a CPU thread does between two shares of work."""
+"""Active waiting for a word of memory to change, in native code: what a CPU thread does between two shares of work."""
 
 from functools import cache
 from typing import Any
 
 import warp as wp
 
-# The core is offered to others now and then: whoever is waited for may be queued for this very one.
+# Every 32 turns the core is offered to other threads: the thread that is waited for may be queued for this core.
 _WAIT = """
-typedef long (*give_way_t)();
+typedef long (*yield_core_t)();
 volatile const int* word = (volatile const int*)words.data + index;
 for (int turn = 0; turn < turns && *word == seen; ++turn) {
 #if defined(__x86_64__)
     __builtin_ia32_pause();
 #endif
-    if (turn % 32 == 31 && give_way) ((give_way_t)give_way)();
+    if (turn % 32 == 31 && yield_core) ((yield_core_t)yield_core)();
 }
 """
 
 
 @cache
 def make_wait() -> Any:
-    """The kernel ``wait``, of one thread and of the CPU alone."""
+    """Return the kernel ``wait``, which runs on the CPU only, in one thread."""
     module = wp.get_module("warpvec.kernels.thread_pool")
     module.options.update(enable_backward=False)
 
     @wp.func_native(_WAIT)
-    def wait_while(words: wp.array(dtype=int), index: int, seen: int, turns: int, give_way: wp.uint64): ...
+    def wait_while(words: wp.array(dtype=int), index: int, seen: int, turns: int, yield_core: wp.uint64): ...
 
     @wp.kernel(module=module)
     def wait(
@@ -33,9 +33,9 @@ def make_wait() -> Any:
         seen: int,
         turns: int,
         words: wp.array(dtype=int),
-        give_way: wp.uint64,  # address of a function that offers the core to others, or 0
+        yield_core: wp.uint64,  # address of a function that offers the core to other threads, or 0
     ):
-        """Until ``words[index]`` is not ``seen``, or for so many turns, of some 35 ns each."""
-        wait_while(words, index, seen, turns, give_way)
+        """Wait until ``words[index]`` is not ``seen``, for at most ``turns`` turns of about 35 ns each."""
+        wait_while(words, index, seen, turns, yield_core)
 
     return wait

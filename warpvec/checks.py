@@ -1,4 +1,4 @@
-"""Checks of what users give. Every error is one line: the name, the rule, the value and the remedy."""
+"""Check values that users give. Each failed check raises an InputError of one line."""
 
 from __future__ import annotations
 
@@ -10,50 +10,50 @@ from typing import Any
 from warpvec.errors import InputError
 
 
-def check_count(name: str, value: Any, least: int, most: int | None = None) -> int:
-    """``value``, Python's or NumPy's, as an int.
+def check_count(name: str, value: Any, minimum: int, maximum: int | None = None) -> int:
+    """Return ``value``, of a Python or NumPy type, as an int.
 
     Raises:
-        InputError: not a whole number from ``least`` to ``most``.
+        InputError: ``value`` is not a whole number from ``minimum`` to ``maximum``.
     """
-    rule = f"of at least {least}" if most is None else f"from {least} to {most}"
-    remedy = f"{least} or more" if most is None else "a number in that range"
+    rule = f"of at least {minimum}" if maximum is None else f"from {minimum} to {maximum}"
+    remedy = f"give {minimum} or more" if maximum is None else "give a number in that range"
     try:
         count = operator.index(value)
     except TypeError:
-        count = least - 1
-    if isinstance(value, bool) or count < least or (most is not None and count > most):
-        raise InputError(f"{name} must be a whole number {rule}, got {show(value)}; give {remedy}")
+        count = minimum - 1
+    if isinstance(value, bool) or count < minimum or (maximum is not None and count > maximum):
+        raise InputError(name, f"must be a whole number {rule}", show(value), remedy)
     return count
 
 
 def check_number(name: str, value: Any, low: float, high: float) -> float:
-    """``value``, Python's or NumPy's, as a float.
+    """Return ``value``, of a Python or NumPy type, as a float.
 
     Raises:
-        InputError: not a finite number from ``low`` to ``high``, which may be infinite.
+        InputError: ``value`` is not a finite number from ``low`` to ``high``; ``high`` may be infinite.
     """
     number = as_float(value)
     if not low <= number <= high:
         rule = f"be finite and at least {low:g}" if high == math.inf else f"lie between {low:g} and {high:g}"
-        raise InputError(f"{name} must {rule}, got {show(value)}; give a number in that range")
+        raise InputError(name, f"must {rule}", show(value), "give a number in that range")
     return number
 
 
 def check_choice(name: str, value: Any, allowed: tuple[str, ...]) -> None:
-    """Raises InputError unless ``value`` is one of the ``allowed`` names."""
+    """Raise InputError unless ``value`` is one of the ``allowed`` names."""
     if not isinstance(value, str) or value not in allowed:
-        raise InputError(f"{name} must be one of {', '.join(allowed)}, got {show(value)}; give one of these")
+        raise InputError(name, f"must be one of {', '.join(allowed)}", show(value), "give one of these")
 
 
 def check_flag(name: str, value: Any) -> None:
-    """Raises InputError unless ``value`` is True or False."""
+    """Raise InputError unless ``value`` is True or False."""
     if not isinstance(value, bool):
-        raise InputError(f"{name} must be True or False, got {show(value)}; give one of these")
+        raise InputError(name, "must be True or False", show(value), "give one of these")
 
 
 def as_float(value: Any) -> float:
-    """``value``, Python's or NumPy's, as a float; NaN, which lies in no range, if it is not a finite number."""
+    """Return ``value``, of a Python or NumPy type, as a float; NaN, which is in no range, if it is not finite."""
     if not isinstance(value, Real) or isinstance(value, bool):
         return math.nan
     try:
@@ -64,5 +64,5 @@ def as_float(value: Any) -> float:
 
 
 def show(value: Any) -> str:
-    """``value`` in one line; arrays print in several."""
+    """Return the repr of ``value`` in one line; arrays print in several."""
     return " ".join(repr(value).split())

@@ -1,4 +1,4 @@
-"""Writing the result: found impossible before the fit, whole or not at all after it."""
+"""Write result files: check before the fit that they can be written, then write them completely or not at all."""
 
 from __future__ import annotations
 
@@ -11,58 +11,59 @@ from pathlib import Path
 from warpvec.errors import InputError
 
 GZIP_LEVEL = 9
-"""A file is written once and read often; at these sizes the slowest level takes milliseconds."""
+"""The slowest level: at these file sizes it takes milliseconds, and a file is written once and read often."""
 
 
 def check_writable(path: str | os.PathLike[str], name: str) -> None:
-    """Check that `write_atomic` can write ``path``, before work is spent on what goes there.
+    """Check that `write_atomic` can write ``path``, before work is spent on its contents.
 
     Args:
-        path: the file to be written; it need not exist.
-        name: what the caller calls the argument, for the message.
+        path: file to be written; it need not exist.
+        name: the caller's name for the argument, for the message.
 
     Raises:
-        InputError: the path is a folder or no possible file name, its folder is missing or is a file, or it is
-            not allowed to be written.
+        InputError: the path is a folder or not a valid file name, its folder is missing or is a file, or there is no
+            permission to write it.
     """
-    target = _resolved(path, name)
+    target, given = _resolved(path, name), repr(os.fspath(path))
     folder = target.parent
     if target.is_dir() or os.fspath(path).endswith(("/", os.sep)):
-        raise InputError(f"{name} must name a file, got the folder {os.fspath(path)!r}; add a file name to it")
+        raise InputError(name, "must name a file", f"the folder {given}", "add a file name to it")
     if not folder.exists():
-        raise InputError(f"{name} must be in an existing folder, got {os.fspath(path)!r}; create {str(folder)!r} first")
+        raise InputError(name, "must be in an existing folder", given, f"create {str(folder)!r} first")
     if not folder.is_dir():
-        raise InputError(f"{name} must be in a folder, got {os.fspath(path)!r}; {str(folder)!r} is a file")
+        raise InputError(name, "must be in a folder", given, f"choose another, as {str(folder)!r} is a file")
     _check_permission(target, name)
 
 
 def make_folder(path: str | os.PathLike[str], name: str, given: str | None = None) -> None:
-    """Makes the folder ``path``, and those it is in, where it is not there yet.
+    """Make the folder ``path`` and its parents if they do not exist.
 
     Args:
-        name: what the caller calls the argument, for the message.
-        given: what it was given, where ``path`` was made of that.
+        path: folder to make.
+        name: the caller's name for the argument, for the message.
+        given: the argument's value, if ``path`` was derived from it.
 
     Raises:
-        InputError: the folder cannot be made, or may not be written to.
+        InputError: the folder cannot be made, or there is no permission to write to it.
     """
     given = os.fspath(path) if given is None else given
     try:
         Path(path).mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        rule = f"{name} must be a folder or a name for one, got {given!r} ({reason})"
-        raise InputError(f"{rule}; choose another") from error
+        rule = "must be a folder or a name for one"
+        raise InputError(name, rule, f"{given!r} ({reason})", "choose another") from error
     if not os.access(path, os.W_OK | os.X_OK):
-        raise InputError(f"{name} must be a folder you may write to, got {given!r}; choose another")
+        raise InputError(name, "must be a folder you may write to", repr(given), "choose another")
 
 
 def write_atomic(path: str | os.PathLike[str], data: bytes) -> None:
-    """Write ``data`` to ``path`` so that any reader finds the old file or the whole new one.
+    """Write ``data`` to ``path`` such that a reader finds either the old file or the complete new one.
 
-    A temporary file in the same folder takes the data, then its place; on failure it is removed. A symbolic link
-    stays and its target is replaced. The new file's mode follows the umask. What is no regular file (a device, a
-    pipe) is written in place, since a rename would replace the device itself.
+    The data go to a temporary file in the same folder, which then replaces the file; on failure it is removed. A
+    symbolic link is kept and its target is replaced. The new file's mode follows the umask. A device or a pipe is
+    written in place, because a rename would replace the device itself.
 
     Raises:
         OSError: the file cannot be written.
@@ -81,18 +82,18 @@ def write_atomic(path: str | os.PathLike[str], data: bytes) -> None:
 
 
 def encode_svg(text: str, path: str | os.PathLike[str]) -> bytes:
-    """The bytes of a file ``path`` that holds the SVG ``text``: gzipped if its name ends in ``.svgz``."""
+    """Return the bytes of a file ``path`` with the SVG ``text``: gzipped if the name ends in ``.svgz``."""
     data = text.encode()
     return gzip_bytes(data) if Path(path).suffix.lower() == ".svgz" else data
 
 
 def gzip_bytes(data: bytes) -> bytes:
-    """``data`` gzipped without a time stamp: equal data give equal bytes."""
+    """Return ``data`` gzipped without a time stamp, so that equal data give equal bytes."""
     return gzip.compress(data, GZIP_LEVEL, mtime=0)
 
 
 def _write_through(path: Path, data: bytes) -> None:
-    """Write a new file down to the disk, so that no rename after it can come first in a power cut."""
+    """Write a new file and flush it to the disk, so that a power cut cannot leave the later rename without its data."""
     with path.open("xb") as file:
         file.write(data)
         file.flush()
@@ -100,19 +101,19 @@ def _write_through(path: Path, data: bytes) -> None:
 
 
 def _resolved(path: str | os.PathLike[str], name: str) -> Path:
-    """Where ``path`` leads through symbolic links; asking the system also tells whether such a name can be."""
+    """Follow symbolic links of ``path``, and raise InputError if the system does not accept it as a file name."""
     try:
         target = Path(os.path.realpath(path))
         with suppress(FileNotFoundError, NotADirectoryError):
             os.lstat(target)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise InputError(f"{name} must be a possible file name, got {str(path)!r}: {reason}; choose another") from None
+        raise InputError(name, "must be a valid file name", f"{str(path)!r} ({reason})", "choose another") from None
     return target
 
 
 def _check_permission(target: Path, name: str) -> None:
     if target.exists() and not os.access(target, os.W_OK):
-        raise InputError(f"{name} must be writable, got the write-protected file {str(target)!r}; choose another name")
+        raise InputError(name, "must be writable", f"the write-protected file {str(target)!r}", "choose another name")
     if (target.is_file() or not target.exists()) and not os.access(target.parent, os.W_OK | os.X_OK):
-        raise InputError(f"{name} must be in a folder you may write to, got {str(target)!r}; choose another folder")
+        raise InputError(name, "must be in a folder you may write to", repr(str(target)), "choose another folder")

@@ -1,1 +1,1 @@
-""""""
+"""Geometry: scenes of closed Bezier paths, and operations on curves."""

@@ -9,17 +9,17 @@ from torch import Tensor
 
 
 def bernstein(degree: int, t: Tensor) -> Tensor:
-    """What each control point of a curve of degree M counts at the parameters ``t`` [...]: [..., M + 1]."""
+    """Return the Bernstein weights [..., M + 1] of the control points of a curve of degree M at ``t`` [...]."""
     weights = [math.comb(degree, j) * (1.0 - t) ** (degree - j) * t**j for j in range(degree + 1)]
     return torch.stack(weights, -1)
 
 
-# Points along a curve from which its bounding box is taken: half a circle leaves their box by 0.5 % of its radius.
+# Points along a curve that its bounding box is taken from. A half circle exceeds the box by 0.5 % of its radius.
 _BOX_SAMPLES = 17
 
 
 def curve_boxes(points: Tensor, degree: int) -> Tensor:
-    """Left, top, right and bottom [N, 4] of closed paths with control points [N, M S, 2], from points along them."""
+    """Return left, top, right and bottom [N, 4] of closed paths [N, M S, 2], from sample points along the curves."""
     point_count = points.shape[1]
     first = torch.arange(0, point_count, degree, device=points.device)
     pieces = points[:, (first[:, None] + torch.arange(degree + 1, device=points.device)) % point_count]

@@ -1,4 +1,4 @@
-"""Circles as closed paths, the shape of every new path."""
+"""Circles as closed paths: the shape of every new path."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from torch import Tensor
 
 from warpvec.geometry.bezier import bernstein
 
-# Distance of the inner control points from their anchor for a circle of radius 1, in units of the tangent of a
-# quarter of the segment's angle: the classical 4/3 tan(angle / 4).
+# For a circle of radius 1 the inner control points are 4/3 tan(angle / 4) away from their anchors.
 _CIRCLE_HANDLE = 4.0 / 3.0
 
 
 def circle_points(center: Tensor, radius: Tensor, segment_count: int) -> Tensor:
-    """Control points [N, 3 S, 2] of circles at ``center`` [N, 2] with ``radius`` [N], clockwise on screen."""
+    """Return control points [N, 3 S, 2] of circles at ``center`` [N, 2] with ``radius`` [N], clockwise on screen."""
     step = 2.0 * math.pi / segment_count
     angle = torch.arange(segment_count, dtype=center.dtype, device=center.device) * step
     anchor = torch.stack([angle.cos(), angle.sin()], -1)
@@ -27,24 +26,24 @@ def circle_points(center: Tensor, radius: Tensor, segment_count: int) -> Tensor:
 
 
 def circle_sides(center: Tensor, radius: Tensor, degree: int) -> Tensor:
-    """Control points [N, 2 M, 2] of two-sided circles at ``center`` [N, 2] with ``radius`` [N], clockwise on screen.
+    """Return control points [N, 2 M, 2] of two-sided circles at ``center`` [N, 2] with ``radius`` [N], clockwise.
 
-    Each side is the curve of degree M closest to its half of the circle by the sum of squared distances at equal shares
-    of the angle, so that it is also run through almost evenly. It starts and ends on the circle, to the right and to
-    the left of its centre. The outline is off the circle by at most 0.06 % of the radius for M = 5, 0.7 % for 4, 3.3 %
-    for 3 and 15 % for 2; M = 1 leaves a diameter.
+    Each side is the curve of degree M that is closest to its half of the circle, by the sum of squared distances at
+    equal steps of the angle. Its speed is therefore almost constant. It starts and ends on the circle, to the right and
+    to the left of the centre. The outline differs from the circle by at most 0.06 % of the radius for M = 5, 0.7 % for
+    4, 3.3 % for 3 and 15 % for 2. For M = 1 it is a diameter.
     """
     side = _unit_side(degree).to(center)
     return center[:, None, :] + radius[:, None, None] * torch.cat([side, -side])
 
 
-# Points along a half circle that a side is fitted to: far more than a side of any sensible degree has control points.
+# Points of a half circle that a side is fitted to: far more than a side has control points.
 _FITTED_ANGLES = 1000
 
 
 @cache
 def _unit_side(degree: int) -> Tensor:
-    """The lower half of the circle of radius 1 without its end [M, 2] (float64)."""
+    """Return the lower half of the circle of radius 1 without its end [M, 2] (float64)."""
     share = torch.linspace(0.0, 1.0, _FITTED_ANGLES, dtype=torch.float64)
     circle = torch.stack([(math.pi * share).cos(), (math.pi * share).sin()], -1)
     start = torch.tensor([[1.0, 0.0]], dtype=torch.float64)

@@ -1,4 +1,4 @@
-"""Closed loops of cubics, each with its own number of them, and the scene of equal ones that they make."""
+"""Outlines with different numbers of cubics, and the padded scene that they make."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
 
 MAX_CUBICS = 2**22
-"""Of a scene, counting those of no length that pad its paths: 100 MB of control points."""
+"""Maximum number of cubics of a scene, padding included: 100 MB of control points."""
 
 Color = tuple[float, float, float]
 
@@ -23,7 +23,7 @@ BLACK: Color = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Outline:
-    """A filled loop of k cubics.
+    """A filled closed loop of k cubics.
 
     Attributes:
         points: control points [3 k, 2] in pixels (float64), as in a row of a scene.
@@ -39,22 +39,22 @@ class Outline:
 
 
 def make_scene(outlines: Sequence[Outline], background: Color | None) -> Scene:
-    """The scene of ``outlines`` over ``background``, transparent where that is None.
+    """Return the scene of ``outlines`` over ``background``, or a transparent scene if that is None.
 
-    Its paths have as many cubics as the longest outline; the others end in cubics of no length at their first point.
+    All paths have as many cubics as the longest outline. Shorter ones are padded with cubics of zero length.
 
     Raises:
-        InputError: that would be more than ``MAX_CUBICS``, or a coordinate is beyond float32.
+        InputError: the scene would have more than ``MAX_CUBICS``, or a coordinate exceeds float32.
     """
     longest = max((len(outline.points) // 3 for outline in outlines), default=1)
     if longest * len(outlines) > MAX_CUBICS:
+        rule = f"must have at most {MAX_CUBICS} curves when every path is padded to the longest one"
         raise InputError(
-            f"SVG must have at most {MAX_CUBICS} curves if each of its {len(outlines)} paths had as many as the longest"
-            f" one, {longest}; simplify or split that path"
+            "SVG", rule, f"{len(outlines)} paths of {longest} curves", "simplify or split the longest path"
         )
     points = torch.from_numpy(_padded(outlines, 3 * longest)).float()
     if not points.isfinite().all():
-        raise InputError("SVG must have finite coordinates, this one goes beyond 3e38; scale it down")
+        raise InputError("SVG", "must have coordinates below 3e38", "larger ones", "scale it down")
     return Scene(
         points=points,
         color=torch.tensor([outline.color for outline in outlines], dtype=torch.float64).reshape(-1, 3).float(),
@@ -66,7 +66,7 @@ def make_scene(outlines: Sequence[Outline], background: Color | None) -> Scene:
 
 
 def _padded(outlines: Sequence[Outline], count: int) -> NDArray[np.float64]:
-    """Control points [N, count, 2]."""
+    """Return control points [N, count, 2], padded with each outline's first point."""
     points = np.empty((len(outlines), count, 2))
     for row, outline in zip(points, outlines, strict=True):
         row[: len(outline.points)] = outline.points

@@ -1,1 +1,1 @@
-""""""
+"""Differentiable rendering of scenes: the exact and the splat renderer, and ``render`` for torch."""

@@ -1,4 +1,4 @@
-"""Images of scenes outside the fit: as the file's scene is drawn, and as the fit saw it."""
+"""Draw images of scenes outside the fit, as NumPy arrays."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from warpvec.image.alpha import straight
 from warpvec.rendering.operator import draw
 
 BAND_PIXELS = 4_000_000
-"""Pixels drawn at a time outside the fit: the renderer's working memory, some 100 bytes a pixel, stays under a GB."""
+"""Number of pixels drawn at a time. The renderer's working memory, about 100 bytes per pixel, stays below 1 GB."""
 
 
 def draw_exactly(scene: Scene, height: int, width: int, threads: int | None) -> NDArray[np.float32]:
-    """The exact image [h, w, 3 or 4], drawn in bands of rows so that memory does not grow with the photo."""
+    """Draw the exact image [h, w, 3 or 4] in bands of rows, so that memory does not grow with the photo."""
     row_count = max(1, BAND_PIXELS // width)
     image = np.empty((height, width, 4 if scene.transparent else 3), np.float32)
     for top in range(0, height, row_count):
@@ -28,9 +28,9 @@ def draw_exactly(scene: Scene, height: int, width: int, threads: int | None) -> 
 
 
 def draw_pixels(scene: Scene, height: int, width: int, **settings: Any) -> NDArray[np.float32]:
-    """Draw ``scene`` as an array [h, w, 3], or [h, w, 4] with straight alpha where it is transparent.
+    """Draw ``scene`` as an array [h, w, 3], or [h, w, 4] with straight alpha if it is transparent.
 
-    ``settings`` are those of `warpvec.rendering.operator.draw`: the renderer, its settings, and the threads.
+    ``settings`` go to `warpvec.rendering.operator.draw`: the renderer, its settings, and the threads.
     """
     image = draw(scene, height, width, alpha=scene.transparent, **settings)
     pixels: NDArray[np.float32] = (straight(image) if scene.transparent else image).cpu().numpy()

@@ -1,4 +1,4 @@
-"""The exact renderer: a path is its area. What it draws is what an SVG renderer draws, up to anti-aliasing."""
+"""The exact renderer: a path covers its area, as SVG renderers draw it up to anti-aliasing."""
 
 from __future__ import annotations
 
@@ -17,7 +17,11 @@ from warpvec.rendering.tile_renderer import Adjoints, Hits, TileRenderer
 
 
 class ExactRenderer(TileRenderer):
-    """Draws points [N, 3 S, 2]: S cubics in a closed loop."""
+    """Renderer of points [N, 3 S, 2]: S cubics in a closed loop.
+
+    Raises:
+        InputError: ``degree`` is not 3.
+    """
 
     def __init__(
         self,
@@ -32,9 +36,8 @@ class ExactRenderer(TileRenderer):
         transmittance_min: float = TRANSMITTANCE_MIN,
     ) -> None:
         if degree != 3:
-            raise InputError(
-                f"scene must have degree 3 for the renderer exact, got {degree}; see warpvec.geometry.cubics.to_cubics"
-            )
+            remedy = "convert it with warpvec.geometry.cubics.to_cubics"
+            raise InputError("scene", "must have degree 3 for the renderer exact", str(degree), remedy)
         super().__init__(height, width, device, threads, dtype, lane_width, transmittance_min)
         self._flattening = Flattening(self._launch, self._lanes)
         self._binning = Binning(self._launch, self._lanes, self.grid)

@@ -1,9 +1,9 @@
-"""A renderer's fused step, taken over and over: in memory that is kept, and on CUDA as a graph.
+"""Take a renderer's fused step repeatedly: in memory that is kept, and on CUDA as a recorded graph.
 
-A graph is recorded once for the memory that the inputs lie in, and replayed while they stay there. It reads no counts
-back (``warpvec/rendering/capacity.py``), so the step before it is counted as usual and tells how much room to give; and every
-``_CHECK_GAP`` replays the host asks whether any had too little, in which case the next step is counted again. Where
-nothing can be recorded, or a replay is not what a counted step gives, all steps are counted.
+A graph is recorded once for the memory addresses of the inputs, and replayed while they stay the same. A graph cannot
+read counts back (``warpvec/rendering/capacity.py``), so the step before the recording reads them and they determine the
+capacity. Every ``_CHECK_GAP`` replays the host checks whether a step exceeded it; if so, the next step reads its counts
+again. If nothing can be recorded, or if a replay differs from a step that reads its counts, all steps read counts.
 """
 
 from __future__ import annotations
@@ -20,26 +20,30 @@ from warpvec.rendering.capacity import Counts
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 
 _Inputs = tuple[Tensor, Tensor, Tensor, Tensor, Tensor]
+_Addresses = tuple[tuple[int, torch.Size], ...]
 
-# Replays between looks at what was lost; each waits for the device.
+# Replays between checks for dropped steps; each check waits for the device.
 _CHECK_GAP = 50
 
 
 class _Recording(NamedTuple):
+    """A graph, the adjoints it writes, and what must be unchanged to replay it."""
+
     graph: Any
     out: Adjoints
-    places: tuple[Any, ...]
+    addresses: _Addresses
     growth: int
 
 
 class RecordedStep:
-    """The fused step of ``renderer``.
+    """The fused step of ``renderer``, recorded as a graph when its inputs stay in the same memory.
 
     Args:
-        record: whether to replay graphs; None: on CUDA, where Warp's memory pool lets them allocate.
+        renderer: renderer whose ``fit_step`` is taken.
+        record: whether to record graphs; None: on CUDA, if Warp's memory pool lets graphs allocate.
 
     Attributes:
-        is_paused: whether steps are counted for as long; what is recorded stays.
+        is_paused: while True, steps read their counts and the recording is kept for later.
     """
 
     def __init__(self, renderer: TileRenderer, record: bool | None = None) -> None:
@@ -48,9 +52,9 @@ class RecordedStep:
         self._record = _can_record(self._device) if record is None else record
         self._is_checked = self.is_paused = False
         self._out: Adjoints | None = None
-        self._counted: tuple[tuple[Any, ...], Counts] | None = None
+        self._counted: tuple[_Addresses, Counts] | None = None
         self._recording: _Recording | None = None
-        self._replays = self._lost = 0
+        self._replays = self._dropped_steps = 0
 
     def take(
         self,
@@ -59,52 +63,47 @@ class RecordedStep:
         opacity: Tensor,
         background: Tensor,
         prepared_target: Tensor,
-        removal_cost: bool = False,
+        want_removal_cost: bool = False,
     ) -> Adjoints:
-        """What ``renderer.fit_step`` gives, in memory that the next step overwrites unless removal is asked for."""
+        """Return what ``renderer.fit_step`` does; the next step overwrites it unless ``want_removal_cost``."""
         inputs = (points, color, opacity, background, prepared_target)
-        if removal_cost:
-            return self._renderer.fit_step(*inputs, removal_cost)
+        if want_removal_cost:
+            return self._renderer.fit_step(*inputs, want_removal_cost)
         if self.is_paused or not self._record:
             return self._renderer.fit_step(*inputs, out=self._out_for(points))
-        places = tuple((tensor.data_ptr(), tensor.shape) for tensor in inputs)
+        addresses = tuple((tensor.data_ptr(), tensor.shape) for tensor in inputs)
         recording = self._recording
-        if recording is not None and recording.places == places and recording.growth == self._renderer.growth:
+        if recording is not None and recording.addresses == addresses and recording.growth == self._renderer.growth:
             self._replay(recording)
             return recording.out
         out = self._out_for(points)
-        if self._counted is not None and self._counted[0] == places:
-            self._rehearse(inputs, out, places, self._counted[1])
+        if self._counted is not None and self._counted[0] == addresses:
+            self._rehearse(inputs, out, addresses, self._counted[1])
         else:
             self._recording = None
             self._renderer.fit_step(*inputs, out=out)
-            self._counted = places, self._renderer.counts.with_headroom()
+            self._counted = addresses, self._renderer.counts.with_headroom()
         return out
 
-    @property
-    def is_recorded(self) -> bool:
-        """Whether the next step will be a replay, if its inputs stay where they are."""
-        return self._recording is not None
-
-    def _rehearse(self, inputs: _Inputs, out: Adjoints, places: tuple[Any, ...], room: Counts) -> None:
-        """A step within ``room``, which brings all memory to its size, and a recording of another."""
+    def _rehearse(self, inputs: _Inputs, out: Adjoints, addresses: _Addresses, limit: Counts) -> None:
+        """Take a step with the capacity ``limit``, which brings all buffers to their size, and record another one."""
         self._counted = None
         direct = None if self._is_checked else _copies(self._renderer.fit_step(*inputs, out=out))
-        self._renderer.limit(room)
+        self._renderer.set_capacity(limit)
         try:
-            graph, growth = self._record_within_limits(inputs, out)
-        except (InputError, RuntimeError):  # too little memory for the room, or a driver that cannot
+            graph, growth = self._record_graph(inputs, out)
+        except (InputError, RuntimeError):  # too little memory for the capacity, or the driver cannot record
             self._record = False
         finally:
-            self._renderer.limit(None)
+            self._renderer.set_capacity(None)
         if not self._record:
             self._renderer.fit_step(*inputs, out=out)
         elif self._renderer.growth == growth and (direct is None or self._agrees(graph, out, direct)):
-            self._recording = _Recording(graph, out, places, growth)
-            self._replays, self._lost = 0, self._renderer.dropped_steps
+            self._recording = _Recording(graph, out, addresses, growth)
+            self._replays, self._dropped_steps = 0, self._renderer.dropped_steps
 
-    def _record_within_limits(self, inputs: _Inputs, out: Adjoints) -> tuple[Any, int]:
-        """The graph of a step, and the growth of the buffers before it was recorded."""
+    def _record_graph(self, inputs: _Inputs, out: Adjoints) -> tuple[Any, int]:
+        """Return the graph of a step, and the growth of the buffers before it was recorded."""
         self._renderer.fit_step(*inputs, out=out)
         growth = self._renderer.growth
         with wp.ScopedCapture(device=self._device, force_module_load=False) as capture:
@@ -112,7 +111,7 @@ class RecordedStep:
         return capture.graph, growth
 
     def _agrees(self, graph: Any, out: Adjoints, direct: list[Tensor]) -> bool:
-        """Whether a replay gives the bits of a step that was counted; without that, nothing is recorded again."""
+        """Return whether a replay gives the same bits as a step that reads counts; if not, stop recording for good."""
         rehearsed = _copies(out)
         for value in _tensors(out):
             value.fill_(torch.nan)
@@ -127,7 +126,7 @@ class RecordedStep:
     def _replay(self, recording: _Recording) -> None:
         wp.capture_launch(recording.graph)
         self._replays += 1
-        if self._replays % _CHECK_GAP == 0 and self._renderer.dropped_steps > self._lost:
+        if self._replays % _CHECK_GAP == 0 and self._renderer.dropped_steps > self._dropped_steps:
             self._recording = None
 
     def _out_for(self, points: Tensor) -> Adjoints:
@@ -137,7 +136,7 @@ class RecordedStep:
 
 
 def _can_record(device: Any) -> bool:
-    # Sums and sorts need scratch memory, which a graph takes from the pool.
+    # Sums and sorts need scratch memory, which a graph takes from the memory pool.
     return bool(device.is_cuda and wp.is_mempool_enabled(device))
 
 

@@ -1,8 +1,8 @@
-"""Launching kernels: on CUDA as they are, on the CPU shared among threads; and buffers that grow on demand.
+"""Launch kernels, on the CPU shared among threads, and keep buffers that grow on demand.
 
-Warp runs a CPU launch on the calling thread and releases the GIL, so a launch is cut into chunks of work items that
-several Python threads take in turn. A kernel's work items write disjoint slots, so the result does not depend on how
-they were shared out.
+Warp runs a CPU launch on the calling thread and releases the GIL. A launch is therefore cut into chunks of work items,
+which several Python threads take in turn. The work items of a kernel write disjoint entries, so the result does not
+depend on which thread ran which item.
 """
 
 from __future__ import annotations
@@ -22,25 +22,26 @@ from warpvec.kernels.constants import TILE
 from warpvec.rendering.capacity import Capacity
 from warpvec.rendering.thread_pool import ThreadPool, core_count
 
-# A chunk of fewer items is done before a second thread has heard of it.
+# A smaller chunk is done before a second thread can start on its own.
 _CHUNK_ITEMS_MIN = 64
-# Kernels index with 32 bits.
+# Kernels index with 32-bit integers.
 _ENTRIES_MAX = 2**31
-# Chunks per thread: enough that one slow chunk leaves little idle time at the end, few enough to launch cheaply.
+# Enough chunks per thread that one slow chunk leaves little idle time at the end, and few enough to launch cheaply.
 _CHUNKS_PER_THREAD = 4
 
 
 @cache
-def start_warp() -> None:
-    """Initialise Warp in silence; nothing but our own lines belongs on the user's terminal."""
+def start_warp() -> int:
+    """Initialise Warp without output on the terminal, once; return the id of the process that did."""
     wp.config.log_level = wp.LOG_ERROR
     with _silent_native_stderr():
         wp.init()
+    return os.getpid()
 
 
 @contextmanager
 def _silent_native_stderr() -> Iterator[None]:
-    # Without a GPU driver Warp's native code prints a warning that no setting of Warp's silences.
+    # Without a GPU driver Warp's native code prints a warning that no setting of Warp silences.
     try:
         kept = os.dup(2)
     except OSError:  # stderr is closed: there is nothing to silence
@@ -57,18 +58,24 @@ def _silent_native_stderr() -> Iterator[None]:
 
 
 def resolve_device(name: str) -> str:
-    """A Warp device, "cpu" or "cuda:K", for "auto" (the first GPU, else the CPU), "cpu", "cuda" or "cuda:K".
+    """Return the Warp device, "cpu" or "cuda:K", for "auto" (the first GPU, else the CPU), "cpu", "cuda" or "cuda:K".
 
     Raises:
-        InputError: no such device.
+        InputError: there is no such device, or it is a GPU and this process was forked after Warp started.
     """
-    start_warp()
-    # Both sides of the bridge must see a GPU for it to be of use.
+    process = start_warp()
+    # A GPU must be visible to Torch and to Warp.
     gpu_count = wp.get_cuda_device_count() if torch.cuda.is_available() else 0
     devices = ["cpu", *(f"cuda:{k}" for k in range(gpu_count))]
     wanted = {"auto": devices[min(gpu_count, 1)], "cuda": "cuda:0"}.get(name, name)
     if wanted not in devices:
-        raise InputError(f"device must be auto or one of {', '.join(devices)} on this machine, got {name!r}")
+        rule = f"must be auto or one of {', '.join(devices)} on this machine"
+        raise InputError("device", rule, repr(name), "give one of these")
+    if wanted != "cpu" and process != os.getpid():
+        rule = (
+            "must be cpu in a process that was forked after warpvec had started, because CUDA does not survive a fork"
+        )
+        raise InputError("device", rule, repr(name), 'give cpu, or start processes with the method "spawn"')
     return wanted
 
 
@@ -76,7 +83,7 @@ class Launcher:
     """Launches kernels on one device, on ``threads`` CPU threads (all cores if None).
 
     Attributes:
-        limits: how much a step may make.
+        capacity: how much a step may make.
     """
 
     def __init__(self, device: str, threads: int | None = None) -> None:
@@ -88,26 +95,26 @@ class Launcher:
         self._all_buffers: list[Buffers] = []
 
     def make_buffers(self) -> Buffers:
-        """Buffers on the device, whose growth is counted."""
+        """Make buffers on the device; their growth counts in ``growth``."""
         self._all_buffers.append(Buffers(self.device))
         return self._all_buffers[-1]
 
     @property
     def growth(self) -> int:
-        """How often a buffer has moved to memory of its own; while it stays the same, so do all pointers."""
+        """Number of times a buffer has been allocated; while it stays the same, so do all pointers."""
         return sum(buffers.growth for buffers in self._all_buffers)
 
     def chunk_items(self, item_count: int) -> int:
-        """Work items per chunk of a shared launch."""
+        """Return the number of work items per chunk of a shared launch."""
         return max(_CHUNK_ITEMS_MIN, -(-item_count // (self.threads * _CHUNKS_PER_THREAD)))
 
     def __call__(self, kernel: Any, item_count: int, arguments: list[Any]) -> None:
-        """Run a light ``kernel`` over ``item_count`` items; its first argument, the first item, is added here."""
+        """Run a light ``kernel`` on this thread. ``arguments`` are those after its first, which counts the items."""
         if item_count > 0:
             self._run(kernel, item_count, arguments, item_count)
 
     def shared(self, kernel: Any, item_count: int, arguments: list[Any], chunk: int | None = None) -> None:
-        """Run a heavy ``kernel``, its items shared among the threads, ``chunk`` of them at a time."""
+        """Run a heavy ``kernel`` with its items shared among the threads, ``chunk`` items at a time."""
         if item_count > 0:
             self._run(kernel, item_count, arguments, chunk or self.chunk_items(item_count))
 
@@ -134,11 +141,11 @@ class Launcher:
 
 
 class _Command:
-    """A recorded launch: setting what changed costs a tenth of packing all arguments again."""
+    """A recorded launch. Setting the arguments that changed costs a tenth of packing all of them again."""
 
     def __init__(self, kernel: Any, arguments: list[Any], device: Any) -> None:
         inputs = [0, *arguments]
-        # One block per tile where a work item is a pixel: sums over a tile are made in whole warps.
+        # One block per tile where a work item is a pixel: sums over a tile need whole warps.
         self._launch = wp.launch(
             kernel, dim=1, inputs=inputs, device=device, block_dim=TILE * TILE, record_tape=False, record_cmd=True
         )
@@ -160,10 +167,10 @@ class Buffers:
     """Named Warp arrays that keep their memory between steps and grow when a scene outgrows them.
 
     Attributes:
-        growth: how many arrays have been made.
+        growth: number of arrays made so far.
     """
 
-    # Growth beyond what is needed, so that a slowly growing scene does not reallocate at every step.
+    # Allocates more than is needed, so that a slowly growing scene does not reallocate at every step.
     _HEADROOM = 1.25
 
     def __init__(self, device: Any) -> None:
@@ -172,13 +179,17 @@ class Buffers:
         self.growth = 0
 
     def get(self, name: str, shape: int | tuple[int, ...], dtype: Any) -> wp.array:
-        """An array of at least ``shape`` along its first axis, equal to it along the others; contents are stale."""
+        """Return an array at least as long as ``shape`` in its first axis and equal in the others, with stale values.
+
+        Raises:
+            InputError: kernels cannot index that many entries.
+        """
         shape = (shape,) if isinstance(shape, int) else shape
         array = self._arrays.get(name)
         if shape[0] >= _ENTRIES_MAX:
+            remedy = "fit at a smaller size, with fewer curves or, for splat, fewer samples"
             raise InputError(
-                f"the scene needs {shape[0]:,} entries of {name}, at most {_ENTRIES_MAX:,} can be counted; "
-                "give a smaller --fit-size, fewer curves or, of splat, fewer samples"
+                "scene", f"must need fewer than {_ENTRIES_MAX:,} entries of {name}", f"{shape[0]:,}", remedy
             )
         if array is None or array.shape[0] < shape[0] or array.shape[1:] != shape[1:]:
             capacity = (min(int(shape[0] * self._HEADROOM) + 1, _ENTRIES_MAX - 1), *shape[1:])
@@ -187,24 +198,19 @@ class Buffers:
             self.growth += 1
         return array
 
-    @property
-    def byte_count(self) -> int:
-        """Memory held, in bytes."""
-        return sum(array.capacity for array in self._arrays.values())
-
 
 def exclusive_scan(buffers: Buffers, name: str, counts: wp.array, item_count: int) -> wp.array:
-    """Exclusive sums of ``counts[: item_count]``; the total is entry ``item_count`` of the result."""
+    """Return the exclusive sums of ``counts[:item_count]``; entry ``item_count`` is the total."""
     sums = buffers.get(name, item_count + 1, wp.int32)
     wp.utils.array_scan(counts[: item_count + 1], sums[: item_count + 1], inclusive=False)
     return sums
 
 
 def read_total(sums: wp.array, item_count: int) -> int:
-    """Entry ``item_count`` of ``sums``, for which the host waits on CUDA."""
+    """Read entry ``item_count`` of ``sums``; on CUDA the host waits for it."""
     return int(sums[item_count : item_count + 1].numpy()[0])
 
 
 def as_warp(tensor: torch.Tensor, dtype: Any) -> Any:
-    """A Warp array of ``dtype`` over the memory of a contiguous tensor, outside autograd."""
+    """Return a Warp array of ``dtype`` over the memory of a contiguous tensor, outside autograd."""
     return wp.from_torch(tensor.detach().contiguous(), dtype=dtype)

@@ -1,12 +1,13 @@
-"""The bridge: a renderer as a differentiable torch operator. Nothing but the bridge lives here.
+"""The renderers as a differentiable torch operator, ``render``.
 
-It is registered as a custom operator, so ``torch.compile(fullgraph=True)`` takes it, and its backward pass is an
-operator of its own: the hand-written adjoint, which renders again from the inputs and saves nothing in between.
+It is registered as a custom operator, so ``torch.compile(fullgraph=True)`` accepts it. Its backward pass is an operator
+of its own: the hand-written adjoint, which renders again from the inputs instead of saving intermediate results.
 """
 
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, lru_cache
@@ -26,13 +27,16 @@ from warpvec.rendering.launch import start_warp
 from warpvec.rendering.registry import make_renderer
 from warpvec.rendering.tile_renderer import Adjoints
 
-# A renderer holds buffers for its canvas; a handful serves a user who alternates between sizes.
+# A renderer holds buffers for its canvas. A few of them serve a user who alternates between sizes.
 _RENDERERS_KEPT = 4
-# Renderers reuse their buffers from call to call, so calls take turns.
+# Renderers reuse their buffers from call to call, so only one call runs at a time.
 _lock = Lock()
+# A fork waits for the call that is running: the child could not finish it, and would find the lock held for ever.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_lock.acquire, after_in_parent=_lock.release, after_in_child=_lock.release)
 
 _OPERATOR: dict[str, Any] = {"mutates_args": ()}
-# A render reads counts back to size its buffers, which no CUDA graph can record. Torch before 2.9 cannot be told.
+# A render reads counts back to size its buffers, which a CUDA graph cannot record. Torch has this tag since 2.9.
 if hasattr(torch.Tag, "cudagraph_unsafe"):
     _OPERATOR["tags"] = (torch.Tag.cudagraph_unsafe,)
 
@@ -47,20 +51,21 @@ def render(
     threads: int | None = None,
     **settings: Any,
 ) -> Tensor:
-    """The image [height, width, 3] of ``scene``, differentiable in its points, colour, opacity and background.
+    """Return the image [height, width, 3] of ``scene``, differentiable in points, colour, opacity and background.
 
-    With ``alpha`` it is that of the paths alone, without the background, [height, width, 4]: premultiplied colours, and
-    alpha, which is 1 less the transmittance of all paths. `warpvec.image.alpha.straight` takes it to colours as PNGs
-    have them.
+    With ``alpha`` return the image [height, width, 4] of the paths alone, without the background: premultiplied
+    colours, and alpha, which is 1 minus the transmittance of all paths. `warpvec.image.alpha.straight` converts it to
+    straight colours, as PNG files have them.
 
-    Runs where the scene's tensors are, in their precision (float32 or float64), on ``threads`` CPU threads (all
-    cores if None). Colours are sRGB-encoded and blended as they stand, as SVG viewers do. A path that is not finite
-    is not drawn and gets a zero gradient. ``settings`` are those of the renderer: none for "exact", which draws cubics
-    only; ``samples``, ``lines``, ``interior_gradient`` and ``covariance_gradient`` of `warpvec.FitConfig` for "splat".
+    The renderer runs on the device of the scene's tensors, in their precision (float32 or float64), on ``threads`` CPU
+    threads (all cores if None). Colours are sRGB-encoded and blended without decoding, as SVG viewers do. A path that
+    is not finite is not drawn and gets a zero gradient. ``settings`` are those of the renderer: none for "exact", which
+    draws cubics only; ``samples``, ``lines``, ``interior_gradient`` and ``covariance_gradient`` of `warpvec.FitConfig`
+    for "splat".
 
     Raises:
-        InputError: no such renderer or setting of it, a degree that it does not draw, an empty canvas, fewer than one
-            thread, or tensors of several dtypes or devices, or of one that has no renderer.
+        InputError: the renderer or one of its settings does not exist, or does not draw this degree; the canvas is
+            empty; ``threads`` is less than 1; or the tensors differ in dtype or device or have one without a renderer.
     """
     return _image(_render, scene, height, width, renderer, alpha, threads, settings)
 
@@ -75,7 +80,7 @@ def draw(
     threads: int | None = None,
     **settings: Any,
 ) -> Tensor:
-    """The image of `render` without its gradient: the first call of an operator of torch's takes half a second."""
+    """Return the image of `render` without a gradient; avoids the half second of a torch operator's first call."""
     with torch.no_grad():
         return _image(_draw, scene, height, width, renderer, alpha, threads, settings)
 
@@ -83,12 +88,12 @@ def draw(
 def draw_adjoint(
     scene: Scene, adj_image: Tensor, *, renderer: str = "exact", threads: int | None = None, **settings: Any
 ) -> Adjoints:
-    """The adjoints of ``scene`` for ``adj_image`` = dL/d(image) [h, w, 3]: what `render` gives autograd, without it."""
+    """Return the adjoints of ``scene`` for ``adj_image`` = dL/d(image) [h, w, 3], without autograd."""
     _check_kinds(_inputs(scene))
     thread_count = 0 if threads is None else check_count("threads", threads, 1)
     text = _as_text(renderer, scene.degree, settings)
     with torch.no_grad():
-        return _draw_adjoint(*_inputs(scene), adj_image, renderer, thread_count, text)
+        return _adjoints(_inputs(scene), adj_image, renderer, thread_count, text)
 
 
 def _inputs(scene: Scene) -> tuple[Tensor, Tensor, Tensor, Tensor]:
@@ -112,41 +117,44 @@ def _image(
     drawn_by = (height, width, renderer, thread_count, _as_text(renderer, scene.degree, settings))
     if not alpha:
         return operator(*inputs, *drawn_by)
-    black, white = (operator(*inputs[:3], torch.full_like(inputs[3], page), *drawn_by) for page in MATTES)
+    black, white = (operator(*inputs[:3], torch.full_like(inputs[3], matte), *drawn_by) for matte in MATTES)
     return torch.cat([black, 1.0 - (white - black).mean(-1, keepdim=True)], -1)
 
 
 def _as_text(renderer: str, degree: int, settings: dict[str, Any]) -> str:
-    """All arguments of the renderer for curves of ``degree`` as JSON: operators take no dictionaries."""
+    """Return the renderer's settings for curves of ``degree`` as JSON, because operators take no dictionaries."""
     return json.dumps({**check_renderer_settings(renderer, settings), "degree": degree}, sort_keys=True)
 
 
-# torch.compile cannot trace it, and guards the arguments. This is all that torch.compiler.assume_constant_result does
-# once it has imported the compiler, for half a second.
+# torch.compile cannot trace this function. The attribute makes it take the result as constant and guard the arguments.
+# torch.compiler.assume_constant_result only sets it as well, after importing the compiler for half a second.
 _as_text._dynamo_marked_constant = True  # type: ignore[attr-defined]
 
 
 def _check_kinds(inputs: tuple[Tensor, ...]) -> None:
     kinds = {(str(tensor.dtype), str(tensor.device)) for tensor in inputs}
     if len(kinds) > 1 or inputs[0].dtype not in (torch.float32, torch.float64):
-        raise InputError(f"scene must hold float32 or float64 tensors on one device, got {sorted(kinds)}; convert them")
+        rule = "must hold tensors of one dtype, float32 or float64, on one device"
+        raise InputError("scene", rule, str(sorted(kinds)), "convert them")
     if inputs[0].device.type not in ("cpu", "cuda"):
-        raise InputError(f"scene must be on the CPU or a CUDA device, got {inputs[0].device}; move its tensors there")
+        raise InputError(
+            "scene", "must be on the CPU or a CUDA device", str(inputs[0].device), "move its tensors there"
+        )
 
 
 @contextmanager
 def _turn(device: torch.device) -> Iterator[None]:
-    """A caller's turn at the renderers; on CUDA, Warp works on torch's current stream for as long."""
+    """Hold the renderers for one call; on CUDA, let Warp work on torch's current stream."""
     start_warp()
     with _lock:
         stream = _warp_stream(torch.cuda.current_stream(device)) if device.type == "cuda" else None
-        # Warp's own stream waits for this one at the end, and this one waited for it at the start: so turns on
-        # several streams come one after another on the device too, where they share buffers.
+        # This stream waits for Warp's own stream at the start, and Warp's for this one at the end. Calls on different
+        # streams share buffers, and so run one after another on the device too.
         with wp.ScopedStream(stream, sync_exit=True):
             yield
 
 
-@cache  # Torch takes its streams from a small pool that lives as long as the process.
+@cache  # Torch takes its streams from a small pool that lives as long as the process does.
 def _warp_stream(stream: torch.cuda.Stream) -> Any:
     return wp.stream_from_torch(stream)
 
@@ -174,50 +182,20 @@ def _draw(
     return image
 
 
-@torch.library.custom_op("warpvec::render", **_OPERATOR)
-def _render(
-    points: Tensor,
-    color: Tensor,
-    opacity: Tensor,
-    background: Tensor,
-    height: int,
-    width: int,
-    renderer: str,
-    threads: int,
-    settings: str,
-) -> Tensor:
-    return _draw(points, color, opacity, background, height, width, renderer, threads, settings)
+_render = torch.library.custom_op("warpvec::render", _draw, **_OPERATOR)
 
 
 @_render.register_fake
-def _(
-    points: Tensor,
-    color: Tensor,
-    opacity: Tensor,
-    background: Tensor,
-    height: int,
-    width: int,
-    renderer: str,
-    threads: int,
-    settings: str,
-) -> Tensor:
+def _(points: Tensor, *rest: Any) -> Tensor:
+    _, _, _, height, width = rest[:5]
     return points.new_empty((height, width, 3))
 
 
-def _draw_adjoint(
-    points: Tensor,
-    color: Tensor,
-    opacity: Tensor,
-    background: Tensor,
-    adj_image: Tensor,
-    renderer: str,
-    threads: int,
-    settings: str,
-) -> Adjoints:
-    height, width = adj_image.shape[:2]
+def _adjoints(inputs: tuple[Tensor, ...], adj_image: Tensor, renderer: str, threads: int, settings: str) -> Adjoints:
+    points, (height, width) = inputs[0], adj_image.shape[:2]
     with _turn(points.device):
         stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads, settings)
-        adjoints: Adjoints = stages.adjoint(points, color, opacity, background, adj_image)
+        adjoints: Adjoints = stages.adjoint(*inputs, adj_image)
     return adjoints
 
 
@@ -232,24 +210,14 @@ def _render_adjoint(
     threads: int,
     settings: str,
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    adjoints = _draw_adjoint(points, color, opacity, background, adj_image, renderer, threads, settings)
-    # An operator's outputs must not share memory with one another.
+    adjoints = _adjoints((points, color, opacity, background), adj_image, renderer, threads, settings)
+    # The outputs of an operator must not share memory with one another.
     return adjoints.points, adjoints.color.clone(), adjoints.opacity.clone(), adjoints.background.clone()
 
 
 @_render_adjoint.register_fake
-def _(
-    points: Tensor,
-    color: Tensor,
-    opacity: Tensor,
-    background: Tensor,
-    adj_image: Tensor,
-    renderer: str,
-    threads: int,
-    settings: str,
-) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    inputs = (points, color, opacity, background)
-    return tuple(torch.empty_like(tensor, memory_format=torch.contiguous_format) for tensor in inputs)  # type: ignore[return-value]
+def _(*arguments: Any) -> tuple[Tensor, ...]:
+    return tuple(torch.empty_like(tensor, memory_format=torch.contiguous_format) for tensor in arguments[:4])
 
 
 def _setup(ctx: Any, inputs: tuple[Any, ...], output: Tensor) -> None:

@@ -1,4 +1,4 @@
-"""Find a renderer by its name. A new renderer is a class here and its settings in ``config/renderers.py``."""
+"""Make a renderer by its name. To add a renderer, list its class here and its settings in ``config/renderers.py``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from warpvec.rendering.splat import SplatRenderer
 from warpvec.rendering.tile_renderer import TileRenderer
 
 RENDERER_CLASSES: dict[str, type[TileRenderer]] = {"exact": ExactRenderer, "splat": SplatRenderer}
-"""Name of a renderer in the settings -> its class."""
+"""Name of a renderer in the settings -> class."""
 
 
 def make_renderer(renderer: str, height: int, width: int, **settings: Any) -> TileRenderer:

@@ -1,8 +1,8 @@
-"""The splat renderer, the paper's: a path is the Gaussians along its boundary and through its interior.
+"""The splat renderer of the paper: Gaussians along a path's boundary and through its interior.
 
-Its soft edge lies outside the curve by up to a pixel, so the SVG of a scene does not look like this image: quality is
-reported for both. Positions of interior samples are attached to the control points (Interior Gradient Aggregation,
-section 3.2); detached, they are as in Bezier Splatting.
+Its soft edge lies up to a pixel outside the curve, so the SVG of a scene does not look like this image. Quality is
+therefore reported for both. The positions of interior samples are attached to the control points (Interior Gradient
+Aggregation, section 3.2). Detached, they are those of Bezier Splatting.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from warpvec.rendering.tile_renderer import Adjoints, Hits, TileRenderer
 
 
 class SplatRenderer(TileRenderer):
-    """Draws points [N, P, 2]: pieces of ``degree`` in a closed loop.
+    """Renderer of points [N, P, 2]: pieces of ``degree`` in a closed loop.
 
-    A path's first half of pieces, rounded down, is one side, the others are the other.
+    The first half of a path's pieces, rounded down, is one side of the path; the rest is the other side.
 
     Args:
-        samples: Gaussians along each side and each line between them, at least 2.
+        samples: Gaussians along each side and along each line between them, at least 2.
         lines: lines between the sides, at least 1.
-        degree: of the pieces.
-        interior_gradient: whether the lines' Gaussians are attached to the control points.
-        covariance_gradient: whether the covariances of attached Gaussians are attached too, not their centers alone.
+        degree: degree of the pieces.
+        interior_gradient: whether the Gaussians of the lines are attached to the control points.
+        covariance_gradient: whether the covariances of attached Gaussians are attached as well as their centers.
     """
 
     def __init__(
@@ -61,13 +61,13 @@ class SplatRenderer(TileRenderer):
         self._splatting.run(points, opacity)
         self._binning.bin_splats(self._splatting, len(points))
         self._coverage.run(self._splatting, self._binning, opacity)
-        # A path's opacity is in its Gaussians: coverage is composited as it is.
+        # The Gaussians contain the path's opacity already, so coverage is composited as opaque.
         paint = Paint(color, self._opaque(len(points)), background, self._lanes)
         return self._binning, self._coverage.tile_first_visible, self._coverage.slot_coverage, paint
 
     def _collect(self, points: Tensor, opacity: Tensor, adjoints: Adjoints) -> None:
         splat_sums = self._coverage.adjoint(self._splatting, self._binning, opacity)
-        # That of the paint, which is always opaque, is no longer needed.
+        # This overwrites the adjoint of the paint's opacity, which is constant.
         self._splatting.adjoint(points, opacity, splat_sums, adjoints.points, adjoints.opacity)
 
     @property

@@ -1,8 +1,8 @@
-"""Threads that wait actively for their share of a launch: one that sleeps takes longer to wake than the share takes.
+"""Threads that share a kernel launch with the calling thread.
 
-A launch of a millisecond is over before a sleeping thread has been scheduled: 0.05 to 0.2 ms on an idle machine, and
-where it is put on its caller's core, only once the caller is done. A thread that has worked goes on looking for work
-for a while, in native code without the GIL, and then sleeps.
+The threads wait actively for their share, because waking a sleeping thread can take longer than the share itself: 0.05
+to 0.2 ms on an idle machine, or until the caller is done if the scheduler puts the thread on the caller's core. After
+its work a thread keeps looking for more for a while, in native code without the GIL, and then sleeps.
 """
 
 from __future__ import annotations
@@ -21,69 +21,78 @@ import warp as wp
 from warpvec.kernels.thread_pool import make_wait
 
 _HELPER_TURNS = 60_000
-"""About 2 ms: longer than what lies between two shared launches of a fit, so that its threads never sleep."""
+"""About 2 ms: longer than the time between two shared launches of a fit, so that its threads never sleep."""
 
 _CALLER_TURNS = 10_000
-"""About 0.3 ms: shares end at about the same time; a caller that waits for longer sleeps."""
+"""About 0.3 ms: shares end at about the same time. A caller that has to wait longer sleeps."""
 
 _STOP = -1
 
-# Address of what offers the core to whoever is queued for it, 0 where the system has no such call. It must be native:
-# from Python it would take the GIL from the one who is waited for.
-_GIVE_WAY = ctypes.cast(ctypes.CDLL(None).sched_yield, ctypes.c_void_p).value if sys.platform != "win32" else 0
+# Address of a function that offers the core to queued threads; 0 if the system has none. It must be native code: a
+# Python function would take the GIL from the thread that is waited for.
+_YIELD_CORE = ctypes.cast(ctypes.CDLL(None).sched_yield, ctypes.c_void_p).value if sys.platform != "win32" else 0
 
 Action = Callable[[], None]
 
 
 class ThreadPool:
-    """``count`` threads beside the caller's.
+    """``count`` threads in addition to the caller's. In a forked process they start anew at the first call.
 
     Args:
-        wait_actively: whether they, and the caller, look for what they wait for before they sleep. Not so where there
-            are more threads than cores.
+        wait_actively: whether the threads and the caller wait actively before they sleep. Set it to False if there are
+            more threads than cores.
     """
 
     def __init__(self, count: int, wait_actively: bool) -> None:
-        self._helpers = [_Helper(wait_actively) for _ in range(count)]
-        for helper in self._helpers:
-            threading.Thread(target=helper.serve, name="warpvec", daemon=True).start()
-            weakref.finalize(self, helper.stop)
+        self._count, self._wait_actively = count, wait_actively
+        self._start()
 
     def call(self, actions: Sequence[Action]) -> None:
-        """Call the first of ``actions`` here and each other one on a thread of its own, and return when all are done.
+        """Run the first of ``actions`` on this thread, each other one on a thread of its own, and wait for all.
 
         Raises:
-            BaseException: what an action raised, once all are done.
+            BaseException: the error of an action, after all actions have ended.
         """
+        if self._process != os.getpid():  # a forked process has its parent's objects, but none of its threads
+            self._start()
         helpers = self._helpers[: len(actions) - 1]
         for helper, action in zip(helpers, actions[1:], strict=True):
             helper.begin(action)
         try:
             actions[0]()
-        finally:  # Ctrl-C too must find no helper still at work
+        finally:  # after Ctrl-C too, no helper may be at work any more
             errors = [helper.end() for helper in helpers]
         for error in errors:
             if error is not None:
                 raise error
 
+    def _start(self) -> None:
+        self._process = os.getpid()
+        self._helpers = [_Helper(self._wait_actively) for _ in range(self._count)]
+        for helper in self._helpers:
+            threading.Thread(target=helper.serve, name="warpvec", daemon=True).start()
+            weakref.finalize(self, helper.stop)
+
 
 class _Helper:
-    """A thread's side of the crew: it knows nothing of those who use it, so that they can come to an end."""
+    """One thread of the pool. It holds no reference to the pool, so that the pool can be garbage-collected."""
 
     def __init__(self, wait_actively: bool) -> None:
-        # The number of the last action that was given, and of the last that is done.
+        # Number of the last action that was given, and of the last one that is done.
         self._words = np.zeros(2, np.int32)
-        self._for_work = _Waiting(self._words, 0, _HELPER_TURNS if wait_actively else 0)
-        self._for_end = _Waiting(self._words, 1, _CALLER_TURNS if wait_actively else 0)
+        self._for_work = _Word(self._words, 0, _HELPER_TURNS if wait_actively else 0)
+        self._for_end = _Word(self._words, 1, _CALLER_TURNS if wait_actively else 0)
         self._action: Action | None = None
         self._error: BaseException | None = None
+        self._process = os.getpid()
 
     def begin(self, action: Action) -> None:
+        """Give the thread an action to run."""
         self._action = action
         self._for_work.change(int(self._words[0]) + 1)
 
     def end(self) -> BaseException | None:
-        """What the action raised, once it is done."""
+        """Wait until the action is done; return the error that it raised, if any."""
         number = int(self._words[0])
         while self._words[1] != number:
             self._for_end.wait(int(self._words[1]))
@@ -91,10 +100,12 @@ class _Helper:
         return error
 
     def stop(self) -> None:
-        self._for_work.change(_STOP)
+        """End the thread. A forked process has none to end, and its copy of the thread's lock may be held for ever."""
+        if self._process == os.getpid():
+            self._for_work.change(_STOP)
 
     def serve(self) -> None:
-        """Do what is given until told to stop."""
+        """Run the actions that are given, until stopped."""
         done = 0
         while True:
             while self._words[0] == done:
@@ -111,40 +122,41 @@ class _Helper:
             self._for_end.change(done)
 
 
-class _Waiting:
-    """Waiting for one word to change: so many turns actively, and then asleep."""
+class _Word:
+    """A word of memory that one thread changes and another waits for: actively for ``turns`` turns, then asleep."""
 
     def __init__(self, words: np.ndarray[Any, Any], index: int, turns: int) -> None:
         self._words, self._index = words, index
         self._is_asleep = False
         self._awake = threading.Event()
-        # Made here, on the thread of whoever launches kernels: Warp must not load two modules at a time.
-        self._look = _look_command(words, index, turns) if turns else None
+        # Made here, on the thread that launches kernels, because Warp must not load two modules at the same time.
+        self._wait_actively = _wait_command(words, index, turns) if turns else None
 
     def change(self, value: int) -> None:
+        """Set the word, and wake the thread that waits for it."""
         self._words[self._index] = value
         if self._is_asleep:
             self._awake.set()
 
     def wait(self, seen: int) -> None:
-        """Until the word is no more ``seen``; now and then it returns early."""
-        if self._look is not None:
-            self._look.set_param_at_index(1, seen)
-            self._look.launch()
+        """Wait until the word is not ``seen``; this may return too early."""
+        if self._wait_actively is not None:
+            self._wait_actively.set_param_at_index(1, seen)
+            self._wait_actively.launch()
         self._awake.clear()
         self._is_asleep = True
-        # A change from here on finds the sleeper.
+        # From here on a change wakes this thread.
         if self._words[self._index] == seen:
             self._awake.wait()
         self._is_asleep = False
 
 
-def _look_command(words: np.ndarray[Any, Any], index: int, turns: int) -> Any:
+def _wait_command(words: np.ndarray[Any, Any], index: int, turns: int) -> Any:
     array: Any = wp.array(words, dtype=int, device="cpu", copy=False)
-    inputs = [index, 0, turns, array, _GIVE_WAY]
+    inputs = [index, 0, turns, array, _YIELD_CORE]
     return wp.launch(make_wait(), dim=1, inputs=inputs, device="cpu", record_tape=False, record_cmd=True)
 
 
 def core_count() -> int:
-    """Cores that this process may use: fewer than the machine has, in a container."""
+    """Return how many cores this process may use; in a container these are fewer than the machine has."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

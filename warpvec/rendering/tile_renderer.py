@@ -1,4 +1,4 @@
-"""What the renderers share: paths cover the pixels of their (path, tile) pairs, and the pairs are composited."""
+"""The base class of the renderers: paths cover the pixels of (path, tile) pairs, and the pairs are composited."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from warpvec.rendering.stages.binning import Binning, TileGrid
 from warpvec.rendering.stages.compositing import Compositing, Paint, PaintAdjoints, from_tiles, to_tiles
 
 Hits = tuple[Binning, wp.array, wp.array, Paint]
-"""Pairs, the lowest hit of each tile that is seen, coverage of the pairs' pixels, and what they are painted with."""
+"""Pairs, the lowest visible hit of each tile, coverage of the pairs' pixels, and the paint of the paths."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Adjoints:
 
     Attributes:
         canvas: [4] dL/d(background), and the mean squared error of a fused step.
-        removal: what that loss gains when a path is removed [N], where it was asked for.
+        removal_cost: rise of that error when a path is removed [N], if it was asked for.
     """
 
     points: Tensor
@@ -48,9 +48,9 @@ class Adjoints:
 
 
 class TileRenderer(ABC):
-    """Renders scenes of one canvas size; keeps its buffers between calls.
+    """Renderer of scenes of one canvas size. It keeps its buffers between calls.
 
-    Inputs of every method are points [N, P, 2] px, color [N, 3], opacity [N] and background [3], on the renderer's
+    The inputs of every method are points [N, P, 2] px, color [N, 3], opacity [N] and background [3], on the renderer's
     device in its dtype (torch.float32, or torch.float64 for checks).
     """
 
@@ -73,7 +73,7 @@ class TileRenderer(ABC):
         self._compositing = Compositing(self._launch, self._lanes, self.grid, transmittance_min)
 
     def render(self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Tensor:
-        """The image [h, w, 3]."""
+        """Return the image [h, w, 3]."""
         hits = self._cover(points, color, opacity, background)
         tiles = torch.empty((self.grid.count, 3, TILE, TILE), dtype=self.dtype, device=self.device)
         self._compositing.run(*hits, tiles)
@@ -82,7 +82,7 @@ class TileRenderer(ABC):
     def adjoint(
         self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor, adj_image: Tensor
     ) -> Adjoints:
-        """Adjoints of a render for ``adj_image`` = dL/d(image) [h, w, 3]."""
+        """Return the adjoints of a render for ``adj_image`` = dL/d(image) [h, w, 3]."""
         adjoints = self.make_adjoints(points)
         hits = self._cover(points, color, opacity, background)
         reference = to_tiles(adj_image.to(self.dtype), self.grid)
@@ -91,11 +91,11 @@ class TileRenderer(ABC):
         return adjoints
 
     def prepare_target(self, target: Tensor) -> Tensor:
-        """A target image [h, w, 3] in the form that :meth:`fit_step` takes."""
+        """Return a target image [h, w, 3] in the form that :meth:`fit_step` takes."""
         return to_tiles(target.to(self.device, self.dtype), self.grid)
 
     def make_adjoints(self, points: Tensor) -> Adjoints:
-        """Memory for the adjoints of a scene with ``points``."""
+        """Allocate the adjoints of a scene with ``points``."""
         count = len(points)
         make = partial(torch.empty, dtype=self.dtype, device=self.device)
         return Adjoints(make(points.shape), make((count, 3)), make(count), make(CANVAS_TERMS))
@@ -107,57 +107,57 @@ class TileRenderer(ABC):
         opacity: Tensor,
         background: Tensor,
         prepared_target: Tensor,
-        removal_cost: bool = False,
+        want_removal_cost: bool = False,
         out: Adjoints | None = None,
     ) -> Adjoints:
-        """Render, mean squared error and adjoint in one pass; ``removal_cost`` asks for each path's importance.
+        """Render, and return the adjoints of the mean squared error, in one pass; with removal costs if wanted.
 
-        The adjoints are put in ``out`` where that is given: then no tensor is made, unless removal is asked for.
+        If ``out`` is given, the adjoints are written there, and only the removal costs allocate a tensor.
         """
         adjoints = self.make_adjoints(points) if out is None else out
         hits = self._cover(points, color, opacity, background)
         scale = 1.0 / (3 * self.grid.height * self.grid.width)
-        importance = torch.empty_like(adjoints.opacity) if removal_cost else adjoints.opacity
+        importance = torch.empty_like(adjoints.opacity) if want_removal_cost else adjoints.opacity
         into = self._paint_adjoints(adjoints, importance)
-        self._compositing.adjoint(*hits, prepared_target, into, scale, removal_cost)
-        # L without path i, minus L: the image is affine in one path's painted opacity, the loss a parabola.
+        self._compositing.adjoint(*hits, prepared_target, into, scale, want_removal_cost)
+        # The loss without path i, minus the loss: a parabola, as the image is affine in the opacity of one path.
         o = hits[-1].opacity
-        gain = o * o * importance * scale - o * into.opacity if removal_cost else None
+        cost = o * o * importance * scale - o * into.opacity if want_removal_cost else None
         self._collect(points, opacity, adjoints)
-        return replace(adjoints, removal_cost=gain)
+        return replace(adjoints, removal_cost=cost)
 
-    def limit(self, room: Counts | None) -> None:
-        """Give the next renders ``room``, and read no counts back; with None, as much as they need."""
-        self._launch.capacity.room = room
+    def set_capacity(self, limit: Counts | None) -> None:
+        """Give the next renders the capacity ``limit`` and read no counts back; with None, read counts again."""
+        self._launch.capacity.limit = limit
 
     @property
     def fits(self) -> Tensor:
-        """[1] float64 on the device: 1, or -1 if the last render with an adjoint had no room, which then is zero."""
+        """[1] float64 on the device: 1, or -1 if the last render with an adjoint was dropped: its adjoint is zero."""
         fits: Tensor = wp.to_torch(self._launch.capacity.fits)
         return fits
 
     @property
     def dropped_steps(self) -> int:
-        """Renders with an adjoint so far that had no room; the host waits for the device to tell."""
+        """Number of renders with an adjoint that exceeded their capacity so far; the host waits for the device."""
         return int(self._launch.capacity.dropped_steps.numpy()[0])
 
     @property
     def growth(self) -> int:
-        """How often a buffer has moved; while it stays the same a recorded step can be replayed."""
+        """Number of buffers allocated so far; while it stays the same, a recorded step can be replayed."""
         return self._launch.growth
 
     @property
     @abstractmethod
     def counts(self) -> Counts:
-        """What the last render made, or had room for."""
+        """Counts of the last render, or its capacity if it had a limit."""
 
     def _paint_adjoints(self, adjoints: Adjoints, importance: Tensor) -> PaintAdjoints:
         return PaintAdjoints(adjoints.color, adjoints.opacity, importance, adjoints.canvas)
 
     @abstractmethod
     def _cover(self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Hits:
-        """What is composited."""
+        """Return what is composited."""
 
     @abstractmethod
     def _collect(self, points: Tensor, opacity: Tensor, adjoints: Adjoints) -> None:
-        """Fill in the other adjoints, once those of the paint are there and the coverage holds its own."""
+        """Fill in the other adjoints; those of the paint are ready, and the coverage buffer holds its adjoint."""

@@ -1,4 +1,4 @@
-"""Host side of stage 2, binning: vertices -> classified (path, tile) pairs and each tile's list of them."""
+"""Host side of stage 2, binning: vertices -> classified (path, tile) pairs and each tile's list of pairs."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ class TileGrid:
 
 
 class Binning:
-    """The (path, tile) pairs of a scene; arrays are as ``kernels/binning.py`` says.
+    """The (path, tile) pairs of a scene; ``kernels/binning.py`` describes the arrays.
 
     Attributes:
-        strip_count, pair_count, slot_count: strips, K pairs, and partial pairs, each of which has a coverage slot; or
-            the room for them where they are not read back.
+        strip_count, pair_count, slot_count: number of strips, of pairs (K), and of partial pairs, each of which has a
+            slot; or the capacities if the counts are not read back.
         hit_pair: [K] pairs sorted by tile, lowest path first; empty pairs last.
-        tile_first_hit: [tiles + 1].
+        tile_first_hit: [tiles + 1] first hit of each tile.
     """
 
     strip_count: int
@@ -66,13 +66,13 @@ class Binning:
         self._sort()
 
     def _bound(self, path_count: int, kernel: Any, arguments: list[Any]) -> dict[str, wp.array]:
-        """Boxes of tiles by ``kernel``, the numbers of their strips and pairs, and the arrays of the pairs."""
+        """Find the boxes of tiles with ``kernel``, number strips and pairs, and return the arrays of the pairs."""
         get = self._buffers.get
         self.path_tile_box = get("path_tile_box", path_count, wp.vec4i)
         strip_count = get("path_strip_count", path_count + 1, wp.int32)
         pair_count = get("path_pair_count", path_count + 1, wp.int32)
         self._launch(kernel, path_count, [*arguments, self.path_tile_box, strip_count, pair_count])
-        number = self._number_pairs if self._launch.capacity.room is None else self._admit_pairs
+        number = self._number_pairs if self._launch.capacity.limit is None else self._admit_pairs
         return number(strip_count, pair_count, path_count)
 
     def _number_pairs(self, strip_count: wp.array, pair_count: wp.array, path_count: int) -> dict[str, wp.array]:
@@ -86,8 +86,8 @@ class Binning:
 
     def _admit_pairs(self, strip_count: wp.array, pair_count: wp.array, path_count: int) -> dict[str, wp.array]:
         capacity, get = self._launch.capacity, self._buffers.get
-        assert capacity.room is not None
-        _, self.strip_count, self.pair_count, _ = capacity.room
+        assert capacity.limit is not None
+        _, self.strip_count, self.pair_count, _ = capacity.limit
         sums = [
             exclusive_scan(self._buffers, "strip_sums", strip_count, path_count),
             exclusive_scan(self._buffers, "pair_sums", pair_count, path_count),
@@ -107,7 +107,7 @@ class Binning:
 
     def _pair_arrays(self) -> dict[str, wp.array]:
         count = self.pair_count
-        # The sort needs a second half of the same size behind its keys and values.
+        # The sort needs scratch space of the same size behind its keys and values.
         sizes = {"path": count, "class": self._class_count, "winding": count, "is_partial": count + 1}
         sizes |= {"key": 2 * count, "index": 2 * count}
         arrays = {name: self._buffers.get(f"pair_{name}", size, wp.int32) for name, size in sizes.items()}
@@ -121,13 +121,13 @@ class Binning:
 
     def _number_slots(self, pair_is_partial: wp.array) -> None:
         capacity, count = self._launch.capacity, self.pair_count
-        if capacity.room is None:
+        if capacity.limit is None:
             self.pair_slot = exclusive_scan(self._buffers, "pair_slot", pair_is_partial, count)
             self.slot_count = read_total(self.pair_slot, count)
             return
         sums = exclusive_scan(self._buffers, "slot_sums", pair_is_partial, count)
         self.pair_slot = self._buffers.get("pair_slot", count + 1, wp.int32)
-        self.slot_count = capacity.room.slots
+        self.slot_count = capacity.limit.slots
         pairs = [self.pair_class, self.hit_tile, self.pair_slot]
         arguments = [sums, count, self.slot_count, self._grid.count, *pairs, capacity.overflow]
         self._launch(self._capacity.admit_slots, count + 1, arguments)

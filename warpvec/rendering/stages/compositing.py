@@ -20,7 +20,7 @@ from warpvec.rendering.stages.binning import Binning, TileGrid
 
 
 def to_tiles(image: Tensor, grid: TileGrid) -> Tensor:
-    """[h, w, 3] -> [tiles, 3, TILE, TILE], column by column within a tile, zero outside the canvas."""
+    """Cut [h, w, 3] into [tiles, 3, TILE, TILE], column by column within a tile, zero outside the canvas."""
     height, width = grid.rows * TILE, grid.columns * TILE
     padded = torch.nn.functional.pad(image, (0, 0, 0, width - grid.width, 0, height - grid.height))
     tiles = padded.reshape(grid.rows, TILE, grid.columns, TILE, 3).permute(0, 2, 4, 3, 1)
@@ -28,13 +28,13 @@ def to_tiles(image: Tensor, grid: TileGrid) -> Tensor:
 
 
 def from_tiles(tiles: Tensor, grid: TileGrid) -> Tensor:
-    """The inverse of :func:`to_tiles`."""
+    """Invert :func:`to_tiles`."""
     image = tiles.reshape(grid.rows, grid.columns, 3, TILE, TILE).permute(0, 4, 1, 3, 2)
     return image.reshape(grid.rows * TILE, grid.columns * TILE, 3)[: grid.height, : grid.width].contiguous()
 
 
 class Paint:
-    """Colour [N], opacity [N] and background [1] as Warp arrays over torch memory."""
+    """Colour [N], opacity [N] and background [1] of a scene, as Warp arrays over torch memory."""
 
     def __init__(self, color: Tensor, opacity: Tensor, background: Tensor, lanes: Lanes) -> None:
         self.path_count = len(color)
@@ -47,12 +47,12 @@ class Paint:
 
 
 class PaintAdjoints(NamedTuple):
-    """Where the adjoints of what is painted with go: tensors in one block each, in the renderer's precision.
+    """Output tensors for the adjoints of the paint, each contiguous and in the renderer's precision.
 
     Attributes:
-        color, opacity: of the paths [N, 3] and [N].
-        importance: [N] where it is asked for.
-        canvas: [CANVAS_TERMS] background and, last, the squared error times its scale.
+        color, opacity: adjoints of the paths [N, 3] and [N].
+        importance: [N], filled if it is asked for; see ``kernels/compositing_adjoint.py``.
+        canvas: [CANVAS_TERMS] adjoint of the background and, last, the squared error times its scale.
     """
 
     color: Tensor
@@ -61,6 +61,7 @@ class PaintAdjoints(NamedTuple):
     canvas: Tensor
 
     def of_paths(self, lanes: Lanes) -> list[Any]:
+        """Return the adjoints of the paths as Warp arrays."""
         values = [as_warp(value, lanes.dtype) for value in (self.opacity, self.importance)]
         return [as_warp(self.color, lanes.vec3), *values]
 
@@ -76,7 +77,7 @@ class Compositing:
         self._buffers = launch.make_buffers()
 
     def find_visible(self, binning: Binning, paint: Paint) -> wp.array:
-        """The lowest hit of each tile [tiles] that is not hidden behind the tile's full pairs."""
+        """Return the lowest hit of each tile [tiles] that is not hidden behind the tile's full pairs."""
         visible = self._buffers.get("tile_first_visible", self._grid.count, wp.int32)
         hits = [binning.tile_first_hit, binning.hit_pair, binning.pair_path, binning.pair_class]
         arguments = [*hits, paint.arrays[1], self._transmittance_min, visible]
@@ -105,10 +106,10 @@ class Compositing:
         error_scale: float | None = None,
         importance: bool = False,
     ) -> None:
-        """Fill ``adjoints``, and turn ``slot_winding`` into its adjoint.
+        """Fill ``adjoints``, and overwrite ``slot_winding`` with its adjoint.
 
-        ``tile_reference`` is dL/d(image), or, where ``error_scale`` = dL/d(squared error) is given, the target.
-        ``importance`` asks for that of the paths.
+        ``tile_reference`` is dL/d(image), or the target if ``error_scale`` = dL/d(squared error) is given.
+        ``importance`` asks for the importance of the paths.
         """
         lanes, grid, get = self._lanes, self._grid, self._buffers.get
         stage = adjoint_kernels.make_kernels(lanes, error_scale is not None, importance)
@@ -120,7 +121,7 @@ class Compositing:
         scale = lanes.dtype(error_scale or 0.0)
         arguments = [*_hits(binning, tile_first_visible), *paint.arrays, *canvas, reference, scale, chunk, depth, stack]
         outputs = [slot_winding, pair_sums, tile_sums]
-        # Whole tiles: scalar lanes of a tile add to sums that they share.
+        # Chunks are whole tiles, because the scalar lanes of a tile add to the same sums.
         threads, tiles = lanes.tile_threads, self._launch.chunk_items(grid.count)
         self._launch.shared(stage.composite_adjoint, grid.count * threads, [*arguments, *outputs], tiles * threads)
         sums = [binning.path_first_pair, binning.pair_class, pair_sums]
@@ -136,13 +137,13 @@ class Compositing:
         self._launch(stage.gather_canvas, CANVAS_TERMS, arguments)
 
     def _stack(self, binning: Binning) -> tuple[int, int, wp.array]:
-        """Tiles per chunk (0 on scalar lanes), entries per chunk, and the stack of colours behind each hit."""
+        """Return tiles per chunk (0 on scalar lanes), entries per chunk, and the stack of colours behind each hit."""
         lanes, count = self._lanes, self._grid.count
         if lanes.tile_threads > 1:
             entries = binning.pair_count + count
             return 0, 0, self._buffers.get("stack", entries * 3 * TILE * TILE, lanes.vector)
         chunk = self._launch.chunk_items(count)
-        depth = 1 + _deepest(binning.tile_first_hit.numpy()[: count + 1])
+        depth = 1 + _max_hits(binning.tile_first_hit.numpy()[: count + 1])
         size = -(-count // chunk) * depth * 3 * lanes.tile_vectors
         return chunk, depth, self._buffers.get("stack", size, lanes.vector)
 
@@ -156,5 +157,6 @@ def _lane_array(tiles: Tensor, lanes: Lanes) -> Any:
     return as_warp(tiles.reshape(-1) if lanes.width == 1 else tiles.reshape(-1, lanes.width), lanes.vector)
 
 
-def _deepest(first_hit: np.ndarray[Any, Any]) -> int:
+def _max_hits(first_hit: np.ndarray[Any, Any]) -> int:
+    """Return the number of hits of the tile with the most."""
     return int(np.diff(first_hit).max())

@@ -1,4 +1,4 @@
-"""Host side of stage 3, coverage: the winding of every pixel of the partial pairs, and its adjoint."""
+"""Host side of stage 3, coverage: the winding of every pixel of the partial pairs, and the adjoint."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from warpvec.rendering.stages.flattening import Flattening
 
 
 class Coverage:
-    """Windings of the partial pairs.
+    """The windings of the partial pairs.
 
     Attributes:
-        slot_winding: [slots, COLUMNS, TILE] as lane values; the compositing adjoint overwrites it with its adjoint.
+        slot_winding: [slots, COLUMNS, TILE] as lane values; the compositing adjoint overwrites it with dL/d(winding).
     """
 
     slot_winding: wp.array
@@ -38,7 +38,7 @@ class Coverage:
         self._launch.shared(self._forward.accumulate_winding, binning.strip_count * self._lanes.blocks, arguments)
 
     def adjoint(self, flattening: Flattening, binning: Binning, path_count: int, segment_count: int) -> wp.array:
-        """dL/d(start), dL/d(end) of every edge [V] of vec4, once ``slot_winding`` holds dL/d(winding)."""
+        """Return dL/d(start), dL/d(end) of every edge [V] of vec4; ``slot_winding`` must hold dL/d(winding)."""
         adj_edges = self._buffers.get("adj_edges", flattening.vertex_count, self._lanes.vec4)
         polylines = [flattening.vertices, flattening.segment_first_vertex, segment_count]
         pairs = [binning.path_tile_box, binning.path_first_pair, binning.pair_class, binning.pair_slot]

@@ -1,4 +1,4 @@
-"""Host side of stage 1, flattening: control points -> vertices, and back."""
+"""Host side of stage 1, flattening: control points -> vertices, and the adjoint."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class Flattening:
 
     Attributes:
         vertices: [V] px.
-        segment_first_vertex: [N S + 1], where each segment's vertices begin.
-        vertex_count: V, or the room for vertices where it is not read back.
+        segment_first_vertex: [N S + 1], index of each segment's first vertex.
+        vertex_count: V, or the capacity if V is not read back.
     """
 
     vertices: wp.array
@@ -40,19 +40,19 @@ class Flattening:
         self._launch(self._kernels.emit_vertices, total, arguments)
 
     def _number_vertices(self, chord_count: wp.array, total: int) -> None:
-        room = self._launch.capacity.room
-        if room is None:
+        limit = self._launch.capacity.limit
+        if limit is None:
             self.segment_first_vertex = exclusive_scan(self._buffers, "segment_first_vertex", chord_count, total)
             self.vertex_count = read_total(self.segment_first_vertex, total)
             return
         sums = exclusive_scan(self._buffers, "segment_sums", chord_count, total)
         self.segment_first_vertex = self._buffers.get("segment_first_vertex", total + 1, wp.int32)
-        self.vertex_count = room.vertices
-        arguments = [sums, total, room.vertices, self.segment_first_vertex, self._launch.capacity.overflow]
+        self.vertex_count = limit.vertices
+        arguments = [sums, total, limit.vertices, self.segment_first_vertex, self._launch.capacity.overflow]
         self._launch(capacity_kernels.make_kernels(self._lanes).admit_vertices, total + 1, arguments)
 
     def adjoint(self, adj_edges: wp.array, adj_points: wp.array) -> None:
-        """``adj_edges`` [V] of vec4 -> ``adj_points`` [N, 3 S] of vec2, overwritten."""
+        """Overwrite ``adj_points`` [N, 3 S] of vec2 with the adjoint for ``adj_edges`` [V] of vec4."""
         path_count, segment_count = adj_points.shape[0], adj_points.shape[1] // 3
         arguments = [self.segment_first_vertex, adj_edges, segment_count, adj_points]
         self._launch.shared(self._kernels.gather_points_adjoint, path_count, arguments)

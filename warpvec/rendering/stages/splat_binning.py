@@ -1,4 +1,4 @@
-"""Host side of stage 2 of the splat renderer: Gaussians -> (path, tile) pairs and each tile's list of them."""
+"""Host side of stage 2 of the splat renderer: Gaussians -> (path, tile) pairs and each tile's list of pairs."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from warpvec.rendering.stages.splatting import Splatting
 
 
 class SplatBinning(Binning):
-    """The (path, tile) pairs of a scene of Gaussians; arrays are as ``kernels/splat_binning.py`` says.
+    """The (path, tile) pairs of a scene of Gaussians; ``kernels/splat_binning.py`` describes the arrays.
 
     Attributes:
-        group_count: groups of Gaussians in a row.
-        group_box: [N rows, group_count + 1] pixels, the last of a row its own box.
+        group_count: number of groups of Gaussians in a row.
+        group_box: [N rows, group_count + 1] boxes in pixels; the last one of a row is that of the whole row.
     """
 
     group_box: wp.array

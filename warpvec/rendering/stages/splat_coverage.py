@@ -1,4 +1,4 @@
-"""Host side of stage 3 of the splat renderer: the coverage of each pair's pixels, and the adjoint."""
+"""Host side of stage 3 of the splat renderer: the coverage of each pair's pixels, and its adjoint."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from warpvec.rendering.stages.splatting import Splatting
 
 
 class SplatCoverage:
-    """Coverage of the pairs of a canvas by the Gaussians of their paths.
+    """The coverage of the pairs by the Gaussians of their paths.
 
     Attributes:
-        slot_coverage: [slots, COLUMNS, TILE] as lane values; the compositing adjoint overwrites it with its adjoint.
-        tile_first_visible: [tiles] lowest hit of each tile that is not hidden.
+        slot_coverage: [slots, COLUMNS, TILE] as lane values; the compositing adjoint overwrites it with dL/d(coverage).
+        tile_first_visible: [tiles] lowest visible hit of each tile.
     """
 
     slot_coverage: wp.array
@@ -54,7 +54,7 @@ class SplatCoverage:
         self._launch.shared(cover, self._grid.count * lanes.tile_threads, [*hits, *inputs, *canvas, *outputs])
 
     def adjoint(self, splatting: Splatting, binning: SplatBinning, opacity: Tensor) -> wp.array:
-        """Sums [N, rows, terms, sample_stride] of each Gaussian, from dL/d(coverage) in ``slot_coverage``."""
+        """Return the sums [N, rows, terms, sample_stride] of each Gaussian; ``slot_coverage`` must hold its adjoint."""
         lanes, path_count = self._lanes, len(opacity)
         splat_count = path_count * splatting.row_count * splatting.sample_stride
         splat_sums = self._buffers.get("splat_sums", splat_count * splatting.term_count, lanes.dtype)

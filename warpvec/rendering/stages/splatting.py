@@ -1,4 +1,4 @@
-"""Host side of stage 1 of the splat renderer: control points -> Gaussians, and their adjoint."""
+"""Host side of stage 1 of the splat renderer: control points -> Gaussians, and the adjoint."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from warpvec.rendering.launch import Launcher, as_warp
 
 
 class Splatting:
-    """Gaussians along the two sides of each path and on ``lines`` lines between them, ``samples`` on each.
+    """The Gaussians along the two sides of each path and on ``lines`` lines between them, ``samples`` on each.
 
     Attributes:
         row_count, sample_count: rows of a path, and Gaussians of a row.
-        sample_stride: Gaussians of a row in memory: whole lane values.
-        splats: [N, rows, PLANES, sample_stride] as ``kernels/splatting.py`` says.
-        term_count: sums of a Gaussian that :meth:`adjoint` takes.
+        sample_stride: Gaussians of a row in memory, padded to whole lane values.
+        splats: [N, rows, PLANES, sample_stride], see ``kernels/splatting.py``.
+        term_count: number of sums per Gaussian that :meth:`adjoint` takes.
     """
 
     splats: wp.array
@@ -51,7 +51,7 @@ class Splatting:
         """Place the Gaussians of ``points`` [N, P, 2] px with ``opacity`` [N].
 
         Raises:
-            InputError: fewer than two pieces a path, or part of one.
+            InputError: a path has fewer than two pieces, or an incomplete one.
         """
         path_count, point_count = points.shape[:2]
         size = path_count * self.row_count * PLANES * self.sample_stride
@@ -65,7 +65,7 @@ class Splatting:
     def adjoint(
         self, points: Tensor, opacity: Tensor, splat_sums: wp.array, adj_points: Tensor, adj_opacity: Tensor
     ) -> None:
-        """``adj_points`` [N, P, 2] and ``adj_opacity`` [N] from the sums [N, rows, terms, sample_stride] of splats."""
+        """Fill ``adj_points`` [N, P, 2] and ``adj_opacity`` [N] from the sums [N, rows, terms, sample_stride]."""
         lanes, (path_count, point_count) = self._lanes, points.shape[:2]
         stage = adjoint_kernels.make_kernels(lanes, self._covariance)
         size = path_count * SIDE_TERMS * self.sample_stride
@@ -88,10 +88,9 @@ class Splatting:
     def _basis_of(self, point_count: int) -> wp.array:
         if point_count not in self._basis:
             if point_count < 2 * self._degree or point_count % self._degree:
-                raise InputError(
-                    f"points must make at least 2 curves of degree {self._degree} a path, got {point_count} points; "
-                    "give a multiple of the degree"
-                )
+                rule = f"must make at least 2 curves of degree {self._degree} a path"
+                remedy = f"give a multiple of {self._degree}, at least {2 * self._degree}"
+                raise InputError("points", rule, f"{point_count} points", remedy)
             basis = side_basis(point_count, self._degree, self.sample_count)
             self._basis[point_count] = self._upload_lanes(basis)
         return self._basis[point_count]
@@ -100,7 +99,7 @@ class Splatting:
         return wp.array(values.numpy(), dtype=self._lanes.dtype, device=self._launch.device)
 
     def _upload_lanes(self, values: Tensor) -> wp.array:
-        """Lane values of ``values`` [..., samples], the last sample repeated to fill the last of them."""
+        """Upload ``values`` [..., samples] as lane values, with the last sample repeated as padding."""
         missing = self.sample_stride - values.shape[-1]
         padded = torch.cat([values, values[..., -1:].expand(*values.shape[:-1], missing)], -1)
         rows = padded.reshape(-1) if self._lanes.width == 1 else padded.reshape(-1, self._lanes.width)
@@ -108,7 +107,7 @@ class Splatting:
 
 
 def lane_view(values: wp.array, lanes: Lanes) -> wp.array:
-    """The lane values over a flat array of numbers, which must outlive them."""
+    """Return a flat array of numbers viewed as lane values; the array must outlive the view."""
     return wp.array(
         ptr=values.ptr, dtype=lanes.vector, shape=(values.size // lanes.width,), device=values.device, copy=False
     )
@@ -116,7 +115,7 @@ def lane_view(values: wp.array, lanes: Lanes) -> wp.array:
 
 @cache
 def row_weights(lines: int) -> Tensor:
-    """w_r [lines + 2], float64: 0 for side A, Phi of equal steps for the lines between, 1 for side B."""
+    """Return w_r [lines + 2], float64: 0 for side A, Phi of equal steps for the lines between, 1 for side B."""
     steps = (
         torch.linspace(-LINE_REACH, LINE_REACH, lines, dtype=torch.float64) if lines > 1 else torch.zeros(1).double()
     )
@@ -125,23 +124,23 @@ def row_weights(lines: int) -> Tensor:
 
 
 def row_steps(weight: Tensor) -> Tensor:
-    """Step of w [rows] from each row to the next; both sides take that of side A."""
+    """Return the difference of w [rows] from each row to the next; side B takes that of side A."""
     steps = weight.diff()
     return torch.cat([steps, steps[:1]])
 
 
 def spacing_factors(samples: int) -> Tensor:
-    """sx over the distance to the next sample [samples], float64."""
+    """Return sx divided by the distance to the next sample [samples], float64."""
     factors = torch.full((samples,), SIGMA_PER_SPACING, dtype=torch.float64)
-    for place, factor in reversed(list(enumerate(END_FACTORS))):
-        for sample in (place, samples - 1 - place):
+    for index, factor in reversed(list(enumerate(END_FACTORS))):
+        for sample in (index, samples - 1 - index):
             if 0 <= sample < samples:
                 factors[sample] = SIGMA_PER_SPACING * factor
     return factors
 
 
 def side_basis(point_count: int, degree: int, samples: int) -> Tensor:
-    """Weights [KINDS, 2, P, samples], float64, of the control points in position, step and tangent of both sides."""
+    """Return the weights [KINDS, 2, P, samples], float64, of the control points in each kind of basis of both sides."""
     parameter = torch.linspace(SPLAT_END, 1.0 - SPLAT_END, samples, dtype=torch.float64)
     piece_count = point_count // degree
     first = piece_count // 2
@@ -156,7 +155,7 @@ def side_basis(point_count: int, degree: int, samples: int) -> Tensor:
 
 
 def _outline_basis(parameter: Tensor, point_count: int, degree: int) -> Tensor:
-    """Bernstein weights [P, samples] of the control points at outline parameters, whole numbers at the anchors."""
+    """Return the Bernstein weights [P, samples] of the control points at outline parameters (integers at anchors)."""
     piece = parameter.floor().clamp(0, point_count // degree - 1)
     t = parameter - piece
     basis = torch.zeros(point_count, len(parameter), dtype=torch.float64)
