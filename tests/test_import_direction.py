@@ -17,7 +17,8 @@ ROOMS = [
     "vectorization",
     "fit",
     "rendering svg",
-    "kernels config geometry image",
+    "kernels config",
+    "geometry image",
     "checks files",
     "errors",
 ]

@@ -1,10 +1,10 @@
-"""warpvec: a photo becomes an editable SVG, measured on the file that is written.
+"""warpvec turns images into editable SVGs and measures their quality on the written file.
 
 >>> import warpvec
 >>> result = warpvec.vectorize("photo.png", curves=512)      # doctest: +SKIP
 >>> result.save("photo.svg"); result.metrics["psnr"]         # doctest: +SKIP
 
-Importing this package is quick: torch and warp are loaded at the first use of a name that needs them.
+Importing this package is quick. Torch and Warp are loaded when a name that needs them is first used.
 """
 
 from __future__ import annotations

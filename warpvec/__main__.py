@@ -1,4 +1,4 @@
-"""``python -m warpvec``: the same as the command ``warpvec``."""
+"""Run ``python -m warpvec`` as the command ``warpvec``."""
 
 from warpvec.cli.main import main
 

@@ -1,4 +1,4 @@
-"""``warpvec run --checkpoint`` and ``--resume``: real processes that are killed, and refusals in a line."""
+"""``warpvec run --checkpoint`` and ``--resume``: killed processes continue, and contradictions are refused."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from PIL import Image
 from warpvec.fit.checkpoint import read_checkpoint
 
 SETTINGS = ["--curves", "40", "--initial-curves", "8", "--inflation-gap", "20", "--device", "cpu"]
-LONGER = [*SETTINGS, "--iterations", "1500", "--colors", "12", "--recycle-gap", "10", "--coarse-until", "0.3"]
+LONGER = [*SETTINGS, "--iterations", "1500", "--colors", "12", "--recycle-gap", "10"]
 QUICK = [*SETTINGS, "--iterations", "12", "--every", "5", "-q"]
 
 
 @pytest.fixture
 def photo(tmp_path: Path) -> Path:
-    """Smooth noise, 64 x 48."""
+    """Write smooth noise, 64 x 48."""
     noise = np.random.default_rng(5).integers(0, 256, (6, 8, 3), dtype=np.uint8)
     Image.fromarray(noise).resize((64, 48)).save(tmp_path / "photo.png")
     return tmp_path / "photo.png"
@@ -41,7 +41,7 @@ def _wait_for(process: subprocess.Popen[bytes], state: Path, iteration: int) -> 
         time.sleep(0.01)
 
 
-def test_a_killed_run_goes_on_to_the_same_bytes(photo: Path) -> None:
+def test_a_killed_run_is_resumed_to_the_same_bytes(photo: Path) -> None:
     whole, out, state = (photo.with_name(name) for name in ("whole.svg", "out.svg", "state"))
     assert invoke("run", photo, whole, "-q", *LONGER).exit_code == 0
     generator = random.Random(os.getpid())  # another iteration in each run of the test
@@ -62,7 +62,7 @@ def test_a_killed_run_goes_on_to_the_same_bytes(photo: Path) -> None:
     assert out.read_bytes() == whole.read_bytes(), f"resumed after iteration {reached}"
 
 
-def test_an_interrupted_run_goes_on_to_the_same_bytes(photo: Path) -> None:
+def test_an_interrupted_run_is_resumed_to_the_same_bytes(photo: Path) -> None:
     whole, out, state = (photo.with_name(name) for name in ("whole.svg", "out.svg", "state"))
     assert invoke("run", photo, whole, "-q", *LONGER).exit_code == 0
     process = _start(photo, out, "-q", *LONGER, "--checkpoint", state, "--every", "7")
@@ -82,7 +82,7 @@ def state(photo: Path) -> Path:
     return path
 
 
-def test_a_run_that_goes_on_reports_itself_as_a_whole(photo: Path, state: Path) -> None:
+def test_a_resumed_run_reports_the_whole_fit(photo: Path, state: Path) -> None:
     result = invoke("run", photo, photo.with_name("out.svg"), "--resume", state, "--every", "5")
     assert "12 iterations in" in result.stdout
     assert result.stderr.splitlines()[0].startswith("iteration 11 of 12, ")
@@ -97,7 +97,7 @@ def test_a_run_that_goes_on_reports_itself_as_a_whole(photo: Path, state: Path) 
         ["--preset", "default"],
     ],
 )
-def test_what_says_the_same_or_does_not_matter_may_be_given(photo: Path, state: Path, options: list[str]) -> None:
+def test_equal_settings_and_machine_settings_may_be_given(photo: Path, state: Path, options: list[str]) -> None:
     out = photo.with_name("out.svg")
     result = invoke("run", photo, out, "-q", "--resume", state, *options)
     assert result.exit_code == 0, result.output
@@ -110,15 +110,16 @@ def test_what_says_the_same_or_does_not_matter_may_be_given(photo: Path, state: 
         (["--curves", "41"], ["--curves must be as in the checkpoint, 40, got 41; leave it out"]),
         (["--iterations", "13"], ["--iterations must be as in the checkpoint"]),
         (["--opaque"], ["--opacity must be as in the checkpoint, 'free'"]),
+        (["--colors", "4"], ["--colors must be as in the checkpoint, 0, got 4"]),
         (["--flat"], ["--flat must be as in the checkpoint, False"]),
         (["--preset", "draft"], ["--iterations must be as in the checkpoint, 12, got 400"]),
-        (["--max-bytes", "9k"], ["--resume must stand without a goal"]),
-        (["--curves", "auto"], ["--resume must stand without a goal"]),
+        (["--max-bytes", "9k"], ["--resume must be given without a goal"]),
+        (["--curves", "auto"], ["--resume must be given without a goal"]),
         (["--background", "#fff", "--curves", "0"], ["--curves must be"]),
         (["--checkpoint", "missing/state"], ["--checkpoint must be in an existing folder"]),
     ],
 )
-def test_what_contradicts_the_checkpoint_is_refused(
+def test_settings_that_contradict_the_checkpoint_are_refused(
     photo: Path, state: Path, options: list[str], words: list[str]
 ) -> None:
     out = photo.with_name("out.svg")
@@ -139,9 +140,9 @@ def test_another_photo_and_damaged_files_are_refused(photo: Path, state: Path) -
     assert not out.exists()
 
 
-def test_a_goal_beside_a_new_checkpoint_is_refused(photo: Path) -> None:
+def test_a_goal_with_a_new_checkpoint_is_refused(photo: Path) -> None:
     result = invoke(
         "run", photo, photo.with_name("out.svg"), "--checkpoint", photo.with_name("s"), "--target-psnr", "9"
     )
-    assert_refused(result, "--checkpoint must stand without a goal")
+    assert_refused(result, "--checkpoint must be given without a goal")
     assert not photo.with_name("s").exists()

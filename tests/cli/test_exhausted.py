@@ -1,4 +1,4 @@
-"""What runs out: disk, memory, the right to write. One line, an exit code that is not 0, nothing half-written."""
+"""A full disk, full memory or a missing permission: one line, exit code 1 or 2, and no damaged files."""
 
 from __future__ import annotations
 
@@ -45,19 +45,19 @@ def full_disk(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("full_disk")
 @pytest.mark.parametrize("old", [None, b"older"])
-def test_a_full_disk_is_told_in_a_line_and_leaves_files_as_they_were(photo: Path, old: bytes | None) -> None:
+def test_a_full_disk_is_reported_in_one_line_and_damages_no_file(photo: Path, old: bytes | None) -> None:
     out = photo.with_name("out.svg")
     if old is not None:
         out.write_bytes(old)
     line = _line(_run(photo))
-    assert line.startswith("the disk is full (No space left on device); free some of it")
+    assert line.startswith("the disk is full (No space left on device); free some space")
     assert sorted(os.listdir(photo.parent)) == (["photo.png"] if old is None else ["out.svg", "photo.png"])
     assert old is None or out.read_bytes() == old
 
 
 @pytest.mark.usefixtures("full_disk")
 @pytest.mark.parametrize("options", [["--checkpoint", "state", "--every", "1"], ["--write-config", "settings.toml"]])
-def test_a_full_disk_while_other_files_are_written_is_told_too(
+def test_a_full_disk_while_other_files_are_written_is_reported_too(
     photo: Path, options: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(photo.parent)
@@ -65,8 +65,8 @@ def test_a_full_disk_while_other_files_are_written_is_told_too(
     assert os.listdir(photo.parent) == ["photo.png"]
 
 
-@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full, which is Linux's")
-def test_a_device_without_room_is_told_in_a_line(photo: Path) -> None:
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full, which only Linux has")
+def test_a_full_device_is_reported_in_one_line(photo: Path) -> None:
     assert _line(invoke("run", photo, "/dev/full", *QUICK, "-q")).startswith("the disk is full")
 
 
@@ -87,7 +87,7 @@ def _in_python() -> Any:
 
 
 @pytest.mark.parametrize("allocate", [_immense_in_torch, _immense_in_warp, _on_a_gpu, _in_python])
-def test_memory_that_runs_out_is_told_in_a_line(
+def test_full_memory_is_reported_in_one_line(
     photo: Path, allocate: Callable[[], Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(api, "fit", lambda *_, **__: allocate())
@@ -97,7 +97,7 @@ def test_memory_that_runs_out_is_told_in_a_line(
     assert os.listdir(photo.parent) == ["photo.png"]
 
 
-def test_memory_that_runs_out_leaves_the_checkpoint(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_full_memory_leaves_the_checkpoint(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     real, state = api.fit, photo.with_name("state")
 
     def fit(target: Any, config: Any, on_progress: Any, **others: Any) -> Any:
@@ -119,12 +119,12 @@ def test_memory_that_runs_out_leaves_the_checkpoint(photo: Path, monkeypatch: py
 
 
 @pytest.mark.parametrize("option", ["--checkpoint", "--report", "--video", "--write-config"])
-def test_folders_that_may_not_be_written_are_refused_before_the_fit(
+def test_write_protected_folders_are_refused_before_the_fit(
     photo: Path, option: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     locked = photo.with_name("locked")
     locked.mkdir()
-    # Not by its mode: root may write to any folder.
+    # The mode of the folder would not stop root.
     monkeypatch.setattr(os, "access", lambda path, mode: Path(path) != locked)
     assert_refused(_run(photo, option, locked / "a.gif"), f"{option} must be in a folder you may write to", "locked")
     assert os.listdir(locked) == []

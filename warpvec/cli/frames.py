@@ -1,4 +1,4 @@
-"""What a command does while a fit runs: it shows progress, and keeps frames."""
+"""Callbacks of a fit: show its progress and record its frames."""
 
 from __future__ import annotations
 
@@ -20,20 +20,27 @@ from warpvec.image.video import Video, check_video
 from warpvec.image.write import write_png
 from warpvec.rendering.draw import draw_pixels
 
-Watch = Callable[[Progress], None]
+OnProgress = Callable[[Progress], None]
+TakeFrame = Callable[[int, NDArray[np.float32]], None]
+"""Receives the number of the iteration and an image [h, w, 3 or 4]."""
 
 
 @contextmanager
 def watch(
     photo: NDArray[np.float32], config: FitConfig, folder: str | None, video: str | None, every: int, *, quiet: bool
-) -> Iterator[Watch]:
-    """The callback of a fit of ``photo``: progress on stderr, and every ``every``-th scene to ``folder`` and ``video``.
+) -> Iterator[OnProgress]:
+    """Yield the callback for a fit of ``photo``, which shows progress on stderr and records frames.
+
+    Args:
+        folder: receives the frames as PNG files, if given.
+        video: receives the frames as a video, if given.
+        every: iterations between two frames.
 
     Raises:
         InputError: the folder or the video cannot be written.
     """
     with ExitStack() as stack:
-        takers: list[Callable[[int, NDArray[np.float32]], None]] = []
+        takers: list[TakeFrame] = []
         if folder is not None:
             takers.append(_png_writer(folder))
         if video is not None:
@@ -42,15 +49,14 @@ def watch(
             takers.append(lambda _, image: movie.add(image))
         show = stack.enter_context(show_progress(sys.stderr, quiet=quiet))
         size = fitted_size(photo.shape[0], photo.shape[1], config.fit_size)
-        yield _both(show, _frames(takers, every, size, config)) if takers else show
+        yield _both(show, _recorder(takers, every, size, config)) if takers else show
 
 
-def _frames(
-    takers: list[Callable[[int, NDArray[np.float32]], None]], every: int, size: tuple[int, int], config: FitConfig
-) -> Watch:
-    """Draws every ``every``-th scene, and the last, at the size of the fit.
+def _recorder(takers: list[TakeFrame], every: int, size: tuple[int, int], config: FitConfig) -> OnProgress:
+    """Return a callback that draws every ``every``-th scene, and the last one, at the size of the fit.
 
-    Iterations are counted on over several fits for one goal; one that is not above the last is of a new fit.
+    A goal takes several fits, whose iterations are numbered consecutively: an iteration number that does not increase
+    starts a new fit.
     """
     before, last = 0, 0
 
@@ -67,14 +73,14 @@ def _frames(
     return call
 
 
-def _png_writer(folder: str) -> Callable[[int, NDArray[np.float32]], None]:
-    if not folder:  # which pathlib takes for the current folder
-        raise InputError("--save-frames must be a folder or a name for one, got ''; choose another")
+def _png_writer(folder: str) -> TakeFrame:
+    if not folder:  # pathlib would use the current folder
+        raise InputError("--save-frames", "must be a folder or a name for one", "''", "choose another")
     make_folder(folder, "--save-frames")
     return lambda iteration, image: write_png(Path(folder) / f"frame-{iteration:06}.png", image)
 
 
-def _both(first: Watch, second: Watch) -> Watch:
+def _both(first: OnProgress, second: OnProgress) -> OnProgress:
     def call(progress: Progress) -> None:
         first(progress)
         second(progress)

@@ -1,15 +1,18 @@
-"""The command ``warpvec``; its commands are in ``warpvec/commands``, a file each.
+"""The command ``warpvec``. Each of its commands has a file in ``warpvec/cli/commands``.
 
 Exit codes: 0 done, 1 unexpected failure, 2 wrong input or usage (nothing is written), 130 interrupted (``run`` has
-then saved the best result so far). Messages are one line on stderr. Where OUT is ``-`` stdout carries the SVG alone
-and the report goes to stderr. Torch and Warp are imported inside the commands, so that ``--help`` is quick.
+then saved the best result so far). Messages are one line on stderr. With ``-`` for OUT only the SVG goes to stdout, and
+the report to stderr. The commands import Torch and Warp when they run, so that ``--help`` is quick.
 """
 
 from __future__ import annotations
 
 import errno
+import shlex
 import sys
+from difflib import get_close_matches
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import click
@@ -27,12 +30,19 @@ _COMMANDS = {
     "lod": "lod",
     "info": "info",
     "sample": "sample",
+    "help": "show_help",
 }
-"""Command -> its function, in the module of ``warpvec.cli.commands`` that has the command's name; in the order of the help."""
+"""Command -> its function, in the module of ``warpvec.cli.commands`` with that name; in the order of the help."""
+
+_COMMAND_OF_SUFFIX = dict.fromkeys((".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif"), "run") | {
+    ".svg": "view",
+    ".svgz": "view",
+}
+"""Suffix of a file -> the command that was probably meant if the file is given without one."""
 
 
 class _Group(click.Group):
-    """Commands by name, and errors in one line, with the exit codes that this module's docstring states."""
+    """The commands by name, with one-line errors and the exit codes of this module's docstring."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(_COMMANDS)
@@ -44,6 +54,13 @@ class _Group(click.Group):
         command: click.Command = getattr(module, _COMMANDS[name])
         return command
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args[0] not in _COMMANDS and not args[0].startswith("-"):
+            raise click.UsageError(f"no command is called {args[0]!r}; {_suggestion(args)}")
+        return super().resolve_command(ctx, args)
+
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
@@ -54,16 +71,16 @@ class _Group(click.Group):
         except Exception as error:
             if ctx.params["debug"]:
                 raise
-            hint = f"warpvec --debug {ctx.invoked_subcommand} ... shows where"
-            told = _told(error) or f"{type(error).__name__}: {error}; {hint}"
-            raise click.ClickException(told) from error
+            hint = f"run warpvec --debug {ctx.invoked_subcommand} ... for the traceback"
+            message = _exhaustion(error) or f"{type(error).__name__}: {error}; {hint}"
+            raise click.ClickException(message) from error
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         kwargs["standalone_mode"] = False
         try:
             code = super().main(*args, **kwargs)
         except click.Abort:
-            code = 130  # 128 + SIGINT, as shells have it
+            code = 130  # 128 + SIGINT, as in shells
         except click.exceptions.NoArgsIsHelpError as error:
             error.show()
             code = error.exit_code
@@ -73,11 +90,21 @@ class _Group(click.Group):
         sys.exit(code or 0)
 
 
-def _told(error: Exception) -> str | None:
-    """What has run out on this machine and what to do, if that is the cause of ``error``."""
+def _suggestion(args: list[str]) -> str:
+    """Return a hint for arguments that do not start with a command."""
+    path = Path(args[0])
+    command = _COMMAND_OF_SUFFIX.get(path.suffix.lower()) or ("run" if path.is_file() else None)
+    if command is not None:
+        return f"did you mean `{shlex.join(['warpvec', command, *args])}`?"
+    similar = get_close_matches(args[0], _COMMANDS, n=1)
+    return f"did you mean `warpvec {similar[0]}`?" if similar else "see warpvec --help for the commands"
+
+
+def _exhaustion(error: Exception) -> str | None:
+    """Return a message if ``error`` means that the disk is full or that memory has run out."""
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return f"the disk is full ({error.strerror}); free some of it and run again, files are whole or as they were"
-    # Torch has an exception of its own; Torch on the CPU and Warp have only a text.
+        return f"the disk is full ({error.strerror}); free some space and run again, no file was damaged"
+    # Torch has an exception of its own on CUDA; Torch on the CPU and Warp raise RuntimeError with a text.
     exhausted = isinstance(error, MemoryError) or type(error).__name__ == "OutOfMemoryError"
     if exhausted or (isinstance(error, RuntimeError) and "allocate" in str(error)):
         return f"memory has run out ({str(error) or 'for Python'}); give a smaller --fit-size or fewer --curves"
@@ -85,8 +112,8 @@ def _told(error: Exception) -> str | None:
 
 
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__, prog_name="warpvec")
+@click.version_option(__version__, "-V", "--version", prog_name="warpvec")
 @click.option("--debug", is_flag=True, envvar="WARPVEC_DEBUG", help="Show the traceback of an unexpected failure.")
 def main(debug: bool) -> None:
-    """A photo becomes an editable SVG, measured on the file that is written."""
+    """Turn images into editable SVGs, with the quality measured on the written file."""
     del debug

@@ -1,4 +1,4 @@
-"""Places on the command line: no two names for one file, where one would be written over the other."""
+"""Check that no two names on the command line lead to one file, where one would overwrite the other."""
 
 from __future__ import annotations
 
@@ -8,34 +8,34 @@ from collections.abc import Mapping
 from warpvec.errors import InputError
 
 _IN_PLACE = {("--from", "OUT"), ("--resume", "--checkpoint"), ("--config", "--write-config")}
-"""What is read whole before the other is written, and means to be replaced by it."""
+"""Pairs that may be one file: the first is read completely before the second replaces it."""
 
 
-def check_places(places: Mapping[str, str | None]) -> None:
+def check_distinct_files(paths: Mapping[str, str | None]) -> None:
     """Check that the files a command reads and writes are different ones.
 
     Args:
-        places: the name on the command line -> the path, None if not given; those that are read come first.
+        paths: name on the command line -> path, None if not given; the files that are read come first.
 
     Raises:
-        InputError: two names lead to one file, through symbolic links too.
+        InputError: two names lead to one file, perhaps through symbolic links.
     """
     names: dict[str, str] = {}
-    for name, path in places.items():
+    for name, path in paths.items():
         resolved = None if path is None else _resolved(path)
         if resolved is None:
             continue
         other = names.setdefault(resolved, name)
         if other != name and (other, name) not in _IN_PLACE:
-            raise InputError(f"{name} must be another file than {other}, got {path!r} for both; choose another name")
+            raise InputError(name, f"must be another file than {other}", f"{path!r} for both", "choose another name")
 
 
 def _resolved(path: str) -> str | None:
-    """The file that ``path`` leads to; None for a stream, a device, and what can be no file's name."""
+    """Return the file that ``path`` leads to; None for a stream, a device or an impossible name."""
     if path == "-":
         return None
     try:
         resolved = os.path.normcase(os.path.realpath(path))
         return None if os.path.exists(resolved) and not os.path.isfile(resolved) else resolved
-    except (OSError, ValueError):  # which is told where the file is opened
+    except (OSError, ValueError):  # reported where the file is opened
         return None

@@ -1,4 +1,4 @@
-"""What a user sees while a fit runs: a bar on a terminal, a line now and then in a log."""
+"""Progress of a fit: a bar on a terminal, otherwise a line every few seconds."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from rich.progress import Progress as Bar
 
 from warpvec.fit.progress import Pace, Progress
 
-Show = Callable[[Progress], None]
+OnProgress = Callable[[Progress], None]
 
 BAR_SECONDS = 0.2
-"""Between two drawings of the bar: it looks alive, and costs under 1 % of a core."""
+"""Time between two updates of the bar. It looks alive and takes less than 1 % of a core."""
 
 LINE_SECONDS = 5.0
-"""Between two lines: a log of the longest fits stays readable, a watcher is not left in doubt."""
+"""Time between two lines: short enough to see progress, long enough to keep the log of a long fit readable."""
 
 
 @contextmanager
-def show_progress(stream: TextIO, *, quiet: bool = False) -> Iterator[Show]:
-    """A callback for a fit that keeps the user of ``stream`` informed until the context ends."""
+def show_progress(stream: TextIO, *, quiet: bool = False) -> Iterator[OnProgress]:
+    """Yield a callback for a fit that shows its progress on ``stream``, or nothing if ``quiet``."""
     if quiet:
         yield _show_nothing
     elif stream.isatty():
@@ -39,8 +39,8 @@ def _show_nothing(progress: Progress) -> None:
 
 
 @contextmanager
-def _bar(stream: TextIO) -> Iterator[Show]:
-    # Drawn by the callback, not by rich's own thread: a second thread would take turns with the kernels' threads.
+def _bar(stream: TextIO) -> Iterator[OnProgress]:
+    # The callback draws the bar. Rich's own thread would compete with the threads of the kernels.
     bar = Bar(
         BarColumn(bar_width=None),
         TextColumn("{task.description}"),
@@ -53,13 +53,14 @@ def _bar(stream: TextIO) -> Iterator[Show]:
 
 
 class _Ticker:
-    """Tells at most once in ``interval`` seconds that it is time; the first time at once."""
+    """A timer that is due at once and then every ``interval`` seconds."""
 
     def __init__(self, interval: float) -> None:
         self._interval = interval
         self._due = -float("inf")
 
     def is_due(self) -> bool:
+        """Return whether the time has come, and if so start the next interval."""
         now = time.monotonic()
         if now < self._due:
             return False
@@ -68,6 +69,8 @@ class _Ticker:
 
 
 class _BarUpdate:
+    """Callback that updates a progress bar."""
+
     def __init__(self, bar: Bar) -> None:
         self._bar = bar
         self._task = bar.add_task("starting (a first run compiles its kernels)", total=None)
@@ -88,6 +91,8 @@ class _BarUpdate:
 
 
 class _Lines:
+    """Callback that prints lines."""
+
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._ticker = _Ticker(LINE_SECONDS)

@@ -1,4 +1,4 @@
-"""What a command says of a file, for people or as JSON."""
+"""The report on a file that a command prints, as text or as JSON."""
 
 from __future__ import annotations
 
@@ -10,17 +10,21 @@ import click
 
 from warpvec.vectorization.goal import describe
 
-_INTERNAL_IMAGES = {"exact": "internally", "splat": "in the soft image"}
-"""Renderer of the fit -> where the summary says the internal PSNR is from."""
+_INTERNAL_IMAGES = {"exact": "as the exact renderer draws it", "splat": "of the splat renderer's soft image"}
+"""Renderer of the fit -> the image that the internal PSNR is measured on."""
 
 
-def report(metrics: dict[str, Any], out: str, as_json: bool) -> None:
-    text = json.dumps(_finite(metrics), allow_nan=False) if as_json else _summary(metrics, out)
+def report(metrics: dict[str, Any], out: str, as_json: bool, *, verbose: bool = False) -> None:
+    """Print the ``metrics`` of the file ``out``: to stdout, or to stderr if ``out`` is "-" because stdout has the SVG.
+
+    ``verbose`` adds the PSNR inside the fit to the text; JSON always contains it.
+    """
+    text = json.dumps(_finite(metrics), allow_nan=False) if as_json else _summary(metrics, out, verbose)
     click.echo(text, err=out == "-")
 
 
 def _finite(value: Any) -> Any:
-    """``value`` with None for each infinite number in it."""
+    """Return ``value`` with None in place of each infinite number."""
     if isinstance(value, dict):
         return {name: _finite(item) for name, item in value.items()}
     if isinstance(value, list):
@@ -28,16 +32,15 @@ def _finite(value: Any) -> Any:
     return None if value in (math.inf, -math.inf) else value
 
 
-def _summary(metrics: dict[str, Any], out: str) -> str:
-    """What a person wants to know of the file, and of the fit where there was one."""
+def _summary(metrics: dict[str, Any], out: str, verbose: bool) -> str:
+    backdrops = ", over black and over white" if metrics["transparent"] else ""
     lines = [
         "{out}: {curves} curves, {segments} segments, {bytes:,} bytes, {gzip_bytes:,} gzipped",
-        "PSNR {psnr:.2f} dB, SSIM {ssim:.4f}, as resvg draws the file",
+        f"PSNR {{psnr:.2f}} dB, SSIM {{ssim:.3f}} (file drawn by resvg{backdrops})",
     ]
-    if metrics["transparent"]:
-        lines[1] += " over black and over white"
     if "internal_psnr" in metrics:
-        lines[1] += "; {internal_psnr:.2f} dB " + _INTERNAL_IMAGES[metrics["renderer"]]
+        if verbose:
+            lines.append(f"PSNR {{internal_psnr:.2f}} dB inside the fit ({_INTERNAL_IMAGES[metrics['renderer']]})")
         if metrics["degree"] != 3:
             lines.append("sides of degree {degree} written as cubics within {conversion_px:.3f} px")
         lines.append("{iterations} iterations in {seconds:.1f} s on {device}")

@@ -1,1 +1,1 @@
-""""""
+"""Settings of a fit: fields, rules, presets and TOML files."""

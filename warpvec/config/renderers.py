@@ -1,4 +1,4 @@
-"""The renderers by name, and the settings that each of them has. What draws is in ``warpvec/rendering``."""
+"""Names of the renderers and of their settings. The renderers themselves are in ``warpvec/rendering``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ RENDERER_SETTINGS: dict[str, tuple[str, ...]] = {
     "exact": (),
     "splat": ("samples", "lines", "interior_gradient", "covariance_gradient"),
 }
-"""Renderer -> its settings, which are fields of `FitConfig` and keywords of `warpvec.render`."""
+"""Renderer -> its settings, which are fields of `FitConfig` and keyword arguments of `warpvec.render`."""
 
 RENDERERS = tuple(RENDERER_SETTINGS)
 
@@ -19,21 +19,18 @@ _COUNT_MIN = {"samples": 2, "lines": 1}
 
 
 def check_renderer_settings(renderer: str, settings: dict[str, Any]) -> dict[str, Any]:
-    """Return ``settings`` of ``renderer`` with counts as Python's own.
+    """Return ``settings`` of ``renderer``, with counts as Python integers.
 
     Raises:
-        InputError: there is no such renderer, it has no such setting, or a value is out of its range.
+        InputError: there is no such renderer, it has no such setting, or a value is out of range.
     """
     check_choice("renderer", renderer, RENDERERS)
     known = RENDERER_SETTINGS[renderer]
-    checked = {}
-    for name, value in settings.items():
+    for name in settings:
         if name not in known:
-            raise InputError(
-                f"{name} is not a setting of the renderer {renderer}, which has {', '.join(known) or 'none'}"
-            )
-        checked[name] = _checked(name, value)
-    return checked
+            names = ", ".join(known) or "none"
+            raise InputError(name, f"is not a setting of the renderer {renderer}, which has {names}")
+    return {name: _checked(name, value) for name, value in settings.items()}
 
 
 def _checked(name: str, value: Any) -> Any:

@@ -1,9 +1,8 @@
-"""Which values the settings of a fit may have."""
+"""Rules for the values of the settings of a fit."""
 
 from __future__ import annotations
 
 import math
-import re
 from typing import Any
 
 from warpvec.checks import as_float, check_choice, check_count, check_flag, check_number, show
@@ -18,17 +17,15 @@ BACKDROPS = ("learned", "white")
 POLICIES = ("scaffolding", "replacement")
 OPACITIES = ("free", "opaque")
 
-_COLOR = re.compile("#(?:[0-9a-f]{3}|[0-9a-f]{6})")
-
 GROWTH_MIN = 1.01
-"""Least growth other than 1: an inflation that adds no path to the first hundred is a mistake, not a schedule."""
+"""Smallest growth other than 1. With less, an inflation of a hundred paths adds none, which must be a mistake."""
 
 
-def checked(settings: dict[str, Any]) -> dict[str, Any]:
-    """Numbers and colours among ``settings``, the fields of FitConfig, as Python's own and in one spelling.
+def check_settings(settings: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields of FitConfig with numbers as Python numbers and the palette in its normal form.
 
     Raises:
-        InputError: a value is of the wrong type or outside its range, or two do not go together.
+        InputError: a value has the wrong type or is out of range, or two values do not go together.
     """
     checked = {**settings, **_counts(settings), **_numbers(settings), "palette": _palette(settings["palette"])}
     for renderer, names in RENDERER_SETTINGS.items():
@@ -37,21 +34,34 @@ def checked(settings: dict[str, Any]) -> dict[str, Any]:
     _check_path_model(checked)
     _check_growth(checked)
     if checked["lod"] and (checked["policy"], checked["z_order"]) != ("scaffolding", "creation"):
-        raise InputError("lod must be off without policy scaffolding and z_order creation, got True; set these")
+        raise InputError("lod", "must be off without policy scaffolding and z_order creation", "True", "set these")
     if checked["palette"] is not None and checked["colors"]:
-        raise InputError(f"colors must be 0 beside a palette, got {checked['colors']}; give one of the two")
+        raise InputError("colors", "must be 0 with a palette", str(checked["colors"]), "give one of the two")
     return checked
 
 
+def parse_palette(text: Any) -> str:
+    """Return a list of colours ("red, #123") in its normal form "#ff0000,#112233", each colour once.
+
+    Raises:
+        InputError: ``text`` is not a list of CSS names, "#rgb" or "#rrggbb" with commas between them.
+    """
+    try:
+        colors = [_hex_color(name) for name in text.split(",")]
+    except (AttributeError, InputError):
+        rule = "must be colours such as 'red,#123,#a0b1c2'"
+        raise InputError("palette", rule, show(text), "give one or more, with commas between them") from None
+    return ",".join(dict.fromkeys(colors))
+
+
 def _palette(value: Any) -> str | None:
-    """``value`` as "#rrggbb,#rrggbb", each colour once."""
-    if value is None:
-        return None
-    names = [name.strip().lower() for name in value.split(",")] if isinstance(value, str) else []
-    if not names or not all(_COLOR.fullmatch(name) for name in names):
-        raise InputError(f"palette must be colours such as '#123,#a0b1c2', got {show(value)}; give one or more")
-    full = [name if len(name) == 7 else "#" + "".join(2 * digit for digit in name[1:]) for name in names]
-    return ",".join(dict.fromkeys(full))
+    return None if value is None else parse_palette(value)
+
+
+def _hex_color(name: str) -> str:
+    from warpvec.image.colors import parse_color  # not above: it loads NumPy and Pillow, which the help does without
+
+    return "#" + "".join(f"{round(255 * float(channel)):02x}" for channel in parse_color(name.strip()))
 
 
 def _counts(settings: dict[str, Any]) -> dict[str, int]:
@@ -59,9 +69,9 @@ def _counts(settings: dict[str, Any]) -> dict[str, int]:
         "curves": (1, None), "segments": (2, None), "fit_size": (1, None), "iterations": (1, None),
         "initial_curves": (1, None), "inflation_gap": (1, None), "recycle_gap": (0, None),
         "replace_gap": (1, None),
-        # float32 has seven digits, and one at least stands before the point.
+        # float32 has seven digits, and at least one of them is before the point.
         "precision": (0, 6), "colors": (0, 256), "degree": (2, 12),
-        # The generators take a signed 64-bit seed.
+        # The random number generators take a signed 64-bit seed.
         "seed": (0, 2**63 - 1),
     }  # fmt: skip
     if settings["threads"] is not None:
@@ -75,7 +85,7 @@ def _numbers(settings: dict[str, Any]) -> dict[str, float]:
         "prune_opacity": (0.0, 1.0), "recycle_share": (0.0, 1.0), "recycle_until": (0.0, 1.0),
         "lr_points": (0.0, math.inf), "lr_color": (0.0, math.inf), "lr_opacity": (0.0, math.inf),
         "lr_scale": (0.0, math.inf), "lr_final": (0.0, 1.0), "opacity_weight": (0.0, math.inf),
-        "xing_weight": (0.0, math.inf), "bezier_weight": (0.0, math.inf), "coarse_until": (0.0, 1.0),
+        "xing_weight": (0.0, math.inf), "bezier_weight": (0.0, math.inf),
         "min_area": (0.0, math.inf),
     }  # fmt: skip
     numbers = {name: check_number(name, settings[name], *limits) for name, limits in ranges.items()}
@@ -87,9 +97,8 @@ def _numbers(settings: dict[str, Any]) -> dict[str, float]:
 def _time_budget(value: Any) -> float:
     seconds = as_float(value)
     if not seconds > 0:
-        raise InputError(
-            f"time_budget must be a finite number of seconds above 0, got {show(value)}; leave it out for no limit"
-        )
+        rule = "must be a finite number of seconds above 0"
+        raise InputError("time_budget", rule, show(value), "leave it out for no limit")
     return seconds
 
 
@@ -103,28 +112,23 @@ def _check_choices(settings: dict[str, Any]) -> None:
         check_choice(name, settings[name], allowed)
     for name in ("shorten_gap", "compensate", "flat", "lod"):
         check_flag(name, settings[name])
-    # Which devices there are is asked where the fit starts: to find out takes seconds.
+    # The fit checks later that the device exists: finding out takes seconds.
     if not isinstance(settings["device"], str):
-        raise InputError(
-            f"device must be a name, got {show(settings['device'])}; give 'auto', 'cpu', 'cuda' or 'cuda:K'"
-        )
+        raise InputError("device", "must be a name", show(settings["device"]), "give 'auto', 'cpu', 'cuda' or 'cuda:K'")
 
 
 def _check_path_model(settings: dict[str, Any]) -> None:
     if settings["path_model"] == "sides" and settings["renderer"] != "splat":
-        raise InputError(
-            f"path_model must be segments with the renderer {settings['renderer']}, got 'sides'; give segments, or the"
-            " renderer splat"
-        )
+        rule = f"must be segments with the renderer {settings['renderer']}"
+        raise InputError("path_model", rule, "'sides'", "give segments, or the renderer splat")
 
 
 def _check_growth(settings: dict[str, Any]) -> None:
     growth, first, count = (settings[name] for name in ("growth", "initial_curves", "curves"))
     if 1.0 < growth < GROWTH_MIN:
-        raise InputError(f"growth must be 1 or at least {GROWTH_MIN}, got {growth}; give {GROWTH_MIN} or more")
-    starts_whole = settings["flat"] or settings["policy"] != "scaffolding" or first >= count
-    if growth == 1.0 and not starts_whole:
-        raise InputError(
-            f"growth must be more than 1 to get from initial_curves {first} to {count} curves, got 1.0; set flat to"
-            " start with all of them"
-        )
+        rule = f"must be 1 or at least {GROWTH_MIN}"
+        raise InputError("growth", rule, str(growth), f"give {GROWTH_MIN} or more")
+    starts_full = settings["flat"] or settings["policy"] != "scaffolding" or first >= count
+    if growth == 1.0 and not starts_full:
+        rule = f"must be more than 1 to get from initial_curves {first} to {count} curves"
+        raise InputError("growth", rule, "1.0", "set flat to start with all of them")

@@ -1,4 +1,4 @@
-"""Settings in a TOML file, by the names that the options and the keywords of `warpvec.vectorize` have."""
+"""Settings in a TOML file, under the names of the command line options and of the arguments of `warpvec.vectorize`."""
 
 from __future__ import annotations
 
@@ -13,31 +13,33 @@ from warpvec.files import check_writable, write_atomic
 
 
 def read_settings(path: str, known: Collection[str]) -> dict[str, str]:
-    """The settings in the file ``path`` as the command line would have them; a name may have hyphens, as there.
+    """Return the settings in the file ``path``, values as text as on the command line; names may contain hyphens.
 
     Raises:
-        InputError: the file cannot be read, is not TOML, or has a name that is not ``known``.
+        InputError: the file cannot be read, is not TOML, or contains a name that is not ``known``.
     """
     try:
         found = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:  # TOML and Unicode errors are ValueErrors
-        raise InputError(f"--config must be a TOML file, got {path!r} ({error}); check it") from error
+        raise InputError("--config", "must be a TOML file", f"{path!r} ({error})", "check it") from error
     settings = {name.replace("-", "_"): value for name, value in found.items()}
     for name, value in settings.items():
         if name not in known:
-            raise InputError(f"{name} in {path!r} must be an option of this command by its name; see --help for these")
+            rule = "must be the name of an option of this command"
+            raise InputError(f"{name} in {path!r}", rule, remedy="see --help-all for the names")
         if not isinstance(value, bool | int | float | str):
-            raise InputError(f"{name} in {path!r} must be a number, a text, true or false, got {value!r}; give one")
+            rule = "must be a number, a text, true or false"
+            raise InputError(f"{name} in {path!r}", rule, repr(value), "give one of these")
     return {name: str(value) for name, value in settings.items()}
 
 
 def write_settings(path: str, settings: dict[str, Any]) -> None:
-    """Writes ``settings``, numbers, texts and flags, whole or not at all.
+    """Write ``settings`` (numbers, texts and flags) to the file ``path``, whole or not at all.
 
     Raises:
         InputError: ``path`` cannot be written.
     """
     check_writable(path, "--write-config")
-    # TOML's texts, numbers and flags are JSON's.
+    # Texts, numbers and flags are written the same way in TOML and in JSON.
     lines = [f"{name} = {json.dumps(value)}" for name, value in settings.items()]
     write_atomic(path, ("\n".join(["# Settings of warpvec", *lines]) + "\n").encode())

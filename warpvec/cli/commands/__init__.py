@@ -1,4 +1,4 @@
-"""The commands of ``warpvec``, a file each; what they share stands in ``inputs.py`` and ``report.py``.
+"""The commands of ``warpvec``, a file each. What they share is in ``warpvec/cli``.
 
-These modules import neither torch nor Warp: that is done inside the commands, so that ``--help`` is quick.
+These modules import neither Torch nor Warp; the commands do when they run, so that ``--help`` is quick.
 """

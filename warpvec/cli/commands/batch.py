@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warpvec.cli.arguments import background_option, json_option, preset_option
-from warpvec.cli.options import OPTION_NAMES, SettingsCommand, requested, stated
+from warpvec.cli.options import OPTION_NAMES, requested, stated
+from warpvec.cli.settings_command import SettingsCommand
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.toml_file import write_settings
 from warpvec.errors import InputError

@@ -1,22 +1,23 @@
-"""``warpvec eval``: a file against a photo."""
+"""``warpvec eval``: compare an SVG with an image."""
 
 from __future__ import annotations
 
 import click
 
-from warpvec.cli.arguments import background_option, json_option, read_source, read_svg
+from warpvec.cli.arguments import background_option, check_one_stdin, json_option, read_bytes, read_source
 from warpvec.cli.report import report
 
 
 @click.command("eval")
-@click.argument("source", metavar="IN")
-@click.argument("svg", metavar="OUT")
+@click.argument("source", metavar="IMAGE")
+@click.argument("svg", metavar="SVG")
 @background_option
 @json_option
 def evaluate(source: str, svg: str, background: str | None, as_json: bool) -> None:
-    """Measure how well the SVG file OUT, drawn by resvg, matches the photo IN."""
+    """Measure how well the file SVG, drawn by resvg, matches IMAGE. One of them may be - for stdin."""
+    check_one_stdin({"IMAGE": source, "SVG": svg})
     from warpvec.image.read import read_image
     from warpvec.svg.measure import evaluate as measure
 
-    photo = read_image(read_source(source), background, name="IN")
-    report(measure(read_svg(svg), photo), svg, as_json)
+    photo = read_image(read_source(source), background, name="IMAGE")
+    report(measure(read_bytes(svg, "SVG"), photo), "SVG" if svg == "-" else svg, as_json)

@@ -1,4 +1,4 @@
-"""``warpvec info``: versions, devices, the kernel cache; and kernels compiled ahead."""
+"""``warpvec info``: show versions, devices and the kernel cache, and compile kernels in advance."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from warpvec.cli.arguments import json_option
 
 
 @click.command()
-@click.option("--compile", "compiles", is_flag=True, help="Compile the kernels now, so that no run has to.")
+@click.option("--compile", "compiles", is_flag=True, help="Compile the kernels now; otherwise the first run does.")
 @json_option
 def info(compiles: bool, as_json: bool) -> None:
     """Show versions, devices and the kernel cache."""
-    spent = {"compile_seconds": _compile_kernels()} if compiles else {}
-    facts = {**_describe_environment(), **spent}
+    compilation = {"compile_seconds": _compile_kernels()} if compiles else {}
+    facts = {**_describe_environment(), **compilation}
     lines = (f"{name.replace('_', ' ')}: {value}" for name, value in facts.items())
     click.echo(json.dumps(facts) if as_json else "\n".join(lines))
 

@@ -1,4 +1,4 @@
-"""``warpvec lod``: levels of detail of a file."""
+"""``warpvec lod``: list, select and split the levels of detail of an SVG."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ import click
 from warpvec.cli.arguments import (
     background_option,
     check_background,
+    check_one_stdin,
     check_out,
     json_option,
+    read_bytes,
     read_source,
-    read_svg,
     write_svg,
 )
-from warpvec.cli.paths import check_places
+from warpvec.cli.paths import check_distinct_files
 from warpvec.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,12 +29,12 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("svg", metavar="OUT")
-@click.option("--levels", help="Levels to keep: 2, 0-3, -3, 2- or a list with commas; goes with -o.")
-@click.option("-o", "--output", metavar="FILE", help="Where they are written: .svg, .svgz or - for stdout.")
-@click.option("--split", is_flag=True, help="Write OUT-level-K.svg for each level K: all levels up to K.")
-@click.option("--list", "as_list", is_flag=True, help="Show the levels. This is done if nothing else is asked for.")
-@click.option("--image", metavar="IN", help="The photo, for the PSNR of every prefix in the list.")
+@click.argument("svg", metavar="SVG")
+@click.option("--levels", help="Levels to keep: 2, 0-3, -3, 2- or a list with commas; needs -o.")
+@click.option("-o", "--output", metavar="FILE", help="File for the kept levels: .svg, .svgz or - for stdout.")
+@click.option("--split", is_flag=True, help="Write SVG-level-K.svg, with all levels up to K, for each level K.")
+@click.option("--list", "as_list", is_flag=True, help="List the levels. This is the default.")
+@click.option("--image", metavar="IMAGE", help="Add the PSNR of all levels up to each one to the list.")
 @background_option
 @json_option
 def lod(
@@ -46,17 +47,16 @@ def lod(
     background: str | None,
     as_json: bool,
 ) -> None:
-    """Keep some levels of detail of the SVG file OUT, or list them.
+    """List the levels of detail of the file SVG (- for stdin), or keep some of them.
 
-    Levels are the generations of a fit, 0 the first, which are the layers of its file; in other files they are the
-    groups at the top. What is kept is not changed. OUT with the levels 0 to K is a picture of its own.
+    Levels are the generations of a fit, which are the layers of its file, from level 0; in other files they are the
+    top-level groups. The kept levels are not changed. The levels 0 to K make a picture of their own.
     """
-    if (levels is None) != (output is None):
-        given, missing = ("--levels", "-o") if output is None else ("-o", "--levels")
-        raise InputError(f"{given} must be given with {missing}; add it")
+    _check_options(svg, levels, output, split)
     check_background(background, image)
-    check_places({"--image": image, "-o": output})
-    data = read_svg(svg)
+    check_one_stdin({"SVG": svg, "--image": image})
+    check_distinct_files({"--image": image, "-o": output})
+    data = read_bytes(svg, "SVG")
     if levels is not None and output is not None:
         _write_levels(data, levels, output)
     if split:
@@ -64,6 +64,14 @@ def lod(
     if as_list or image is not None or not (split or levels):
         rows = _rows(data, image, background)
         click.echo(json.dumps(rows) if as_json else _table(rows), err=output == "-")
+
+
+def _check_options(svg: str, levels: str | None, output: str | None, split: bool) -> None:
+    if (levels is None) != (output is None):
+        given, missing = ("--levels", "-o") if output is None else ("-o", "--levels")
+        raise InputError(given, f"must be given with {missing}", remedy=f"add {missing}")
+    if split and svg == "-":
+        raise InputError("SVG", "must be a file with --split, which names its files after it", "- for stdin", "save it")
 
 
 def _write_levels(data: bytes, levels: str, output: str) -> None:
@@ -88,7 +96,10 @@ def _write_prefixes(data: bytes, svg: str, echo: bool) -> None:
 
 
 def _rows(data: bytes, image: str | None, background: str | None) -> list[dict[str, Any]]:
-    """For each level its paths, and paths, bytes and, with ``image``, PSNR (None for infinity) of the file up to it."""
+    """Return for each level its path count, and the path count and bytes of the file with all levels up to it.
+
+    With ``image`` the row has the PSNR of that file too, None for infinity.
+    """
     from warpvec.svg.layers import prefixes, read_layers
 
     photo = None if image is None else _read_photo(image, background)
@@ -106,18 +117,19 @@ def _rows(data: bytes, image: str | None, background: str | None) -> list[dict[s
 def _read_photo(image: str, background: str | None) -> NDArray[np.float32]:
     from warpvec.image.read import read_image
 
-    return read_image(read_source(image), background, name="IN")
+    return read_image(read_source(image), background, name="--image")
 
 
 def _psnr(text: str, photo: NDArray[np.float32]) -> float | None:
-    from warpvec.svg.measure import measure_psnr
+    from warpvec.image.metrics import psnr
+    from warpvec.svg.measure import draw_like
 
-    value = measure_psnr(text, photo)
+    value = psnr(draw_like(text, photo), photo)
     return value if math.isfinite(value) else None
 
 
 def _table(rows: list[dict[str, Any]]) -> str:
-    """A line for each level, figures right-aligned under their names."""
+    """Return a line for each level, with figures right-aligned under their names."""
     heads = {
         "level": "level",
         "paths": "paths",

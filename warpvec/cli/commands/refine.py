@@ -18,8 +18,9 @@ from warpvec.cli.arguments import (
     read_svg,
     write_svg,
 )
-from warpvec.cli.options import SettingsCommand, requested, stated
+from warpvec.cli.options import requested, stated
 from warpvec.cli.report import report
+from warpvec.cli.settings_command import SettingsCommand
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.toml_file import write_settings
 from warpvec.errors import InputError

@@ -1,16 +1,25 @@
-"""``warpvec run``: a photo becomes an SVG."""
+"""``warpvec run``: turn an image into an SVG."""
 
 from __future__ import annotations
 
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from warpvec.cli.arguments import background_option, check_out, json_option, preset_option, read_source, write_svg
-from warpvec.cli.options import SettingsCommand, requested, stated
+from warpvec.cli.arguments import (
+    background_option,
+    check_out,
+    json_option,
+    preset_option,
+    quiet_option,
+    read_source,
+    verbose_option,
+    write_svg,
+)
+from warpvec.cli.options import file_options, requested, stated
 from warpvec.cli.report import report
+from warpvec.cli.settings_command import SettingsCommand
 from warpvec.config.fit_config import MACHINE_SETTINGS
 from warpvec.config.presets import PRESETS
 from warpvec.config.toml_file import write_settings
@@ -24,118 +33,111 @@ if TYPE_CHECKING:
     from warpvec.vectorization.result import Result
 
 
-@click.command(cls=SettingsCommand)
+@click.command(cls=SettingsCommand, short_help="Turn an image into an SVG.")
 @click.argument("source", metavar="IN")
-@click.argument("out", metavar="OUT")
+@click.argument("out", metavar="[OUT]", required=False)
 @preset_option
 @background_option
-@click.option("--save-frames", metavar="DIR", help="Folder for a PNG of the scene now and then.")
-@click.option("--video", metavar="FILE", help="The same as an .mp4, .gif or .webp.")
-@click.option("--checkpoint", metavar="FILE", help="Keep the state of the fit here, to go on after a crash.")
-@click.option("--resume", metavar="FILE", help="Go on from a checkpoint, with its settings.")
+@click.option("--report", "page", metavar="FILE", help="Write an HTML page to inspect and edit the result.")
+@click.option("--video", metavar="FILE", help="Record the fit as .mp4, .gif or .webp.")
+@click.option("--save-frames", metavar="DIR", help="Record the fit as PNG files in a folder.")
+@click.option("--checkpoint", metavar="FILE", help="Save the state of the fit here now and then.")
+@click.option("--resume", metavar="FILE", help="Continue from a checkpoint, with its settings.")
 @click.option(
-    "--every",
-    type=click.IntRange(min=1),
-    default=50,
-    show_default=True,
-    help="Iterations between frames and between checkpoints.",
-)
-@click.option("--report", "page", metavar="FILE", help="Write a page (HTML) to look at the result and edit it.")
+    "--every", type=click.IntRange(min=1), default=50, metavar="N",
+    help="Iterations between two frames and between two checkpoints. [50]",
+)  # fmt: skip
 @json_option
-@click.option("-q", "--quiet", is_flag=True, help="No progress and no summary.")
+@verbose_option
+@quiet_option
 @click.pass_context
-def run(
-    ctx: click.Context,
-    /,
-    source: str,
-    out: str,
-    preset: str,
-    background: str | None,
-    save_frames: str | None,
-    video: str | None,
-    checkpoint: str | None,
-    resume: str | None,
-    every: int,
-    page: str | None,
-    as_json: bool,
-    quiet: bool,
-    write_config: str | None,
-    **settings: Any,
-) -> None:
-    """Turn the photo IN into the SVG OUT.
+def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
+    """Turn the image IN (PNG, JPEG, WebP, TIFF, BMP, GIF; - for stdin) into the SVG file OUT. For photo.png, OUT is
+    photo.svg unless given. A name ending in .svgz makes it gzipped; - is stdout. Ctrl-C saves the best result so far.
 
-    IN is a PNG, JPEG, WebP, TIFF, BMP or GIF file, or - for stdin. OUT ends in .svg, or in .svgz to be gzipped, or
-    is - for stdout. Ctrl-C ends the fit and saves the best result so far.
-
-    The settings below show the defaults of the default preset.
+    The defaults in brackets are those of the preset "default"; other presets change some of them.
     """
-    gzip = settings["gzip"] or Path(out).suffix.lower() == ".svgz"
-    config, goal = requested(preset, {**settings, "gzip": gzip})
-    _check_places(out, page, checkpoint, resume, goal)
+    config, goal = _requested(out, options)
+    _check_outputs(out, options, goal)
+    checkpoint = None if options["resume"] is None else _resumed(config, options)
+    config = config if checkpoint is None else checkpoint.config
+    result = _fit(source, out, config, goal, checkpoint, options)
+    if options["as_json"] or not options["quiet"]:
+        metrics = {**result.metrics, "history": result.history}
+        report(metrics, out, options["as_json"], verbose=options["verbose"])
+    if result.interrupted:
+        ctx.exit(130)
+
+
+def _requested(out: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
+    gzip = options["gzip"] or Path(out).suffix.lower() == ".svgz"
+    return requested(options["preset"], {**options, "gzip": gzip})
+
+
+def _check_outputs(out: str, options: dict[str, Any], goal: Goal) -> None:
+    check_out(out)
+    for name, option in (("page", "--report"), ("checkpoint", "--checkpoint")):
+        if options[name] is not None:
+            check_writable(options[name], option)
+    if goal and (options["checkpoint"] or options["resume"]):
+        name = "--resume" if options["resume"] else "--checkpoint"
+        raise InputError(name, "must be given without a goal, which takes several fits", remedy="leave one of them out")
+
+
+def _resumed(config: FitConfig, options: dict[str, Any]) -> Checkpoint:
+    """Read the checkpoint to continue from.
+
+    Args:
+        config: what the options lead to.
+        options: settings that are given, here or by a preset, must be those of the checkpoint.
+    """
+    from dataclasses import replace
+
+    from warpvec.fit.checkpoint import read_checkpoint
+
+    checkpoint = read_checkpoint(options["resume"])
+    kept = checkpoint.config.to_dict()
+    given = {name: value for name, value in options.items() if name in kept and value is not None}
+    for name, value in {**PRESETS[options["preset"]].settings, **given}.items():
+        if name not in MACHINE_SETTINGS and getattr(config, name) != kept[name]:
+            raise InputError(name, f"must be as in the checkpoint, {kept[name]!r}", repr(value), "leave it out")
+    machine = {name: given[name] for name in MACHINE_SETTINGS if name in given}
+    return replace(checkpoint, config=replace(checkpoint.config, **machine))
+
+
+def _fit(
+    source: str, out: str, config: FitConfig, goal: Goal, checkpoint: Checkpoint | None, options: dict[str, Any]
+) -> Result:
+    """Fit the image and write the SVG, the page and the settings."""
     from warpvec.image.read import read_image
 
-    state = None if resume is None else _resumed(resume, config, {**PRESETS[preset], **_given(settings)})
-    config = config if state is None else state.config
-    photo_bytes = read_source(source)
-    photo = read_image(photo_bytes, background, name="IN")
-    # Only now what takes seconds to import: most mistakes have been found by then.
+    image = read_source(source)
+    photo = read_image(image, options["background"], name="IN")
+    # These imports take seconds. By now most mistakes have been reported.
     from warpvec.cli.frames import watch
     from warpvec.rendering.launch import resolve_device
     from warpvec.vectorization.api import fit_photo
 
     resolve_device(config.device)
-    title = None if source == "-" else Path(source).stem
-    with ExitStack() as stack:
-        on_progress = stack.enter_context(watch(photo, config, save_frames, video, every, quiet=quiet))
-        if write_config is not None:
-            write_settings(write_config, stated(preset, background, settings, config))
+    frames, video, every = options["save_frames"], options["video"], options["every"]
+    with watch(photo, config, frames, video, every, quiet=options["quiet"]) as on_progress:
+        if options["write_config"] is not None:
+            write_settings(options["write_config"], stated(options["preset"], options["background"], options, config))
         result = fit_photo(
-            photo, config, title=title, goal=goal, on_progress=on_progress,
-            checkpoint=checkpoint, every=every, resume=state,
+            photo, config, title=None if source == "-" else Path(source).stem, goal=goal, on_progress=on_progress,
+            checkpoint=options["checkpoint"], every=every, resume=checkpoint,
+            **({"file_options": file_options(options)} if options["trim"] or options["no_metadata"] else {}),
         )  # fmt: skip
-        # Before the video, which may fail: a fit is worth more than the film of it.
+        # Written before the video is finished, which may fail: the fit is worth more than its video.
         write_svg(result.svg(), out)
-        if page is not None:
-            _write_page(page, result, out, photo_bytes, background)
-    if as_json or not quiet:
-        report({**result.metrics, "history": result.history}, out, as_json)
-    if result.interrupted:
-        ctx.exit(130)
+        if options["page"] is not None:
+            _write_page(options["page"], result, out, image, options["background"])
+    return result
 
 
-def _check_places(out: str, page: str | None, checkpoint: str | None, resume: str | None, goal: Goal) -> None:
-    check_out(out)
-    if page is not None:
-        check_writable(page, "--report")
-    if checkpoint is not None:
-        check_writable(checkpoint, "--checkpoint")
-    if goal and (checkpoint or resume):
-        name = "--resume" if resume else "--checkpoint"
-        raise InputError(f"{name} must stand without a goal, which takes several fits; leave one of them out")
-
-
-def _given(options: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in options.items() if value is not None}
-
-
-def _resumed(path: str, config: FitConfig, options: dict[str, Any]) -> Checkpoint:
-    """The checkpoint in ``path``, of which none of the ``options`` that were given, by a preset too, may differ."""
-    from dataclasses import replace
-
-    from warpvec.fit.checkpoint import read_checkpoint
-
-    checkpoint = read_checkpoint(path)
-    kept = checkpoint.config.to_dict()
-    for name, value in options.items():
-        if name in kept and name not in MACHINE_SETTINGS and getattr(config, name) != kept[name]:
-            raise InputError(f"{name} must be as in the checkpoint, {kept[name]!r}, got {value!r}; leave it out")
-    free = {name: options[name] for name in MACHINE_SETTINGS if name in options}
-    return replace(checkpoint, config=replace(checkpoint.config, **free))
-
-
-def _write_page(page: str, result: Result, out: str, photo: str | bytes, background: str | None) -> None:
+def _write_page(page: str, result: Result, out: str, image: str | bytes, background: str | None) -> None:
     from warpvec.viewer.page import write_report
 
-    data = photo if isinstance(photo, bytes) else Path(photo).read_bytes()
+    data = image if isinstance(image, bytes) else Path(image).read_bytes()
     name = None if out == "-" else Path(out).stem
     write_report(page, result.svg().encode(), photo=data, background=background, history=result.history, name=name)

@@ -1,4 +1,4 @@
-"""``warpvec sample``: a real photo without a download."""
+"""``warpvec sample``: write a sample photo."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from warpvec.files import check_writable
 @click.argument("name", default="coffee.png")
 @click.argument("out", required=False)
 def sample(name: str, out: str | None) -> None:
-    """Write the real photo NAME to OUT, without a download. OUT is NAME in this folder unless given."""
+    """Write the sample photo NAME to the file OUT, by default NAME in this folder. Nothing is downloaded."""
     from warpvec.image.samples import write_sample
 
     target = name if out is None else out

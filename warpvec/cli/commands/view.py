@@ -1,4 +1,4 @@
-"""``warpvec view``: a page to look and edit in."""
+"""``warpvec view``: inspect and edit an SVG in the browser."""
 
 from __future__ import annotations
 
@@ -10,35 +10,38 @@ from typing import Any
 
 import click
 
-from warpvec.cli.arguments import background_option, check_background, read_bytes, read_svg
-from warpvec.cli.paths import check_places
+from warpvec.cli.arguments import background_option, check_background, check_one_stdin, read_bytes
+from warpvec.cli.paths import check_distinct_files
 from warpvec.errors import InputError
 from warpvec.files import check_writable
 
 
 @click.command()
-@click.argument("svg", metavar="OUT")
-@click.option("--image", metavar="IN", help="The photo, to compare with.")
+@click.argument("svg", metavar="SVG")
+@click.option("--image", metavar="IMAGE", help="Image to compare with.")
 @background_option
-@click.option("--history", metavar="FILE", help="What run --json said of the fit, for the convergence plot.")
-@click.option("--report", metavar="FILE", help="Write the page to this HTML file and open nothing.")
+@click.option("--history", metavar="FILE", help="Output of run --json, for the convergence plot.")
+@click.option("--report", metavar="FILE", help="Write the page to this HTML file instead of opening it.")
 def view(svg: str, image: str | None, background: str | None, history: str | None, report: str | None) -> None:
-    """Look at the SVG file OUT, and edit it, in the browser.
+    """Inspect and edit the file SVG (- for stdin) in the browser.
 
-    The page is one file without any link: compare with the photo, slide through the levels of detail, colour by
-    generation, map the residual; select, move, scale, recolour, reorder, delete and paint paths, and save the SVG.
+    The page is one HTML file without links. It compares the drawing with the image, shows levels of detail,
+    generations and the residual, and lets you select, move, scale, recolour, reorder, delete and draw paths and save
+    the SVG.
     """
-    check_places({"OUT": svg, "--image": image, "--history": history, "--report": report})
+    inputs = {"SVG": svg, "--image": image, "--history": history}
+    check_one_stdin(inputs)
+    check_distinct_files({**inputs, "--report": report})
     check_background(background, image)
     if report is not None:
         check_writable(report, "--report")
-    data = read_svg(svg)
+    data = read_bytes(svg, "SVG")
     photo = read_bytes(image, "--image") if image is not None else None
     records = _read_history(history) if history is not None else None
-    # Only now what takes seconds to import: most mistakes have been found by then.
+    # This import takes seconds. By now most mistakes have been reported.
     from warpvec.viewer.page import write_report
 
-    name = Path(svg).stem
+    name = "drawing" if svg == "-" else Path(svg).stem
     page = Path(report) if report is not None else Path(tempfile.mkdtemp(prefix="warpvec-")) / f"{name}.html"
     write_report(page, data, photo=photo, background=background, history=records, name=name)
     if report is None and not webbrowser.open(page.as_uri()):
@@ -46,11 +49,11 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
 
 
 def _read_history(path: str) -> Any:
-    """The records in what a command said with --json, or a list of them alone."""
+    """Return the records in the output of a command with --json, or in a file with only the list."""
     try:
         found = json.loads(read_bytes(path, "--history"))
         return found.get("history", found) if isinstance(found, dict) else found
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"--history must be a JSON file, got {path!r} ({error}); write it again") from error
+        raise InputError("--history", "must be a JSON file", f"{path!r} ({error})", "write it again") from error

@@ -1,0 +1,182 @@
+"""Commands that fit: their options, files of settings, and help on one screen."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import fields
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from warpvec.cli.arguments import check_one_stdin, default_out
+from warpvec.cli.options import FLAGS, RARE, SETTINGS, Setting
+from warpvec.cli.paths import check_distinct_files
+from warpvec.cli.value_types import ByteCount, CurveCount, PaletteColors
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.presets import PRESETS
+from warpvec.config.toml_file import read_settings
+from warpvec.errors import InputError
+from warpvec.files import check_writable
+
+_INPUTS = {"source": "IN", "drawing": "--from", "resume": "--resume", "config_file": "--config"}
+_OUTPUTS = {
+    "out": "OUT",
+    "checkpoint": "--checkpoint",
+    "video": "--video",
+    "page": "--report",
+    "write_config": "--write-config",
+}
+"""Parameter of a command -> the file's name on the command line."""
+
+_FIELDS = {field.name: field for field in fields(FitConfig)}
+_TYPES: dict[str, type] = {"int": int, "float": float, "str": str}
+_METAVARS: dict[type, str] = {int: "N", float: "X", str: "NAME"}
+_SPECIAL_TYPES: dict[str, Any] = {
+    "curves": CurveCount(),
+    "palette": PaletteColors(),
+    "max_bytes": ByteCount(),
+    "target_psnr": float,
+}
+
+
+class SettingsCommand(click.Command):
+    """A command with an option for every row of `SETTINGS`, and with files that hold these options.
+
+    --help shows the presets, the options of daily use and the first paragraph of the docstring; --help-all shows all.
+    """
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.params += [_setting_option(name, row) for section in SETTINGS.values() for name, row in section.items()]
+        self.params += _general_options()
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Check the files and call the command, without the options that are dealt with here, --config and --opaque."""
+        if "out" in ctx.params and ctx.params["out"] is None:
+            ctx.params["out"] = default_out(ctx.params["source"])
+        check_distinct_files({label: ctx.params.get(name) for name, label in (_INPUTS | _OUTPUTS).items()})
+        check_one_stdin({label: ctx.params.get(name) for name, label in _INPUTS.items()})
+        del ctx.params["config_file"]
+        if ctx.params["write_config"] is not None:
+            check_writable(ctx.params["write_config"], "--write-config")
+        if ctx.params["gzip"] and ctx.params["max_bytes"] is None:
+            raise InputError("--gzip", "must come with --max-bytes", remedy="add --max-bytes or leave --gzip out")
+        _apply_opaque(ctx)
+        return super().invoke(ctx)
+
+    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        _write_paragraphs(formatter, self._paragraphs()[:1])
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        daily = [name for section in SETTINGS.values() for name, row in section.items() if row.daily]
+        others = [name for name in self._own_options(ctx) if name not in RARE]
+        self._write_sections(ctx, formatter, {"Settings": daily, "Options": others}, full=False)
+
+    def full_help(self, ctx: click.Context) -> str:
+        """Return the help with all options."""
+        formatter = ctx.make_formatter()
+        self.format_usage(ctx, formatter)
+        _write_paragraphs(formatter, self._paragraphs())
+        sections = {"Options": self._own_options(ctx)} | {title: list(rows) for title, rows in SETTINGS.items()}
+        self._write_sections(ctx, formatter, sections, full=True)
+        return formatter.getvalue().rstrip("\n")
+
+    def _paragraphs(self) -> list[str]:
+        return inspect.cleandoc(self.help or "").split("\n\n")
+
+    def _own_options(self, ctx: click.Context) -> list[str]:
+        """Return the options that are not in `SETTINGS`; the presets have a section of their own."""
+        placed = {name for section in SETTINGS.values() for name in section} | {"preset"}
+        options = [str(option.name) for option in self.get_params(ctx) if isinstance(option, click.Option)]
+        return [name for name in options if name not in placed]
+
+    def _write_sections(
+        self, ctx: click.Context, formatter: click.HelpFormatter, sections: dict[str, list[str]], *, full: bool
+    ) -> None:
+        options = {option.name: option for option in self.get_params(ctx)}
+        with formatter.section("Presets, for --preset NAME"):
+            formatter.write_dl([(name, preset.sentence) for name, preset in PRESETS.items()])
+        for title, names in sections.items():
+            records = (options[name].get_help_record(ctx) for name in names)
+            rows = [record for record in records if record]
+            with formatter.section(title):
+                formatter.write_dl(rows if full else [(flags.partition(" / ")[0], text) for flags, text in rows])
+
+
+def _write_paragraphs(formatter: click.HelpFormatter, paragraphs: list[str]) -> None:
+    formatter.write_paragraph()
+    with formatter.indentation():
+        formatter.write_text("\n\n".join(paragraphs))
+
+
+def _setting_option(name: str, row: Setting) -> click.Option:
+    """Return the option of one setting. Its default is None, so that the preset decides what is not given."""
+    flag = "--" + name.replace("_", "-")
+    if name in FLAGS:
+        return click.Option([flag], is_flag=True, default=None, help=row.help)
+    field = _FIELDS.get(name)
+    default = None if field is None else field.default
+    text = row.help if default is None or default is False else f"{row.help} [{'on' if default is True else default}]"
+    if field is not None and field.type == "bool":
+        return click.Option([f"{flag}/--no-{flag[2:]}"], default=None, help=text)
+    kind = _SPECIAL_TYPES.get(name) or _TYPES[str(_FIELDS[name].type).removesuffix(" | None")]
+    return click.Option([flag], type=kind, default=None, help=text, metavar=row.metavar or _METAVARS[kind])
+
+
+def _general_options() -> list[click.Option]:
+    return [
+        click.Option(
+            ["--config", "config_file"], metavar="FILE", is_eager=True, callback=_take_file,
+            help="Settings from a TOML file; options on the command line override it.",
+        ),
+        click.Option(["--write-config"], metavar="FILE", help="Write the settings of this run to a TOML file."),
+        click.Option(
+            ["--help-all"], is_flag=True, is_eager=True, expose_value=False, callback=_show_full_help,
+            help="Show all options and exit.",
+        ),
+    ]  # fmt: skip
+
+
+def _show_full_help(ctx: click.Context, _: click.Parameter, value: bool) -> None:
+    if value and not ctx.resilient_parsing and isinstance(ctx.command, SettingsCommand):
+        click.echo(ctx.command.full_help(ctx))
+        ctx.exit()
+
+
+def _take_file(ctx: click.Context, _: click.Parameter, path: str | None) -> str | None:
+    """Make the settings in the file ``path`` the defaults of the command."""
+    if path is not None:
+        names = _names(ctx.command)
+        ctx.default_map = {names[name]: value for name, value in read_settings(path, names).items()}
+    return path
+
+
+def _names(command: click.Command) -> dict[str, str]:
+    """Return the options of ``command`` that a file may hold: name on the command line -> name of the parameter."""
+    options = [option for option in command.params if isinstance(option, click.Option)]
+    flags = {flag: str(option.name) for option in options for flag in option.opts if flag.startswith("--")}
+    named = {flag[2:].replace("-", "_"): name for flag, name in flags.items()}
+    return {flag: name for flag, name in named.items() if name not in ("config_file", "write_config", "help_all")}
+
+
+def _apply_opaque(ctx: click.Context) -> None:
+    """Replace --opaque by --opacity opaque.
+
+    The two may contradict each other only if one is on the command line, which then wins, and one in the file.
+    """
+    if not ctx.params.pop("opaque") or _overrides(ctx, "opacity", "opaque"):
+        return
+    opacity = ctx.params["opacity"]
+    if opacity not in (None, "opaque") and not _overrides(ctx, "opaque", "opacity"):
+        rule = f"must not be given with --opacity {opacity}"
+        raise InputError("--opaque", rule, remedy="leave one of them out")
+    ctx.params["opacity"] = "opaque"
+
+
+def _overrides(ctx: click.Context, name: str, other: str) -> bool:
+    """Return whether option ``name`` is on the command line and ``other`` only in the file."""
+    return (
+        ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE
+        and ctx.get_parameter_source(other) is ParameterSource.DEFAULT_MAP
+    )
