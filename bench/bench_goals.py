@@ -63,7 +63,7 @@ def goal_rows(runs: Runs, image: Path, sizes: Sequence[str], decibels: Sequence[
 def palette_rows(runs: Runs, image: Path, colors: int, curves: int) -> list[list[str]]:
     """Fit ``image`` with neither, one or both of a palette and --opaque; return a row for each."""
     palette = ["--colors", colors]
-    kinds = [[], palette, ["--opaque"], [*palette, "--opaque"]]
+    kinds = [[], [*palette, "--opacity", "free"], ["--opaque"], [*palette, "--opaque"]]
     rows = []
     for options in kinds:
         measured = runs(image, "--curves", curves, *options)

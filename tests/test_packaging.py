@@ -1,4 +1,4 @@
-"""What is installed is what is in the checkout: sdist -> wheel, compared with the sources, imported elsewhere."""
+"""Test that the sdist and the wheel contain what the checkout contains, and that the wheel works elsewhere."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel built from the sdist that is built from a copy of the sources."""
+    """A wheel built from an sdist, which is built from a copy of the sources."""
     pytest.importorskip("build")
     copy, dist = tmp_path_factory.mktemp("sources") / "warpvec", tmp_path_factory.mktemp("dist")
-    # A copy, as building leaves its folders beside the sources; whole, as symbolic links have to survive.
+    # A copy, because building writes folders beside the sources; symbolic links must survive.
     ignored = shutil.ignore_patterns(".*", "__pycache__", "*.egg-info", "build", "dist")
     shutil.copytree(ROOT, copy, symlinks=True, ignore=ignored)
-    # The back end is in the "test" extra: no network.
+    # No network is needed, because the back end is in the extra "test".
     command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(dist), str(copy)]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -39,7 +39,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def site(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the unpacked wheel and nothing else."""
+    """A folder with only the unpacked wheel."""
     folder = tmp_path_factory.mktemp("site")
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(folder)
@@ -52,19 +52,19 @@ def _sources(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize(("packed", "source"), [("warpvec", "warpvec"), ("warpvec/kernels", "kernels")])
-def test_wheel_holds_every_module_as_it_is(site: Path, packed: str, source: str) -> None:
+def test_the_wheel_contains_every_module_unchanged(site: Path, packed: str, source: str) -> None:
     expected = _sources(ROOT / source)
     assert len(expected) > 5
     assert _sources(site / packed) == expected
 
 
-def test_wheel_holds_nothing_else(site: Path) -> None:
+def test_the_wheel_contains_nothing_else(site: Path) -> None:
     assert sorted(path.name for path in site.iterdir()) == ["warpvec", f"warpvec-{warpvec.__version__}.dist-info"]
     others = {path.name for path in site.glob("warpvec/**/*") if path.is_file() and path.suffix != ".py"}
     assert others == {"py.typed"} | {path.name for path in (ROOT / "warpvec" / "viewer" / "assets").iterdir()}
 
 
-def test_wheel_states_version_licence_and_command(site: Path) -> None:
+def test_the_wheel_states_version_licence_and_command(site: Path) -> None:
     info = site / f"warpvec-{warpvec.__version__}.dist-info"
     metadata = (info / "METADATA").read_text(encoding="utf-8")
     assert f"\nVersion: {warpvec.__version__}\n" in metadata
@@ -73,7 +73,7 @@ def test_wheel_states_version_licence_and_command(site: Path) -> None:
     assert "warpvec = warpvec.cli.main:main" in (info / "entry_points.txt").read_text(encoding="utf-8")
 
 
-def test_sdist_holds_the_kernels_once(wheel: Path) -> None:
+def test_the_sdist_contains_the_kernels_once(wheel: Path) -> None:
     (path,) = wheel.parent.glob("*.tar.gz")
     with tarfile.open(path) as archive:
         names = [name.partition("/")[2] for name in archive.getnames()]
@@ -82,33 +82,33 @@ def test_sdist_holds_the_kernels_once(wheel: Path) -> None:
 
 
 def _run_from(site: Path, folder: Path, *arguments: str) -> str:
-    """What Python prints in ``folder`` when the wheel stands first in its path and the current folder nowhere."""
+    """Run Python in ``folder`` with the wheel first on its path and the current folder left out; return its output."""
     environment = {**os.environ, "PYTHONPATH": str(site)}
     command = [sys.executable, "-P", *arguments]
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True).stdout
 
 
-def test_installed_wheel_finds_its_own_kernels(site: Path, tmp_path: Path) -> None:
+def test_the_installed_wheel_finds_its_own_kernels(site: Path, tmp_path: Path) -> None:
     code = "import warpvec.kernels.coverage as k, warpvec; print(k.__file__); print(warpvec.__file__)"
     lines = _run_from(site, tmp_path, "-c", code).splitlines()[-2:]
     expected = [site / "warpvec" / "kernels" / "coverage.py", site / "warpvec" / "__init__.py"]
     assert [Path(line) for line in lines] == expected
 
 
-def test_installed_wheel_turns_a_photo_into_an_svg(site: Path, tmp_path: Path) -> None:
+def test_the_installed_wheel_turns_a_photo_into_an_svg(site: Path, tmp_path: Path) -> None:
     Image.linear_gradient("L").resize((24, 16)).save(tmp_path / "photo.png")
     _run_from(site, tmp_path, "-m", "warpvec", "run", "photo.png", "out.svg", "--curves", "4", "--iterations", "10")
     assert (tmp_path / "out.svg").read_text(encoding="utf-8").endswith("</svg>\n")
 
 
-def test_every_dependency_says_why() -> None:
+def test_every_dependency_has_a_reason() -> None:
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     for requirement in tomllib.loads(text)["project"]["dependencies"]:
         (line,) = (line for line in text.splitlines() if line.strip().startswith(f'"{requirement}"'))
         assert "# " in line, f"{requirement} has no reason beside it"
 
 
-def test_kernels_are_a_link_in_the_checkout() -> None:
+def test_the_kernels_are_a_link_in_the_checkout() -> None:
     link = ROOT / "warpvec" / "kernels"
     assert link.is_symlink()
     assert link.readlink() == Path("../kernels")

@@ -50,7 +50,7 @@ def test_goals_are_measured_on_their_files(output: str) -> None:
 
 def test_palettes_have_no_more_fills_than_asked(output: str) -> None:
     rows = _rows(output)
-    assert int(rows["--colors 3"][-1]) <= 3 < int(rows["neither"][-1])
+    assert int(rows["--colors 3 --opacity free"][-1]) <= 3 < int(rows["neither"][-1])
     assert 0 < int(rows["--colors 3 --opaque"][2]) <= 12
 
 
