@@ -5,11 +5,11 @@ import threading
 
 import pytest
 
-from warpvec.fit.interrupt import noted_interrupts
+from warpvec.fit.interrupt import deferred_interrupts
 
 
 def test_the_first_interrupt_is_noted_and_the_second_raised():
-    with noted_interrupts() as interrupted:
+    with deferred_interrupts() as interrupted:
         assert not interrupted()
         signal.raise_signal(signal.SIGINT)
         assert interrupted()
@@ -24,7 +24,7 @@ class RaisesInDestructor:
 
 
 def test_an_interrupt_in_a_destructor_is_not_lost():
-    with noted_interrupts() as interrupted:
+    with deferred_interrupts() as interrupted:
         RaisesInDestructor()
         assert interrupted()
 
@@ -33,7 +33,7 @@ def test_a_handler_of_the_callers_stays():
     seen = []
     before = signal.signal(signal.SIGINT, lambda number, frame: seen.append(number))
     try:
-        with noted_interrupts() as interrupted:
+        with deferred_interrupts() as interrupted:
             signal.raise_signal(signal.SIGINT)
             assert not interrupted()
         assert seen == [signal.SIGINT]
@@ -45,7 +45,7 @@ def test_other_threads_are_left_alone():
     found = []
 
     def work():
-        with noted_interrupts() as interrupted:
+        with deferred_interrupts() as interrupted:
             found.append(interrupted())
 
     thread = threading.Thread(target=work)
@@ -55,13 +55,13 @@ def test_other_threads_are_left_alone():
 
 
 def test_a_block_within_another_shares_what_it_notes():
-    with noted_interrupts() as outer:
-        with noted_interrupts() as inner:
+    with deferred_interrupts() as outer:
+        with deferred_interrupts() as inner:
             signal.raise_signal(signal.SIGINT)
             assert inner()
         assert outer()
-        with noted_interrupts() as later:
+        with deferred_interrupts() as later:
             assert later()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    with noted_interrupts() as anew:
+    with deferred_interrupts() as anew:
         assert not anew()

@@ -68,7 +68,7 @@ def test_no_fringe_of_the_hidden_colour_shows(result):
 
 def test_the_hidden_colour_decides_nothing():
     def text(hidden: tuple[int, int, int]) -> str:
-        settings = {"preset": "draft", "iterations": 12, "inflation_gap": 3, "coarse_until": 0.5, "fit_size": 100}
+        settings = {"preset": "draft", "iterations": 12, "inflation_gap": 3, "fit_size": 100}
         return warpvec.vectorize(logo(hidden=hidden), 40, device="cpu", **settings).svg()
 
     assert text(MAGENTA) == text(GREEN)
@@ -103,12 +103,12 @@ def test_run_and_eval_keep_alpha_and_say_so(tmp_path: Path):
     folder = tmp_path / "frames"
     done = invoke("run", source, out, "--save-frames", folder, *QUICK)
     assert done.exit_code == 0, done.output
-    assert "as resvg draws the file over black and over white; " in done.stdout
+    assert "(file drawn by resvg, over black and over white)" in done.stdout
     assert "<rect" not in out.read_text()
     with Image.open(folder / "frame-000003.png") as frame:
         assert frame.mode == "RGBA"
     again = invoke("eval", source, out)
-    assert re.search(r"as resvg draws the file over black and over white$", again.stdout.strip())
+    assert re.search(r"\(file drawn by resvg, over black and over white\)$", again.stdout.strip())
 
 
 def test_a_background_flattens(tmp_path: Path):

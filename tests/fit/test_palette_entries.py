@@ -1,4 +1,4 @@
-"""The entries of a fitted palette: distinct ones, as many as were asked for, and none that nobody has for long."""
+"""The entries of a fitted palette: distinct, as many as requested, all used, and pure black and white where due."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from scenes import blob_scene
 
 import warpvec
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit.palette import SWITCH_GAP, Palette
+from warpvec.fit.palette import SWITCH_GAP, Palette, with_pure_colors
+from warpvec.geometry.scene import Scene
 from warpvec.rendering.exact import ExactRenderer
 
 HEIGHT, WIDTH = 40, 56
 
 
 def _flat_logo() -> NDArray[np.uint8]:
-    """Five colours, of which yellow has one pixel of a hundred."""
+    """A logo of five colours; one pixel in a hundred is yellow."""
     image = Image.new("RGB", (120, 90), (255, 255, 255))
     draw = ImageDraw.Draw(image)
     draw.ellipse((15, 11, 75, 71), fill=(20, 60, 160))
@@ -38,23 +39,23 @@ def _fills(svg: str) -> set[str]:
 def test_a_flat_logo_of_five_colours_gets_all_five() -> None:
     result = warpvec.vectorize(_flat_logo(), 48, preset="draft", colors=5, device="cpu", threads=2)
     assert len(_fills(result.svg())) == 5
-    assert result.metrics["psnr"] > 32.0  # 35.6; 26 where one of them is missing
+    assert result.metrics["psnr"] > 32.0  # 35.6 dB, or 26 without one of the colours
 
 
 @pytest.mark.parametrize("count", [2, 3, 7, 40])
 @pytest.mark.parametrize("seed", range(3))
-def test_as_many_distinct_entries_as_were_asked_for(seed: int, count: int) -> None:
+def test_as_many_distinct_entries_as_requested(seed: int, count: int) -> None:
     generator = torch.Generator().manual_seed(seed)
-    # Two crowds of all but one colour, of which little is seen, and a path in one colour that is seen everywhere.
+    # Two crowds of similar colours with small visible areas, and one path that is visible everywhere.
     color = torch.tensor([[0.2, 0.5, 0.4], [0.7, 0.5, 0.4]]).repeat(60, 1)
     color = color + 0.04 * torch.rand((120, 3), generator=generator)
-    shown = torch.cat([torch.rand(120, generator=generator), torch.tensor([1e6])])
+    area = torch.cat([torch.rand(120, generator=generator), torch.tensor([1e6])])
     palette = Palette(FitConfig(colors=count), HEIGHT * WIDTH)
-    palette.start(torch.cat([color, torch.tensor([[0.9, 0.1, 0.9]])]), shown, False)
+    palette.start(torch.cat([color, torch.tensor([[0.9, 0.1, 0.9]])]), area, False)
     assert len(torch.unique(palette.color, dim=0)) == count
 
 
-def test_colours_that_are_enough_for_all_are_taken_as_they_are() -> None:
+def test_a_palette_large_enough_for_all_colours_keeps_them() -> None:
     color = torch.tensor([[10, 20, 30], [10, 20, 31], [200, 0, 0], [10, 20, 30], [0, 0, 255]]) / 255.0
     palette = Palette(FitConfig(colors=6), 100)
     palette.start(color, torch.tensor([1e-3, 0.0, 50.0, 3.0, 0.0]), False)
@@ -62,7 +63,7 @@ def test_colours_that_are_enough_for_all_are_taken_as_they_are() -> None:
 
 
 def _learned_case(seed: int, count: int) -> tuple[Palette, ExactRenderer, tuple[torch.Tensor, ...], torch.Tensor]:
-    """A palette of ``count`` for paths that are all grey, their renderer in float64, and a target of three colours."""
+    """A palette of ``count`` entries for grey paths, their renderer in float64, and a target of three colours."""
     blobs = blob_scene(seed, 14, HEIGHT, WIDTH)
     palette = Palette(FitConfig(colors=count), HEIGHT * WIDTH)
     palette.start(torch.full((15, 3), 0.4, dtype=torch.float64), torch.ones(15), False)
@@ -72,7 +73,7 @@ def _learned_case(seed: int, count: int) -> tuple[Palette, ExactRenderer, tuple[
 
 
 def _step(palette: Palette, renderer: ExactRenderer, paths: tuple[torch.Tensor, ...], target: torch.Tensor) -> float:
-    """Take a step of ``palette``; the loss before it."""
+    """Take a step of ``palette``; return the loss before it."""
     points, opacity = paths
     color = palette.color.double()
     adjoints = renderer.fit_step(points, color[:-1], opacity, color[-1], renderer.prepare_target(target))
@@ -82,8 +83,8 @@ def _step(palette: Palette, renderer: ExactRenderer, paths: tuple[torch.Tensor, 
     return float(adjoints.loss)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_entries_that_nobody_has_go_to_paths_that_want_them(seed: int) -> None:
+@pytest.mark.parametrize("seed", range(2))
+def test_unused_entries_move_to_paths_that_need_them(seed: int) -> None:
     case = _learned_case(seed, 4)
     assert len(torch.unique(case[0].color, dim=0)) == 1
     losses = [_step(*case) for _ in range(12)]
@@ -92,7 +93,7 @@ def test_entries_that_nobody_has_go_to_paths_that_want_them(seed: int) -> None:
     assert losses[-1] < 0.85 * losses[0]
 
 
-def test_an_entry_that_went_elsewhere_starts_afresh() -> None:
+def test_an_entry_that_moved_starts_afresh() -> None:
     palette, renderer, paths, target = _learned_case(0, 2)
     for _ in range(SWITCH_GAP):
         palette.step(torch.full((15, 3), 1e-3, dtype=torch.float64), None, 1.0)
@@ -105,7 +106,7 @@ def test_an_entry_that_went_elsewhere_starts_afresh() -> None:
     assert palette.state()["optimizer"]["step"][~moved].tolist() == [SWITCH_GAP]
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_the_bound_of_a_change_holds_for_all_paths_together(seed: int) -> None:
     _, renderer, (points, opacity), target = _learned_case(seed, 2)
     generator = torch.Generator().manual_seed(seed)
@@ -114,10 +115,76 @@ def test_the_bound_of_a_change_holds_for_all_paths_together(seed: int) -> None:
     adjoints = renderer.fit_step(points, color[:-1], opacity, color[-1], prepared)
     adj_color, loss = torch.cat([adjoints.color, adjoints.background[None]]).clone(), float(adjoints.loss)
     ones = renderer.adjoint(points, color[:-1], opacity, color[-1], torch.ones_like(target))
-    shown = torch.cat([ones.color[:, 0], ones.background[:1]]).clone()
+    area = torch.cat([ones.color[:, 0], ones.background[:1]]).clone()
     for size in (0.01, 0.3, 1.0):
         change = size * (torch.rand((15, 3), generator=generator, dtype=torch.float64) - color)
         other = color + change
         after = (renderer.render(points, other[:-1], opacity, other[-1]) - target).square().mean()
-        bound = (adj_color * change).sum() + (shown[:, None] * change.square()).sum() / target.numel()
+        bound = (adj_color * change).sum() + (area[:, None] * change.square()).sum() / target.numel()
         assert float(after) - loss <= float(bound) + 1e-12
+
+
+# pure black and white
+
+
+def _drawing(black: int, white: int) -> NDArray[np.uint8]:
+    """A ring, a block and a line in the grey ``black`` on ``white``, with antialiased edges."""
+    image = Image.new("L", (480, 360), white)
+    draw = ImageDraw.Draw(image)
+    draw.ellipse((45, 33, 225, 213), fill=black)
+    draw.ellipse((90, 78, 180, 168), fill=white)
+    draw.rectangle((270, 114, 450, 237), fill=black)
+    draw.line((30, 300, 450, 270), fill=black, width=12)
+    return np.asarray(image.resize((160, 120), Image.Resampling.BOX).convert("RGB"))
+
+
+def _fitted_fills(image: NDArray[np.uint8], colors: int) -> set[str]:
+    settings = {"colors": colors, "opacity": "opaque", "initial_curves": 8, "iterations": 150, "inflation_gap": 10}
+    return _fills(warpvec.vectorize(image, 32, device="cpu", threads=2, **settings).svg())
+
+
+def test_a_black_and_white_drawing_gets_pure_black_and_white() -> None:
+    assert _fitted_fills(_drawing(0, 255), 2) == {"#000", "#fff"}
+
+
+def test_a_dark_grey_of_the_image_stays() -> None:
+    fills = _fitted_fills(_drawing(5, 250), 2)
+    assert not fills & {"#000", "#fff"}
+    assert all(min(abs(int(fill[1:3], 16) - grey) for grey in (5, 250)) <= 4 for fill in fills)
+
+
+def _scene(*levels: int, transparent: bool = False) -> Scene:
+    color = torch.tensor(levels, dtype=torch.float32)[:, None].expand(-1, 3) / 255.0
+    points, zeros = torch.zeros(len(levels), 12, 2), torch.zeros(len(levels))
+    return Scene(points, color, zeros, torch.full((3,), 250.0 / 255.0), zeros.long(), transparent=transparent)
+
+
+def _levels(color: torch.Tensor) -> list[int]:
+    return (color[..., 0] * 255.0).round().int().flatten().tolist()
+
+
+def test_only_colours_near_a_pure_one_become_it() -> None:
+    target = torch.zeros(10, 10, 3)
+    target[:, 5:] = 1.0
+    scene = with_pure_colors(_scene(0, 8, 9, 128, 246, 247, 255), target)
+    assert _levels(scene.color) == [0, 0, 9, 128, 246, 255, 255]
+    assert _levels(scene.background) == [255]
+
+
+@pytest.mark.parametrize(("black", "dark", "expected"), [(20, 0, 0), (5, 0, 5), (40, 30, 5), (40, 10, 0)])
+def test_black_needs_a_share_of_the_pixels_and_most_of_the_dark_ones(black: int, dark: int, expected: int) -> None:
+    """Of 1000 pixels ``black`` are exactly black and ``dark`` are #050505."""
+    target = torch.full((1000, 3), 0.5)
+    target[:black] = 0.0
+    target[black : black + dark] = 5.0 / 255.0
+    assert _levels(with_pure_colors(_scene(5), target.reshape(20, 50, 3)).color) == [expected]
+
+
+def test_only_visible_pixels_of_a_transparent_image_count() -> None:
+    target = torch.zeros(20, 20, 4)
+    target[5:15, 5:15] = torch.tensor([0.5, 0.5, 0.5, 1.0])
+    scene = _scene(5, transparent=True)
+    assert _levels(with_pure_colors(scene, target).color) == [5]
+    target[5, 5:15, :3] = 0.0
+    assert _levels(with_pure_colors(scene, target).color) == [0]
+    assert _levels(with_pure_colors(scene, target).background) == [250]

@@ -1,4 +1,4 @@
-"""The schedule against closed forms, and the sampling of positions against the distribution it promises."""
+"""The schedule: populations, radii, learning rates, and when paths are replaced or recycled."""
 
 import math
 
@@ -33,16 +33,12 @@ def test_population_doubles_until_it_is_full():
     assert [population(k, config) for k in range(9)] == [16, 32, 64, 128, 256, 512, 1000, 1000, 1000]
 
 
-@pytest.mark.parametrize("growth", [1.01, 1.1, 1.5, math.e, 3.0, 100.0])
-@pytest.mark.parametrize(("initial", "curves"), [(16, 512), (1, 3), (7, 1000), (16, 16), (32, 5)])
-def test_population_is_the_rounded_power_capped(growth, initial, curves):
-    config = FitConfig(growth=growth, initial_curves=initial, curves=curves)
-    for k in range(40):
-        assert population(k, config) == min(int(initial * growth**k + 0.5), curves), k
-
-
-def test_population_after_very_many_inflations_is_full():
+def test_population_rounds_and_stays_full():
+    config = FitConfig(growth=1.5, initial_curves=7, curves=40)
+    # 7, 10.5, 15.75, 23.625, 35.4, 53.2: halves are rounded up.
+    assert [population(k, config) for k in range(7)] == [7, 11, 16, 24, 35, 40, 40]
     assert population(10**9, FitConfig()) == 512
+    assert population(0, FitConfig(initial_curves=32, curves=5)) == 5
 
 
 @pytest.mark.parametrize(("curves", "count"), [(16, 0), (17, 1), (256, 4), (512, 5), (513, 6), (1024, 6)])
@@ -51,8 +47,8 @@ def test_inflation_count_of_the_paper(curves, count):
     assert inflation_count(FitConfig(curves=curves)) == count
 
 
-@pytest.mark.parametrize("growth", [1.01, 1.1, 1.5, 2.0, 3.0, 1e6])
-@pytest.mark.parametrize("curves", [17, 100, 512, 2048, 16 * 3**9])
+@pytest.mark.parametrize("growth", [1.01, 1.5, 3.0, 1e6])
+@pytest.mark.parametrize("curves", [17, 512, 16 * 3**9])
 def test_inflation_count_is_the_first_full_generation(growth, curves):
     config = FitConfig(growth=growth, curves=curves)
     count = inflation_count(config)
@@ -60,7 +56,7 @@ def test_inflation_count_is_the_first_full_generation(growth, curves):
     assert population(count - 1, config) < curves
 
 
-def test_a_population_that_cannot_grow_is_told():
+def test_a_population_that_cannot_grow_is_refused():
     with pytest.raises(InputError, match="growth must be more than 1"):
         inflation_count(FitConfig(growth=1.0))
     assert inflation_count(FitConfig(growth=1.0, curves=16)) == 0
@@ -143,7 +139,7 @@ def test_constant_rate_and_scale():
 
 def test_steps_of_bezier_splatting():
     config = FitConfig(lr_decay="steps", lr_scale=2.0)
-    # 1 in iterations 1 to 5000, then 0.5 to 6000, 0.2 to 9000 and 0.1 to the end; the first iteration is 0 here.
+    # 1 for the first 5000 iterations, then 0.5 to 6000, 0.2 to 9000 and 0.1 to the end; the first iteration is 0.
     factors = [lr_factor(iteration, config, 10_000) / 2 for iteration in range(10_000)]
     assert factors == [1.0] * 5000 + [0.5] * 1000 + [0.2] * 3000 + [0.1] * 1000
     assert [lr_factor(iteration, config, 4) for iteration in range(4)] == [2.0, 2.0, 1.0, 0.4]
@@ -162,15 +158,15 @@ def test_replacement_of_bezier_splatting():
     assert set(range(2000, 9001, 1000)) <= set(due_after(config, 10_000, "addition"))
 
 
-@pytest.mark.parametrize("iterations", [1, 400, 1500, 2500, 9999])
-@pytest.mark.parametrize("gap", [1, 7, 100, 500])
+@pytest.mark.parametrize("iterations", [1, 400, 2500])
+@pytest.mark.parametrize("gap", [1, 7, 500])
 def test_every_removal_is_followed_by_an_addition_in_time(iterations, gap):
     config = FitConfig(policy="replacement", replace_gap=gap, iterations=iterations, shorten_gap=False)
     additions = set(due_after(config, iterations, "addition"))
-    for removal_cost in due_after(config, iterations, "removal"):
-        assert removal_cost >= 0.1 * iterations
-        assert removal_cost + gap in additions
-        assert removal_cost + gap < 0.92 * iterations
+    for removal in due_after(config, iterations, "removal"):
+        assert removal >= 0.1 * iterations
+        assert removal + gap in additions
+        assert removal + gap < 0.92 * iterations
 
 
 @pytest.mark.parametrize("iterations", [20, 200, 300, 1000, 1500])
@@ -178,14 +174,14 @@ def test_a_short_run_replaces_as_often_as_a_long_one(iterations):
     config = make_config("bezier-splatting", iterations=iterations)
     assert len(due_after(config, iterations, "removal")) == 8
     literal = make_config("bezier-splatting", iterations=iterations, shorten_gap=False)
-    assert len(due_after(literal, iterations, "removal")) == 0 if iterations < 1500 else 1
+    assert len(due_after(literal, iterations, "removal")) == (1 if iterations == 1500 else 0)
 
 
 # Recycling
 
 
 def test_recycling_starts_at_full_population_and_ends_in_time():
-    # Full at 250, then every 50 iterations until 70 % of 1500.
+    # All paths are there at 250; then a recycling every 50 iterations until 70 % of 1500.
     config = FitConfig(curves=512, inflation_gap=50, recycle_gap=50, recycle_until=0.7)
     due = [iteration for iteration in range(1500) if is_recycling(iteration, config, 1500)]
     assert due == list(range(300, 1051, 50))
@@ -194,7 +190,3 @@ def test_recycling_starts_at_full_population_and_ends_in_time():
 def test_recycling_of_a_flat_fit_starts_at_once():
     due = [iteration for iteration in range(100) if is_recycling(iteration, FitConfig(flat=True, recycle_gap=30), 100)]
     assert due == [30, 60]
-
-
-def test_recycling_can_be_switched_off():
-    assert not any(is_recycling(iteration, FitConfig(recycle_gap=0), 1500) for iteration in range(1500))

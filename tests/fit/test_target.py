@@ -1,60 +1,76 @@
-"""What a fit draws on: reduced targets, and adjoints in pixels of the full size."""
+"""The target of a fit: losses and adjoints over mattes, visible areas, and the colours of transparent pixels."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import pytest
 import torch
 from scenes import random_scene
 
 from warpvec.config.presets import make_config
-from warpvec.fit.loop import fit
-from warpvec.fit.target import Target, reduced
+from warpvec.fit.target import Target, blank_error, halved, paint_colors
 from warpvec.geometry.scene import Scene
 
+HEIGHT, WIDTH = 40, 56
 
-def scene_of(seed: int, height: int, width: int) -> Scene:
-    tensors = random_scene(seed, 5, height, width)
+
+def scene_of(seed: int) -> Scene:
+    tensors = random_scene(seed, 5, HEIGHT, WIDTH)
     floats = (tensors.points, tensors.color, tensors.opacity, tensors.background)
     return Scene(*(value.float() for value in floats), generation=torch.zeros(5, dtype=torch.int64))
 
 
-def test_reduced_is_the_mean_of_squares_that_the_border_may_cut() -> None:
+@pytest.mark.parametrize("renderer", ["exact", "splat"])
+def test_a_transparent_image_is_compared_over_both_mattes(renderer: str) -> None:
+    image, scene, config = torch.rand(HEIGHT, WIDTH, 4), scene_of(3), make_config(renderer=renderer)
+    target = Target(image, config, "cpu")
+    found = target.fit_step(scene, True)
+    over_mattes = []
+    for matte in (0.0, 1.0):
+        pixels = image[..., :3] * image[..., 3:] + (1.0 - image[..., 3:]) * matte
+        over_mattes.append((Target(pixels, config, "cpu"), replace(scene, background=torch.full((3,), matte))))
+    steps = [single.fit_step(over, True) for single, over in over_mattes]
+    for name in ("loss", "points", "color", "opacity", "removal_cost"):
+        expected = torch.stack([getattr(step, name) for step in steps]).mean(0)
+        torch.testing.assert_close(getattr(found, name), expected, rtol=1e-5, atol=1e-8, msg=name)
+    errors = [single.squared_error(over) for single, over in over_mattes]
+    torch.testing.assert_close(target.squared_error(scene), torch.stack(errors).mean(0))
+    torch.testing.assert_close(target.squared_error(scene).mean() / 3, found.loss, rtol=1e-4, atol=0)
+
+
+@pytest.mark.parametrize("channels", [3, 4])
+def test_the_error_of_a_blank_canvas_is_that_of_a_scene_without_paths(channels: int) -> None:
+    image, scene = torch.rand(HEIGHT, WIDTH, channels), scene_of(3).select(torch.zeros(5, dtype=torch.bool))
+    expected = Target(image, make_config(), "cpu").squared_error(scene)
+    torch.testing.assert_close(blank_error(image, scene.background), expected)
+
+
+def test_visible_areas_share_each_pixel_among_the_paths_and_the_canvas() -> None:
+    target = Target(torch.rand(HEIGHT, WIDTH, 3), make_config(), "cpu")
+    assert float(target.visible_areas(scene_of(1)).sum()) == pytest.approx(HEIGHT * WIDTH, rel=1e-3)
+
+
+def test_halved_averages_squares_that_the_border_may_cut() -> None:
     image = torch.rand(5, 7, 3, dtype=torch.float64)
-    got = reduced(image, 2)
-    assert got.shape == (3, 4, 3)
+    found = halved(image)
+    assert found.shape == (3, 4, 3)
     for row in range(3):
         for column in range(4):
             block = image[2 * row : 2 * row + 2, 2 * column : 2 * column + 2]
-            torch.testing.assert_close(got[row, column], block.mean((0, 1)))
-    assert reduced(image, 1) is image
+            torch.testing.assert_close(found[row, column], block.mean((0, 1)))
 
 
-@pytest.mark.parametrize("renderer", ["exact", "splat"])
-def test_points_adjoint_is_in_pixels_of_the_full_size(renderer: str) -> None:
-    target, scene, config = torch.rand(40, 56, 3), scene_of(3, 40, 56), make_config(renderer=renderer)
-    adjoints = Target(target, config, "cpu", 2).fit_step(scene, False)
-    small = Target(reduced(target, 2), config, "cpu").fit_step(scene.scaled(0.5), False)
-    torch.testing.assert_close(adjoints.points, small.points / 2, rtol=1e-6, atol=0)
-    torch.testing.assert_close(adjoints.color, small.color, rtol=0, atol=0)
-    torch.testing.assert_close(adjoints.loss, small.loss, rtol=0, atol=0)
-
-
-def test_error_of_a_reduced_canvas_is_that_of_its_own_pixels() -> None:
-    target, scene = torch.rand(20, 30, 3), scene_of(1, 20, 30)
-    canvas = Target(target, make_config(), "cpu", 2)
-    error = canvas.squared_error(scene)
-    assert error.shape == (10, 15)
-    torch.testing.assert_close(error.mean() / 3, canvas.fit_step(scene, False).loss, rtol=1e-4, atol=0)
-
-
-def test_a_coarse_start_ends_at_full_size() -> None:
-    target = torch.rand(48, 64, 3)
-    settings = {"curves": 24, "iterations": 60, "inflation_gap": 5, "recycle_gap": 10, "device": "cpu"}
-    seen: list[tuple[int, float]] = []
-    coarse = fit(target, make_config(coarse_until=0.5, **settings), lambda p: seen.append((p.iteration, p.psnr)))
-    full = fit(target, make_config(**settings))
-    # Noise averages out in the coarse target: its errors are far smaller, until the full size shows them all.
-    assert seen[29][1] > seen[30][1] + 1
-    assert seen[-1][1] == pytest.approx(full.history[-1]["psnr"], abs=1.0)
-    again = fit(target, make_config(coarse_until=0.5, threads=1, **settings))
-    assert torch.equal(again.scene.points, coarse.scene.points)
+def test_transparent_pixels_take_the_colours_around_them() -> None:
+    image = torch.zeros(33, 40, 4)
+    image[..., :3] = torch.tensor([1.0, 0.0, 1.0])  # hidden
+    image[:, :10] = torch.tensor([0.1, 0.6, 0.2, 1.0])
+    image[:, -10:] = torch.tensor([0.8, 0.3, 0.4, 0.5])
+    colors = paint_colors(image)
+    torch.testing.assert_close(colors[:, :10], image[:, :10, :3])
+    torch.testing.assert_close(colors[:, -10:], image[:, -10:, :3])
+    # No trace of the hidden colour: every colour is a blend of the two that are visible.
+    blend = (colors - image[0, 0, :3]) / (image[0, -1, :3] - image[0, 0, :3])
+    torch.testing.assert_close(blend, blend[..., :1].expand_as(blend), atol=1e-5, rtol=0)
+    assert blend.min() >= -1e-5 and blend.max() <= 1.0 + 1e-5
+    assert torch.equal(paint_colors(image[..., :3]), image[..., :3])

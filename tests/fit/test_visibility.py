@@ -15,7 +15,7 @@ from warpvec.fit.visibility import (
     CHANGE_MIN,
     DRAWINGS_MAX,
     canvas_areas,
-    changes_alone,
+    removal_changes,
     visible_areas,
     without_invisible,
 )
@@ -97,7 +97,7 @@ def _pixels(scene: Scene) -> bytes:
 
 
 def _visible(scene: Scene) -> Scene:
-    shown, changes = visible_areas(scene, HEIGHT, WIDTH), changes_alone(scene, HEIGHT, WIDTH)
+    shown, changes = visible_areas(scene, HEIGHT, WIDTH), removal_changes(scene, HEIGHT, WIDTH)
     return without_invisible(scene, shown, changes, _pixels)
 
 
@@ -157,7 +157,7 @@ def test_of_two_in_one_colour_one_stays() -> None:
 @pytest.mark.parametrize("transparent", [False, True])
 def test_changes_are_those_of_drawings_without_each_path(transparent: bool) -> None:
     scene = replace(_blobs(5, 12), transparent=transparent)
-    changes = changes_alone(scene, HEIGHT, WIDTH)
+    changes = removal_changes(scene, HEIGHT, WIDTH)
     for row in range(12):
         rest = scene.select(torch.arange(12) != row)
         expected = torch.stack(

@@ -1,4 +1,7 @@
-"""Adan with an age for every row, so that paths can come and go during a fit; its update is a kernel."""
+"""Adan for torch parameters whose rows have an age each; the update is a kernel.
+
+The fit's paths are stepped by ``warpvec/fit/population.py`` with the same update; this class steps palettes.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ from warpvec.kernels.adan import BETAS, EPS, make_kernels
 from warpvec.kernels.lanes import Lanes, make_lanes
 from warpvec.rendering.launch import Launcher, as_warp, start_warp
 
-# Torch wraps it to keep torch.compile out, and imports the compiler for that: half a second of every run.
+# Torch wraps the method to keep torch.compile out, and imports the compiler for that: half a second of every run.
 _add_param_group = unwrap(torch.optim.Optimizer.add_param_group)
 
 _AVERAGES = ("exp_avg", "exp_avg_diff", "exp_avg_sq", "previous_grad")
@@ -27,15 +30,15 @@ _AVERAGES = ("exp_avg", "exp_avg_diff", "exp_avg_sq", "previous_grad")
 class Adan(torch.optim.Optimizer):
     """Adaptive Nesterov momentum (Xie et al. 2024, Algorithm 1) with bias correction and without weight decay.
 
-    A row is an index of a parameter's first dimension: a path. Each row has its own step count, so a row appended at
-    step 50 moves as it would in a fresh optimizer. A row whose gradient holds a NaN or an infinity takes that step with
-    a gradient of zero.
+    A row is an index of a parameter's first dimension, such as a path. Each row has its own age, the number of steps it
+    has taken: if its state is set to zero it moves as it would in a fresh optimizer. If a row's gradient holds a NaN or
+    an infinity, the row takes that step with a gradient of zero.
 
-    State of a parameter: ``exp_avg``, ``exp_avg_diff``, ``exp_avg_sq`` and ``previous_grad`` in its shape, ``step``
-    [rows] (int64).
+    State of a parameter: ``exp_avg``, ``exp_avg_diff``, ``exp_avg_sq`` and ``previous_grad`` in its shape, and the ages
+    ``step`` [rows] (int64).
 
     Args:
-        params: tensors or groups of them; ``lr``, ``betas`` and ``eps`` may differ by group.
+        params: tensors or groups of them; ``lr``, ``betas`` and ``eps`` may differ between groups.
         lr: learning rate, in the units of the parameter.
         betas: (b1, b2, b3), the share of the old average that is kept (1 - beta in the notation of Algorithm 1).
         eps: added to the root of the second moment.
@@ -55,18 +58,21 @@ class Adan(torch.optim.Optimizer):
         super().__init__(params, {"lr": lr, "betas": betas, "eps": eps})
 
     def add_param_group(self, param_group: dict[str, Any]) -> None:
-        """Adds a group with its own ``lr``, ``betas`` and ``eps``; raises InputError as the class does."""
+        """Add a group with its own ``lr``, ``betas`` and ``eps``; raise InputError as the class does."""
         for name in ("lr", "eps"):
             value = param_group.get(name, self.defaults[name])
             if not value >= 0.0:
-                raise InputError(f"{name} must be at least 0, got {value!r}")
+                raise InputError(name, "must be at least 0", repr(value), "give 0 or more")
         betas = param_group.get("betas", self.defaults["betas"])
         if len(betas) != 3 or not all(0.0 < beta < 1.0 for beta in betas):
-            raise InputError(f"betas must be three numbers between 0 and 1, both excluded, got {betas!r}")
+            rule = "must be three numbers between 0 and 1, both excluded"
+            raise InputError("betas", rule, repr(betas), f"give for example {BETAS}")
         _add_param_group(self, param_group)
         for param in self.param_groups[-1]["params"]:
             if not param.is_contiguous():
-                raise InputError(f"params must be contiguous, got strides {param.stride()}; call contiguous() on them")
+                raise InputError(
+                    "params", "must be contiguous", f"strides {param.stride()}", "call contiguous() on them"
+                )
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)
@@ -80,7 +86,7 @@ class Adan(torch.optim.Optimizer):
 
     @torch.no_grad()
     def step(self, closure: Callable[[], float] | None = None) -> float | None:
-        """One update of every parameter that has a gradient; returns what ``closure`` returned, if one was given."""
+        """Update every parameter that has a gradient once; return the value of ``closure`` if there is one."""
         loss = None
         if closure is not None:
             with torch.enable_grad():
@@ -91,52 +97,12 @@ class Adan(torch.optim.Optimizer):
                     self._update(param, param.grad, group["lr"], group["betas"], group["eps"])
         return loss
 
-    @torch.no_grad()
-    def keep_rows(self, param: Tensor, rows: Tensor) -> Tensor:
-        """Replaces ``param`` by its ``rows`` (indices in the new order, or a mask), each with its state and age.
-
-        Returns:
-            The parameter that now stands in the group, without a gradient.
-
-        Raises:
-            InputError: ``param`` is not in this optimizer.
-        """
-        return self._replace(param, param[rows], {name: value[rows] for name, value in self.state[param].items()})
-
-    @torch.no_grad()
-    def append_rows(self, param: Tensor, new_rows: Tensor) -> Tensor:
-        """Replaces ``param`` by itself with ``new_rows`` [K, ...] below, whose state and age are zero.
-
-        Returns:
-            The parameter that now stands in the group, without a gradient.
-
-        Raises:
-            InputError: ``param`` is not in this optimizer.
-        """
-        count = len(new_rows)
-        state = {
-            name: torch.cat([value, value.new_zeros(count, *value.shape[1:])])
-            for name, value in self.state[param].items()
-        }
-        return self._replace(param, torch.cat([param, new_rows.to(param)]), state)
-
     def _update(self, param: Tensor, grad: Tensor, lr: float, betas: tuple[float, float, float], eps: float) -> None:
         state = self._state(param)
         rows = self._rows.get(param)
         if rows is None or not rows.is_of(param, state):
             rows = self._rows[param] = _Rows(param, state)
         rows.update(grad.to(param.dtype), lr, betas, eps)
-
-    def _replace(self, param: Tensor, value: Tensor, state: dict[str, Tensor]) -> Tensor:
-        del self.state[param]
-        self._rows.pop(param, None)
-        for group in self.param_groups:
-            for position, member in enumerate(group["params"]):
-                if member is param:
-                    group["params"][position] = value.requires_grad_(param.requires_grad)
-                    self.state[value] = state
-                    return value
-        raise InputError(f"param must be a parameter of this optimizer, got a tensor of shape {list(param.shape)}")
 
     def _state(self, param: Tensor) -> dict[str, Tensor]:
         state: dict[str, Tensor] = self.state[param]
@@ -148,7 +114,7 @@ class Adan(torch.optim.Optimizer):
 
 
 class _Rows:
-    """A parameter and its state as Warp arrays: to make these anew at each step would cost more than the step."""
+    """A parameter and its state as Warp arrays, kept because making them at each step would cost more than the step."""
 
     def __init__(self, param: Tensor, state: dict[str, Tensor]) -> None:
         self._launch, self._lanes = _launcher(param.device, param.dtype)
@@ -159,11 +125,11 @@ class _Rows:
         self._arrays = [as_warp(state["step"].reshape(-1), wp.int64), *averages, self._array(param)]
 
     def is_of(self, param: Tensor, state: dict[str, Tensor]) -> bool:
-        """Whether these are still the memory of the parameter and its state."""
+        """Return whether the parameter and its state still use the memory of these arrays."""
         return self._pointers == _pointers(param, state)
 
     def update(self, grad: Tensor, lr: float, betas: tuple[float, float, float], eps: float) -> None:
-        """One step by the kernel, which says how."""
+        """Take one step, by the kernel in ``kernels/adan.py``."""
         lanes = self._lanes
         log_betas = lanes.vec3(*(math.log(beta) for beta in betas))
         settings = [lanes.dtype(lr), lanes.vec3(*betas), log_betas, lanes.dtype(eps)]

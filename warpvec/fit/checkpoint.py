@@ -1,6 +1,7 @@
-"""A fit on disk: everything that decides its next iteration, so that it goes on to the same bytes after a crash.
+"""Save a fit to disk and read it back: everything that decides its next iteration.
 
-A file is a NumPy archive: a header in JSON, and the arrays that it refers to. Reading it executes nothing of it.
+After a crash the fit continues to the same bytes. A file is a NumPy archive with a header in JSON and the arrays that
+the header refers to. Reading it executes no code from it.
 """
 
 from __future__ import annotations
@@ -26,17 +27,17 @@ from warpvec.errors import InputError
 from warpvec.files import write_atomic
 from warpvec.fit.state import State
 
-FORMAT, VERSION = "warpvec checkpoint", 1
-"""The version changes with the meaning of the state, so that an old file is refused and not misread."""
+FORMAT, VERSION = "warpvec checkpoint", 2
+"""The version changes with the content of the state, so that an old file is refused and not misread."""
 
 MAX_BYTES = 2**30
-"""A fit of 2**16 paths takes 80 MB; stops a file that would fill the memory when it is unpacked."""
+"""Largest size when unpacked, so that a small file cannot fill the memory. A fit of 2**16 paths takes 80 MB."""
 
 _TENSOR = "__tensor__"
 
-# What a damaged archive, its arrays and their JSON lead to: encrypted members are RuntimeErrors, unknown compression
-# NotImplementedErrors, arrays of absurd shapes MemoryErrors.
-_DAMAGES = (
+# Errors that a damaged archive, its arrays or their JSON raise: encrypted members raise RuntimeError, an unknown
+# compression NotImplementedError, arrays of absurd shapes MemoryError.
+_DAMAGE_ERRORS = (
     ValueError, KeyError, TypeError, AttributeError, IndexError, EOFError, RuntimeError, MemoryError, OverflowError,
     zipfile.BadZipFile, zlib.error, struct.error,
 )  # fmt: skip
@@ -44,7 +45,7 @@ _DAMAGES = (
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A fit after an iteration: its settings, the digest of its target, and its state."""
+    """A fit after some iteration: its settings, the digest of its target, and its state."""
 
     config: FitConfig
     target_digest: str
@@ -52,7 +53,7 @@ class Checkpoint:
 
 
 def write_checkpoint(path: str | os.PathLike[str], checkpoint: Checkpoint) -> None:
-    """Writes ``path``, whole or not at all.
+    """Write ``path``, completely or not at all.
 
     Raises:
         OSError: the file cannot be written.
@@ -74,10 +75,10 @@ def write_checkpoint(path: str | os.PathLike[str], checkpoint: Checkpoint) -> No
 
 
 def read_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
-    """Reads what `write_checkpoint` wrote.
+    """Read a file that `write_checkpoint` wrote.
 
     Raises:
-        InputError: no such file, not a checkpoint, damaged, or of another version.
+        InputError: the file does not exist, is not a checkpoint, is damaged, or has another version.
     """
     label = os.fspath(path)
     try:
@@ -87,23 +88,23 @@ def read_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
             raise ValueError("not a checkpoint")
         version = header["version"]
     except OSError as error:
-        raise InputError(f"checkpoint must be a file, got {label!r} ({error.strerror}); check the path") from error
-    except _DAMAGES as error:
-        raise InputError(f"checkpoint must be one that warpvec wrote, got {label!r}; it is damaged") from error
+        value = f"{label!r} ({error.strerror})"
+        raise InputError("checkpoint", "must be a file", value, "check the path") from error
+    except _DAMAGE_ERRORS as error:
+        raise InputError("checkpoint", "must be one that warpvec wrote", repr(label), "it is damaged") from error
     if version != VERSION:
-        raise InputError(
-            f"checkpoint must be of version {VERSION}, got {version!r} in {label!r}, written by warpvec"
-            f" {header.get('warpvec')}; go on with that release or start anew"
-        )
+        value = f"version {version!r} in {label!r}, written by warpvec {header.get('warpvec')}"
+        remedy = "continue with that release or start again without it"
+        raise InputError("checkpoint", f"must have version {VERSION}", value, remedy)
     try:
         config = make_config(**header["config"])
         return Checkpoint(config, header["target_digest"], _from_plain(header["state"], arrays))
     except (KeyError, TypeError, InputError) as error:
-        raise InputError(f"checkpoint must hold a fit, got {label!r} ({error}); it is damaged") from error
+        raise InputError("checkpoint", "must hold a fit", f"{label!r} ({error})", "it is damaged") from error
 
 
 def _read_arrays(path: Path) -> dict[str, Any]:
-    if path.exists() and not path.is_file():  # a device may have no end
+    if path.exists() and not path.is_file():  # a device may be endless
         raise ValueError("not a file")
     data = path.read_bytes()
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -114,7 +115,7 @@ def _read_arrays(path: Path) -> dict[str, Any]:
 
 
 def _to_plain(value: Any, arrays: list[Tensor]) -> Any:
-    """``value`` with each tensor moved to ``arrays`` and replaced by its place there."""
+    """Return ``value`` with each tensor moved to ``arrays`` and replaced by its index there."""
     if isinstance(value, Tensor):
         arrays.append(value)
         return {_TENSOR: len(arrays) - 1}
@@ -124,6 +125,7 @@ def _to_plain(value: Any, arrays: list[Tensor]) -> Any:
 
 
 def _from_plain(value: Any, arrays: dict[str, Any]) -> Any:
+    """Undo `_to_plain`."""
     if isinstance(value, dict) and _TENSOR in value:
         return torch.from_numpy(arrays[f"array_{value[_TENSOR]}"])
     if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Ctrl-C that is noted at once and acted on between iterations."""
+"""Defer Ctrl-C to the end of an iteration."""
 
 from __future__ import annotations
 
@@ -8,36 +8,36 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-# What the outermost block in the main thread has noted; at most one.
+# The flag of the outermost block in the main thread; at most one.
 _open_blocks: list[threading.Event] = []
 
 
 @contextmanager
-def noted_interrupts() -> Iterator[Callable[[], bool]]:
-    """Within this block the first Ctrl-C only makes the yielded function true; a second one raises KeyboardInterrupt.
+def deferred_interrupts() -> Iterator[Callable[[], bool]]:
+    """Defer Ctrl-C: the first one only makes the yielded function return True, a second raises KeyboardInterrupt.
 
-    An interrupt is raised wherever Python happens to be. In a destructor, and arrays that come and go have many, it is
-    printed and forgotten, and a loop would run on. Outside the main thread, or where the caller has a handler of its
-    own, nothing changes and the function stays false. A block within another one shares its function.
+    Python raises an interrupt at whatever line it has reached. In a destructor (arrays come and go, and have many) the
+    exception is printed and dropped, and a loop would run on. Outside the main thread, or if the caller has a handler
+    of its own, nothing changes and the function returns False. A block inside another one shares its function.
     """
     in_main_thread = threading.current_thread() is threading.main_thread()
     if _open_blocks and in_main_thread:
         yield _open_blocks[-1].is_set
         return
-    noted = threading.Event()
+    interrupted = threading.Event()
 
     def note(number: int, frame: FrameType | None) -> None:
-        if noted.is_set():
+        if interrupted.is_set():
             raise KeyboardInterrupt
-        noted.set()
+        interrupted.set()
 
     if not in_main_thread or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield noted.is_set
+        yield interrupted.is_set
         return
     signal.signal(signal.SIGINT, note)
-    _open_blocks.append(noted)
+    _open_blocks.append(interrupted)
     try:
-        yield noted.is_set
+        yield interrupted.is_set
     finally:
         _open_blocks.pop()
         signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,4 +1,4 @@
-"""No small paths: they are the first to be recycled, and go while there is time to fit the others without them."""
+"""Remove paths below the smallest area that the settings allow, early enough to fit the others without them."""
 
 from __future__ import annotations
 
@@ -11,28 +11,31 @@ from warpvec.fit.target import Target
 from warpvec.fit.visibility import FAINT, faint
 
 CUTS = (0.75, 0.85, 0.95)
-"""Shares of the iterations at which small paths go: after the last recycling, and what has shrunk since."""
+"""Shares of the iterations at which small paths are removed: after the last recycling, then what has shrunk since."""
 
 MARGIN = 1.2
-"""What is cut is smaller than this many times the least area: paths go on shrinking and growing until the end, and what
-ends up below the least area goes from the file without a fit of the others."""
+"""A cut removes paths smaller than this many times the allowed area. Paths shrink and grow until the end, and a path
+that ends below the allowed area is left out of the file without a fit of the others."""
 
 
 class SmallPaths:
-    """The paths of less than ``config.min_area`` square pixels of ``canvas``."""
+    """The paths of less than ``config.min_area`` square pixels of ``target``."""
 
-    def __init__(self, canvas: Target, config: FitConfig) -> None:
-        self._canvas, self._least = canvas, MARGIN * config.min_area
+    def __init__(self, target: Target, config: FitConfig) -> None:
+        self._target, self._area_min = target, MARGIN * config.min_area
 
     def prefer(self, population: Population, removal_cost: Tensor | None) -> Tensor | None:
-        """The costs of removal [N], those of small paths the least."""
-        if self._least == 0.0 or removal_cost is None:
+        """Return ``removal_cost`` [N] with -inf for small paths, so that they are recycled first."""
+        if self._area_min == 0.0 or removal_cost is None:
             return removal_cost
         return removal_cost.masked_fill(self._are_small(population), -torch.inf)
 
     def cut(self, population: Population, iteration: int, iterations: int) -> bool:
-        """Remove the small paths if that is due after ``iteration`` of ``iterations``; whether any were."""
-        if self._least == 0.0 or iteration not in [round(share * iterations) for share in CUTS]:
+        """Remove the small paths if a cut is due after ``iteration`` of ``iterations``; return whether it removed any.
+
+        If all paths are small, it removes none.
+        """
+        if self._area_min == 0.0 or iteration not in [round(share * iterations) for share in CUTS]:
             return False
         small = self._are_small(population)
         if small.all() or not small.any():
@@ -41,4 +44,4 @@ class SmallPaths:
         return True
 
     def _are_small(self, population: Population) -> Tensor:
-        return self._canvas.visible_areas(faint(population.live))[:-1] / FAINT < self._least
+        return self._target.visible_areas(faint(population.live))[:-1] / FAINT < self._area_min

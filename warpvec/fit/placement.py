@@ -1,4 +1,4 @@
-"""Place new paths: where the residual is large, in the colour of the target there."""
+"""Place new paths: where the residual is large, in the colours of the image there."""
 
 from __future__ import annotations
 
@@ -12,41 +12,9 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.geometry.circles import circle_points, circle_sides
 from warpvec.geometry.scene import Scene
 
-
-def new_paths(
-    center: Tensor,
-    radius: tuple[float, float],
-    color: Tensor,
-    opacity: Tensor,
-    background: Tensor,
-    generation: int,
-    config: FitConfig,
-) -> Scene:
-    """A scene of ellipses in the path model of ``config``.
-
-    Args:
-        center: centres [N, 2] in pixels.
-        radius: half their width and half their height in pixels.
-        color, opacity, background: [N, 3], [N] and [3], as in the scene.
-        generation: that of all of them.
-    """
-    spawn, size = (circle_sides, config.degree) if config.path_model == "sides" else (circle_points, config.segments)
-    unit = spawn(torch.zeros_like(center), torch.ones_like(center[:, 0]), size)
-    points = center[:, None, :] + unit * center.new_tensor(radius)
-    generations = torch.full((len(center),), generation, device=center.device)
-    return Scene(points, color, opacity, background, generations, config.point_degree)
-
-
-def colors_at(target: Tensor, center: Tensor) -> Tensor:
-    """Colours [N, 3] of ``target`` [h, w, 3] in the pixels that hold ``center`` [N, 2], or the nearest to it."""
-    height, width = target.shape[:2]
-    columns, rows = center.long().unbind(-1)
-    return target[rows.clamp(0, height - 1), columns.clamp(0, width - 1)]
-
-
 BLUR_SIGMA = 1.0
-"""Of the blur of the residual, in pixels: paths are drawn to errors that they can cover and not to single noisy pixels.
-Better by 0.07 dB than 2 at 256 paths (two photos), and by 0.08 than 4 at 512."""
+"""Sigma of the blur of the residual, in pixels. It draws paths to errors that they can cover, not to single noisy
+pixels. Better by 0.07 dB than 2 at 256 paths (two photos), and by 0.08 dB than 4 at 512."""
 
 BLUR_REACH = 3
 """Radius of the blur in sigmas; 0.3 % of a Gaussian lie beyond."""
@@ -56,15 +24,15 @@ BLOCK = 1024
 
 
 def sample_positions(residual: Tensor, count: int, generator: torch.Generator) -> Tensor:
-    """Positions [count, 2] in pixels, each uniform in a pixel drawn in proportion to the blurred ``residual``.
+    """Draw positions [count, 2] in pixels, each uniform within a pixel drawn in proportion to the blurred ``residual``.
 
-    No pixel is drawn twice, unless there are fewer pixels than positions. Where no residual is left, all remaining
-    pixels are alike. The order is random, so that it can be the z-order.
+    No pixel is drawn twice, unless there are fewer pixels than positions. If no residual is left, all remaining pixels
+    are equally likely. The order is random, so that it can serve as the z-order.
 
     Args:
         residual: squared error of each pixel [height, width]; negative and non-finite values count as 0.
-        count: how many positions.
-        generator: its state decides everything.
+        count: number of positions.
+        generator: the source of all random numbers.
     """
     weights = _blur(residual.nan_to_num(0.0, 0.0, 0.0).clamp_min_(0.0)).flatten()
     if count > len(weights):
@@ -76,9 +44,41 @@ def sample_positions(residual: Tensor, count: int, generator: torch.Generator) -
     return (corner + _uniform((count, 2), generator).to(corner.device)).to(residual.dtype)
 
 
+def colors_at(image: Tensor, center: Tensor) -> Tensor:
+    """Return the colours [N, 3] of ``image`` [h, w, 3] in the pixels at, or nearest to, ``center`` [N, 2]."""
+    height, width = image.shape[:2]
+    columns, rows = center.long().unbind(-1)
+    return image[rows.clamp(0, height - 1), columns.clamp(0, width - 1)]
+
+
+def new_paths(
+    center: Tensor,
+    radius: tuple[float, float],
+    color: Tensor,
+    opacity: Tensor,
+    background: Tensor,
+    generation: int,
+    config: FitConfig,
+) -> Scene:
+    """Return a scene of ellipses in the path model of ``config``.
+
+    Args:
+        center: centres [N, 2] in pixels.
+        radius: half the width and half the height of all, in pixels.
+        color, opacity, background: [N, 3], [N] and [3], as in the scene.
+        generation: the generation of all paths.
+        config: gives the path model and its size.
+    """
+    spawn, size = (circle_sides, config.degree) if config.path_model == "sides" else (circle_points, config.segments)
+    unit = spawn(torch.zeros_like(center), torch.ones_like(center[:, 0]), size)
+    points = center[:, None, :] + unit * center.new_tensor(radius)
+    generations = torch.full((len(center),), generation, device=center.device)
+    return Scene(points, color, opacity, background, generations, config.point_degree)
+
+
 def _blur(image: Tensor) -> Tensor:
-    """``image`` [height, width] under a Gaussian of ``BLUR_SIGMA``; beyond the border its outermost pixels go on."""
-    # Shifted sums, not conv1d, which took 80 bytes a pixel and several times as long.
+    """Blur ``image`` [height, width] by a Gaussian of ``BLUR_SIGMA``; pixels at the border continue beyond it."""
+    # Shifted sums instead of conv1d, which took 80 bytes a pixel and several times as long.
     reach = math.ceil(BLUR_REACH * BLUR_SIGMA)
     kernel = [math.exp(-0.5 * (offset / BLUR_SIGMA) ** 2) for offset in range(-reach, reach + 1)]
     for _ in range(2):
@@ -91,8 +91,8 @@ def _blur(image: Tensor) -> Tensor:
 
 
 def _draw_distinct(weights: Tensor, count: int, generator: torch.Generator) -> Tensor:
-    """Distinct indices [count], distributed as if drawn one by one from what is left, in ascending order."""
-    # Repeats in a batch are dropped and drawn again from the rest, which is drawing one by one and ignoring repeats.
+    """Draw distinct indices [count], ascending, distributed as if drawn one by one without replacement."""
+    # Repeats in a batch are dropped and drawn again from the rest. That equals drawing one by one, ignoring repeats.
     taken = torch.zeros_like(weights, dtype=torch.bool)
     remaining = count
     while remaining:
@@ -105,9 +105,9 @@ def _draw_distinct(weights: Tensor, count: int, generator: torch.Generator) -> T
 
 
 def _draw(weights: Tensor, count: int, generator: torch.Generator) -> Tensor:
-    """Indices [count], with repeats, in proportion to ``weights`` [n]: first the block, then the place in it.
+    """Draw indices [count], with repeats, in proportion to ``weights`` [n]: first the block, then the place in it.
 
-    Not torch.multinomial, which stops at 2^24 categories. Sums are in float64; a weight of 0 is never drawn.
+    torch.multinomial would stop at 2^24 categories. Sums are in float64; a weight of 0 is never drawn.
     """
     blocks = pad(weights, (0, -len(weights) % BLOCK)).view(-1, BLOCK)
     block = _invert(blocks.sum(1, dtype=torch.float64).cumsum(0), _uniform((count,), generator))
@@ -116,7 +116,7 @@ def _draw(weights: Tensor, count: int, generator: torch.Generator) -> Tensor:
 
 
 def _invert(cumulative: Tensor, uniform: Tensor) -> Tensor:
-    """The first entry of ``cumulative`` beyond the share ``uniform`` of its end."""
+    """Return the index of the first entry of ``cumulative`` above ``uniform`` times its last entry."""
     return torch.searchsorted(cumulative, uniform.to(cumulative.device) * cumulative[..., -1:], right=True)
 
 

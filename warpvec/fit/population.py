@@ -1,8 +1,9 @@
-"""The paths under optimisation: free parameters, their optimizer's state, and paths that come and go."""
+"""The paths that a fit optimizes: their parameters, their optimizer state, and adding and removing paths."""
 
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from dataclasses import replace
 from typing import Any
 
@@ -21,28 +22,28 @@ from warpvec.kernels.lanes import make_lanes
 from warpvec.kernels.population import make_kernels, threads_per_path
 from warpvec.rendering.launch import Launcher, as_warp, start_warp
 
-# Opacities and logit colours are kept this far from 0 and 1, where the logit is infinite.
+# Opacities and logit colours stay this far from 0 and 1, where the logit is infinite.
 _LOGIT_MARGIN = 1e-4
 
-
-# A parameter, three averages of its gradient, and the gradient before.
+# The planes of a parameter: its values, three averages of its gradient, and the previous gradient.
 _PLANES = 5
 
 
 class Population:
-    """N paths as free parameters, stepped by Adan; ``warpvec/fit/adan.py`` says how, and what a row's age is.
+    """N paths as free parameters, stepped by Adan. ``warpvec/fit/adan.py`` explains the step and the age of a row.
 
-    Points are in units of half the canvas's longer side, as learning rates are; opacities are logits; colours are
-    themselves or logits, as ``config.color_parameter`` says. The background takes part unless ``config.backdrop`` fixes
-    it, or the scene is transparent; a palette is for a fixed one too.
+    Points are in units of half the canvas's longer side, as learning rates are. Opacities are logits. Colours are
+    themselves or logits, depending on ``config.color_parameter``. The background is optimized too, unless
+    ``config.backdrop`` fixes it or the scene is transparent; a palette applies to a fixed background as well.
 
     Attributes:
-        live: the paths as they stand, in memory that each step overwrites; new memory when paths come or go.
-        serial: place of each path [N] in the order of creation, which the z-order by area loses.
+        live: the present paths, in memory that each step overwrites. Adding or removing paths makes new memory.
+        serial: position of each path [N] in the order of creation, which the z-order by area does not keep.
     """
 
     live: Scene
     _copy: Scene | None
+    _prefix_counts: list[int] | None
 
     def __init__(self, scene: Scene, config: FitConfig, half_side: float) -> None:
         start_warp()
@@ -53,28 +54,36 @@ class Population:
         self._palette: Palette | None = None
         self._rates = (config.lr_points, config.lr_color, config.lr_opacity)
         self._launch = Launcher(str(scene.points.device), threads=1)
-        # Parameters and state of points [5, N, 2 P], colour [5, N, 3], opacity [5, N, 1] and background [5, 1, 3].
+        # Parameters and state: points [5, N, 2 P], colour [5, N, 3], opacity [5, N, 1] and background [5, 1, 3].
         self._rows = self._fresh_rows(scene)
         self._background = _fresh(self._raw_color(scene.background)[None])
-        # Steps taken [N + 1]; the background's are the last.
+        # Steps taken [N + 1]; the last entry is the background's.
         self._age = torch.zeros(len(scene) + 1, dtype=torch.int64, device=scene.points.device)
         self._factor = torch.ones(1, dtype=torch.float64, device=scene.points.device)
         self.serial = torch.arange(len(scene), device=scene.points.device)
         self._created = len(scene)
-        background = scene.background if self._fixed_background else self._shown_color(self._background[0, 0])
-        self._place(replace(self._shown(self._rows, scene), background=background))
+        background = scene.background if self._fixed_background else self._to_color(self._background[0, 0])
+        self._set_live(replace(self._to_scene(self._rows, scene), background=background))
 
     def __len__(self) -> int:
         return len(self.live)
 
     @property
     def generation(self) -> Tensor:
-        """Level of detail of each path [N]."""
+        """Generation (level of detail) of each path [N]."""
         return self.live.generation
 
     @property
+    def prefix_counts(self) -> list[int]:
+        """Number of paths up to each generation, lowest first; read from the device once per change of population."""
+        if self._prefix_counts is None:
+            generations = sorted(self.generation.tolist())
+            self._prefix_counts = [bisect_right(generations, level) for level in sorted(set(generations))]
+        return self._prefix_counts
+
+    @property
     def scene(self) -> Scene:
-        """The paths as they stand; a new object after every change, which never changes itself."""
+        """The present paths. The object never changes; after a step or another change there is a new one."""
         if self._copy is None:
             live = self.live
             points, color = live.points.clone(), live.color.clone()
@@ -91,9 +100,9 @@ class Population:
         factor: float,
         fits: Tensor | None = None,
     ) -> None:
-        """One optimizer step from the adjoints of ``scene``'s values, learning rates multiplied by ``factor``.
+        """Take an optimizer step from the adjoints of ``scene``'s values, with learning rates multiplied by ``factor``.
 
-        Where ``fits`` [1], on the device, is -1 and not 1, nothing but the paths' ages changes.
+        If ``fits`` [1], on the device, is -1 and not 1, the step changes nothing but the paths' ages.
         """
         if fits is None:
             self._factor.fill_(factor)
@@ -109,18 +118,18 @@ class Population:
 
     @property
     def has_palette(self) -> bool:
-        """Whether fills are from a palette."""
+        """True if fills come from a palette."""
         return self._palette is not None
 
-    def use_palette(self, palette: Palette, shown: Tensor) -> None:
-        """Take all fills, from now on, from ``palette``; ``shown`` [N + 1] is what is seen of paths and canvas."""
-        palette.start(self._free_colors(), shown, self.live.transparent)
+    def use_palette(self, palette: Palette, visible_area: Tensor) -> None:
+        """Take all fills from ``palette`` from now on; ``visible_area`` [N + 1] is that of the paths and the canvas."""
+        palette.start(self._free_colors(), visible_area, self.live.transparent)
         self._palette = palette
         self._constrain()
         self._copy = None
 
     def state(self) -> State:
-        """What :meth:`restore` needs to go on as if nothing had happened."""
+        """Return everything that :meth:`restore` needs to continue to the same bits."""
         return {
             "points": self._rows[0],
             "color": self._rows[1],
@@ -134,7 +143,7 @@ class Population:
         }
 
     def restore(self, state: State, palette: Palette | None) -> None:
-        """Go on from ``state``; ``palette`` is the one of the fit, if it has one."""
+        """Continue from ``state``; ``palette`` is the fit's palette, if it has one."""
         device = self.serial.device
         points, color, opacity, self._background, self._age, self.serial = (
             state[name].to(device) for name in ("points", "color", "opacity", "background", "age", "serial")
@@ -143,19 +152,19 @@ class Population:
         if palette is not None and state["palette"] is not None:
             palette.restore(state["palette"], str(device))
             self._palette = palette
-        self._place(Scene(**state["live"]).to(str(device)))
+        self._set_live(Scene(**state["live"]).to(str(device)))
 
     def keep(self, rows: Tensor) -> None:
-        """Keep the paths ``rows`` (a mask, or indices in their new order)."""
+        """Keep the paths ``rows``: a mask, or indices in the new order."""
         self._rows = tuple(values[:, rows].contiguous() for values in self._rows)
         self._age = torch.cat([self._age[:-1][rows], self._age[-1:]])
         self.serial = self.serial[rows]
         if self._palette is not None:
             self._palette.keep(rows)
-        self._place(self.live.select(rows))
+        self._set_live(self.live.select(rows))
 
     def sort_by_area(self) -> None:
-        """Order the paths by the area of their bounding box, the smallest on top."""
+        """Sort the paths by the area of their bounding boxes, the smallest on top."""
         box = curve_boxes(self.live.points, self.live.degree)
         order = (box[:, 2:] - box[:, :2]).prod(-1).argsort(descending=True, stable=True)
         if not torch.equal(order, torch.arange(len(order), device=order.device)):
@@ -164,7 +173,7 @@ class Population:
     def append(self, scene: Scene) -> None:
         """Add the paths of ``scene`` on top, with fresh optimizer state."""
         new = self._fresh_rows(scene)
-        shown = self._shown(new, scene)
+        added = self._to_scene(new, scene)
         self._rows = tuple(torch.cat(pair, 1) for pair in zip(self._rows, new, strict=True))
         self._age = torch.cat([self._age[:-1], self._age.new_zeros(len(scene)), self._age[-1:]])
         self.serial = torch.cat([self.serial, torch.arange(len(scene), device=self.serial.device) + self._created])
@@ -172,13 +181,13 @@ class Population:
         if self._palette is not None:
             self._palette.append(scene.color)
         names = ("points", "color", "opacity", "generation")
-        joined = (torch.cat([getattr(self.live, name), getattr(shown, name)]) for name in names)
+        joined = (torch.cat([getattr(self.live, name), getattr(added, name)]) for name in names)
         points, color, opacity, generation = joined
-        self._place(replace(self.live, points=points, color=color, opacity=opacity, generation=generation))
+        self._set_live(replace(self.live, points=points, color=color, opacity=opacity, generation=generation))
 
-    def _place(self, scene: Scene) -> None:
-        """Make ``scene``, whose memory is its own, the live one, and know all arrays of the step by their memory."""
-        self.live, self._copy = scene, None
+    def _set_live(self, scene: Scene) -> None:
+        """Make ``scene``, which shares no memory, the live one, and prepare the step's arguments for its memory."""
+        self.live, self._copy, self._prefix_counts = scene, None, None
         cuda, dtype = self._launch.device.is_cuda, wp.dtype_from_torch(scene.points.dtype)
         lanes = make_lanes(1 if cuda else TILE, dtype)
         self._kernel, self._threads_per_path = make_kernels(lanes).step_population, threads_per_path(lanes)
@@ -187,12 +196,12 @@ class Population:
         rates = [wp.vec3d(*self._rates), as_warp(self._factor, wp.float64)]
         betas = [lanes.vec3(*BETAS), log_betas, lanes.dtype(EPS), as_warp(self._age, wp.int64)]
         self._settings = [len(scene), lanes.dtype(self._half_side), color_form, *rates, *betas]
-        shown = (scene.points.flatten(1), scene.color, scene.opacity[:, None], scene.background[None])
-        self._arrays = [as_warp(values, dtype) for values in (*self._rows, self._background, *shown)]
+        outputs = (scene.points.flatten(1), scene.color, scene.opacity[:, None], scene.background[None])
+        self._arrays = [as_warp(values, dtype) for values in (*self._rows, self._background, *outputs)]
         self._constrain()
 
     def _constrain(self) -> None:
-        """Make the live scene, in place, what the settings say beyond what the parameters do."""
+        """Apply opaque paths and the palette to the live scene, in place."""
         if self._opaque:
             self.live.opacity.fill_(1.0)
         if self._palette is not None:
@@ -202,12 +211,12 @@ class Population:
                 self.live.background.copy_(color[-1])
 
     def _free_colors(self) -> Tensor:
-        """The colours [N + 1, 3] that the paths and, last, the background would have without a palette."""
-        return self._shown_color(torch.cat([self._rows[1][0], self._background[0]]))
+        """Return the colours [N + 1, 3] that the paths and, last, the background would have without a palette."""
+        return self._to_color(torch.cat([self._rows[1][0], self._background[0]]))
 
     @staticmethod
     def _strided(values: Tensor) -> Any:
-        """Rows apart by any stride, as a Warp array: adjoints are columns of wider sums."""
+        """Return ``values`` as a Warp array. Rows may be any stride apart, since adjoints are columns of wider sums."""
         dense = values.shape[1] == 1 or values.stride(1) == 1
         return wp.from_torch(values if dense else values.contiguous(), return_ctype=True)
 
@@ -216,21 +225,21 @@ class Population:
         points = (scene.points / self._half_side).flatten(1)
         return tuple(_fresh(raw) for raw in (points, self._raw_color(scene.color), opacity))
 
-    def _shown(self, rows: tuple[Tensor, ...], scene: Scene) -> Scene:
-        """What the parameters of ``rows`` show, in the shapes of ``scene``."""
+    def _to_scene(self, rows: tuple[Tensor, ...], scene: Scene) -> Scene:
+        """Return the scene that the parameters in ``rows`` stand for, in the shapes of ``scene``."""
         points, color, opacity = (values[0] for values in rows)
         points = (points * self._half_side).reshape(scene.points.shape)
-        return replace(scene, points=points, color=self._shown_color(color), opacity=opacity[:, 0].sigmoid())
+        return replace(scene, points=points, color=self._to_color(color), opacity=opacity[:, 0].sigmoid())
 
     def _raw_color(self, color: Tensor) -> Tensor:
         return color.logit(_LOGIT_MARGIN) if self._logit_color else color
 
-    def _shown_color(self, raw: Tensor) -> Tensor:
+    def _to_color(self, raw: Tensor) -> Tensor:
         return raw.sigmoid() if self._logit_color else raw.clone()
 
 
 def _fresh(raw: Tensor) -> Tensor:
-    """Parameters [rows, width] with a state of zeros [5, rows, width]."""
+    """Return planes [5, rows, width]: the parameters ``raw`` [rows, width] and a state of zeros."""
     rows = raw.new_zeros(_PLANES, *raw.shape)
     rows[0] = raw
     return rows

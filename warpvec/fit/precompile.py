@@ -1,4 +1,4 @@
-"""Compiling the kernels ahead of the first run, by running every kind of fit once on a few pixels."""
+"""Compile the kernels before the first run, by running every kind of fit once on a few pixels."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from warpvec.geometry.cubics import to_cubics
 from warpvec.rendering.draw import draw_pixels
 from warpvec.rendering.launch import resolve_device
 
-# Long enough for each kernel of a fit: steps, an inflation, and a recycling, which asks for importance.
+# Long enough to use each kernel of a fit: steps, an inflation, and a recycling, which asks for removal costs.
 _SHORT = {"curves": 4, "initial_curves": 2, "iterations": 8, "inflation_gap": 1, "time_budget": None}
 _KINDS = (
     {"preset": "default", "recycle_gap": 1, "recycle_share": 0.5},
@@ -24,12 +24,12 @@ _KINDS = (
 
 
 def compile_kernels(device: str = "auto") -> float:
-    """Compile and cache what fits on ``device`` take; the seconds that it took, little where they are cached.
+    """Compile and cache the kernels that fits on ``device`` use; return the seconds it took (few if already cached).
 
-    Their results are drawn, and looked through for what is hidden, on the CPU: its kernels are among them in any case.
+    The CPU's kernels are always among them: results are drawn, and searched for hidden paths, on the CPU.
 
     Raises:
-        InputError: no such device.
+        InputError: the device does not exist.
     """
     start = time.perf_counter()
     target = torch.linspace(0.0, 1.0, 16 * 16 * 3).reshape(16, 16, 3)

@@ -1,4 +1,4 @@
-"""What a fit tells while it runs, and what it gives."""
+"""What a fit reports: its progress while it runs, the time left, and its result."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from warpvec.image.metrics import psnr_from_mse
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a fit stands after an iteration."""
+    """The progress of a fit after an iteration."""
 
     iteration: int
     iteration_count: int
@@ -22,7 +22,7 @@ class Progress:
     seconds: float
     loss: Tensor = field(repr=False)
     scene: Callable[[], Scene] = field(repr=False)
-    """The scene as it stands, in pixels of the fitted image."""
+    """Returns the present scene, in pixels of the fitted image."""
 
     @property
     def psnr(self) -> float:
@@ -32,7 +32,7 @@ class Progress:
 
 @dataclass(frozen=True)
 class FitResult:
-    """What a fit gives: the scene in pixels of the fitted image, on the CPU, and how it got there."""
+    """The result of a fit: the scene in pixels of the fitted image, on the CPU, and facts about the run."""
 
     scene: Scene
     history: list[dict[str, float]]
@@ -43,7 +43,7 @@ class FitResult:
 
 
 def history_entry(progress: Progress) -> dict[str, Any]:
-    """What is kept of an iteration; reads one number back from the device."""
+    """Return the record of an iteration for the history; reads one number back from the device."""
     return {
         "iteration": progress.iteration,
         "curves": progress.curve_count,
@@ -53,9 +53,9 @@ def history_entry(progress: Progress) -> dict[str, Any]:
 
 
 class Pace:
-    """Estimates the time that is left; counts from the first iteration, which loads or compiles the kernels.
+    """An estimate of the time left. It leaves out the first iteration, which loads or compiles the kernels.
 
-    It is to see every iteration: one that is below the last is of a new fit.
+    Pass it every iteration. An iteration number below the last one starts a new fit.
     """
 
     def __init__(self) -> None:
@@ -63,13 +63,13 @@ class Pace:
         self._first_seconds = 0.0
 
     def see(self, progress: Progress) -> None:
-        """Takes note of an iteration, which costs nothing."""
+        """Record an iteration. This costs nothing."""
         if self._last_iteration == 0 or progress.iteration < self._last_iteration:
             self._first_iteration, self._first_seconds = progress.iteration, progress.seconds
         self._last_iteration = progress.iteration
 
     def describe(self, progress: Progress) -> str:
-        """One line: where the fit is, how good, how long it will take; reads one number back from the device."""
+        """Return one line with the iteration, the quality and the time left; reads one number back from the device."""
         self.see(progress)
         done = progress.iteration - self._first_iteration
         remaining = progress.iteration_count - progress.iteration

@@ -1,9 +1,11 @@
-"""Regularizers of the paths (equation 6), and PSNR.
+"""The regularizers of the paths (equation 6): their values, and their adjoints for the fit.
 
-The fit takes their gradients for cubics from ``kernels/regularization.py``, in a tenth of the time that autograd needs.
-Here, geometry lies in planes, the last two dimensions always [N, S], S curves of degree M on each of N paths:
-``planes`` [M, 2, N, S] are the control points of each curve but its last (A, B, C of a cubic), ``legs`` [M, 2, N, S]
-the sides of its control polygon (AB, BC, CD of a cubic).
+The values are written in torch. Their adjoints come from ``kernels/regularization.py`` for cubics, in a tenth of the
+time that autograd needs, and from autograd for curves of another degree.
+
+Geometry is stored in planes whose last two dimensions are always [N, S]: S curves of degree M on each of N paths.
+``planes`` [M, 2, N, S] are the control points of each curve except its last (A, B, C of a cubic); ``legs``
+[M, 2, N, S] are the sides of its control polygon (AB, BC, CD of a cubic).
 """
 
 from __future__ import annotations
@@ -32,13 +34,14 @@ from warpvec.kernels.lanes import make_lanes
 from warpvec.rendering.launch import Launcher, as_warp
 
 SIDE_TIP_PARAMETER = TIP_PARAMETER / 2
-"""The same 5 of 128 samples of the outline, along a curve that makes half of it, not a quarter."""
+"""Curve parameter at which the tips of a side end: 5 of 128 samples of the outline, as for cubics, but along a curve
+that is half of the outline, not a quarter."""
 
 
 def regularization(
     points: Tensor, opacity: Tensor, width: float, height: float, config: FitConfig, degree: int = 3
 ) -> Tensor:
-    """The weighted sum of the three regularizers, equation (6), for autograd.
+    """Return the weighted sum of the three regularizers, equation (6), for autograd.
 
     Args:
         points: control points [N, M S, 2] in pixels; two curves a path, S = 2, unless they are cubics.
@@ -54,169 +57,8 @@ def regularization(
     )
 
 
-# Opacity, equation (5).
-
-
-def opacity_loss(opacity: Tensor) -> Tensor:
-    """Mean of |1 - opacity| over the paths [N]: equation (5)."""
-    return _mean((opacity - 1.0).abs())
-
-
-# Xing: Ma et al., Towards Layer-wise Image Vectorization, 2022.
-
-
-def xing_loss(points: Tensor, degree: int = 3) -> Tensor:
-    """How far curves turn back on themselves: LIVE's Xing loss without its scale of 1e-3, mean over all cubics.
-
-    The loss of a cubic A, B, C, D is |sine| of the angle from AB to CD if that angle has the other sign than the one
-    from AB to BC, else 0. A leg shorter than ``LEG_MIN`` has no direction, hence neither loss nor gradient. A curve of
-    higher degree has M - 2 such triples of consecutive legs, and the mean is over all of them; triples across the ends
-    of curves do not count, as for cubics: a corner there is no loop.
-
-    Args:
-        points: control points [N, M S, 2] in pixels.
-        degree: M.
-    """
-    legs = _legs(_planes(points, degree)).transpose(0, 1)
-    directions = _directions(legs)
-    return _mean((_cross(directions[:, :-2], directions[:, 2:]) * _turn(legs)).neg().relu())
-
-
-def _directions(legs: Tensor) -> Tensor:
-    """Unit vectors of ``legs`` [2, M, N, S] in pixels; 0 for those below ``LEG_MIN``."""
-    length_squared = (legs * legs).sum(0)
-    inverse_length = threshold(length_squared, LEG_MIN**2, math.inf).rsqrt()
-    return legs * inverse_length
-
-
-def _turn(legs: Tensor) -> Tensor:
-    """1 [M - 2, N, S] where a leg's angle to the next is zero or positive (clockwise on screen), else -1."""
-    return torch.where(_cross(legs[:, :-2], legs[:, 1:-1]) >= 0.0, 1.0, -1.0).to(legs.dtype)
-
-
-# The Bezier regularizer: Liu et al., Bezier Splatting, 2025, carried over to closed paths of S cubics.
-
-
-def bezier_loss(points: Tensor, width: float, height: float, degree: int = 3) -> Tensor:
-    """Bezier Splatting's regularizer for two sides of degree M, and carried over to closed paths of S cubics.
-
-    A sum of three terms, in coordinates in which the canvas is [-1, 1] on both axes:
-
-    **Projection**, inner control points beyond the chord of their curve. The original has two quintics on one chord
-    v = P5 - P0 and asks of the eight other points Q that a = (Q - P0).v / |v|^2 lies in [0, 1]:
-    0.01 / N sum [relu(a - 1)^2 + relu(-a)^2]. Each cubic has its own chord v and two inner points (eight per path
-    again if S = 4), and both overshoots, (Q - A).v - |v|^2 and -(Q - A).v, are divided not by |v|^2 but by the extent
-    of the path, a constant for the gradient: the mean over its cubics of max(|v|^2, |AB|^2 + |BC|^2 + |CD|^2), plus
-    a pixel. That is the same for equal chords and modest overshoots; but one chord of several may well come near zero,
-    where a ratio to itself would explode. Two sides of another degree have the original, except that the pixel is added
-    there, too, and that v is taken to be no shorter than the M legs of a side (root mean square; the mean of both sides
-    of |v|^2 or of that). These are constant for the gradient, or points would flee to lengthen them; v is not.
-
-    **Tips**, needles at the joints. With u and w from a joint to the outline a little before and after it: mean of
-    |u + w|^2, counted where u and w enclose less than 60 degrees. The joints of cubics are all S anchors, not two. u
-    and w end at ``TIP_PARAMETER`` along cubics, ``SIDE_TIP_PARAMETER`` along sides, not at samples of the outline.
-
-    **Anchors**, joints off the canvas: mean of relu(|coordinate| - 1) over all S anchors, not two if they are cubics.
-
-    Args:
-        points: control points [N, M S, 2] in pixels; S = 2 unless the curves are cubics.
-        width, height: canvas in pixels.
-        degree: M.
-    """
-    planes = _planes(points, degree)
-    pixel = _pixel(points, width, height)
-    legs = _legs(planes) * pixel
-    chord = legs.sum(0)
-    projection = (_overshoot(legs, chord).square() * _projection_weight(legs, chord, pixel)).sum()
-    tips = _tips(legs, TIP_PARAMETER if degree == 3 else SIDE_TIP_PARAMETER)
-    return projection + _mean(tips.square()) * 2.0 + _mean(_outside(planes[0] * pixel - 1.0).abs())
-
-
-def _overshoot(legs: Tensor, chord: Tensor) -> Tensor:
-    """Overshoots times chord [2 M - 2, N, S] over both ends for the inner points."""
-    return _combine(_beyond(len(legs), legs.dtype, legs.device), (legs * chord).sum(1)).relu()
-
-
-def _projection_weight(legs: Tensor, chord: Tensor, pixel: Tensor) -> Tensor:
-    """What a squared overshoot times chord counts [N, 1]: no gradient flows through it, but for the chord of sides."""
-    chord_squared, legs_squared = _dot(chord, chord), (legs * legs).sum((0, 1)).detach()
-    if len(legs) == 3:
-        extent = torch.maximum(chord_squared.detach(), legs_squared)
-    else:
-        extent = torch.maximum(chord_squared, legs_squared / len(legs))
-    extent = extent.mean(-1, keepdim=True) + (EXTENT_MIN * pixel).square().sum()
-    return extent.square().reciprocal() * (PROJECTION_WEIGHT / max(len(extent), 1))
-
-
-@cache
-def _beyond(degree: int, dtype: torch.dtype, device: torch.device) -> Tensor:
-    # From the dot products of the legs with the chord, for each inner point in turn: before the start, after the end.
-    inner, legs = range(1, degree), range(degree)
-    rows = [[-(after == (leg >= point)) for leg in legs] for point in inner for after in (False, True)]
-    return torch.tensor(rows, dtype=dtype, device=device).reshape(-1, degree)
-
-
-def _tips(legs: Tensor, t: float) -> Tensor:
-    """u + w [2, N, S] of each anchor, to ``t`` along its two curves, where it is a needle tip, else 0."""
-    ahead, arriving = _combine(_reach(len(legs), t, legs.dtype, legs.device), legs)
-    behind = arriving.roll(1, -1).neg()
-    cosine = _dot(ahead, behind)
-    needle = cosine.relu().square() > _dot(ahead, ahead) * _dot(behind, behind) * TIP_COSINE**2
-    tips: Tensor = (ahead + behind) * needle
-    return tips
-
-
-@cache
-def _reach(degree: int, t: float, dtype: torch.dtype, device: torch.device) -> Tensor:
-    # From the start of a curve to t in its legs, each with the Bernstein weights of the points after it; from 1 - t to
-    # its end is the mirror image.
-    weights = [math.comb(degree, j) * (1 - t) ** (degree - j) * t**j for j in range(degree, 0, -1)]
-    first = list(itertools.accumulate(weights))[::-1]
-    return torch.tensor([first, first[::-1]], dtype=dtype, device=device)
-
-
-def _outside(anchors: Tensor) -> Tensor:
-    return anchors - anchors.clamp(-1.0, 1.0)
-
-
-# Planes.
-
-
-def _planes(points: Tensor, degree: int) -> Tensor:
-    """The control points of every curve but its last [M, 2, N, S] from control points [N, M S, 2]."""
-    path_count, point_count, _ = points.shape
-    return points.reshape(path_count, point_count // degree, degree, 2).permute(2, 3, 0, 1).contiguous()
-
-
-def _legs(planes: Tensor) -> Tensor:
-    return torch.cat([planes[1:], planes[:1].roll(-1, -1)]).sub(planes)
-
-
-def _combine(rows: Tensor, planes: Tensor) -> Tensor:
-    """Linear combinations of the first dimension, one for each of ``rows``."""
-    return (rows @ planes.flatten(1)).view(len(rows), *planes.shape[1:])
-
-
-def _pixel(like: Tensor, width: float, height: float) -> Tensor:
-    """The size of a pixel [2, 1, 1] in normalised units."""
-    return like.new_tensor([2.0 / width, 2.0 / height]).view(2, 1, 1)
-
-
-def _dot(u: Tensor, v: Tensor) -> Tensor:
-    return u[0] * v[0] + u[1] * v[1]
-
-
-def _cross(u: Tensor, v: Tensor) -> Tensor:
-    return u[0] * v[1] - u[1] * v[0]
-
-
-def _mean(values: Tensor) -> Tensor:
-    # Not Tensor.mean: the loss of a scene without paths is 0.
-    return values.sum() / max(values.numel(), 1)
-
-
 class Regularization:
-    """The regularizers of a canvas, with the weights of ``config``, for curves of one degree."""
+    """The adjoints of `regularization` for a canvas, the weights of ``config``, and curves of one degree."""
 
     def __init__(self, height: int, width: int, config: FitConfig, device: str, degree: int = 3) -> None:
         self._height, self._width, self._config, self._degree = height, width, config, degree
@@ -225,10 +67,7 @@ class Regularization:
         self._launch = Launcher(device, threads=1)
 
     def add_adjoint(self, points: Tensor, opacity: Tensor, adj_points: Tensor, adj_opacity: Tensor) -> None:
-        """Add dL/dpoints [N, M S, 2] and dL/dopacity [N] of :func:`warpvec.fit.regularization.regularization`, in place.
-
-        By a kernel for cubics, by autograd for curves of another degree.
-        """
+        """Add dL/dpoints [N, M S, 2] and dL/dopacity [N] of `regularization`, in place."""
         if self._degree == 3:
             self._add_of_cubics(points, opacity, adj_points, adj_opacity)
         else:
@@ -250,3 +89,167 @@ class Regularization:
         gradients = torch.autograd.grad(value, (points, opacity))
         adj_points += gradients[0]
         adj_opacity += gradients[1]
+
+
+# Opacity, equation (5).
+
+
+def opacity_loss(opacity: Tensor) -> Tensor:
+    """Return the mean of |1 - opacity| over the paths [N]: equation (5)."""
+    return _mean((opacity - 1.0).abs())
+
+
+# Xing: Ma et al., Towards Layer-wise Image Vectorization, 2022.
+
+
+def xing_loss(points: Tensor, degree: int = 3) -> Tensor:
+    """Return how far curves turn back on themselves: LIVE's Xing loss without its factor 1e-3, mean over all cubics.
+
+    The loss of a cubic A, B, C, D is |sine| of the angle from AB to CD if this angle and the one from AB to BC have
+    opposite signs, else 0. A leg shorter than ``LEG_MIN`` has no direction, so it has neither loss nor gradient. A
+    curve of higher degree has M - 2 such triples of consecutive legs, and the mean is over all of them. Triples across
+    the ends of curves do not count, as for cubics: a corner there is no loop.
+
+    Args:
+        points: control points [N, M S, 2] in pixels.
+        degree: M.
+    """
+    legs = _legs(_planes(points, degree)).transpose(0, 1)
+    directions = _directions(legs)
+    return _mean((_cross(directions[:, :-2], directions[:, 2:]) * _turn(legs)).neg().relu())
+
+
+def _directions(legs: Tensor) -> Tensor:
+    """Return unit vectors along ``legs`` [2, M, N, S] in pixels; 0 for legs shorter than ``LEG_MIN``."""
+    length_squared = (legs * legs).sum(0)
+    inverse_length = threshold(length_squared, LEG_MIN**2, math.inf).rsqrt()
+    return legs * inverse_length
+
+
+def _turn(legs: Tensor) -> Tensor:
+    """Return 1 [M - 2, N, S] where a leg's angle to the next is zero or positive (clockwise on screen), else -1."""
+    return torch.where(_cross(legs[:, :-2], legs[:, 1:-1]) >= 0.0, 1.0, -1.0).to(legs.dtype)
+
+
+# The Bezier regularizer: Liu et al., Bezier Splatting, 2025, carried over to closed paths of S cubics.
+
+
+def bezier_loss(points: Tensor, width: float, height: float, degree: int = 3) -> Tensor:
+    """Return Bezier Splatting's regularizer: the original for two sides of degree M, or adapted to S cubics.
+
+    It is the sum of three terms, in coordinates in which the canvas is [-1, 1] on both axes:
+
+    **Projection**: inner control points must not lie beyond the chord of their curve. The original has two quintics on
+    one chord v = P5 - P0. For each of the eight other points Q, a = (Q - P0).v / |v|^2 should lie in [0, 1]; the term
+    is 0.01 / N sum [relu(a - 1)^2 + relu(-a)^2]. Here each cubic has its own chord v and two inner points (if S = 4,
+    again eight per path). Both overshoots, (Q - A).v - |v|^2 and -(Q - A).v, are divided not by |v|^2 but by the extent
+    of the path: the mean over its cubics of max(|v|^2, |AB|^2 + |BC|^2 + |CD|^2), plus a pixel. The extent is a
+    constant for the gradient. For equal chords and modest overshoots this is the same; but one of several chords may
+    come near zero, where a ratio to itself would explode. Two sides of another degree use the original with two
+    changes. The pixel is added too. And |v|^2 is at least the mean square of the side's M legs, averaged over both
+    sides. The legs are constants for the gradient, or points would flee to lengthen them; v is not.
+
+    **Tips**: the joints must not be needles. Let u and w lead from a joint to the outline a little before and after it.
+    The term is the mean of |u + w|^2, counted where u and w enclose less than 60 degrees. The joints of cubics are all
+    S anchors, not two. u and w end at ``TIP_PARAMETER`` along cubics and ``SIDE_TIP_PARAMETER`` along sides, not at
+    samples of the outline.
+
+    **Anchors**: joints must not lie off the canvas. The term is the mean of relu(|coordinate| - 1) over the joints: all
+    S anchors of cubics, the two ends of sides.
+
+    Args:
+        points: control points [N, M S, 2] in pixels; S = 2 unless the curves are cubics.
+        width, height: canvas in pixels.
+        degree: M.
+    """
+    planes = _planes(points, degree)
+    pixel = _pixel(points, width, height)
+    legs = _legs(planes) * pixel
+    chord = legs.sum(0)
+    projection = (_overshoot(legs, chord).square() * _projection_weight(legs, chord, pixel)).sum()
+    tips = _tips(legs, TIP_PARAMETER if degree == 3 else SIDE_TIP_PARAMETER)
+    return projection + _mean(tips.square()) * 2.0 + _mean(_outside(planes[0] * pixel - 1.0).abs())
+
+
+def _overshoot(legs: Tensor, chord: Tensor) -> Tensor:
+    """Return the inner points' overshoots times the chord's length [2 M - 2, N, S], over both ends."""
+    return _combine(_beyond(len(legs), legs.dtype, legs.device), (legs * chord).sum(1)).relu()
+
+
+def _projection_weight(legs: Tensor, chord: Tensor, pixel: Tensor) -> Tensor:
+    """Return the weight [N, 1] of a squared overshoot; no gradient flows through it, except by the chord of sides."""
+    chord_squared, legs_squared = _dot(chord, chord), (legs * legs).sum((0, 1)).detach()
+    if len(legs) == 3:
+        extent = torch.maximum(chord_squared.detach(), legs_squared)
+    else:
+        extent = torch.maximum(chord_squared, legs_squared / len(legs))
+    extent = extent.mean(-1, keepdim=True) + (EXTENT_MIN * pixel).square().sum()
+    return extent.square().reciprocal() * (PROJECTION_WEIGHT / max(len(extent), 1))
+
+
+@cache
+def _beyond(degree: int, dtype: torch.dtype, device: torch.device) -> Tensor:
+    # Rows that combine the dot products of the legs with the chord to overshoots: for each inner point, the one before
+    # the start and the one after the end.
+    inner, legs = range(1, degree), range(degree)
+    rows = [[-(after == (leg >= point)) for leg in legs] for point in inner for after in (False, True)]
+    return torch.tensor(rows, dtype=dtype, device=device).reshape(-1, degree)
+
+
+def _tips(legs: Tensor, t: float) -> Tensor:
+    """Return u + w [2, N, S] of each anchor, up to ``t`` along its two curves, where it is a needle tip, else 0."""
+    ahead, arriving = _combine(_reach(len(legs), t, legs.dtype, legs.device), legs)
+    behind = arriving.roll(1, -1).neg()
+    cosine = _dot(ahead, behind)
+    needle = cosine.relu().square() > _dot(ahead, ahead) * _dot(behind, behind) * TIP_COSINE**2
+    tips: Tensor = (ahead + behind) * needle
+    return tips
+
+
+@cache
+def _reach(degree: int, t: float, dtype: torch.dtype, device: torch.device) -> Tensor:
+    # The vector from a curve's start to t is a sum of its legs, each weighted by the Bernstein weights of the points
+    # after it. The vector from 1 - t to its end is the mirror image.
+    weights = [math.comb(degree, j) * (1 - t) ** (degree - j) * t**j for j in range(degree, 0, -1)]
+    first = list(itertools.accumulate(weights))[::-1]
+    return torch.tensor([first, first[::-1]], dtype=dtype, device=device)
+
+
+def _outside(anchors: Tensor) -> Tensor:
+    return anchors - anchors.clamp(-1.0, 1.0)
+
+
+# Planes.
+
+
+def _planes(points: Tensor, degree: int) -> Tensor:
+    """Return all control points of each curve except its last [M, 2, N, S] from control points [N, M S, 2]."""
+    path_count, point_count, _ = points.shape
+    return points.reshape(path_count, point_count // degree, degree, 2).permute(2, 3, 0, 1).contiguous()
+
+
+def _legs(planes: Tensor) -> Tensor:
+    return torch.cat([planes[1:], planes[:1].roll(-1, -1)]).sub(planes)
+
+
+def _combine(rows: Tensor, planes: Tensor) -> Tensor:
+    """Return linear combinations of the first dimension of ``planes``, one for each of ``rows``."""
+    return (rows @ planes.flatten(1)).view(len(rows), *planes.shape[1:])
+
+
+def _pixel(like: Tensor, width: float, height: float) -> Tensor:
+    """Return the size of a pixel [2, 1, 1] in units in which the canvas is [-1, 1]."""
+    return like.new_tensor([2.0 / width, 2.0 / height]).view(2, 1, 1)
+
+
+def _dot(u: Tensor, v: Tensor) -> Tensor:
+    return u[0] * v[0] + u[1] * v[1]
+
+
+def _cross(u: Tensor, v: Tensor) -> Tensor:
+    return u[0] * v[1] - u[1] * v[0]
+
+
+def _mean(values: Tensor) -> Tensor:
+    # The loss of a scene without paths is 0; Tensor.mean would give NaN.
+    return values.sum() / max(values.numel(), 1)

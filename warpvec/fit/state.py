@@ -1,4 +1,4 @@
-"""The state of a fit as plain values, and when to save it."""
+"""The state of a fit as plain values, and when it is saved."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from typing import Any
 from torch import Tensor
 
 State = dict[str, Any]
-"""What a part of a fit is made of: tensors, numbers, lists, None, and such dictionaries."""
+"""The state of a part of a fit: tensors, numbers, strings, lists of plain values, None, and dictionaries of these."""
 
 
 @dataclass(frozen=True)
 class Saving:
-    """``save`` is called with the fit's state after every ``every``-th iteration."""
+    """A request to call ``save`` with the fit's state after every ``every``-th iteration."""
 
     every: int
     save: Callable[[State], None]
 
 
 def digest(target: Tensor) -> str:
-    """SHA-256 of a target's shape and pixels."""
+    """Return the SHA-256 of a target's shape and pixels."""
     pixels = target.detach().cpu().contiguous().numpy()
     return hashlib.sha256(repr(pixels.shape).encode() + pixels.tobytes()).hexdigest()

@@ -1,8 +1,8 @@
-"""What of each path is to be seen, and scenes without the paths of which nothing is.
+"""Measure each path's visible area; drop invisible paths.
 
-What goes is proven to change no pixel, by drawing without it. What may stay although it changes none: a path that by
-`visible_areas` and `changes_alone` is above both `SHOWN_MIN` and `CHANGE_MIN`, and any path once the drawings are used
-up. Hidden paths are the first to be tried, and once in any photo, however large.
+A path is dropped only if a drawing without it has the same pixels. Two kinds of paths may stay although they change
+none: those above both `VISIBLE_AREA_MIN` and `CHANGE_MIN`, which are not tried, and those left when the drawings are
+used up. Hidden paths are tried first, and at least once, however large the image is.
 """
 
 from __future__ import annotations
@@ -19,76 +19,80 @@ from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.operator import draw_adjoint
 
-SHOWN_MIN = 1.0
-"""Pixels, at full opacity and nothing above: what shows less than this in all is a candidate for removal. Spread over
-500 pixels it is less than half a level of 255; whether it changes one is then seen by drawing without it."""
+VISIBLE_AREA_MIN = 1.0
+"""A path with a smaller visible area, in pixels, is a candidate. Spread over 500 pixels this area is less than half a
+level of 255, so the path may change no pixel; a drawing without it tells."""
 
 CHANGE_MIN = 1.0 / 255.0**2
-"""Squared, over pixels and channels: a path whose going changes less than one level of 255 in one pixel is a candidate
-too, however much of it shows: it has the colour of what is below."""
+"""A path is a candidate too if its removal changes the image (squared, summed over pixels and channels) by less than
+one level of 255 in one pixel. However large its visible area is, it then has the colour of what is below."""
 
 DRAWINGS_MAX, DRAWN_BYTES_MAX = 8, 2**26
-"""Drawings that the search for what changes no pixel may take, and bytes of all of them: each costs what drawing the
-file costs, and most candidates do change a pixel: 31 of 4096 paths took 62 drawings, half a minute, to keep them all.
-Without all that shows nothing one is made in any case.
+"""Most drawings that the search for invisible paths may make, and most bytes of all their pixels. Each costs as much as
+drawing the file, and most candidates do change a pixel: 31 candidates among 4096 paths took 62 drawings, half a minute,
+and all of them stayed. One drawing, without all hidden paths, is made in any case.
 """
 
 FAINT = 1e-6
-"""An opacity at which even a thousand paths in one place let all but 0.1 % through."""
+"""An opacity so low that even a thousand paths in one place let 99.9 % of the light through."""
 
 DrawScene = Callable[[Scene], bytes]
-"""The pixels of a scene as a viewer shows them."""
+"""A function that returns the pixels of a scene as a viewer shows them."""
 
 
 def visible_areas(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
-    """Of each path [N], the sum over the pixels of coverage, opacity, and the transmittance of all that is above."""
-    # The sum of the image's reds, as it changes with the red of each path.
+    """Measure each path's visible area [N]: the sum over the pixels of coverage, opacity and transmittance above."""
+    # This is the derivative of the sum of the image's reds with respect to the red of each path.
     adj_image = scene.points.new_zeros((height, width, 3))
     adj_image[..., 0] = 1.0
     return draw_adjoint(scene, adj_image, threads=threads).color[:, 0]
 
 
 def canvas_areas(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
-    """Area [N] in pixels of each path by itself, as far as it lies on the canvas."""
+    """Measure the area [N] in pixels of each path by itself, inside the canvas."""
     return visible_areas(faint(scene), height, width, threads) / FAINT
 
 
 def faint(scene: Scene) -> Scene:
-    """``scene`` with the opacity ``FAINT`` for every path: no path hides another."""
+    """Return ``scene`` with the opacity ``FAINT`` for every path, so that no path hides another."""
     return replace(scene, opacity=torch.full_like(scene.opacity, FAINT))
 
 
-def changes_alone(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
-    """How much the image changes as each path [N] alone goes: squared, summed over the pixels and channels."""
+def removal_changes(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
+    """Measure the image's change when each path [N] alone is removed: squared, summed over pixels and channels."""
     target = scene.points.new_full((height, width, 4 if scene.transparent else 3), 0.5)
     adjoints = Target(target, FitConfig(threads=threads), "cpu").fit_step(scene, True)
-    # The loss is a parabola in the opacity. Less its slope, which depends on the target, it is the change of the image.
+    # The loss is a parabola in the opacity. Without its slope, which depends on the target, it is the image's change.
     changes: Tensor = 3 * height * width * (adjoints.removal_cost + scene.opacity * adjoints.opacity)
     return changes.clamp_min(0.0)
 
 
-def without_invisible(scene: Scene, shown: Tensor, changes: Tensor, draw: DrawScene) -> Scene:
-    """``scene`` without the paths that change no pixel of ``draw``, as far as ``DRAWINGS_MAX`` drawings find them.
+def without_invisible(scene: Scene, visible_area: Tensor, changes: Tensor, draw: DrawScene) -> Scene:
+    """Return ``scene`` without the paths that change no pixel of ``draw``.
+
+    Only paths with a small ``visible_area`` or small ``changes`` are tried. The search may end before it has found all
+    invisible paths, because it makes ``DRAWINGS_MAX`` drawings at most.
 
     Args:
         scene: N paths.
-        shown: what is seen of each [N], as `visible_areas` gives it.
-        changes: what each changes [N], as `changes_alone` gives it; only those least in one of the two are tried.
-        draw: the judge: what goes must leave its pixels as they are.
+        visible_area: the area [N] that `visible_areas` measures.
+        changes: the changes [N] that `removal_changes` measures.
+        draw: draws a scene; a path is removed only if the pixels stay the same.
     """
-    hidden, little, alike = shown == 0.0, shown < SHOWN_MIN, changes < CHANGE_MIN
-    masks = (hidden, little & ~hidden, alike & ~little)
-    measures = (changes, shown, changes)
+    hidden, small, alike = visible_area == 0.0, visible_area < VISIBLE_AREA_MIN, changes < CHANGE_MIN
+    masks = (hidden, small & ~hidden, alike & ~small)
+    measures = (changes, visible_area, changes)
     groups = [order[mask[order]] for mask, order in zip(masks, (m.argsort(stable=True) for m in measures), strict=True)]
     if not any(len(group) for group in groups):
         return scene
-    return scene.select(_kept(scene, groups, draw))
+    return scene.select(_visible_mask(scene, groups, draw))
 
 
-def _kept(scene: Scene, groups: list[Tensor], draw: DrawScene) -> Tensor:
-    """Which paths stay [N]: ``groups``, the hidden ones first, or halves of them go where that changes no pixel.
+def _visible_mask(scene: Scene, groups: list[Tensor], draw: DrawScene) -> Tensor:
+    """Return a mask [N] of the paths to keep.
 
-    The groups take turns, and in each what is in front goes first.
+    Remove whole groups, or else their halves, if that changes no pixel. The first group holds the hidden paths. The
+    groups take turns; each is sorted so that the paths that matter least are tried first.
     """
     keep = torch.ones(len(scene), dtype=torch.bool)
     pixels = draw(scene)

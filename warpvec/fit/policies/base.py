@@ -1,4 +1,4 @@
-"""Who decides when paths come and go, and what a fit that begins with given paths asks of it."""
+"""The interface of a policy, which decides when paths are added and removed."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from warpvec.geometry.scene import Scene
 
 
 class Policy(Protocol):
-    """Made for one target, one configuration, and the number of its first generation."""
+    """A policy for one image, one configuration, and a number for its first generation."""
 
     def first_paths(self, background: Tensor) -> Scene:
-        """The paths at the start, over ``background`` [3]."""
+        """Return the paths at the start, over ``background`` [3]."""
 
     def state(self) -> State:
-        """What :meth:`restore` needs to go on as if nothing had happened."""
+        """Return everything that :meth:`restore` needs to continue to the same bits."""
 
     def restore(self, state: State) -> None:
-        """Go on from ``state``."""
+        """Continue from ``state``."""
 
     def wants_removal_cost(self, iteration: int, iterations: int) -> bool:
-        """Whether :meth:`update` after ``iteration`` (the first is 1) needs what each path's removal costs."""
+        """Return whether :meth:`update` after ``iteration`` (the first is 1) needs each path's removal cost."""
 
     def update(
         self,
@@ -35,7 +35,12 @@ class Policy(Protocol):
         removal_cost: Tensor | None,
         squared_error: Callable[[Scene], Tensor],
     ) -> bool:
-        """Remove and add what is due after ``iteration`` of ``iterations``; whether anything was.
+        """Remove and add the paths that are due after ``iteration`` of ``iterations``; return whether any were due.
 
-        ``removal_cost`` [N] is there if it was wanted; ``squared_error`` gives a scene's error in each pixel [h, w].
+        Args:
+            population: the paths to change.
+            iteration: iterations done; the first is 1.
+            iterations: iterations of the whole run.
+            removal_cost: what the removal of each path [N] adds to the loss, if it was wanted.
+            squared_error: returns a scene's squared error in each pixel [h, w].
         """

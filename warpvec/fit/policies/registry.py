@@ -1,4 +1,4 @@
-"""Find the policy that the settings name, and begin one with given paths."""
+"""Find the policy that the settings name, and prepare the settings of a fit that begins with given paths."""
 
 from __future__ import annotations
 
@@ -20,28 +20,31 @@ POLICIES: dict[str, Callable[[Tensor, FitConfig, int], Policy]] = {
     "scaffolding": Scaffolding,
     "replacement": Replacement,
 }
-"""The name of a policy in the settings -> the policy."""
+"""Policies by their names in the settings."""
 
 
-def make_policy(target: Tensor, config: FitConfig, first_generation: int, canvas: Target) -> Policy:
-    """The policy of ``config`` for ``target`` [h, w, 3 or 4], which ``canvas`` compares with."""
+def make_policy(image: Tensor, config: FitConfig, first_generation: int, target: Target) -> Policy:
+    """Make the policy of ``config`` for ``image`` [h, w, 3 or 4], which ``target`` compares scenes with."""
     if config.lod:
-        return PrefixScaffolding(target, config, first_generation, canvas)
-    return POLICIES[config.policy](target, config, first_generation)
+        return PrefixScaffolding(image, config, first_generation, target)
+    return POLICIES[config.policy](image, config, first_generation)
 
 
-def going_on(config: FitConfig, start: Scene, height: int, width: int) -> FitConfig:
-    """The settings for a fit of a canvas [height, width] that begins with ``start``.
+def config_from_start(config: FitConfig, start: Scene, height: int, width: int) -> FitConfig:
+    """Return the settings for a fit of a canvas [height, width] that begins with ``start``.
 
     Raises:
-        InputError: the policy does not go on from given paths, or the paths are not of the model of ``config``.
+        InputError: the policy cannot begin with given paths, or the paths do not have the path model of ``config``.
     """
     if config.policy != "scaffolding":
-        raise InputError(f"policy must be scaffolding to go on from a scene, got {config.policy!r}; give scaffolding")
+        rule = "must be scaffolding to start from a scene"
+        raise InputError("policy", rule, repr(config.policy), "give scaffolding")
     pieces = config.segments if config.path_model == "segments" else 2
     if (start.degree, start.piece_count) != (config.point_degree, pieces):
         raise InputError(
-            f"start must have {pieces} curves of degree {config.point_degree} a path, as the settings say, got"
-            f" {start.piece_count} of degree {start.degree}; change path_model, segments or degree"
+            "start",
+            f"must have {pieces} curves of degree {config.point_degree} a path, as the settings say",
+            f"{start.piece_count} of degree {start.degree}",
+            "change path_model, segments or degree",
         )
-    return schedule.continued(config, len(start), height, width)
+    return schedule.grow_from(config, len(start), height, width)
