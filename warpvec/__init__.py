@@ -14,7 +14,7 @@ from typing import Any
 
 __version__ = "0.1.0"
 
-_HOMES = {
+_MODULES = {
     "FitConfig": "config.fit_config",
     "make_config": "config.presets",
     "PRESETS": "config.presets",
@@ -25,10 +25,10 @@ _HOMES = {
     "Result": "vectorization.result",
 }
 
-__all__ = ["__version__", *_HOMES]
+__all__ = ["__version__", *_MODULES]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name not in _MODULES:
         raise AttributeError(f"module 'warpvec' has no attribute {name!r}")
-    return getattr(import_module(f"warpvec.{_HOMES[name]}"), name)
+    return getattr(import_module(f"warpvec.{_MODULES[name]}"), name)
