@@ -126,7 +126,7 @@ def _fit(
         result = fit_photo(
             photo, config, title=None if source == "-" else Path(source).stem, goal=goal, on_progress=on_progress,
             checkpoint=options["checkpoint"], every=every, resume=checkpoint,
-            **({"file_options": file_options(options)} if options["trim"] or options["no_metadata"] else {}),
+            file_options=file_options(options),
         )  # fmt: skip
         # Written before the video is finished, which may fail: the fit is worth more than its video.
         write_svg(result.svg(), out)
