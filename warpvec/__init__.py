@@ -22,6 +22,7 @@ _MODULES = {
     "Scene": "geometry.scene",
     "render": "rendering.operator",
     "vectorize": "vectorization.api",
+    "refine": "vectorization.refine",
     "Result": "vectorization.result",
 }
 

@@ -1,4 +1,4 @@
-"""The Python interface: an image in, a `Result` out."""
+"""The Python interface: turn an image into a `Result`."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from warpvec.image.resize import reduce_image
 from warpvec.rendering.launch import resolve_device
 from warpvec.svg.measure import evaluate
 from warpvec.vectorization.goal import Goal, with_curves
-from warpvec.vectorization.result import Result
+from warpvec.vectorization.result import FileOptions, Result
 from warpvec.vectorization.search import Search
 
-__all__ = ["OnProgress", "Result", "evaluate", "fit_photo", "vectorize"]
+__all__ = ["FileOptions", "OnProgress", "Result", "evaluate", "fit_photo", "title_of", "vectorize"]
 
 OnProgress = Callable[[Progress], None]
 
@@ -43,20 +43,24 @@ def vectorize(
     max_bytes: int | None = None,
     gzip: bool = False,
     target_psnr: float | None = None,
+    metadata: bool = True,
+    trim: bool = False,
     on_progress: OnProgress | None = None,
     **settings: Any,
 ) -> Result:
-    """Turns ``image`` into closed Bezier paths.
+    """Turn ``image`` into closed Bezier paths.
 
     Args:
         image: a path, the bytes of an image file, a PIL image, or an array as `warpvec.image.read.read_image` takes.
-        curves: number of paths, by default 512; "auto" for as many as the image rewards; beside ``max_bytes`` or
-            ``target_psnr``, which decide it, the most that may be taken.
+        curves: number of paths, by default 512; "auto" for as many as the image rewards. With ``max_bytes`` or
+            ``target_psnr``, which decide the number, it is the most that may be used.
         preset: one of `warpvec.PRESETS`: "draft", "default", "best", "paper" or "bezier-splatting".
         background: colour behind a transparent image; None keeps it transparent.
-        max_bytes: the text of the SVG has at most these bytes, after gzip if ``gzip`` says so.
-        target_psnr: decibels that the file, drawn by resvg, is to reach; it is met within 0.25 dB where it can be.
-        on_progress: called after every iteration; keep it cheap.
+        max_bytes: largest size of the SVG text, after gzip if ``gzip`` is true.
+        target_psnr: PSNR in dB that the file must reach, drawn by resvg, with as few paths as possible.
+        metadata: store the settings in the file.
+        trim: cut the paths off at the edges of the canvas.
+        on_progress: called after every iteration; it should be quick.
         settings: fields of `warpvec.FitConfig` that replace those of the preset.
 
     Raises:
@@ -64,10 +68,20 @@ def vectorize(
     """
     goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=curves == "auto")
     config = make_config(preset, **with_curves(settings, curves, goal))
-    resolve_device(config.device)  # an unknown one is found before the photo is read
-    photo = read_image(image, background, name="image")
-    title = Path(image).stem if isinstance(image, str | os.PathLike) else None
-    return fit_photo(photo, config, title=title, goal=goal, on_progress=on_progress)
+    resolve_device(config.device)  # report an unknown device before reading the image
+    return fit_photo(
+        read_image(image, background, name="image"),
+        config,
+        title=title_of(image),
+        goal=goal,
+        on_progress=on_progress,
+        file_options=FileOptions(metadata=metadata, trim=trim),
+    )
+
+
+def title_of(image: ImageSource) -> str | None:
+    """Return the title of the SVG of ``image``: its file name without suffix, None if it is no path."""
+    return Path(image).stem if isinstance(image, str | os.PathLike) else None
 
 
 def fit_photo(
@@ -81,14 +95,16 @@ def fit_photo(
     checkpoint: str | None = None,
     every: int = 50,
     resume: Checkpoint | None = None,
+    file_options: FileOptions = FileOptions(),  # noqa: B008 - it is frozen
 ) -> Result:
-    """Fits ``photo`` [h, w, 3 or 4], reduced to ``config.fit_size``, as `read_image` gives it.
+    """Fit ``photo`` [h, w, 3 or 4], as `read_image` returns it, reduced to ``config.fit_size``.
 
     Args:
-        goal: what the file must be; ``config.curves`` is then the most that it may take.
+        goal: requirements on the file; ``config.curves`` is then the most that may be used.
         start: paths to begin with, in pixels of the photo.
-        checkpoint: file that holds the state of the fit after every ``every``-th iteration.
-        resume: such a state, of this photo and with these settings, to go on from.
+        checkpoint: file that receives the state of the fit after every ``every``-th iteration.
+        resume: such a state, of this photo and with these settings, to continue from.
+        file_options: choices about the file alone.
 
     Raises:
         InputError: ``resume`` is of another photo, or as `warpvec.fit.loop.fit`.
@@ -103,7 +119,7 @@ def fit_photo(
     def fit_once(settings: FitConfig, scene: Scene | None) -> Result:
         reduced = replace(settings, min_area=settings.min_area * factors[0] * factors[1])
         fitted = fit(pixels, reduced, on_progress, start=scene, resume=state, saving=saving)
-        return Result(photo, size, settings, fitted, title)
+        return Result(photo, size, settings, fitted, title, file_options=file_options)
 
     first = None if start is None else start.scaled(*factors)
     if not goal:
@@ -112,9 +128,14 @@ def fit_photo(
 
 
 def _state_of(checkpoint: Checkpoint, target: Tensor, config: FitConfig) -> State:
-    """The state to go on from, on the threads that ``config`` says now."""
+    """Return the state to continue from, with the threads and the device of ``config``.
+
+    Raises:
+        InputError: the checkpoint is of another photo.
+    """
     if checkpoint.target_digest != digest(target):
-        raise InputError("IN must be the photo of the checkpoint, as it was, got another one; give that or start anew")
+        rule = "must be the photo of the checkpoint, unchanged"
+        raise InputError("IN", rule, "another one", "give that photo, or start anew without the checkpoint")
     settings = {**checkpoint.state["config"], "threads": config.threads, "device": config.device}
     return {**checkpoint.state, "config": settings}
 

@@ -1,4 +1,4 @@
-"""What is asked of a file (bytes, decibels) and how many paths that will take: pure functions of the fits so far."""
+"""Goals for a file (bytes, PSNR) and the number of paths to try next: pure functions of the fits so far."""
 
 from __future__ import annotations
 
@@ -11,38 +11,53 @@ from typing import Any, NamedTuple
 from warpvec.checks import as_float, check_count, check_flag, show
 from warpvec.errors import InputError
 
-SKETCH_CURVES = 64
-"""Paths of the first, short fit, from which the number of paths is guessed: it takes a second."""
+PROBE_CURVES = 64
+"""Paths of the probe, a first short fit from which the search guesses the number of paths. It takes a second."""
 
 SHORT_SHARE = 0.25
-"""Iterations of a sketch or a correction over those of a fit."""
+"""Iterations of a short fit (the probe or a correction) as a share of those of a whole fit."""
 
 CORRECTION_RATE = 0.4
-"""Learning rates of a correction over those of a fit: paths that stand well must not be thrown. 288 paths grown to 320
-in 500 iterations (kodim07): 28.04 dB with 0.3, 27.77 with 1; from nothing in 2000: 27.95."""
+"""Factor for the learning rates of a correction, so that it keeps the paths near their places. 288 paths grown to 320
+in 500 iterations (kodim07) reach 28.04 dB with 0.3 and 27.77 with 1; from nothing in 2000 iterations: 27.95."""
 
 CURVES_MAX = 16_384
-"""Most paths that a goal is followed to: beyond, a file is larger than the photo as a JPEG of equal quality."""
+"""Largest number of paths that a search tries. Beyond it a file is larger than the photo as a JPEG of equal quality."""
 
 USED_MIN, USED_AIM = 0.95, 0.98
-"""A budget of bytes counts as used from the first share on; the second is aimed at. What a path takes varies by 1 %."""
+"""Share of the allowed bytes that a file must use, and that the search aims at. Bytes per path vary by 1 %."""
 
 PSNR_EXCESS, PSNR_AIM = 0.25, 0.1
-"""Decibels above the target that are as good as it, and that are aimed at."""
+"""Decibels above the target that are close enough, and the excess that the search aims at."""
+
+BRACKET_RATIO = 1.04
+"""The search stops when a file that reaches the target has at most this many times the paths of one that misses it."""
+
+BRACKET_SHARES = (0.3, 0.7)
+"""Bounds of the next try inside a bracket, as shares of its (logarithmic) width. Each try cuts off at least 30 %. After
+two hits or two misses in a row, the PSNR has a step: the next try is at the bound on the other side."""
 
 SLOPE, SLOPE_MIN, SLOPE_MAX = 2.3, 0.8, 4.0
-"""Decibels that a doubling of the paths gains: to begin with (photos of the Kodak set: 1.7 to 2.6), and the bounds of
-what two fits that differ by little may claim."""
+"""Decibels gained by doubling the paths: the first guess (the Kodak photos gain 1.7 to 2.6), and the bounds of an
+estimate from two fits, which may differ by little."""
 
-LEAP_MAX = 16.0
-"""Most by which one guess multiplies the paths: a short fit of few paths says little of many."""
+STEP_UP_MAX, STEP_DOWN_MAX = 16.0, 4.0
+"""Largest factors by which one step raises or, outside a bracket, lowers the number of paths: a fit of few paths says
+little about many, and in flat art a quarter of the paths may lose 20 dB."""
 
 AUTO_GAIN, AUTO_CURVES_MAX = 1.0, 2048
-"""With the curves left to us, they are doubled until that gains less than these decibels, or to this many, where the
-file of a photo has some 350 KB."""
+"""Without a number of paths, the search doubles them while that gains at least these decibels, up to this number, at
+which the file of a photo has some 350 KB."""
 
-VAIN_GAIN = 0.2
-"""Where more paths gain less than these decibels for each doubling, no number of them reaches the target."""
+AUTO_PSNR_MAX = 40.0
+"""Decibels above this do not count as a gain of a doubling: no difference is visible any more. Flat art gains 1 to 2 dB
+a doubling up to thousands of paths (a Noto emoji: 42 dB with 64 paths, 50 dB with 1,000)."""
+
+AUTO_USED_MIN = 0.5
+"""Share of the added paths that must be visible in the file for a doubling to pay."""
+
+HOPELESS_GAIN = 0.2
+"""If more paths gain less than these decibels per doubling, no number of paths reaches the target."""
 
 _SIZE = re.compile(r"([0-9]+(?:\.[0-9]*)?)\s*(k|m)?b?", re.IGNORECASE)
 _UNITS = {"": 1, "k": 1_000, "m": 1_000_000}
@@ -50,118 +65,132 @@ _UNITS = {"": 1, "k": 1_000, "m": 1_000_000}
 
 @dataclass(frozen=True, kw_only=True)
 class Goal:
-    """What the file must be; the number of paths follows from it.
+    """Requirements on the file, from which the number of paths follows. A goal without any is false.
 
     Raises:
         InputError: a field is of the wrong type or out of its range.
     """
 
     max_bytes: int | None = None
-    """The file has at most these bytes, and as good as uses them."""
+    """Largest size of the file; the search uses nearly all of it."""
     gzip: bool = False
-    """Bytes are counted after gzip, as web servers send them."""
+    """Count the bytes after gzip, as web servers send them."""
     target_psnr: float | None = None
-    """Decibels of the file as resvg draws it."""
+    """PSNR in dB that the file must reach, as resvg draws it."""
     auto: bool = False
-    """As many paths as the photo rewards."""
+    """Use as many paths as the photo rewards."""
 
     def __post_init__(self) -> None:
         check_flag("gzip", self.gzip)
         if self.max_bytes is not None:
             object.__setattr__(self, "max_bytes", check_count("max_bytes", self.max_bytes, 1))
         if self.target_psnr is not None:
-            object.__setattr__(self, "target_psnr", _decibels(self.target_psnr))
+            object.__setattr__(self, "target_psnr", _check_psnr(self.target_psnr))
 
     def __bool__(self) -> bool:
         return self.auto or self.max_bytes is not None or self.target_psnr is not None
 
 
 def with_curves(settings: dict[str, Any], curves: int | str | None, goal: Goal) -> dict[str, Any]:
-    """``settings`` with the number of paths that ``curves`` says: itself, or the most that a goal may take."""
+    """Return ``settings`` with the number of paths: ``curves`` itself, or the most that the search may use."""
     if isinstance(curves, str) and curves != "auto":
-        raise InputError(f"curves must be a whole number or auto, got {curves!r}; give one of these")
+        raise InputError("curves", "must be a whole number or auto", repr(curves), "give one of these")
     if curves is None or curves == "auto":
         return {**settings, "curves": CURVES_MAX} if goal else settings
     return {**settings, "curves": curves}
 
 
+def require_scaffolding(policy: str, purpose: str) -> None:
+    """Raise InputError unless fits with ``policy`` can continue from given paths, which ``purpose`` needs."""
+    if policy != "scaffolding":
+        raise InputError("policy", f"must be scaffolding {purpose}", repr(policy), "give scaffolding")
+
+
 class Trial(NamedTuple):
-    """One fit on the way: the bytes of its file as the goal counts them, and its PSNR in dB by resvg."""
+    """Figures of one fit of a search: the bytes of its file as the goal counts them, and its PSNR in dB by resvg."""
 
     asked: int
-    """Paths that were asked for."""
+    """Number of paths that the fit was asked for."""
     curves: int
-    """Paths in the file; invisible ones are gone."""
+    """Number of paths in the file, without invisible ones."""
     bytes: int
     psnr: float
-    settled: bool = True
-    """Whether the fit was long enough to be the result."""
+    eligible: bool = True
+    """True if the fit was long enough to be the result."""
 
 
 def parse_size(text: str) -> int:
-    """Bytes of "50000", "50k", "1.5M": k is 1000, as in the sizes that a web page is budgeted in.
+    """Return the bytes of a size such as "50000", "50k" or "1.5M". A k is 1000, as in size budgets of web pages.
 
     Raises:
-        InputError: not such a size.
+        InputError: the text is not such a size.
     """
     match = _SIZE.fullmatch(text.strip())
     count = 0.0 if match is None else float(match[1]) * _UNITS[(match[2] or "").lower()]
     if not 1.0 <= count < math.inf:
-        raise InputError(f"max_bytes must be a size such as 50000, 80k or 1.5M, got {text!r}; give one of at least 1")
+        raise InputError("max_bytes", "must be a size such as 50000, 80k or 1.5M", repr(text), "give at least 1")
     return round(count)
 
 
-def is_met(goal: Goal, trial: Trial, curves_max: int) -> bool:
-    """Whether a trial is a result: within the bytes, and no better one is to be had by more or fewer paths."""
-    if not trial.settled or not _fits(goal, trial):
-        return False
-    if goal.target_psnr is not None and trial.psnr >= goal.target_psnr:
-        return trial.psnr <= goal.target_psnr + PSNR_EXCESS or trial.curves <= 1
-    if trial.asked >= curves_max:
+def is_met(goal: Goal, trials: Sequence[Trial], curves_max: int) -> bool:
+    """Return whether the last trial ends the search: it is within the bytes and no other count would be better."""
+    last = trials[-1]
+    if goal.target_psnr is not None and _is_bracket_tight(goal, trials):
         return True
-    return goal.max_bytes is not None and trial.bytes >= USED_MIN * goal.max_bytes
+    if not last.eligible or not _fits(goal, last):
+        return False
+    if goal.target_psnr is not None and last.psnr >= goal.target_psnr:
+        return last.psnr <= goal.target_psnr + PSNR_EXCESS or last.curves <= 1
+    if last.asked >= curves_max:
+        return True
+    return goal.max_bytes is not None and last.bytes >= USED_MIN * goal.max_bytes
 
 
-def is_in_vain(goal: Goal, trials: Sequence[Trial]) -> bool:
-    """Whether the target is missed, and the last trial, with more paths than the one before, was no step towards it."""
+def is_hopeless(goal: Goal, trials: Sequence[Trial]) -> bool:
+    """Return whether the last trial misses the target although its many more paths gained next to nothing."""
     if goal.target_psnr is None or len(trials) < 2 or trials[-1].psnr >= goal.target_psnr:
         return False
     octaves = math.log2(trials[-1].asked / trials[-2].asked)
-    return octaves >= 1.0 and trials[-1].psnr - trials[-2].psnr < VAIN_GAIN * octaves
+    return octaves >= 1.0 and trials[-1].psnr - trials[-2].psnr < HOPELESS_GAIN * octaves
 
 
 def best_trial(goal: Goal, trials: Sequence[Trial]) -> int:
-    """Which of the trials is the result: among settled ones, if there are any, and among those within the bytes, the
-    smallest file that reaches the target, or else the best."""
+    """Return the index of the trial to keep.
+
+    Eligible trials come first, then those within the bytes, then those that reach the target. Among the latter the
+    smallest file wins, otherwise the highest PSNR.
+    """
 
     def rank(index: int) -> tuple[bool, bool, bool, float, float]:
         trial = trials[index]
         reached = goal.target_psnr is not None and trial.psnr >= goal.target_psnr
-        return trial.settled, _fits(goal, trial), reached, 0.0 if reached else round(trial.psnr, 2), -trial.bytes
+        return trial.eligible, _fits(goal, trial), reached, 0.0 if reached else round(trial.psnr, 2), -trial.bytes
 
     return max(range(len(trials)), key=rank)
 
 
 def next_count(goal: Goal, trials: Sequence[Trial], curves_max: int) -> int:
-    """The number of paths that should meet ``goal``, from the ``trials`` so far, at least one."""
+    """Return the number of paths, at least one, that should meet ``goal`` after the ``trials`` so far."""
     wanted = [_count_for_bytes(goal, trials), _count_for_psnr(goal, trials)]
     count = min((n for n in wanted if n is not None), default=_base(trials[-1]))
-    leap = _base(trials[-1]) * LEAP_MAX
-    return max(1, min(math.floor(min(count, leap)), curves_max))
+    step = _base(trials[-1]) * STEP_UP_MAX
+    return max(1, min(math.floor(min(count, step)), curves_max))
 
 
 def is_worth_doubling(trials: Sequence[Trial], curves_max: int) -> bool:
-    """Whether, with the number of paths left to us, twice as many should be tried."""
-    return 2 * trials[-1].asked <= min(curves_max, AUTO_CURVES_MAX) and _has_paid(trials)
+    """Return whether a search without a number of paths should try twice as many."""
+    last = trials[-1]
+    has_room = 2 * last.asked <= min(curves_max, AUTO_CURVES_MAX) and last.psnr + AUTO_GAIN <= AUTO_PSNR_MAX
+    return has_room and _has_paid(trials)
 
 
 def worthwhile_count(trials: Sequence[Trial]) -> int:
-    """The last number of paths whose doubling paid, after the doublings `is_worth_doubling` asked for."""
+    """Return the last number of paths whose doubling paid, after the doublings that `is_worth_doubling` asked for."""
     return trials[-1 if _has_paid(trials) else -2].asked
 
 
-def facts_of(goal: Goal, trials: Sequence[Trial], result: Trial) -> dict[str, Any]:
-    """What was asked, and what became of it, as plain values."""
+def make_facts(goal: Goal, trials: Sequence[Trial], result: Trial) -> dict[str, Any]:
+    """Return the goal, whether the file meets it, and the trials, as plain values for JSON."""
     missed = goal.target_psnr is not None and result.psnr < goal.target_psnr
     return {
         "max_bytes": goal.max_bytes,
@@ -175,7 +204,7 @@ def facts_of(goal: Goal, trials: Sequence[Trial], result: Trial) -> dict[str, An
 
 
 def describe(facts: dict[str, Any]) -> str:
-    """`facts_of` a goal in a line."""
+    """Return the facts of `make_facts` as one line of text."""
     parts = []
     if facts["max_bytes"] is not None:
         kind = "gzipped bytes" if facts["gzip"] else "bytes"
@@ -183,13 +212,13 @@ def describe(facts: dict[str, Any]) -> str:
     if facts["target_psnr"] is not None:
         parts.append(f"{facts['target_psnr']:g} dB {'reached' if facts['met'] else 'not reached'}")
     counts = ", ".join(str(trial["curves"]) for trial in facts["trials"])
-    return f"asked for: {'; '.join(parts) or 'as many curves as pay'}; fitted with {counts} curves"
+    return f"goal: {'; '.join(parts) or 'as many curves as pay'}; fits made with {counts} curves"
 
 
-def _decibels(value: Any) -> float:
+def _check_psnr(value: Any) -> float:
     number = as_float(value)
     if not 0 < number <= 100:
-        raise InputError(f"target_psnr must lie above 0 and not above 100, got {show(value)}; photos reach 25 to 35")
+        raise InputError("target_psnr", "must be above 0 and at most 100", show(value), "photos reach 25 to 35")
     return number
 
 
@@ -198,20 +227,24 @@ def _fits(goal: Goal, trial: Trial) -> bool:
 
 
 def _base(trial: Trial) -> int:
-    """The paths that were asked for, as the next count is of such: a share of them will be invisible again.
+    """Return the number of paths that the next step starts from: those asked for, as some will be invisible again.
 
-    Where more than half are, as in a photo of one colour, it is not for lack of paths that the goal is missed.
+    If more than half of them are invisible, as in a photo of one colour, more paths are not what the file lacks.
     """
     return min(trial.asked, 2 * max(trial.curves, 1))
 
 
 def _has_paid(trials: Sequence[Trial]) -> bool:
-    """Whether the last doubling gained enough; the first trial is none, and pays."""
-    return len(trials) < 2 or trials[-1].psnr - trials[-2].psnr >= AUTO_GAIN
+    """Return whether the last doubling gained enough and used its paths. The first trial is no doubling; it pays."""
+    if len(trials) < 2:
+        return True
+    before, after = trials[-2:]
+    gain = min(after.psnr, AUTO_PSNR_MAX) - min(before.psnr, AUTO_PSNR_MAX)
+    return gain >= AUTO_GAIN and after.curves - before.curves >= AUTO_USED_MIN * (after.asked - before.asked)
 
 
 def _count_for_bytes(goal: Goal, trials: Sequence[Trial]) -> float | None:
-    """A file's bytes are as good as proportional to its paths."""
+    """Return the count for the allowed bytes; a file's bytes are nearly proportional to its paths."""
     if goal.max_bytes is None:
         return None
     last = trials[-1]
@@ -219,23 +252,65 @@ def _count_for_bytes(goal: Goal, trials: Sequence[Trial]) -> float | None:
 
 
 def _count_for_psnr(goal: Goal, trials: Sequence[Trial]) -> float | None:
-    """Decibels are as good as linear in the logarithm of the paths."""
+    """Return the count for the target: between a miss and a hit if there are both, else by the slope of the PSNR."""
     if goal.target_psnr is None:
         return None
-    last = trials[-1]
-    octaves = (goal.target_psnr + PSNR_AIM - last.psnr) / _slope([trial for trial in trials if trial.settled])
+    low, high = _bracket(goal.target_psnr, trials)
+    if low is not None and high is not None:
+        return _count_between(low, high, goal.target_psnr, [trial.psnr >= goal.target_psnr for trial in trials[-2:]])
+    last = high or trials[-1]
+    octaves = (goal.target_psnr + PSNR_AIM - last.psnr) / _slope([trial for trial in trials if trial.eligible])
     base = _base(last)
-    count = base * 2.0 ** max(-20.0, min(octaves, 20.0))
-    # A step of less than a path is still a step.
+    count = base * 2.0 ** max(-math.log2(STEP_DOWN_MAX), min(octaves, 20.0))
+    # Take a step of at least one path.
     return min(count, base - 1) if octaves < 0 else max(count, base + 1)
 
 
+def _bracket(target: float, trials: Sequence[Trial]) -> tuple[Trial | None, Trial | None]:
+    """Return the trial of most paths that misses the target, and that of fewest paths that reaches it.
+
+    Misses with more paths than a hit are noise. A probe that misses proves nothing, as a longer fit may reach the
+    target. One that reaches it counts.
+    """
+    high = min((trial for trial in trials if trial.psnr >= target), key=lambda trial: trial.asked, default=None)
+    below = math.inf if high is None else high.asked
+    misses = (trial for trial in trials if trial.eligible and trial.psnr < target and trial.asked < below)
+    return max(misses, key=lambda trial: trial.asked, default=None), high
+
+
+def _is_bracket_tight(goal: Goal, trials: Sequence[Trial]) -> bool:
+    assert goal.target_psnr is not None
+    low, high = _bracket(goal.target_psnr, trials)
+    is_result = high is not None and high.eligible and _fits(goal, high)
+    return low is not None and high is not None and is_result and _is_tight(low, high)
+
+
+def _is_tight(low: Trial, high: Trial) -> bool:
+    return high.asked <= max(low.asked + 1, BRACKET_RATIO * low.asked)
+
+
+def _count_between(low: Trial, high: Trial, target: float, last_hits: list[bool]) -> int:
+    """Return a count between two trials, by interpolation of the PSNR in the logarithm of the count.
+
+    ``last_hits`` says of each of the last two trials whether it reached the target.
+    """
+    if _is_tight(low, high):  # `high` is a probe, or has too many bytes
+        return high.asked
+    lower, upper = BRACKET_SHARES
+    if last_hits[0] == last_hits[-1]:
+        share = lower if last_hits[0] else upper
+    else:
+        share = max(lower, min((target + PSNR_AIM - low.psnr) / (high.psnr - low.psnr), upper))
+    count = low.asked * (high.asked / low.asked) ** share
+    return max(low.asked + 1, min(round(count), high.asked - 1))
+
+
 def _slope(trials: Sequence[Trial]) -> float:
-    """Decibels a doubling, from the last two trials that differ enough to tell."""
+    """Return the decibels gained by a doubling, from the last two trials that differ enough to tell."""
     if len(trials) < 2:
         return SLOPE
     octaves = math.log2(trials[-1].asked / trials[-2].asked)
     gain = trials[-1].psnr - trials[-2].psnr
-    if abs(octaves) < 0.05 or math.isnan(gain):  # both without any error
+    if abs(octaves) < 0.05 or math.isnan(gain):  # NaN: neither has any error
         return SLOPE
     return min(max(gain / octaves, SLOPE_MIN), SLOPE_MAX)

@@ -1,11 +1,14 @@
-"""What a fit gives a user: the file's scene, its text, its picture, and figures measured on the file."""
+"""The result of a fit: the scene in the file, its text, its picture, and figures measured on the file."""
 
 from __future__ import annotations
 
 import os
+from base64 import b64encode
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from html import escape
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,17 +21,28 @@ from warpvec.errors import InputError
 from warpvec.files import check_writable, encode_svg, gzip_bytes, write_atomic
 from warpvec.fit.progress import FitResult
 from warpvec.fit.target import Target
-from warpvec.fit.visibility import canvas_areas, changes_alone, visible_areas, without_invisible
+from warpvec.fit.visibility import canvas_areas, removal_changes, visible_areas, without_invisible
 from warpvec.geometry.cubics import to_cubics
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.trim import trim
 from warpvec.image.metrics import psnr
 from warpvec.image.resize import reduce_image
-from warpvec.image.write import round_to_8_bits
+from warpvec.image.write import round_to_8_bits, write_png
 from warpvec.rendering.draw import draw_exactly, draw_pixels
 from warpvec.svg.layers import prefixes, read_layers
-from warpvec.svg.measure import draw, evaluate, file_facts, measure_psnr
+from warpvec.svg.measure import draw, draw_like, evaluate, file_facts
 from warpvec.svg.write import quantize, write_svg
 from warpvec.vectorization.goal import Goal, Trial
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileOptions:
+    """Choices about the file alone. They do not change the fit, and the metadata does not state them."""
+
+    metadata: bool = True
+    """Store the settings of the fit in the file, about 1 KB."""
+    trim: bool = False
+    """Cut the paths off at the edges of the canvas."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +53,10 @@ class Result:
         photo: the photo [h, w, 3], sRGB-encoded in [0, 1], as it was read, or [h, w, 4] with straight alpha.
         fitted_size: height and width in pixels of the reduced photo that was fitted.
         config: every setting of the fit.
-        fitted: what the fit returned, in pixels of the reduced photo.
+        fitted: the scene and the history of the fit, in pixels of the reduced photo.
         title: title of the SVG, None for none.
-        goal_facts: what was asked of the file and what became of it, if there was a goal.
+        goal_facts: the goal, if there was one, and whether the file meets it; see `warpvec.vectorization.goal`.
+        file_options: choices about the file.
     """
 
     photo: NDArray[np.float32]
@@ -50,16 +65,37 @@ class Result:
     fitted: FitResult
     title: str | None = None
     goal_facts: dict[str, Any] | None = None
+    file_options: FileOptions = FileOptions()
+
+    def __repr__(self) -> str:
+        height, width = self.photo.shape[:2]
+        parts = [f"{width} x {height}", f"{len(self.scene)} paths", f"{len(self.svg().encode()):,} bytes"]
+        if "metrics" in self.__dict__:  # measuring takes a while
+            parts.append(f"PSNR {self.metrics['psnr']:.2f} dB")
+        return f"<Result: {', '.join(parts)}>"
+
+    def _repr_svg_(self) -> str:
+        """Show the picture in a notebook."""
+        return self.svg()
+
+    def _repr_html_(self) -> str:
+        """Show the picture in a notebook, no wider than its page, with a caption."""
+        data = b64encode(self.svg().encode()).decode()
+        picture = f'<img src="data:image/svg+xml;base64,{data}" width="{self.photo.shape[1]}" style="max-width:100%">'
+        return f"{picture}<br><small>{escape(repr(self))}</small>"
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene as the file says it: cubics in pixels of the photo, rounded to the file's precision."""
+        """The scene in the file: cubics in pixels of the photo, rounded to the file's precision."""
         scene = quantize(self._cubics[0], self.config.precision)
-        return self._without_small(self._without_invisible(scene))
+        scene = self._without_small(self._without_invisible(scene))
+        if not self.file_options.trim:
+            return scene
+        return quantize(trim(scene, *self.photo.shape[:2]), self.config.precision)
 
     @cached_property
     def _cubics(self) -> tuple[Scene, float]:
-        """The fitted scene as cubics in pixels of the photo, and how far they are from it at most, in these pixels."""
+        """The fitted scene as cubics in pixels of the photo, and their largest distance from it in these pixels."""
         height, width = self.photo.shape[:2]
         fitted_height, fitted_width = self.fitted_size
         return to_cubics(self.fitted.scene.scaled(width / fitted_width, height / fitted_height))
@@ -71,52 +107,61 @@ class Result:
 
     @property
     def interrupted(self) -> bool:
-        """Whether Ctrl-C ended the fit early; the result is then the best until that moment."""
+        """True if Ctrl-C ended the fit early; the result is then the best until that moment."""
         return self.fitted.interrupted
 
     def svg(self) -> str:
-        """The text of the SVG; its user units are the photo's pixels."""
+        """Return the text of the SVG. Its user units are the photo's pixels."""
         return self._text
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the SVG to ``path``, whole or not at all; gzipped if the name ends in ``.svgz``.
+        """Write the SVG, or a PNG of it, to ``path``, whole or not at all.
+
+        A name that ends in ``.svgz`` gets a gzipped SVG, one that ends in ``.png`` the picture as resvg draws it, in
+        the photo's size.
 
         Raises:
-            InputError: ``path`` cannot be written.
+            InputError: ``path`` has another suffix or cannot be written.
         """
+        suffix = Path(path).suffix.lower()
+        if suffix not in (".svg", ".svgz", ".png"):
+            raise InputError("path", "must end in .svg, .svgz or .png", repr(os.fspath(path)), "rename it")
         check_writable(path, "path")
-        write_atomic(path, encode_svg(self.svg(), path))
+        if suffix == ".png":
+            write_png(path, draw_like(self.svg(), self.photo) / 255.0, "path")
+        else:
+            write_atomic(path, encode_svg(self.svg(), path))
 
     def render(self, scale: float = 1.0) -> NDArray[np.float32]:
-        """The file's scene drawn with exact coverage, [h, w, 3] with h and w ``scale`` times the photo's, rounded.
+        """Return the file's scene drawn with exact coverage, [h, w, 3], at ``scale`` times the photo's size, rounded.
 
-        Where the photo has alpha, so has the image: [h, w, 4], straight.
-        That is so whatever the fit was rendered with; what the renderer "splat" makes of it is `soft_image`.
+        If the photo has alpha, the image has it too: [h, w, 4], straight. The renderer of the fit does not matter
+        here; `soft_image` is what the renderer "splat" draws.
 
         Raises:
             InputError: ``scale`` is not above 0.
         """
         if not 0 < scale < float("inf"):
-            raise InputError(f"scale must be above 0 and finite, got {scale!r}; 1 gives the photo's size")
+            raise InputError("scale", "must be above 0 and finite", repr(scale), "1 gives the photo's size")
         height, width = (max(1, round(side * scale)) for side in self.photo.shape[:2])
         x_factor, y_factor = width / self.photo.shape[1], height / self.photo.shape[0]
         return draw_exactly(self.scene.scaled(x_factor, y_factor), height, width, self.config.threads)
 
     def soft_image(self) -> NDArray[np.float32]:
-        """The fitted scene, neither converted nor rounded, as the fit saw it: [h, w, 3 or 4], in the `fitted_size`."""
+        """Return the fitted scene, neither converted nor rounded, as the fit drew it: [h, w, 3 or 4], `fitted_size`."""
         return draw_pixels(self.fitted.scene, *self.fitted_size, **self.config.render_settings)
 
     @cached_property
     def metrics(self) -> dict[str, Any]:
-        """Plain values that describe the result; computed at the first use.
+        """Plain values that describe the result, computed at the first use.
 
-        ``psnr`` (dB) and ``ssim`` compare the photo with the file as resvg draws it: over black and over white, if the
-        photo is ``transparent``, the mean of the errors on both. ``internal_psnr`` is that of the renderer of the fit,
-        clamped and rounded to 8 bits as the drawing is (0.01 dB at 32 dB): with "exact" of `render`, against the photo;
-        with "splat" of `soft_image`, against the reduced photo. ``conversion_px`` is how far the cubics of the file are
-        from the fitted curves at most, in pixels of the photo, before rounding. ``bytes`` and ``gzip_bytes`` are
-        sizes of the SVG text, plain and gzipped. ``levels``, of a fit with ``lod``: of each prefix of the layers its
-        ``curves`` and ``psnr``. ``goal``: what was asked and what came of it.
+        ``psnr`` (dB) and ``ssim`` compare the photo with the file as resvg draws it. If the photo is ``transparent``,
+        both are compared over black and over white, and the two errors are averaged. ``internal_psnr`` is that of the
+        renderer of the fit, clamped and rounded to 8 bits like a drawing (0.01 dB at 32 dB): for "exact" that of
+        `render` against the photo, for "splat" that of `soft_image` against the reduced photo. ``conversion_px`` is
+        the largest distance of the file's cubics from the fitted curves, in pixels of the photo, before rounding.
+        ``bytes`` and ``gzip_bytes`` are sizes of the SVG text, plain and gzipped. ``levels`` lists ``curves`` and
+        ``psnr`` of each prefix of the layers, after a fit with ``lod``. ``goal`` holds the `goal_facts`.
         """
         height, width = self.photo.shape[:2]
         opacity = self.scene.opacity
@@ -140,52 +185,52 @@ class Result:
         }
 
     def trial(self, goal: Goal) -> Trial:
-        """The figures of the file that ``goal`` asks for."""
+        """Return the figures of the file for a search: paths, bytes as ``goal`` counts them, and PSNR."""
         svg = self.svg().encode()
         size = len(gzip_bytes(svg)) if goal.gzip else len(svg)
-        return Trial(self.config.curves, len(self.scene), size, measure_psnr(svg, self.photo))
+        return Trial(self.config.curves, len(self.scene), size, self._file_psnr(svg))
 
     def without(self, count: int) -> Result:
-        """The same without the ``count`` paths that are missed least; the others stay as they are."""
+        """Return the result without the ``count`` paths of lowest removal cost; the others stay as they are."""
         scene = self.fitted.scene
-        canvas = Target(torch.from_numpy(reduce_image(self.photo, self.config.fit_size)), self.config, "cpu")
+        target = Target(torch.from_numpy(reduce_image(self.photo, self.config.fit_size)), self.config, "cpu")
         with torch.no_grad():
-            removal_cost = canvas.fit_step(scene, True).removal_cost
+            removal_cost = target.fit_step(scene, True).removal_cost
         rows = removal_cost.topk(len(scene) - count).indices.sort().values
         return replace(self, fitted=replace(self.fitted, scene=scene.select(rows)))
 
     def _without_invisible(self, scene: Scene) -> Scene:
         height, width = self.photo.shape[:2]
 
-        def pixels(some: Scene) -> bytes:
-            return draw(
-                write_svg(some, width, height, precision=self.config.precision),
-                width,
-                height,
-                transparent=some.transparent,
-            ).tobytes()
+        def draw_pixels_of(some: Scene) -> bytes:
+            text = write_svg(some, width, height, precision=self.config.precision)
+            return draw(text, width, height, transparent=some.transparent).tobytes()
 
-        shown, changes = self._areas(visible_areas, scene), self._areas(changes_alone, scene)
-        return without_invisible(scene, shown, changes, pixels)
+        visible, changes = self._areas(visible_areas, scene), self._areas(removal_changes, scene)
+        return without_invisible(scene, visible, changes, draw_pixels_of)
 
     def _without_small(self, scene: Scene) -> Scene:
         if self.config.min_area == 0:
             return scene
         return scene.select(self._areas(canvas_areas, scene) >= self.config.min_area)
 
-    def _areas(self, measured: Callable[..., Tensor], scene: Scene) -> Tensor:
-        """Areas [N] in square pixels of the photo, measured at the size of the fit."""
+    def _areas(self, measure: Callable[..., Tensor], scene: Scene) -> Tensor:
+        """Return the areas [N] that ``measure`` finds at the size of the fit, in square pixels of the photo."""
         (height, width), (rows, columns) = self.photo.shape[:2], self.fitted_size
         x_factor, y_factor = columns / width, rows / height
-        areas = measured(scene.scaled(x_factor, y_factor), rows, columns, self.config.threads)
+        areas = measure(scene.scaled(x_factor, y_factor), rows, columns, self.config.threads)
         return areas / (x_factor * y_factor)
 
     def _levels(self) -> list[dict[str, Any]]:
-        """Curves and PSNR of each prefix of the layers, a picture of its own."""
-        if not read_layers(self.svg()):  # where no path is left
+        """Return the number of curves and the PSNR of each prefix of the layers as a picture of its own."""
+        if not read_layers(self.svg()):  # no path is left
             return []
         found = ((level, text, file_facts(text)["paths"]) for level, text in prefixes(self.svg()))
-        return [{"level": k, "curves": n, "psnr": measure_psnr(text, self.photo)} for k, text, n in found]
+        return [{"level": k, "curves": n, "psnr": self._file_psnr(text)} for k, text, n in found]
+
+    def _file_psnr(self, svg: str | bytes) -> float:
+        """Return the PSNR of ``svg`` against the photo, without the SSIM, which takes longer than drawing the file."""
+        return psnr(draw_like(svg, self.photo), self.photo)
 
     def _internal_psnr(self) -> float:
         if self.config.renderer == "exact":
@@ -196,5 +241,6 @@ class Result:
     def _text(self) -> str:
         height, width = self.photo.shape[:2]
         settings = {name: value for name, value in self.config.to_dict().items() if name not in MACHINE_SETTINGS}
+        metadata = settings if self.file_options.metadata else None
         precision = self.config.precision
-        return write_svg(self.scene, width, height, precision=precision, title=self.title, metadata=settings)
+        return write_svg(self.scene, width, height, precision=precision, title=self.title, metadata=metadata)
