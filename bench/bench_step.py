@@ -140,13 +140,13 @@ class Bench:
 
     def _draw(self) -> None:
         scene = self._fit._population.scene
-        self._fit._full._renderer.render(scene.points, scene.color, scene.opacity, scene.background)
+        self._fit._target._renderer.render(scene.points, scene.color, scene.opacity, scene.background)
 
     @contextmanager
     def _watched(self, laps: Laps) -> Iterator[None]:
         with ExitStack() as patches:
-            self._fit._full.pause_recording(True)
-            patches.callback(self._fit._full.pause_recording, False)
+            self._fit._target.pause_recording(True)
+            patches.callback(self._fit._target.pause_recording, False)
             for stage in STAGES[self._fit._config.renderer]:
                 patches.enter_context(patch.object(stage.owner, stage.method, self._timed(stage, laps)))
             yield
@@ -289,9 +289,9 @@ def _report_limits(label: str, bench: Bench, rows: dict[str, Statistics], device
     fit = bench._fit
     if fit._config.renderer != "exact":
         return ""
-    work = work_of_step(fit._full._renderer, fit._population.scene.points)
+    work = work_of_step(fit._target._renderer, fit._population.scene.points)
     roof = measure_roof(device, fit._config.threads or 1)
-    roofline = report_roofline(work, fit._height * fit._width, rows, roof, f"step, {label}")
+    roofline = report_roofline(work, fit._image[..., 0].numel(), rows, roof, f"step, {label}")
     return "\n\n".join([*([report_ideal(work, rows)] if label == "1 thr." else []), roofline]) + "\n"
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from harness import source_digest
 
 from warpvec import vectorize
-from warpvec.batch.engines.base import Engine, Outcome, Watch, Work, WorkerShare
+from warpvec.batch.engines.base import Engine, Notify, Outcome, Work, WorkerShare
 from warpvec.batch.engines.local import LocalEngine
 from warpvec.batch.jobs import SUFFIXES
 from warpvec.config.fit_config import FitConfig
@@ -76,7 +76,7 @@ def engine_for(jobs: int, settings: dict[str, Any]) -> tuple[Engine, dict[str, A
 class InProcess:
     """Engine that does one job after the other in this process, and lets their exceptions pass."""
 
-    def run(self, jobs: Sequence[J], work: Work[J, R], watch: Watch) -> Generator[Outcome[J, R], None, None]:
+    def run(self, jobs: Sequence[J], work: Work[J, R], notify: Notify) -> Generator[Outcome[J, R], None, None]:
         """Yield the outcome of every job, in order."""
         for job in jobs:
             yield Outcome(job, work(job, WorkerShare("cpu", 1), lambda text: None), None, 1)

@@ -31,7 +31,7 @@ from harness import (
 )
 
 from warpvec import vectorize
-from warpvec.batch.engines.base import Engine, Say, WorkerShare
+from warpvec.batch.engines.base import Engine, Report, WorkerShare
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
@@ -86,9 +86,9 @@ class Measure:
     preset: str
     given: dict[str, Any]
 
-    def __call__(self, case: Case, share: WorkerShare, say: Say) -> dict[str, Any]:
+    def __call__(self, case: Case, share: WorkerShare, report: Report) -> dict[str, Any]:
         """Return the row of a case, after a warm-up that is not measured."""
-        del share, say
+        del share, report
         image, config = case
         warm_up(self.preset, self.given)
         return measure_image(image, self.preset, config, self.given)

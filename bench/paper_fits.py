@@ -22,7 +22,7 @@ from lpips_metric import NOT_FOUND, Lpips
 from numpy.typing import NDArray
 from PIL import Image
 
-from warpvec.batch.engines.base import Engine, Say, WorkerShare
+from warpvec.batch.engines.base import Engine, Report, WorkerShare
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.fit.progress import Progress
@@ -181,8 +181,8 @@ class Fits:
         self._results.append(row)
         self._done[row["key"]] = {name: str(value) for name, value in row.items()}
 
-    def _measure(self, case: Case, share: WorkerShare, say: Say) -> dict[str, Any]:
-        del share, say
+    def _measure(self, case: Case, share: WorkerShare, report: Report) -> dict[str, Any]:
+        del share, report
         self._warm_up(case)
         frames: dict[int, Scene] = {}
         keep = _scene_keeper(frames, case.every) if case.every else None

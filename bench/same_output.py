@@ -8,7 +8,8 @@ Record the outputs before the change, and compare them after it, on the same mac
 Some two dozen short commands cover both renderers, every policy, transparency, palettes, levels, goals, resume, refine
 and batch; together they take about a minute. A drawing must have the same bytes. The settings in a file's metadata and
 the JSON reports must have the same keys and values, except for times. If the change removes a setting on purpose, name
-it with ``--without``; if it changes the output of a command on purpose, name the command with ``--skip``.
+it with ``--without``, and also ``bytes``, ``gzip_bytes`` and ``prefix_bytes``, because the metadata get shorter. If it
+changes the output of a command on purpose, name the command with ``--skip``.
 """
 
 from __future__ import annotations
@@ -94,9 +95,7 @@ def _parse_options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("action", choices=["record", "compare"])
     parser.add_argument("file", type=Path, help="JSON file of the recorded outputs")
-    parser.add_argument(
-        "--without", action="append", default=[], metavar="SETTING", help="ignore this setting; repeatable"
-    )
+    parser.add_argument("--without", action="append", default=[], metavar="KEY", help="ignore this key; repeatable")
     parser.add_argument(
         "--skip", action="append", default=[], choices=COMMANDS, metavar="COMMAND",
         help=f"do not compare this command; repeatable; one of: {', '.join(COMMANDS)}",
@@ -114,6 +113,8 @@ def record(folder: Path) -> dict[str, Any]:
         done = subprocess.run(
             [sys.executable, "-m", "warpvec", *words], cwd=folder, capture_output=True, text=True, check=False
         )
+        if done.returncode:
+            print(f"  exit code {done.returncode}: {done.stderr.strip().splitlines()[-1:]}", file=sys.stderr)
         written = [p for p in sorted(folder.rglob("*")) if p.is_file() and known.get(p) != p.stat().st_mtime_ns]
         outputs[name] = {
             "exit code": done.returncode,
