@@ -1,4 +1,4 @@
-"""Ctrl-C between iterations: the first is noted, the second raised, and the handler given back."""
+"""Deferred Ctrl-C: the first sets a flag, the second is raised, and the old handler returns."""
 
 import signal
 import threading
@@ -8,7 +8,7 @@ import pytest
 from warpvec.fit.interrupt import deferred_interrupts
 
 
-def test_the_first_interrupt_is_noted_and_the_second_raised():
+def test_the_first_interrupt_is_deferred_and_the_second_raised():
     with deferred_interrupts() as interrupted:
         assert not interrupted()
         signal.raise_signal(signal.SIGINT)
@@ -29,7 +29,7 @@ def test_an_interrupt_in_a_destructor_is_not_lost():
         assert interrupted()
 
 
-def test_a_handler_of_the_callers_stays():
+def test_the_callers_own_handler_stays():
     seen = []
     before = signal.signal(signal.SIGINT, lambda number, frame: seen.append(number))
     try:
@@ -54,7 +54,7 @@ def test_other_threads_are_left_alone():
     assert found == [False]
 
 
-def test_a_block_within_another_shares_what_it_notes():
+def test_nested_blocks_share_their_flag():
     with deferred_interrupts() as outer:
         with deferred_interrupts() as inner:
             signal.raise_signal(signal.SIGINT)

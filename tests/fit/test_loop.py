@@ -1,4 +1,4 @@
-"""The fit on small pictures: its population, its reproducibility, its ends, and that each of its parts does good."""
+"""The fit on small pictures: populations, reproducibility, interrupts, time budgets, presets and renderers."""
 
 import math
 
@@ -10,7 +10,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.config.rules import POLICIES
 from warpvec.errors import InputError
-from warpvec.fit import loop as fit_module
+from warpvec.fit import loop
 from warpvec.fit.loop import fit
 from warpvec.fit.population import Population
 from warpvec.fit.regularization import Regularization
@@ -42,7 +42,7 @@ def test_population_follows_the_schedule():
 
 
 def test_pruned_paths_are_compensated():
-    # Every path is below this opacity at the first inflations, so all are replaced each time.
+    # Every path is below this opacity at each inflation, so all are replaced each time.
     counts = []
     result = run(lambda progress: counts.append(progress.curve_count), prune_opacity=1.0, recycle_gap=0)
     assert counts[-1] == 48
@@ -52,7 +52,7 @@ def test_pruned_paths_are_compensated():
 def test_without_compensation_pruned_paths_are_gone():
     counts = []
     run(lambda progress: counts.append(progress.curve_count), prune_opacity=1.0, compensate=False, recycle_gap=0)
-    # 16, then only the spawned: 16, then 16 more for 48.
+    # Each inflation prunes all paths, and the last one adds 16.
     assert counts[-1] == 16
 
 
@@ -73,12 +73,12 @@ def test_area_order_puts_small_boxes_on_top():
     scene = run(z_order="area", recycle_gap=0).scene
     box = curve_boxes(scene.points, 3)
     size = (box[:, 2:] - box[:, :2]).prod(-1)
-    # The last step moves points after the last sorting.
+    # The last step moves points after the last sort.
     assert (size.diff() <= 0.1 * size[:-1]).all()
 
 
-def test_area_order_goes_by_the_curves_not_by_their_control_points():
-    # The handles of the first stand far out, its curve does not reach the second's size.
+def test_area_order_uses_the_curves_not_their_control_points():
+    # A handle of the first path lies far outside, but its curve is smaller than the second's.
     points = circle_points(torch.full((2, 2), 20.0), torch.tensor([6.0, 10.0]), 4)
     points[0, 1] += torch.tensor([14.0, 14.0])
     color = torch.full((2, 3), 0.5)
@@ -143,7 +143,7 @@ def test_the_baseline_fits():
 
 
 @pytest.mark.parametrize(("path_model", "degree"), [("segments", 3), ("sides", 5)])
-def test_the_regularizers_are_of_the_degree(monkeypatch, path_model, degree):
+def test_the_regularizers_have_the_degree_of_the_paths(monkeypatch, path_model, degree):
     seen = []
 
     class Recorder(Regularization):
@@ -151,7 +151,7 @@ def test_the_regularizers_are_of_the_degree(monkeypatch, path_model, degree):
             seen.append(degree)
             super().__init__(height, width, config, device, degree)
 
-    monkeypatch.setattr(fit_module, "Regularization", Recorder)
+    monkeypatch.setattr(loop, "Regularization", Recorder)
     run(**SPLAT, path_model=path_model, iterations=1)
     assert seen == [degree]
 
@@ -180,8 +180,8 @@ def test_torch_threads_are_given_back():
     assert torch.get_num_threads() == before
 
 
-def test_last_iteration_spawns_nothing():
-    # A recycling is due at the last iteration; its paths would never be fitted.
+def test_last_iteration_adds_no_paths():
+    # A recycling is due at the last iteration, but its paths would never be fitted.
     result = run(iterations=60, recycle_gap=4, recycle_until=1.0)
     assert final_psnr(result) == pytest.approx(rendered_psnr(result.scene), abs=0.5)
 
@@ -212,7 +212,7 @@ def test_interruption_after_a_recycling_gives_the_scene_before_it():
         if progress.iteration == 93:
             raise KeyboardInterrupt
 
-    # The population is full after iteration 16; 76 iterations later all paths are replaced, for the worse.
+    # All paths are there after iteration 16; 76 iterations later all are replaced, which makes the picture worse.
     result = run(interrupt, iterations=200, recycle_gap=76, recycle_share=1.0)
     assert psnr[93] < psnr[92] - 1.0
     assert rendered_psnr(result.scene) > psnr[92] - 0.1
@@ -225,7 +225,7 @@ def test_time_budget_ends_the_fit():
     assert len(result.scene) == 48
 
 
-def test_progress_tells_where_the_fit_stands():
+def test_progress_reports_every_iteration():
     seen = []
     run(lambda progress: seen.append((progress, len(progress.scene()))), iterations=12, inflation_gap=5)
     assert [progress.iteration for progress, _ in seen] == list(range(1, 13))
@@ -259,7 +259,7 @@ def test_fit_on_every_device(device):
     assert result.device.startswith(device)
 
 
-def test_history_is_of_the_last_iteration_too():
+def test_history_ends_with_the_last_iteration():
     result = run(iterations=33)
     assert [entry["iteration"] for entry in result.history] == [10, 20, 30, 33]
 

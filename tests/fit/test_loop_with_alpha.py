@@ -1,4 +1,4 @@
-"""A logo with soft edges and a hidden colour, fitted: the file shows over any page what the fit saw."""
+"""Fits of a logo with soft edges and a hidden colour: the file looks right over any background."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import torch
 from commands import QUICK, assert_refused, invoke
-from logo import GREEN, MAGENTA, logo, on_page
+from logo import GREEN, MAGENTA, logo, over_matte
 from PIL import Image
 
 import warpvec
@@ -30,18 +30,18 @@ def result():
     return warpvec.vectorize(logo(2), 32, preset="draft", iterations=120, device="cpu")
 
 
-def test_the_logo_is_fitted_and_shown_alike_over_any_page(result):
+def test_the_logo_is_fitted_over_any_background(result):
     assert "<rect" not in result.svg()
     assert result.scene.transparent
     photo, inside = result.photo.astype(np.float64), result.render().astype(np.float64)
     file = draw(result.svg(), transparent=True) / 255
     assert inside.shape == file.shape == photo.shape == (240, 320, 4)
-    for page in (0.0, 1.0, checker(240, 320)):
-        want = on_page(photo, page)
-        quality = psnr(on_page(file, page), want)
+    for matte in (0.0, 1.0, checker(240, 320)):
+        want = over_matte(photo, matte)
+        quality = psnr(over_matte(file, matte), want)
         # 29.7 over black, 27.8 over white, 29.9 over the checker.
         assert quality > 26.5
-        assert abs(quality - psnr(on_page(inside, page), want)) < 0.2
+        assert abs(quality - psnr(over_matte(inside, matte), want)) < 0.2
     assert result.metrics["transparent"]
     assert result.metrics["psnr"] == pytest.approx(psnr(file, photo), abs=1e-4)
     assert result.metrics["internal_psnr"] == pytest.approx(result.history[-1]["psnr"], abs=0.1)
@@ -57,16 +57,16 @@ def test_soft_alpha_is_kept(result):
 
 
 def test_no_fringe_of_the_hidden_colour_shows(result):
-    page = checker(240, 320)
-    shown, want = (on_page(image, page) for image in (draw(result.svg(), transparent=True) / 255, result.photo))
+    matte = checker(240, 320)
+    found, want = (over_matte(image, matte) for image in (draw(result.svg(), transparent=True) / 255, result.photo))
     edge = (result.photo[..., 3] > 0) & (result.photo[..., 3] < 1)
-    excess = [np.minimum(image[edge][:, 0], image[edge][:, 2]) - image[edge][:, 1] for image in (shown, want)]
-    # Magenta left at full strength in a hundredth of the edge would be seen.
+    excess = [np.minimum(image[edge][:, 0], image[edge][:, 2]) - image[edge][:, 1] for image in (found, want)]
+    # This would find magenta at full strength in a hundredth of the edge.
     assert (excess[0] - excess[1]).mean() < 0.01
     assert np.quantile(excess[0] - excess[1], 0.99) < 0.1
 
 
-def test_the_hidden_colour_decides_nothing():
+def test_the_hidden_colour_has_no_influence():
     def text(hidden: tuple[int, int, int]) -> str:
         settings = {"preset": "draft", "iterations": 12, "inflation_gap": 3, "fit_size": 100}
         return warpvec.vectorize(logo(hidden=hidden), 40, device="cpu", **settings).svg()

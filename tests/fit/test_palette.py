@@ -118,7 +118,7 @@ def test_a_fit_under_a_palette_is_better_than_a_free_one_snapped_to_it(
     palette: dict[str, Any], free: warpvec.Result
 ) -> None:
     photo = _photo(120)
-    constrained = warpvec.vectorize(photo, 96, **LONGER, **palette)
+    constrained = warpvec.vectorize(photo, 96, opacity="free", **LONGER, **palette)
     colors = torch.tensor([list(bytes.fromhex(fill[1:])) for fill in sorted(_fills(constrained.svg()))]) / 255.0
     height, width = photo.shape[:2]
     snapped = draw(write_svg(_snapped(free.scene, colors), width, height), width, height)

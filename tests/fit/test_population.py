@@ -1,4 +1,4 @@
-"""The population's step against autograd of its chain rules and a transcription of Adan; what its scenes promise."""
+"""The population's step against autograd and a torch version of Adan; its scenes and their memory."""
 
 import math
 from dataclasses import fields, replace
@@ -41,7 +41,7 @@ def on(scene, device):
 
 
 class Reference:
-    """The same population in torch: each parameter with m, v, n, the gradient before and the age of its rows."""
+    """The same population in torch: each parameter with m, v, n, the previous gradient and the age of its rows."""
 
     def __init__(self, scene, config):
         self.config = config
@@ -99,7 +99,7 @@ class Reference:
 
 @pytest.fixture(params=["lanes", "scalar"])
 def form(request, monkeypatch):
-    """The CPU's form of the kernel, and CUDA's, in which many threads share a path."""
+    """Run a test with the CPU's form of the kernel and with CUDA's, in which many threads share a path."""
     if request.param == "scalar":
         monkeypatch.setattr("warpvec.fit.population.TILE", 1)
 
@@ -183,7 +183,7 @@ def test_adjoints_may_be_columns_of_wider_sums():
         assert torch.equal(getattr(dense.scene, name), getattr(strided.scene, name))
 
 
-def test_columns_apart_are_read_as_well():
+def test_adjoints_may_have_strided_columns():
     scene = random_scene(5)
     dense, turned = (Population(scene, FitConfig(), HALF_SIDE) for _ in range(2))
     points, color, opacity, background = random_adjoints(scene, 0)
@@ -194,7 +194,7 @@ def test_columns_apart_are_read_as_well():
 
 
 @pytest.mark.parametrize("change", ["step", "keep", "append"])
-def test_a_scene_never_changes_itself(change):
+def test_a_scene_never_changes(change):
     population = Population(random_scene(6), FitConfig(), HALF_SIDE)
     population.step(*random_adjoints(population.scene, 1), factor=1.0)
     scene, live = population.scene, population.live
@@ -208,7 +208,7 @@ def test_a_scene_never_changes_itself(change):
     else:
         population.append(random_scene(2, seed=1))
     assert population.scene is not scene
-    if change != "step":  # what was live stays as it was once paths come or go
+    if change != "step":  # the old live scene stays as it was once the population changes
         population.step(*random_adjoints(population.scene, 0), factor=1.0)
         assert all(torch.equal(getattr(live, name), before[name]) for name in NAMES if name != "background")
     assert all(torch.equal(getattr(scene, name), before[name]) for name in NAMES)
@@ -222,7 +222,7 @@ def test_the_scene_that_was_given_is_left_alone():
             assert torch.equal(getattr(scene, name), getattr(random_scene(3), name)), name
 
 
-def test_a_transparent_scene_stays_so_over_its_background():
+def test_a_transparent_scene_keeps_its_background():
     scene = replace(random_scene(3), transparent=True, background=torch.zeros(3, dtype=torch.float64))
     population = Population(scene, FitConfig(), HALF_SIDE)
     population.step(*random_adjoints(scene, 0), factor=1.0)
@@ -260,7 +260,7 @@ def test_direct_colours_stay_between_0_and_1():
     assert set(population.scene.background.tolist()) <= {0.0, 1.0}
 
 
-def test_no_paths_are_left_and_the_background_still_learns():
+def test_the_background_is_fitted_even_without_paths():
     population = Population(random_scene(3), FitConfig(), HALF_SIDE)
     population.keep(torch.tensor([], dtype=torch.int64))
     before = population.scene
@@ -272,7 +272,7 @@ def test_no_paths_are_left_and_the_background_still_learns():
     assert population.scene.points.isfinite().all()
 
 
-def test_a_step_without_room_leaves_all_but_ages_as_it_is(device):
+def test_a_step_beyond_capacity_changes_only_ages(device):
     population = Population(on(random_scene(5), device), FitConfig(), HALF_SIDE)
     fits = torch.ones(1, dtype=torch.float64, device=device)
     population.step(*random_adjoints(population.scene, 0), factor=1.0, fits=fits)

@@ -25,6 +25,7 @@ def modules(cache: Path) -> set[str]:
     return {path.name for path in cache.rglob("wp_*") if path.is_dir()}
 
 
+@pytest.mark.slow  # it compiles all kernels
 def test_a_run_after_it_compiles_nothing(tmp_path: Path) -> None:
     cache, photo = tmp_path / "cache", tmp_path / "photo.png"
     write_png(photo, np.random.default_rng(0).random((40, 56, 3), dtype=np.float32))

@@ -1,4 +1,4 @@
-"""The regularizers' adjoint against autograd through ``loss.py``, and against finite differences."""
+"""The regularizers' adjoints against autograd and finite differences."""
 
 import pytest
 import torch
@@ -11,7 +11,7 @@ WEIGHTS = [(0.01, 0.02, 1.0), (1.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 1.0
 
 
 def adjoint(points, opacity, config, device="cpu", degree=3):
-    """dL/dpoints and dL/dopacity, added to zeros."""
+    """Return dL/dpoints and dL/dopacity."""
     points, opacity = points.to(device), opacity.to(device)
     adj_points, adj_opacity = torch.zeros_like(points), torch.zeros_like(opacity)
     stage = Regularization(HEIGHT, WIDTH, config, device, degree)
@@ -56,7 +56,7 @@ def test_adjoint_of_sides_is_the_same_each_time_and_leaves_its_inputs(device):
 
 
 def test_adjoint_equals_finite_differences():
-    # Two curves whose chord gives the extent and is held: the extent is a constant for the gradient.
+    # The points that move are not those of the chord, so the extent, a constant for the gradient, stays as it is.
     points = to_pixels([(-0.5, 0.0), (-0.6, 0.1), (0.0, 0.1), (0.5, 0.0), (0.6, -0.05), (0.1, -0.35)], (WIDTH, HEIGHT))
     config, opacity, step = FitConfig(xing_weight=100.0, bezier_weight=1.0), torch.ones(1, dtype=torch.float64), 1e-5
     adj_points, _ = adjoint(points, opacity, config)
@@ -80,7 +80,7 @@ def test_projection_of_a_vanishing_chord_stays_small():
     assert 0.0 < adj_points.abs().max() < 1e-3
 
 
-def test_points_in_one_place_have_no_gradient():
+def test_coincident_points_have_no_gradient():
     points = torch.full((3, 12, 2), 50.0)
     adj_points, _ = adjoint(points, torch.ones(3), FitConfig())
     assert adj_points.abs().max() == 0.0
@@ -97,7 +97,7 @@ def test_float32_adjoint_is_finite_and_close(scene):
 
 
 @pytest.mark.parametrize("degree", [3, 5])
-def test_adjoint_adds_to_what_is_there(degree):
+def test_adjoint_adds_to_its_outputs(degree):
     points = random_points(70, 4) if degree == 3 else scattered(70)
     opacity, config = torch.linspace(0, 1, 70, dtype=torch.float64), FitConfig()
     expected = adjoint(points, opacity, config, degree=degree)

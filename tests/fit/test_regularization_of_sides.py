@@ -1,4 +1,4 @@
-"""The regularizers of two sides against closed forms, scalar transcriptions and finite differences."""
+"""The regularizers of two sides against closed forms, scalar versions and finite differences."""
 
 import itertools
 import math
@@ -9,9 +9,9 @@ from assertions import finite_difference
 from regularization_cases import HEIGHT, LARGE, SIDE_SCENES, WIDTH, scattered, to_pixels, wobbly
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit.regularization import bezier_loss, opacity_loss, regularization, xing_loss
+from warpvec.fit.regularization import bezier_loss, regularization, xing_loss
 from warpvec.geometry.circles import circle_sides
-from warpvec.kernels.constants import LEG_MIN, XING_SCALE
+from warpvec.kernels.constants import LEG_MIN
 
 # 5 of the 64 samples of a side.
 TIP = 5 / 64
@@ -20,7 +20,7 @@ DEGREES = [1, 2, 4, 5, 7]
 
 
 def sides_of(path):
-    """Both sides of control points [2 M, 2] as lists of (x, y), from P0 to PM."""
+    """Return both sides of control points [2 M, 2] as lists of (x, y), from P0 to PM."""
     degree = len(path) // 2
     return path[: degree + 1], [path[0], *path[: degree - 1 : -1]]
 
@@ -43,7 +43,7 @@ def normalised(points, canvas=(WIDTH, HEIGHT)):
 
 
 def scalar_projection(path, canvas, legs):
-    """0.01 sum of squared overshoots, after the formula of Bezier Splatting with its divisor protected."""
+    """Return 0.01 times the sum of squared overshoots: Bezier Splatting's formula with a divisor kept from zero."""
     degree = len(path) // 2
     start, end = path[0], path[degree]
     v = (end[0] - start[0], end[1] - start[1])
@@ -57,7 +57,7 @@ def scalar_projection(path, canvas, legs):
 
 
 def scalar_tips(path):
-    """Sum over both joints of |u + w|^2 below 60 degrees."""
+    """Return the sum of |u + w|^2 over the joints of less than 60 degrees."""
     total = 0.0
     a, b = sides_of(path)
     for joint, t in ((path[0], TIP), (path[len(path) // 2], 1 - TIP)):
@@ -68,7 +68,7 @@ def scalar_tips(path):
 
 
 def scalar_bezier(points, canvas=(WIDTH, HEIGHT), legs=None):
-    """The regularizer as a float; ``legs``, the mean squared leg of each side of each path, can be held."""
+    """Return the regularizer; ``legs``, the mean squared leg of each side of each path, can be held constant."""
     paths = normalised(points, canvas)
     legs = legs or [[mean_squared_leg(side) for side in sides_of(path)] for path in paths]
     joints = [c for path in paths for joint in (path[0], path[len(path) // 2]) for c in joint]
@@ -93,18 +93,18 @@ def test_bezier_of_circles_on_the_canvas_is_zero():
     assert xing_loss(points, 5).item() == 0.0
 
 
-def test_projection_is_the_original():
+def test_projection_equals_the_original():
     # Chord of length 1; one inner point of each side beyond each end, the others between.
     shares = [-0.1, 0.3, 0.6, 1.2, 1.05, 0.7, 0.4, -0.3]
     inner = [(a - 0.5, 0.15 if j < 4 else -0.1) for j, a in enumerate(shares)]
     points = to_pixels([(-0.5, 0.0), *inner[:4], (0.5, 0.0), *inner[4:]])
     expected = 0.01 * sum(max(a - 1, 0.0) ** 2 + max(-a, 0.0) ** 2 for a in shares)
-    # The tips are round: from 0.1 before the start to 0.15 to one side and 0.1 to the other.
+    # The ends are round, so the tips add nothing.
     assert scalar_tips(normalised(points, LARGE)[0]) == 0.0
     assert bezier_loss(points, *LARGE, 5).item() == pytest.approx(expected, rel=1e-6)
 
 
-def test_the_gradient_of_the_projection_is_that_of_the_original():
+def test_the_gradient_of_the_projection_equals_the_original():
     points = to_pixels(
         [(-0.5, 0.0), (-0.6, 0.15), (-0.2, 0.2), (0.2, 0.2), (0.7, 0.15), (0.5, 0.1), (0.55, -0.1), (0.2, -0.1),
          (-0.1, -0.1), (-0.8, -0.1)]
@@ -130,7 +130,7 @@ def test_the_gradient_of_a_vanishing_chord_stays_small(chord):
     points[0, 5, 0] = points[0, 0, 0] - chord
     points.requires_grad_()
     bezier_loss(points, WIDTH, HEIGHT, 5).backward()
-    # Seen: 1.5e-3, of the needle tip, up to 1 px, and 7e-4 above; unprotected, it is 400 at 1 px and 8e6 at 1e-3 px.
+    # Measured: 1.5e-3 up to 1 px, from the needle tip, and 7e-4 above. Unprotected: 400 at 1 px and 8e6 at 1e-3 px.
     assert points.grad.abs().max() < 2e-3
 
 
@@ -140,17 +140,17 @@ def test_a_sliver_has_a_tip_at_both_ends():
 
 
 @pytest.mark.parametrize(("degrees", "counts"), [(59.0, True), (61.0, False)])
-def test_tips_are_counted_below_sixty_degrees_alone(degrees, counts):
-    # Two parabolas from (-0.4, 0) to (0.4, 0) whose secants to TIP open by that angle at both ends.
+def test_tips_count_below_sixty_degrees_only(degrees, counts):
+    # Two parabolas from (-0.4, 0) to (0.4, 0) whose secants to TIP form this angle at both ends.
     x, slope = TIP * 0.8, math.tan(math.radians(degrees / 2))
     y = slope * x / (2 * TIP * (1 - TIP))
     points = to_pixels([(-0.4, 0.0), (0.0, y), (0.4, 0.0), (0.0, -y)])
     assert bezier_loss(points, *LARGE, 2).item() == pytest.approx((2 * x) ** 2 * counts, rel=1e-9)
 
 
-def test_joints_alone_pay_for_their_distance_to_the_canvas():
+def test_only_joints_are_penalized_off_the_canvas():
     circle = circle_sides(torch.tensor([[0.8, 0.9]]).double(), torch.tensor([0.5]).double(), 5)
-    # P0 is 0.3 beyond the right border, PM inside; the lower points of the outline are 0.4 below the canvas.
+    # P0 is 0.3 beyond the right border, PM inside; other points are up to 0.4 below the canvas.
     assert bezier_loss(to_pixels(circle), *LARGE, 5).item() == pytest.approx(0.3 / 4, rel=1e-6)
 
 
@@ -158,7 +158,7 @@ def test_joints_alone_pay_for_their_distance_to_the_canvas():
 
 
 def scalar_xing(points):
-    """LIVE's loss of every three consecutive legs of each side, in the order of the outline, for legs not short."""
+    """Return LIVE's loss over every three consecutive legs of each side, for paths without short legs."""
 
     def sine(u, v):
         return (u[0] * v[1] - u[1] * v[0]) / (math.hypot(*u) * math.hypot(*v))
@@ -192,14 +192,14 @@ def test_xing_of_curves_that_cannot_loop_is_zero(degree):
 
 
 def test_xing_does_not_look_across_joints():
-    # A lens whose tips turn by more than half a circle together with a leg before and one after.
+    # A lens: at its tips, three legs across the joint turn by more than half a circle.
     half = [(0.0, 0.0), (5.0, 15.0), (20.0, 22.0), (40.0, 22.0), (55.0, 15.0), (60.0, 0.0)]
     points = torch.tensor([[*half, *[(60.0 - x, -y) for x, y in half[1:-1]]]], dtype=torch.float64)
     assert xing_loss(points, 5).item() == 0.0
 
 
 def test_xing_of_a_leg_without_direction_is_zero():
-    # The third leg turns against the first, but is too short; the fourth goes on as the second.
+    # The third leg turns against the first, but is too short; the fourth continues the second.
     side = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (10.0, 10.0 - 0.5 * LEG_MIN), (10.0, 20.0)]
     points = torch.tensor([[*side, (7.0, 15.0), (5.0, 10.0), (2.0, 5.0)]], dtype=torch.float64)
     assert xing_loss(points, 4).item() < 1e-15
@@ -208,8 +208,8 @@ def test_xing_of_a_leg_without_direction_is_zero():
 # Gradients
 
 
-# Without those that have no finite differences: where the legs are held, and where a side in a point is a sharp tip at
-# once if it moves. A doubled point turns either way at once, for the Xing loss.
+# Left out are scenes without finite differences: those where legs are held constant, and a side in one point, which is
+# a sharp tip as soon as it moves. A doubled point has none for the Xing loss.
 @pytest.mark.parametrize("scene", sorted(SIDE_SCENES.keys() - {"wild", "scattered", "one_side_in_a_point", "no_paths"}))
 def test_gradients_are_finite_differences(scene):
     xing_weight = 0.0 if scene == "doubled_points" else 100.0
@@ -250,12 +250,3 @@ def test_values_and_gradients_are_finite(scene, dtype):
     loss = regularization(points, opacity, WIDTH, HEIGHT, FitConfig(), points.shape[1] // 2)
     loss.backward()
     assert loss.isfinite() and points.grad.isfinite().all() and opacity.grad.isfinite().all()
-
-
-def test_regularization_is_the_weighted_sum():
-    points, opacity = scattered(6), torch.linspace(0, 1, 6, dtype=torch.float64)
-    terms = opacity_loss(opacity), XING_SCALE * xing_loss(points, 5), bezier_loss(points, WIDTH, HEIGHT, 5)
-    config = FitConfig(opacity_weight=0.5, xing_weight=0.25, bezier_weight=2.0)
-    expected = 0.5 * terms[0] + 0.25 * terms[1] + 2.0 * terms[2]
-    got = regularization(points, opacity, WIDTH, HEIGHT, config, 5)
-    assert got.item() == pytest.approx(expected.item(), rel=1e-14)

@@ -1,4 +1,4 @@
-"""The regularizers against closed forms and scalar transcriptions."""
+"""The regularizers of cubics against closed forms and scalar versions."""
 
 import itertools
 import math
@@ -10,19 +10,12 @@ from regularization_cases import HEIGHT, LARGE, WIDTH, polygon, random_points, t
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.regularization import bezier_loss, opacity_loss, regularization, xing_loss
 from warpvec.geometry.circles import circle_points
-from warpvec.image.metrics import psnr_from_mse
 from warpvec.kernels.constants import LEG_MIN, TIP_PARAMETER, XING_SCALE
 
 
 def circles():
     center = torch.tensor([[100.0, 90.0], [60.0, 120.0]], dtype=torch.float64)
     return circle_points(center, torch.tensor([50.0, 20.0], dtype=torch.float64), 4)
-
-
-def test_psnr():
-    assert psnr_from_mse(1.0) == 0.0
-    assert psnr_from_mse(1e-3) == pytest.approx(30.0)
-    assert psnr_from_mse(0.0) == math.inf
 
 
 def test_opacity_is_the_mean_distance_to_one():
@@ -34,7 +27,7 @@ def test_opacity_is_the_mean_distance_to_one():
 
 
 def scalar_xing(points):
-    """LIVE's loop without its scale, for points without short legs."""
+    """Return LIVE's loss without its factor, by a loop, for paths without short legs."""
 
     def sine(u, v):
         return (u[0] * v[1] - u[1] * v[0]) / (math.hypot(*u) * math.hypot(*v))
@@ -59,7 +52,7 @@ def test_xing_follows_the_loop(segment_count):
 
 def test_xing_of_convex_paths_is_zero():
     assert xing_loss(circles()).item() == 0.0
-    # Straight cubics turn by nothing but rounding.
+    # Straight cubics turn by rounding errors only.
     assert xing_loss(polygon((10, 10), (90, 10), (90, 60), (10, 60))).item() < 1e-15
 
 
@@ -106,7 +99,7 @@ def test_bezier_of_a_smooth_path_on_the_canvas_is_zero():
 
 
 def test_projection_of_two_curves_is_the_original():
-    # Two curves share their chord, as Bezier Splatting's do: its formula, in normalised coordinates.
+    # Two curves share their chord, as in Bezier Splatting, so its own formula applies.
     inner = [(-0.6, 0.1), (0.0, 0.1), (0.6, -0.05), (0.1, -0.2)]
     points = to_pixels([(-0.5, 0.0), *inner[:2], (0.5, 0.0), *inner[2:]])
     shares = [x + 0.5 for x, _ in inner]
@@ -138,7 +131,7 @@ def test_projection_divides_by_the_mean_squared_chord_of_the_path():
 
 
 def test_projection_divides_by_the_control_polygon_where_that_is_larger():
-    # The same with the handle a whole chord beyond: legs of 0.8 / 3, 5 * 0.8 / 3 and 0.8.
+    # The same with the handle a whole chord beyond its end: legs of 0.8 / 3, 5 * 0.8 / 3 and 0.8.
     points = polygon((-0.4, 0.0), (0.4, 0.0), (0.4, 0.4), (-0.4, 0.4))
     points[0, 2, 0] = 1.2
     legs = (0.8 / 3) ** 2 + (5 * 0.8 / 3) ** 2 + 0.8**2
@@ -147,8 +140,8 @@ def test_projection_divides_by_the_control_polygon_where_that_is_larger():
 
 
 def test_projection_is_damped_for_a_path_of_a_few_pixels():
-    # A lens of chord 5 px along e on a square canvas of 200 px, one handle 0.3 px beyond the end. The added pixel is
-    # 1^2 + 1^2 beside the 5^2.
+    # A lens with a chord of 5 px along e on a square canvas of 200 px; one handle is 0.3 px beyond the end. The added
+    # pixel is 1^2 + 1^2 beside the chord's 5^2.
     e, n = torch.tensor([0.6, 0.8]), torch.tensor([-0.8, 0.6])
     outline = [(0.0, 0.0), (1.2, 1.2), (5.3, 1.2), (5.0, 0.0), (3.8, -1.2), (1.2, -1.2)]
     points = torch.stack([50 + x * e + y * n for x, y in outline]).double()[None]
@@ -161,7 +154,7 @@ def test_projection_is_a_mean_over_paths():
     assert bezier_loss(both, *LARGE).item() == pytest.approx(bezier_loss(one, *LARGE).item())
 
 
-def test_tips_are_counted_below_sixty_degrees_alone():
+def test_tips_count_below_sixty_degrees_only():
     # A right-angled triangle: two corners of 45 degrees, with legs 0.5 and the hypotenuse between them.
     triangle = [(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25)]
     points = to_pixels(polygon(*triangle))
@@ -185,7 +178,7 @@ def test_a_curved_tip_is_probed_on_the_curve():
     assert bezier_loss(to_pixels(points), *LARGE).item() == pytest.approx((2 * x) ** 2 / 2, rel=1e-9)
 
 
-def test_anchors_pay_for_their_distance_to_the_canvas():
+def test_anchors_are_penalized_off_the_canvas():
     square = polygon((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
     shifted = to_pixels(square + torch.tensor([0.8, -0.6]))
     # Two of four anchors are 0.3 beyond the right border, two 0.1 above the upper one.

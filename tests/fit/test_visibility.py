@@ -1,4 +1,4 @@
-"""What is seen of paths, against supersampled masks; which go, and how many drawings it takes to know."""
+"""Visible areas against supersampled masks; which paths are dropped, and how many drawings that takes."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _blobs(seed: int, count: int) -> Scene:
 
 
 def _outline(path: NDArray[np.float64]) -> list[tuple[float, float]]:
-    """Vertices of a closed path of cubics [P, 2], by Bernstein's formula."""
+    """Return vertices along a closed path of cubics [P, 2], by Bernstein's formula."""
     t = np.linspace(0.0, 1.0, 40, endpoint=False)[:, None]
     pieces = [path[[k, k + 1, k + 2, (k + 3) % len(path)]] for k in range(0, len(path), 3)]
     curves = [(1 - t) ** 3 * a + 3 * (1 - t) ** 2 * t * b + 3 * (1 - t) * t**2 * c + t**3 * d for a, b, c, d in pieces]
@@ -55,7 +55,7 @@ def _outline(path: NDArray[np.float64]) -> list[tuple[float, float]]:
 
 
 def _masks(scene: Scene) -> NDArray[np.float64]:
-    """Coverage [N, h, w] of the canvas by each path, from samples; paths that do not cross themselves."""
+    """Return the coverage [N, h, w] of the canvas by each path, from samples. Paths must not cross themselves."""
     masks = []
     for path in scene.points.double().numpy():
         large = Image.new("L", (WIDTH * SAMPLES, HEIGHT * SAMPLES))
@@ -71,7 +71,7 @@ def test_areas_are_those_of_supersampled_masks(seed: int) -> None:
     masks, opacity = _masks(scene), scene.opacity.numpy().astype(np.float64)
     alphas = masks * opacity[:, None, None]
     above = np.stack([np.prod(1.0 - alphas[k + 1 :], axis=0) for k in range(len(alphas))])
-    # Samples of a mask err by a part of the outline, which is some 80 px long.
+    # The error of a mask's samples grows with the outline, which is some 80 px long.
     np.testing.assert_allclose(visible_areas(scene, HEIGHT, WIDTH), (alphas * above).sum((1, 2)), atol=1.5, rtol=0.01)
     np.testing.assert_allclose(canvas_areas(scene, HEIGHT, WIDTH), masks.sum((1, 2)), atol=1.5, rtol=0.01)
 
@@ -84,12 +84,12 @@ def test_areas_of_rectangles_are_exact() -> None:
     np.testing.assert_allclose(visible_areas(scene, HEIGHT, WIDTH), seen, rtol=1e-4)
 
 
-def test_areas_of_no_paths_are_none() -> None:
+def test_areas_of_no_paths_are_empty() -> None:
     scene = _blobs(0, 2).select(torch.zeros(2, dtype=torch.bool))
     assert canvas_areas(scene, HEIGHT, WIDTH).shape == visible_areas(scene, HEIGHT, WIDTH).shape == (0,)
 
 
-# what goes
+# which paths are dropped
 
 
 def _pixels(scene: Scene) -> bytes:
@@ -97,8 +97,8 @@ def _pixels(scene: Scene) -> bytes:
 
 
 def _visible(scene: Scene) -> Scene:
-    shown, changes = visible_areas(scene, HEIGHT, WIDTH), removal_changes(scene, HEIGHT, WIDTH)
-    return without_invisible(scene, shown, changes, _pixels)
+    area, changes = visible_areas(scene, HEIGHT, WIDTH), removal_changes(scene, HEIGHT, WIDTH)
+    return without_invisible(scene, area, changes, _pixels)
 
 
 _LID = rectangle(10, 10, 30, 30)
@@ -109,7 +109,7 @@ _LID = rectangle(10, 10, 30, 30)
     ("path", "opacity", "stays"),
     [
         (circle(20, 20, 6), 1.0, False),  # under the lid
-        (circle(20, 20, 13), 1.0, True),  # looks out
+        (circle(20, 20, 13), 1.0, True),  # sticks out
         (circle(-50, 20, 20), 1.0, False),
         (circle(WIDTH + 0.02, 20, 0.015), 1.0, False),
         (circle(-5, 20, 5.4), 1.0, True),  # a sliver on the canvas
@@ -120,7 +120,7 @@ _LID = rectangle(10, 10, 30, 30)
         (torch.full((12, 2), 45.0), 1.0, False),  # a point
     ],
 )
-def test_what_is_hidden_off_the_canvas_or_transparent_goes(
+def test_paths_that_are_hidden_off_the_canvas_or_transparent_are_dropped(
     path: torch.Tensor, opacity: float, stays: bool, transparent: bool
 ) -> None:
     scene = _scene(path, circle(40, 30, 5), _LID, opacity=[opacity, 0.7, 1.0])
@@ -134,7 +134,7 @@ def test_what_is_hidden_off_the_canvas_or_transparent_goes(
 
 @pytest.mark.parametrize("transparent", [False, True])
 @pytest.mark.parametrize("radius", [0.5, 10.0, 18.0])
-def test_what_has_the_colour_of_what_is_below_goes(radius: float, transparent: bool) -> None:
+def test_paths_in_the_colour_below_them_are_dropped(radius: float, transparent: bool) -> None:
     scene = _scene(_LID, circle(20, 20, 13), circle(20, 20, 0.5 * radius), opacity=[1.0, 1.0, 0.6])
     color = torch.tensor([[1.0, 0.5, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]])
     scene = replace(scene, color=color, transparent=transparent, background=torch.zeros(3))
@@ -142,14 +142,14 @@ def test_what_has_the_colour_of_what_is_below_goes(radius: float, transparent: b
 
 
 def test_a_palette_of_one_colour_leaves_no_path() -> None:
-    """One that viewers blend with itself without a rounding error."""
+    """Viewers blend this colour with itself without a rounding error."""
     red = torch.tensor([1.0, 0.0, 0.0])
     scene = replace(_blobs(1, 40), color=red.expand(40, 3), background=red)
     assert len(_visible(scene)) == 0
 
 
-def test_of_two_in_one_colour_one_stays() -> None:
-    """Either could go without the other, and not both."""
+def test_of_two_equal_paths_one_stays() -> None:
+    """Either changes nothing alone, but both together do."""
     left = _visible(replace(_scene(_LID, _LID), color=torch.tensor([[1.0, 0.0, 0.0]] * 2)))
     assert len(left) == 1
 
@@ -162,22 +162,22 @@ def test_changes_are_those_of_drawings_without_each_path(transparent: bool) -> N
         rest = scene.select(torch.arange(12) != row)
         expected = torch.stack(
             [
-                (render_scene(scene, page) - render_scene(rest, page)).square().sum()
-                for page in ((0.0, 1.0) if transparent else (None,))
+                (render_scene(scene, matte) - render_scene(rest, matte)).square().sum()
+                for matte in ((0.0, 1.0) if transparent else (None,))
             ]
         ).mean()
         torch.testing.assert_close(changes[row], expected, rtol=1e-3, atol=0.1 * CHANGE_MIN)
 
 
-def render_scene(scene: Scene, page: float | None) -> torch.Tensor:
-    background = scene.background if page is None else torch.full((3,), page)
+def render_scene(scene: Scene, matte: float | None) -> torch.Tensor:
+    background = scene.background if matte is None else torch.full((3,), matte)
     return render(replace(scene, background=background), HEIGHT, WIDTH)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_no_pixel_changes(seed: int) -> None:
     scene = _blobs(seed, 60)
-    # Half of them small, and the others opaque, so that many are hidden or next to nothing.
+    # Half of them are small, the others opaque, so that many are hidden or tiny.
     center = scene.points.mean(1, keepdim=True)
     small = torch.arange(60) % 2 == 0
     points = torch.where(small[:, None, None], center + 0.05 * (scene.points - center), scene.points)
@@ -188,7 +188,7 @@ def test_no_pixel_changes(seed: int) -> None:
     assert _pixels(left) == _pixels(scene)
 
 
-# how many drawings that takes
+# the number of drawings
 
 
 def circles(count: int) -> Scene:
@@ -198,23 +198,23 @@ def circles(count: int) -> Scene:
     return Scene(points, color, opacity, torch.ones(3), generation)
 
 
-def test_shown_area_is_what_is_not_hidden() -> None:
-    """Of two equal discs the upper one shows all of its area, the lower one what shines through along the edge."""
-    shown = visible_areas(circles(2), 32, 32)
-    assert abs(float(shown[1]) - 25 * torch.pi) < 0.1
-    assert 0.0 < float(shown[0]) < 0.1 * 25 * torch.pi
+def test_a_covered_disc_has_almost_no_visible_area() -> None:
+    """Of two equal discs the upper one is fully visible, the lower one only through the upper one's soft edge."""
+    area = visible_areas(circles(2), 32, 32)
+    assert abs(float(area[1]) - 25 * torch.pi) < 0.1
+    assert 0.0 < float(area[0]) < 0.1 * 25 * torch.pi
 
 
-def test_what_changes_no_pixel_goes() -> None:
-    """The judge sees the paths above row 3 alone."""
+def test_paths_that_change_no_pixel_are_dropped() -> None:
+    """Here a drawing depends on the twelve uppermost paths only."""
     scene = circles(16)
-    shown = torch.arange(16) * 0.05
-    kept = without_invisible(scene, shown, shown, lambda some: bytes(str(some.color.tolist()[-12:]), "ascii"))
+    area = torch.arange(16) * 0.05
+    kept = without_invisible(scene, area, area, lambda some: bytes(str(some.color.tolist()[-12:]), "ascii"))
     assert torch.equal(kept.color, scene.color[4:])
 
 
 def test_the_search_ends() -> None:
-    """Where every candidate changes a pixel, none goes, and not each is drawn."""
+    """If every candidate changes a pixel, all stay, and not every one is drawn without."""
     scene, drawings = circles(1000), []
 
     def draw(some: Scene) -> bytes:
@@ -228,12 +228,12 @@ def test_the_search_ends() -> None:
 
 @pytest.mark.parametrize(("byte_count", "count"), [(12_000_000, 6), (36_000_000, 2), (192_000_000, 2)])
 def test_large_photos_are_drawn_less_often(byte_count: int, count: int) -> None:
-    """A photo of 4 megapixels six times, others once as a whole, and without what is hidden."""
+    """An image of 4 megapixels is drawn six times; larger ones once with all paths and once without the hidden ones."""
     drawings = []
 
     def draw(some: Scene) -> bytes:
         drawings.append(len(some))
-        return len(drawings).to_bytes(1) + bytes(byte_count)  # so that every candidate is visible
+        return len(drawings).to_bytes(1) + bytes(byte_count)  # every candidate changes the pixels
 
     hidden_but_one = torch.tensor([0.0] * 8 + [0.5])
     without_invisible(circles(9), hidden_but_one, torch.zeros(9), draw)
@@ -241,7 +241,7 @@ def test_large_photos_are_drawn_less_often(byte_count: int, count: int) -> None:
     assert drawings[:2] == [9, 1]
 
 
-def test_what_shows_is_not_tried() -> None:
+def test_visible_paths_are_not_tried() -> None:
     scene = circles(3)
-    shown = torch.tensor([5.0, 1.0, 2.0])
-    assert without_invisible(scene, shown, 2.0 * CHANGE_MIN * shown, lambda _: b"never drawn") is scene
+    area = torch.tensor([5.0, 1.0, 2.0])
+    assert without_invisible(scene, area, 2.0 * CHANGE_MIN * area, lambda _: b"never drawn") is scene

@@ -1,4 +1,4 @@
-"""Transparent images: read, reduced, drawn and compared so that what they hide never counts."""
+"""Transparent images: reading, reducing, drawing and comparing them; invisible colours never count."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from logo import GREEN, logo, on_page
+from logo import GREEN, logo, over_matte
 from PIL import Image
 from scenes import random_scene
 
@@ -24,7 +24,7 @@ from warpvec.image.metrics import psnr, ssim
 from warpvec.image.read import read_image
 from warpvec.image.resize import reduce_image
 from warpvec.image.write import write_png
-from warpvec.svg.measure import draw, measure
+from warpvec.svg.measure import draw, file_quality
 from warpvec.svg.write import write_svg
 
 RNG = np.random.default_rng(0)
@@ -38,7 +38,7 @@ def scene_of(seed, height, width):
 # Images.
 
 
-def test_straight_colours_come_back_and_hidden_ones_do_not():
+def test_straight_colours_come_back_except_invisible_ones():
     image = RNG.random((5, 7, 4)).astype(np.float32)
     image[0, :3, 3] = (0.0, ALPHA_MIN / 2, 2 * ALPHA_MIN)
     want = image.copy()
@@ -49,7 +49,7 @@ def test_straight_colours_come_back_and_hidden_ones_do_not():
     np.testing.assert_allclose(straight(np.array([[[0.6, -0.1, 1.2, 0.5]]])), [[[1.0, 0.0, 1.0, 0.5]]])
 
 
-def test_alpha_is_kept_only_where_there_is_some():
+def test_alpha_is_kept_only_if_a_pixel_is_transparent():
     rgba = RNG.integers(0, 256, (4, 6, 4), dtype=np.uint8)
     rgba[0, 0, 3], rgba[1, 1, 3] = 0, 255
     pixels = read_image(rgba)
@@ -63,8 +63,8 @@ def test_alpha_is_kept_only_where_there_is_some():
     assert read_image(rgba[..., 2:]).shape == (4, 6, 3)
 
 
-def test_a_reduction_never_sees_what_is_hidden():
-    # One colour under every alpha: whatever the filter does, no other may come out.
+def test_a_reduction_ignores_invisible_colours():
+    # The image has one colour at every alpha, so the filter must not make another one.
     image = np.zeros((64, 48, 4), np.float32)
     image[10:40, 7:30] = (0.2, 0.8, 0.4, 1.0)
     image[30:44, 25:41] = (0.2, 0.8, 0.4, 0.3)
@@ -85,7 +85,7 @@ def test_png_keeps_alpha(tmp_path: Path):
     np.testing.assert_allclose(read_image(tmp_path / "logo.png"), image, atol=1e-6)
 
 
-# The file and its measures.
+# Files and metrics.
 
 
 def test_a_transparent_scene_has_no_rectangle():
@@ -96,44 +96,44 @@ def test_a_transparent_scene_has_no_rectangle():
     drawing = draw(svg, transparent=True) / 255
     assert drawing.shape == (40, 56, 4)
     assert drawing[..., 3].min() == 0
-    # What resvg shows on white is its own composite, rounded at every path.
-    assert np.abs(on_page(drawing, 1.0) - draw(svg) / 255).max() < 4 / 255
+    # Over white resvg composites by itself and rounds at every path.
+    assert np.abs(over_matte(drawing, 1.0) - draw(svg) / 255).max() < 4 / 255
     assert draw(svg, 112, 80, transparent=True).shape == (80, 112, 4)
 
 
-def test_measures_are_those_over_black_and_over_white():
+def test_metrics_are_means_over_a_black_and_a_white_matte():
     a, b = RNG.random((2, 20, 30, 4))
-    squares = [np.square(on_page(a, page) - on_page(b, page)).mean() for page in (0.0, 1.0)]
+    squares = [np.square(over_matte(a, matte) - over_matte(b, matte)).mean() for matte in (0.0, 1.0)]
     assert psnr(a, b) == pytest.approx(-10 * math.log10(np.mean(squares)))
-    pages = [ssim(on_page(a, page), on_page(b, page)) for page in (0.0, 1.0)]
-    assert ssim(a, b) == pytest.approx(np.mean(pages))
+    similarities = [ssim(over_matte(a, matte), over_matte(b, matte)) for matte in (0.0, 1.0)]
+    assert ssim(a, b) == pytest.approx(np.mean(similarities))
     magenta, green = logo() / 255, logo(hidden=GREEN) / 255
     assert psnr(magenta, green) == math.inf
     assert ssim(magenta, green) == pytest.approx(1.0)
 
 
-def test_measure_compares_alpha_too():
+def test_file_quality_compares_alpha_too():
     photo = np.zeros((8, 8, 4), np.float32)
     photo[..., 3] = 0.5
     attributes = 'xmlns="http://www.w3.org/2000/svg" width="8" height="8"'
     empty = f"<svg {attributes}/>"
-    assert measure(empty, photo)["psnr"] == pytest.approx(-10 * math.log10(0.25 / 2))
+    assert file_quality(empty, photo)["psnr"] == pytest.approx(-10 * math.log10(0.25 / 2))
     veil = f'<svg {attributes}><path d="M0 0h8v8h-8z" fill-opacity=".5"/></svg>'
-    assert measure(veil, photo)["psnr"] > 50
+    assert file_quality(veil, photo)["psnr"] > 50
 
 
 # The renderers.
 
 
 @pytest.mark.parametrize("renderer", ["exact", "splat"])
-def test_an_image_with_alpha_shows_any_page(device: str, renderer: str):
+def test_an_image_with_alpha_fits_any_matte(device: str, renderer: str):
     scene = scene_of(5, 33, 40).to(device)
     image = warpvec.render(scene, 33, 40, renderer=renderer, alpha=True)
     assert image.shape == (33, 40, 4)
     assert 0 <= image[..., 3].min() < 0.01 < 0.9 < image[..., 3].max() <= 1
-    for page in (scene.background, torch.tensor([0.9, 0.1, 0.4]).to(device)):
-        want = warpvec.render(replace(scene, background=page), 33, 40, renderer=renderer)
-        torch.testing.assert_close(image[..., :3] + (1 - image[..., 3:]) * page, want, rtol=0, atol=1e-5)
+    for matte in (scene.background, torch.tensor([0.9, 0.1, 0.4]).to(device)):
+        want = warpvec.render(replace(scene, background=matte), 33, 40, renderer=renderer)
+        torch.testing.assert_close(image[..., :3] + (1 - image[..., 3:]) * matte, want, rtol=0, atol=1e-5)
 
 
 def test_alpha_is_differentiable():
@@ -161,39 +161,35 @@ def test_alpha_is_differentiable():
 
 
 @pytest.mark.parametrize("renderer", ["exact", "splat"])
-@pytest.mark.parametrize("reduction", [1, 2])
-def test_a_step_is_that_of_the_mean_error_on_both_pages(device: str, renderer: str, reduction: int):
-    target, scene = torch.rand(40, 56, 4).to(device), scene_of(3, 40, 56).to(device)
-    settings = make_config(renderer=renderer)
-    canvas = Target(target, settings, device, reduction)
-    adjoints = canvas.fit_step(scene, True)
+def test_a_step_has_the_mean_error_over_both_mattes(device: str, renderer: str):
+    pixels, scene = torch.rand(40, 56, 4).to(device), scene_of(3, 40, 56).to(device)
+    target = Target(pixels, make_config(renderer=renderer), device)
+    adjoints = target.fit_step(scene, True)
     points, color, opacity = (v.clone().requires_grad_() for v in (scene.points, scene.color, scene.opacity))
-    shape = (40 // reduction, 56 // reduction)
-    small = replace(scene, points=points / reduction, color=color, opacity=opacity)
-    image = warpvec.render(small, *shape, renderer=renderer, alpha=True)
-    wanted = premultiplied(target).reshape(shape[0], reduction, shape[1], reduction, 4).mean((1, 3))
-    error = image - wanted
-    # Over black: the premultiplied colours. Over white: also what is let through, 1 - alpha.
+    free = replace(scene, points=points, color=color, opacity=opacity)
+    image = warpvec.render(free, 40, 56, renderer=renderer, alpha=True)
+    error = image - premultiplied(pixels)
+    # Over black the error is that of the premultiplied colours, over white also that of 1 - alpha.
     loss = (error[..., :3].square().mean() + (error[..., :3] - error[..., 3:]).square().mean()) / 2
     loss.backward()
     assert adjoints.loss.item() == pytest.approx(loss.item(), rel=1e-4)
     for got, want in ((adjoints.points, points), (adjoints.color, color), (adjoints.opacity, opacity)):
         torch.testing.assert_close(got, want.grad, rtol=1e-3, atol=1e-6)
-    total = canvas.squared_error(scene).mean() / 3
+    total = target.squared_error(scene).mean() / 3
     assert total.item() == pytest.approx(loss.item(), rel=1e-4)
 
 
-def test_importance_is_what_a_removal_costs_on_both_pages():
-    target, scene = torch.rand(40, 56, 4), scene_of(3, 40, 56)
-    canvas = Target(target, make_config(), "cpu")
-    step = canvas.fit_step(scene, True)
+def test_removal_costs_are_over_both_mattes():
+    pixels, scene = torch.rand(40, 56, 4), scene_of(3, 40, 56)
+    target = Target(pixels, make_config(), "cpu")
+    step = target.fit_step(scene, True)
     for path in range(len(scene)):
         rest = scene.select(torch.arange(len(scene)) != path)
-        gain = canvas.fit_step(rest, False).loss - step.loss
+        gain = target.fit_step(rest, False).loss - step.loss
         assert step.removal_cost[path].item() == pytest.approx(gain.item(), rel=1e-3, abs=1e-6)
 
 
-def test_nothing_is_wrong_where_nothing_is():
+def test_invisible_pixels_have_no_error():
     target = torch.zeros(4, 6, 4)
     target[:2] = torch.tensor([1.0, 1.0, 1.0, 0.5])
     error = blank_error(target, torch.tensor([0.3, 0.3, 0.3]))
@@ -201,7 +197,7 @@ def test_nothing_is_wrong_where_nothing_is():
     torch.testing.assert_close(error[:2], torch.full((2, 6), 0.25 * 3 / 2))
 
 
-def test_paint_around_a_shape_is_of_its_colour():
+def test_paint_around_a_shape_has_its_colour():
     target = torch.zeros(37, 50, 4)
     target[20:22, 30:33] = torch.tensor([0.9, 0.2, 0.1, 0.4])
     torch.testing.assert_close(paint_colors(target), torch.tensor([0.9, 0.2, 0.1]).expand(37, 50, 3))
@@ -211,7 +207,7 @@ def test_paint_around_a_shape_is_of_its_colour():
 
 
 @pytest.mark.parametrize("policy", ["scaffolding", "replacement"])
-def test_new_paths_have_the_colours_of_what_is_seen(policy: str):
+def test_new_paths_have_visible_colours(policy: str):
     if policy == "replacement":
         pytest.importorskip("scipy")
     target = torch.zeros(40, 56, 4)

@@ -1,4 +1,4 @@
-"""A logo with soft edges, as designers export it: antialiased shapes and a soft shadow on nothing."""
+"""A logo as designers export it: antialiased shapes and a soft shadow on a transparent background."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw, ImageFilter
 MAGENTA, GREEN = (255, 0, 255), (0, 255, 0)
 
 _LETTER = (112, 20, 152, 20, 152, 36, 140, 36, 140, 101, 125, 101, 125, 36, 112, 36)
-# Colour, opacity, blur in pixels, kind and corners of each shape, the lowest first.
+# Colour, opacity, blur in pixels, kind and corners of each shape, from bottom to top.
 _SHAPES = (
     ((0, 0, 0), 0.5, 5.0, "ellipse", (30, 34, 110, 114)),
     ((20, 110, 220), 1.0, 0.0, "ellipse", (24, 22, 104, 102)),
@@ -25,7 +25,7 @@ _SAMPLES = 4
 
 
 def logo(scale: int = 1, hidden: tuple[int, int, int] = MAGENTA) -> NDArray[np.uint8]:
-    """A ring over its shadow and a letter [120 ``scale``, 160 ``scale``, 4], ``hidden`` where alpha is 0."""
+    """Draw a ring over its shadow and a letter [120 ``scale``, 160 ``scale``, 4], ``hidden`` where alpha is 0."""
     image = np.zeros((120 * scale, 160 * scale, 4))
     for color, opacity, blur, kind, corners in _SHAPES:
         alpha = opacity * _mask(kind, corners, blur, scale)[..., None]
@@ -37,13 +37,13 @@ def logo(scale: int = 1, hidden: tuple[int, int, int] = MAGENTA) -> NDArray[np.u
     return levels
 
 
-def on_page(image: NDArray[Any], page: float | NDArray[Any]) -> NDArray[Any]:
-    """What ``image`` [h, w, 4] shows on ``page``, a grey or [h, w, 3]; by another formula than warpvec's."""
-    return page + image[..., 3:] * (image[..., :3] - page)
+def over_matte(image: NDArray[Any], matte: float | NDArray[Any]) -> NDArray[Any]:
+    """Draw ``image`` [h, w, 4] over ``matte``, a grey or [h, w, 3]; the formula is not warpvec's."""
+    return matte + image[..., 3:] * (image[..., :3] - matte)
 
 
 def _mask(kind: str, corners: tuple[int, ...], blur: float, scale: int) -> NDArray[np.float64]:
-    """Coverage [h, w] of a shape, blurred by a Gaussian of ``blur`` pixels of the smallest logo."""
+    """Return the coverage [h, w] of a shape, blurred by a Gaussian of ``blur`` pixels at scale 1."""
     mask = Image.new("L", (160 * scale * _SAMPLES, 120 * scale * _SAMPLES))
     getattr(ImageDraw.Draw(mask), kind)([corner * scale * _SAMPLES for corner in corners], fill=255)
     if blur:

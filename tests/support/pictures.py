@@ -8,7 +8,7 @@ HEIGHT, WIDTH = 40, 56
 
 
 def picture():
-    """Discs and stripes over a ramp [40, 56, 3]: smooth areas, straight and round edges."""
+    """Draw discs and stripes over a ramp [40, 56, 3], with smooth areas and straight and round edges."""
     y, x = torch.meshgrid(torch.arange(HEIGHT) + 0.5, torch.arange(WIDTH) + 0.5, indexing="ij")
     image = torch.stack([x / WIDTH, y / HEIGHT, 0.3 + 0.0 * x], -1)
     image[(x - 18).square() + (y - 15).square() < 90] = torch.tensor([0.9, 0.2, 0.1])

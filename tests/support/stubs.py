@@ -1,4 +1,4 @@
-"""Stand-ins for what is slow, with the same types."""
+"""Fast replacements of slow functions, with the same types."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from warpvec.geometry.scene import Scene
 
 
 def circles(height: int, width: int, count: int, config: FitConfig | None = None) -> Scene:
-    """``count`` opaque circles of random place and colour, a quarter of the shorter side wide."""
+    """Return ``count`` opaque circles at random places in random colours, a quarter of the shorter side wide."""
     config = config or FitConfig()
     center = torch.rand(count, 2) * torch.tensor([width, height])
     radius = torch.full((count,), min(height, width) / 8)
@@ -38,7 +38,7 @@ def stub_fit(
     interrupted: bool = False,
     **_: object,
 ) -> FitResult:
-    """What `warpvec.fit.loop.fit` returns, without fitting: random circles, one call of ``on_progress`` an iteration."""
+    """Return random circles in place of `warpvec.fit.loop.fit`, after one call of ``on_progress`` per iteration."""
     height, width, _ = target.shape
     scene = circles(height, width, config.curves, config)
     history = []
@@ -51,7 +51,7 @@ def stub_fit(
 
 
 def progress_at(iteration: int, iteration_count: int, scene: Scene) -> Progress:
-    """The record of one iteration of a fit at 20 dB that takes half a second for each."""
+    """Return the progress of a fit at 20 dB that takes half a second per iteration."""
     return Progress(
         iteration=iteration,
         iteration_count=iteration_count,

@@ -1,4 +1,4 @@
-"""Bezier Splatting's policy: each rule at its threshold, regions against a plain search, and the fit that it makes."""
+"""Bezier Splatting's policy: each rule at its threshold, regions against a plain search, and whole fits."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ EARLY, LATE, LAST = 0.3, 0.75, 0.85
 
 
 def ellipses(*rows: tuple[float, float, float, float], opacity: float = 0.9) -> Scene:
-    """Paths (x, y, width, height) of distinct colours, oldest first."""
+    """Return ellipses (x, y, width, height) in distinct colours, oldest first."""
     values = torch.tensor(rows, dtype=torch.float64)
     unit = circle_points(torch.zeros(len(rows), 2), torch.ones(len(rows)), 4).double()
     points = values[:, None, :2] + unit * values[:, None, 2:] / 2
@@ -39,7 +39,7 @@ def removed(scene: Scene, progress: float = EARLY) -> list[bool]:
     return removable(scene, HEIGHT, WIDTH, progress).tolist()
 
 
-def test_paths_mostly_off_the_canvas_go() -> None:
+def test_paths_mostly_off_the_canvas_are_removed() -> None:
     # Of 100 pixels of width, 59 and 61 lie beyond each edge.
     across = [(x, 150.0, 100.0, 20.0) for x in (-9.0, -11.0, 409.0, 411.0)]
     down = [(200.0, y, 20.0, 100.0) for y in (-9.0, -11.0, 309.0, 311.0)]
@@ -47,13 +47,13 @@ def test_paths_mostly_off_the_canvas_go() -> None:
     assert removed(ellipses((-500.0, 150.0, 100.0, 20.0), (200.0, 150.0, 100.0, 20.0))) == [True, False]
 
 
-def test_tiny_paths_go() -> None:
+def test_tiny_paths_are_removed() -> None:
     sizes = [(3.9, 3.9), (4.1, 4.1), (2.0, 4.9), (2.0, 5.1), (5.1, 2.0), (0.0, 3.0)]
     rows = [(50.0 * k + 20.0, 100.0, width, height) for k, (width, height) in enumerate(sizes)]
     assert removed(ellipses(*rows)) == [True, False, True, False, False, True]
 
 
-def test_faint_paths_go_and_late_only_small_ones() -> None:
+def test_faint_paths_are_removed_and_late_in_the_run_only_small_ones() -> None:
     rows = [(100.0, 100.0, 80.0, 80.0), (300.0, 100.0, 20.0, 20.0)]
     assert removed(ellipses(*rows, opacity=0.21)) == [False, False]
     assert removed(ellipses(*rows, opacity=0.19)) == [True, True]
@@ -63,12 +63,12 @@ def test_faint_paths_go_and_late_only_small_ones() -> None:
 
 
 def pair(side: float, color_step: float = 0.0) -> Scene:
-    """A square box and a younger one over it, larger by half."""
+    """Return a square and a younger one over it that is larger by half."""
     scene = ellipses((200.0, 150.0, side, side), (200.0, 150.0, 1.5 * side, 1.5 * side))
     return replace(scene, color=torch.tensor([[0.5] * 3, [0.5 + color_step] * 3], dtype=torch.float64))
 
 
-def test_the_older_of_two_alike_goes_if_it_is_small() -> None:
+def test_the_older_of_two_similar_paths_is_removed_if_it_is_small() -> None:
     assert removed(pair(100.0)) == [True, False]
     # A difference of 0.04 / sqrt(3) in each channel, times the opacity of 0.9, is below 0.05, 0.06 / sqrt(3) above.
     assert removed(pair(100.0, 0.04 / math.sqrt(3) / 0.9)) == [True, False]
@@ -81,7 +81,7 @@ def test_the_older_of_two_alike_goes_if_it_is_small() -> None:
 
 
 def wide_pair(side: float) -> Scene:
-    """As `pair`, with the younger box no larger than the canvas."""
+    """Return a `pair` of equal size."""
     scene = pair(side)
     return replace(scene, points=torch.stack([scene.points[0], scene.points[0]]))
 
@@ -115,7 +115,7 @@ def plain_score(k: int, box: list[list[float]], paint: list[list[float]]) -> flo
 
 
 def plain_centers(error: NDArray[np.float64], count: int) -> list[tuple[float, float]]:
-    """The rule of `region_centers`, searched pixel by pixel."""
+    """Apply the rule of `region_centers` pixel by pixel."""
     error = np.where(error < 0.05, 0.0, error)
     bins = sorted(set(np.quantile(error, np.linspace(0, 1, 200)).tolist()))[1:-1]
     level = {(y, x): sum(value >= b for b in bins) for (y, x), value in np.ndenumerate(error)}
@@ -135,7 +135,7 @@ def plain_centers(error: NDArray[np.float64], count: int) -> list[tuple[float, f
 
 
 def plain_components(pixels: set[tuple[int, int]]) -> list[list[tuple[int, int]]]:
-    """Components by sides, in the order of their first pixels."""
+    """Return the components connected by sides, in the order of their first pixels."""
     left, components = set(pixels), []
     for start in sorted(pixels):
         if start not in left:
@@ -161,7 +161,7 @@ def test_regions_are_those_of_a_plain_search(seed: int) -> None:
     assert len({tuple(center) for center in centers.tolist()}) == len(centers) > 5
 
 
-def test_the_middle_of_the_larger_of_two_errors_comes_first() -> None:
+def test_the_centre_of_the_larger_error_comes_first() -> None:
     y, x = np.mgrid[:60, :80] + 0.5
     error = np.exp(-((x - 15) ** 2 + (y - 15) ** 2) / 50) + np.exp(-((x - 55) ** 2 + (y - 40) ** 2) / 200)
     assert np.abs(region_centers(error, 1) - [[55.0, 40.0]]).max() < 1.0
@@ -176,7 +176,7 @@ def test_an_even_error_has_no_regions(value: float) -> None:
 
 
 def picture() -> Tensor:
-    """Discs over a ramp [200, 260, 3]: new paths, of 5.2 x 4 pixels, are not tiny."""
+    """Draw discs over a ramp [200, 260, 3], so large that new paths, of 5.2 x 4 pixels, are not tiny."""
     y, x = torch.meshgrid(torch.arange(200) + 0.5, torch.arange(260) + 0.5, indexing="ij")
     image = torch.stack([x / 260, y / 200, 0.3 + 0.0 * x], -1)
     image[(x - 75).square() + (y - 60).square() < 1350] = torch.tensor([0.9, 0.2, 0.1])
@@ -203,7 +203,7 @@ def test_nothing_at_the_start_comes_from_the_target() -> None:
     assert dark.color.min() >= 0.5 and dark.color.max() <= 1 / (1 + math.exp(-1))
     torch.testing.assert_close(dark.opacity, torch.full((500,), 1 / (1 + math.exp(-1))))
     size = dark.points.amax(1) - dark.points.amin(1)
-    # Two per cent of each side; a circle's control points lie on its box.
+    # Two per cent of each side; the outermost control points of a circle lie on its box.
     torch.testing.assert_close(size, torch.tensor([[1.6, 1.2]]).expand(500, 2), rtol=1e-4, atol=0)
     center = dark.points[:, ::3].mean(1)
     assert (center > 0).all() and (center < torch.tensor([80.0, 60.0])).all()
@@ -211,10 +211,10 @@ def test_nothing_at_the_start_comes_from_the_target() -> None:
 
 
 @pytest.mark.parametrize("z_order", ["creation", "area"])
-def test_what_is_removed_is_added_again(z_order: str) -> None:
+def test_as_many_paths_are_added_as_were_removed(z_order: str) -> None:
     counts = []
     result = fit(picture(), config_of(z_order=z_order), lambda progress: counts.append(progress.curve_count))
-    # Removals after 10 and 30 of 60 iterations; that after 50 would have no addition before 55.
+    # Removals after 10 and 30 of 60 iterations; one after 50 would have no addition before 55.
     assert set(counts[:10]) == set(counts[20:30]) == set(counts[40:]) == {100}
     assert len(set(counts[10:20])) == len(set(counts[30:40])) == 1
     assert 0 < counts[10] < 100
@@ -238,18 +238,18 @@ def test_added_paths_have_the_colours_of_their_places() -> None:
     columns, rows = new.points[:, ::3].mean(1).long().unbind(-1)
     torch.testing.assert_close(new.color, target[rows, columns], rtol=0, atol=1e-5)
     torch.testing.assert_close(new.opacity, torch.full((len(new),), 1 / (1 + math.exp(-1))))
-    # Where the regions are used up, the rest is put anywhere.
+    # When the regions are used up, the rest is placed anywhere.
     assert (error[rows, columns] >= 0.05).float().mean() > 0.8
 
 
-def test_age_decides_and_not_the_place_in_the_drawing() -> None:
-    """Of two alike the older goes, be it below or above the other."""
+def test_age_decides_and_not_the_z_order() -> None:
+    """Of two similar paths the older one is removed, whether it is below or above the other."""
     assert alike_after_a_removal(oldest=0) == [1]
     assert alike_after_a_removal(oldest=1) == [0]
 
 
 def alike_after_a_removal(oldest: int) -> list[int]:
-    """What remains of the generations 0 and 1 of two paths alike, the second above the first."""
+    """Return the generations that remain of two similar paths, 0 and 1, of which 1 is above 0."""
     scene = replace(wide_pair(40.0), generation=torch.tensor([0, 1]))
     config = config_of(replace_gap=100, iterations=1000)
     population = Population(scene, config, 200.0)
@@ -265,7 +265,7 @@ def test_seed_decides_and_threads_do_not() -> None:
     assert not torch.equal(scenes[0].points, scenes[2].points)
 
 
-def test_a_missing_scipy_is_told_before_the_fit_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_scipy_is_reported_before_the_fit_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(replacement, "find_spec", lambda name: None)
     with pytest.raises(InputError, match="policy replacement needs SciPy.*warpvec\\[baseline\\]") as caught:
         fit(picture(), config_of(), lambda progress: pytest.fail("it started"))
