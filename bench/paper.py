@@ -57,19 +57,19 @@ def table2(study: Study, presets: list[str]) -> str:
     return _quality(study, presets, TABLE_2, "means over DIV2K")
 
 
-def _quality(study: Study, presets: Sequence[str], paper: Quantitative, what: str) -> str:
+def _quality(study: Study, presets: Sequence[str], paper: Quantitative, source: str) -> str:
     cases = {
         (preset, count): [study.case(photo, count, preset) for photo in study.photos]
         for count, preset in product(study.curves, presets)
     }
     study.fits.fill(chain.from_iterable(cases.values()))
     groups = {key: study.rows(group) for key, group in cases.items()}
-    return f"{quality_table(groups, paper)}\n\n{_note(what)}"
+    return f"{quality_table(groups, paper)}\n\n{_note(source)}"
 
 
-def _note(what: str) -> str:
+def _note(source: str) -> str:
     """Describe the paper's values under a table."""
-    return f"The paper's values: {what} at full size, its soft image, 5000 iterations (Bezier Splatting: 10,000)."
+    return f"The paper's values: {source} at full size, its soft image, 5000 iterations (Bezier Splatting: 10,000)."
 
 
 # Ablations
@@ -103,7 +103,7 @@ def _ablation(
     names: Sequence[str],
     variants: Mapping[tuple[Any, ...], Mapping[str, Any]],
     paper: Mapping[tuple[Any, ...], float],
-    what: str,
+    source: str,
 ) -> str:
     """Fit each variant of the paper's preset; return the table and write a picture of each."""
     lines = []
@@ -116,7 +116,7 @@ def _ablation(
             tiles.append(_tile(study, case, f"{', '.join(names)}: {', '.join(map(str, labels))}"))
             lines.append(line)
         sheet([tiles]).save(study.path(f"-{photo.name}-{count}.png"))
-    return f"{fits_table(('image', 'curves', *names), lines)}\n\n{_note(what)}"
+    return f"{fits_table(('image', 'curves', *names), lines)}\n\n{_note(source)}"
 
 
 def _tile(study: Study, case: Case, title: str) -> Tile:

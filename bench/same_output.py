@@ -158,7 +158,7 @@ def _plain(value: Any) -> Any:
 
 
 def _content(path: Path) -> Any:
-    """Return what is compared of a file, by its suffix."""
+    """Return the content of a file to compare, in a form that depends on its suffix."""
     data = path.read_bytes()
     match path.suffix:
         case ".svg":
