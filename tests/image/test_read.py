@@ -1,4 +1,4 @@
-"""Every kind of image in, one kind of array out."""
+"""Reading every kind of image into one kind of array."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import struct
 
 import numpy as np
 import pytest
+import torch
 from image_files import (
     BLUE,
     GREEN,
@@ -60,7 +61,7 @@ def test_first_frame_of_an_animation(format):
 
 
 def test_jpeg_with_a_preview_beside_it():
-    """What cameras write: a JPEG with more pictures after the first, which Pillow calls MPO."""
+    """Cameras write a JPEG with more pictures after the first, which Pillow calls MPO."""
     photo, preview = Image.new("RGB", (40, 30), "red"), Image.new("RGB", (40, 30), "blue")
     data = encode(photo, "MPO", save_all=True, append_images=[preview])
     assert Image.open(io.BytesIO(data)).format == "MPO"
@@ -191,7 +192,7 @@ def test_icc_profile_of_grey(data):
     opaque = np.dstack([levels, np.full_like(levels, 255)])
     assert_pixels(read_image(encode(opaque, icc_profile=data)), want, atol=0.6 / 255)
     if data is LINEAR_GREY:
-        # Chords of 256 rounded levels: in the darks, where the curve bends, they stay within one level of it.
+        # The curve is interpolated between 256 rounded levels; in the darks, where it bends, that is off by a level.
         pixels = read_image(encode(GREY16, icc_profile=data))
         assert_pixels(pixels, srgb_encoded(GREY16[..., None] / 65535), atol=1 / 255)
         assert len(np.unique(pixels)) > 256
@@ -224,7 +225,46 @@ def test_arrays(dtype, shape):
         assert_pixels(read_image(layout), want if want.ndim == 3 else want[..., None])
 
 
+TENSORS = [torch.uint8, torch.bool, torch.float16, torch.bfloat16, torch.float32, torch.float64]
+
+
+@pytest.mark.parametrize("dtype", TENSORS)
+def test_torch_tensors(device, dtype):
+    levels = torch.from_numpy(RNG.integers(0, 256, (2, 3, 4)))
+    tensor = levels.to(dtype) if dtype == torch.uint8 else (levels / 255).round(decimals=2).to(dtype)
+    array = tensor.float().numpy() if dtype.is_floating_point else tensor.numpy()
+    assert np.array_equal(read_image(tensor.to(device)), read_image(array))
+
+
+def test_torch_tensors_of_any_layout_and_with_gradients():
+    unit = torch.rand(3, 6, 5)
+    want = unit.permute(1, 2, 0).numpy()
+    assert_pixels(read_image(unit.permute(1, 2, 0)), want)
+    assert_pixels(read_image(unit[0]), unit[0][..., None].numpy())
+    assert_pixels(read_image(torch.nn.Parameter(unit.permute(1, 2, 0))), want)
+    assert_pixels(read_image(unit.permute(1, 2, 0).clone().requires_grad_().contiguous()), want)
+
+
+@pytest.mark.parametrize(
+    ("tensor", "words"),
+    [
+        (
+            torch.rand(3, 6, 5),
+            "must have shape [h, w] or [h, w, 1 to 4], got [3, 6, 5]; put channels last, which is not",
+        ),
+        (torch.full((2, 2), 255.0), "must be in [0, 1], got 255 to 255"),
+        (torch.zeros(2, 2, dtype=torch.int32), "int32"),
+        (torch.zeros(2, 2).to_sparse(), "can be converted to a numpy array"),
+        (torch.zeros(2, 2, device="meta"), "can be converted to a numpy array"),
+    ],
+)
+def test_bad_tensors(tensor, words):
+    assert words in complaint(read_image, tensor)
+
+
 def test_array_is_not_aliased():
     samples = np.full((2, 2, 3), 0.5, np.float32)
     read_image(samples)[:] = 0
+    assert (samples == 0.5).all()
+    read_image(torch.from_numpy(samples))[:] = 0
     assert (samples == 0.5).all()

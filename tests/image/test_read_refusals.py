@@ -1,4 +1,4 @@
-"""Every bad image, one line; and what is done with arrays: reducing, writing."""
+"""Bad images are refused in one line; arrays are reduced and written."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_bad_array(samples, words):
 )
 def test_bad_background(color):
     message = complaint(read_image, RGB, background=color)
-    assert message.startswith("background ")
+    assert message.startswith("background must be #rgb, #rrggbb or a CSS colour name, got ")
     assert repr(color) in message
 
 
@@ -114,7 +114,7 @@ def test_damaged_file_is_read_or_refused(capfd, format, options):
         damaged[rng.integers(0, len(data), 3)] = rng.integers(0, 256, 3)
         with contextlib.suppress(InputError):
             assert_in_range(read_image(damaged.tobytes()))
-    # libtiff itself writes to the error stream, and no caller of Pillow can stop it.
+    # libtiff itself writes to stderr, which a caller of Pillow cannot prevent.
     assert format == "TIFF" or capfd.readouterr() == ("", "")
 
 
@@ -129,7 +129,7 @@ def test_limit_itself_passes_the_header_check():
     assert "pixels," not in complaint(read_image, png_header(10_000, 10_000))
 
 
-def test_limit_holds_for_pil_images_and_whoever_set_pillows(monkeypatch):
+def test_limit_holds_for_pil_images_and_restores_that_of_pillow(monkeypatch):
     monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 10)
     assert_pixels(read_image(encode(RGB)), RGB / 255)
     assert Image.MAX_IMAGE_PIXELS == 10
@@ -140,7 +140,7 @@ def test_limit_holds_for_pil_images_and_whoever_set_pillows(monkeypatch):
 
 
 @pytest.mark.parametrize("exception", [KeyboardInterrupt, MemoryError])
-def test_interrupt_and_lack_of_memory_pass(monkeypatch, exception):
+def test_interrupt_and_lack_of_memory_are_not_caught(monkeypatch, exception):
     def load(self):
         raise exception
 
@@ -160,19 +160,19 @@ def test_interrupt_and_lack_of_memory_pass(monkeypatch, exception):
         ((9, 7), 1, (1, 1)),
     ],
 )
-def test_fit_image_size_and_constant(size, longest_side, want):
+def test_reduce_image_size_and_constant(size, longest_side, want):
     reduced = reduce_image(np.full((*size, 3), (0.0, 0.3, 1.0), np.float32), longest_side)
     assert_pixels(reduced, np.full((*want, 3), (0.0, 0.3, 1.0)), atol=1e-6)
     assert_in_range(reduced)
 
 
-def test_fit_image_never_enlarges():
+def test_reduce_image_never_enlarges():
     pixels = RNG.random((6, 9, 3)).astype(np.float32)
     assert_pixels(reduce_image(pixels, 9), pixels)
     assert_pixels(reduce_image(pixels, 10**9), pixels)
 
 
-def test_fit_image_removes_what_the_smaller_grid_cannot_hold():
+def test_reduce_image_removes_frequencies_above_those_of_the_smaller_grid():
     board = np.indices((128, 128)).sum(0) % 2
     pixels = np.repeat(board[..., None].astype(np.float32), 3, -1)
     assert_pixels(reduce_image(pixels, 32)[2:-2, 2:-2].copy(), np.full((28, 28, 3), 0.5), atol=0.01)
@@ -198,6 +198,10 @@ def test_write_png_rounds_and_replaces(tmp_path):
 
 
 def test_import_is_light():
-    code = "import sys, warpvec.image.read, warpvec.image.samples; print({'torch', 'warp', 'skimage', 'imageio'} & set(sys.modules))"
+    code = (
+        "import sys, numpy, warpvec.image.read, warpvec.image.colors, warpvec.image.samples;"
+        "warpvec.image.read.read_image(numpy.zeros((2, 2))); warpvec.image.colors.parse_color('tomato');"
+        "print({'torch', 'warp', 'skimage', 'imageio'} & set(sys.modules))"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"

@@ -1,4 +1,4 @@
-"""The sample photos are where we say, and each way of not getting one has its message."""
+"""Sample photos, and the message for each reason why one cannot be copied."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_sample_is_a_photo_of_some_size(tmp_path, name):
 
 @pytest.mark.parametrize("name", SAMPLES)
 def test_sample_comes_with_the_wheel(name):
-    """A file of the wheel, not one that an earlier use of skimage.data downloaded beside it."""
+    """The file belongs to the wheel; it was not downloaded next to it by an earlier use of skimage.data."""
     from importlib.metadata import files
 
     assert f"skimage/data/{name}" in {str(path) for path in files("scikit-image") or ()}

@@ -1,4 +1,4 @@
-"""Videos of a fit: as many frames as were taken, of their size, and no file where there is nothing to show."""
+"""Videos of a fit: all frames in their size, and no file without frames or after an error."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ KINDS = [
 
 
 def _read(path: Path) -> tuple[NDArray[np.uint8], float]:
-    """Frames [n, h, w, 3], and how many of them are shown in a second."""
+    """Return the frames [n, h, w, 3] of a video and its frame rate."""
     if path.suffix == ".mp4":
         from imageio_ffmpeg import get_ffmpeg_exe
 
@@ -49,7 +49,7 @@ def _read(path: Path) -> tuple[NDArray[np.uint8], float]:
 
 
 def _blocks(index: int, height: int = 36, width: int = 50) -> NDArray[np.float32]:
-    """A grey image that is lighter in each frame, with a block in another place of each: no two are the same."""
+    """Return a grey image that is different for each frame: lighter, and with its block elsewhere."""
     image = np.full((height, width, 3), 0.2 + 0.1 * index, np.float32)
     image[: height // 2, 8 * index : 8 * index + 8] = 0.0
     return image
@@ -71,7 +71,7 @@ def test_a_video_has_every_frame(extension: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("extension", KINDS)
 @pytest.mark.parametrize(("height", "width"), [(35, 51), (1, 1), (2, 33)])
-def test_odd_sides_and_single_frames_can_be_shown(extension: str, height: int, width: int, tmp_path: Path) -> None:
+def test_odd_sides_and_single_frames_are_playable(extension: str, height: int, width: int, tmp_path: Path) -> None:
     path = tmp_path / f"fit{extension}"
     with Video(str(path)) as film:
         film.add(np.full((height, width, 3), 0.5, np.float32))
@@ -83,7 +83,7 @@ def test_odd_sides_and_single_frames_can_be_shown(extension: str, height: int, w
             assert image.size == (width, height)
 
 
-def test_alpha_is_shown_on_white_and_what_overshoots_is_cut(tmp_path: Path) -> None:
+def test_alpha_is_shown_over_white_and_overshoot_is_clipped(tmp_path: Path) -> None:
     path = tmp_path / "fit.webp"
     with Video(str(path)) as film:
         film.add(np.array([[[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.5], [1.5, -0.5, 0.0, 1.0]]], np.float32))
@@ -125,7 +125,7 @@ def test_a_video_that_cannot_be_written_leaves_the_older_one(tmp_path: Path, mon
 
 
 @pytest.mark.parametrize("name", ["fit.avi", "fit", "fit.png", ".gif", "missing/fit.gif"])
-def test_what_cannot_be_a_video_is_refused(name: str, tmp_path: Path) -> None:
+def test_other_names_are_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="^--video must ") as caught:
         check_video(str(tmp_path / name))
     assert "\n" not in str(caught.value)
@@ -138,7 +138,7 @@ def test_mp4_without_its_encoder_says_what_to_install(tmp_path: Path, monkeypatc
     check_video(str(tmp_path / "fit.gif"))
 
 
-# on the command line
+# On the command line.
 
 
 @pytest.fixture
@@ -160,7 +160,7 @@ def test_run_films_the_fit(extension: str, photo: Path) -> None:
         assert np.abs(frames[-1].astype(float) - np.asarray(last.convert("RGB"))).mean() < 12
 
 
-def test_an_interrupted_fit_is_filmed_so_far(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_fit_leaves_its_video_so_far(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     real = api.fit
 
     def stop(target: Any, config: Any, on_progress: Any, **others: Any) -> Any:
@@ -192,7 +192,7 @@ def test_an_error_in_the_fit_leaves_no_video(photo: Path, monkeypatch: pytest.Mo
     assert os.listdir(photo.parent) == ["photo.png"]
 
 
-def test_a_video_that_fails_does_not_take_the_drawing_with_it(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_video_that_fails_leaves_the_drawing(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 

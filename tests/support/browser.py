@@ -1,4 +1,4 @@
-"""A page of ``warpvec view`` in a real Chromium, and what a person does there."""
+"""Drive a page of ``warpvec view`` in a real Chromium, as a user does."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from warpvec.viewer.page import write_report
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 CHROMIUM = os.environ.get("WARPVEC_CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
-"""The browser that WARPVEC_CHROMIUM names, or an installed one."""
+"""Path of the browser that WARPVEC_CHROMIUM names, or of an installed one."""
 
 
 def _why_no_browser() -> str | None:
@@ -34,7 +34,7 @@ NEEDS_BROWSER = [
 
 @pytest.fixture(scope="module", name="browser")
 def browser_fixture() -> Iterator[Any]:
-    """A headless Chromium. Not for the whole session: its event loop would stand in the way of other tests'."""
+    """Start a headless Chromium for a module; for the whole session its event loop would disturb other tests."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as driver:
@@ -45,7 +45,7 @@ def browser_fixture() -> Iterator[Any]:
 
 @pytest.fixture(name="open_page")
 def open_page_fixture(browser: Any, tmp_path: Path) -> Iterator[Callable[..., Viewer]]:
-    """Opens drawings; at the end no page may have complained or have asked for anything outside."""
+    """Open drawings; at the end, assert that no page reported an error or requested anything from outside."""
     viewers: list[Viewer] = []
 
     def opened(svg: str, **options: Any) -> Viewer:
@@ -58,11 +58,11 @@ def open_page_fixture(browser: Any, tmp_path: Path) -> Iterator[Callable[..., Vi
 
 
 class Viewer:
-    """A drawing in a page of its own; everything that the page complains of or asks for is noted.
+    """A drawing in a page of its own, which records the errors and outside requests of the page.
 
     Args:
         browser: Playwright's.
-        folder: where the page and what is saved from it go.
+        folder: folder of the page and of the files saved from it.
         svg: the drawing.
         report: further arguments of `write_report`.
     """
@@ -87,7 +87,7 @@ class Viewer:
             self.complaints.append(request.url)
 
     def settle(self) -> None:
-        """Waits for the next frame: the page has drawn in it what was asked for before."""
+        """Wait for the next frame, in which the page draws all earlier changes."""
         self.page.evaluate("() => new Promise(requestAnimationFrame)")
 
     def text(self, identifier: str) -> str:
@@ -95,11 +95,11 @@ class Viewer:
         return self.page.inner_text(f"#{identifier}")
 
     def at(self, x: float, y: float) -> tuple[float, float]:
-        """Where the point x, y of the drawing is in the window."""
+        """Return the window position of the point x, y of the drawing."""
         return self.all_at([(x, y)])[0]
 
     def all_at(self, points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-        """Where points of the drawing are in the window."""
+        """Return the window positions of points of the drawing."""
         script = """() => {
             const surface = document.getElementById("surface"), { left, top } = surface.getBoundingClientRect();
             const [scale, x, y] = surface.dataset.view.split(" ").map(Number);
@@ -109,7 +109,7 @@ class Viewer:
         return [(left + scale * x, top + scale * y) for x, y in points]
 
     def click(self, x: float, y: float, *modifiers: str) -> str:
-        """What is selected after a click on the drawing."""
+        """Click on the drawing and return the text about the selection."""
         for key in modifiers:
             self.page.keyboard.down(key)
         self.page.mouse.click(*self.at(x, y))
@@ -118,7 +118,7 @@ class Viewer:
         return self.selected()
 
     def drag(self, *points: tuple[float, float]) -> None:
-        """Presses at the first point of the drawing, moves along the others, and lets go."""
+        """Press at the first point of the drawing, move along the others, and release."""
         self.page.mouse.move(*self.at(*points[0]))
         self.page.mouse.down()
         for point in points[1:]:
@@ -132,7 +132,7 @@ class Viewer:
         self.settle()
 
     def slide(self, identifier: str, value: str) -> None:
-        """Sets a control as a drag of it does, and lets go."""
+        """Set a control as a drag does, and release it."""
         self.page.locator(f"#{identifier}").fill(value)
         self.page.locator(f"#{identifier}").dispatch_event("change")
         self.settle()
@@ -149,11 +149,11 @@ class Viewer:
         return self.text("selected")
 
     def color(self, x: float, y: float) -> tuple[int, ...]:
-        """Red, green, blue that the page shows at a point of the drawing."""
+        """Return red, green and blue that the page shows at a point of the drawing."""
         return self.colors([(x, y)])[0]
 
     def colors(self, points: list[tuple[float, float]]) -> list[tuple[int, ...]]:
-        """Red, green, blue that the page shows at points of the drawing."""
+        """Return red, green and blue that the page shows at points of the drawing."""
         self.settle()
         script = """(points) => {
             const art = document.getElementById("art"), { left, top } = art.getBoundingClientRect();
@@ -165,7 +165,7 @@ class Viewer:
         return [tuple(color) for color in self.page.evaluate(script, self.all_at(points))]
 
     def saved(self) -> str:
-        """The text of the file that Ctrl+S saves."""
+        """Save with Ctrl+S and return the text of the file."""
         self.settle()
         with self.page.expect_download() as download:
             self.page.keyboard.press("Control+s")
@@ -174,6 +174,6 @@ class Viewer:
         return path.read_text(encoding="utf-8")
 
     def close(self) -> None:
-        """Closes the page, which must have been quiet and on its own."""
+        """Close the page, and assert that it reported no error and requested nothing from outside."""
         self.page.close()
         assert self.complaints == []

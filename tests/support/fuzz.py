@@ -1,9 +1,8 @@
-"""Damaged files through the readers: a result or one line of complaint, soon, and within little memory.
+"""Read damaged files: each must give a result or an error of one line, fast and with little memory.
 
-    python tests/fuzz.py svg 10000       # by hand: the reader of that name, so many files; --seed N for others
+    python tests/support/fuzz.py svg 10000       # by hand: kind and number of files; --seed N for other files
 
-Runs as a process of its own, whose memory is limited: what the limits of the readers are for is seen at sizes that a
-test can afford, so the largest canvas is small here.
+It runs as a process of its own with limited memory. The readers' limits are lowered to sizes that a test can afford.
 """
 
 from __future__ import annotations
@@ -25,26 +24,26 @@ from collections.abc import Callable
 import fuzz_files
 
 MAX_PIXELS = 2**20
-"""Of an image and of a drawing, in place of the readers' own limits."""
+"""Largest image and largest drawing in pixels, in place of the readers' own limits."""
 
 MEMORY = 2**30
-"""Bytes of address space beyond what the imports take: some hundred times what the largest canvas needs."""
+"""Address space in bytes beyond that of the imports: about a hundred times that of the largest canvas."""
 
 CASE_SECONDS = 5.0
-"""For one file; those that are drawn apart have 2 seconds for that."""
+"""Time limit for one file; drawing in the child process may take 2 seconds of it."""
 
 DRAWN = 4
-"""One SVG of so many is drawn as well: most take a process of their own."""
+"""One SVG of so many is also drawn, because most drawings take a child process."""
 
 HANG_SECONDS = 60.0
-"""Ends the process with a traceback: native code that does not come back."""
+"""Time after which the process ends with a traceback, because native code hangs."""
 
 Reader = tuple[Callable[[bytes], object], int]
-"""A function, and of how many files it reads one."""
+"""A function, and the step between the files that it reads."""
 
 
 def mutate(data: bytes, random: random.Random, others: list[bytes]) -> bytes:
-    """``data`` after one to four changes: of bits, bytes, runs of bytes, numbers in text, its end."""
+    """Return ``data`` after one to four changes of bits, bytes, runs of bytes, numbers, values, or its end."""
     for _ in range(random.choice([1, 1, 2, 4])):
         data = random.choice(_CHANGES)(data, random, others)
     return data
@@ -87,7 +86,7 @@ def _truncate(data: bytes, random: random.Random, _: list[bytes]) -> bytes:
 
 
 def _set_number(data: bytes, random: random.Random, _: list[bytes]) -> bytes:
-    """A number in text, or four bytes of any file, become one that programs stumble over."""
+    """Replace a digit in text, or four bytes of another file, by a number that is often handled wrongly."""
     places = [position for position, byte in enumerate(data) if 48 <= byte <= 57]
     if not data.lstrip().startswith(b"<") or not places:
         position = random.randrange(len(data) + 1)
@@ -99,7 +98,7 @@ def _set_number(data: bytes, random: random.Random, _: list[bytes]) -> bytes:
 
 
 def _set_value(data: bytes, random: random.Random, others: list[bytes]) -> bytes:
-    """A quoted value in text becomes another one, so that the file is still well-formed."""
+    """Replace a quoted value in text by another one, so that the file stays well-formed."""
     values = _VALUE.findall(random.choice(others))
     places = list(_VALUE.finditer(data))
     if not data.lstrip().startswith(b"<") or not places or not values:
@@ -118,7 +117,7 @@ _CHANGES = [_flip_bit, _set_byte, _cut, _repeat, _splice, _truncate, *(4 * [_set
 
 
 def with_checksums(data: bytes) -> bytes:
-    """A PNG whose chunks have their checksums again, so that damage gets past these."""
+    """Return a PNG with its checksums corrected, so that they do not reveal the damage."""
     parts, position = [data[:8]], 8
     while position + 12 <= len(data):
         (length,) = struct.unpack_from(">I", data, position)
@@ -129,7 +128,7 @@ def with_checksums(data: bytes) -> bytes:
 
 
 def damaged_files(kind: str, count: int, seed: int) -> list[bytes]:
-    """``count`` mutants of the seed files of ``kind``, equal for equal seeds."""
+    """Return ``count`` damaged copies of the seed files of ``kind``, the same for the same ``seed``."""
     seeds, chance = fuzz_files.seeds(kind), random.Random(f"{kind} {seed}")
     files = [mutate(chance.choice(seeds), chance, seeds) for _ in range(count)]
     return [with_checksums(data) if kind == "png" and chance.random() < 0.8 else data for data in files]
@@ -143,23 +142,21 @@ def image_reader() -> list[Reader]:
 
 
 def svg_readers() -> list[Reader]:
-    from warpvec.svg import measure as verify
-    from warpvec.svg import resvg as rasterize
+    from warpvec.svg import measure, resvg, units
     from warpvec.svg.read import read_svg
     from warpvec.svg.write import write_svg
 
-    verify.MAX_PIXELS, rasterize.MAX_SECONDS = MAX_PIXELS, 2.0
-    rasterize.MAX_MEMORY = MEMORY
+    units.MAX_PIXELS, resvg.MAX_SECONDS, resvg.MAX_MEMORY = MAX_PIXELS, 2.0, MEMORY
 
     def read_and_write(data: bytes) -> None:
         drawing = read_svg(data)
         write_svg(drawing.scene, 64, 64)
 
-    return [(read_and_write, 1), (verify.file_facts, 1), (verify.draw, DRAWN)]
+    return [(read_and_write, 1), (measure.file_facts, 1), (measure.draw, DRAWN)]
 
 
 def check(kind: str, count: int, seed: int) -> dict[str, object]:
-    """Outcomes by number, and every fault: the file's number, the reader, and what came instead."""
+    """Count the outcomes, and list every fault: number of the file, name of the reader, what happened instead."""
     readers = svg_readers() if kind == "svg" else image_reader()
     for data in fuzz_files.seeds(kind):
         for read, _ in readers:
@@ -190,7 +187,7 @@ def _outcome(read: Callable[[bytes], object], data: bytes) -> str:
         outcome = "refused" if in_one_line else f"message: {error}"
     except BaseException as error:
         outcome = repr(error)[:500]
-    finally:  # it would end whoever calls this
+    finally:  # or the timer would end the caller
         faulthandler.cancel_dump_traceback_later()
     seconds = time.perf_counter() - start
     return outcome if seconds <= CASE_SECONDS else f"{outcome} after {seconds:.1f} s"

@@ -1,4 +1,4 @@
-"""Small valid files of each kind, which between them use most of what a reader may meet."""
+"""Small valid files of each kind, which together use most features that a reader may meet."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _SVG_CONTENTS = [
 
 
 def seeds(kind: str) -> list[bytes]:
-    """The files of ``kind``: "png", "jpeg", "webp", "tiff" or "svg"."""
+    """Return the files of ``kind``: "png", "jpeg", "webp", "tiff" or "svg"."""
     return {"png": _pngs, "jpeg": _jpegs, "webp": _webps, "tiff": _tiffs, "svg": _svgs}[kind]()
 
 

@@ -1,4 +1,4 @@
-"""Image files of every kind, made in memory, and what is asked of the arrays they become."""
+"""Image files of every kind, made in memory, and assertions on the arrays that are read from them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def encode(image, format="PNG", **options):
 
 
 def png(samples, color_type, *chunks):
-    """A 16 bit PNG of ``samples`` [h, w, c], which Pillow cannot write for colour."""
+    """Return a 16-bit PNG of ``samples`` [h, w, c]; Pillow cannot write one in colour."""
     height, width = samples.shape[:2]
     rows = b"".join(b"\0" + row.tobytes() for row in samples.astype(">u2"))
     header = (b"IHDR", struct.pack(">IIBBBBB", width, height, 16, color_type, 0, 0, 0))
@@ -40,7 +40,7 @@ def png_chunk(kind, data):
 
 
 def png_header(width, height):
-    """A PNG that ends where its pixels would begin."""
+    """Return a PNG that ends where its pixels would start."""
     header = png_chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
     return b"\x89PNG\r\n\x1a\n" + header + png_chunk(b"IDAT", b"")
 
@@ -59,7 +59,7 @@ LINEAR = b"curv\0\0\0\0" + struct.pack(">IH", 1, 256)
 
 
 def profile(space, tags, connection=b"XYZ "):
-    """An ICC 2.4 profile (ICC.1:2001-04, section 6)."""
+    """Return an ICC 2.4 profile (ICC.1:2001-04, section 6)."""
     offset, table, body = 132 + 12 * len(tags), struct.pack(">I", len(tags)), b""
     for name, data in tags.items():
         table += name + struct.pack(">II", offset + len(body), len(data))
@@ -80,7 +80,7 @@ def rgb_profile(red, green, blue):
 
 
 def cmyk_profile():
-    """Neutral whatever the ink: L* = 100 (1 - k), and half of it where there is cyan."""
+    """Return a profile with grey for every ink: L* = 100 (1 - k), halved by cyan."""
     nodes = [(1 - k) * (0.5 if c else 1.0) for c in (0, 1) for _ in range(4) for k in (0, 1)]
     table = b"".join(bytes([round(255 * value), 128, 128]) for value in nodes)
     identity = bytes(range(256))

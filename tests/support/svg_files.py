@@ -1,4 +1,4 @@
-"""SVG files for tests, and their parts."""
+"""Make SVG files for tests, and take them apart."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from warpvec.geometry.scene import Scene
 
 
 def make_scene(path_count: int, segment_count: int = 4, seed: int = 0, size: tuple[int, int] = (768, 512)) -> Scene:
-    """Wobbly circles inside and across the canvas, in three generations, a few of them translucent."""
+    """Make wobbly circles inside and across the canvas, in three generations, a few of them translucent."""
     generator = torch.Generator().manual_seed(seed)
     canvas = torch.tensor(size, dtype=torch.float32)
     center = (1.2 * torch.rand(path_count, 2, generator=generator) - 0.1) * canvas

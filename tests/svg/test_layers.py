@@ -1,4 +1,4 @@
-"""Levels of detail: what is kept is the same to the byte, and each prefix of the layers is a picture."""
+"""Levels of detail: kept layers keep their bytes, and each prefix of the layers is a picture."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from svg_files import make_scene
 from warpvec.cli.commands.lod import lod
 from warpvec.errors import InputError
 from warpvec.svg.layers import parse_levels, prefixes, read_layers, select_levels
-from warpvec.svg.measure import draw, measure
+from warpvec.svg.measure import draw, file_quality
 from warpvec.svg.read import read_svg
 from warpvec.svg.write import write_svg
 
@@ -26,7 +26,7 @@ TEXT = write_svg(make_scene(30, size=(96, 64)), 96, 64, title="a > b", metadata=
 
 
 def layer(level: int) -> str:
-    """The group of one level in ``TEXT``, with its lines."""
+    """Return the group of one level in ``TEXT``, with its lines."""
     found = re.search(rf'<g id="layer-\d+-generation-{level}".*?</g>\n', TEXT, re.DOTALL)
     assert found is not None
     return found[0]
@@ -46,7 +46,7 @@ def test_the_layers_are_where_the_text_has_them():
 
 
 @pytest.mark.parametrize("levels", [{0}, {1}, {0, 2}, {0, 1, 2}, set()])
-def test_what_is_kept_is_the_same_to_the_byte(levels):
+def test_kept_layers_keep_their_bytes(levels):
     expected = TEXT
     for level in {0, 1, 2} - levels:
         expected = expected.replace(layer(level), "")
@@ -90,18 +90,18 @@ def test_groups_at_the_top_are_the_levels_of_other_files(content, kept):
         ("0-99", {0, 1, 2, 3, 5, 6}), ("5-5", {5}),
     ],
 )  # fmt: skip
-def test_levels_are_named_as_pages_are(text, levels):
+def test_levels_are_named_like_pages_to_print(text, levels):
     assert parse_levels(text, [0, 1, 2, 3, 5, 6]) == levels
 
 
 @pytest.mark.parametrize("text", ["", "-", "a", "1,,2", "1--2", "-1-2", "1.5", "\u0662", "9" * 5000])
-def test_what_names_no_levels_is_refused(text):
+def test_text_that_is_not_a_list_of_levels_is_refused(text):
     assert "levels must be like 2, 0-3" in refusal(parse_levels, text, [0, 1, 2])
 
 
 @pytest.mark.parametrize("text", ["3", "0,7-9", "2-1"])
-def test_levels_that_the_file_has_not_are_refused(text):
-    assert f"got {text.split(',')[-1]!r}; it has 0, 1, 2" in refusal(parse_levels, text, [0, 1, 2])
+def test_levels_that_the_file_does_not_have_are_refused(text):
+    assert f"got {text.split(',')[-1]!r}; choose from 0, 1, 2" in refusal(parse_levels, text, [0, 1, 2])
 
 
 def test_a_file_without_groups_has_no_levels():
@@ -109,7 +109,7 @@ def test_a_file_without_groups_has_no_levels():
 
 
 def run(*arguments: object) -> Result:
-    """The command as it is, its errors not yet in one line."""
+    """Run the command without the handler that prints its errors in one line."""
     return CliRunner().invoke(lod, [str(argument) for argument in arguments])
 
 
@@ -151,7 +151,7 @@ def test_the_list_has_paths_bytes_and_psnr_of_each_prefix(file, tmp_path):
     assert counts == [(0, 10, 10), (1, 10, 20), (2, 10, 30)]
     assert [row["prefix_bytes"] for row in rows] == [len(text.encode()) for text in texts]
     pixels = np.asarray(Image.open(photo), np.float32) / 255
-    assert [row["prefix_psnr"] for row in rows[:2]] == [measure(text, pixels)["psnr"] for text in texts[:2]]
+    assert [row["prefix_psnr"] for row in rows[:2]] == [file_quality(text, pixels)["psnr"] for text in texts[:2]]
     assert rows[2]["prefix_psnr"] is None
     table = run(file, "--image", photo).stdout.splitlines()
     assert len(table) == 4 and "PSNR" in table[0] and table[3].endswith("inf dB")
@@ -169,7 +169,7 @@ def test_the_list_has_paths_bytes_and_psnr_of_each_prefix(file, tmp_path):
         (["--image", "nowhere.png"], "nowhere.png"),
     ],
 )
-def test_mistakes_are_told_and_nothing_is_written(file, tmp_path, monkeypatch, arguments, words):
+def test_mistakes_are_refused_and_nothing_is_written(file, tmp_path, monkeypatch, arguments, words):
     monkeypatch.chdir(tmp_path)
     result = run(file, *arguments)
     assert isinstance(result.exception, InputError)

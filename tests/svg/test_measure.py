@@ -1,4 +1,4 @@
-"""Drawing and measuring files: resvg's picture, scikit-image's numbers, and files that mean harm."""
+"""Drawing and measuring files with resvg, PSNR and SSIM against scikit-image, and hostile files."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from svg_files import refusal, svg_file
 
 from warpvec.image import metrics
 from warpvec.image.metrics import psnr, ssim
-from warpvec.svg import scan as svg_safety
-from warpvec.svg.measure import count_paths, draw, file_facts, measure
+from warpvec.svg import document as document_module
+from warpvec.svg.document import parse_svg
+from warpvec.svg.measure import draw, draw_like, evaluate, file_facts, file_quality
 
 NS = 'xmlns="http://www.w3.org/2000/svg"'
 
@@ -77,13 +78,9 @@ def test_draw_at_the_size_that_the_file_states(attributes, shape):
     assert draw(svg_file(attributes=attributes)).shape[:2] == shape
 
 
-def test_draw_refuses_other_proportions():
-    assert "proportions of 80 x 80, got 80 x 40" in refusal(draw, svg_file(), 80, 80)
-
-
 @pytest.mark.parametrize("svg", ["", "nonsense", "<svg", b"\x89PNG\r\n\x1a\n\x00", b"\x1f\x8bnonsense", "<a></b>"])
-def test_what_is_no_svg_is_told_in_one_line(svg):
-    for function in (draw, count_paths, file_facts):
+def test_other_content_is_refused_in_one_line(svg):
+    for function in (draw, file_facts):
         assert refusal(function, svg).startswith("SVG must ")
 
 
@@ -95,7 +92,7 @@ def test_another_xml_document_is_refused():
     assert "got <html>" in refusal(draw, "<html/>")
 
 
-def test_what_resvg_cannot_draw_is_told_in_one_line():
+def test_a_file_that_resvg_cannot_draw_is_refused_in_one_line():
     assert "resvg" in refusal(draw, svg_file(attributes='width="0" height="4"'), 8, 4)
 
 
@@ -103,7 +100,7 @@ def test_entities_are_refused_but_a_plain_doctype_is_not():
     plain = '<!DOCTYPE svg PUBLIC "-//W3C//DTD SVG 1.1//EN" "http://www.w3.org/Graphics/SVG/1.1/DTD/svg11.dtd">'
     bomb = '<!DOCTYPE svg [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>'
     assert draw(svg_file(before=plain)).shape == (4, 8, 3)
-    for function in (draw, count_paths, file_facts):
+    for function in (draw, file_facts):
         assert "entities" in refusal(function, svg_file(before=bomb))
 
 
@@ -128,8 +125,8 @@ def test_deep_nesting_is_refused_before_it_overflows_the_stack():
     def nested(depth: int) -> str:
         return svg_file("<g>" * depth + '<path d="M0 0h9v9z"/>' + "</g>" * depth)
 
-    assert (draw(nested(svg_safety.MAX_DEPTH - 2))[0, :4] != 255).any()
-    assert "nest" in refusal(draw, nested(svg_safety.MAX_DEPTH - 1))
+    assert (draw(nested(document_module.MAX_DEPTH - 2))[0, :4] != 255).any()
+    assert "nest" in refusal(draw, nested(document_module.MAX_DEPTH - 1))
 
 
 @pytest.mark.parametrize(
@@ -160,7 +157,7 @@ def test_a_size_of_nothing_is_refused(size):
 
 
 def test_a_gzip_bomb_is_refused_before_it_fills_the_memory(monkeypatch):
-    monkeypatch.setattr(svg_safety, "MAX_SVG_BYTES", 1000)
+    monkeypatch.setattr(document_module, "MAX_SVG_BYTES", 1000)
     bomb = gzip.compress(svg_file(" " * 10_000_000).encode())
     tracemalloc.start()
     try:
@@ -185,8 +182,8 @@ def test_psnr_of_a_known_difference():
     assert psnr(np.full((2, 2, 3), 51, np.uint8), np.full((2, 2, 3), 0.2)) == math.inf
 
 
-# The heights cross the bands in which images are compared, here of 256 rows: of one row less, of one window row more,
-# of two and a half.
+# Images are compared in bands, here of 256 rows. The heights cross their borders: by one row less, by one window row
+# more, by two and a half bands.
 @pytest.mark.parametrize(
     "shape", [(7, 7), (7, 40), (33, 50), (255, 9), (256, 9), (257, 9), (262, 9), (263, 9), (640, 12)]
 )
@@ -221,35 +218,35 @@ def test_ssim_is_defined_for_any_size(shape):
 @pytest.mark.parametrize("function", [psnr, ssim])
 def test_images_that_cannot_be_compared_are_refused(function):
     image = np.zeros((4, 4, 3))
-    assert "one shape" in refusal(function, image, image[:3])
-    assert "one shape" in refusal(function, image[..., 0], image[..., 0])
-    assert "one shape" in refusal(function, image[:0], image[:0])
+    assert "the same shape" in refusal(function, image, image[:3])
+    assert "the same shape" in refusal(function, image[..., 0], image[..., 0])
+    assert "the same shape" in refusal(function, image[:0], image[:0])
     assert "uint16" in refusal(function, image, image.astype(np.uint16))
 
 
 @pytest.mark.parametrize("dtype", ["uint8", "float32", "float64"])
-def test_measure_of_a_perfect_file_is_perfect(dtype):
+def test_quality_of_a_perfect_file_is_perfect(dtype):
     levels = np.arange(256, dtype=np.uint8)
     content = "".join(f'<rect x="{x}" width="1" height="8" fill="rgb({x},{255 - x},9)"/>' for x in range(256))
     svg = svg_file(content, 'width="256" height="8"')
     photo = np.broadcast_to(np.stack([levels, 255 - levels, 0 * levels + 9], -1), (8, 256, 3))
     photo = photo if dtype == "uint8" else photo.astype(dtype) / np.dtype(dtype).type(255)
-    measured = measure(svg, photo)
+    measured = file_quality(svg, photo)
     assert measured == {"psnr": math.inf, "ssim": pytest.approx(1.0)}
 
 
-def test_measure_draws_at_the_size_of_the_photo():
+def test_quality_is_measured_at_the_size_of_the_photo():
     photo = np.full((40, 80, 3), 1.0)
     photo[:, :40] = 0.1
-    measured = measure(svg_file('<rect width="4" height="4"/>'), photo)
+    measured = file_quality(svg_file('<rect width="4" height="4"/>'), photo)
     assert measured["psnr"] == pytest.approx(20 - 10 * math.log10(0.5))
     assert 0 < measured["ssim"] < 1
 
 
-def test_measure_does_not_round_the_photo():
+def test_quality_does_not_round_the_photo():
     photo = np.full((8, 8, 3), 0.5)
     grey = svg_file('<rect width="8" height="8" fill="#808080"/>', 'width="8" height="8"')
-    assert measure(grey, photo)["psnr"] == pytest.approx(-20 * math.log10(128 / 255 - 0.5))
+    assert file_quality(grey, photo)["psnr"] == pytest.approx(-20 * math.log10(128 / 255 - 0.5))
 
 
 def test_facts_of_a_file_and_of_its_gzip_are_the_same():
@@ -259,11 +256,63 @@ def test_facts_of_a_file_and_of_its_gzip_are_the_same():
     assert facts == file_facts(text.encode()) == file_facts(gzip.compress(text.encode()))
     assert (facts["paths"], facts["segments"], facts["bytes"]) == (3, 4, len(text.encode()))
     assert len(gzip.compress(text.encode())) - 20 <= facts["gzip_bytes"] < facts["bytes"]
-    assert count_paths(text) == 3
 
 
-def test_paths_of_other_namespaces_prefixes_are_counted():
-    assert count_paths('<s:svg xmlns:s="http://www.w3.org/2000/svg"><s:path d="M0 0"/></s:svg>') == 1
+def test_paths_with_a_namespace_prefix_are_counted_and_those_of_other_namespaces_are_not():
+    svg = '<s:svg xmlns:s="http://www.w3.org/2000/svg"><s:path d="M0 0"/><x:path xmlns:x="http://x"/></s:svg>'
+    assert file_facts(svg)["paths"] == 1
+
+
+def test_evaluate_parses_a_file_once(monkeypatch):
+    parsed = []
+    parser = document_module._Parser
+    monkeypatch.setattr(document_module, "_Parser", lambda *arguments: parsed.append(1) or parser(*arguments))
+    svg, image = svg_file('<path d="M0 0h4v4z"/>').encode(), np.ones((4, 8, 3))
+    facts, quality = file_facts(svg), file_quality(svg, image)
+    parsed.clear()
+    metrics = evaluate(svg, image)
+    assert len(parsed) == 1
+    assert (metrics["curves"], metrics["segments"], metrics["transparent"]) == (1, facts["segments"], False)
+    assert {name: metrics[name] for name in quality} == quality
+    document = parse_svg(svg)
+    assert np.array_equal(draw_like(document, image), draw(svg, 8, 4)) and file_facts(document) == facts
+
+
+DISC = '<rect width="100%" height="100%" fill="#fff"/><circle cx="40%" cy="60%" r="25%" fill="#a30"/>'
+
+
+# A photo of 3000 x 2000 becomes 100 x 67 pixels, one of 513 x 342 becomes 512 x 341.
+@pytest.mark.parametrize("box", ["", 'viewBox="0 0 300 200" preserveAspectRatio="none"', 'viewBox="-1 -2 50 33.5"'])
+@pytest.mark.parametrize(
+    ("stated", "size"),
+    [((100, 67), (600, 400)), ((67, 100), (400, 600)), ((512, 341), (513, 342)), ((512, 341), (3078, 2052))],
+)
+def test_sizes_that_differ_by_rounding_are_stretched(stated, size, box):
+    svg = svg_file(DISC, f'width="{stated[0]}" height="{stated[1]}" {box}')
+    image = draw(svg, *size)
+    assert image.shape[:2] == size[::-1]
+    # The centre of the disc is at the same fraction of both sides as in the file's own size.
+    own = draw(svg)
+    for axis in (0, 1):
+        centers = [np.nonzero((pixels[..., 1] < 128).any(1 - axis))[0].mean() + 0.5 for pixels in (own, image)]
+        assert centers[1] / image.shape[axis] == pytest.approx(centers[0] / own.shape[axis], abs=0.01)
+    transparent = draw(svg, *size, transparent=True)
+    assert transparent.shape == (*size[::-1], 4)
+
+
+@pytest.mark.parametrize(
+    ("stated", "size"), [((100, 67), (600, 410)), ((512, 512), (530, 512)), ((2, 1), (100, 100)), ((8, 4), (80, 80))]
+)
+def test_other_proportions_are_refused_in_one_line(stated, size):
+    svg = svg_file(DISC, f'width="{stated[0]}" height="{stated[1]}"')
+    assert f"must have the proportions of {size[0]} x {size[1]}" in refusal(draw, svg, *size)
+
+
+def test_a_file_with_a_prolog_a_prefix_and_an_epilog_is_stretched():
+    head = "\ufeff<?xml version='1.0'?><!-- <svg> --><!DOCTYPE svg>"
+    svg = f'{head}<s:svg xmlns:s="http://www.w3.org/2000/svg" width="100" height="67"><s:rect id=">" width="50"'
+    image = draw(svg + ' height="67" fill="#000"/></s:svg><!-- end -->', 600, 400)
+    assert (image[:, :299] == 0).all() and (image[:, 301:] == 255).all()
 
 
 def test_the_root_is_of_svg():

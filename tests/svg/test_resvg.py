@@ -1,4 +1,4 @@
-"""What may harm is drawn by resvg in a process with limits, and looks the same there."""
+"""Files that could do harm are drawn in a child process with limits, and look the same there."""
 
 from __future__ import annotations
 
@@ -7,28 +7,29 @@ import pytest
 from svg_files import refusal, svg_file
 
 from warpvec.errors import InputError
-from warpvec.svg import measure as verify
-from warpvec.svg import resvg as rasterize
+from warpvec.svg import measure, resvg
 from warpvec.svg.measure import draw
 
 
 @pytest.mark.parametrize(
     "content",
     [
-        # A panic of resvg while it unwinds, in a file of paths alone.
+        # resvg panics while it unwinds, with a file that has only paths.
         '<path d="M4 5c1 .5 3-1e9 4 1-1 2-3 2-4-1z"/>',
         '<circle r="1e30" stroke="red" stroke-dasharray="1"/>',
         '<pattern id="p" width="1e6" height="1e6" patternUnits="userSpaceOnUse"><rect width="1" height="1"/></pattern>'
         '<rect width="8" height="4" fill="url(#p)"/>',
     ],
 )
-def test_what_ends_the_process_of_resvg_is_refused(content):
+def test_files_that_end_the_process_of_resvg_are_refused(content):
     assert "one that resvg can draw" in refusal(draw, svg_file(content, 'width="32" height="24"'))
 
 
-def test_points_that_scale_out_of_reach_are_drawn_apart(monkeypatch):
+def test_points_that_scale_out_of_reach_are_drawn_in_the_child(monkeypatch):
     drawn = []
-    monkeypatch.setattr(verify, "rasterize", lambda *_, sandboxed, **__: drawn.append(sandboxed) or np.zeros((4, 8, 3)))
+    monkeypatch.setattr(
+        measure, "rasterize", lambda *_, sandboxed, **__: drawn.append(sandboxed) or np.zeros((4, 8, 3))
+    )
     path = '<path d="M1 1c1 2 3 4 4 5z"/>'
     for box in ("0 0 8 4", "0 0 1e-6 1e-6", "1e9 0 8 4", "nonsense"):
         draw(svg_file(path, f'width="8" height="4" viewBox="{box}"'), 8, 4)
@@ -36,8 +37,8 @@ def test_points_that_scale_out_of_reach_are_drawn_apart(monkeypatch):
     assert drawn == [False, True, True, False, True]
 
 
-def test_what_takes_too_long_is_refused(monkeypatch):
-    monkeypatch.setattr(rasterize, "MAX_SECONDS", 1.0)
+def test_files_that_take_too_long_are_refused(monkeypatch):
+    monkeypatch.setattr(resvg, "MAX_SECONDS", 1.0)
     masks = "".join(
         f'<mask id="m{k}">' + 2 * f'<rect width="8" height="4" fill="#fff" mask="url(#m{k + 1})"/>' + "</mask>"
         for k in range(30)
@@ -46,14 +47,14 @@ def test_what_takes_too_long_is_refused(monkeypatch):
     assert "not done in 1 s" in refusal(draw, svg)
 
 
-def test_a_drawing_apart_is_the_same():
+def test_the_child_process_draws_the_same():
     path = '<path d="M1 1c1 2 3 1 4 2z" fill="#a23" fill-opacity=".7"/>'
-    apart = draw(svg_file(f"<desc/><switch/>{path}"))
-    assert np.array_equal(apart, draw(svg_file(path)))
+    in_child = draw(svg_file(f"<desc/><switch/>{path}"))
+    assert np.array_equal(in_child, draw(svg_file(path)))
     assert np.array_equal(draw(svg_file(path + "<switch/>"), transparent=True), draw(svg_file(path), transparent=True))
 
 
-def test_a_panic_of_resvg_in_this_process_is_told_in_one_line():
+def test_a_panic_of_resvg_in_this_process_is_an_input_error():
     svg = svg_file('<circle r="1e30" stroke="red" stroke-dasharray="1"/>')
     with pytest.raises(InputError, match="one that resvg can draw"):
-        rasterize.rasterize(svg, sandboxed=False)
+        resvg.rasterize(svg, sandboxed=False)

@@ -1,11 +1,11 @@
-"""The image against resvg's drawing of the file.
+"""The exact renderer against resvg's drawing of the file.
 
-resvg (tiny-skia) does not integrate area: it counts 4 x 4 samples per pixel, whole columns of which fall in or out
-together along a steep edge, so one edge is off by up to 1/8 in the coverage of a pixel it crosses, and two edges by up
-to 1/4. Curves it cuts into coarser pieces than we do, and cuts again at the canvas border: that moves a further sample
-or two, and 0.21 is the worst seen for smooth paths. Two edges' worth, 1/4, is thus what we grant one path in one pixel.
-Paths that cross themselves differ for a second reason, in the pixel that holds the crossing alone: there the mean
-winding of lobes of opposite sign cancels, and the mean of 0 and 2 counts as fully covered.
+resvg (tiny-skia) does not integrate area. It counts 4 x 4 samples per pixel, and whole columns of samples fall in or
+out together along a steep edge. One edge is therefore off by up to 1/8 in the coverage of a pixel that it crosses, two
+edges by up to 1/4. resvg also flattens curves into coarser pieces and splits them at the canvas border, which moves a
+further sample or two; the worst error seen for smooth paths is 0.21. So the tests allow two edges' worth, 1/4, for one
+path in one pixel. Paths that cross themselves differ for a second reason, only in the pixel of the crossing: the mean
+winding of lobes of opposite sign cancels there, and the mean of 0 and 2 counts as fully covered.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ def black_on_white(*paths: Tensor, size: int = 64) -> SceneTensors:
 
 
 def uniform(generator: np.random.Generator, low: float, high: float) -> float:
-    """A coordinate that two decimals say exactly."""
+    """Return a random coordinate with two decimals."""
     return round(generator.uniform(low, high), 2)
 
 
 def covered_samples(low: float, high: float, size: int = 64) -> Tensor:
-    """Share of each pixel's samples, at (k + 1/2) / 4, that lie in an interval."""
+    """Return the fraction of each pixel's samples, at (k + 1/2) / 4, that lie in an interval."""
     sample = (torch.arange(size * SAMPLES, dtype=torch.float64) + 0.5) / SAMPLES
     return ((low <= sample) & (sample < high)).double().reshape(size, SAMPLES).mean(1)
 
@@ -61,19 +61,19 @@ def test_one_arc_is_off_by_half_a_row_of_samples() -> None:
         path = circle(uniform(generator, 28, 36), uniform(generator, 28, 36), uniform(generator, 3, 25))
         exact, drawn = exact_and_drawn(black_on_white(path))
         errors.append((exact - drawn).abs().max().item())
-    # Our vertices lie up to 2/3 of the tolerance off; a hundredth goes to resvg's coordinates in 1/256 px and 8 bits.
+    # Our vertices are off by up to 2/3 of the tolerance; 0.01 is for resvg's coordinates in 1/256 px and its 8 bits.
     assert max(errors) <= ONE_EDGE + 2 / 3 * CHORD_TOLERANCE + 0.01
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_single_blobs_stay_within_what_one_path_is_granted(seed: int) -> None:
+def test_single_blobs_stay_within_the_allowance_of_one_path(seed: int) -> None:
     for number in range(60):
         blob = blob_scene(1000 * seed + number, 1, 64, 64).points[0]
         exact, drawn = exact_and_drawn(black_on_white(blob))
         error = (exact - drawn).abs().amax(-1)
         partial = (exact > 0) & (exact < 1)
         assert error.max() <= ONE_PATH
-        # Beyond one edge's error are pixels of narrow tips, of the canvas border, and of resvg's coarser pieces.
+        # Only pixels at narrow tips, at the canvas border and on resvg's coarser pieces exceed the error of one edge.
         assert (error > ONE_EDGE + 0.01).sum() <= max(2, 0.02 * partial.sum())
 
 
@@ -93,7 +93,7 @@ def test_no_pixel_is_farther_off_than_antialiasing_explains() -> None:
     scene, exact, drawn = blobs(0)
     error, bound = (exact - drawn).abs(), antialiasing_bound(scene)
     assert (error <= bound).all(), f"{(error > bound).any(-1).sum()} pixels, by up to {(error - bound).max():.4f}"
-    # The bound says something: it is a matter of rounding where no path has an edge.
+    # The bound is not trivial: where no path has an edge it is only rounding.
     assert bound.median() < 6 * EIGHT_BIT
 
 
@@ -104,7 +104,7 @@ def test_scenes_that_cross_themselves_agree_to_45_db(seed: int) -> None:
 
 
 def test_a_crossing_differs_in_its_own_pixel_alone() -> None:
-    # The lobes meet in the centre of pixel (32, 32): as much of it is +1 as is -1, and 0.4 of it is covered.
+    # The lobes meet in the centre of pixel (32, 32). Its parts of winding +1 and -1 are equal, and 0.4 is covered.
     exact, drawn = exact_and_drawn(black_on_white(figure_eight(12.5, 16.5, 52.5, 48.5)))
     error = (exact - drawn).abs().amax(-1)
     assert exact[32, 32, 0] == pytest.approx(1) and drawn[32, 32, 0] < 0.8

@@ -1,4 +1,4 @@
-"""The SVG text: what it says, read back by a reader of its own, is the quantized scene to the last digit."""
+"""The SVG text, read back by an independent reader, states the quantized scene exactly."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
 
 
 def read_points(data: str) -> list[list[Fraction]]:
-    """Control points of ``M x y c ... z`` in exact arithmetic, from the grammar of SVG alone, one character a step."""
+    """Return the control points of ``M x y c ... z`` in exact arithmetic, by the grammar of SVG alone."""
     head, _, tail = data.removeprefix("M").removesuffix("z").partition("c")
     start, numbers = read_numbers(head), read_numbers(tail)
     assert data == f"M{head}c{tail}z"
@@ -38,7 +38,7 @@ def read_points(data: str) -> list[list[Fraction]]:
 
 
 def read_numbers(text: str) -> list[Fraction]:
-    """Numbers end where the next character cannot go on with them: a space, a sign, a second point."""
+    """Split numbers at each character that cannot continue one: a space, a sign, a second point."""
     words: list[str] = []
     for character in text:
         if not words or character in " -" or (character == "." and "." in words[-1]):
@@ -261,5 +261,5 @@ def test_segments_of_any_path_data_are_counted(data, count):
 
 
 def test_counting_segments_is_linear_in_hostile_data():
-    # Digits that could be split between the numbers of an arc in any way: a careless expression never returns.
+    # The digits could be split between the numbers of an arc in any way: a careless expression would never return.
     assert count_segments("M0 0a" + "1" * 1_000_000) == 0

@@ -1,4 +1,4 @@
-"""Properties of the SVG writer that hold for any scene: what a parser that is not ours reads, what resvg draws."""
+"""Properties of the SVG writer for any scene, checked with svgelements, warpvec's own reader and resvg."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SIZE = 48
 # The same examples on every machine; no deadline, since the first example compiles kernels.
 any_scene = settings(max_examples=100, derandomize=True, deadline=None, database=None)
 
-# Half ticks, which must round the same way everywhere, points off the canvas, and all else.
+# Half ticks, which must round the same way everywhere, points off the canvas, and any other values.
 coordinates = st.one_of(
     st.sampled_from([0.0, 0.005, 0.05, 24.995, 47.45, -0.015, -30.0, 80.0]), st.floats(-30, 80, width=32)
 )
@@ -35,7 +35,7 @@ generations = st.sampled_from([0, 0, 1, 2, 11])
 
 @st.composite
 def scenes(draw: st.DrawFn) -> Scene:
-    """Up to six paths of up to five cubics; points repeat often, so that cubics and paths degenerate."""
+    """Draw scenes of up to six paths with up to five cubics; points repeat often, so that some cubics degenerate."""
     count, segments = draw(st.integers(0, 6)), draw(st.integers(1, 5))
     transparent = draw(st.booleans())
     background = torch.zeros(3) if transparent else floats(draw, (3,), shares)
@@ -54,7 +54,7 @@ def floats(draw: st.DrawFn, shape: tuple[int, ...], elements: st.SearchStrategy[
 
 
 def drawn_cubics(points: torch.Tensor) -> NDArray[np.float64]:
-    """Anchor, two handles and end of each cubic [k, 4, 2] of a row of a scene, those of no length left out."""
+    """Return anchor, two handles and end of each cubic [k, 4, 2] of one path, without those of no length."""
     cubics = torch.cat([points, points[:1]]).double().unfold(0, 4, 3).transpose(1, 2)
     drawn = (cubics != cubics[:, :1]).any(1).any(1)
     return cubics[drawn].numpy()
@@ -80,7 +80,7 @@ def test_a_parser_that_is_not_ours_reads_the_quantized_scene(scene, precision):
     paths = read_by_svgelements(write_svg(scene, SIZE, SIZE, precision=precision))
     assert len(paths) == len(quantized)
     for row, path in enumerate(paths):
-        # 1e-5: the scene's own float32 at 80; the parser's sums are float64.
+        # 1e-5 is the rounding of float32 at 80; svgelements adds in float64.
         np.testing.assert_allclose(parsed_cubics(path), drawn_cubics(quantized.points[row]), rtol=0, atol=1e-5)
         color = [path.fill.red, path.fill.green, path.fill.blue]
         assert color == (quantized.color[row].double() * 255).round().tolist()
@@ -107,14 +107,14 @@ def test_our_reader_gives_back_the_quantized_scene(scene, precision):
 def test_away_from_edges_resvg_draws_what_we_render(scene):
     exact, drawn = exact_and_drawn(tensors(replace(scene, transparent=False)))
     error = (exact - drawn).abs().amax(-1).numpy()
-    # Each path that is blended in 8 bits may round its colour, its alpha and their sum.
+    # Each path is blended in 8 bits, which may round its colour, its alpha and their sum.
     allowed = 2 * EIGHT_BIT * (len(scene) + 1)
     assert (error[~near_edges(quantize(scene, 2))] <= allowed).all()
 
 
 @st.composite
 def smooth_scenes(draw: st.DrawFn) -> Scene:
-    """Up to six round paths that neither cross themselves nor meet the border, where resvg cuts curves anew."""
+    """Draw up to six round paths that do not cross themselves or the border, where resvg would split curves."""
     count = draw(st.integers(1, 6))
     radius = floats(draw, (count,), st.floats(4, 16, width=32))
     place = floats(draw, (count, 2), st.floats(0, 1, width=32))
@@ -144,7 +144,7 @@ def tensors(scene: Scene) -> SceneTensors:
 
 
 def near_edges(scene: Scene) -> NDArray[np.bool_]:
-    """Pixels [h, w] that an outline passes, and their neighbours."""
+    """Return the pixels [h, w] that an outline passes, and their neighbours."""
     t = np.linspace(0, 1, 2000)[:, None]
     near = np.zeros((SIZE + 2, SIZE + 2), bool)
     for points in scene.points:

@@ -1,4 +1,4 @@
-"""The page of ``warpvec view`` as a file: what is in it, what is kept out of it, and the command that writes it."""
+"""The page of ``warpvec view`` as a file: its content, its safety, and the command that writes it."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from PIL import Image
 from warpvec.cli.commands import view as command_module
 from warpvec.cli.commands.view import view
 from warpvec.errors import InputError
-from warpvec.svg.measure import draw, file_facts, measure
-from warpvec.viewer import page as view_module
+from warpvec.svg.measure import draw, file_facts, file_quality
+from warpvec.viewer import page as page_module
 from warpvec.viewer.page import write_report
 
 NS = 'xmlns="http://www.w3.org/2000/svg"'
@@ -31,7 +31,7 @@ HISTORY = [{"iteration": 1, "curves": 16, "psnr": 12.5, "seconds": 0.25}]
 
 
 class Parsed(HTMLParser):
-    """Elements, and the text of scripts and styles, as a browser's tokenizer finds them."""
+    """A page's elements and the text of its scripts and styles, as a browser's tokenizer finds them."""
 
     def __init__(self, html: str) -> None:
         super().__init__()
@@ -63,7 +63,7 @@ def page_of(folder: Path, svg: bytes = SVG, **options: Any) -> Parsed:
 
 
 def photo_file(width: int = 48, height: int = 32, **options: Any) -> tuple[np.ndarray, bytes]:
-    """Noise, and a PNG of it."""
+    """Return a noise image and its PNG file."""
     pixels = np.random.default_rng(1).integers(0, 256, (height, width, 3), dtype=np.uint8)
     stream = BytesIO()
     Image.fromarray(pixels).save(stream, "PNG", **options)
@@ -80,7 +80,7 @@ def photo_in(page: Parsed) -> np.ndarray:
 def test_the_page_refers_to_nothing_outside(tmp_path: Path) -> None:
     page = page_of(tmp_path, photo=photo_file()[1], history=HISTORY)
     text = (tmp_path / "page.html").read_text(encoding="utf-8")
-    # Names of namespaces, which nothing fetches.
+    # These are names of namespaces, which nothing fetches.
     assert set(re.findall(r"https?://[^\s\"'\\<>]+", text)) <= {
         "http://www.w3.org/2000/svg",
         "http://www.inkscape.org/namespaces/inkscape",
@@ -90,7 +90,7 @@ def test_the_page_refers_to_nothing_outside(tmp_path: Path) -> None:
     assert not [name for name in names if name.startswith("on")]
 
 
-def test_the_policy_allows_the_two_texts_that_are_there(tmp_path: Path) -> None:
+def test_the_policy_allows_only_the_script_and_the_style_of_the_page(tmp_path: Path) -> None:
     page = page_of(tmp_path)
     (policy,) = (a["content"] for tag, a in page.elements if a.get("http-equiv") == "Content-Security-Policy")
     style, data, script = page.raw
@@ -103,7 +103,7 @@ def test_the_policy_allows_the_two_texts_that_are_there(tmp_path: Path) -> None:
 
 
 def test_every_script_of_the_package_is_in_the_page_and_small(tmp_path: Path) -> None:
-    folder = Path(view_module.__file__).parent / "assets"
+    folder = Path(page_module.__file__).parent / "assets"
     scripts = {path.stem: path.read_text(encoding="utf-8") for path in folder.glob("*.js")}
     script = page_of(tmp_path).raw[2][1]
     assert len(scripts) > 10
@@ -116,7 +116,7 @@ def test_figures_are_those_of_resvg_and_the_photo_is_as_read(tmp_path: Path) -> 
     pixels, photo = photo_file()
     page = page_of(tmp_path, photo=photo, history=[{**HISTORY[0], "other": 3}])
     assert np.array_equal(photo_in(page), pixels)
-    quality = measure(SVG, pixels)
+    quality = file_quality(SVG, pixels)
     figures = page.data["figures"]
     assert {key: figures[key] for key in file_facts(SVG)} == file_facts(SVG)
     assert abs(figures["psnr"] - quality["psnr"]) < 1e-6
@@ -137,12 +137,12 @@ def test_an_infinite_psnr_is_null(tmp_path: Path) -> None:
     svg = f'<svg {NS} width="9" height="9"><rect width="9" height="9" fill="#f00"/></svg>'.encode()
     stream = BytesIO()
     Image.fromarray(draw(svg)).save(stream, "PNG")
-    assert math.isinf(measure(svg, draw(svg))["psnr"])
+    assert math.isinf(file_quality(svg, draw(svg))["psnr"])
     assert page_of(tmp_path, svg, photo=stream.getvalue()).data["figures"]["psnr"] is None
 
 
 def test_the_photo_is_turned_upright_and_reduced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(view_module, "PAGE_PHOTO_SIDE", 24)
+    monkeypatch.setattr(page_module, "PAGE_PHOTO_SIDE", 24)
     exif = Image.Exif()
     exif[0x0112] = 6  # a quarter to the right
     _, photo = photo_file(32, 48, exif=exif)
@@ -157,7 +157,7 @@ def test_a_gzipped_file_and_a_byte_order_mark_are_read(tmp_path: Path) -> None:
         assert page_of(tmp_path, form).data["svg"] == plain
 
 
-def test_nothing_hostile_gets_out_of_its_string(tmp_path: Path) -> None:
+def test_hostile_text_stays_inside_its_string(tmp_path: Path) -> None:
     title = "&lt;/title>&lt;/script>&lt;script>evil()&lt;/script>&lt;!--"
     svg = f'<svg {NS} width="9" height="9" onload="evil()"><title>{title}</title><script>evil()</script></svg>'.encode()
     name = "</title></script><script>evil()</script><!--"
@@ -169,11 +169,11 @@ def test_nothing_hostile_gets_out_of_its_string(tmp_path: Path) -> None:
     assert "<script" not in page.data["svg"]
 
 
-# Refusals
+# Refusals.
 
 
 def refusal(folder: Path, *arguments: Any, **options: Any) -> str:
-    """The one line that says no; an earlier page stays as it was, and nothing else is left."""
+    """Return the message of a refusal, after which an earlier page is unchanged and no other file exists."""
     target = folder / "page.html"
     target.write_text("earlier")
     with pytest.raises(InputError) as caught:
@@ -197,7 +197,7 @@ def test_an_unsafe_file_is_refused(tmp_path: Path, svg: bytes, word: str) -> Non
     assert word in refusal(tmp_path, svg)
 
 
-def test_what_does_not_fit_is_refused(tmp_path: Path) -> None:
+def test_a_photo_that_does_not_fit_is_refused(tmp_path: Path) -> None:
     assert "proportions" in refusal(tmp_path, SVG, photo=photo_file(80, 20)[1])
     assert refusal(tmp_path, SVG, photo=b"nonsense").startswith("photo must")
 
@@ -207,7 +207,7 @@ def test_what_does_not_fit_is_refused(tmp_path: Path) -> None:
     [{"psnr": 3}, "text", [3], [{}], [{**HISTORY[0], "psnr": "<b>"}], [{**HISTORY[0], "psnr": math.nan}],
      [{**HISTORY[0], "seconds": True}]],
 )  # fmt: skip
-def test_a_history_of_other_things_is_refused(tmp_path: Path, history: Any) -> None:
+def test_a_history_of_another_form_is_refused(tmp_path: Path, history: Any) -> None:
     assert refusal(tmp_path, SVG, history=history).startswith("history must")
 
 
@@ -216,7 +216,7 @@ def test_a_path_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
         write_report(tmp_path / "no" / "page.html", SVG)
 
 
-# The command
+# The command.
 
 
 @pytest.fixture
@@ -259,14 +259,14 @@ def test_without_report_the_page_is_opened(files: Path, monkeypatch: pytest.Monk
 @pytest.mark.parametrize(
     ("arguments", "start"),
     [
-        (["no.svg"], "OUT must be an SVG file"),
+        (["no.svg"], "SVG must be a file"),
         (["leaf.svg", "--image", "no.png"], "--image must be a file"),
         (["leaf.svg", "--history", "no.json"], "--history must be a file"),
         (["leaf.svg", "--history", "photo.png"], "--history must be a JSON file"),
         (["leaf.svg", "--report", "no/page.html"], "--report must be in an existing folder"),
     ],
 )
-def test_wrong_files_are_told_in_one_line(
+def test_wrong_files_are_refused_in_one_line(
     files: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], start: str
 ) -> None:
     monkeypatch.chdir(files)

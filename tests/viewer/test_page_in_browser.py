@@ -1,4 +1,4 @@
-"""The page of ``warpvec view`` in a real Chromium: everything that can be done there, and what is saved."""
+"""The page of ``warpvec view`` in a real Chromium: all actions of a user, and the saved file."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ def png(image: np.ndarray) -> bytes:
 
 
 def assert_draws_as(svg: str, expected: str, levels: int = 2) -> None:
-    """resvg draws ``svg`` as it draws ``expected``, but for the rounding of blends."""
+    """Assert that resvg draws ``svg`` like ``expected``, except for the rounding of blends."""
     difference = np.abs(draw(svg).astype(int) - draw(expected))
     assert difference.max() <= levels, f"{(difference.max(2) > levels).sum()} pixels differ"
 
 
 def assert_shows(viewer: Viewer, expected: str) -> None:
-    """The page's own picture is what resvg draws of ``expected``, at points away from edges."""
+    """Assert that the page shows what resvg draws for ``expected``, at points away from edges."""
     points = [(x, y) for x in range(5, WIDTH, 10) for y in range(5, HEIGHT, 10)]
     image = draw(expected).astype(int)
     assert np.abs(viewer.colors(points) - image[[y for _, y in points], [x for x, _ in points]]).max() <= 2
 
 
 def groups_of(svg: str) -> list[tuple[str, int]]:
-    """Id and number of paths of each group, of a file that has nothing but a background and layers of paths."""
+    """Return id and path count of each group, in a file that has only a background and layers of paths."""
     root = ElementTree.fromstring(svg)
     groups = [child for child in root if child.tag.endswith("}g")]
     assert all(group.get(f"{{{INKSCAPE}}}groupmode") == "layer" for group in groups)
@@ -186,7 +186,7 @@ def _brush(viewer: Viewer) -> None:
     viewer.press("v")
 
 
-# What is done, what the saved file then draws, its paths by level.
+# Name -> action, a file that the saved one must draw like, its path counts by level.
 EDITS = {
     "move": (_move, changed(white=(180, 90, 20, "#fff", "1", 1)), [2, 2]),
     "nudge": (_nudge, changed(white=(190, 117, 20, "#fff", "1", 1)), [2, 2]),
@@ -203,7 +203,7 @@ EDITS = {
 
 @pytest.fixture(scope="module")
 def editor(browser: object, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewer]:
-    """One page for all edits, each of which is undone at its end."""
+    """Open one page for all edits; each of them is undone at its end."""
     viewer = Viewer(browser, tmp_path_factory.mktemp("editor"), drawing())
     yield viewer
     viewer.close()
@@ -228,7 +228,7 @@ def test_an_edit_is_saved_undone_and_redone(editor: Viewer, name: str) -> None:
 
 
 def _press_until_disabled(viewer: Viewer, button: str) -> int:
-    """How often a button could be pressed."""
+    """Press a button until it is disabled; return how often."""
     count = 0
     while viewer.page.locator(f"#{button}").is_enabled():
         viewer.press_button(button)
@@ -246,14 +246,14 @@ def test_a_brush_stroke_is_a_closed_path_of_its_level(open_page) -> None:
     assert re.fullmatch(r"M[-\d. ]+c[-\d. ]+z", path)
     assert not re.search(r"\.\d{3}", path)
     difference = (draw(saved) != draw(drawing())).any(2)
-    # A line 10 wide and 160 long with round ends, which hides nothing else.
+    # The stroke is 10 wide and 160 long with round ends, and hides nothing else.
     assert abs(difference.sum() - (1600 + 25 * np.pi)) < 40
     assert (draw(saved)[118:122, 20:180] == (255, 255, 0)).all()
     viewer.press("Control+z")
     assert_draws_as(viewer.saved(), drawing(), levels=0)
 
 
-def test_what_is_saved_keeps_what_it_does_not_change(open_page) -> None:
+def test_saving_keeps_everything_that_was_not_edited(open_page) -> None:
     viewer = open_page(drawing())
     _nudge(viewer)
     saved = viewer.saved()

@@ -1,4 +1,4 @@
-"""The page of ``warpvec view`` with other people's files, hostile ones, many paths, and without a mouse."""
+"""The page of ``warpvec view`` with files of other programs, hostile files, many paths, and without a mouse."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_another_programs_file_is_shown_edited_and_saved(open_page) -> None:
     assert psnr(draw(saved), draw(plain)) > 42
     assert "text" not in saved
     assert "transform" not in saved
-    # The page's own picture, at the points of a grid that no edge crosses.
+    # The page shows the same colours, checked at points away from edges.
     image = draw(plain)
     drawn = draw(saved)
     for row, column in [(20, 60), (90, 230), (160, 100), (234, 60), (200, 300)]:
@@ -162,7 +162,7 @@ def test_every_control_has_a_name_and_takes_the_focus(open_page) -> None:
     assert max(map(int, dark[4:-1].split(","))) < 64
     viewer.press("?")
     assert viewer.page.locator("#help").is_visible()
-    # Without a photo and a history nothing is offered that needs them.
+    # Controls that need a photo or a history are hidden without them.
     assert viewer.page.locator("[data-needs]:visible").count() == 0
 
 
@@ -190,7 +190,7 @@ def test_thousands_of_paths_follow_the_pointer(open_page) -> None:
     for level in range(8, 0, -1):
         viewer.slide("level", str(level))
     gaps = np.diff(viewer.page.evaluate("() => window.frames_"))
-    # 17 ms on a machine that does nothing else; ten times that would be felt.
+    # A frame takes 17 ms on an idle machine; ten times that would be noticeable.
     assert np.median(gaps) < 60
     viewer.press("Control+z")
     assert viewer.page.locator("#undo").is_disabled()

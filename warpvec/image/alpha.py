@@ -1,9 +1,10 @@
-"""Images with alpha: straight and premultiplied colours, and the pages that they are judged on.
+"""Convert images with alpha between straight and premultiplied colours, and composite them over mattes.
 
-Outside the renderers colours are straight, as in a PNG. Whatever is averaged, filtered or compared is premultiplied or
-on a page, so that the colour of what cannot be seen counts nowhere. An error of a transparent image is the mean of
-those over a black and over a white page: with the error c of the premultiplied colours and a of alpha, the mean of c^2
-and (c - a)^2, which is zero for equal images alone. An image over any other page is a blend of these two.
+Outside the renderers colours are straight, as in a PNG. Images are averaged, filtered and compared with premultiplied
+colours or over a matte, so that the colour of invisible pixels never counts. The error of a transparent image is the
+mean of its errors over a black and over a white matte. With the error c of the premultiplied colours and a of alpha
+that is the mean of c^2 and (c - a)^2, which is zero for equal images only. An image over any other matte is a blend of
+these two.
 """
 
 from __future__ import annotations
@@ -17,34 +18,34 @@ if TYPE_CHECKING:
 Pixels = TypeVar("Pixels", "NDArray[Any]", "Tensor")
 
 MATTES = (0.0, 1.0)
-"""Grey of the pages: the darkest and the lightest."""
+"""Grey values of the mattes that transparent images are compared over: black and white."""
 
 ALPHA_MIN = 0.5 / 255
-"""Below half a level of 8 bits an image has no colour to speak of: what filters leave of it is rounding."""
+"""Smallest alpha with a colour: half of an 8-bit level. Below it a filtered colour is only rounding error."""
 
 
 def is_transparent(image: NDArray[Any] | Tensor) -> bool:
-    """Whether ``image`` is RGBA [h, w, 4], not RGB."""
+    """Return whether ``image`` is RGBA [h, w, 4], not RGB."""
     return bool(image.shape[2] == 4)
 
 
-def over(image: Pixels, page: float) -> Pixels:
-    """What ``image`` [h, w, 4], straight, shows on ``page`` [h, w, 3]; blended as encoded, as SVG viewers do."""
+def over(image: Pixels, matte: float) -> Pixels:
+    """Return straight ``image`` [h, w, 4] over the grey ``matte`` [h, w, 3], blended as encoded, as SVG viewers do."""
     color, alpha = image[..., :3], image[..., 3:]
-    return color * alpha + (1.0 - alpha) * page
+    return color * alpha + (1.0 - alpha) * matte
 
 
 def premultiplied(image: Pixels) -> Pixels:
-    """``image`` [h, w, 4], straight, with its colours times alpha."""
+    """Return straight ``image`` [h, w, 4] with its colours multiplied by alpha."""
     result = image + 0.0
     result[..., :3] *= image[..., 3:]
     return result
 
 
 def straight(image: Pixels) -> Pixels:
-    """``image`` [h, w, 4], premultiplied, with colours as they are: in [0, 1], and 0 where alpha is all but 0.
+    """Return premultiplied ``image`` [h, w, 4] with straight colours in [0, 1], 0 where alpha is below ``ALPHA_MIN``.
 
-    Where a filter has left an alpha above 1, it is divided by before it is clipped, or colours would come out brighter.
+    A filter may leave an alpha above 1. Colours are divided by it before it is clipped, or they would become brighter.
     """
     result, alpha = image.clip(0.0, 1.0), image[..., 3:]
     result[..., :3] = (image[..., :3] / alpha.clip(ALPHA_MIN)).clip(0.0, 1.0) * (alpha >= ALPHA_MIN)

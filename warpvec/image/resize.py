@@ -1,4 +1,4 @@
-"""Reduce images to the size that a fit works on."""
+"""Reduce images to the size that a fit works with."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from warpvec.image.alpha import is_transparent, premultiplied, straight
 
 
 def reduce_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.float32]:
-    """``pixels`` [h, w, 3 or 4] reduced until neither side is longer than ``longest_side``; never enlarged.
+    """Reduce ``pixels`` [h, w, 3 or 4] until neither side is longer than ``longest_side``; never enlarge them.
 
-    Filtered with Lanczos-3, whose overshoot is clipped to [0, 1]; colours with alpha, which are straight before and
-    after, premultiplied. A side keeps at least one pixel.
+    The filter is Lanczos-3, whose overshoot is clipped to [0, 1]. Straight colours with alpha are premultiplied for
+    filtering and straight again in the result. A side keeps at least one pixel.
     """
     height, width = pixels.shape[:2]
     size = fitted_size(height, width, longest_side)[::-1]
@@ -26,7 +26,7 @@ def reduce_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.f
 
 
 def fitted_size(height: int, width: int, longest_side: int) -> tuple[int, int]:
-    """Height and width of what `reduce_image` makes of an image of ``height`` x ``width`` pixels."""
+    """Return the height and width to which `reduce_image` reduces an image of ``height`` x ``width`` pixels."""
     longest = max(height, width)
     if longest <= longest_side:
         return height, width

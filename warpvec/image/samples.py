@@ -1,4 +1,4 @@
-"""Real photos for a first run, taken from the scikit-image that is installed."""
+"""Copy sample photos for a first run from the installed scikit-image."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ SAMPLES = (
     "camera.png",
     "moon.png",
 )
-"""Photos that scikit-image's wheel carries; the others of its data module would be downloaded."""
+"""Photos in the wheel of scikit-image; the others of its data module would be downloaded."""
 
 
 def write_sample(name: str, path: str | os.PathLike[str]) -> None:
-    """Copy the photo ``name``, one of ``SAMPLES``, to ``path``, whole or not at all.
+    """Copy the photo ``name``, one of ``SAMPLES``, to ``path``, completely or not at all.
 
     Raises:
-        InputError: no such sample, scikit-image is not installed, or ``path`` cannot be written.
+        InputError: there is no such sample, scikit-image is not installed, or ``path`` cannot be written.
     """
     check_writable(path, "OUT")
     if name not in SAMPLES:
-        raise InputError(f"NAME must be one of {', '.join(SAMPLES)}, got {name!r}; choose one of these")
+        raise InputError("NAME", f"must be one of {', '.join(SAMPLES)}", repr(name), "choose one of these")
     try:
         data = (_data_folder() / name).read_bytes()
     except OSError as error:
-        remedy = "pip install --upgrade 'warpvec[eval]'"
-        raise InputError(f"NAME must be a photo that scikit-image carries, {name!r} is not there; {remedy}") from error
+        rule = "must be a photo of the installed scikit-image"
+        raise InputError("NAME", rule, repr(name), "pip install --upgrade 'warpvec[eval]'") from error
     write_atomic(path, data)
 
 
 def _data_folder() -> Path:
-    # find_spec looks without importing: scikit-image takes longer to import than this takes to run.
+    # find_spec does not import scikit-image, which would take longer than all the rest.
     spec = find_spec("skimage")
     if spec is None or not spec.submodule_search_locations:
-        raise InputError("sample needs scikit-image, which is not installed; pip install 'warpvec[eval]'")
+        raise InputError("sample", "needs scikit-image, which is not installed", remedy="pip install 'warpvec[eval]'")
     return Path(spec.submodule_search_locations[0]) / "data"

@@ -1,4 +1,4 @@
-"""Frames of a fit as one animated file: MP4, GIF or WebP, by the extension of its name."""
+"""Write the frames of a fit as an MP4, GIF or WebP file."""
 
 from __future__ import annotations
 
@@ -19,25 +19,26 @@ from warpvec.image.write import to_8_bits
 EXTENSIONS = (".mp4", ".gif", ".webp")
 
 FRAMES_PER_SECOND = 12
-"""40 frames of a default fit are three seconds."""
+"""Frame rate of every video: the 40 frames of a default fit take three seconds."""
 
 
 def check_video(path: str) -> None:
     """Check that a video can be written to ``path``, before work is spent on its frames.
 
     Raises:
-        InputError: it is of no known kind, its place cannot be written, or the encoder of MP4 is not installed.
+        InputError: the extension is unknown, the path cannot be written, or the encoder for MP4 is not installed.
     """
     extension = Path(path).suffix.lower()
     if extension not in EXTENSIONS:
-        raise InputError(f"--video must end in {', '.join(EXTENSIONS)}, got {path!r}; rename it")
+        raise InputError("--video", f"must end in {', '.join(EXTENSIONS)}", repr(path), "rename it")
     check_writable(path, "--video")
     if extension == ".mp4" and find_spec("imageio_ffmpeg") is None:
-        raise InputError("--video needs imageio-ffmpeg for MP4, which is not installed; pip install 'warpvec[video]'")
+        rule = "needs imageio-ffmpeg for MP4, which is not installed"
+        raise InputError("--video", rule, remedy="pip install 'warpvec[video]'")
 
 
 class Video:
-    """A context that takes frames and, where it ends without an error, gives the file its name."""
+    """A context manager that collects frames and writes the file if the block ends without an error."""
 
     def __init__(self, path: str) -> None:
         self._path = Path(path)
@@ -48,7 +49,7 @@ class Video:
         return self
 
     def add(self, image: NDArray[np.float32]) -> None:
-        """Append ``image`` [h, w, 3 or 4] in [0, 1]; alpha is shown on white."""
+        """Append ``image`` [h, w, 3 or 4] in [0, 1]; a transparent one is shown over white."""
         self._frames.append(to_8_bits(over(image, 1.0) if is_transparent(image) else image))
 
     def __exit__(
@@ -78,6 +79,6 @@ def _write_mp4(path: Path, frames: list[NDArray[np.uint8]]) -> None:
 
     with iio.get_writer(path, format="FFMPEG", fps=FRAMES_PER_SECOND, macro_block_size=1) as writer:
         for frame in frames:
-            # Players want colour at half the size: whole pairs of pixels, or the last row and column again.
+            # Players expect colour at half the resolution, so an odd side repeats its last row or column.
             height, width = frame.shape[:2]
             writer.append_data(np.pad(frame, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge"))  # type: ignore[attr-defined]

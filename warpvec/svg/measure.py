@@ -1,4 +1,8 @@
-"""What a file is worth: drawn by resvg, an independent renderer, and compared with the photo."""
+"""Measure an SVG: count what is in it, draw it with resvg, and compare the drawing with an image.
+
+resvg is a renderer independent of warpvec. `evaluate` gives all figures of a file, `file_facts` and `file_quality` one
+half of them each. All of them take text, the bytes of an ``.svg`` or ``.svgz`` file, or a `Document`.
+"""
 
 from __future__ import annotations
 
@@ -13,117 +17,22 @@ from warpvec.errors import InputError
 from warpvec.files import gzip_bytes
 from warpvec.image.alpha import is_transparent
 from warpvec.image.metrics import psnr, ssim
+from warpvec.svg.document import SVG_NAMESPACE, Document, SvgSource, parse_svg
 from warpvec.svg.resvg import rasterize
-from warpvec.svg.scan import Scan, read_text, scan
 from warpvec.svg.units import NUMBER, check_pixels, parse_length, stated_size, view_box
 
 MAX_REACH = 2.0**24
-"""Pixels from the origin to a point; resvg ends the process somewhere between 3e8 and 1e9."""
+"""Largest distance of a point from the origin in pixels; resvg ends the process somewhere between 3e8 and 1e9."""
 
-
-class FileFacts(TypedDict):
-    """What an SVG consists of: <path> elements, segments they draw, bytes of text, bytes when gzipped."""
-
-    paths: int
-    segments: int
-    bytes: int
-    gzip_bytes: int
-
-
-def draw(
-    svg: str | bytes, width: int | None = None, height: int | None = None, *, transparent: bool = False
-) -> NDArray[np.uint8]:
-    """The file drawn by resvg over white: sRGB [height, width, 3]; or, ``transparent``, with straight alpha [..., 4].
-
-    ``svg`` is text, or the bytes of an ``.svg`` or ``.svgz`` file. Without both ``width`` and ``height``, in pixels,
-    the size is the one that the file states.
-
-    Raises:
-        InputError: not an SVG, not of the proportions asked for (a pixel of rounding is allowed), or refused as
-            unsafe: entities, references to other files, too large, too deep.
-    """
-    text = read_text(svg)
-    contents = scan(text)
-    if width is None or height is None:
-        size = stated_size(contents.root)
-        check_pixels(*size)
-        return rasterize(text, transparent=transparent, sandboxed=not _is_harmless(contents, *size))
-    check_pixels(width, height)
-    harmless = _is_harmless(contents, width, height)
-    return _fitted(rasterize(text, width, height, transparent=transparent, sandboxed=not harmless), width, height)
-
-
-def measure(svg: str | bytes, photo: NDArray[Any]) -> dict[str, float]:
-    """PSNR (dB) and SSIM of the file, drawn at the photo's size, against ``photo`` [h, w, 3], or [h, w, 4] with alpha.
-
-    It is drawn over white, or with its own alpha where the photo has alpha: then both are compared over black and over
-    white. The drawing has 8 bits, as a viewer shows it. The photo is taken as read, 8 bit or float in [0, 1] and not
-    rounded, so that a 16-bit photo is not flattered; for 8-bit photos this is the usual 8-bit figure.
-
-    Raises:
-        InputError: as `draw`.
-    """
-    drawing = _draw_like(svg, photo)
-    return {"psnr": psnr(drawing, photo), "ssim": ssim(drawing, photo)}
-
-
-def measure_psnr(svg: str | bytes, photo: NDArray[Any]) -> float:
-    """The PSNR of `measure` alone; SSIM takes longer than to draw the file."""
-    return psnr(_draw_like(svg, photo), photo)
-
-
-def count_paths(svg: str | bytes) -> int:
-    """Number of <path> elements.
-
-    Raises:
-        InputError: not an SVG, or refused as unsafe.
-    """
-    return len(scan(read_text(svg)).path_data)
-
-
-def file_facts(svg: str | bytes) -> FileFacts:
-    """Counts and sizes of any SVG; those of the text and of its gzip, whichever of the two is given.
-
-    A segment is one curve, line or arc of a path; closing a path counts as none.
-
-    Raises:
-        InputError: not an SVG, or refused as unsafe.
-    """
-    text = read_text(svg)
-    data, path_data = text.encode(), scan(text).path_data
-    segment_count = sum(map(count_segments, path_data))
-    return FileFacts(paths=len(path_data), segments=segment_count, bytes=len(data), gzip_bytes=len(gzip_bytes(data)))
-
-
-def _is_harmless(contents: Scan, width: float, height: float) -> bool:
-    """Whether resvg may draw it at ``width`` x ``height`` in this process: its cost is known, its points are near."""
-    if not contents.plain:
-        return False
-    left, top, *sides = view_box(contents.root)
-    unit_count = min(sides) or min(parse_length(contents.root.get(name, ""), 0.0) for name in ("width", "height"))
-    scale = max(width, height) / unit_count if unit_count else math.inf
-    return (contents.reach() + abs(left) + abs(top)) * scale <= MAX_REACH
-
-
-def _fitted(image: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
-    """``image`` on exactly ``width`` x ``height``: resvg keeps proportions, which may fall a pixel short."""
-    rows, columns = height - image.shape[0], width - image.shape[1]
-    if not (0 <= rows <= 1 and 0 <= columns <= 1):
-        got = f"{image.shape[1]} x {image.shape[0]}"
-        raise InputError(f"SVG must have the proportions of {width} x {height}, got {got}; is it of another photo?")
-    return np.pad(image, ((0, rows), (0, columns), (0, 0)), mode="edge")
-
-
-def _draw_like(svg: str | bytes, photo: NDArray[Any]) -> NDArray[np.uint8]:
-    return draw(svg, photo.shape[1], photo.shape[0], transparent=is_transparent(photo))
-
+MAX_STRETCH = 1.05
+"""Largest ratio of two sides' scales that counts as rounding: one pixel of a 2 x 1 icon would be half of it."""
 
 _GAP = r"[\s,]*+"
 
 _NUMBERS = re.compile(NUMBER)
 
-# The two flags of an arc are single digits that need no separator: "a1 1 0 01.5.5". Where there is no arc a number is
-# skipped, not a digit, so that the time is linear.
+# The two flags of an arc are single digits that need no separator: "a1 1 0 01.5.5". Where there is no arc, a whole
+# number is skipped and not a digit, so that the time stays linear.
 _ARC = re.compile(f"({_GAP.join([NUMBER] * 3 + ['[01]'] * 2 + [NUMBER] * 2)})|{NUMBER}")
 
 _COMMAND = re.compile(r"([MLHVCSQTAZ])([^MLHVCSQTAZ]*+)", re.IGNORECASE)
@@ -131,8 +40,89 @@ _COMMAND = re.compile(r"([MLHVCSQTAZ])([^MLHVCSQTAZ]*+)", re.IGNORECASE)
 _NUMBERS_PER_SEGMENT = {"L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2}
 
 
+class FileFacts(TypedDict):
+    """Size of an SVG: number of <path> elements and of their segments, bytes of text, bytes of its gzip."""
+
+    paths: int
+    segments: int
+    bytes: int
+    gzip_bytes: int
+
+
+def evaluate(svg: SvgSource, image: NDArray[Any]) -> dict[str, Any]:
+    """Return counts, sizes and quality of an SVG, drawn by resvg at the size of ``image`` [h, w, 3 or 4].
+
+    Keys: ``curves`` (the number of <path> elements), ``segments``, ``bytes`` and ``gzip_bytes`` as in `file_facts`,
+    ``psnr`` and ``ssim`` as in `file_quality`, and ``transparent``, which is true if the image has an alpha channel.
+
+    Raises:
+        InputError: as `draw`.
+    """
+    document = parse_svg(svg)
+    facts = file_facts(document)
+    sizes = {"curves": facts["paths"], "segments": facts["segments"], "bytes": facts["bytes"]}
+    quality = {**file_quality(document, image), "transparent": is_transparent(image)}
+    return {**sizes, "gzip_bytes": facts["gzip_bytes"], **quality}
+
+
+def file_facts(svg: SvgSource) -> FileFacts:
+    """Count paths, segments and bytes of an SVG. The sizes are the same if ``svg`` is gzipped.
+
+    A segment is one curve, line or arc of a path. Closing a path does not count.
+
+    Raises:
+        InputError: ``svg`` is not an SVG, or is refused as unsafe.
+    """
+    document = parse_svg(svg)
+    data, path_data = document.text.encode(), document.path_data
+    segment_count = sum(map(count_segments, path_data))
+    return FileFacts(paths=len(path_data), segments=segment_count, bytes=len(data), gzip_bytes=len(gzip_bytes(data)))
+
+
+def file_quality(svg: SvgSource, image: NDArray[Any]) -> dict[str, float]:
+    """Return ``psnr`` (dB) and ``ssim`` of an SVG, drawn by `draw_like`, against ``image`` [h, w, 3 or 4].
+
+    An image with alpha is compared over black and over white. The drawing has 8 bits, as a viewer shows it. The image
+    is not rounded, so that a 16-bit image is not flattered; for 8-bit images this is the usual 8-bit figure.
+
+    Raises:
+        InputError: as `draw`.
+    """
+    drawing = draw_like(svg, image)
+    return {"psnr": psnr(drawing, image), "ssim": ssim(drawing, image)}
+
+
+def draw_like(svg: SvgSource, image: NDArray[Any]) -> NDArray[np.uint8]:
+    """Draw an SVG at the size of ``image`` [h, w, 3 or 4], over white or with alpha, as ``image`` has it.
+
+    Raises:
+        InputError: as `draw`.
+    """
+    return draw(svg, image.shape[1], image.shape[0], transparent=is_transparent(image))
+
+
+def draw(
+    svg: SvgSource, width: int | None = None, height: int | None = None, *, transparent: bool = False
+) -> NDArray[np.uint8]:
+    """Draw an SVG with resvg: sRGB over white [height, width, 3], or with straight alpha [..., 4] if ``transparent``.
+
+    ``width`` and ``height`` are in pixels. Without both, the file's own size is used.
+
+    Raises:
+        InputError: ``svg`` is not an SVG, has other proportions than asked for (a pixel of rounding is allowed), or is
+            refused as unsafe: entities, references to other files, too large, too deep.
+    """
+    document = parse_svg(svg)
+    if width is not None and height is not None:
+        check_pixels(width, height)
+        return _draw_at(document, width, height, transparent)
+    size = stated_size(document.root)
+    check_pixels(*size)
+    return rasterize(document.text, transparent=transparent, sandboxed=not _is_harmless(document, *size))
+
+
 def count_segments(path_data: str) -> int:
-    """Lines, curves and arcs that any SVG path data draws; closing a path counts as none."""
+    """Count the lines, curves and arcs of any SVG path data. Closing a path does not count."""
     return sum(_count_of_command(letter.upper(), numbers) for letter, numbers in _COMMAND.findall(path_data))
 
 
@@ -142,20 +132,56 @@ def _count_of_command(letter: str, numbers: str) -> int:
     if letter == "A":
         return sum(match[1] is not None for match in _ARC.finditer(numbers))
     count = len(_NUMBERS.findall(numbers))
-    # The pairs that follow the first of a move are lines.
+    # The pairs after the first one of a move are lines.
     return max(count // 2 - 1, 0) if letter == "M" else count // _NUMBERS_PER_SEGMENT[letter]
 
 
-def evaluate(svg: str | bytes, photo: NDArray[Any]) -> dict[str, Any]:
-    """Counts, sizes, PSNR (dB) and SSIM of any SVG, drawn by resvg at the size of ``photo`` [h, w, 3].
+def _draw_at(document: Document, width: int, height: int, transparent: bool) -> NDArray[np.uint8]:
+    """Draw at exactly ``width`` x ``height``: padded by up to a pixel, or stretched by up to a pixel of rounding."""
+    sandboxed = not _is_harmless(document, width, height)
+    drawing = rasterize(document.text, width, height, transparent=transparent, sandboxed=sandboxed)
+    # resvg keeps the proportions of the file, so that a side may be a pixel short.
+    rows, columns = height - drawing.shape[0], width - drawing.shape[1]
+    if 0 <= rows <= 1 and 0 <= columns <= 1:
+        return np.pad(drawing, ((0, rows), (0, columns), (0, 0)), mode="edge")
+    if not _differs_by_rounding(document.root, width, height):
+        found = f"{drawing.shape[1]} x {drawing.shape[0]}"
+        raise InputError("SVG", f"must have the proportions of {width} x {height}", found, "is it of another image?")
+    text = _stretched(document, width, height)
+    return rasterize(text, width, height, transparent=transparent, sandboxed=sandboxed)
 
-    Keys: curves (its <path> elements), segments, bytes, gzip_bytes, psnr, ssim, transparent: whether the photo is
-    [h, w, 4], with straight alpha, and PSNR and SSIM are those over black and over white.
 
-    Raises:
-        InputError: not an SVG, refused as unsafe, or not of the photo's proportions.
-    """
-    facts = file_facts(svg)
-    sizes = {"curves": facts["paths"], "segments": facts["segments"], "bytes": facts["bytes"]}
-    quality = {**measure(svg, photo), "transparent": is_transparent(photo)}
-    return {**sizes, "gzip_bytes": facts["gzip_bytes"], **quality}
+def _differs_by_rounding(root: dict[str, str], width: int, height: int) -> bool:
+    """Return whether a size in the file and ``width`` x ``height`` are the same up to a pixel of either of them."""
+    try:
+        stated_width, stated_height = stated_size(root)
+    except InputError:
+        return False
+    across, down = width / stated_width, height / stated_height
+    if max(across, down) > MAX_STRETCH * min(across, down):
+        return False
+    # By how many pixels a side misses that of the other size, scaled by the other side: of the image, and of the file.
+    pixels = (abs(across - down) * stated_height, abs(across - down) * stated_width)
+    stated_pixels = (abs(1 - down / across) * stated_height, abs(1 - across / down) * stated_width)
+    return min(*pixels, *stated_pixels) <= 1
+
+
+def _stretched(document: Document, width: int, height: int) -> str:
+    """Return the text with the root inside another <svg>, which maps its whole canvas to ``width`` x ``height``."""
+    across, down = stated_size(document.root)
+    data, (start, stop) = document.text.encode(), document.root_range
+    outer = (
+        f'<warpvec:svg xmlns:warpvec="{SVG_NAMESPACE}" width="{width}" height="{height}"'
+        f' viewBox="0 0 {across!r} {down!r}" preserveAspectRatio="none">'
+    )
+    return b"".join([data[:start], outer.encode(), data[start:stop], b"</warpvec:svg>", data[stop:]]).decode()
+
+
+def _is_harmless(document: Document, width: float, height: float) -> bool:
+    """Return whether resvg may draw it in this process: at a known cost, with all points within ``MAX_REACH``."""
+    if not document.plain:
+        return False
+    left, top, *sides = view_box(document.root)
+    unit_count = min(sides) or min(parse_length(document.root.get(name, ""), 0.0) for name in ("width", "height"))
+    scale = max(width, height) / unit_count if unit_count else math.inf
+    return (document.reach() + abs(left) + abs(top)) * scale <= MAX_REACH

@@ -1,6 +1,7 @@
-"""SVG text -> scene: warpvec's own files to the last digit, any other as far as a scene can say it.
+"""Read an SVG as a scene: warpvec's own files exactly, files of other programs as far as a scene can represent them.
 
-Limits: ``MAX_BYTES`` of text, and those of `warpvec.svg_safety`, `warpvec.svg_foreign` and `warpvec.outlines`.
+The text may have ``MAX_CHARACTERS``. `warpvec.svg.document`, `warpvec.svg.foreign.reader` and `warpvec.geometry.loops`
+have further limits.
 """
 
 from __future__ import annotations
@@ -17,14 +18,13 @@ from numpy.typing import NDArray
 from warpvec.errors import InputError
 from warpvec.geometry.loops import Color, Outline, make_scene
 from warpvec.geometry.scene import Scene
-from warpvec.svg.foreign.style import local_name
+from warpvec.svg.document import local_name, parse_svg, read_text
 from warpvec.svg.layers import layer_level
-from warpvec.svg.scan import read_text, scan
 from warpvec.svg.units import check_pixels, stated_size
 from warpvec.svg.write import COLOR_LEVELS, MAX_TICKS
 
-MAX_BYTES = 2**26
-"""Of text. A path of four cubics takes about 80 bytes, so this is a hundred times what we fit."""
+MAX_CHARACTERS = 2**26
+"""Longest text. A path of four cubics takes about 80 characters, so this is a hundred times what warpvec fits."""
 
 _NUMBER = r"(?>-?(?>\d{1,15}(?>\.\d{1,6})?|\.\d{1,6}))"
 _OWN_DATA = re.compile(rf"M(?>[ ]?{_NUMBER}){{2}}c(?>(?>[ ]?{_NUMBER}){{6}})+z", re.ASCII)
@@ -39,10 +39,11 @@ class LoadedSvg:
     """An SVG as a scene.
 
     Attributes:
-        scene: its filled paths; the rectangle that covers the canvas is its background, without one it is transparent.
-        width, height: the stated size in pixels, the units of the scene.
-        omitted: what the scene does not show, each with its count and what was done about it.
-        precision: decimals of the coordinates of warpvec's own files; None of any other.
+        scene: the filled paths. A rectangle that covers the canvas is the background; without one the scene is
+            transparent.
+        width, height: the size in pixels, which are the units of the scene.
+        omitted: a remark for each kind of thing that the scene does not show, with its count and what was done.
+        precision: decimals of the coordinates in warpvec's own files, None for other files.
     """
 
     scene: Scene
@@ -53,55 +54,46 @@ class LoadedSvg:
 
 
 def read_svg(source: bytes | str) -> LoadedSvg:
-    """The drawing in an ``.svg`` or ``.svgz`` file, given as its bytes or its text.
+    """Read the drawing in an ``.svg`` or ``.svgz`` file, given as its bytes or its text.
 
-    A file that has only what `warpvec.svg.write.write_svg` writes, also with layers or paths taken out, reordered, moved or
-    recoloured, is read exactly: written again with as many decimals, its paths are the same to the byte. Any other
-    file is read through svgelements: transforms are applied, shapes become paths, lines, quadratics and arcs cubics,
-    opacities are multiplied, and groups at the top are generations 0, 1, ... unless their ``id`` says otherwise.
+    A file that has only what `warpvec.svg.write.write_svg` writes is read exactly: written again with as many decimals,
+    its paths have the same bytes. Layers and paths may have been taken out, reordered, moved or recoloured. Any other
+    file is read through svgelements: transforms are applied; shapes become paths; lines, quadratics and arcs become
+    cubics; opacities are multiplied. Its top-level groups are generations 0, 1, ... unless their ``id`` states others.
 
     Raises:
-        InputError: not an SVG; refused as unsafe, too large or with too many curves; or not warpvec's own and
-            svgelements is not installed.
+        InputError: ``source`` is not an SVG, is refused as unsafe, is too large, or has too many curves; or it is not
+            warpvec's own and svgelements is not installed.
     """
     text = read_text(source)
-    if len(text) > MAX_BYTES:
-        raise InputError(f"SVG must have at most {MAX_BYTES} characters to be read, got {len(text)}; simplify it")
-    check_pixels(*stated_size(scan(text).root))
-    root = _parse(text)
+    if len(text) > MAX_CHARACTERS:
+        raise InputError("SVG", f"must have at most {MAX_CHARACTERS} characters", str(len(text)), "simplify it")
+    builder = ElementTree.TreeBuilder()
+    check_pixels(*stated_size(parse_svg(text, builder).root))
+    root = builder.close()
     try:
         return _read_own(root)
     except _NotOurs:
         return _read_foreign(root)
 
 
-def _parse(text: str) -> Element:
-    # Not by the encoding that the file declares, which is of the bytes that it once was.
-    parser = ElementTree.XMLParser(encoding="utf-8")
-    try:
-        return ElementTree.fromstring(text.encode(), parser)
-    except ElementTree.ParseError as error:
-        # Well-formed all the same, but a namespace has the character that ElementTree marks namespaces with.
-        raise InputError(f"SVG must have usual namespaces, got {error}; save it as plain SVG") from None
-
-
 class _NotOurs(Exception):
-    """A file has what `write_svg` never writes."""
+    """The file has something that `write_svg` never writes."""
 
 
 def _read_own(root: Element) -> LoadedSvg:
     width, height = root.get("width", ""), root.get("height", "")
     _expect(width.isascii() and width.isdigit() and height.isascii() and height.isdigit())
     _expect(root.get("viewBox") == f"0 0 {width} {height}" and not root.get("style"))
-    children = [child for child in root if local_name(child) not in ("", *_UNDRAWN)]
+    children = [child for child in root if local_name(child.tag) not in ("", *_UNDRAWN)]
     background = None
-    if children and local_name(children[0]) == "rect":
+    if children and local_name(children[0].tag) == "rect":
         background = _read_background(children.pop(0), width, height)
     elements = list(_own_paths(children))
     words = [_OWN_NUMBER.findall(_own_data(element)) for element, _ in elements]
     decimals = max((len(word.rpartition(".")[2]) for row in words for word in row if "." in word), default=0)
     outlines = [
-        Outline(_own_points(row, decimals), *_own_paint(element), generation)
+        Outline(_own_points(row, decimals), *_own_fill(element), generation)
         for (element, generation), row in zip(elements, words, strict=True)
     ]
     return LoadedSvg(make_scene(outlines, background), float(width), float(height), precision=decimals)
@@ -120,7 +112,7 @@ def _expect(condition: bool) -> None:
 
 
 def _expect_attributes(element: Element, known: Sequence[str]) -> None:
-    """No attributes but ``known`` ones, and those of other namespaces, which are for editors."""
+    """Expect only ``known`` attributes. Those of other namespaces are for editors and do not matter."""
     _expect(all(name in known or name.startswith("{") for name in element.attrib))
 
 
@@ -131,17 +123,17 @@ def _read_background(rect: Element, width: str, height: str) -> Color:
 
 
 def _own_paths(children: Sequence[Element]) -> Iterator[tuple[Element, int]]:
-    """Each path and its generation: all are in groups, and these are not in others."""
+    """Yield each path and its generation. All paths must be in groups, and no group in another."""
     for index, group in enumerate(children):
-        _expect(local_name(group) == "g")
+        _expect(local_name(group.tag) == "g")
         _expect_attributes(group, ("id",))
         for path in group:
-            _expect(local_name(path) == "path" and len(path) == 0)
+            _expect(local_name(path.tag) == "path" and len(path) == 0)
             _expect_attributes(path, ("id", "fill", "fill-opacity", "d"))
             yield path, layer_level(group.get("id"), index)
 
 
-def _own_paint(path: Element) -> tuple[Color, float]:
+def _own_fill(path: Element) -> tuple[Color, float]:
     opacity = path.get("fill-opacity", "1")
     _expect(_OWN_OPACITY.fullmatch(opacity) is not None)
     return _own_color(path), float(opacity)
@@ -162,7 +154,10 @@ def _own_data(path: Element) -> str:
 
 
 def _own_points(words: Sequence[str], decimals: int) -> NDArray[np.float64]:
-    """Control points [3 k, 2] of ``words``, summed as whole ticks of the last of ``decimals``: as they were written."""
+    """Return the control points [3 k, 2] that the numbers ``words`` of a path state.
+
+    The relative coordinates are added up as integers, in units of the last of ``decimals``, as they were written.
+    """
     per_unit = 10**decimals
     values = np.array(words, np.float64) * per_unit
     _expect(bool(np.abs(values).sum() < MAX_TICKS))

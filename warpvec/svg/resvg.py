@@ -1,8 +1,8 @@
-"""resvg, kept where it can do no harm.
+"""Draw SVG text with resvg, in a process of its own where it could do harm.
 
-What resvg makes of a file is native code's work. A drawing of plain fills is drawn in this process. Whatever else a
-file may hold (patterns, filters, masks, strokes, style sheets) is drawn in a process of its own with limits on time and
-memory, since a few bytes can ask for hours, for more memory than there is, or meet an assertion that ends the process.
+resvg is native code. Drawings with plain fills only are drawn in this process. All others (with patterns, filters,
+masks, strokes or style sheets) are drawn in a child process with limits on time and memory, because a few bytes can
+take hours, take more memory than there is, or fail an assertion that ends the process.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from PIL.PngImagePlugin import PngImageFile
 from warpvec.errors import InputError
 
 MAX_SECONDS = 60.0
-"""For one drawing in a process of its own; the largest drawings of editors take some seconds."""
+"""Time limit of a drawing in a child process; the largest drawings of editors take some seconds."""
 
 MAX_MEMORY = 2**32
-"""Bytes of address space of that process, where the system can limit it: four canvases of the largest size."""
+"""Address space of the child process in bytes, where the system can limit it: four canvases of the largest size."""
 
-# The system's fonts are left out: they take time to load and differ between machines, and paths need none.
+# The fonts of the system are not loaded: that takes time, they differ between machines, and paths need none.
 _OPTIONS = {"dpi": 96, "skip_system_fonts": True}
 
-# The text comes in and the picture goes out as bytes; a message that is meant for the user is on stderr, marked.
+# The text arrives on stdin, the PNG leaves on stdout. A message for the user is on stderr, after the mark.
 _CHILD = """
 import sys
 try:
@@ -51,18 +51,18 @@ _MARK = "resvg says: "
 def rasterize(
     text: str, width: int | None = None, height: int | None = None, *, transparent: bool = False, sandboxed: bool = True
 ) -> NDArray[np.uint8]:
-    """``text`` drawn by resvg at its size, or the largest within ``width`` x ``height`` pixels of its proportions.
+    """Draw ``text`` at its own size, or at the largest size of its proportions within ``width`` x ``height`` pixels.
 
-    sRGB over white [h, w, 3]; or, ``transparent``, with straight alpha [h, w, 4]. ``sandboxed`` draws in a process of
-    its own.
+    The result is sRGB over white [h, w, 3], or with straight alpha [h, w, 4] if ``transparent``. ``sandboxed`` draws in
+    a child process.
 
     Raises:
-        InputError: resvg cannot draw it, or, sandboxed, not within ``MAX_SECONDS`` and ``MAX_MEMORY``.
+        InputError: resvg cannot draw it, or a sandboxed drawing exceeds ``MAX_SECONDS`` or ``MAX_MEMORY``.
     """
     background = None if transparent else "#ffffff"
     options = {"width": width, "height": height, "background": background, **_OPTIONS}
     png = (_draw_in_sandbox if sandboxed else _draw_here)(text, options)
-    # Not Image.open: its guard against unknown large images would warn about our own.
+    # Not Image.open, which would warn about large drawings.
     with PngImageFile(io.BytesIO(png)) as image:
         return np.array(image.convert("RGBA" if transparent else "RGB"))
 
@@ -73,7 +73,7 @@ def _draw_here(text: str, options: dict[str, Any]) -> bytes:
     except (ValueError, OverflowError) as error:
         raise _refusal(str(error)) from None
     except BaseException as error:
-        # A failed assertion of resvg. The type has no importable name and is no Exception.
+        # A failed assertion of resvg. Its type cannot be imported and is not an Exception.
         if type(error).__name__ == "PanicException":
             raise _refusal(str(error)) from None
         raise
@@ -83,7 +83,7 @@ def _draw_in_sandbox(text: str, options: dict[str, Any]) -> bytes:
     script = _CHILD.format(memory=MAX_MEMORY, options=options, mark=_MARK)
     try:
         done = subprocess.run(
-            # -P: no module of the current folder takes the place of an installed one.
+            # -P: modules of the current folder must not replace installed ones.
             [sys.executable, "-P", "-c", script],
             input=text.encode(),
             capture_output=True,
@@ -100,4 +100,4 @@ def _draw_in_sandbox(text: str, options: dict[str, Any]) -> bytes:
 
 def _refusal(reason: str) -> InputError:
     reason = " ".join(reason.split())[:200]
-    return InputError(f"SVG must be one that resvg can draw, got: {reason}; open it in a viewer to check")
+    return InputError("SVG", "must be one that resvg can draw", f"an error ({reason})", "open it in a viewer to check")

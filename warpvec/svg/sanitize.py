@@ -1,83 +1,82 @@
-"""An SVG of anyone's, reduced to what draws paths: known elements with known attributes, and no others."""
+"""Reduce any SVG to known elements and attributes that draw paths."""
 
 from __future__ import annotations
 
-from xml.parsers import expat
 from xml.sax.saxutils import escape, quoteattr
 
-from warpvec.svg.scan import SVG_NAMESPACE
+from warpvec.svg.document import SVG_NAMESPACE, Document, SvgSource, local_name, parse_svg
 
 INKSCAPE_NAMESPACE = "http://www.inkscape.org/namespaces/inkscape"
 
 _SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
 _CONTAINERS = frozenset({"svg", "g", "a", "switch", "defs", "linearGradient", "radialGradient", "stop"})
+_KEPT = _SHAPES | _CONTAINERS
 _TEXTS = {"title": "title", "metadata": "metadata", "style": "css"}
-# What draws nothing where it stands; no one misses it.
+# These draw nothing by themselves, so they are left out without a note.
 _SILENT = frozenset(
     {"", "desc", "script", "symbol", "clipPath", "mask", "marker", "pattern", "filter", "animate", "set"}
 )
 
 _GEOMETRY = "d points x y width height viewBox rx ry cx cy r x1 y1 x2 y2 transform"
-_PAINT = (
+_STYLE = (
     "fill fill-opacity fill-rule stroke stroke-width stroke-opacity stroke-dasharray opacity display visibility"
     " clip-path mask filter stop-color"
 )
-# A browser acts on "style" even in a document that it only parses, and complains where a policy forbids it.
-_RENAMED = {f"{INKSCAPE_NAMESPACE} label": "label", "style": "css"}
-_ATTRIBUTES = {name: name for name in f"id class {_GEOMETRY} {_PAINT}".split()} | _RENAMED
+# A browser applies "style" even in a document that it only parses, and reports an error where a policy forbids it.
+_RENAMED = {f"{{{INKSCAPE_NAMESPACE}}}label": "label", "style": "css"}
+_ATTRIBUTES = {name: name for name in f"id class {_GEOMETRY} {_STYLE}".split()} | _RENAMED
 
 
-def sanitized(text: str) -> str:
-    """The SVG ``text`` without anything that could run, load or link: no handlers, scripts, references or entities.
+def sanitize(svg: SvgSource) -> tuple[Document, str]:
+    """Return the parsed ``svg``, and its text without anything that could run, load or link.
 
-    Elements that are left out but drew something become ``<left-out name="..."/>``. Style sheets and style attributes
-    are named ``css``, Inkscape's labels ``label``. ``text`` has passed the checks of `warpvec.svg.measure.file_facts`.
+    The text has no event handlers, scripts, references or entities. An element that is left out although it draws
+    something becomes ``<left-out name="..."/>``. Style sheets and style attributes are named ``css``, Inkscape's labels
+    ``label``.
+
+    Raises:
+        InputError: ``svg`` is not an SVG, or is refused as unsafe.
     """
-    cleaner = _Cleaner()
-    parser = expat.ParserCreate("utf-8", namespace_separator=" ")
-    parser.StartElementHandler = cleaner.start_element
-    parser.EndElementHandler = cleaner.end_element
-    parser.CharacterDataHandler = cleaner.characters
-    parser.Parse(text.encode(), True)
-    return "".join(cleaner.parts)
+    sanitizer = _Sanitizer()
+    document = parse_svg(svg, sanitizer)
+    return document, "".join(sanitizer.parts)
 
 
-class _Cleaner:
-    """Collects the parts of the clean text."""
+class _Sanitizer:
+    """A builder that collects the parts of the reduced text."""
 
     def __init__(self) -> None:
         self.parts: list[str] = []
         self._open: list[str] = []
-        self._skipped = 0
+        self._skipped_depth = 0
 
-    def start_element(self, name: str, attributes: dict[str, str]) -> None:
-        namespace, _, local = name.rpartition(" ")
-        # Elements of other programs draw nothing.
-        local = local if namespace in ("", SVG_NAMESPACE) else ""
-        written = _TEXTS.get(local, local if local in _SHAPES | _CONTAINERS else None)
-        # Text is taken without what stands inside it: metadata may hold whole documents.
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        # Elements of other namespaces have no local name here; they draw nothing.
+        name = local_name(tag)
+        written = _TEXTS.get(name, name if name in _KEPT else None)
+        # Only the text of a text element is kept, not the elements inside it: metadata may hold whole documents.
         inside_text = bool(self._open) and self._open[-1] in _TEXTS.values()
-        if self._skipped or written is None or inside_text:
-            if not (self._skipped or inside_text or local in _SILENT):
-                self.parts.append(f"<left-out name={quoteattr(local)}/>")
-            self._skipped += 1
+        if self._skipped_depth or written is None or inside_text:
+            if not (self._skipped_depth or inside_text or name in _SILENT):
+                self.parts.append(f"<left-out name={quoteattr(name)}/>")
+            self._skipped_depth += 1
             return
         declared = "" if self._open else f' xmlns="{SVG_NAMESPACE}"'
-        self.parts.append(f"<{written}{declared}{_known(attributes)}>")
+        self.parts.append(f"<{written}{declared}{_known_attributes(attributes)}>")
         self._open.append(written)
 
-    def end_element(self, _: str) -> None:
-        if self._skipped:
-            self._skipped -= 1
+    def data(self, text: str) -> None:
+        if not self._skipped_depth and self._open[-1] in _TEXTS.values():
+            self.parts.append(escape(text))
+
+    def end(self, _: str) -> None:
+        if self._skipped_depth:
+            self._skipped_depth -= 1
         else:
             self.parts.append(f"</{self._open.pop()}>")
 
-    def characters(self, text: str) -> None:
-        if not self._skipped and self._open[-1] in _TEXTS.values():
-            self.parts.append(escape(text))
 
-
-def _known(attributes: dict[str, str]) -> str:
-    """The known attributes; all but Inkscape's label are of no namespace."""
+def _known_attributes(attributes: dict[str, str]) -> str:
+    """Return the text of the known attributes. All but Inkscape's label have no namespace."""
     known = {_ATTRIBUTES[name]: value for name, value in attributes.items() if name in _ATTRIBUTES}
     return "".join(f" {name}={quoteattr(value)}" for name, value in known.items())

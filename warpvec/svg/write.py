@@ -104,16 +104,17 @@ def format_number(ticks: int, decimals: int) -> str:
 def _check_cubic(scene: Scene) -> None:
     if scene.degree != 3:
         raise ValueError(
-            f"a scene to be written must have degree 3, got {scene.degree}; convert it with warpvec.geometry.cubics.to_cubics"
+            f"scene must have degree 3 to be written, got {scene.degree};"
+            " convert it with warpvec.geometry.cubics.to_cubics"
         )
 
 
 def _check_finite(scene: Scene, precision: int) -> None:
     for name in ("points", "color", "opacity", "background"):
         if not torch.isfinite(getattr(scene, name)).all():
-            raise ValueError(f"{name} of a scene to be written must be finite; its renderer or optimizer let one slip")
+            raise ValueError(f"{name} of a scene must be finite to be written; check what made it")
     if len(scene) and scene.points.abs().max().double() * 10**precision >= MAX_TICKS:
-        raise ValueError(f"points must lie within 2**53 steps of 1e-{precision} of the origin to be written")
+        raise ValueError(f"points must be within 2**53 steps of 1e-{precision} of the origin to be written")
 
 
 def _ticks(values: Tensor, per_unit: int) -> Tensor:

@@ -1,8 +1,8 @@
-"""One HTML file to look at a drawing, compare it with its photo, and edit it: nothing in it loads or runs but its own.
+"""Write one HTML file in which an SVG can be viewed, compared with its image, and edited.
 
-The page's scripts and styles are in ``warpvec/viewer/assets``; they are written into the file, and a content security policy
-allows these alone, by their hashes. The SVG goes in as a string of JSON, reduced to known elements and attributes;
-of these the page's reader takes numbers, colours and names, and never shows an element itself.
+The file loads nothing. Its scripts and styles, from ``warpvec/viewer/assets``, are written into it, and a content
+security policy allows only these, by their hashes. The SVG is stored as a JSON string, reduced to known elements and
+attributes. The page reads only numbers, colours and names from it and never inserts its elements.
 """
 
 from __future__ import annotations
@@ -28,16 +28,15 @@ from warpvec.files import check_writable, write_atomic
 from warpvec.image.read import read_image
 from warpvec.image.resize import reduce_image
 from warpvec.image.write import to_8_bits
-from warpvec.svg.measure import file_facts, measure
-from warpvec.svg.sanitize import sanitized
-from warpvec.svg.scan import read_text
+from warpvec.svg.measure import file_facts, file_quality
+from warpvec.svg.sanitize import sanitize
 
 PAGE_PHOTO_SIDE = 2048
-"""Longest side in pixels of the photo in the page: enough for a screen, and the page measures in milliseconds."""
+"""Longest side of the image in the page in pixels: enough for a screen, and fast to compare with."""
 
 HISTORY_KEYS = ("iteration", "curves", "psnr", "seconds")
 
-# In the order in which they are joined: what is used while the page starts stands before its use.
+# In the order in which they are joined. Whatever is used while the page starts must be defined before its use.
 _SCRIPTS = (
     "paths", "pen", "basics", "read", "save", "raster", "measure", "history", "edit", "brush", "gesture", "stage",
     "tools", "app", "charts", "levels", "panel", "keys", "main",
@@ -53,20 +52,21 @@ def write_report(
     history: list[dict[str, float]] | None = None,
     name: str | None = None,
 ) -> None:
-    """Writes the page of a drawing to ``path``, whole or not at all.
+    """Write the page of an SVG to ``path``, completely or not at all.
 
     Args:
         path: the HTML file.
-        svg: bytes of an ``.svg`` or ``.svgz`` file, warpvec's own or another.
-        photo: bytes of the image file that it was made from; without it nothing is compared.
-        background: colour behind a transparent photo; None keeps it transparent.
-        history: records of the fit as `warpvec.Result.history` gives them; without them there is no convergence plot.
-            An infinite PSNR, or None for it, has no place there.
-        name: what the page calls the drawing and the file that it saves; the name of ``path`` if not given.
+        svg: bytes of an ``.svg`` or ``.svgz`` file of any program.
+        photo: bytes of the image file that the SVG was made from; without it nothing is compared.
+        background: colour behind a transparent image; None keeps it transparent.
+        history: records of the fit as in `warpvec.Result.history`; without them there is no convergence plot. Records
+            with an infinite PSNR, or with None in its place, are not plotted.
+        name: title of the page and name of the file that it saves; by default the name of ``path``.
 
     Raises:
-        InputError: the SVG is none, is refused as unsafe (see `warpvec.svg.measure.draw`) or has not the photo's
-            proportions; the photo cannot be read; a record of ``history`` is not one; ``path`` cannot be written.
+        InputError: ``svg`` is not an SVG, is refused as unsafe (see `warpvec.svg.measure.draw`) or does not have the
+            proportions of the image; the image cannot be read; ``history`` has another form; ``path`` cannot be
+            written.
     """
     check_writable(path, "path")
     records = _checked_history(history or [])
@@ -76,32 +76,34 @@ def write_report(
 
 
 def _data(svg: bytes, pixels: NDArray[np.float32] | None) -> dict[str, Any]:
-    """What the page is told of the file, as JSON can say it; an infinite PSNR is null."""
-    figures: dict[str, Any] = {**file_facts(svg)}
-    data: dict[str, Any] = {"figures": figures, "svg": sanitized(read_text(svg))}
+    """Return the data of the page, ready for JSON; an infinite PSNR is None."""
+    document, text = sanitize(svg)
+    figures: dict[str, Any] = {**file_facts(document)}
+    data: dict[str, Any] = {"figures": figures, "svg": text}
     if pixels is not None:
-        quality = measure(svg, pixels)
+        quality = file_quality(document, pixels)
         figures |= {key: value if math.isfinite(value) else None for key, value in quality.items()}
         data["photo"] = _data_url(reduce_image(pixels, PAGE_PHOTO_SIDE))
     return data
 
 
 def _checked_history(history: object) -> list[dict[str, float]]:
-    """The known numbers of each record that has a finite PSNR."""
+    """Return the ``HISTORY_KEYS`` of each record that has a finite PSNR."""
     if not isinstance(history, list) or not all(isinstance(record, dict) for record in history):
-        raise InputError("history must be a list of records, got something else; see warpvec.Result.history")
+        found = type(history).__name__
+        raise InputError("history", "must be a list of records", found, "use the form of warpvec.Result.history")
     records = [{key: record.get(key) for key in HISTORY_KEYS} for record in history]
     for record in records:
         for key, value in record.items():
             if key == "psnr" and value in (None, math.inf):
                 continue
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                raise InputError(f"history must have a finite {key} in each record, got {value!r}; write it again")
+                raise InputError("history", f"must have a finite {key} in each record", repr(value), "write it again")
     return [record for record in records if record["psnr"] not in (None, math.inf)]
 
 
 def _data_url(pixels: NDArray[np.float32]) -> str:
-    """``pixels`` [h, w, 3 or 4] in [0, 1] as an 8 bit PNG in a URL: without the photo's metadata, upright, in sRGB."""
+    """Return ``pixels`` [h, w, 3 or 4] in [0, 1] as a data URL of an 8-bit PNG, which has no metadata."""
     stream = BytesIO()
     Image.fromarray(to_8_bits(pixels)).save(stream, "PNG")
     return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
@@ -111,8 +113,8 @@ def _page(data: dict[str, Any]) -> str:
     style = _page_file("page.css")
     modules = "\n".join(_page_file(f"{name}.js") for name in _SCRIPTS)
     script = f'(() => {{\n"use strict";\n{modules}}})();\n'
-    # In a script element only "<" can end the text, or begin a comment.
-    told = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
+    # In a script element only "<" can end the text or start a comment.
+    embedded = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -124,7 +126,7 @@ def _page(data: dict[str, Any]) -> str:
 <style>{style}</style>
 </head>
 <body>
-{_page_file("page.html")}<script type="application/json" id="data">{told}</script>
+{_page_file("page.html")}<script type="application/json" id="data">{embedded}</script>
 <script>{script}</script>
 </body>
 </html>
@@ -132,7 +134,7 @@ def _page(data: dict[str, Any]) -> str:
 
 
 def _policy(script: str, style: str) -> str:
-    """No network, no frames, no forms, and no script or style but these two."""
+    """Return the policy: no network, no frames, no forms, and only this script and this style."""
     allowed = [f"{kind}-src '{_hash(text)}'" for kind, text in (("script", script), ("style", style))]
     return "; ".join(["default-src 'none'", *allowed, "img-src data:", "base-uri 'none'", "form-action 'none'"])
 

@@ -1,4 +1,4 @@
-"""SVGs of other programs: what a scene can say of them, and the names of what it cannot."""
+"""Read the SVGs of other programs: as outlines where a scene can represent them, with a remark for everything else."""
 
 from __future__ import annotations
 
@@ -12,22 +12,24 @@ from numpy.typing import NDArray
 
 from warpvec.errors import InputError
 from warpvec.geometry.loops import Color, Outline
-from warpvec.svg.foreign.fill import Paints, fraction
+from warpvec.svg.document import local_name
+from warpvec.svg.foreign.fill import Fills, fraction
 from warpvec.svg.foreign.shapes import SHAPES, apply, compose, join, load_parser, read_loops, read_matrix, shape_data
-from warpvec.svg.foreign.style import INHERITED, Properties, StyleSheet, local_name
+from warpvec.svg.foreign.style import INHERITED, Properties, StyleSheet
 from warpvec.svg.layers import layer_level
 from warpvec.svg.units import parse_length, stated_size
 
 MAX_ELEMENTS = 2**18
-"""Elements drawn, each time that <use> draws them counted: a few lines of <use> can ask for any number."""
+"""Largest number of drawn elements, counting each <use>: a few lines of <use> can draw any number of elements."""
 
 MAX_REACH = 2.0**24
-"""Pixels that a point may be from the origin, where float32 still tells a pixel from the next."""
+"""Largest distance of a point from the origin in pixels; up to it float32 tells neighbouring pixels apart."""
 
 MAX_USE_DEPTH = 150
-"""Elements inside each other, through <use> as well: a few calls each, of the thousand that Python has."""
+"""Deepest nesting of elements, through <use> as well. Each takes a few of the thousand calls that Python can nest."""
 
 _GROUPS = frozenset({"g", "a", "svg", "switch"})
+_DRAWN = SHAPES | _GROUPS | {"use"}
 _OMITTED_ELEMENTS = {
     "text": "text", "image": "image", "foreignObject": "foreign object", "video": "video", "audio": "audio",
     "canvas": "canvas", "iframe": "frame", "animate": "animation", "animateTransform": "animation",
@@ -41,12 +43,12 @@ _REMARKS = {
     "even-odd fill": "filled by the non-zero rule",
     "broken path": "kept as far as it can be read",
 }
-"""What was done about it; all else is left out."""
+"""Kind of omission -> what was done instead. Everything else is left out."""
 
 
 @dataclass(frozen=True)
 class _State:
-    """What an element has from its ancestors."""
+    """State that an element inherits from its ancestors."""
 
     matrix: NDArray[np.float64]
     properties: Properties
@@ -57,14 +59,15 @@ class _State:
 
 
 class ForeignReader:
-    """Walks over the tree ``root`` as a renderer does, and notes what it leaves out.
+    """A walk over the tree ``root`` as a renderer does it, which notes what it leaves out.
 
     Attributes:
-        outlines: what is filled, from bottom to top.
+        outlines: the filled shapes, from bottom to top.
         background: colour of the rectangle that covers the canvas, None without one.
+        size: width and height of the canvas in pixels.
 
     Raises:
-        InputError: svgelements is missing, the file states no size, or draws more than ``MAX_ELEMENTS``.
+        InputError: svgelements is missing, or the file states no size or draws more than ``MAX_ELEMENTS``.
     """
 
     def __init__(self, root: Element) -> None:
@@ -74,7 +77,7 @@ class ForeignReader:
         self._omitted: Counter[str] = Counter()
         self._sheet = StyleSheet(root)
         self._by_id = {name: element for element in root.iter() if (name := element.get("id"))}
-        self._paints = Paints(self._sheet, self._by_id)
+        self._fills = Fills(self._sheet, self._by_id)
         self._in_use: set[str] = set()
         self._element_count = 0
         self._omitted["style rule"] += len(self._sheet.unknown)
@@ -83,11 +86,11 @@ class ForeignReader:
 
     @property
     def omitted(self) -> list[str]:
-        """Everything that the outlines do not show, with its count: "3 strokes: left out"."""
+        """A remark for each kind of thing that the outlines do not show, such as "3 strokes: left out"."""
         return [_remark(what, count) for what, count in self._omitted.items() if count]
 
     def _walk_layers(self, root: Element) -> None:
-        """The root and its children: each group there is a generation."""
+        """Visit the children of the root; each group among them is a generation."""
         properties = self._sheet.properties(root, dict(INHERITED))
         if properties["display"] == "none":
             return
@@ -96,16 +99,16 @@ class ForeignReader:
         state = _State(matrix, properties, opacity, 0, viewport)
         layer_index = 0
         for child in root:
-            if local_name(child) == "g":
+            if local_name(child.tag) == "g":
                 state = replace(state, generation=layer_level(child.get("id"), layer_index))
                 layer_index += 1
             self._visit(child, state)
 
     def _visit(self, element: Element, above: _State) -> None:
-        name = local_name(element)
+        name = local_name(element.tag)
         if name in _OMITTED_ELEMENTS:
             self._omitted[_OMITTED_ELEMENTS[name]] += 1
-        if name not in SHAPES and name not in _GROUPS and name != "use":
+        if name not in _DRAWN:
             return
         self._count(above)
         properties = self._sheet.properties(element, above.properties)
@@ -120,7 +123,7 @@ class ForeignReader:
             depth=above.depth + 1,
         )
         if name in SHAPES:
-            self._fill(element, name, state)
+            self._add_shape(element, name, state)
         else:
             self._visit_group(element, name, state)
 
@@ -136,13 +139,12 @@ class ForeignReader:
 
     def _visit_children(self, element: Element, name: str, state: _State) -> None:
         for child in element:
-            drawn = local_name(child) in SHAPES or local_name(child) in _GROUPS or local_name(child) == "use"
             self._visit(child, state)
-            if name == "switch" and drawn:
+            if name == "switch" and local_name(child.tag) in _DRAWN:
                 return
 
     def _visit_target(self, use: Element, state: _State) -> None:
-        """What <use> refers to, in its place; a symbol is drawn as an <svg> would be."""
+        """Visit the element that <use> refers to, at the place of <use>; a symbol is drawn like an <svg>."""
         href = next((value for key, value in use.attrib.items() if key.rpartition("}")[2] == "href"), "").strip()
         target = self._by_id.get(href[1:])
         if target is None or href in self._in_use:
@@ -152,36 +154,36 @@ class ForeignReader:
         shift[:, 2] = [parse_length(use.get(key, ""), whole) for key, whole in zip("xy", state.viewport, strict=True)]
         state = replace(state, matrix=compose(state.matrix, shift))
         self._in_use.add(href)
-        if local_name(target) in ("symbol", "svg"):
+        if local_name(target.tag) in ("symbol", "svg"):
             state = replace(state, properties=self._sheet.properties(target, state.properties))
             self._visit_children(target, "g", self._placed(target, state, use))
         else:
             self._visit(target, state)
         self._in_use.remove(href)
 
-    def _fill(self, element: Element, name: str, state: _State) -> None:
+    def _add_shape(self, element: Element, name: str, state: _State) -> None:
         properties = state.properties
         if properties["visibility"] != "visible":
             return
         self._note_strokes(properties)
-        paint = self._paints.fill(properties, self._omitted)
-        opacity = 0.0 if paint is None else paint.opacity * state.opacity
-        loops, whole = read_loops(shape_data(name, element.attrib, *state.viewport)) if opacity > 0 else ([], True)
-        self._omitted["broken path"] += not whole
-        if paint is None or not loops:
+        fill = self._fills.read(properties, self._omitted)
+        opacity = 0.0 if fill is None else fill.opacity * state.opacity
+        loops, complete = read_loops(shape_data(name, element.attrib, *state.viewport)) if opacity > 0 else ([], True)
+        self._omitted["broken path"] += not complete
+        if fill is None or not loops:
             return
         points = apply(state.matrix, join(loops))
         if not (np.abs(points) <= MAX_REACH).all():
             self._omitted[f"path beyond {MAX_REACH:.0f} pixels"] += 1
         elif self._is_canvas(name, points, opacity):
-            self.background = paint.color
+            self.background = fill.color
         else:
             self._omitted["compound path"] += len(loops) > 1
             self._omitted["even-odd fill"] += properties["fill-rule"] == "evenodd"
-            self.outlines.append(Outline(points, paint.color, opacity, state.generation))
+            self.outlines.append(Outline(points, fill.color, opacity, state.generation))
 
     def _is_canvas(self, name: str, points: NDArray[np.float64], opacity: float) -> bool:
-        """Whether a shape at the bottom covers the canvas, so that it is the background and no path."""
+        """Return whether a shape is the lowest and covers the canvas, so that it is the background and not a path."""
         if self.outlines or name != "rect" or opacity < 1 or len(points) != 12:
             return False
         corners = points[::3]
@@ -207,7 +209,7 @@ class ForeignReader:
             return matrix
 
     def _placed(self, element: Element, state: _State, use: Element | None = None) -> _State:
-        """Inside a nested <svg>, or a <symbol> of the size that its <use> has."""
+        """Return the state inside a nested <svg>, or inside a <symbol> of the size that its <use> states."""
         sizes = {**element.attrib, **({} if use is None else use.attrib)}
         width, height = (
             parse_length(sizes.get(key, "100%"), whole)
@@ -222,7 +224,7 @@ class ForeignReader:
         return replace(state, matrix=compose(state.matrix, compose(shift, view)), viewport=viewport)
 
     def _view(self, element: Element, width: float, height: float) -> tuple[NDArray[np.float64], tuple[float, float]]:
-        """From the view box of ``element`` to ``width`` x ``height``, and the size of the box."""
+        """Return the matrix from the view box of ``element`` to ``width`` x ``height``, and the size of the box."""
         box = element.get("viewBox")
         if not box:
             return np.eye(2, 3), (width, height)
@@ -237,10 +239,8 @@ class ForeignReader:
     def _count(self, state: _State) -> None:
         self._element_count += 1
         if self._element_count > MAX_ELEMENTS or state.depth > MAX_USE_DEPTH:
-            raise InputError(
-                f"SVG must draw at most {MAX_ELEMENTS} elements, {MAX_USE_DEPTH} deep, counting each <use>,"
-                " this one draws more; simplify it"
-            )
+            rule = f"must draw at most {MAX_ELEMENTS} elements, {MAX_USE_DEPTH} deep, counting each <use>"
+            raise InputError("SVG", rule, "more", "simplify it")
 
 
 def _remark(what: str, count: int) -> str:

@@ -1,10 +1,10 @@
-"""Shapes of SVG as closed loops of cubics, by way of svgelements.
+"""Turn the shapes of SVG into closed loops of cubics, with the help of svgelements.
 
-Of the readers in Python, picosvg is the best kept, but made for icons of fonts: it knows no style sheets, units,
-percentages, ``href`` without a prefix or numbers like "1.", and brings two libraries of native code to files that may
-mean harm. svgelements is one file of Python and reads these; its own walk over the tree passes positions on to children
-and draws what stands in a mask or a symbol, so the tree is walked in `warpvec.svg_foreign`, and svgelements reads path
-data, transforms, view boxes and colours.
+Of the SVG readers in Python, picosvg is the best maintained, but it is made for icon fonts: it does not know style
+sheets, units, percentages, ``href`` without a prefix or numbers like "1.", and it runs two native libraries on files
+that may be hostile. svgelements is one Python file and reads all of these. Its own walk over the tree passes positions
+on to children and draws the content of masks and symbols, so `warpvec.svg.foreign.reader` walks the tree, and
+svgelements reads path data, transforms, view boxes and colours only.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from warpvec.errors import InputError
 from warpvec.svg.units import parse_length
 
 Loop = NDArray[np.float64]
-"""Control points [3 k, 2] of k cubics that end where they begin."""
+"""Control points [3 k, 2] of k cubics that end where they start."""
 
 SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
 
 _READABLE = re.compile(r"\s*+(?:[Mm][MLHVCSQTAZmlhvcsqtaz0-9eE+\-.,\s]*+)?", re.ASCII)
 
-# Ends that are closer than this share of the largest coordinate are the same: sums of decimals in float64 miss by 1e-16
-# of it a step.
+# Two ends are the same if they are closer than this fraction of the largest coordinate: sums of decimals in float64 are
+# off by 1e-16 of it per step.
 _SAME = 1e-12
 
 
 def load_parser() -> ModuleType:
-    """svgelements.
+    """Import svgelements.
 
     Raises:
         InputError: it is not installed.
@@ -42,22 +42,20 @@ def load_parser() -> ModuleType:
     try:
         import svgelements  # type: ignore[import-untyped]
     except ImportError:
-        raise InputError(
-            "SVG must be warpvec's own, or be read with svgelements, which is not installed;"
-            " pip install 'warpvec[refine]'"
-        ) from None
+        rule = "must be written by warpvec, because svgelements, which reads other files, is not installed"
+        raise InputError("SVG", rule, remedy="pip install 'warpvec[refine]'") from None
     return svgelements
 
 
 def shape_data(name: str, attributes: Mapping[str, str], width: float, height: float) -> str:
-    """Path data of the shape ``name`` in a viewport of ``width`` x ``height`` user units; "" if it has no inside."""
+    """Return path data of the shape ``name`` in a viewport of ``width`` x ``height`` units; "" if it has no inside."""
     if name == "path":
         return attributes.get("d", "")
     if name in ("polygon", "polyline"):
         return f"M{attributes.get('points', '')}z"
     wholes = {"x": width, "cx": width, "rx": width, "width": width, "r": math.hypot(width, height) / math.sqrt(2)}
     sizes = {key: parse_length(attributes.get(key, ""), wholes.get(key, height)) for key in _LENGTHS}
-    # A radius that is not given is that of the other axis.
+    # A missing radius is that of the other axis.
     sizes |= {key: sizes[other] for key, other in (("rx", "ry"), ("ry", "rx")) if not attributes.get(key)}
     if name == "rect":
         return _rectangle(**{key: sizes[key] for key in ("x", "y", "width", "height", "rx", "ry")})
@@ -68,34 +66,34 @@ def shape_data(name: str, attributes: Mapping[str, str], width: float, height: f
 
 
 def read_loops(data: str) -> tuple[list[Loop], bool]:
-    """The subpaths of path data that enclose anything, closed; and whether it could be read to its end.
+    """Return the closed subpaths of path data that enclose an area, and whether the data could be read to its end.
 
-    It is read as far as it can be, which is how far SVG draws it (SVG 1.1, appendix F.2).
+    The data counts up to its first error, as SVG draws it (SVG 1.1, appendix F.2).
     """
     readable = _READABLE.match(data)
     text = readable[0] if readable else ""
     path = load_parser().Path()
     subpaths: list[list[list[complex]]] = []
-    whole = len(text) == len(data)
+    complete = len(text) == len(data)
     try:
         path.parse(_usual_numbers(text))
     except Exception:
-        whole = False
+        complete = False
     try:
         for cubics, begins in _drawn(path):
             if begins or not subpaths:
                 subpaths.append([])
             subpaths[-1] += cubics
     except Exception:
-        whole = False
+        complete = False
     loops = [_closed(cubics) for cubics in subpaths if cubics]
-    return [loop for loop in loops if _has_inside(loop)], whole
+    return [loop for loop in loops if _has_inside(loop)], complete
 
 
 def join(loops: list[Loop]) -> Loop:
-    """One loop that encloses what all ``loops`` do, counting alike: a line leads to each and back from it.
+    """Join ``loops`` into one loop with the same winding numbers: a line leads to each loop and back from it.
 
-    The lines have no width, and under the non-zero rule no effect.
+    The lines enclose no area, so that they have no effect under the non-zero rule.
     """
     first, *others = loops
     parts = [first]
@@ -105,10 +103,10 @@ def join(loops: list[Loop]) -> Loop:
 
 
 def read_matrix(transform: str) -> NDArray[np.float64]:
-    """The matrix [2, 3] of an SVG transform; the identity for "none".
+    """Return the matrix [2, 3] of an SVG transform; the identity for "none".
 
     Raises:
-        ValueError: it cannot be read.
+        ValueError: the transform cannot be read.
     """
     if transform in ("", "none"):
         return np.eye(2, 3)
@@ -122,22 +120,22 @@ def read_matrix(transform: str) -> NDArray[np.float64]:
     return np.array(values).reshape(2, 3)
 
 
-# Both take what files say, infinities included; what becomes of it is looked at in the end.
+# Files may hold any numbers, infinite ones too. Both functions take them; the reader checks the resulting points.
 
 
 def apply(matrix: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """``points`` [..., 2] moved by ``matrix`` [2, 3]."""
+    """Return ``points`` [..., 2] transformed by ``matrix`` [2, 3]."""
     with np.errstate(all="ignore"):
         return points @ matrix[:, :2].T + matrix[:, 2]
 
 
 def compose(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The matrix [2, 3] that applies ``inner`` first."""
+    """Return the matrix [2, 3] that applies ``inner`` first, then ``outer``."""
     with np.errstate(all="ignore"):
         return outer[:, :2] @ inner + np.pad(outer[:, 2:], ((0, 0), (2, 0)))
 
 
-# One cubic is off a quarter of a circle by 0.03 % of its radius.
+# Largest angle for one cubic: its error for a quarter of a circle is 0.03 % of the radius.
 _ARC = math.pi / 2
 
 _LENGTHS = ("x", "y", "width", "height", "rx", "ry", "cx", "cy", "r")
@@ -162,12 +160,12 @@ def _ellipse(cx: float, cy: float, rx: float, ry: float) -> str:
 
 
 def _usual_numbers(text: str) -> str:
-    """``text`` without points that end a number ("1." and "1.e2"), which svgelements takes for the end of all."""
+    """Remove points that end a number ("1." and "1.e2"), because svgelements stops reading there."""
     return re.sub(r"(\d)\.(?!\d)", r"\1 ", re.sub(r"(\d)\.(?=[eE])", r"\1", text))
 
 
 def _drawn(path: Iterable[Any]) -> Iterator[tuple[list[list[complex]], bool]]:
-    """The cubics of each segment, and whether a subpath begins with it. What follows a close goes on from its end."""
+    """Yield the cubics of each segment, and whether it starts a subpath. A segment after a close does not."""
     begins = True
     for segment in path:
         kind = type(segment).__name__
@@ -177,7 +175,7 @@ def _drawn(path: Iterable[Any]) -> Iterator[tuple[list[list[complex]], bool]]:
 
 
 def _cubics(segment: Any, kind: str) -> Iterator[list[complex]]:
-    """Each as its four control points, x + iy."""
+    """Yield the cubics of a segment, each as its four control points x + iy."""
     ends = [complex(point.x, point.y) for point in (segment.start, segment.end)]
     if kind == "CubicBezier":
         handles = [complex(point.x, point.y) for point in (segment.control1, segment.control2)]
@@ -193,7 +191,7 @@ def _cubics(segment: Any, kind: str) -> Iterator[list[complex]]:
 
 
 def _closed(cubics: list[list[complex]]) -> Loop:
-    """Control points of ``cubics``, a line added where they do not end at their start; those of no length left out."""
+    """Return control points of ``cubics``, without those of no length, with a closing line if one is missing."""
     values = np.array(cubics)
     drawn = (values[:, 1:] != values[:, :1]).any(1)
     start, end = cubics[0][0], cubics[-1][3]
@@ -205,7 +203,7 @@ def _closed(cubics: list[list[complex]]) -> Loop:
 
 
 def _has_inside(loop: Loop) -> bool:
-    """Whether its control points are not all on one line."""
+    """Return whether its control points are not all on one line."""
     with np.errstate(all="ignore"):
         arms = loop - loop[0]
         longest = arms[np.abs(arms).sum(1).argmax()]

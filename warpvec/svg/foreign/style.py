@@ -1,7 +1,7 @@
-"""Which paint an element of an SVG has: attributes, style sheets and style attributes, in CSS's order.
+"""Resolve the properties of SVG elements from attributes, style sheets and style attributes, in the order of CSS.
 
-Of style sheets the selectors that drawing programs write are known: ``*``, ``tag``, ``.class``, ``tag.class`` and
-``#id``, and lists of these.
+Supported are the selectors that drawing programs write: ``*``, ``tag``, ``.class``, ``tag.class``, ``#id``, and lists
+of these.
 """
 
 from __future__ import annotations
@@ -10,48 +10,48 @@ import re
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
-from warpvec.svg.scan import SVG_NAMESPACE
+from warpvec.svg.document import local_name
 
 INHERITED = {
     "fill": "black", "fill-opacity": "1", "fill-rule": "nonzero", "stroke": "none", "stroke-width": "1",
     "stroke-opacity": "1", "color": "black", "visibility": "visible", "marker-start": "none", "marker-mid": "none",
     "marker-end": "none",
 }  # fmt: skip
-"""Properties that pass from an element to its children (SVG 1.1, appendix N), with their first values."""
+"""Properties that children inherit (SVG 1.1, appendix N), with their initial values."""
 
 OWN = {
     "opacity": "1", "display": "inline", "clip-path": "none", "mask": "none", "filter": "none",
     "mix-blend-mode": "normal", "transform": "none", "stop-color": "black", "stop-opacity": "1",
 }  # fmt: skip
-"""Properties that each element has for itself."""
+"""Properties that children do not inherit, with their initial values."""
 
 Properties = dict[str, str]
 
-# One that never ends takes the rest, so that the time is linear.
+# An unclosed comment matches the rest of the text, so that the time stays linear.
 _COMMENT = re.compile(r"/\*(?:.*?\*/|.*)", re.DOTALL)
 _KNOWN_SELECTOR = re.compile(r"\*|#[\w-]+|\w+|\w*\.[\w-]+")
 
 
 class StyleSheet:
-    """The rules of all <style> elements below ``root``.
+    """Rules of all <style> elements below ``root``.
 
     Attributes:
-        unknown: selectors that were not understood.
+        unknown: selectors that are not supported.
     """
 
     def __init__(self, root: Element) -> None:
         self.unknown: list[str] = []
         self._rules: dict[str, Properties] = {}
         for element in root.iter():
-            if local_name(element) == "style":
+            if local_name(element.tag) == "style":
                 self._add("".join(element.itertext()))
 
     def properties(self, element: Element, inherited: Properties) -> Properties:
-        """All properties of ``element``, a child of one whose properties are ``inherited``."""
+        """Return all properties of ``element``, whose parent has the properties ``inherited``."""
         attributes = {name: value.strip() for name, value in element.attrib.items() if name in INHERITED or name in OWN}
         declared = attributes | self._from_rules(element) | _declarations(element.get("style", ""))
-        passed_on = {name: inherited[name] for name in INHERITED}
-        return passed_on | OWN | {name: value for name, value in declared.items() if value != "inherit"}
+        from_parent = {name: inherited[name] for name in INHERITED}
+        return from_parent | OWN | {name: value for name, value in declared.items() if value != "inherit"}
 
     def _add(self, text: str) -> None:
         for rule in _COMMENT.sub("", text).split("}"):
@@ -66,10 +66,10 @@ class StyleSheet:
             self.unknown.append(selector)
 
     def _from_rules(self, element: Element) -> Properties:
-        """What the rules declare for ``element``, the more specific selectors last (CSS 2.1, section 6.4.3)."""
+        """Return the declarations of all rules for ``element``; more specific selectors win (CSS 2.1, 6.4.3)."""
         if not self._rules:
             return {}
-        tag, classes = local_name(element), element.get("class", "").split()
+        tag, classes = local_name(element.tag), element.get("class", "").split()
         selectors = ["*", tag, *("." + name for name in classes), *(f"{tag}.{name}" for name in classes)]
         found: Properties = {}
         for selector in (*selectors, "#" + element.get("id", "")):
@@ -77,19 +77,11 @@ class StyleSheet:
         return found
 
 
-def local_name(element: Element) -> str:
-    """The name of an SVG element; "" for a comment, and for an element of another namespace."""
-    if not isinstance(element.tag, str):
-        return ""
-    namespace, _, name = element.tag.rpartition("}")
-    return name if namespace in ("", "{" + SVG_NAMESPACE) else ""
-
-
 def _declarations(text: str) -> Properties:
-    return dict(_declared(text))
+    return dict(_split_declarations(text))
 
 
-def _declared(text: str) -> Iterator[tuple[str, str]]:
+def _split_declarations(text: str) -> Iterator[tuple[str, str]]:
     for declaration in text.split(";"):
         name, colon, value = declaration.partition(":")
         name, value = name.strip().lower(), value.replace("!important", "").strip()

@@ -1,4 +1,4 @@
-/* The state of the page, and what happens when it changes. */
+/* State of the page, and the actions that change it. */
 
 class App {
   constructor(data, drawing) {
@@ -28,7 +28,7 @@ class App {
     return this.show === "generations" ? this.generations : PLAIN;
   }
 
-  /** The items that a click may select: shown, and of the level that is filtered for. */
+  /** Items that a click may select: visible, and of the level chosen in the filter. */
   get pickable() {
     return this.shownLayers.filter((layer) => !this.filter || layer === this.filter).flatMap(({ items }) => items);
   }
@@ -65,7 +65,7 @@ class App {
     this.select(this.pickable);
   }
 
-  /** The path after the selected one, or before, in the order of the picture. */
+  /** Selects the path after (1) or before (-1) the selected one, in drawing order. */
   selectNext(step) {
     const items = this.pickable;
     if (!items.length) return;
@@ -74,7 +74,7 @@ class App {
     this.select([items[(start + step + items.length) % items.length]]);
   }
 
-  /** The drawing has changed: by a command, or by undoing one. */
+  /** Updates the page after a command has changed the drawing, or has been undone. */
   changed() {
     this.edited = true;
     this.split = 0;
@@ -83,7 +83,7 @@ class App {
     this.refresh();
   }
 
-  /** What is shown has changed: levels, colours, the split. */
+  /** Updates the page after a change of the visible levels, the colours or the split. */
   refresh() {
     const shown = new Set(this.shownLayers);
     const kept = [...this.selection].filter(({ layer }) => shown.has(layer));
@@ -92,7 +92,7 @@ class App {
     this.panel.request();
   }
 
-  /** Starts a gesture on the selection, unless it is under way. */
+  /** Starts a gesture on the selection, unless one is already active. */
   begin(label) {
     if (this.gesture || !this.selection.size) return;
     if (this.split) this.setSplit(0);

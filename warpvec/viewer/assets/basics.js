@@ -1,6 +1,6 @@
 /* Basic shapes as path data, and transforms as matrices [a, b, c, d, e, f]. */
 
-/** Path data of a path or a basic shape; null of any other element. */
+/** Returns the path data of a path or a basic shape; null for any other element. */
 function pathDataOf(element) {
   const attribute = (name) => parseFloat(element.getAttribute(name)) || 0;
   const points = () => (element.getAttribute("points")?.match(NUMBERS) ?? []).join(" ");
@@ -35,7 +35,7 @@ function ellipse(cx, cy, rx, ry) {
   return `M${cx - rx} ${cy}a${rx} ${ry} 0 0 1 ${2 * rx} 0a${rx} ${ry} 0 0 1 ${-2 * rx} 0z`;
 }
 
-/** The matrix of a transform attribute; what it does not know counts as none. */
+/** Returns the matrix of a transform attribute; unknown functions are ignored. */
 function parseTransform(text) {
   let matrix = [1, 0, 0, 1, 0, 0];
   for (const [, name, list] of text.matchAll(/(\w+)\s*\(([^)]*)\)/g)) {
@@ -66,12 +66,12 @@ function translation(x, y) {
   return [1, 0, 0, 1, x, y];
 }
 
-/** Scaling by `sx`, `sy` that leaves the point `x`, `y` where it is. */
+/** Returns the scaling by `sx`, `sy` that keeps the point `x`, `y` in place. */
 function scaling(sx, sy, x, y) {
   return [sx, 0, 0, sy, x - sx * x, y - sy * y];
 }
 
-/** The matrix that does `second` and then `first`. */
+/** Returns the matrix that applies `second` and then `first`. */
 function multiply(first, second) {
   const [a, b, c, d, e, f] = first;
   const [g, h, i, j, k, l] = second;

@@ -1,10 +1,10 @@
-/* A freehand stroke becomes the outline of what a round brush would cover, as one closed path of cubics. */
+/* Turns a freehand stroke of a round brush into its outline, one closed path of cubics. */
 
 const CIRCLE_HANDLE = 0.5523;
-// Corners of the round ends between the two sides of a stroke.
+// Spline points of each round end of a stroke.
 const CAP_CORNERS = 3;
 
-/** Outline of a stroke along `points` [[x, y], ...] with a brush of `width`; a dot where it does not move. */
+/** Returns the outline of a stroke along `points` [[x, y], ...] with a brush of `width`; a dot for a single point. */
 function strokeOutline(points, width) {
   const radius = width / 2;
   const line = smoothed(spaced(points, Math.max(radius / 2, width / 8)));
@@ -23,7 +23,7 @@ function circle([x, y], r) {
   return { points: Float64Array.from(points), closed: true };
 }
 
-/** Points at least `gap` apart; the last is kept. */
+/** Returns points at least `gap` apart; the last point is kept. */
 function spaced(points, gap) {
   const kept = [points[0]];
   for (const point of points) if (distance(point, kept.at(-1)) >= gap) kept.push(point);
@@ -32,7 +32,7 @@ function spaced(points, gap) {
   return kept;
 }
 
-/** Weighted means of neighbours, twice; the ends stay. */
+/** Smooths the line twice by weighted means of neighbours; the ends stay in place. */
 function smoothed(points) {
   let line = points;
   for (let round = 0; round < 2; round++) {
@@ -44,7 +44,7 @@ function smoothed(points) {
   return line;
 }
 
-/** The line moved by `radius` to its left. */
+/** Returns the line shifted to its left by `radius`. */
 function side(line, radius) {
   return line.map((point, i) => {
     const [before, after] = [line[Math.max(i - 1, 0)], line[Math.min(i + 1, line.length - 1)]];
@@ -54,7 +54,7 @@ function side(line, radius) {
   });
 }
 
-/** Corners of the half circle around `end`, from the left of the line that comes from `before` to its right. */
+/** Returns points of the half circle around `end`, from the left to the right of the line from `before`. */
 function cap(end, before, radius) {
   const start = Math.atan2(before[0] - end[0], end[1] - before[1]);
   return Array.from({ length: CAP_CORNERS }, (_, i) => {
@@ -63,7 +63,7 @@ function cap(end, before, radius) {
   });
 }
 
-/** The closed Catmull-Rom spline through `corners`, as cubics. */
+/** Returns the closed Catmull-Rom spline through `corners` as cubics. */
 function closedSpline(corners) {
   const at = (i) => corners[(i + corners.length) % corners.length];
   const points = [...corners[0]];

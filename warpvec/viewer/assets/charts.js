@@ -1,9 +1,9 @@
-/* Convergence as a plot, and figures as a table. */
+/* Draws the convergence plot and the tables of figures. */
 
 const SVG = "http://www.w3.org/2000/svg";
 const PLOT = { width: 268, height: 150, left: 34, right: 12, top: 8, bottom: 30 };
 
-/** Fills `figure` with PSNR over "iteration" or "seconds" of `history`. */
+/** Fills `figure` with a plot of PSNR over `axis`, "iteration" or "seconds". */
 function plotHistory(figure, history, axis) {
   const points = history.filter((record) => Number.isFinite(record[axis]) && Number.isFinite(record.psnr));
   const xs = niceTicks(0, Math.max(...points.map((record) => record[axis])));
@@ -38,7 +38,7 @@ function svgText(x, y, text, anchor) {
   return element;
 }
 
-/** Three to six round numbers that reach from below `low` to above `high`. */
+/** Returns three to six round numbers, the first at most `low` and the last at least `high`. */
 function niceTicks(low, high) {
   const span = Math.max(high - low, 1e-3);
   const power = 10 ** Math.floor(Math.log10(span / 3));
@@ -51,7 +51,7 @@ function formatTick(value) {
   return String(Number(value.toPrecision(4)));
 }
 
-/** Rows [name, text] as the body of `table`. */
+/** Fills the body of `table` with `rows` [name, text]. */
 function fillTable(table, rows) {
   const body = document.createElement("tbody");
   for (const [name, text] of rows) {

@@ -1,4 +1,4 @@
-/* What can be done to the selected paths. */
+/* Commands that change the selected paths. */
 
 class Editor {
   constructor(app) {
@@ -38,7 +38,7 @@ class Editor {
     this.app.select([]);
   }
 
-  /** "front", "back", "raise" or "lower", each within its level. */
+  /** Reorders the selection within its levels; `how` is "front", "back", "raise" or "lower". */
   reorder(how) {
     const labels = { front: "To front", back: "To back", raise: "Raise", lower: "Lower" };
     this.rearrange(labels[how], (list, chosen) => reordered(list, chosen, how));
@@ -97,7 +97,7 @@ function reordered(list, chosen, how) {
   return how === "raise" ? raised(list, chosen) : raised(list.toReversed(), chosen).toReversed();
 }
 
-/** Each chosen item above the next that it meets, or one up where it meets none; they keep their own order. */
+/** Moves each chosen item above the next one that it overlaps, or one place up without one; keeps their order. */
 function raised(list, chosen) {
   const result = [...list];
   for (let i = result.length - 1; i >= 0; i--) {

@@ -1,11 +1,11 @@
-/* A change under way: the selected paths follow the pointer or a slider at once, and become one command at the end.
+/* A change in progress: the selected paths follow the pointer or a slider, and the end of it makes one command.
  *
- * The picture is taken apart into planes, still ones below and above the moving ones, which are drawn once; a frame
- * then costs a few copies however many paths there are. */
+ * The picture is split into moving planes and still planes below and above them. Still planes are drawn only once, so a
+ * frame costs a few copies, however many paths there are. */
 
-// More moving planes cost more copies a frame; beyond these the order is right again at the end of the gesture.
+// More moving planes cost more copies per frame. Beyond these, the drawing order is wrong until the gesture ends.
 const MAX_MOVING_PLANES = 4;
-// A moving plane of more paths is a picture that is moved; its edges are sharp again at the end.
+// A moving plane with more paths is moved as a picture, whose edges are blurred until the gesture ends.
 const MAX_LIVE_PATHS = 200;
 
 class Gesture {
@@ -17,20 +17,20 @@ class Gesture {
     this.planes = null;
   }
 
-  /** Places the selection as `matrix` says, from where it was. */
+  /** Transforms the selection by `matrix`, from its position at the start. */
   place(matrix) {
     this.matrix = matrix;
     this.app.stage.request();
   }
 
-  /** Paints the selection with {fill} or {opacity}. */
+  /** Changes the {fill} or {opacity} of the selection. */
   paint(change) {
     for (const item of this.before.items.keys()) Object.assign(item, painted(item, change));
     this.repainted = true;
     this.app.stage.request();
   }
 
-  /** The still and moving planes as the stage shows them now. */
+  /** Makes the still and moving planes of what the stage shows. */
   prepare(raster, drawing, layers, palette) {
     if (this.planes) return;
     const items = layers.flatMap((layer) => layer.items);
@@ -57,7 +57,7 @@ class Gesture {
     context.setTransform(...IDENTITY);
   }
 
-  /** Makes the command; nothing where nothing has changed. */
+  /** Records the command, if anything has changed. */
   end() {
     const items = [...this.before.items.keys()];
     if (this.matrix !== IDENTITY) for (const item of items) Object.assign(item, transformed(item, this.matrix));
@@ -71,7 +71,7 @@ class Gesture {
   }
 }
 
-/** Runs of still and moving items in the order of the picture; the first is still, and may be empty. */
+/** Returns runs of still and moving items in drawing order. The first run is still and may be empty. */
 function planesOf(items, moving) {
   const planes = [{ moving: false, items: [] }];
   for (const item of items) {
@@ -83,7 +83,7 @@ function planesOf(items, moving) {
   return planes;
 }
 
-/** Joins the two moving planes with the fewest still items between them; these go below. */
+/** Merges the two moving planes with the fewest still items between them; those items move below. */
 function mergeNearest(planes) {
   let best = 2;
   for (let i = 2; i < planes.length - 1; i += 2) if (planes[i].items.length < planes[best].items.length) best = i;
@@ -92,7 +92,7 @@ function mergeNearest(planes) {
   planes.splice(best - 1, 0, { moving: true, items: first.items.concat(second.items) });
 }
 
-/** A picture of `items` alone, or of the drawing's background with them. */
+/** Draws `items` into a new canvas, over the drawing's background if `drawing` is given. */
 function drawPlane(items, raster, palette, drawing) {
   const { canvas, context } = newCanvas(raster.canvas.width, raster.canvas.height);
   context.setTransform(...raster.matrix);
@@ -101,7 +101,7 @@ function drawPlane(items, raster, palette, drawing) {
   return canvas;
 }
 
-/** Inverse of a matrix of scales and moves. */
+/** Returns the inverse of a matrix that only scales and translates. */
 function inverse([a, , , d, e, f]) {
   return [1 / a, 0, 0, 1 / d, -e / a, -f / d];
 }

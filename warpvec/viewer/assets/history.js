@@ -1,7 +1,7 @@
-/* Undo and redo. A command holds what it touched, before and after: items' states and layers' lists of items. */
+/* Undo and redo. A command stores the items' states and the layers' item lists that it changed, before and after. */
 
 const MAX_COMMANDS = 500;
-// Repeats of one command within this time are one step: held arrow keys, clicks on "larger".
+// Repeats of one command within this time are one undo step, as for held arrow keys.
 const MERGE_MS = 800;
 
 class History {
@@ -11,14 +11,14 @@ class History {
     this.onChange = onChange;
   }
 
-  /** Runs `mutate` as the command `label`; `items` and `layers` are all that it may touch. */
+  /** Runs `mutate` as the command `label`. It may change only `items` and `layers`. */
   record(label, items, layers, mutate, merge = false) {
     const before = capture(items, layers);
     mutate();
     this.push(label, before, merge);
   }
 
-  /** Adds what happened since `before`, a result of `capture`. */
+  /** Records the changes since `before`, a result of `capture`. */
   push(label, before, merge = false) {
     const after = capture([...before.items.keys()], [...before.lists.keys()]);
     const last = this.done.at(-1);
@@ -62,7 +62,7 @@ class History {
   }
 }
 
-/** States are shared, not copied deeply: shapes and lists of items are replaced, never changed. */
+/** Saves the state of items and layers. Shallow copies suffice: shapes and item lists are replaced, never changed. */
 function capture(items, layers) {
   const states = new Map();
   for (const item of items) {
@@ -82,7 +82,7 @@ function sameKeys(a, b) {
 
 let lastVersion = 0;
 
-/** Versions never repeat, so that a picture kept for one is never taken for another. */
+/** Returns a new version. Versions never repeat, so a cached picture cannot be mistaken for another. */
 function nextVersion() {
   return ++lastVersion;
 }

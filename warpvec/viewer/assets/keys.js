@@ -1,4 +1,4 @@
-/* The keyboard. Keys of the picture work where no control takes them itself. */
+/* Keyboard shortcuts. They work unless the focused control uses the key itself. */
 
 const STEP = 1;
 const BIG_STEP = 10;
@@ -7,19 +7,19 @@ const KEYS = [
   ["V  B  I  H", "select, brush, pick a colour, pan"],
   ["Space + drag, middle button", "pan"],
   ["Wheel, + and −", "zoom; Shift + wheel pans"],
-  ["0", "the whole picture"],
-  ["[  and  ]", "select the path before or after"],
-  ["Ctrl+A, Esc", "select all that can be picked, or nothing"],
+  ["0", "show the whole picture"],
+  ["[  and  ]", "select the previous or next path"],
+  ["Ctrl+A, Esc", "select all paths, or none"],
   ["Arrows, Shift + arrows", "move by 1 or 10 units"],
   ["<  and  >", "scale to 90 % or 110 %"],
-  ["Page Up, Page Down", "raise, lower"],
-  ["Home, End", "to the front or back of the level"],
-  ["Delete", "delete"],
+  ["Page Up, Page Down", "raise or lower the selection"],
+  ["Home, End", "bring to the front or back of the level"],
+  ["Delete", "delete the selection"],
   ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"],
   ["Ctrl+S", "save the SVG"],
   ["D  G  R", "show the drawing, generations, residual"],
   [",  and  .", "fewer or more levels of detail"],
-  ["P", "put the photo on one half, or away"],
+  ["P", "show or hide the photo on the left half"],
 ];
 
 const USED_BY_CONTROLS = /^(Arrow|Home|End|Page|Enter| )/;
@@ -52,7 +52,7 @@ function commandKey(app, event) {
   return true;
 }
 
-/** Keys that a control uses itself (arrows in a slider, letters in a list) are left to it. */
+/** Runs the action of a key, unless the focused control uses it (arrows in a slider, letters in a list). */
 function plainKey(app, event) {
   if (event.altKey || event.target.matches("input[type=number], select")) return false;
   if (event.target.matches("input, button, summary") && USED_BY_CONTROLS.test(event.key)) return false;

@@ -1,6 +1,6 @@
-/* The table of levels: which are shown, how many paths they have, and how good the picture is up to each. */
+/* Table of levels: visibility, number of paths, and PSNR of the picture up to each level. */
 
-// From the first generation to the last: viridis, whose lightness rises evenly.
+// Colours from the first generation to the last: viridis, whose lightness rises evenly.
 const LAYER_COLORS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
 
 class LevelTable {
@@ -38,7 +38,7 @@ class LevelTable {
     }
   }
 
-  /** The PSNR up to each level, one at a time, so that the page stays quick. */
+  /** Measures the PSNR up to each level, one level per task, so that the page stays responsive. */
   measure() {
     const { app } = this;
     clearTimeout(this.timer);

@@ -1,4 +1,4 @@
-/* Start: the data that the file carries becomes a page. */
+/* Starts the page from the data in the file. */
 
 async function main() {
   const data = JSON.parse(find("data").textContent);

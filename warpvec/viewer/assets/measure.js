@@ -1,6 +1,6 @@
-/* The photo, and how far the drawing is from it as this browser draws it. */
+/* Compares the drawing, as this browser draws it, with the photo. */
 
-// |difference| from 0 to 255 / RESIDUAL_GAIN, from black over red and yellow to white.
+// Colours of |difference| from 0 to 255 / RESIDUAL_GAIN: black, red, yellow, white.
 const RESIDUAL_GAIN = 4;
 const RESIDUAL_COLORS = [[0, 0, 4], [86, 16, 110], [187, 55, 84], [249, 142, 9], [252, 255, 164]];
 
@@ -33,7 +33,7 @@ class Meter {
     return this.raster.context.getImageData(0, 0, width, height).data;
   }
 
-  /** PSNR in dB of the picture that `layers` make. */
+  /** Returns the PSNR in dB of the picture of `layers`. */
   psnr(drawing, layers) {
     const key = signatures(layers, PLAIN).at(-1);
     if (!this.measured.has(key)) {
@@ -43,12 +43,12 @@ class Meter {
     return this.measured.get(key);
   }
 
-  /** The PSNR if it is known already. */
+  /** Returns the PSNR if it has been measured already. */
   known(layers) {
     return this.measured.get(signatures(layers, PLAIN).at(-1));
   }
 
-  /** A canvas of the largest difference of each pixel's channels. */
+  /** Returns a canvas that shows the largest channel difference of each pixel. */
   residual(drawing, layers) {
     const key = signatures(layers, PLAIN).at(-1);
     if (this.mapped === key) return this.map.canvas;
@@ -68,7 +68,7 @@ class Meter {
   }
 }
 
-/** PSNR over the colour channels of two arrays of RGBA pixels. */
+/** Returns the PSNR over the colour channels of two arrays of RGBA pixels. */
 function psnrOf(a, b) {
   let squares = 0;
   for (let i = 0; i < a.length; i += 4) {
@@ -80,7 +80,7 @@ function psnrOf(a, b) {
   return squares ? 10 * Math.log10((255 * 255 * 0.75 * a.length) / squares) : Infinity;
 }
 
-/** Packed RGBA of every difference from 0 to 255, in the machine's byte order. */
+/** Returns packed RGBA for every difference from 0 to 255, in the machine's byte order. */
 function residualTable() {
   const bytes = new Uint8ClampedArray(4 * 256);
   for (let level = 0; level < 256; level++) {
@@ -90,7 +90,7 @@ function residualTable() {
   return new Uint32Array(bytes.buffer);
 }
 
-/** The colour at `share` in [0, 1] of a ramp, between its two nearest stops. */
+/** Returns the colour at `share` in [0, 1] of a ramp, interpolated between its two nearest stops. */
 function rampColor(stops, share) {
   const place = share * (stops.length - 1);
   const index = Math.min(Math.floor(place), stops.length - 2);

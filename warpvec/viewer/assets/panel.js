@@ -1,4 +1,4 @@
-/* The controls beside the picture: they say how things stand and pass on what is asked. */
+/* The controls beside the picture: they show the state and pass on the user's actions. */
 
 const find = (id) => document.getElementById(id);
 
@@ -30,7 +30,7 @@ class Panel {
     fillSelect(find("brush-level"), names);
     fillSelect(find("to-level"), ["Move to …", ...names]);
     const notes = [...app.drawing.notes].map(([text, count]) => `${count} × ${text}`);
-    this.say(notes.length ? `Not as in the file: ${notes.join("; ")}` : "");
+    this.say(notes.length ? `Shown differently from the file: ${notes.join("; ")}` : "");
   }
 
   connectView() {
@@ -55,7 +55,7 @@ class Panel {
     if (app.filter) app.select([...app.selection].filter(({ layer }) => layer === app.filter));
   }
 
-  /** While a control is dragged the selection follows; letting go makes one command. */
+  /** Lets the selection follow a dragged control; releasing it makes one command. */
   connectPaint() {
     const { app } = this;
     const follow = (id, label, read) => {
@@ -89,7 +89,7 @@ class Panel {
     for (const [id, action] of Object.entries(actions)) find(id).addEventListener("click", action);
   }
 
-  /** The line between photo and drawing can be dragged; its slider is for the keyboard. */
+  /** Makes the line between photo and drawing draggable; the slider is for the keyboard. */
   connectSplit() {
     const line = find("split-line");
     line.addEventListener("pointerdown", (event) => {
@@ -155,14 +155,14 @@ class Panel {
       ["gzipped", formatBytes(figures.gzip_bytes)],
       ["Segments", figures.segments.toLocaleString("en")],
     ];
-    if ("psnr" in figures) rows.push(["PSNR, by resvg", formatDb(figures.psnr ?? Infinity)], ["SSIM", figures.ssim.toFixed(4)]);
+    if ("psnr" in figures) rows.push(["PSNR (resvg)", formatDb(figures.psnr ?? Infinity)], ["SSIM", figures.ssim.toFixed(4)]);
     fillTable(find("figures"), rows);
-    const quality = "psnr" in figures ? ` · ${formatDb(figures.psnr ?? Infinity)} by resvg` : "";
+    const quality = "psnr" in figures ? ` · ${formatDb(figures.psnr ?? Infinity)} (resvg)` : "";
     find("summary").textContent =
       `${app.pathCount.toLocaleString("en")} paths · ${formatBytes(figures.bytes)}${quality}${app.edited ? " · edited" : ""}`;
   }
 
-  /** The PSNR of what is shown, when the page has nothing more urgent to do. */
+  /** Measures the PSNR of the visible picture after a pause, so that the page stays responsive. */
   measureSoon(layers) {
     const { app } = this;
     if (!app.meter) return;
@@ -179,7 +179,7 @@ class Panel {
     plotHistory(find("plot"), this.app.data.history, axis);
   }
 
-  /** What depends on the view: the line of the split, the labels beside it, the zoom. */
+  /** Updates whatever depends on the view: the split line, its labels, the zoom. */
   showView() {
     const { app } = this;
     const { stage } = app;
@@ -216,7 +216,7 @@ function setChoice(name, value) {
   for (const input of document.getElementsByName(name)) input.checked = input.value === value;
 }
 
-/** A control's value and the text beside it; a control in use keeps its own. */
+/** Sets a control's value and the text beside it. */
 function setValue(id, value, text) {
   if (find(id).value !== String(value)) find(id).value = value;
   find(`${id}-text`).textContent = text;

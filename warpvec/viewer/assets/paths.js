@@ -1,6 +1,6 @@
-/* Path data: what any SVG says becomes cubics, and cubics become the short form that warpvec writes.
+/* Path data: reads that of any SVG as cubics, and writes cubics in the short form of warpvec.
  *
- * A shape is {subpaths, d, box, path2d} and is never changed, so that undo may keep it. A subpath is
+ * A shape is {subpaths, d, box, path2d} and is never changed, so that undo can keep it. A subpath is
  * {points, closed}; points are 2 * (3 * segments + 1) numbers: x, y of anchor, handle, handle, anchor, ... */
 
 const NUMBER = "[-+]?(?:\\d+\\.?\\d*|\\.\\d+)(?:[eE][-+]?\\d+)?";
@@ -11,7 +11,7 @@ const ARC = new RegExp([NUMBER, NUMBER, NUMBER, "[01]", "[01]", NUMBER, NUMBER].
 const COMMAND = /([MLHVCSQTAZ])([^MLHVCSQTAZ]*)/gi;
 const ARGUMENTS = { M: 2, L: 2, H: 1, V: 1, C: 6, S: 4, Q: 4, T: 2, A: 7 };
 
-/** The shape of path data; `matrix` [a, b, c, d, e, f] places it on the canvas. */
+/** Returns the shape of path data, transformed by `matrix` [a, b, c, d, e, f]. */
 function parseShape(d, matrix = null) {
   const pen = new Pen();
   for (const [, letter, text] of d.matchAll(COMMAND)) pen.command(letter, text);
@@ -19,7 +19,7 @@ function parseShape(d, matrix = null) {
   return matrix ? transformShape(shape, matrix) : shape;
 }
 
-/** A shape of `subpaths`; `d` is the text that it came from, null where it has to be written anew. */
+/** Returns a shape of `subpaths`; `d` is its original text, null if it has to be written anew. */
 function makeShape(subpaths, d = null) {
   return { subpaths, d, box: boundsOf(subpaths), path2d: null };
 }
@@ -36,7 +36,7 @@ function transformShape(shape, [a, b, c, d, e, f]) {
   return makeShape(moved);
 }
 
-/** The browser's form of a shape, made when it is first drawn. */
+/** Returns the Path2D of a shape, made when it is first drawn. */
 function path2dOf(shape) {
   if (shape.path2d) return shape.path2d;
   const path = new Path2D();
@@ -49,12 +49,12 @@ function path2dOf(shape) {
   return path;
 }
 
-/** Path data with `decimals`: an absolute start and one run of relative cubics for each subpath. */
+/** Returns path data with `decimals`: an absolute start and one run of relative cubics for each subpath. */
 function writeShape(shape, decimals) {
   return shape.d ?? shape.subpaths.map((subpath) => writeSubpath(subpath, 10 ** decimals)).join("");
 }
 
-/** Differences of rounded anchors, so that a reader's running sum meets each; handles keep their offsets in a move. */
+/** Writes differences of rounded anchors, so that a reader's sum is exact; moving a path keeps its handles' offsets. */
 function writeSubpath({ points: p, closed }, perUnit) {
   const ticks = (value) => Math.round(value * perUnit) + 0;
   const segments = [];
@@ -69,7 +69,7 @@ function writeSubpath({ points: p, closed }, perUnit) {
   return `M${start}c${curves}${closed ? "z" : ""}`;
 }
 
-/** A minus separates, and so does a leading point after a number that has its point. */
+/** Joins numbers; no space is needed before a minus, nor before a point if the last number contains one. */
 function numberList(ticks, perUnit) {
   let text = "";
   let hasPoint = false;
@@ -82,13 +82,13 @@ function numberList(ticks, perUnit) {
   return text;
 }
 
-/** A number without the zero before its point: "12.5", "-.25", "0". */
+/** Returns a number without the zero before its point: "12.5", "-.25", "0". */
 function formatNumber(value, decimals = 6) {
   const text = value.toFixed(decimals).replace(/\.?0+$/, "").replace(/^(-?)0\./, "$1.");
   return text === "-0" ? "0" : text;
 }
 
-/** Smallest box [left, top, right, bottom] of the curves themselves; empty is [Infinity, ..., -Infinity]. */
+/** Returns the tight box [left, top, right, bottom] of the curves; without any, [Infinity, ..., -Infinity]. */
 function boundsOf(subpaths) {
   const box = [Infinity, Infinity, -Infinity, -Infinity];
   for (const { points: p } of subpaths) {
@@ -108,7 +108,7 @@ function extend(box, axis, value) {
   if (value > box[axis + 2]) box[axis + 2] = value;
 }
 
-/** Where the derivative of one coordinate of a cubic vanishes. */
+/** Extends the box to the points of a cubic at which the derivative of one coordinate is zero. */
 function extendByExtremes(box, axis, p0, p1, p2, p3) {
   const inside = (p) => p >= box[axis] && p <= box[axis + 2];
   if (inside(p1) && inside(p2)) return;

@@ -1,15 +1,15 @@
-/* A pen that follows the commands of path data and leaves cubics (SVG 1.1, section 8.3). */
+/* Follows the commands of path data and collects cubics (SVG 1.1, section 8.3). */
 
 class Pen {
   constructor() {
     this.subpaths = [];
     this.points = null;
     [this.x, this.y, this.startX, this.startY] = [0, 0, 0, 0];
-    // What a smooth command mirrors: the last handle, and the kind of curve that it belongs to.
+    // The last handle, which a smooth command mirrors, and the kind of its curve.
     [this.handleX, this.handleY, this.handleOf] = [0, 0, ""];
   }
 
-  /** A command with any number of argument sets; an incomplete last set is left out. */
+  /** Runs a command with any number of argument sets; an incomplete last set is ignored. */
   command(letter, text) {
     const name = letter.toUpperCase();
     if (name === "Z") {
@@ -20,7 +20,7 @@ class Pen {
     const numbers = sets ? sets.flat() : (text.match(NUMBERS) ?? []).map(Number);
     const size = ARGUMENTS[name];
     for (let i = 0; i + size <= numbers.length; i += size) {
-      // The pairs that follow the first of a move are lines.
+      // The pairs after the first one of a move are lines.
       this.step(name === "M" && i ? "L" : name, numbers.slice(i, i + size), letter !== name);
     }
   }
@@ -66,7 +66,7 @@ class Pen {
     return this.handleOf === kind ? [2 * this.x - this.handleX, 2 * this.y - this.handleY] : [this.x, this.y];
   }
 
-  /** From end points to centre and angles as SVG 1.1, appendix F.6.5, has it; then a cubic for each quarter at most. */
+  /** Converts end points to centre and angles (SVG 1.1, appendix F.6.5); draws one cubic per quarter turn at most. */
   arc(radiusX, radiusY, degrees, large, sweep, x, y) {
     let [rx, ry] = [Math.abs(radiusX), Math.abs(radiusY)];
     if (!rx || !ry) {
@@ -90,7 +90,7 @@ class Pen {
     this.ellipse([cos * rx, sin * rx, -sin * ry, cos * ry, ...center], first, turn, x, y);
   }
 
-  /** An arc of the unit circle from the angle `first` over `turn`, placed by `matrix`, that ends at x, y. */
+  /** Draws an arc of the unit circle from the angle `first` over `turn`, transformed by a matrix, that ends at x, y. */
   ellipse([a, b, c, d, e, f], first, turn, x, y) {
     const count = Math.max(Math.ceil(Math.abs(turn) / (Math.PI / 2) - 1e-9), 1);
     const step = turn / count;

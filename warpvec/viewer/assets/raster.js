@@ -1,16 +1,16 @@
-/* Drawing on canvases. A raster keeps the picture after each layer, so that a change redraws only what lies above. */
+/* Draws on canvases. A raster keeps the picture after each layer, so that a change redraws only the layers above. */
 
 const KEPT_BYTES = 128 * 2 ** 20;
 const PAPER = "#ffffff";
 
-/** A canvas of the processor's memory: its pixels are read, and drawing into it costs the same on every machine. */
+/** Makes a canvas in main memory: its pixels are read back, and drawing costs the same on every machine. */
 function newCanvas(width, height) {
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [width, height];
   return { canvas, context: canvas.getContext("2d", { willReadFrequently: true }) };
 }
 
-/** Draws `items` that meet `window`, a box in user units; the context's transform places them. */
+/** Draws the `items` that overlap `window`, a box in user units, with the context's transform. */
 function paintItems(context, items, palette, window) {
   for (const item of items) {
     if (window && !boxesMeet(item.shape.box, window)) continue;
@@ -29,7 +29,7 @@ function paintItems(context, items, palette, window) {
   context.globalAlpha = 1;
 }
 
-/** White paper with the drawing's background. */
+/** Draws white paper and the drawing's background. */
 function paintBackground(context, drawing, palette) {
   const [x, y, width, height] = drawing.box;
   context.fillStyle = palette.paper ?? PAPER;
@@ -49,7 +49,7 @@ class Raster {
     this.matrix = [1, 0, 0, 1, 0, 0];
   }
 
-  /** Pixels of the canvas, and the matrix from user units to them. */
+  /** Sets the size of the canvas in pixels, and the matrix from user units to pixels. */
   resize(width, height, matrix) {
     const same = this.canvas.width === width && this.canvas.height === height;
     if (same && this.matrix.every((value, i) => value === matrix[i])) return;
@@ -59,7 +59,7 @@ class Raster {
     this.shown = null;
   }
 
-  /** What the canvas can show, as a box in user units. */
+  /** The visible part of the canvas, as a box in user units. */
   get window() {
     const [scaleX, , , scaleY, x, y] = this.matrix;
     return [-x / scaleX, -y / scaleY, (this.canvas.width - x) / scaleX, (this.canvas.height - y) / scaleY];
@@ -75,7 +75,7 @@ class Raster {
     this.begin(drawing, palette, keys[index]);
     const window = this.window;
     while (index < last) {
-      // The first signature is that of the background alone.
+      // The first signature stands for the background alone.
       if (++index > 0) paintItems(this.context, layers[index - 1].items, palette, window);
       this.keep(keys[index]);
     }
@@ -98,7 +98,7 @@ class Raster {
     context.setTransform(...this.matrix);
   }
 
-  /** A copy of the canvas as it stands, in the place of the oldest where the memory is used up. */
+  /** Keeps a copy of the canvas; it replaces the oldest copy if the memory is used up. */
   keep(key) {
     const { width, height } = this.canvas;
     const limit = Math.min(Math.max(Math.floor(KEPT_BYTES / (4 * width * height)), 2), MAX_LAYERS + 1);
@@ -115,7 +115,7 @@ class Raster {
   }
 }
 
-/** What the picture depends on: after the background, and after each of `layers`. */
+/** Returns keys of the picture after the background and after each of `layers`. */
 function signatures(layers, palette) {
   const keys = [palette.name];
   for (const { key, version } of layers) keys.push(`${keys.at(-1)} ${key}:${version}`);

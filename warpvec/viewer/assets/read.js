@@ -1,5 +1,5 @@
-/* SVG text, as warpvec/sanitize.py leaves it, -> drawing. Only numbers, colours and names leave the parsed document:
- * none of its elements is ever shown.
+/* Reads a drawing from SVG text that warpvec/svg/sanitize.py reduced. Only numbers, colours and names are taken from
+ * the parsed document; none of its elements is ever inserted into the page.
  *
  * A drawing is {width, height, box, title, metadata, settings, background, layers, notes}. A layer is {key, id, name,
  * generation, items, version, visible}; its version grows with each change. An item is {layer, shape, fill, opacity,
@@ -43,7 +43,7 @@ function parseObject(text) {
   }
 }
 
-/** Size as stated, and the box of user units that it shows. */
+/** Returns the stated size, and the box of user units that it shows. */
 function readSize(root) {
   const [width, height] = ["width", "height"].map((name) => root.getAttribute(name));
   const stated = (root.getAttribute("viewBox")?.match(NUMBERS) ?? []).map(Number);
@@ -60,7 +60,7 @@ class Reader {
     this.scratch = document.createElement("canvas").getContext("2d");
   }
 
-  /** The colour and opacity of the rectangle that warpvec puts below all. */
+  /** Returns colour and opacity of the background rectangle of warpvec's files. */
   background(root) {
     const rect = [...root.children].find((element) => element.localName === "rect" && element.id === "background");
     if (!rect) return null;
@@ -69,7 +69,7 @@ class Reader {
     return fill ? { fill, opacity: fillOpacity } : null;
   }
 
-  /** A layer for each group at the top; what lies loose between them makes layers too. */
+  /** Returns a layer for each top-level group, and for each run of other elements between them. */
   layers(root) {
     const layers = [];
     let loose = null;
@@ -119,7 +119,7 @@ class Reader {
     });
   }
 
-  /** What an element and its parents say of paint and place; null where it is not displayed. */
+  /** Returns the inherited style and transform of an element; null if it is not displayed. */
   inherit(element, parent) {
     const own = (name) => this.property(element, name);
     const number = (name, fallback) => (Number.isFinite(parseFloat(own(name))) ? parseFloat(own(name)) : fallback);
@@ -143,7 +143,7 @@ class Reader {
     };
   }
 
-  /** A property by style attribute, style sheet or attribute, the first that says it. */
+  /** Returns a property from the style attribute, a style sheet or an attribute, in this order. */
   property(element, name) {
     const style = element.getAttribute("css");
     if (style) {
@@ -168,7 +168,7 @@ class Reader {
     return stop ? this.color(this.property(stop, "stop-color") ?? "#000000") : null;
   }
 
-  /** "#rrggbb" of any CSS colour, as the browser reads it; null of anything else. */
+  /** Returns "#rrggbb" for any CSS colour, as the browser reads it; null for anything else. */
   color(value) {
     if (!this.colors.has(value)) {
       this.scratch.fillStyle = "#010203";
@@ -207,7 +207,7 @@ function merged(layers) {
   return layer;
 }
 
-/** Declarations of the document's style sheets by element, in the sheets' own order. */
+/** Returns the declarations of the document's style sheets by element, in the order of the sheets. */
 function collectStyles(parsed) {
   const styles = new Map();
   for (const element of parsed.querySelectorAll("css")) {

@@ -1,6 +1,6 @@
-/* Drawing -> SVG text of warpvec's structure: a background, then a group for each level, a path a line. */
+/* Writes a drawing as SVG text in the structure of warpvec: background, a group for each level, a path per line. */
 
-// The finest step is at most this share of the longer side, and two decimals at least: as warpvec writes photos.
+// The longer side has at least so many steps, and numbers at least two decimals, as in warpvec's own files.
 const STEPS_PER_SIDE = 2e4;
 const INKSCAPE = "http://www.inkscape.org/namespaces/inkscape";
 
@@ -65,7 +65,7 @@ function writeOpacity(name, opacity) {
   return text === "1" ? "" : ` ${name}="${text}"`;
 }
 
-/** "#rgb" where that says the same as "#rrggbb". */
+/** Returns "#rgb" if it is the same colour as "#rrggbb". */
 function shortColor(color) {
   return color.replace(/^#(.)\1(.)\2(.)\3$/, "#$1$2$3");
 }

@@ -1,4 +1,4 @@
-/* The picture in the middle: what is shown where, zoomed and panned, and the marks of the selection above it. */
+/* The picture in the middle, zoomed and panned, with the marks of the selection above it. */
 
 const SETTLE_MS = 120;
 const MARGIN = 28;
@@ -44,7 +44,7 @@ class Stage {
     this.settle();
   }
 
-  /** Zooms by `factor` and keeps the point under x, y of the stage where it is. */
+  /** Zooms by `factor` around the point x, y of the stage. */
   zoom(factor, x = this.width / 2, y = this.height / 2) {
     const scale = Math.min(Math.max(this.view.scale * factor, 0.02), MAX_ZOOM);
     const change = scale / this.view.scale;
@@ -131,7 +131,7 @@ class Stage {
     context.drawImage(picture, 0, 0);
   }
 
-  /** The photo, left of the split. */
+  /** Draws the photo left of the split. */
   drawPhoto() {
     const { context, app } = this;
     if (!app.meter || app.split <= 0) return;
@@ -196,7 +196,7 @@ class Stage {
     marks.setLineDash([]);
   }
 
-  /** Box of the selection in CSS pixels of the stage. */
+  /** Returns the box of the selection in CSS pixels of the stage. */
   selectionBox() {
     const { app } = this;
     const [a, , , d, e, f] = app.gesture?.matrix ?? IDENTITY;
@@ -206,7 +206,7 @@ class Stage {
       .concat([0, 1].map((axis) => Math.max(...corners.map((c) => c[axis]))));
   }
 
-  /** Corners of the selection's box: left top, right top, right bottom, left bottom. */
+  /** Returns the corners of the selection's box: left top, right top, right bottom, left bottom. */
   handles() {
     const [left, top, right, bottom] = this.selectionBox();
     return [[left, top], [right, top], [right, bottom], [left, bottom]];
@@ -231,7 +231,7 @@ class Stage {
     marks.globalAlpha = 1;
   }
 
-  /** The colour "#rrggbb" that is seen at x, y of the stage; null outside the picture. */
+  /** Returns the visible colour "#rrggbb" at x, y of the stage; null outside the picture. */
   colorAt(x, y) {
     this.probe ??= newCanvas(1, 1).context;
     this.probe.clearRect(0, 0, 1, 1);

@@ -1,4 +1,4 @@
-/* What the pointer does on the picture: select, move, scale, paint, pick a colour, pan. */
+/* Pointer tools: select, move, scale, paint, pick a colour, pan. */
 
 const DRAG_PX = 4;
 const HANDLE_REACH_PX = 9;
@@ -32,7 +32,7 @@ class Pointer {
     this.app.stage.request();
   }
 
-  /** What a press begins: on a selected path it moves the selection, anywhere else it spans a rubber band. */
+  /** Returns the action that a press starts. On a selected path it moves the selection, elsewhere it spans a band. */
   kindOf(event, start) {
     const { app } = this;
     if (event.button === 1 || app.panning) return "pan";
@@ -133,7 +133,7 @@ class Pointer {
     app.select(event.shiftKey ? [...app.selection, ...found] : found);
   }
 
-  /** Selects the topmost path under the pointer; with Shift adds or takes it away, with Alt goes to the one below. */
+  /** Selects the topmost path under the pointer. Shift adds or removes it, Alt selects the one below. */
   click({ start }, event) {
     const { app } = this;
     const found = app.pathsAt(start);
@@ -155,7 +155,7 @@ class Pointer {
     app.addStroke(stroke);
   }
 
-  /** Gives up what is under way. */
+  /** Cancels the current action. */
   cancel() {
     const { app, drag } = this;
     this.drag = null;
@@ -173,7 +173,7 @@ class Pointer {
   }
 }
 
-/** The matrix that takes corner `handle` of `box` to the point `to` and leaves the opposite corner. */
+/** Returns the matrix that moves corner `handle` of `box` to the point `to` and keeps the opposite corner. */
 function scaleFrom(box, handle, to, free) {
   const right = handle === 1 || handle === 2;
   const below = handle >= 2;

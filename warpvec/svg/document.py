@@ -1,0 +1,271 @@
+"""One pass over SVG text: check that it is safe, and collect what the other modules need.
+
+SVG files come from anywhere, so every module reads them through `parse_svg`, before another parser or native code sees
+them. Allowed are ``MAX_SVG_BYTES`` of text and ``MAX_DEPTH`` nested elements. Entities and references to other files
+are refused.
+"""
+
+from __future__ import annotations
+
+import gzip
+import io
+import math
+import re
+import zlib
+from dataclasses import dataclass, field
+from typing import Protocol
+from xml.parsers import expat
+
+from warpvec.errors import InputError
+from warpvec.svg.units import NUMBER
+
+SVG_NAMESPACE = "http://www.w3.org/2000/svg"
+
+MAX_SVG_BYTES = 2**28
+"""Largest text in bytes, far above any drawing of an editor. Stops a small gzip file from filling the memory."""
+
+MAX_DEPTH = 100
+"""Deepest nesting of elements. resvg overflows its stack, and ends the process, somewhere between 200 and 300."""
+
+_REFERRING_ELEMENTS = frozenset({"image", "feImage", "use"})
+
+# The cost of drawing these elements and attributes follows from the size of the file and of the picture. Patterns,
+# filters, masks and strokes can ask for any amount of time and memory in a few bytes. So can a style sheet that names
+# them.
+_PLAIN_ELEMENTS = frozenset({"svg", "g", "path", "rect", "title", "desc", "metadata"})
+_PLAIN_ATTRIBUTES = frozenset({"id", "version", "width", "height", "viewBox", "x", "y", "d", "fill", "fill-opacity"})
+
+_TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*+>""")
+
+
+@dataclass(frozen=True)
+class Group:
+    """A <g> element directly inside the root.
+
+    Attributes:
+        identifier: its ``id``, None without one.
+        start, stop: the range of bytes that it takes in the UTF-8 text.
+        path_count: the number of <path> elements in it.
+    """
+
+    identifier: str | None
+    start: int
+    stop: int
+    path_count: int
+
+
+@dataclass
+class Document:
+    """An SVG that passed the safety checks.
+
+    Attributes:
+        text: the whole file.
+        root: attributes of the root element.
+        root_range: start and stop of the root element in the UTF-8 text, in bytes.
+        groups: the <g> elements directly inside the root, in the order of the file.
+        path_data: the ``d`` attribute of each <path>.
+        rectangles: position and size of each <rect>, as text.
+        plain: True if the file holds only paths, rectangles and groups with flat fills, so that drawing it is cheap.
+    """
+
+    text: str
+    root: dict[str, str] = field(default_factory=dict)
+    root_range: tuple[int, int] = (0, 0)
+    groups: list[Group] = field(default_factory=list)
+    path_data: list[str] = field(default_factory=list)
+    rectangles: list[str] = field(default_factory=list)
+    plain: bool = True
+
+    def reach(self) -> float:
+        """Return an upper bound of the distance from the origin to any point of a path or rectangle, in user units.
+
+        The bound of a shape is the sum of the absolute values of its numbers.
+        """
+        shapes = (re.findall(NUMBER, numbers) for numbers in (*self.path_data, *self.rectangles))
+        return max((math.fsum(abs(float(word)) for word in shape) for shape in shapes), default=0.0)
+
+
+SvgSource = str | bytes | Document
+"""Text, the bytes of an ``.svg`` or ``.svgz`` file, or a `Document`, which is not parsed again."""
+
+
+class Builder(Protocol):
+    """A receiver of the parsed elements, such as `xml.etree.ElementTree.TreeBuilder`.
+
+    Names with a namespace have the form "{namespace}name".
+    """
+
+    def start(self, tag: str, attrs: dict[str, str], /) -> object:
+        """Take the start of an element."""
+
+    def data(self, text: str, /) -> object:
+        """Take text between tags; one text may come in several pieces."""
+
+    def end(self, tag: str, /) -> object:
+        """Take the end of an element."""
+
+
+def parse_svg(svg: SvgSource, builder: Builder | None = None) -> Document:
+    """Parse ``svg`` once, check that it is safe, and pass its elements on to ``builder``.
+
+    Raises:
+        InputError: ``svg`` is not an SVG, or is refused as unsafe: too large, too deep, with entities or with
+            references to other files.
+    """
+    if isinstance(svg, Document) and builder is None:
+        return svg
+    return _Parser(svg.text if isinstance(svg, Document) else read_text(svg), builder).run()
+
+
+def read_text(svg: str | bytes) -> str:
+    """Return the text of an SVG given as text, or as the bytes of an ``.svg`` or ``.svgz`` file.
+
+    Raises:
+        InputError: the bytes are more than ``MAX_SVG_BYTES``, not UTF-8, or a damaged gzip file.
+    """
+    if isinstance(svg, str):
+        return svg
+    try:
+        data = _gunzip(svg) if svg.startswith(b"\x1f\x8b") else svg
+        _check_size(len(data))
+        return data.decode()
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError("SVG", "must be complete if gzipped", f"an error ({error})", "write it again") from None
+    except UnicodeDecodeError as error:
+        raise InputError("SVG", "must be UTF-8 text", f"other bytes at {error.start}", "is it an SVG file?") from None
+
+
+def local_name(tag: str) -> str:
+    """Return the name of an SVG element without its namespace; "" for an element of another namespace."""
+    namespace, _, name = tag.rpartition("}")
+    return name if namespace in ("", "{" + SVG_NAMESPACE) else ""
+
+
+class _Parser:
+    """Runs expat over ``text`` and fills a `Document`."""
+
+    def __init__(self, text: str, builder: Builder | None) -> None:
+        self.document = Document(text)
+        self._builder = builder
+        self._depth = 0
+        self._root_start = 0
+        self._group: tuple[int, str | None, int] | None = None  # start, id, and number of paths before it
+        self._names: dict[str, tuple[str, str]] = {}  # a name in expat's form -> "{namespace}name", local SVG name
+        self._expat = self._make_expat()
+
+    def run(self) -> Document:
+        try:
+            self._data = self.document.text.encode()
+            self._expat.Parse(self._data, True)
+        except (expat.ExpatError, UnicodeEncodeError) as error:
+            raise InputError("SVG", "must be well-formed XML", str(error), "save it again from its editor") from None
+        finally:
+            # The handlers of expat refer back to this object, so it and its text would stay until the next collection.
+            del self._expat
+        return self.document
+
+    def _make_expat(self) -> expat.XMLParserType:
+        # The encoding is given because a declared one is that of the bytes which the text once was.
+        parser = expat.ParserCreate("utf-8", namespace_separator=" ")
+        parser.StartElementHandler = self._start_element
+        parser.EndElementHandler = self._end_element
+        parser.EntityDeclHandler = _refuse_entity
+        if self._builder is not None:
+            parser.buffer_text = True
+            parser.CharacterDataHandler = self._builder.data
+            parser.SkippedEntityHandler = _refuse_skipped_entity
+        return parser
+
+    def _start_element(self, name: str, attributes: dict[str, str]) -> None:
+        tag, local = self._names.get(name) or self._add_name(name)
+        if self._depth == 0:
+            _check_root(local)
+            self.document.root, self._root_start = attributes, self._expat.CurrentByteIndex
+        elif self._depth == 1 and local == "g":
+            self._group = self._expat.CurrentByteIndex, attributes.get("id"), len(self.document.path_data)
+        elif self._depth == MAX_DEPTH:
+            raise InputError("SVG", f"must nest at most {MAX_DEPTH} elements", "deeper ones", "ungroup it")
+        self._depth += 1
+        self._collect(local, attributes)
+        if self._builder is not None:
+            self._builder.start(tag, {_clark(key) if " " in key else key: v for key, v in attributes.items()})
+
+    def _collect(self, name: str, attributes: dict[str, str]) -> None:
+        document = self.document
+        if name == "path":
+            document.path_data.append(attributes.get("d", ""))
+        elif name == "rect":
+            document.rectangles.append(" ".join(attributes.get(side, "0") for side in ("x", "y", "width", "height")))
+        elif name in _REFERRING_ELEMENTS:
+            _check_references(name, attributes)
+        document.plain = document.plain and _is_plain(name, attributes)
+
+    def _end_element(self, name: str) -> None:
+        self._depth -= 1
+        if self._depth == 1 and self._group is not None:
+            start, identifier, paths_before = self._group
+            path_count = len(self.document.path_data) - paths_before
+            self.document.groups.append(Group(identifier, start, self._element_stop(start), path_count))
+            self._group = None
+        elif self._depth == 0:
+            self.document.root_range = self._root_start, self._element_stop(self._root_start)
+        if self._builder is not None:
+            self._builder.end(self._names[name][0])
+
+    def _element_stop(self, start: int) -> int:
+        """Return the byte after the element that starts at ``start`` and whose end expat reports."""
+        opening = _TAG.match(self._data, start)
+        if opening is not None and opening[0].endswith(b"/>"):
+            return opening.end()
+        return self._data.index(b">", self._expat.CurrentByteIndex) + 1
+
+    def _add_name(self, name: str) -> tuple[str, str]:
+        tag = _clark(name)
+        self._names[name] = tag, local_name(tag)
+        return self._names[name]
+
+
+def _clark(name: str) -> str:
+    """Return "{namespace}name" for expat's "namespace name"."""
+    namespace, space, local = name.rpartition(" ")
+    return f"{{{namespace}}}{local}" if space else name
+
+
+def _is_plain(element: str, attributes: dict[str, str]) -> bool:
+    # Attributes of another namespace have a space in their name and mean nothing to a renderer.
+    names = {name for name in attributes if " " not in name}
+    return element in _PLAIN_ELEMENTS and names <= _PLAIN_ATTRIBUTES
+
+
+def _check_root(element: str) -> None:
+    if element != "svg":
+        found = f"<{element}>" if element else "an element of another namespace"
+        raise InputError("SVG", "must have <svg> as its outermost element", found, "is it an SVG file?")
+
+
+def _refuse_entity(name: str, *_: object) -> None:
+    raise InputError("SVG", "must not contain entities", repr(name), "save it as plain SVG")
+
+
+def _refuse_skipped_entity(name: str, is_parameter_entity: bool) -> None:
+    """Refuse an entity that only an external document type could declare: its text is missing."""
+    if not is_parameter_entity:
+        _refuse_entity(name)
+
+
+def _check_references(element: str, attributes: dict[str, str]) -> None:
+    """Refuse links to other files: a link to the original image would score without limit."""
+    for name, value in attributes.items():
+        if name.rpartition(" ")[2] == "href" and not value.strip().startswith(("#", "data:")):
+            found = f"<{element} href={value[:80]!r}>"
+            raise InputError("SVG", "must not draw other files", found, "embed what it links to")
+
+
+def _gunzip(data: bytes) -> bytes:
+    with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
+        return file.read(MAX_SVG_BYTES + 1)
+
+
+def _check_size(count: int) -> None:
+    if count > MAX_SVG_BYTES:
+        raise InputError("SVG", f"must have at most {MAX_SVG_BYTES} bytes of text", "more", "simplify it")
