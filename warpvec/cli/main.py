@@ -115,5 +115,8 @@ def _exhaustion(error: Exception) -> str | None:
 @click.version_option(__version__, "-V", "--version", prog_name="warpvec")
 @click.option("--debug", is_flag=True, envvar="WARPVEC_DEBUG", help="Show the traceback of an unexpected failure.")
 def main(debug: bool) -> None:
-    """Turn images into editable SVGs, with the quality measured on the written file."""
+    """Turn images into editable SVGs, and measure the quality of the written files.
+
+    To begin: warpvec run photo.png
+    """
     del debug

@@ -8,7 +8,7 @@ from warpvec.cli.arguments import background_option, check_one_stdin, json_optio
 from warpvec.cli.report import report
 
 
-@click.command("eval")
+@click.command("eval", short_help="Measure how well an SVG matches an image.")
 @click.argument("source", metavar="IMAGE")
 @click.argument("svg", metavar="SVG")
 @background_option

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-@click.command()
+@click.command(short_help="List the levels of detail of an SVG, or keep some.")
 @click.argument("svg", metavar="SVG")
 @click.option("--levels", help="Levels to keep: 2, 0-3, -3, 2- or a list with commas; needs -o.")
 @click.option("-o", "--output", metavar="FILE", help="File for the kept levels: .svg, .svgz or - for stdout.")

@@ -7,7 +7,7 @@ import click
 from warpvec.files import check_writable
 
 
-@click.command()
+@click.command(short_help="Write a sample photo.")
 @click.argument("name", default="coffee.png")
 @click.argument("out", required=False)
 def sample(name: str, out: str | None) -> None:

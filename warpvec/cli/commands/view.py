@@ -16,7 +16,7 @@ from warpvec.errors import InputError
 from warpvec.files import check_writable
 
 
-@click.command()
+@click.command(short_help="Inspect and edit an SVG in the browser.")
 @click.argument("svg", metavar="SVG")
 @click.option("--image", metavar="IMAGE", help="Image to compare with.")
 @background_option
