@@ -1,4 +1,4 @@
-"""What a batch shows: a line for each photo, the table on a terminal, and what came of it."""
+"""The display of a batch: a line for each photo, the table on a terminal, and the summary."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_a_tally_in_a_line() -> None:
     assert tally.pace().startswith("2 of 4, 1 failed, ")
 
 
-def test_the_table_shows_what_each_worker_is_at() -> None:
+def test_the_table_shows_the_photo_of_each_worker() -> None:
     class Terminal(StringIO):
         def isatty(self) -> bool:
             return True
@@ -36,7 +36,7 @@ def test_the_table_shows_what_each_worker_is_at() -> None:
     tally = Tally(skipped=0, total=3)
     with show_batch(stream, tally) as view:
         for name in ("[red]a.png", "c.png"):
-            view.watch(Job(name, ""), f"iteration 1 of 9 of {name}")
+            view.update(Job(name, ""), f"iteration 1 of 9 of {name}")
         tally.records.append(DONE)
         view.show(DONE, tally)
         console = Console(file=StringIO(), width=100)

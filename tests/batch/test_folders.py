@@ -86,22 +86,22 @@ def test_lines_are_added_to_a_file(tmp_path: Path) -> None:
 
 def test_a_folder_has_one_owner_at_a_time(tmp_path: Path) -> None:
     path = tmp_path / "new" / "out"
-    with LocalFolder(path, "OUT_DIR").claim():
+    with LocalFolder(path, "OUT_DIR").lock():
         assert path.is_dir()
         with (
             pytest.raises(InputError, match="OUT_DIR must be written by one batch at a time"),
-            LocalFolder(path, "OUT_DIR").claim(),
+            LocalFolder(path, "OUT_DIR").lock(),
         ):
             pytest.fail("two owners")
-    with LocalFolder(path, "OUT_DIR").claim():
+    with LocalFolder(path, "OUT_DIR").lock():
         assert os.listdir(path) == []
 
 
-def test_a_file_cannot_be_claimed(tmp_path: Path) -> None:
+def test_a_file_cannot_be_locked(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     for name in ("file", "file/below"):
         with (
             pytest.raises(InputError, match="OUT_DIR must be a folder or a name for one"),
-            LocalFolder(tmp_path / name, "OUT_DIR").claim(),
+            LocalFolder(tmp_path / name, "OUT_DIR").lock(),
         ):
-            pytest.fail("claimed")
+            pytest.fail("locked")

@@ -1,4 +1,4 @@
-"""``warpvec batch``, as a user meets it: bad photos, workers that die, batches that are killed, and what they leave."""
+"""``warpvec batch`` for a user: bad photos, workers that die, batches that are killed, and the files they leave."""
 
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ from warpvec.batch.folders import LocalFolder
 from warpvec.batch.jobs import Job, Vectorize, find_jobs
 from warpvec.batch.journal import CSV_NAME, JSON_NAME
 from warpvec.config.presets import make_config
-from warpvec.errors import InputError
 
 # A fit of 64 x 64 pixels in a few tenths of a second.
 SETTINGS = ["--curves", "8", "--initial-curves", "8", "--threads", "1", "--device", "cpu"]
@@ -84,7 +83,7 @@ def _wait(until: Callable[[], object], process: subprocess.Popen[str]) -> None:
     deadline = time.monotonic() + 180
     while not until():
         assert process.poll() is None, f"ended with {process.returncode}"
-        assert time.monotonic() < deadline, "waited in vain"
+        assert time.monotonic() < deadline, "waited too long"
         time.sleep(0.005)
 
 
@@ -162,24 +161,24 @@ def test_an_interrupted_batch_ends_in_order(photos: Path, out: Path) -> None:
 
 
 class Here:
-    """An engine in this process whose work notes the photos it is given."""
+    """An engine in this process that notes the photos it is given."""
 
     def __init__(self) -> None:
         self.seen: list[str] = []
 
     def run(self, jobs: list[Job], work: Vectorize, watch: Callable[..., None]) -> Iterator[Any]:
-        from warpvec.batch.engines.base import Failure, Outcome, attempt
+        from warpvec.batch.engines.base import Failure, Outcome, try_work
 
         for job in jobs:
             self.seen.append(job.input)
-            answer = attempt(work, job, WorkerShare("cpu", 1), lambda text: None)
+            answer = try_work(work, job, WorkerShare("cpu", 1), lambda text: None)
             failed = isinstance(answer, Failure)
             yield Outcome(job, None if failed else answer, answer.reason if failed else None, 1)
 
 
 @pytest.fixture
 def engine(monkeypatch: pytest.MonkeyPatch) -> Here:
-    """Takes the place of the worker processes."""
+    """Replace the worker processes by this process."""
     here = Here()
     monkeypatch.setattr("warpvec.cli.commands.batch._engine", lambda *_: here)
     return here
@@ -243,11 +242,21 @@ def test_svgz_and_kept_suffixes(photos: Path, out: Path, engine: Here) -> None:
 # what is refused
 
 
-def test_two_photos_of_one_name_are_refused_before_any_work(photos: Path, out: Path) -> None:
+def test_two_photos_of_one_name_fail_and_the_others_do_not(photos: Path, out: Path, engine: Here) -> None:
     _write_photos(photos, "p1.jpg")
     result = invoke("batch", photos, out, *QUICK)
-    assert_refused(result, "p1.jpg and p1.png", "would be one p1.svg", "--keep-suffix", "p1.jpg.svg")
-    assert not out.exists()
+    assert result.exit_code == 1
+    assert engine.seen == ["p0.png", "p2.png", "p3.png"]
+    errors = {name: record["error"] for name, record in _records(out).items() if record["error"]}
+    assert sorted(errors) == ["p1.jpg", "p1.png"]
+    assert "--keep-suffix" in errors["p1.jpg"]
+
+
+def test_file_options_reach_the_files(photos: Path, out: Path, engine: Here) -> None:
+    _done(engine, photos, out, *QUICK)
+    assert _done(engine, photos, out, *QUICK, "--no-metadata", "--trim") == [f"p{k}.png" for k in range(4)]
+    assert "<metadata>" not in (out / "p0.svg").read_text()
+    assert _done(engine, photos, out, *QUICK, "--no-metadata", "--trim") == []
 
 
 @pytest.mark.parametrize(
@@ -255,7 +264,7 @@ def test_two_photos_of_one_name_are_refused_before_any_work(photos: Path, out: P
     [
         (["{photos}/none", "{out}"], ["IN_DIR must be a folder", "check the path"]),
         (["{photos}/p0.png", "{out}"], ["IN_DIR must be a folder"]),
-        (["{empty}", "{out}"], ["IN_DIR must hold photos", "--recursive"]),
+        (["{empty}", "{out}"], ["IN_DIR must contain photos", "--recursive"]),
         (["{photos}", "{photos}/p0.png"], ["OUT_DIR must be a folder"]),
         (["{photos}", ""], ["OUT_DIR must be a folder, got ''"]),
         (["{photos}", "{out}", "--curves", "0"], ["--curves must be"]),
@@ -273,7 +282,7 @@ def test_mistakes_are_one_line(photos: Path, out: Path, arguments: list[str], wo
 
 
 def test_one_batch_at_a_time_writes_a_folder(photos: Path, out: Path) -> None:
-    with LocalFolder(out).claim():
+    with LocalFolder(out).lock():
         assert_refused(invoke("batch", photos, out, *QUICK), "OUT_DIR", "is in use")
 
 
@@ -284,8 +293,6 @@ def test_names_of_svgs() -> None:
     names = ["a.PNG", "b/c.d.jpeg", "notes.txt", "svg", "e.svg"]
     assert [job.output for job in find_jobs(names)] == ["a.svg", "b/c.d.svg"]
     assert [job.output for job in find_jobs(names, ".svgz", keep_suffix=True)] == ["a.PNG.svgz", "b/c.d.jpeg.svgz"]
-    with pytest.raises(InputError, match="x.gif and x.png and x.tif, which would be one x.svg"):
-        find_jobs(["x.gif", "x.png", "x.tif"])
 
 
 def test_a_key_tells_photos_and_settings_apart_and_no_threads(tmp_path: Path) -> None:

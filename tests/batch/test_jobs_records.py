@@ -1,4 +1,4 @@
-"""What a batch keeps of a photo that fails: why, and what is still true of the file that an earlier one left."""
+"""Records of photos that fail: the error, and the figures of a file that an earlier batch made."""
 
 from __future__ import annotations
 
@@ -14,11 +14,14 @@ from commands import assert_refused, invoke
 
 from warpvec.batch import jobs as batch
 from warpvec.batch.console import Tally, describe
-from warpvec.batch.engines.base import Outcome
+from warpvec.batch.engines.base import Outcome, WorkerShare
 from warpvec.batch.folders import LocalFolder
 from warpvec.batch.jobs import Job, Vectorize, find_jobs, remaining, run_batch
 from warpvec.batch.journal import CSV_NAME, JSON_NAME, Journal, Record
+from warpvec.cli.options import OPTION_NAMES
 from warpvec.config.fit_config import FitConfig
+from warpvec.errors import InputError
+from warpvec.vectorization.file_options import FileOptions
 from warpvec.vectorization.goal import Goal
 
 
@@ -83,10 +86,36 @@ def test_a_file_that_no_batch_made_gives_no_figures(work: Vectorize, tmp_path: P
     assert _fail(work).bytes is None
 
 
-def test_a_setting_in_an_error_has_the_name_of_its_option(work: Vectorize) -> None:
-    error = "max_bytes must hold a path, got 9; 300 bytes is the least here"
-    assert _fail(work, error).error == f"--max-bytes{error[9:]}"
-    assert _fail(work, "a.png must be a photo").error == "a.png must be a photo"
+def test_a_setting_in_an_error_has_the_name_of_its_option(work: Vectorize, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise InputError("max_bytes", "must be enough for a path", "9")
+
+    monkeypatch.setattr(Vectorize, "_vectorize", fail)
+    with pytest.raises(InputError, match="^--max-bytes must be enough for a path, got 9$"):
+        replace(work, option_names=OPTION_NAMES)(Job("a.png", "a.svg"), WorkerShare("cpu", 1), print)
+
+
+def test_photos_with_the_same_svg_fail_alone(work: Vectorize, tmp_path: Path) -> None:
+    Journal(work.target).add(_good(work))
+    (tmp_path / "a.svg").write_text("<svg/>")
+    jobs = find_jobs(["a.jpg", "a.png", "b.png"])
+    journal = Journal(work.target)
+    assert remaining(jobs, work, journal, skip_existing=False) == jobs
+    records = {record.input: record for record in run_batch(jobs, work, Failing("no"), journal, lambda *_: None)}
+    clash = "a.jpg must have an SVG of its own, got a.svg for a.jpg and a.png; rename one, or give --keep-suffix"
+    assert (records["a.jpg"].error, records["a.jpg"].bytes) == (clash, None)
+    assert (records["a.png"].error, records["a.png"].bytes) == (clash.replace("a.jpg", "a.png", 1), 9)
+    assert records["b.png"].error == "no"
+    assert len((tmp_path / CSV_NAME).read_text().splitlines()) == 1 + 1 + 3
+    # A file that is made later ends the records of other photos of its name.
+    journal.add(_good(work))
+    assert journal.get("a.jpg", "a.svg") is None
+
+
+def test_file_options_count_as_settings_where_they_are_not_the_defaults(work: Vectorize) -> None:
+    other = replace(work, file_options=FileOptions(trim=True))
+    assert {**work.settings, "trim": True} == other.settings
+    assert work.key(b"photo") != other.key(b"photo")
 
 
 @pytest.mark.parametrize(
@@ -110,7 +139,7 @@ def test_a_batch_writes_its_settings(work: Vectorize, tmp_path: Path, monkeypatc
     asked: list[tuple[Any, ...]] = []
 
     def record(*arguments: Any) -> Vectorize:
-        asked.append(arguments[2:])
+        asked.append(arguments[2:5])
         return replace(work, config=arguments[2])
 
     monkeypatch.setattr(batch, "Vectorize", record)
@@ -122,15 +151,15 @@ def test_a_batch_writes_its_settings(work: Vectorize, tmp_path: Path, monkeypatc
     assert asked == [(FitConfig(curves=9), "#fff", Goal(gzip=True))] * 2
 
 
-def test_a_batch_tells_of_a_second_fit_by_its_own_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_time_left_of_a_second_fit_is_from_its_own_clock(monkeypatch: pytest.MonkeyPatch) -> None:
     from stubs import circles, progress_at
 
     now, lines, scene = 0.0, list[str](), circles(8, 8, 5)
     monkeypatch.setattr(batch.time, "monotonic", lambda: now)
-    tell = batch._Teller(lines.append)
+    reporter = batch._ProgressReporter(lines.append)
     for iteration in range(1, 11):
-        tell(replace(progress_at(iteration, 10, scene), seconds=100.0 + iteration))
+        reporter(replace(progress_at(iteration, 10, scene), seconds=100.0 + iteration))
     for iteration in range(1, 21):
         now = 0.0 if iteration < 20 else 9.0
-        tell(progress_at(iteration, 40, scene))
+        reporter(progress_at(iteration, 40, scene))
     assert lines[-1] == "iteration 20 of 40, 5 curves, 20.00 dB, 10 s left"

@@ -66,11 +66,11 @@ def photos(tmp_path: Path) -> Path:
 
 
 def _ignore(job: object, text: str) -> None:
-    """Watches nothing."""
+    """Ignore the news of a job."""
 
 
 class Killer:
-    """Watches a batch and kills the first worker that begins ``victim``, while it is at it."""
+    """Kills the first worker that begins ``victim``, while it is at it."""
 
     def __init__(self, victim: str) -> None:
         self.victim = victim
@@ -142,12 +142,12 @@ class Unloadable:
 
 def test_workers_that_never_begin_are_an_error(cluster: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("warpvec.batch.engines.ray._FAILED_STARTS_MAX", 1)
-    with pytest.raises(RuntimeError, match="workers die before they begin: .*ValueError: invalid literal for int"):
+    with pytest.raises(RuntimeError, match="workers die before they start: .*ValueError: invalid literal for int"):
         list(RayEngine("cpu", 1, 1, 1, None).run(["a"], Unloadable(), _ignore))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
-    ("device", "threads", "words"), [("cpu", 3, "must have 3 CPU for a worker, it has 2 CPU"), ("cuda", 1, "1 GPU")]
+    ("device", "threads", "words"), [("cpu", 3, "must have 3 CPU for a worker, got 2 CPU"), ("cuda", 1, "1 GPU")]
 )
 def test_a_cluster_without_room_is_an_input_error(
     cluster: None, device: str, threads: int, words: str, tmp_path: Path

@@ -1,4 +1,4 @@
-"""What a user sees of a batch: a table on a terminal, a line for each photo in a log, and what came of it all."""
+"""Show a batch: a table on a terminal, one line per photo in a log, and a summary."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from warpvec.batch.journal import Record
 
 @dataclass
 class Tally:
-    """What has come of a batch so far; ``skipped`` are the photos that were done before it."""
+    """The results of a batch so far. ``skipped`` counts the photos that were done before it."""
 
     skipped: int
     total: int
@@ -30,18 +30,18 @@ class Tally:
 
     @property
     def failed(self) -> list[Record]:
-        """The records of the photos that it made no file of."""
+        """The records of the photos that failed."""
         return [record for record in self.records if record.error is not None]
 
     def pace(self) -> str:
-        """How many are done, and how long the others will take."""
+        """Return the number of finished photos and the time that the others will take, as text."""
         done, seconds = len(self.records), time.monotonic() - self.started
         left = f", {seconds / done * (self.total - done):.0f} s left" if 0 < done < self.total else ""
         failures = f", {len(self.failed)} failed" if self.failed else ""
         return f"{done} of {self.total}{failures}{left}"
 
     def facts(self) -> dict[str, Any]:
-        """Plain values for JSON; ``psnr`` is the mean over this run's files."""
+        """Return the counts, the seconds and the mean PSNR of the new files, as plain values for JSON."""
         psnrs = [record.psnr for record in self.records if record.error is None and record.psnr is not None]
         return {
             "images": self.skipped + self.total,
@@ -54,7 +54,7 @@ class Tally:
         }
 
     def summary(self) -> str:
-        """The same for people."""
+        """Return the facts as one line of text."""
         facts = self.facts()
         parts = [f"{facts['done']} done"]
         parts += [f"{facts['failed']} failed"] if facts["failed"] else []
@@ -65,18 +65,18 @@ class Tally:
 
 
 class View:
-    """Shows nothing; the others show what happens in a batch."""
+    """A view that shows nothing; its subclasses show the progress of a batch."""
 
-    def watch(self, job: Any, text: str) -> None:
-        """What becomes of a job that has not ended."""
+    def update(self, job: Any, text: str) -> None:
+        """Show the news of a job that has not ended."""
 
     def show(self, record: Record, tally: Tally) -> None:
-        """A job that has ended."""
+        """Show a job that has ended."""
 
 
 @contextmanager
 def show_batch(stream: TextIO, tally: Tally, *, quiet: bool = False) -> Iterator[View]:
-    """A view of the batch on ``stream`` until the context ends."""
+    """Show the batch on ``stream`` until the context ends."""
     if quiet or not tally.total:
         yield View()
     elif stream.isatty():
@@ -88,7 +88,7 @@ def show_batch(stream: TextIO, tally: Tally, *, quiet: bool = False) -> Iterator
 
 
 def describe(record: Record) -> str:
-    """One line on a photo that has ended."""
+    """Return one line about a photo that has ended."""
     attempts = f", {record.attempts} attempts" if record.attempts > 1 else ""
     if record.error is not None:
         return f"{record.input}: failed{attempts}: {record.error}"
@@ -99,10 +99,12 @@ def describe(record: Record) -> str:
 
 
 class _Lines(View):
+    """One line for each photo that ends, and for each further attempt."""
+
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
-    def watch(self, job: Job, text: str) -> None:
+    def update(self, job: Job, text: str) -> None:
         if text.startswith("tried again"):
             print(f"{job.input}: {text}", file=self._stream, flush=True)
 
@@ -111,14 +113,14 @@ class _Lines(View):
 
 
 class _Table(View):
-    """A line for each photo that ends, and below them a table: what each worker is at, and a bar for all."""
+    """One line for each photo that ends, and below them a table: the photo of each worker, and a progress bar."""
 
     def __init__(self, tally: Tally) -> None:
         self._tally = tally
         self._states: dict[str, str] = {}
         self.live: Live | None = None
 
-    def watch(self, job: Job, text: str) -> None:
+    def update(self, job: Job, text: str) -> None:
         self._states[job.input] = text
 
     def show(self, record: Record, tally: Tally) -> None:
@@ -127,7 +129,7 @@ class _Table(View):
             self.live.console.print(Text(describe(record), "red" if record.error else ""))
 
     def __rich__(self) -> Table:
-        """The table as it stands; drawn again several times a second, by a thread."""
+        """Return the current table. A thread of rich calls this several times a second."""
         table = Table(box=None, expand=True, show_header=False, padding=(0, 1))
         table.add_column(ratio=1, no_wrap=True)
         table.add_column(ratio=2, no_wrap=True)

@@ -1,6 +1,6 @@
-"""Folders that a batch reads and writes: of this machine, or of any file system that fsspec knows.
+"""Folders that a batch reads and writes: on this machine, or on any file system that fsspec can open.
 
-Names of files are relative to their folder, with "/" between the parts.
+File names are relative to their folder, with "/" between the parts.
 """
 
 from __future__ import annotations
@@ -18,65 +18,67 @@ from warpvec.files import make_folder, write_atomic
 
 
 class Folder(Protocol):
-    """A folder that can be pickled; what it raises beside an InputError may pass, as a lost connection does."""
+    """A folder that can be pickled. Errors other than InputError may be temporary, such as a lost connection."""
 
-    appends: bool
-    """Whether :meth:`append` can be used; object stores know no such thing."""
+    can_append: bool
+    """True if :meth:`append` works; object stores have no such operation."""
 
     def names(self, recursive: bool) -> list[str]:
-        """The files, sorted, those of its folders too if ``recursive``; none whose path has a part with a first dot.
+        """Return the names of the files, sorted; those in its folders too if ``recursive``.
+
+        Files and folders whose name begins with a dot are left out.
 
         Raises:
             InputError: there is no such folder.
         """
 
     def exists(self, name: str) -> bool:
-        """Whether there is a file ``name``."""
+        """Return whether there is a file ``name``."""
 
     def read(self, name: str) -> bytes:
-        """The bytes of a file.
+        """Return the bytes of a file.
 
         Raises:
-            InputError: it is not there, or may not be read.
+            InputError: it does not exist or may not be read.
         """
 
     def write(self, name: str, data: bytes) -> None:
-        """Write a file and the folders it is in, whole or not at all."""
+        """Write a file, whole or not at all, and create the folders it is in."""
 
     def append(self, name: str, data: bytes) -> None:
-        """Add ``data`` to a file by one write that has reached the disk when this returns."""
+        """Append ``data`` to a file in one write, which is on the disk when this returns."""
 
-    def claim(self) -> Any:
-        """Makes the folder, and is a context in which no other process has it.
+    def lock(self) -> Any:
+        """Create the folder and return a context in which no other process can lock it.
 
         Raises:
-            InputError: it cannot be made or written, or another process has it.
+            InputError: it cannot be created or written, or another process has locked it.
         """
 
 
 def open_folder(address: str, name: str) -> Folder:
-    """The folder at ``address``: a path, or an address such as s3://bucket/photos; ``name`` is for messages.
+    """Return the folder at ``address``: a path, or an address such as s3://bucket/photos; messages call it ``name``.
 
     Raises:
-        InputError: the address is empty, or what reads such addresses is not installed.
+        InputError: the address is empty, or the library that reads such addresses is not installed.
     """
-    if not address:  # which pathlib takes for the current folder
-        raise InputError(f"{name} must be a folder, got ''; give . for this one")
+    if not address:  # pathlib would take this for the current folder
+        raise InputError(name, "must be a folder", "''", "give . for the current one")
     return RemoteFolder(address, name) if "://" in address else LocalFolder(address, name)
 
 
 class LocalFolder:
-    """A folder at a path of this machine."""
+    """A folder on this machine."""
 
-    appends = True
+    can_append = True
 
     def __init__(self, path: str | os.PathLike[str], name: str = "IN_DIR") -> None:
-        # Absolute: a worker of a cluster has a current folder of its own.
+        # Absolute, because a worker of a cluster has another current folder.
         self._path, self._given, self._name = Path(os.path.abspath(path)), os.fspath(path), name
 
     def names(self, recursive: bool) -> list[str]:
         if not self._path.is_dir():
-            raise InputError(f"{self._name} must be a folder, got {self._given!r}; check the path")
+            raise InputError(self._name, "must be a folder", repr(self._given), "check the path")
         found = []
         for folder, folders, files in os.walk(self._path):
             folders[:] = [each for each in folders if recursive and not each.startswith(".")]
@@ -102,17 +104,17 @@ class LocalFolder:
             os.fsync(file.fileno())
 
     @contextmanager
-    def claim(self) -> Iterator[None]:
+    def lock(self) -> Iterator[None]:
         make_folder(self._path, self._name, self._given)
         handle = os.open(self._path, os.O_RDONLY)
         try:
-            self._lock(handle)
+            self._lock_handle(handle)
             yield
         finally:
             os.close(handle)
 
-    def _lock(self, handle: int) -> None:
-        """Held until ``handle`` is closed, be it by the end of the process. The folder itself: it leaves no file."""
+    def _lock_handle(self, handle: int) -> None:
+        """Lock the folder itself, which leaves no file, until ``handle`` is closed or the process ends."""
         try:
             import fcntl
         except ImportError:  # Windows has no such lock on a folder
@@ -120,38 +122,39 @@ class LocalFolder:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            rule = f"{self._name} must be written by one batch at a time, {self._given!r} is in use"
-            raise InputError(f"{rule}; wait for the other, or choose another folder") from None
-        except OSError:  # some network file systems have no locks
+            value = f"{self._given!r}, which is in use"
+            remedy = "wait for the other batch, or choose another folder"
+            raise InputError(self._name, "must be written by one batch at a time", value, remedy) from None
+        except OSError:  # a network file system without locks
             return
 
 
 class RemoteFolder:
-    """A folder of a file system that fsspec knows, at an address with "://"."""
+    """A folder at an address with "://", on a file system that fsspec can open."""
 
-    appends = False
+    can_append = False
 
     def __init__(self, address: str, name: str = "IN_DIR") -> None:
         self._address, self._name = address.rstrip("/"), name
-        self._root  # noqa: B018 - what is missing is said before work is spent
+        self._root  # noqa: B018 - report a missing library before any work
 
     def __getstate__(self) -> dict[str, Any]:
-        # A connection is made where it is used.
+        # Each process makes its own connection.
         return {"_address": self._address, "_name": self._name}
 
     @cached_property
     def _root(self) -> tuple[Any, str]:
-        """The file system and the path in it."""
+        """Return the file system and the path in it."""
         try:
             from fsspec.core import url_to_fs
         except ImportError:
-            rule = f"{self._name} must be a path unless fsspec is installed, got {self._address!r}"
-            raise InputError(f"{rule}; pip install 'warpvec[cluster]'") from None
+            rule, remedy = "must be a path unless fsspec is installed", "pip install 'warpvec[cluster]'"
+            raise InputError(self._name, rule, repr(self._address), remedy) from None
         try:
             system, path = url_to_fs(self._address)
         except (ImportError, ValueError) as error:
-            rule = f"{self._name} must be an address that fsspec can open, got {self._address!r}"
-            raise InputError(f"{rule}; {error}") from error
+            rule = "must be an address that fsspec can open"
+            raise InputError(self._name, rule, f"{self._address!r} ({error})", "check the address") from error
         return system, path.rstrip("/")
 
     def _path(self, name: str) -> str:
@@ -160,7 +163,7 @@ class RemoteFolder:
     def names(self, recursive: bool) -> list[str]:
         system, root = self._root
         if not system.isdir(root):
-            raise InputError(f"{self._name} must be a folder, got {self._address!r}; check the address")
+            raise InputError(self._name, "must be a folder", repr(self._address), "check the address")
         paths = system.find(root, maxdepth=None if recursive else 1)
         names = (path.removeprefix(root).lstrip("/") for path in paths)
         return sorted(name for name in names if not any(part.startswith(".") for part in name.split("/")))
@@ -175,24 +178,24 @@ class RemoteFolder:
 
     def write(self, name: str, data: bytes) -> None:
         system, path = self._root[0], self._path(name)
-        with suppress(NotImplementedError):  # fsspec's word of a store that knows no folders
+        with suppress(NotImplementedError):  # raised by a store that has no folders
             system.makedirs(path.rpartition("/")[0], exist_ok=True)
-        # Where a file would show before it is whole, a transaction writes it beside and moves it.
+        # On file systems that show unfinished files, a transaction writes another file and moves it.
         with system.transaction, system.open(path, "wb") as file:
             file.write(data)
 
     def append(self, name: str, data: bytes) -> None:
-        raise UnsupportedOperation(f"{self._address} has files that are written whole")
+        raise UnsupportedOperation(f"files in {self._address} can only be written whole")
 
     @contextmanager
-    def claim(self) -> Iterator[None]:
+    def lock(self) -> Iterator[None]:
         yield
 
 
 @contextmanager
 def _as_input_error(name: str) -> Iterator[None]:
-    """What no second attempt mends."""
+    """Turn errors that another attempt would not mend into an InputError."""
     try:
         yield
     except (FileNotFoundError, PermissionError, IsADirectoryError) as error:
-        raise InputError(f"{name} must be a file you may read, got {error.strerror or error}; check it") from error
+        raise InputError(name, "must be a file you may read", str(error.strerror or error), "check it") from error

@@ -1,4 +1,4 @@
-"""A folder of photos becomes a folder of SVGs: what is to be done, how one photo is, and the records of it all."""
+"""The jobs of a batch: find the photos in a folder, vectorize each into an SVG, and record the results."""
 
 from __future__ import annotations
 
@@ -9,25 +9,26 @@ import time
 from collections import defaultdict
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from warpvec.batch.engines.base import Engine, Outcome, Say, Watch, WorkerShare
+from warpvec.batch.engines.base import Engine, Notify, Outcome, Report, WorkerShare
 from warpvec.batch.folders import Folder
 from warpvec.batch.journal import Journal, Record
 from warpvec.config.fit_config import MACHINE_SETTINGS, FitConfig
 from warpvec.errors import InputError
+from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import Goal
 
 if TYPE_CHECKING:
     from warpvec.fit.progress import Progress
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif")
-"""Names that are taken for photos."""
+"""Suffixes of the files that count as photos."""
 
-# Between two words of a worker: often enough to be seen alive.
-_SAY_SECONDS = 0.5
+# Time between two reports of a worker.
+_REPORT_SECONDS = 0.5
 
 
 @dataclass(frozen=True)
@@ -36,36 +37,46 @@ class Job:
 
     input: str
     output: str
+    error: str | None = None
+    """The reason in one line why the job cannot be done; None if it can."""
 
 
-# What is to be done
+# Finding the jobs
 
 
 def find_jobs(names: Iterable[str], suffix: str = ".svg", *, keep_suffix: bool = False) -> list[Job]:
-    """The photos among ``names``, each with the name of its SVG: with ``suffix`` in place of its own, or behind it.
+    """Return a job for each photo among ``names``.
+
+    The SVG has the name of the photo with ``suffix`` in place of its own suffix, or after it if ``keep_suffix``.
+    Photos that would have the same SVG get an error instead.
 
     Raises:
-        InputError: there are no photos, or two would have the same SVG.
+        InputError: there are no photos.
     """
     photos = [name for name in names if PurePosixPath(name).suffix.lower() in SUFFIXES]
+    if not photos:
+        rule, remedy = f"must contain photos ({', '.join(SUFFIXES)})", "give --recursive if they are in its folders"
+        raise InputError("IN_DIR", rule, "a folder without any", remedy)
     jobs = [Job(name, (name if keep_suffix else name[: name.rindex(".")]) + suffix) for name in photos]
-    if not jobs:
-        rule = f"IN_DIR must hold photos ({', '.join(SUFFIXES)}), got a folder without"
-        raise InputError(f"{rule}; give --recursive if they are in folders of it")
     by_output = defaultdict(list)
     for job in jobs:
         by_output[job.output].append(job.input)
-    for output, sources in by_output.items():
-        if len(sources) > 1:
-            rule = f"IN_DIR must have one photo for each SVG, got {' and '.join(sources)}, which would be one {output}"
-            raise InputError(f"{rule}; rename them, or give --keep-suffix for names such as {sources[0]}{suffix}")
-    return jobs
+    return [replace(job, error=_clash(job, by_output[job.output])) for job in jobs]
+
+
+def _clash(job: Job, sources: Sequence[str]) -> str | None:
+    """Return the error of a job whose SVG would be that of several photos, ``sources``."""
+    if len(sources) == 1:
+        return None
+    value = f"{job.output} for {' and '.join(sources)}"
+    return str(InputError(job.input, "must have an SVG of its own", value, "rename one, or give --keep-suffix"))
 
 
 def remaining(jobs: Sequence[Job], work: Vectorize, journal: Journal, *, skip_existing: bool) -> list[Job]:
-    """The jobs that are not done.
+    """Return the jobs that are not done.
 
-    Done is what has its file, made of the same photo with the same settings; any that has a file, if ``skip_existing``.
+    A job is done if its file exists and was made of the same photo with the same settings, or, with
+    ``skip_existing``, if its file exists.
     """
     return [
         job
@@ -75,52 +86,63 @@ def remaining(jobs: Sequence[Job], work: Vectorize, journal: Journal, *, skip_ex
 
 
 def _is_recorded(job: Job, work: Vectorize, journal: Journal) -> bool:
-    record = journal.get(job.output)
-    if record is None or record.error is not None or _text(record.settings) != _text(work.settings):
+    record = journal.get(job.input, job.output)
+    if (
+        job.error is not None
+        or record is None
+        or record.error is not None
+        or _text(record.settings) != _text(work.settings)
+    ):
         return False
     try:
         return record.key == work.key(work.source.read(job.input))
-    except (InputError, OSError):  # which is for the worker to report
+    except (InputError, OSError):  # the worker will report it
         return False
 
 
-# One photo
+# The work on one photo
 
 
 @dataclass(frozen=True)
 class Vectorize:
-    """The work on each photo of the folder ``source``: its SVG is fitted, measured and written to ``target``."""
+    """The work on a photo of the folder ``source``: fit and measure its SVG, and write it to ``target``."""
 
     source: Folder
     target: Folder
     config: FitConfig
     background: str | None
     goal: Goal | None = None
+    file_options: FileOptions = DEFAULT_FILE_OPTIONS
     option_names: Mapping[str, str] = field(default_factory=dict)
-    """Name of a setting -> what messages call it."""
+    """Name of a setting -> its name in error messages."""
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What the files depend on, beside the photos."""
+        """Everything but the photo that a file depends on. File options are left out where they are the defaults."""
         settings = {name: value for name, value in self.config.to_dict().items() if name not in MACHINE_SETTINGS}
-        return {"background": self.background, **settings, **(asdict(self.goal) if self.goal else {})}
+        changed = {
+            option.name: getattr(self.file_options, option.name)
+            for option in fields(FileOptions)
+            if getattr(self.file_options, option.name) != option.default
+        }
+        return {"background": self.background, **settings, **(asdict(self.goal) if self.goal else {}), **changed}
 
     def key(self, photo: bytes) -> str:
-        """Equal for equal photos with equal settings."""
+        """Return a digest of the photo and the settings."""
         return hashlib.sha256(_text(self.settings).encode() + photo).hexdigest()[:32]
 
-    def __call__(self, job: Job, share: WorkerShare, say: Say) -> Record:
+    def __call__(self, job: Job, share: WorkerShare, report: Report, /) -> Record:
         """Vectorize one photo, write its file, and return its record.
 
         Raises:
             InputError: the photo cannot be read, or the goal cannot be met.
         """
         try:
-            return self._vectorize(job, share, say)
+            return self._vectorize(job, share, report)
         except InputError as error:
             raise error.renamed(self.option_names) from error
 
-    def _vectorize(self, job: Job, share: WorkerShare, say: Say) -> Record:
+    def _vectorize(self, job: Job, share: WorkerShare, report: Report) -> Record:
         from warpvec.files import encode_svg
         from warpvec.image.read import read_image
         from warpvec.vectorization.api import fit_photo
@@ -130,7 +152,10 @@ class Vectorize:
         photo = read_image(data, self.background, name=job.input)
         config = replace(self.config, device=share.device, threads=share.threads)
         title = PurePosixPath(job.input).stem
-        result = fit_photo(photo, config, title=title, goal=self.goal, on_progress=_Teller(say))
+        on_progress = _ProgressReporter(report)
+        result = fit_photo(
+            photo, config, title=title, goal=self.goal, on_progress=on_progress, file_options=self.file_options
+        )
         metrics = result.metrics
         self.target.write(job.output, encode_svg(result.svg(), job.output))
         return Record(
@@ -150,41 +175,52 @@ def _text(settings: Mapping[str, Any]) -> str:
     return json.dumps(settings, sort_keys=True)
 
 
-class _Teller:
-    """Tells of a fit now and then."""
+class _ProgressReporter:
+    """Reports the progress of a fit every half second."""
 
-    def __init__(self, say: Say) -> None:
+    def __init__(self, report: Report) -> None:
         from warpvec.fit.progress import Pace
 
-        self._say, self._pace, self._told = say, Pace(), -math.inf
+        self._report, self._pace, self._reported = report, Pace(), -math.inf
 
     def __call__(self, progress: Progress) -> None:
         self._pace.see(progress)
-        if time.monotonic() - self._told > _SAY_SECONDS:
-            self._say(self._pace.describe(progress))
-            self._told = time.monotonic()
+        if time.monotonic() - self._reported > _REPORT_SECONDS:
+            self._report(self._pace.describe(progress))
+            self._reported = time.monotonic()
 
 
-# All of them
+# The whole batch
 
 
 def run_batch(
-    jobs: Sequence[Job], work: Vectorize, engine: Engine, journal: Journal, watch: Watch
+    jobs: Sequence[Job], work: Vectorize, engine: Engine, journal: Journal, notify: Notify
 ) -> Generator[Record, None, None]:
-    """The record of every job as it ends, kept in ``journal``. Closing the generator ends the workers."""
-    with closing(engine.run(jobs, work, watch)) as outcomes:
+    """Yield the record of every job as it ends, after adding it to ``journal``. Closing it stops the workers."""
+    for job in jobs:
+        if job.error is not None:
+            yield _record(Outcome(job, None, job.error, 0), work, journal)
+    sound = [job for job in jobs if job.error is None]
+    if not sound:
+        return
+    with closing(engine.run(sound, work, notify)) as outcomes:
         for outcome in outcomes:
-            record = _record(outcome, work, journal)
-            journal.add(record)
-            yield record
+            yield _record(outcome, work, journal)
 
 
 def _record(outcome: Outcome[Job, Record], work: Vectorize, journal: Journal) -> Record:
-    """The record of a job that has ended; of one that failed with the figures of a file that it has from before."""
+    """Add the record of an outcome to ``journal`` and return it.
+
+    The record of a failed job keeps the figures of a file that an earlier batch made.
+    """
+    job = outcome.job
     if outcome.value is not None:
-        return replace(outcome.value, attempts=outcome.attempts)
-    job, error = outcome.job, " ".join((outcome.error or "").split())
-    before = journal.get(job.output)
-    if before is None or before.key is None or not work.target.exists(job.output):
-        before = Record(input=job.input, output=job.output, settings=work.settings)
-    return replace(before, input=job.input, error=error, attempts=outcome.attempts)
+        record = replace(outcome.value, attempts=outcome.attempts)
+    else:
+        before = journal.get(job.input, job.output)
+        if before is None or before.key is None or not work.target.exists(job.output):
+            before = Record(input=job.input, output=job.output, settings=work.settings)
+        error = " ".join((outcome.error or "").split())
+        record = replace(before, error=error, attempts=outcome.attempts)
+    journal.add(record)
+    return record

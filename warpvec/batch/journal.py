@@ -1,8 +1,8 @@
-"""What a batch remembers: a line for each image, in JSON to go on from and in CSV for people.
+"""The records of a batch: one line per photo, in JSON to continue from and in CSV for people.
 
-While a batch runs, each image that ends adds a line to both files. The last line of an image counts, half a line at
-the end, of a batch that was killed, does not. When a batch begins and ends both files are written anew, with one line
-for each image; so they agree, whatever happened in between.
+While a batch runs, each photo that ends adds a line to both files. The last line of a photo counts; an incomplete line
+at the end, left by a batch that was killed, does not. When a batch begins and when it ends, both files are written
+anew with one line per photo, so they agree whatever happened before.
 """
 
 from __future__ import annotations
@@ -19,23 +19,25 @@ from warpvec.errors import InputError
 
 JSON_NAME, CSV_NAME = "batch.jsonl", "batch.csv"
 
-# Where lines cannot be added, the files are written anew, at most so often; a batch that is killed loses as much.
+# Where lines cannot be appended, shortest time between two rewrites. A batch that is killed loses at most as much.
 _REWRITE_SECONDS = 5.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """How an image ended.
+    """The end of the work on a photo.
+
+    All fields except ``error`` and ``attempts`` describe the existing file, which may be from an earlier batch.
 
     Attributes:
         input, output: names in the two folders.
-        curves, bytes: of the SVG text. These and the rest, but for error and attempts, are of the file that is there.
-        psnr, ssim: of the file as resvg draws it; psnr in dB, None where it has no error.
-        seconds: from reading the photo to the file that is written.
-        error: why the last batch made no file, in one line, be there one from before or none; None if it made one.
-        attempts: how many times the last batch began the image.
-        key: digest of the photo and the settings; None where there is no file.
-        settings: those of the fit, and the background; where there is no file, those that failed.
+        curves, bytes: size of the SVG text.
+        psnr, ssim: quality of the file as resvg draws it; psnr in dB, None if the drawing has no error.
+        seconds: time from reading the photo until the file was written.
+        error: the reason in one line why the last batch made no file; None if it made one.
+        attempts: number of attempts of the last batch.
+        key: digest of the photo and the settings; None if there is no file.
+        settings: those of the fit, and the background; if there is no file, those that failed.
     """
 
     input: str
@@ -51,45 +53,57 @@ class Record:
     settings: dict[str, Any]
 
 
-_FIELDS = tuple(field.name for field in fields(Record))
+_COLUMNS = tuple(field.name for field in fields(Record) if field.name != "settings")
 
 
 class Journal:
-    """The records in ``folder``, which is nobody else's until :meth:`close`."""
+    """The records in ``folder``, which nobody else may write until :meth:`close`."""
 
     def __init__(self, folder: Folder) -> None:
         self._folder = folder
         text = folder.read(JSON_NAME).decode() if folder.exists(JSON_NAME) else ""
-        # What follows the last line break is half a line.
+        # After the last line break there can only be an incomplete line.
         records = [_parse(line, number) for number, line in enumerate(text.split("\n")[:-1], 1)]
-        self._records = {record.output: record for record in records}
+        self._records: dict[tuple[str, str], Record] = {}
+        self._inputs: dict[str, set[str]] = {}  # output -> the photos with a record of it
+        for record in records:
+            self._put(record)
         self._written = -float("inf")
         if text:
             self._rewrite()
 
-    def get(self, output: str) -> Record | None:
-        """The last record of a file."""
-        return self._records.get(output)
+    def get(self, input: str, output: str) -> Record | None:
+        """Return the last record of a photo and its file."""
+        return self._records.get((input, output))
 
     def add(self, record: Record) -> None:
-        """Keep ``record``, on the disk when this returns."""
-        self._records[record.output] = record
-        if self._folder.appends:
-            header = "" if self._folder.exists(CSV_NAME) else _csv_text([_FIELDS])
+        """Keep ``record``. It is on the disk when this returns, if lines can be appended."""
+        self._put(record)
+        if self._folder.can_append:
+            header = "" if self._folder.exists(CSV_NAME) else _csv_text([_COLUMNS])
             self._folder.append(JSON_NAME, _json_line(record).encode())
             self._folder.append(CSV_NAME, _encode_csv(header + _csv_text([_csv_cells(record)])))
         elif time.monotonic() - self._written > _REWRITE_SECONDS:
             self._rewrite()
 
     def close(self) -> None:
-        """Leave one line for each image, in the order of their names."""
+        """Write both files with one line per photo, sorted by name."""
         if self._records:
             self._rewrite()
+
+    def _put(self, record: Record) -> None:
+        inputs = self._inputs.setdefault(record.output, set())
+        if record.error is None:  # a new file, which replaces that of any other photo
+            for other in inputs - {record.input}:
+                del self._records[other, record.output]
+            inputs.clear()
+        inputs.add(record.input)
+        self._records[record.input, record.output] = record
 
     def _rewrite(self) -> None:
         records = sorted(self._records.values(), key=lambda record: record.input)
         self._folder.write(JSON_NAME, "".join(map(_json_line, records)).encode())
-        self._folder.write(CSV_NAME, _encode_csv(_csv_text([_FIELDS, *map(_csv_cells, records)])))
+        self._folder.write(CSV_NAME, _encode_csv(_csv_text([_COLUMNS, *map(_csv_cells, records)])))
         self._written = time.monotonic()
 
 
@@ -97,8 +111,9 @@ def _parse(line: str, number: int) -> Record:
     try:
         return Record(**json.loads(line))
     except (TypeError, ValueError) as error:
-        rule = f"OUT_DIR must have records of this version in {JSON_NAME}, got another in line {number}"
-        raise InputError(f"{rule} ({error}); move the file away, or choose another folder") from error
+        value = f"another in line {number} ({error})"
+        remedy = "move the file away, or choose another folder"
+        raise InputError("OUT_DIR", f"must have records of this version in {JSON_NAME}", value, remedy) from error
 
 
 def _json_line(record: Record) -> str:
@@ -106,7 +121,7 @@ def _json_line(record: Record) -> str:
 
 
 def _csv_cells(record: Record) -> list[Any]:
-    return [*(getattr(record, name) for name in _FIELDS[:-1]), json.dumps(record.settings)]
+    return [getattr(record, name) for name in _COLUMNS]
 
 
 def _csv_text(lines: list[Any]) -> str:
@@ -116,5 +131,5 @@ def _csv_text(lines: list[Any]) -> str:
 
 
 def _encode_csv(text: str) -> bytes:
-    """File names need not be text: what is none comes out as it went in."""
+    """Encode file names that are not valid text as the bytes they were read from."""
     return text.encode(errors="surrogateescape")

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
+from warpvec.vectorization.file_options import FileOptions
 from warpvec.vectorization.goal import Goal, with_curves
-
-if TYPE_CHECKING:
-    from warpvec.vectorization.result import FileOptions
 
 
 class Setting(NamedTuple):
@@ -143,8 +141,6 @@ def requested(preset: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
 
 def file_options(options: dict[str, Any]) -> FileOptions:
     """Return how the options of a `SettingsCommand` want the file to be written."""
-    from warpvec.vectorization.result import FileOptions
-
     return FileOptions(metadata=not options["no_metadata"], trim=bool(options["trim"]))
 
 

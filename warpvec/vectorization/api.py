@@ -25,8 +25,9 @@ from warpvec.image.read import ImageSource, read_image
 from warpvec.image.resize import reduce_image
 from warpvec.rendering.launch import resolve_device
 from warpvec.svg.measure import evaluate
+from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import Goal, with_curves
-from warpvec.vectorization.result import FileOptions, Result
+from warpvec.vectorization.result import Result
 from warpvec.vectorization.search import Search
 
 __all__ = ["FileOptions", "OnProgress", "Result", "evaluate", "fit_photo", "title_of", "vectorize"]
@@ -95,7 +96,7 @@ def fit_photo(
     checkpoint: str | None = None,
     every: int = 50,
     resume: Checkpoint | None = None,
-    file_options: FileOptions = FileOptions(),  # noqa: B008 - it is frozen
+    file_options: FileOptions = DEFAULT_FILE_OPTIONS,
 ) -> Result:
     """Fit ``photo`` [h, w, 3 or 4], as `read_image` returns it, reduced to ``config.fit_size``.
 

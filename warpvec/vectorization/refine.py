@@ -18,8 +18,9 @@ from warpvec.image.read import ImageSource, read_image
 from warpvec.rendering.launch import resolve_device
 from warpvec.svg.read import LoadedSvg, read_svg
 from warpvec.vectorization.api import OnProgress, fit_photo, title_of
+from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import CORRECTION_RATE, Goal, require_scaffolding, with_curves
-from warpvec.vectorization.result import FileOptions, Result
+from warpvec.vectorization.result import Result
 
 ITERATIONS = 500
 """Default number of iterations, that of a correction with the default preset."""
@@ -138,7 +139,7 @@ def refine_photo(
     *,
     title: str | None = None,
     on_progress: OnProgress | None = None,
-    file_options: FileOptions = FileOptions(),  # noqa: B008 - it is frozen
+    file_options: FileOptions = DEFAULT_FILE_OPTIONS,
 ) -> Result:
     """Fit from ``start``, in pixels of the photo, with small steps. A goal's search sets the steps by itself."""
     if not goal:

@@ -32,17 +32,10 @@ from warpvec.rendering.draw import draw_exactly, draw_pixels
 from warpvec.svg.layers import prefixes, read_layers
 from warpvec.svg.measure import draw, draw_like, evaluate, file_facts
 from warpvec.svg.write import quantize, write_svg
+from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import Goal, Trial
 
-
-@dataclass(frozen=True, kw_only=True)
-class FileOptions:
-    """Choices about the file alone. They do not change the fit, and the metadata does not state them."""
-
-    metadata: bool = True
-    """Store the settings of the fit in the file, about 1 KB."""
-    trim: bool = False
-    """Cut the paths off at the edges of the canvas."""
+__all__ = ["FileOptions", "Result"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +58,7 @@ class Result:
     fitted: FitResult
     title: str | None = None
     goal_facts: dict[str, Any] | None = None
-    file_options: FileOptions = FileOptions()
+    file_options: FileOptions = DEFAULT_FILE_OPTIONS
 
     def __repr__(self) -> str:
         height, width = self.photo.shape[:2]

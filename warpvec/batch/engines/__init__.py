@@ -1,5 +1,5 @@
-"""Engines: the same work on many jobs, on the processes of this machine or on a Ray cluster.
+"""Engines do the same work for many jobs, on processes of this machine or on a Ray cluster.
 
-An engine knows nothing of images. `base.Engine` is what each of them is; `local` and `cluster` are the two there are.
-These modules import neither torch nor Warp: that is left to the work.
+An engine knows nothing about images. `base.Engine` is the interface; `local` and `ray` implement it. These modules
+import neither torch nor Warp, which only the work needs.
 """

@@ -1,4 +1,4 @@
-"""What an engine is given and gives: jobs and work in, an outcome for each job out, whatever dies on the way."""
+"""The interface of an engine: jobs and work in, one outcome per job out, even if workers die."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ R = TypeVar("R")
 J_contra = TypeVar("J_contra", contravariant=True)
 R_co = TypeVar("R_co", covariant=True)
 
-Say = Callable[[str], None]
-"""Tells, in a few words, how far a job is."""
+Report = Callable[[str], None]
+"""Called by the work with a few words on the progress of its job."""
 
-Watch = Callable[[Any, str], None]
-"""Hears a job and what becomes of it: where it runs, how far it is, why it has to be tried again."""
+Notify = Callable[[Any, str], None]
+"""Called by the engine with a job and its news: where it runs, its progress, why it is tried again."""
 
 
 @dataclass(frozen=True)
 class WorkerShare:
-    """The share of the machine that one worker has. Results do not depend on it.
+    """The share of the machine that one worker may use. Results do not depend on it.
 
     Attributes:
-        device: "cpu", "cuda:K", or "cuda" for the one that the worker sees.
+        device: "cpu", "cuda:K", or "cuda" for the only GPU that the worker sees.
         threads: CPU threads of the kernels.
     """
 
@@ -35,15 +35,18 @@ class WorkerShare:
 
 
 class Work(Protocol[J_contra, R_co]):
-    """What is done for each job; it can be pickled. An InputError is the job's own fault and not tried again."""
+    """The function that is called for each job. It can be pickled.
 
-    def __call__(self, job: J_contra, share: WorkerShare, say: Say) -> R_co:
-        """The result of ``job``, which can be pickled too."""
+    An InputError is the fault of the job, which is then not tried again.
+    """
+
+    def __call__(self, job: J_contra, share: WorkerShare, report: Report, /) -> R_co:
+        """Return the result of ``job``, which can be pickled too."""
 
 
 @dataclass(frozen=True)
 class Outcome(Generic[J, R]):
-    """How a job ended: with a value, or with an error in one line; and how many times it was begun."""
+    """The end of a job: a value, or an error in one line, and the number of attempts."""
 
     job: J
     value: R | None
@@ -52,18 +55,18 @@ class Outcome(Generic[J, R]):
 
 
 class Engine(Protocol):
-    """Runs work on many jobs at once.
+    """Runs work for many jobs at once.
 
-    A worker that dies, whatever the reason, costs only the job it is at, which is tried again on a new one.
+    A worker that dies, for whatever reason, costs only its current job, which is tried again on a new worker.
     """
 
-    def run(self, jobs: Sequence[J], work: Work[J, R], watch: Watch) -> Generator[Outcome[J, R], None, None]:
-        """The outcome of every job as it ends, in no order. Closing the generator ends the workers."""
+    def run(self, jobs: Sequence[J], work: Work[J, R], notify: Notify) -> Generator[Outcome[J, R], None, None]:
+        """Yield the outcome of every job as it ends, in no order. Closing the generator stops the workers."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a job has no value; ``final`` where another attempt would end in the same way."""
+    """The reason why a job has no value. ``final`` is true if another attempt would end in the same way."""
 
     reason: str
     final: bool
@@ -71,16 +74,16 @@ class Failure:
 
 @dataclass(frozen=True)
 class Attempt(Generic[J]):
-    """A job that is being worked on for the ``number``-th time, counted from 1."""
+    """The ``number``-th attempt at a job, counted from 1."""
 
     job: J
     number: int
 
 
-def attempt(work: Work[J, R], job: J, share: WorkerShare, say: Say) -> R | Failure:
-    """The result of ``work``, and a failure in place of any exception."""
+def try_work(work: Work[J, R], job: J, share: WorkerShare, report: Report) -> R | Failure:
+    """Return the result of ``work``, or a failure in place of any exception."""
     try:
-        return work(job, share, say)
+        return work(job, share, report)
     except InputError as error:
         return Failure(str(error), final=True)
     except Exception as error:
@@ -88,20 +91,20 @@ def attempt(work: Work[J, R], job: J, share: WorkerShare, say: Say) -> R | Failu
 
 
 class Queue(Generic[J]):
-    """The jobs that wait, and those that are out; each is begun at most ``retries`` + 1 times."""
+    """The waiting jobs and the number of unfinished ones. Each job gets at most ``retries`` + 1 attempts."""
 
-    def __init__(self, jobs: Sequence[J], retries: int, watch: Watch) -> None:
+    def __init__(self, jobs: Sequence[J], retries: int, notify: Notify) -> None:
         self._waiting = deque(Attempt(job, 1) for job in jobs)
-        self._retries, self._watch = retries, watch
+        self._retries, self._notify = retries, notify
         self.unfinished = len(jobs)
-        """Jobs without an outcome."""
+        """Number of jobs without an outcome."""
 
-    def take(self) -> Attempt[J] | None:
-        """What to begin next; None if nothing waits."""
+    def pop(self) -> Attempt[J] | None:
+        """Take the next attempt to start; None if no job waits."""
         return self._waiting.popleft() if self._waiting else None
 
-    def settle(self, attempt: Attempt[J], answer: R | Failure) -> Outcome[J, R] | None:
-        """The outcome of an attempt; None if the job waits to be tried again, behind all others."""
+    def finish(self, attempt: Attempt[J], answer: R | Failure) -> Outcome[J, R] | None:
+        """Return the outcome of an attempt, or put the job behind all others to be tried again and return None."""
         if not isinstance(answer, Failure):
             self.unfinished -= 1
             return Outcome(attempt.job, answer, None, attempt.number)
@@ -109,5 +112,5 @@ class Queue(Generic[J]):
             self.unfinished -= 1
             return Outcome(attempt.job, None, answer.reason, attempt.number)
         self._waiting.append(Attempt(attempt.job, attempt.number + 1))
-        self._watch(attempt.job, f"tried again: {answer.reason}")
+        self._notify(attempt.job, f"tried again: {answer.reason}")
         return None

@@ -1,7 +1,7 @@
-"""Workers on a Ray cluster: an actor each, warm from job to job, replaced when its process or its machine dies.
+"""Workers on a Ray cluster: one actor each, kept from job to job, replaced when its process or its machine dies.
 
-Actors and not tasks: a worker that has imported torch and loaded the kernels is kept. A job is given to an actor only
-once that runs, so that none waits for a machine that is gone while others are idle.
+They are actors, not tasks, so that a worker that has imported torch and loaded the kernels is kept. An actor gets a job
+only once it runs, so that no job waits for a machine that is gone while others are idle.
 """
 
 from __future__ import annotations
@@ -15,58 +15,58 @@ from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from typing import Any, Generic
 
-from warpvec.batch.engines.base import Attempt, Failure, J, Outcome, Queue, R, Watch, Work, WorkerShare, attempt
+from warpvec.batch.engines.base import Attempt, Failure, J, Notify, Outcome, Queue, R, Work, WorkerShare, try_work
 from warpvec.errors import InputError
 
-# Actors that die before they run, one after another, until it is taken that none will.
+# Number of actors in a row that may die before they run. After that the batch gives up.
 _FAILED_STARTS_MAX = 5
 
 
 class RayEngine:
-    """Actors on the cluster at ``address``: by default one for each of its GPUs or, on CPUs, as many as fit.
+    """Actors on the cluster at ``address``: by default one per GPU of the cluster or, on CPUs, as many as fit.
 
     Args:
-        device: "cpu", or "cuda" or "auto" for a GPU for each worker; "auto" if there is one.
+        device: "cpu", or "cuda" for a GPU per worker; "auto" uses GPUs if there are any.
         threads: CPUs of each worker.
-        jobs: workers; None for the default.
-        retries: how many times a job whose worker died, or failed, is tried again.
+        jobs: number of workers; None for the default.
+        retries: number of further attempts at a job that failed or whose worker died.
         address: as `ray.init` takes it; None for the cluster that Ray finds.
 
     Raises:
-        InputError: Ray is not installed.
+        InputError: Ray is not installed, or the device is a GPU by number.
     """
 
     def __init__(self, device: str, threads: int, jobs: int | None, retries: int, address: str | None) -> None:
         if device not in ("auto", "cpu", "cuda"):
-            raise InputError(f"device must be auto, cpu or cuda with Ray, which chooses the GPU, got {device!r}")
+            raise InputError("device", "must be auto, cpu or cuda with Ray", repr(device), "Ray chooses the GPU")
         self._device, self._threads, self._jobs = device, threads, jobs
         self._retries, self._address = retries, address
         _import_ray()
 
-    def run(self, jobs: Sequence[J], work: Work[J, R], watch: Watch) -> Generator[Outcome[J, R], None, None]:
-        """The outcome of every job as it ends; see `base.Engine`.
+    def run(self, jobs: Sequence[J], work: Work[J, R], notify: Notify) -> Generator[Outcome[J, R], None, None]:
+        """Yield the outcome of every job as it ends; see `base.Engine`.
 
         Raises:
-            InputError: there is no such cluster, or it has not what a worker needs.
-            RuntimeError: workers die before they begin.
+            InputError: there is no such cluster, or it lacks what a worker needs.
+            RuntimeError: workers die before they start.
         """
-        queue = Queue(jobs, self._retries, watch)
-        # Ray prints what its daemons say to stdout, which belongs to the result.
+        queue = Queue(jobs, self._retries, notify)
+        # Ray prints messages of its daemons to stdout, which is kept for the result.
         with redirect_stdout(sys.stderr), self._connected() as ray:
             share, count = self._plan(ray)
-            workers = _Workers(ray, work, share, watch)
+            workers = _Workers(ray, work, share, notify)
             try:
-                workers.hire(min(count, len(jobs)))
+                workers.start(min(count, len(jobs)))
                 while queue.unfinished:
-                    workers.begin(queue)
-                    if (news := workers.hear()) is not None and (outcome := queue.settle(*news)) is not None:
+                    workers.start_jobs(queue)
+                    if (ended := workers.receive()) is not None and (outcome := queue.finish(*ended)) is not None:
                         yield outcome
             finally:
-                workers.dismiss()
+                workers.stop()
 
     @contextmanager
     def _connected(self) -> Iterator[Any]:
-        """Ray, connected; a connection that the caller has made is used and stays."""
+        """Connect to Ray. A connection that the caller has made is used, and stays."""
         ray = _import_ray()
         if ray.is_initialized():
             yield ray
@@ -75,9 +75,9 @@ class RayEngine:
             ray.init(address=self._address or "auto", log_to_driver=False, logging_level="error")
         except (ConnectionError, ValueError, RuntimeError) as error:
             given = "no --ray-address" if self._address is None else repr(self._address)
-            rule = f"--ray-address must lead to a running Ray cluster, got {given} ({error})"
+            remedy = "start one with ray start --head, or set RAY_AUTH_TOKEN if it needs that"
             raise InputError(
-                f"{rule}; start one with ray start --head, or set RAY_AUTH_TOKEN if it wants that"
+                "--ray-address", "must lead to a running Ray cluster", f"{given} ({error})", remedy
             ) from error
         try:
             yield ray
@@ -85,7 +85,7 @@ class RayEngine:
             ray.shutdown()
 
     def _plan(self, ray: Any) -> tuple[WorkerShare, int]:
-        """What each worker has, and how many of them the cluster has room for, or ``jobs``."""
+        """Return the share of each worker, and their number: ``jobs``, or as many as the cluster has room for."""
         resources = ray.cluster_resources()
         on_gpu = self._device == "cuda" or (self._device == "auto" and resources.get("GPU", 0) >= 1)
         wanted = {"CPU": self._threads, **({"GPU": 1} if on_gpu else {})}
@@ -93,9 +93,8 @@ class RayEngine:
         if room < 1:
             has = ", ".join(f"{resources.get(name, 0):g} {name}" for name in wanted)
             needs = ", ".join(f"{amount} {name}" for name, amount in wanted.items())
-            raise InputError(
-                f"the Ray cluster must have {needs} for a worker, it has {has}; give less, or add machines"
-            )
+            remedy = "use fewer --threads or another --device, or add machines"
+            raise InputError("the Ray cluster", f"must have {needs} for a worker", has, remedy)
         return WorkerShare("cuda" if on_gpu else "cpu", self._threads), min(self._jobs or room, room)
 
 
@@ -103,13 +102,14 @@ def _import_ray() -> Any:
     try:
         import ray
     except ImportError:
-        raise InputError("--engine ray needs Ray, which is not installed; pip install 'warpvec[cluster]'") from None
+        remedy = "pip install 'warpvec[cluster]', which contains it"
+        raise InputError("--engine", "must be local unless Ray is installed", "'ray'", remedy) from None
     return ray
 
 
 @dataclass(eq=False)
-class _Member(Generic[J]):
-    """An actor, where it runs, and the attempt it is at; None while it starts or is idle."""
+class _Worker(Generic[J]):
+    """An actor, the place where it runs, and its current attempt (None while it starts or is idle)."""
 
     actor: Any
     place: str = ""
@@ -117,81 +117,81 @@ class _Member(Generic[J]):
 
 
 class _Workers(Generic[J, R]):
-    """The actors, as seen from the driver."""
+    """All actors, seen from the driver."""
 
-    def __init__(self, ray: Any, work: Work[J, R], share: WorkerShare, watch: Watch) -> None:
-        self._ray, self._share, self._watch = ray, share, watch
+    def __init__(self, ray: Any, work: Work[J, R], share: WorkerShare, notify: Notify) -> None:
+        self._ray, self._share, self._notify = ray, share, notify
         gpu_count = 1 if share.device == "cuda" else 0
         self._actor = ray.remote(num_cpus=share.threads, num_gpus=gpu_count, max_restarts=0)(_Actor)
         self._work = ray.put(work)
-        # What each that is not idle is waited for with: the answer to its start, or to its job.
-        self._pending: dict[Any, _Member[J]] = {}
-        self._idle: list[_Member[J]] = []
+        # Reference to the awaited answer, of a start or of a job -> the worker that will give it.
+        self._pending: dict[Any, _Worker[J]] = {}
+        self._idle: list[_Worker[J]] = []
         self._failed_starts = 0
 
-    def hire(self, count: int) -> None:
-        """Start so many actors."""
+    def start(self, count: int) -> None:
+        """Start ``count`` actors."""
         for _ in range(count):
-            member: _Member[J] = _Member(self._actor.remote(self._work, self._share))
-            self._pending[member.actor.place.remote()] = member
+            worker: _Worker[J] = _Worker(self._actor.remote(self._work, self._share))
+            self._pending[worker.actor.place.remote()] = worker
 
-    def begin(self, queue: Queue[J]) -> None:
-        """Give the next jobs of ``queue`` to those that are idle."""
-        while self._idle and (following := queue.take()) is not None:
-            member = self._idle.pop()
-            member.attempt = following
-            self._watch(following.job, f"attempt {following.number} in {member.place}")
-            self._pending[member.actor.do.remote(following.job)] = member
+    def start_jobs(self, queue: Queue[J]) -> None:
+        """Give the next jobs of ``queue`` to the idle workers."""
+        while self._idle and (following := queue.pop()) is not None:
+            worker = self._idle.pop()
+            worker.attempt = following
+            self._notify(following.job, f"attempt {following.number} in {worker.place}")
+            self._pending[worker.actor.do.remote(following.job)] = worker
 
-    def hear(self) -> tuple[Attempt[J], R | Failure] | None:
-        """Wait until something happens: an attempt and its answer; None if a worker has only started, or failed to."""
+    def receive(self) -> tuple[Attempt[J], R | Failure] | None:
+        """Wait for an attempt to end; return it and its answer. Return None if a worker has started or failed to."""
         (reference,), _ = self._ray.wait(list(self._pending), num_returns=1)
-        member = self._pending.pop(reference)
-        ended, member.attempt = member.attempt, None
+        worker = self._pending.pop(reference)
+        ended, worker.attempt = worker.attempt, None
         try:
             answer = self._ray.get(reference)
         except self._ray.exceptions.RayError as error:
             answer = Failure(f"the Ray worker died ({_reason(error, started=ended is not None)})", final=False)
         if isinstance(answer, Failure) and not answer.final:
-            self._replace(member, answer, started=ended is not None)
+            self._replace(worker, answer, started=ended is not None)
         else:
-            self._idle.append(member)
+            self._idle.append(worker)
             self._failed_starts = 0
         if ended is None:
-            member.place = str(answer)
+            worker.place = str(answer)
             return None
         return ended, answer
 
-    def dismiss(self) -> None:
-        """End all actors, at once."""
-        for member in (*self._pending.values(), *self._idle):
-            self._ray.kill(member.actor)
+    def stop(self) -> None:
+        """Kill all actors."""
+        for worker in (*self._pending.values(), *self._idle):
+            self._ray.kill(worker.actor)
 
-    def _replace(self, member: _Member[J], failure: Failure, *, started: bool) -> None:
-        # One whose work failed lives, but what it holds is not to be trusted after an error of memory or of a GPU.
-        self._ray.kill(member.actor)
+    def _replace(self, worker: _Worker[J], failure: Failure, *, started: bool) -> None:
+        # The actor may live, but after an error of memory or of a GPU its state cannot be trusted.
+        self._ray.kill(worker.actor)
         self._failed_starts = 0 if started else self._failed_starts + 1
         if self._failed_starts > _FAILED_STARTS_MAX:
-            raise RuntimeError(f"Ray's workers die before they begin: {failure.reason}")
-        self.hire(1)
+            raise RuntimeError(f"Ray's workers die before they start: {failure.reason}")
+        self.start(1)
 
 
 class _Actor(Generic[J, R]):
-    """A worker, in a process of the cluster."""
+    """A worker in a process of the cluster."""
 
     def __init__(self, work: Work[J, R], share: WorkerShare) -> None:
         self._work, self._share = work, share
 
     def place(self) -> str:
-        """Where this is."""
+        """Return the process and the machine of this worker."""
         return f"process {os.getpid()} of {socket.gethostname()}"
 
     def do(self, job: J) -> R | Failure:
-        """The result of the work."""
-        return attempt(self._work, job, self._share, lambda text: None)
+        """Return the result of the work."""
+        return try_work(self._work, job, self._share, lambda text: None)
 
 
 def _reason(error: Exception, *, started: bool) -> str:
-    """The line of Ray's message that tells most: the first of a death, the last, an exception, of one at the start."""
+    """Return the most useful line of Ray's message: the first if a worker died, the last if it failed to start."""
     lines = re.sub(r"\x1b\[\d*m", "", str(error)).strip().splitlines()
     return lines[0 if started else -1]
