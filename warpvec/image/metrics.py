@@ -35,12 +35,17 @@ def psnr(a: NDArray[Any], b: NDArray[Any]) -> float:
     """
     _check_images(a, b)
     squares = math.fsum(np.square(x - y).sum() for x, y in _bands(a, b))
-    return psnr_from_mse(squares / _value_count(a.shape))
+    return _decibels(_value_count(a.shape), squares)
 
 
 def psnr_from_mse(mse: float) -> float:
     """Return the peak signal-to-noise ratio in dB of a mean squared error of values in [0, 1]; infinite for 0."""
-    return math.inf if mse <= 0.0 else -10.0 * math.log10(mse)
+    return -_decibels(mse, 1.0) if mse > 0.0 else math.inf
+
+
+def _decibels(power: float, reference: float) -> float:
+    """Return the ratio of two powers in dB; infinite if ``reference`` is 0."""
+    return 10.0 * math.log10(power / reference) if reference else math.inf
 
 
 def ssim(a: NDArray[Any], b: NDArray[Any]) -> float:
