@@ -15,11 +15,11 @@ class InputError(ValueError):
         remedy: what to do, in the imperative; may be empty.
     """
 
-    def __init__(self, name: str, rule: str = "", value: str | None = None, remedy: str = "") -> None:
+    def __init__(self, name: str, rule: str, value: str | None = None, remedy: str = "") -> None:
         self.name, self.rule, self.value, self.remedy = name, rule, value, remedy
         given = "" if value is None else f", got {value}"
         advice = f"; {remedy}" if remedy else ""
-        super().__init__(f"{name} {rule}".rstrip() + given + advice)
+        super().__init__(f"{name} {rule}{given}{advice}")
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, str, str | None, str]]:
         return type(self), (self.name, self.rule, self.value, self.remedy)
