@@ -121,7 +121,7 @@ def test_paths_are_selected_by_click_band_level_and_key(open_page) -> None:
     assert viewer.selected() == "4 of 4 paths selected"
     viewer.press("Escape", "]", "]", "[")
     assert viewer.selected() == "1 of 4 paths selected: Generation 0"
-    # What is not shown cannot be selected.
+    # Hidden paths cannot be selected.
     viewer.slide("level", "1")
     viewer.page.locator("#surface").focus()
     viewer.press("Control+a")

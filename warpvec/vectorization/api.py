@@ -52,7 +52,8 @@ def vectorize(
     """Turn ``image`` into closed Bezier paths.
 
     Args:
-        image: a path, the bytes of an image file, a PIL image, or an array as `warpvec.image.read.read_image` takes.
+        image: a path, the bytes of an image file, a PIL image, or an array or torch tensor as
+            `warpvec.image.read.read_image` takes it.
         curves: number of paths, by default 512; "auto" for as many as the image rewards. With ``max_bytes`` or
             ``target_psnr``, which decide the number, it is the most that may be used.
         preset: one of `warpvec.PRESETS`: "draft", "default", "best", "paper" or "bezier-splatting".

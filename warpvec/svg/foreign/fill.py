@@ -22,7 +22,6 @@ _TEMPLATES = 10
 
 _URL = re.compile(r"url\(\s*[\"']?#([^\"')\s]*)[\"']?\s*\)\s*(.*)", re.DOTALL)
 
-
 # CSS separates values by commas or by spaces, with a slash before the alpha; svgelements knows commas only.
 _FUNCTION = re.compile(r"(rgba?|hsla?)\(\s*([^()]*?)\s*\)")
 _GAP = re.compile(r"[\s,/]+")
