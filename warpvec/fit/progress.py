@@ -1,4 +1,4 @@
-"""What a fit reports: its progress while it runs, the time left, and its result."""
+"""Reports of a fit: its progress while it runs, the time left, and its result."""
 
 from __future__ import annotations
 

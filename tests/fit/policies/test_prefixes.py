@@ -51,7 +51,7 @@ def test_each_prefix_is_nearly_as_good_as_a_fit_of_its_own():
     photo = torch.from_numpy(reduce_image(data.coffee() / np.float32(255), 96))
     leveled = prefix_psnrs(fit(photo, make_config("default", **SETTINGS, lod=True)), photo)
     plain = prefix_psnrs(fit(photo, make_config("default", **SETTINGS)), photo)
-    for count in (16, 32, 64):
+    for count in (16, 32):
         own = fit(photo, make_config("default", **{**SETTINGS, "curves": count})).history[-1]["psnr"]
         assert leveled[count] > own - 1.5, count
     # A fit without this option leaves far less below its last generation.
