@@ -1,4 +1,4 @@
-"""Fixtures of every test: devices, seeds, a quiet Warp."""
+"""Fixtures for all tests: devices, kernel backends and seeds; also keeps Warp quiet."""
 
 from __future__ import annotations
 
@@ -6,25 +6,34 @@ import numpy as np
 import pytest
 import torch
 import warp as wp
+from backends import BACKENDS, Backend, why_no_cuda
 
 wp.config.log_level = wp.LOG_WARNING
 
-# Sums in torch then have one order, so that a seeded test gives the same digits on every machine.
+# With one thread torch adds in a fixed order, so a seeded test gives the same digits on every machine.
 torch.set_num_threads(1)
 
 
 @pytest.fixture(params=["cpu", "cuda"])
 def device(request: pytest.FixtureRequest) -> str:
-    """Every device in turn; "cuda" is skipped, with the reason, where there is none."""
+    """Each device in turn; "cuda" is skipped on a machine without a GPU."""
     name: str = request.param
-    if name == "cuda" and (reason := _why_no_cuda()):
+    if name == "cuda" and (reason := why_no_cuda()):
         pytest.skip(reason)
     return name
 
 
+@pytest.fixture(params=BACKENDS)
+def backend(request: pytest.FixtureRequest) -> Backend:
+    """Each way to run the kernels in turn; "cuda" is skipped on a machine without a GPU."""
+    if request.param == "cuda" and (reason := why_no_cuda()):
+        pytest.skip(reason)
+    return BACKENDS[request.param]
+
+
 @pytest.fixture(autouse=True)
 def seed() -> int:
-    """Seeds the global generators before each test, and gives the seed for a test's own."""
+    """Seed the global generators before each test; return the seed."""
     value = 0
     torch.manual_seed(value)
     np.random.seed(value)
@@ -33,17 +42,9 @@ def seed() -> int:
 
 @pytest.fixture
 def quick_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Circles in place of the paths of a fit."""
+    """Replace the fit by a stub that returns circles."""
     from stubs import stub_fit
 
     from warpvec.vectorization import api
 
     monkeypatch.setattr(api, "fit", stub_fit)
-
-
-def _why_no_cuda() -> str | None:
-    if not torch.cuda.is_available():
-        return "torch sees no CUDA device"
-    if wp.get_cuda_device_count() == 0:
-        return "warp sees no CUDA device"
-    return None

@@ -1,4 +1,4 @@
-"""Steps whose counts the host does not read: the same results, and no harm where something has no room."""
+"""Steps with a capacity: the same results if it suffices, and no damage if it does not."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import torch
 import warp as wp
-from oracles import GRADIENTS, inputs, lane_widths, target_image
+from backends import SCALAR, Backend
+from oracles import GRADIENTS, inputs, target_image
 from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, random_scene
 
 from warpvec.rendering import exact, launch, splat
@@ -18,12 +19,12 @@ from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 SIZES = [(1, 1), (16, 16), (17, 15), (33, 50), (20, 16 * 65)]
 KINDS = ("exact", "splat")
 
-# Entries, a multiple of 4, on either side of a buffer.
+# Guard entries, a multiple of 4, on either side of a buffer.
 _GUARD = 4096
 
 
-def renderer_of(kind: str, scene: SceneTensors, lane_width: int = 1) -> TileRenderer:
-    shared = {"lane_width": lane_width, "threads": 2, "transmittance_min": 1e-4}
+def renderer_of(kind: str, scene: SceneTensors, backend: Backend = SCALAR) -> TileRenderer:
+    shared = {**backend._asdict(), "threads": 2, "transmittance_min": 1e-4}
     if kind == "exact":
         return exact.ExactRenderer(scene.height, scene.width, **shared)
     return splat.SplatRenderer(scene.height, scene.width, samples=9, lines=3, **shared)
@@ -33,8 +34,8 @@ def step(scene: SceneTensors, renderer: TileRenderer) -> Adjoints:
     return renderer.fit_step(*inputs(scene, renderer), renderer.prepare_target(target_image(scene)))
 
 
-def limited(scene: SceneTensors, renderer: TileRenderer, room: Counts) -> Adjoints:
-    renderer.limit(room)
+def limited(scene: SceneTensors, renderer: TileRenderer, limit: Counts) -> Adjoints:
+    renderer.set_capacity(limit)
     return step(scene, renderer)
 
 
@@ -47,72 +48,71 @@ def check_equal(got: Adjoints, want: Adjoints) -> None:
         assert torch.equal(getattr(got, name), getattr(want, name)), name
 
 
-def check_same(scene: SceneTensors, kind: str, lane_width: int) -> None:
-    """With as much room as it needs, and with more, a step is what it is with all counts read."""
-    renderer = renderer_of(kind, scene, lane_width)
+def check_same(scene: SceneTensors, kind: str, backend: Backend) -> None:
+    """Check that with exactly the capacity it needs, and with more, a step equals one that reads its counts."""
+    renderer = renderer_of(kind, scene, backend)
     want = step(scene, renderer)
-    for room in (renderer.counts, renderer.counts.with_headroom()):
-        check_equal(limited(scene, renderer, room), want)
-        assert renderer.counts[1:] == room[1:] and overflow(renderer) == [0] * 4 and renderer.dropped_steps == 0
+    for limit in (renderer.counts, renderer.counts.with_headroom()):
+        check_equal(limited(scene, renderer, limit), want)
+        assert renderer.counts[1:] == limit[1:] and overflow(renderer) == [0] * 4 and renderer.dropped_steps == 0
         assert renderer.fits == 1.0
 
 
 @pytest.mark.parametrize(("height", "width"), SIZES)
 @pytest.mark.parametrize("kind", KINDS)
-@lane_widths
-def test_with_room_nothing_changes(height: int, width: int, kind: str, lane_width: int) -> None:
-    check_same(random_scene(height, 12, height, width), kind, lane_width)
-    check_same(degenerate_scene(width, 9, height, width), kind, lane_width)
+def test_enough_capacity_changes_nothing(height: int, width: int, kind: str, backend: Backend) -> None:
+    check_same(random_scene(height, 12, height, width), kind, backend)
+    check_same(degenerate_scene(width, 9, height, width), kind, backend)
 
 
 @pytest.mark.parametrize("path_count", [0, 1, 63, 64, 65, 300])
 @pytest.mark.parametrize("kind", KINDS)
 def test_any_number_of_paths(path_count: int, kind: str) -> None:
-    check_same(random_scene(path_count, path_count, 33, 50), kind, 1)
+    check_same(random_scene(path_count, path_count, 33, 50), kind, SCALAR)
 
 
 @pytest.mark.parametrize("case", ZOO, ids=lambda case: case.name)
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_zoo(case: ZooCase, kind: str) -> None:
-    check_same(case.scene, kind, 1)
+    check_same(case.scene, kind, SCALAR)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_another_scene_left_does_not_count(kind: str) -> None:
+def test_values_left_by_another_scene_do_not_count(kind: str) -> None:
     large, small = random_scene(1, 40, 33, 50), random_scene(2, 3, 33, 50)
     renderer = renderer_of(kind, large)
     step(large, renderer)
-    room = renderer.counts
-    got = limited(small, renderer, room)
+    limit = renderer.counts
+    got = limited(small, renderer, limit)
     check_equal(got, step(small, renderer_of(kind, small)))
-    check_equal(limited(large, renderer, room), step(large, renderer_of(kind, large)))
+    check_equal(limited(large, renderer, limit), step(large, renderer_of(kind, large)))
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_removal_too(kind: str) -> None:
+def test_removal_costs_too(kind: str) -> None:
     scene = random_scene(3, 12, 33, 50)
     renderer = renderer_of(kind, scene)
     arguments = [*inputs(scene, renderer), renderer.prepare_target(target_image(scene)), True]
     want = renderer.fit_step(*arguments)
-    renderer.limit(renderer.counts)
+    renderer.set_capacity(renderer.counts)
     assert torch.equal(renderer.fit_step(*arguments).removal_cost, want.removal_cost)
 
 
 # Overflow
 
 
-def short_rooms(counts: Counts) -> Iterator[tuple[int, Counts]]:
-    """Rooms that are one short in one count, or have no room for it at all, and the index of that count."""
+def short_capacities(counts: Counts) -> Iterator[tuple[int, Counts]]:
+    """Yield capacities with one count that is one too small, or zero, and the index of that count."""
     for index, (name, count) in enumerate(counts._asdict().items()):
-        for room in {count - 1, 0} if count else ():
-            yield index, counts._replace(**{name: room})
+        for limit in {count - 1, 0} if count else ():
+            yield index, counts._replace(**{name: limit})
 
 
 @pytest.fixture
 def guards(monkeypatch: pytest.MonkeyPatch) -> list[np.ndarray]:
-    """Memory around each buffer, which ends where it was asked to: 0, 1, 2, 3 over and over.
+    """Put guard entries 0, 1, 2, 3, 0, 1, ... around each buffer, which has the exact size asked for; return them.
 
-    Whoever reads there finds paths, boxes of two columns, and classes of pairs.
+    A kernel that reads the guards finds valid paths, boxes of two columns, and classes of pairs.
     """
     made: list[np.ndarray] = []
 
@@ -138,61 +138,56 @@ def check_untouched(guards: list[np.ndarray]) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_step_with_room_stays_within_it(kind: str, guards: list[np.ndarray]) -> None:
+def test_a_step_within_its_capacity_stays_in_its_buffers(kind: str, guards: list[np.ndarray]) -> None:
     scene = random_scene(6, 30, 60, 70)
-    # Strips of no path, taken for more of the last one's, would have pairs far beyond all others, and there find the
-    # slots of the first one.
+    # A strip of no path that was taken for one of the last path would have a pair beyond all others, and there find a
+    # slot of the first path.
     ends = circle(35.0, 30.0, 13.0), circle(35.0, 30.0, 80.0)
     scene = scene._replace(points=torch.cat([ends[0][None], scene.points[1:-1], ends[1][None]]))
     want = step(scene, counted := renderer_of(kind, scene))
-    for room in (counted.counts, counted.counts.with_headroom()):
-        check_equal(limited(scene, renderer_of(kind, scene), room), want)
+    for limit in (counted.counts, counted.counts.with_headroom()):
+        check_equal(limited(scene, renderer_of(kind, scene), limit), want)
     check_untouched(guards)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@lane_widths
-def test_a_step_without_room_changes_nothing(kind: str, lane_width: int) -> None:
+def test_a_dropped_step_changes_nothing(kind: str, backend: Backend) -> None:
     scene = random_scene(4, 30, 60, 70)
-    renderer = renderer_of(kind, scene, lane_width)
+    renderer = renderer_of(kind, scene, backend)
     adjoints = step(scene, renderer)
     target, loss = renderer.prepare_target(target_image(scene)), adjoints.loss.clone()
-    for dropped_steps, (index, room) in enumerate(short_rooms(renderer.counts), 1):
-        renderer.limit(None)
-        step(scene, renderer)  # leaves all that a step without room must not read
-        renderer.limit(room)
+    for dropped_steps, (index, limit) in enumerate(short_capacities(renderer.counts), 1):
+        renderer.set_capacity(None)
+        step(scene, renderer)  # leaves values that a dropped step must not read
+        renderer.set_capacity(limit)
         renderer.fit_step(*inputs(scene, renderer), target, out=adjoints)
         assert overflow(renderer)[index] == 1 and renderer.dropped_steps == dropped_steps and renderer.fits == -1.0
-        assert not any(getattr(adjoints, name).any() for name in GRADIENTS), room
+        assert not any(getattr(adjoints, name).any() for name in GRADIENTS), limit
         assert torch.equal(adjoints.loss, loss)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_step_without_room_stays_within_it(kind: str, guards: list[np.ndarray]) -> None:
+def test_a_dropped_step_stays_in_its_buffers(kind: str, guards: list[np.ndarray]) -> None:
     scene = random_scene(4, 30, 60, 70)
     step(scene, counted := renderer_of(kind, scene))
-    for _, room in short_rooms(counted.counts):
-        adjoints = limited(scene, renderer_of(kind, scene), room)
-        assert not any(getattr(adjoints, name).any() for name in GRADIENTS), room
+    for _, limit in short_capacities(counted.counts):
+        adjoints = limited(scene, renderer_of(kind, scene), limit)
+        assert not any(getattr(adjoints, name).any() for name in GRADIENTS), limit
     check_untouched(guards)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_room_to_grow_recovers(kind: str) -> None:
+def test_a_larger_capacity_recovers(kind: str) -> None:
     small, large = random_scene(5, 4, 60, 70), random_scene(5, 60, 60, 70)
     renderer = renderer_of(kind, small)
     step(small, renderer)
-    room = renderer.counts
-    limited(large, renderer, room)
-    check_equal(limited(small, renderer, room), step(small, renderer_of(kind, small)))
-    limited(large, renderer, room)
+    limit = renderer.counts
+    limited(large, renderer, limit)
+    check_equal(limited(small, renderer, limit), step(small, renderer_of(kind, small)))
+    limited(large, renderer, limit)
     assert renderer.dropped_steps == 2
-    renderer.limit(None)
+    renderer.set_capacity(None)
     want = step(large, renderer)
     check_equal(want, step(large, renderer_of(kind, large)))
     check_equal(limited(large, renderer, renderer.counts.with_headroom()), want)
     assert renderer.dropped_steps == 2 and overflow(renderer) == [0] * 4
-
-
-def test_headroom_is_half_of_a_large_count_and_some_of_a_small_one() -> None:
-    assert Counts(10_000, 1_000, 0, 1).with_headroom() == Counts(15_256, 1_756, 256, 257)

@@ -1,4 +1,4 @@
-"""The repeated step: recorded, replayed, recorded again, and counted where that is not possible."""
+"""The recorded step: recorded, replayed, recorded again, and taken directly if it cannot be recorded."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from warpvec.rendering.graph import RecordedStep
 
 @pytest.fixture
 def launches(monkeypatch: pytest.MonkeyPatch) -> list[object]:
-    """The graphs that were replayed."""
+    """Collect the graphs that are replayed."""
     replayed: list[object] = []
     replay = wp.capture_launch
     monkeypatch.setattr(wp, "capture_launch", lambda graph: (replayed.append(graph), replay(graph)))
@@ -30,13 +30,13 @@ def test_replays_follow_the_paths(kind: str, launches: list[object], device: str
     moving = Moving(kind, random_scene(1, 20, 60, 70), device)
     for _ in range(12):
         moving.check_step()
-    # One to be counted, one to rehearse, which is checked by a replay, and ten replays of one graph.
+    # One step reads its counts, one records a graph and checks a replay of it, and ten replay the graph.
     assert len(launches) == 11 and len(set(map(id, launches))) == 1
     assert moving.renderer.dropped_steps == 0
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_other_memory_is_recorded_anew(kind: str, launches: list[object]) -> None:
+def test_inputs_in_other_memory_are_recorded_again(kind: str, launches: list[object]) -> None:
     moving = Moving(kind, random_scene(1, 20, 60, 70))
     for count in (20, 12, 20):
         moving.values = [value[:count].clone() for value in moving.values[:3]] + [moving.values[3].clone()]
@@ -49,27 +49,29 @@ def test_other_memory_is_recorded_anew(kind: str, launches: list[object]) -> Non
 
 
 @pytest.mark.parametrize("count", [20, 7])
-@pytest.mark.parametrize("removal_cost", [False, True])
-def test_steps_between_replays_leave_them_alone(count: int, removal_cost: bool, launches: list[object]) -> None:
-    """With removal, or of fewer paths while paused: neither is recorded."""
+@pytest.mark.parametrize("want_removal_cost", [False, True])
+def test_direct_steps_between_replays_keep_the_recording(
+    count: int, want_removal_cost: bool, launches: list[object]
+) -> None:
+    """Steps that want removal costs, or are of fewer paths while paused, are not recorded."""
     moving = Moving("exact", random_scene(1, 20, 60, 70))
     for _ in range(3):
         moving.check_step()
     fewer = [value[:count].clone() for value in moving.values[:3]] + [moving.values[3]]
     for _ in range(2):
-        moving.repeated.is_paused = not removal_cost
-        got = moving.repeated.take(*fewer, moving.target, removal_cost)
-        check_equal(got, moving.plain.fit_step(*fewer, moving.target, removal_cost))
-        moving.repeated.is_paused = False
+        moving.recorded.is_paused = not want_removal_cost
+        got = moving.recorded.take(*fewer, moving.target, want_removal_cost)
+        check_equal(got, moving.plain.fit_step(*fewer, moving.target, want_removal_cost))
+        moving.recorded.is_paused = False
         moving.check_step()
-        assert not removal_cost or torch.equal(got.color, moving.plain.fit_step(*fewer, moving.target).color)
+        assert not want_removal_cost or torch.equal(got.color, moving.plain.fit_step(*fewer, moving.target).color)
     assert len(launches) == 4 and len(set(map(id, launches))) == 1
 
 
-def test_a_pause_leaves_the_recording_alone(launches: list[object]) -> None:
+def test_a_pause_keeps_the_recording(launches: list[object]) -> None:
     moving = Moving("exact", random_scene(1, 20, 60, 70))
     for is_paused in (False, False, False, True, True, False):
-        moving.repeated.is_paused = is_paused
+        moving.recorded.is_paused = is_paused
         moving.check_step()
     assert len(launches) == 3 and len(set(map(id, launches))) == 1
 
@@ -79,13 +81,13 @@ def test_another_render_that_moves_the_buffers_ends_the_recording(kind: str, lau
     moving, large = Moving(kind, random_scene(1, 6, 60, 70)), random_scene(2, 200, 60, 70)
     for _ in range(3):
         moving.check_step()
-    assert moving.repeated.is_recorded
+    assert len(launches) == 2
     growth = moving.renderer.growth
     moving.renderer.render(*inputs(large, moving.renderer))
     assert moving.renderer.growth > growth
     for _ in range(4):
         moving.check_step()
-    assert moving.repeated.is_recorded and len(set(map(id, launches))) == 2
+    assert len(launches) == 4 and len(set(map(id, launches))) == 2
 
 
 def test_a_render_between_replays_changes_nothing(launches: list[object]) -> None:
@@ -97,7 +99,7 @@ def test_a_render_between_replays_changes_nothing(launches: list[object]) -> Non
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_paths_that_outgrow_their_room_are_counted_again(
+def test_paths_that_outgrow_the_capacity_get_a_larger_one(
     kind: str, launches: list[object], device: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(step, "_CHECK_GAP", 4)
@@ -112,14 +114,16 @@ def test_paths_that_outgrow_their_room_are_counted_again(
         dropped_steps = moving.step()
         assert not any(getattr(dropped_steps, name).any() for name in GRADIENTS)
         assert torch.equal(dropped_steps.loss, loss) and moving.renderer.fits == -1.0
-    # What has no limit minds no overflow.
+    # A render without a limit ignores the overflow.
     adj_image = torch.ones(60, 70, 3, device=moving.renderer.device)
     assert moving.renderer.adjoint(*moving.values, adj_image).background.any()
     check_equal(moving.step(), moving.want())
     assert moving.renderer.fits == 1.0
     for _ in range(7):
         check_equal(moving.step(), moving.want())
-    assert moving.repeated.is_recorded and moving.renderer.dropped_steps == 3
+    launches.clear()
+    check_equal(moving.step(), moving.want())
+    assert launches and moving.renderer.dropped_steps == 3
 
 
 @pytest.mark.parametrize("fault", ["a replay", "a rehearsal"])
@@ -132,19 +136,19 @@ def test_a_recording_that_differs_is_not_used(
 
     def spoiled(*args: Any, **kwargs: Any) -> Any:
         result = act(*args, **kwargs)
-        if fault == "a replay" or moving.renderer._launch.capacity.room is not None:
-            moving.repeated._out.color[0] += 1e-6
+        if fault == "a replay" or moving.renderer._launch.capacity.limit is not None:
+            moving.recorded._out.color[0] += 1e-6
         return result
 
     monkeypatch.setattr(*spoil, spoiled)
     for _ in range(5):
         moving.check_step()
-    assert len(launches) == 1 and not moving.repeated.is_recorded
+    assert len(launches) == 1
 
 
 @pytest.mark.parametrize("hindrance", ["memory", "capture"])
 @pytest.mark.parametrize("recorded", [0, 4])
-def test_where_nothing_can_be_recorded_steps_are_counted(
+def test_steps_that_cannot_be_recorded_are_taken_directly(
     hindrance: str, recorded: int, launches: list[object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*args: Any, **kwargs: Any) -> None:
@@ -165,9 +169,9 @@ def test_where_nothing_can_be_recorded_steps_are_counted(
     assert not launches and moving.renderer.dropped_steps == 0
 
 
-def test_steps_are_recorded_on_a_gpu_alone_unless_asked_for(launches: list[object], device: str) -> None:
+def test_by_default_only_a_gpu_records(launches: list[object], device: str) -> None:
     moving = Moving("exact", random_scene(1, 20, 60, 70), device)
-    moving.repeated = RecordedStep(moving.renderer)
+    moving.recorded = RecordedStep(moving.renderer)
     for _ in range(4):
         moving.check_step()
     assert len(launches) == (0 if device == "cpu" else 3)

@@ -1,4 +1,4 @@
-"""A steady step makes no memory: what it needs it has."""
+"""A steady step allocates no memory."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from warpvec.rendering.launch import Buffers
 
 
 class NewTensors(TorchDispatchMode):
-    """Notes the sizes of tensors whose memory is new."""
+    """Collects the sizes of tensors with new memory."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -41,9 +41,9 @@ class NewTensors(TorchDispatchMode):
 
 @pytest.mark.parametrize("record", [False, True])
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_steady_step_makes_no_memory(kind: str, record: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_steady_step_allocates_nothing(kind: str, record: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     moving = Moving(kind, random_scene(1, 20, 60, 70))
-    moving.repeated = RecordedStep(moving.renderer, record)
+    moving.recorded = RecordedStep(moving.renderer, record)
     for _ in range(4):
         moving.step()
     growth, made = moving.renderer.growth, count_arrays(monkeypatch)
@@ -55,7 +55,7 @@ def test_a_steady_step_makes_no_memory(kind: str, record: bool, monkeypatch: pyt
 
 
 def count_arrays(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """Warp arrays that bring memory of their own from now on."""
+    """Collect the Warp arrays that are allocated from now on."""
     made: list[Any] = []
     for name in ("zeros", "empty", "full", "ones"):
         make: Callable[..., Any] = getattr(wp, name)
@@ -64,31 +64,28 @@ def count_arrays(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("reduction", [1, 2])
-def test_a_steady_step_of_the_fit_makes_nothing_large(
-    kind: str, reduction: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Beside the rows of a few paths, nothing: tensors of the image's size, or of all points', are made once."""
+def test_a_steady_step_of_the_fit_allocates_nothing_large(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tensors of the size of the image or of all points are allocated once; only a few rows of paths are new."""
     tensors = random_scene(4, 30, 64, 96)
     floats = (value.float() for value in tensors[:4])
     config = make_config(renderer=kind, device="cpu")
     population = Population(Scene(*floats, generation=torch.zeros(30, dtype=torch.int64)), config, 48.0)
-    canvas = Target(target_image(tensors).float(), config, "cpu", reduction)
+    target = Target(target_image(tensors).float(), config, "cpu")
     regularization = Regularization(64, 96, config, "cpu", 3)
 
     def take_step() -> None:
-        adjoints = canvas.fit_step(population.live, False)
+        adjoints = target.fit_step(population.live, False)
         regularization.add_adjoint(population.live.points, population.live.opacity, adjoints.points, adjoints.opacity)
         population.step(adjoints.points, adjoints.color, adjoints.opacity, adjoints.background, 0.0)
 
     with torch.no_grad():
         for _ in range(3):
             take_step()
-        growth, made = canvas._renderer.growth, count_arrays(monkeypatch)
+        growth, made = target._renderer.growth, count_arrays(monkeypatch)
         with NewTensors() as new:
             for _ in range(3):
                 take_step()
-    assert canvas._renderer.growth == growth and not made
+    assert target._renderer.growth == growth and not made
     assert max((size for _, size in new.sizes), default=0) <= 4
 
 

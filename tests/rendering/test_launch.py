@@ -1,10 +1,15 @@
-"""Launches shared among threads: each item once, errors not lost; and buffers that follow their scene."""
+"""Launches shared among threads run each item once and raise errors; buffers grow as needed."""
+
+import gc
+import weakref
 
 import numpy as np
 import pytest
+import torch
 import warp as wp
 
 from warpvec.errors import InputError
+from warpvec.rendering import launch as launching
 from warpvec.rendering.launch import Buffers, Launcher, exclusive_scan, read_total, resolve_device, start_warp
 
 COUNTS = [0, 1, 2, 63, 64, 65, 127, 129, 5000]
@@ -83,9 +88,10 @@ def test_a_buffer_keeps_its_memory_until_it_is_outgrown() -> None:
     assert larger is not first and larger.shape[0] >= 1000
     assert buffers.get("b", 10, wp.float32) is not larger
     assert buffers.growth == 3
-    # The smaller one is gone.
-    held = 4 * (larger.shape[0] + buffers.get("b", 10, wp.float32).shape[0])
-    assert buffers.byte_count == held
+    outgrown = weakref.ref(first)
+    del first
+    gc.collect()
+    assert outgrown() is None
 
 
 def test_a_buffer_has_its_other_axes_as_asked() -> None:
@@ -115,3 +121,15 @@ def test_an_unknown_device_is_named_in_one_line(name: str) -> None:
         resolve_device(name)
     message = str(caught.value)
     assert "\n" not in message and message.startswith("device must be auto or one of cpu") and repr(name) in message
+
+
+def test_a_gpu_is_refused_in_a_forked_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    monkeypatch.setattr(wp, "get_cuda_device_count", lambda: 1)
+    monkeypatch.setattr(launching, "start_warp", lambda: 0)  # Warp was started by the process 0
+    for name in ("auto", "cuda", "cuda:0"):
+        with pytest.raises(
+            InputError, match=f"device must be cpu in a process that was forked .*, got '{name}'; give cpu"
+        ):
+            resolve_device(name)
+    assert resolve_device("cpu") == "cpu"

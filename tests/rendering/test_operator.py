@@ -15,6 +15,7 @@ import pytest
 import torch
 import warp as wp
 from assertions import assert_grad_close
+from backends import Backend
 from oracles import GRADIENTS, adjoint, cotangent, make_renderer
 from scenes import SceneTensors, circle, random_scene
 from torch import Tensor
@@ -50,7 +51,7 @@ def test_image_and_gradients_are_those_of_the_renderer(dtype: torch.dtype, devic
     image = drawing(scene)(*leaves)
     assert image.shape == (HEIGHT, WIDTH, 3) and image.dtype == dtype and image.device == scene.points.device
     image.backward(cotangent(tensors).to(image))
-    renderer = make_renderer(tensors, None, dtype, device=device, transmittance_min=1e-4)
+    renderer = make_renderer(tensors, Backend(device), dtype, transmittance_min=1e-4)
     want = adjoint(tensors, renderer, cotangent(tensors))
     for name, leaf in zip(GRADIENTS, leaves, strict=True):
         assert_grad_close(leaf.grad, getattr(want, name), rtol=1e-6, atol=0.0, name=name)
@@ -229,7 +230,9 @@ def test_bad_arguments_are_told_in_one_line(height: Any, width: Any, options: di
 
 
 def test_exact_takes_cubics_only() -> None:
-    with pytest.raises(InputError, match="scene must have degree 3 for the renderer exact, got 5; see ") as caught:
+    with pytest.raises(
+        InputError, match="scene must have degree 3 for the renderer exact, got 5; convert it "
+    ) as caught:
         warpvec.render(sides_scene(), HEIGHT, WIDTH)
     assert "\n" not in str(caught.value)
 

@@ -7,16 +7,18 @@ from dataclasses import fields
 
 import pytest
 import torch
+import warp as wp
 from assertions import assert_close_off_edges, assert_grad_close
-from oracles import GRADIENTS, adjoint, cotangent, inputs, lane_widths, precisions, render, target_image
+from backends import SCALAR, Backend
+from oracles import GRADIENTS, adjoint, cotangent, fit_step, precisions, render, target_image
 from reference import mean_squared_error
 from reference.splatting import Settings
 from scenes import SceneTensors, circle, degenerate_scene, random_scene
 from splat_oracles import (
     OPACITIES,
     layered,
-    least_margin,
     make_splat_renderer,
+    min_margin,
     off_the_band,
     reference_gradients,
     reference_image,
@@ -27,7 +29,6 @@ from torch import Tensor
 
 from warpvec.errors import InputError
 from warpvec.rendering.splat import SplatRenderer
-from warpvec.rendering.tile_renderer import Adjoints
 
 SMALL = Settings(samples=7, lines=2)
 
@@ -40,20 +41,14 @@ Maker = Callable[..., SceneTensors]
 # The fused step
 
 
-def fit_step(scene: SceneTensors, renderer: SplatRenderer, removal_cost: bool = False) -> Adjoints:
-    target = renderer.prepare_target(target_image(scene))
-    return renderer.fit_step(*inputs(scene, renderer), target, removal_cost)
-
-
 @pytest.mark.parametrize(("height", "width"), [(1, 1), (33, 50), (17, 1037)])
 @switches
-@lane_widths
 def test_fit_step_is_render_then_error_then_adjoint(
-    height: int, width: int, interior: bool, covariance: bool, lane_width: int
+    height: int, width: int, interior: bool, covariance: bool, backend: Backend
 ) -> None:
     settings = with_switches(SMALL, interior, covariance)
     scene = random_scene(height, 12, height, width)
-    renderer = make_splat_renderer(scene, settings, lane_width)
+    renderer = make_splat_renderer(scene, settings, backend)
     difference = render(scene, renderer) - target_image(scene)
     want = adjoint(scene, renderer, 2 * difference / difference.numel())
     got = fit_step(scene, renderer)
@@ -63,31 +58,29 @@ def test_fit_step_is_render_then_error_then_adjoint(
     assert got.removal_cost is None
 
 
-@lane_widths
-def test_fit_step_in_single_precision(lane_width: int) -> None:
+def test_fit_step_in_single_precision(backend: Backend) -> None:
     scene = random_scene(4, 12, 33, 50)
     exact = fit_step(scene, make_splat_renderer(scene, SMALL), True)
-    single = fit_step(scene, make_splat_renderer(scene, SMALL, lane_width, torch.float32), True)
+    single = fit_step(scene, make_splat_renderer(scene, SMALL, backend, torch.float32), True)
     for name in (*GRADIENTS, "removal_cost"):
         assert_grad_close(getattr(single, name), getattr(exact, name), rtol=1e-3, atol=0.0, name=name)
     torch.testing.assert_close(single.loss.double(), exact.loss, rtol=1e-5, atol=0)
 
 
 @pytest.mark.parametrize("path_count", [1, 12, 65])
-@lane_widths
-def test_removal_is_what_rendering_without_the_path_loses(path_count: int, lane_width: int) -> None:
+def test_removal_cost_is_the_rise_of_the_loss_without_the_path(path_count: int, backend: Backend) -> None:
     scene = random_scene(path_count, path_count, 33, 40)
-    check_removal(scene, make_splat_renderer(scene, SMALL, lane_width))
+    check_removal_cost(scene, make_splat_renderer(scene, SMALL, backend))
 
 
 @pytest.mark.parametrize("opacity", OPACITIES)
-def test_removal_of_paths_of_any_opacity(opacity: tuple[float, ...]) -> None:
+def test_removal_costs_of_any_opacity(opacity: tuple[float, ...]) -> None:
     scene = layered(4, 33, 40, *opacity)
-    check_removal(scene, make_splat_renderer(scene, SMALL))
+    check_removal_cost(scene, make_splat_renderer(scene, SMALL))
 
 
-def check_removal(scene: SceneTensors, renderer: SplatRenderer) -> None:
-    got = fit_step(scene, renderer, removal_cost=True).removal_cost
+def check_removal_cost(scene: SceneTensors, renderer: SplatRenderer) -> None:
+    got = fit_step(scene, renderer, want_removal_cost=True).removal_cost
     target, error = target_image(scene), mean_squared_error(render(scene, renderer), target_image(scene))
     want = []
     for row in range(len(scene.points)):
@@ -98,12 +91,11 @@ def check_removal(scene: SceneTensors, renderer: SplatRenderer) -> None:
     torch.testing.assert_close(got, torch.stack(want), rtol=1e-9, atol=1e-12)
 
 
-@lane_widths
 @precisions
-def test_asking_for_removal_changes_nothing_else(lane_width: int, dtype: torch.dtype) -> None:
+def test_asking_for_removal_costs_changes_nothing_else(backend: Backend, dtype: torch.dtype) -> None:
     scene = random_scene(6, 12, 33, 50)
-    renderer = make_splat_renderer(scene, SMALL, lane_width, dtype)
-    plain, asked = fit_step(scene, renderer), fit_step(scene, renderer, removal_cost=True)
+    renderer = make_splat_renderer(scene, SMALL, backend, dtype)
+    plain, asked = fit_step(scene, renderer), fit_step(scene, renderer, want_removal_cost=True)
     for name in (*GRADIENTS, "loss"):
         torch.testing.assert_close(getattr(asked, name), getattr(plain, name), rtol=1e-5, atol=1e-9)
 
@@ -131,11 +123,10 @@ def covered(seed: int, height: int = 33, width: int = 40) -> SceneTensors:
 
 
 @pytest.mark.parametrize(("height", "width"), [(32, 48), (33, 40), (31, 33)])
-@lane_widths
-def test_skipping_what_is_hidden_changes_next_to_nothing(height: int, width: int, lane_width: int) -> None:
+def test_skipping_what_is_hidden_changes_next_to_nothing(height: int, width: int, backend: Backend) -> None:
     # What lies beyond the canvas in a cut tile is no reason to go on.
     scene, settings = covered(1, height, width), Settings(24, 12)
-    full, cut = (make_splat_renderer(scene, settings, lane_width, transmittance_min=least) for least in (0.0, 1e-4))
+    full, cut = (make_splat_renderer(scene, settings, backend, transmittance_min=least) for least in (0.0, 1e-4))
     torch.testing.assert_close(render(scene, cut), render(scene, full), rtol=0, atol=1e-4)
     adj_image = cotangent(scene)
     got, want = adjoint(scene, cut, adj_image), adjoint(scene, full, adj_image)
@@ -144,20 +135,18 @@ def test_skipping_what_is_hidden_changes_next_to_nothing(height: int, width: int
         # Where a cover ends the light, what lies behind it counts 1e-4 in its own gradient.
         assert_grad_close(getattr(got, name)[6:], visible, rtol=1e-2, atol=0.0, name=name)
         assert_grad_close(getattr(got, name)[10:], visible[4:], rtol=1e-3, atol=0.0, name=name)
-    if lane_width == 16:
-        # Scalar lanes on the CPU see one pixel and not its tile: they skip nothing.
+    if backend != SCALAR:  # scalar lanes on the CPU see one pixel and not its tile, so they skip nothing
         assert not any(getattr(got, name)[:6].any() for name in ("points", "color", "opacity"))
         assert all(getattr(want, name)[:6].any() for name in ("points", "color", "opacity"))
 
 
-@lane_widths
 @precisions
-def test_what_is_in_the_buffers_of_hidden_pairs_is_not_read(lane_width: int, dtype: torch.dtype) -> None:
+def test_what_is_in_the_buffers_of_hidden_pairs_is_not_read(backend: Backend, dtype: torch.dtype) -> None:
     scene, settings = covered(3), Settings(24, 12, covariance_gradient=True)
-    renderer = make_splat_renderer(scene, settings, lane_width, dtype, transmittance_min=1e-4)
+    renderer = make_splat_renderer(scene, settings, backend, dtype, transmittance_min=1e-4)
     want = adjoint(scene, renderer, cotangent(scene))
     for buffer in (renderer._coverage._slot_transmittance, renderer._coverage.slot_coverage):
-        torch.from_numpy(buffer.numpy()).fill_(torch.nan)
+        wp.to_torch(buffer).fill_(torch.nan)
     got = adjoint(scene, renderer, cotangent(scene))
     for name in GRADIENTS:
         assert torch.equal(getattr(got, name), getattr(want, name)), name
@@ -166,10 +155,9 @@ def test_what_is_in_the_buffers_of_hidden_pairs_is_not_read(lane_width: int, dty
 @pytest.mark.parametrize("value", [torch.nan, torch.inf, -torch.inf])
 @pytest.mark.parametrize("point", [0, 3, 4], ids=["first", "anchor", "handle"])
 @switches
-@lane_widths
 @precisions
 def test_a_path_that_is_not_finite_is_as_if_absent(
-    value: float, point: int, interior: bool, covariance: bool, lane_width: int, dtype: torch.dtype
+    value: float, point: int, interior: bool, covariance: bool, backend: Backend, dtype: torch.dtype
 ) -> None:
     settings = with_switches(SMALL, interior, covariance)
     scene = random_scene(3, 4, 33, 50)
@@ -177,7 +165,7 @@ def test_a_path_that_is_not_finite_is_as_if_absent(
     points[1, point] = value
     broken, others = scene._replace(points=points), [0, 2, 3]
     rest = scene._replace(points=scene.points[others], color=scene.color[others], opacity=scene.opacity[others])
-    renderer, adj_image = make_splat_renderer(scene, settings, lane_width, dtype), cotangent(scene)
+    renderer, adj_image = make_splat_renderer(scene, settings, backend, dtype), cotangent(scene)
     assert torch.equal(render(broken, renderer), render(rest, renderer))
     got, want = adjoint(broken, renderer, adj_image), adjoint(rest, renderer, adj_image)
     for name in ("points", "color", "opacity"):
@@ -186,28 +174,26 @@ def test_a_path_that_is_not_finite_is_as_if_absent(
     assert torch.equal(got.background, want.background)
 
 
-@lane_widths
-def test_one_renderer_serves_scenes_that_grow_and_shrink(lane_width: int) -> None:
+def test_one_renderer_serves_scenes_that_grow_and_shrink(backend: Backend) -> None:
     settings = Settings(5, 2, covariance_gradient=True)
     scenes = [random_scene(n, n, 33, 40, pieces) for n, pieces in [(1, 2), (30, 7), (3, 4), (60, 3), (0, 4), (2, 7)]]
     scenes.insert(3, scenes[2]._replace(points=3e3 * scenes[2].points))
-    renderer = make_splat_renderer(scenes[0], settings, lane_width)
+    renderer = make_splat_renderer(scenes[0], settings, backend)
     for scene in scenes:
-        assert least_margin(scene, settings) > 1e-10
+        assert min_margin(scene, settings) > 1e-10
         torch.testing.assert_close(render(scene, renderer), reference_image(scene, settings), rtol=0, atol=1e-9)
         got, want = adjoint(scene, renderer, cotangent(scene)), reference_gradients(scene, settings, cotangent(scene))
         for name in GRADIENTS:
             assert_grad_close(getattr(got, name), want[name], rtol=1e-8, atol=1e-9, name=name)
 
 
-@lane_widths
 @precisions
-def test_what_was_left_in_the_buffers_by_another_scene_does_not_count(lane_width: int, dtype: torch.dtype) -> None:
+def test_what_was_left_in_the_buffers_by_another_scene_does_not_count(backend: Backend, dtype: torch.dtype) -> None:
     settings = Settings(24, 12, covariance_gradient=True)
     scene, other = covered(2), random_scene(4, 40, 33, 40)
-    used = make_splat_renderer(scene, settings, lane_width, dtype, transmittance_min=1e-4)
+    used = make_splat_renderer(scene, settings, backend, dtype, transmittance_min=1e-4)
     adjoint(other, used, cotangent(other))
-    fresh = make_splat_renderer(scene, settings, lane_width, dtype, transmittance_min=1e-4)
+    fresh = make_splat_renderer(scene, settings, backend, dtype, transmittance_min=1e-4)
     got, want = (adjoint(scene, renderer, cotangent(scene)) for renderer in (used, fresh))
     for name in GRADIENTS:
         assert torch.equal(getattr(got, name), getattr(want, name)), name
@@ -220,8 +206,10 @@ def test_any_number_of_threads_gives_the_same_bits_and_so_does_a_second_call(
 ) -> None:
     settings = with_switches(Settings(17, 5), interior, covariance)
     scene = random_scene(height, 70, height, width)
-    runs = [everything(scene, make_splat_renderer(scene, settings, None, torch.float32, threads=n)) for n in (1, 2, 3)]
-    renderer = make_splat_renderer(scene, settings, None, torch.float32, threads=2)
+    runs = [
+        everything(scene, make_splat_renderer(scene, settings, Backend(), torch.float32, threads=n)) for n in (1, 2, 3)
+    ]
+    renderer = make_splat_renderer(scene, settings, Backend(), torch.float32, threads=2)
     runs += [everything(scene, renderer), everything(scene, renderer)]
     for run in runs[1:]:
         for name, value in run.items():
@@ -241,20 +229,20 @@ def everything(scene: SceneTensors, renderer: SplatRenderer) -> dict[str, Tensor
 def test_a_device_agrees_with_the_cpu(make: Maker, interior: bool, covariance: bool, device: str) -> None:
     settings = with_switches(Settings(20, 6), interior, covariance)
     scene = off_the_band(settings, make, 5, 20, 50, 70)
-    renderer, cpu = make_splat_renderer(scene, settings, None, device=device), make_splat_renderer(scene, settings)
+    renderer, cpu = make_splat_renderer(scene, settings, Backend(device)), make_splat_renderer(scene, settings)
     torch.testing.assert_close(render(scene, renderer).cpu(), render(scene, cpu), rtol=0, atol=EXACT)
     got, want = (adjoint(scene, r, cotangent(scene)) for r in (renderer, cpu))
     for name in GRADIENTS:
         assert_grad_close(getattr(got, name), getattr(want, name), rtol=1e-9, atol=1e-12, name=name)
     got, want = (fit_step(scene, r, True) for r in (renderer, cpu))
-    assert_grad_close(got.removal_cost, want.removal_cost, rtol=1e-9, atol=1e-12, name="removal")
+    assert_grad_close(got.removal_cost, want.removal_cost, rtol=1e-9, atol=1e-12, name="removal_cost")
 
 
 @pytest.mark.parametrize("seed", range(2))
 def test_single_precision_agrees_with_double(seed: int, device: str) -> None:
     settings = Settings(32, 12)
     scene = random_scene(seed, 60, 150, 200)
-    single = make_splat_renderer(scene, settings, None, torch.float32, device=device)
+    single = make_splat_renderer(scene, settings, Backend(device), torch.float32)
     double, adj_image = make_splat_renderer(scene, settings), cotangent(scene)
     # An alpha that rounding puts on the other side of the cut is 1 / 255 off.
     image = render(scene, single).cpu().double()

@@ -1,4 +1,4 @@
-"""Interior Gradient Aggregation as a quadrature: what the centers of a circle's Gaussians get from a smooth field.
+"""Interior Gradient Aggregation as a quadrature: the gradients of a circle's Gaussians in a smooth field.
 
 Equation 4 of Vector Scaffolding: moving a region over an error field e gains the integral of grad e over its area,
 O(r^2) for radius r, and that of e along its boundary, O(r). The sums over the samples approximate both without weights
@@ -13,7 +13,8 @@ import math
 import pytest
 import torch
 from assertions import assert_grad_close
-from oracles import adjoint, lane_widths
+from backends import Backend
+from oracles import adjoint
 from reference.splatting import Gaussians, Settings, gaussians, path_alpha, row_weights
 from scenes import SceneTensors, circle
 from splat_oracles import make_splat_renderer, white
@@ -95,32 +96,31 @@ def averaged_center_adjoint(radius: float, settings: Settings, places: int, phas
 
 
 def test_the_area_gradient_grows_as_r_squared_and_the_boundary_gradient_as_r() -> None:
-    """At 64 samples and 40 lines, on a field that varies little and vanishes nowhere on the circles.
+    """Use 64 samples and 40 lines, and a field that varies little and is nowhere zero on the circles.
 
-    Area: the length of the sum over the lines, which is what moving the whole path is pulled by. (The sum of their
-    lengths grows as r too: the outermost lines, pressed against the boundary, see the step there.) Boundary: the sum
-    of lengths over both sides.
+    Area: the length of the sum over the lines, which pulls the path as a whole. (The sum of the lengths grows as r
+    too, because the outermost lines, close to the boundary, see the step there.) Boundary: the sum of the lengths over
+    both sides.
     """
-    radii, area, boundary = [8, 16, 32, 64], [], []
-    for radius, places in zip(radii, (4, 3, 2, 1), strict=True):
+    radii, area, boundary = [8, 16, 32], [], []
+    for radius, places in zip(radii, (3, 2, 2), strict=True):
         found = averaged_center_adjoint(radius, Settings(), places, math.pi / 4)
         area.append(found[1:-1].sum((0, 1)).norm().item())
         boundary.append(found[[0, -1]].norm(dim=-1).sum().item())
     assert exponent(radii, area) == pytest.approx(2.0, abs=0.15)
-    # The soft inside edge widens with the largest circles and takes up some of it.
+    # The soft inside edge widens with the largest circles and takes over some of the boundary gradient.
     assert exponent(radii, boundary) == pytest.approx(0.9, abs=0.15)
     ratio = [a / b for a, b in zip(area, boundary, strict=True)]
     assert exponent(radii, ratio) == pytest.approx(1.1, abs=0.2) and ratio == sorted(ratio)
 
 
 @pytest.mark.parametrize("radius", [8, 16, 24])
-@lane_widths
-def test_the_renderer_passes_the_area_gradient_on_to_the_points(radius: float, lane_width: int) -> None:
+def test_the_renderer_passes_the_area_gradient_on_to_the_points(radius: float, backend: Backend) -> None:
     scene = circle_scene(radius, 0.3, (0.1, 0.2))
     settings = Settings()
     adj_image = field(scene, math.pi / 4)[..., None].expand(-1, -1, 3) / 3
     on, off = (
-        adjoint(scene, make_splat_renderer(scene, switched, lane_width), adj_image).points[0]
+        adjoint(scene, make_splat_renderer(scene, switched, backend), adj_image).points[0]
         for switched in (settings, Settings(interior_gradient=False))
     )
     adj_center = center_adjoint(scene, settings, math.pi / 4)[0]

@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import pytest
 import torch
-from oracles import adjoint, cotangent, lane_widths, render
+from backends import Backend
+from oracles import adjoint, cotangent, render
 from reference.splatting import Settings
 from scenes import ZOO, SceneTensors, ZooCase, degenerate_scene, random_scene
 from splat_oracles import (
@@ -35,60 +36,53 @@ Maker = Callable[..., SceneTensors]
 
 @pytest.mark.parametrize(("height", "width"), SIZES)
 @pytest.mark.parametrize("make", [random_scene, degenerate_scene])
-@lane_widths
-def test_image_at_every_border(make: Maker, height: int, width: int, lane_width: int) -> None:
+def test_image_at_every_border(make: Maker, height: int, width: int, backend: Backend) -> None:
     scene = off_the_band(SMALL, make, height + width, 9, height, width)
-    check_image(scene, SMALL, make_splat_renderer(scene, SMALL, lane_width), EXACT)
+    check_image(scene, SMALL, make_splat_renderer(scene, SMALL, backend), EXACT)
 
 
 @pytest.mark.parametrize("path_count", [0, 1, 2, 63, 64, 65])
-@lane_widths
-def test_image_of_any_number_of_paths(path_count: int, lane_width: int) -> None:
+def test_image_of_any_number_of_paths(path_count: int, backend: Backend) -> None:
     settings = Settings(4, 1)
     scene = off_the_band(settings, random_scene, path_count, path_count, 33, 40)
-    check_image(scene, settings, make_splat_renderer(scene, settings, lane_width, threads=3), EXACT)
+    check_image(scene, settings, make_splat_renderer(scene, settings, backend, threads=3), EXACT)
 
 
 @pytest.mark.parametrize(("degree", "pieces"), SHAPES)
-@lane_widths
-def test_image_of_any_degree_and_number_of_pieces(degree: int, pieces: int, lane_width: int) -> None:
+def test_image_of_any_degree_and_number_of_pieces(degree: int, pieces: int, backend: Backend) -> None:
     settings = Settings(11, 3, degree)
     scene = off_the_band(settings, loop_scene, degree, 8, 33, 40, degree, pieces)
-    check_image(scene, settings, make_splat_renderer(scene, settings, lane_width), EXACT)
+    check_image(scene, settings, make_splat_renderer(scene, settings, backend), EXACT)
 
 
 @pytest.mark.parametrize(("samples", "lines"), [(2, 1), (3, 5), (15, 2), (16, 1), (17, 5), (33, 2)])
-@lane_widths
-def test_image_of_any_number_of_samples_and_lines(samples: int, lines: int, lane_width: int) -> None:
+def test_image_of_any_number_of_samples_and_lines(samples: int, lines: int, backend: Backend) -> None:
     settings = Settings(samples, lines)
     scene = off_the_band(settings, random_scene, samples, 6, 33, 40)
-    check_image(scene, settings, make_splat_renderer(scene, settings, lane_width), EXACT)
+    check_image(scene, settings, make_splat_renderer(scene, settings, backend), EXACT)
 
 
-@lane_widths
-def test_image_and_gradients_of_the_default_numbers_of_samples_and_lines(lane_width: int) -> None:
+def test_image_and_gradients_of_the_default_numbers_of_samples_and_lines(backend: Backend) -> None:
     settings = Settings(covariance_gradient=True)
     scene = off_the_band(settings, in_the_middle, 3, 3, 20, 24)
-    renderer = make_splat_renderer(scene, settings, lane_width)
+    renderer = make_splat_renderer(scene, settings, backend)
     check_image(scene, settings, renderer, EXACT)
     check_gradients(scene, settings, renderer, 1e-10)
 
 
 @pytest.mark.parametrize("case", ZOO, ids=lambda case: case.name)
-@lane_widths
-def test_image_of_the_zoo(case: ZooCase, lane_width: int) -> None:
+def test_image_of_the_zoo(case: ZooCase, backend: Backend) -> None:
     # Off the symmetry of the zoo, where alphas and clamps stand at their thresholds exactly.
     settings = Settings(6, 2)
     scene = case.scene._replace(points=case.scene.points + 1e-3 * torch.randn(2, dtype=torch.float64))
     reach = max(1.0, scene.points.abs().max().item() / 1e3) if len(scene.points) else 1.0
-    check_image(scene, settings, make_splat_renderer(scene, settings, lane_width), EXACT * reach)
+    check_image(scene, settings, make_splat_renderer(scene, settings, backend), EXACT * reach)
 
 
 @pytest.mark.parametrize("opacity", OPACITIES)
-@lane_widths
-def test_image_and_gradients_of_any_opacity(opacity: tuple[float, ...], lane_width: int) -> None:
+def test_image_and_gradients_of_any_opacity(opacity: tuple[float, ...], backend: Backend) -> None:
     scene = off_the_band(SMALL, layered, 4, 33, 40, *opacity)
-    renderer = make_splat_renderer(scene, SMALL, lane_width)
+    renderer = make_splat_renderer(scene, SMALL, backend)
     check_image(scene, SMALL, renderer, EXACT)
     check_gradients(scene, SMALL, renderer, 1e-10)
     got = adjoint(scene, renderer, cotangent(scene))
@@ -96,10 +90,9 @@ def test_image_and_gradients_of_any_opacity(opacity: tuple[float, ...], lane_wid
     assert not any(getattr(got, name)[hidden].any() for name in ("points", "color", "opacity"))
 
 
-@lane_widths
-def test_no_paths(lane_width: int) -> None:
+def test_no_paths(backend: Backend) -> None:
     scene = random_scene(1, 0, 17, 33)
-    renderer = make_splat_renderer(scene, SMALL, lane_width)
+    renderer = make_splat_renderer(scene, SMALL, backend)
     assert torch.equal(render(scene, renderer), scene.background.expand(17, 33, 3))
     adj_image = cotangent(scene)
     got = adjoint(scene, renderer, adj_image)

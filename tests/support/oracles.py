@@ -1,13 +1,14 @@
-"""The kernels beside the reference: one scene through both, on every instantiation of the kernels."""
+"""Run the exact renderer or its stages, and the float64 reference, on the same scene. Results are on the CPU."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import pytest
 import reference
 import torch
 import warp as wp
+from backends import VECTOR, Backend
 from scenes import SceneTensors
 from torch import Tensor
 
@@ -18,19 +19,16 @@ from warpvec.rendering.launch import Launcher, start_warp
 from warpvec.rendering.stages.binning import Binning, TileGrid
 from warpvec.rendering.stages.coverage import Coverage
 from warpvec.rendering.stages.flattening import Flattening
-from warpvec.rendering.tile_renderer import Adjoints
+from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 
 GRADIENTS = ("points", "color", "opacity", "background")
-
-lane_widths = pytest.mark.parametrize("lane_width", [16, 1], ids=["vector", "scalar"])
-"""Both forms of the kernels on the CPU; the scalar one is what a GPU runs."""
 
 precisions = pytest.mark.parametrize("dtype", [torch.float32, torch.float64], ids=["float32", "float64"])
 
 
 @dataclass(frozen=True)
 class Stages:
-    """The geometric stages, run on one set of paths."""
+    """The stages before compositing, run on one set of paths."""
 
     points: Tensor
     grid: TileGrid
@@ -45,57 +43,62 @@ class Stages:
 
     @property
     def vertices(self) -> Tensor:
-        """[V, 2]."""
+        """[V, 2] px."""
         return torch.from_numpy(self.flattening.vertices.numpy()[: self.flattening.vertex_count].copy())
 
     @property
     def slots(self) -> Tensor:
-        """What is stored for the partial pairs [slots, COLUMNS, TILE rows], sharing its memory."""
-        values = torch.from_numpy(self.coverage.slot_winding.numpy()).flatten()
+        """Values stored for the partial pairs [slots, COLUMNS, TILE rows]: a view of the memory on the device."""
+        values = wp.to_torch(self.coverage.slot_winding).flatten()
         return values[: self.binning.slot_count * COLUMNS * TILE].reshape(-1, COLUMNS, TILE)
 
     def partial_pairs(self) -> list[tuple[int, int, int]]:
-        """Path, tile and slot of each partial pair."""
+        """Return path, tile and slot of each partial pair."""
         hits = range(int(self.binning.tile_first_hit.numpy()[self.grid.count]))
         slot, pair_class = self.binning.pair_slot.numpy(), self.binning.pair_class.numpy()
         found = map(self.hit, hits)
         return [(path, tile, int(slot[pair])) for path, tile, pair in found if pair_class[pair] == PARTIAL]
 
     def winding(self) -> Tensor:
-        """Winding of the pixels [N, tiles, TILE rows, TILE columns] of partial pairs; NaN elsewhere.
+        """Return the winding of the pixels [N, tiles, TILE rows, TILE columns] of partial pairs; NaN elsewhere.
 
-        With the reference's sign: positive inside a path that runs clockwise on the screen. The kernels count the
-        other way round, which the non-zero rule does not see.
+        It has the reference's sign: positive inside a path that runs clockwise on the screen. The kernels use the
+        opposite sign, which makes no difference to the non-zero rule.
         """
-        slots = self.slots
+        slots = self.slots.cpu()
         tiles = torch.full((len(self.points), self.grid.count, TILE, TILE), torch.nan, dtype=slots.dtype)
         for path, tile, slot in self.partial_pairs():
             tiles[path, tile] = -slots[slot, :TILE].T
         return tiles
 
     def hit(self, hit: int) -> tuple[int, int, int]:
-        """Path, tile and pair of a position among the sorted pairs."""
+        """Return path, tile and pair of a hit."""
         pair = int(self.binning.hit_pair.numpy()[hit])
         return int(self.binning.pair_path.numpy()[pair]), int(self.binning.hit_tile.numpy()[hit]), pair
 
 
 def run_stages(
-    points: Tensor, height: int, width: int, lane_width: int = 16, dtype: torch.dtype = torch.float64, threads: int = 2
+    points: Tensor,
+    height: int,
+    width: int,
+    backend: Backend = VECTOR,
+    dtype: torch.dtype = torch.float64,
+    threads: int = 2,
 ) -> Stages:
-    """Flattening, binning and coverage of paths with control points [N, 3 S, 2]."""
+    """Run flattening, binning and coverage on paths with control points [N, 3 S, 2]."""
     start_warp()
-    launch, grid = Launcher("cpu", threads), TileGrid(height, width)
-    lanes = make_lanes(lane_width, wp.dtype_from_torch(dtype))
+    launch, grid = Launcher(backend.device, threads), TileGrid(height, width)
+    lanes = make_lanes(backend.lane_width, wp.dtype_from_torch(dtype))
     stages = Stages(points, grid, Flattening(launch, lanes), Binning(launch, lanes, grid), Coverage(launch, lanes))
     path_count, segment_count = points.shape[0], points.shape[1] // 3
-    stages.flattening.run(wp.from_torch(points.to(dtype).contiguous(), dtype=lanes.vec2))
+    stages.flattening.run(wp.from_torch(points.to(backend.device, dtype).contiguous(), dtype=lanes.vec2))
     stages.binning.run(stages.flattening, path_count, segment_count)
     stages.coverage.run(stages.flattening, stages.binning, segment_count)
     return stages
 
 
 def chord_counts(flattening: Flattening, points: Tensor) -> Tensor:
-    """Chords per segment [N, S] of the paths [N, 3 S, 2] that were flattened last."""
+    """Return the chords per segment [N, S] of the paths [N, 3 S, 2] that were flattened last."""
     path_count, segment_count = points.shape[0], points.shape[1] // 3
     first = torch.from_numpy(flattening.segment_first_vertex.numpy()[: path_count * segment_count + 1]).long()
     return first.diff().reshape(path_count, segment_count)
@@ -103,45 +106,54 @@ def chord_counts(flattening: Flattening, points: Tensor) -> Tensor:
 
 def make_renderer(
     scene: SceneTensors,
-    lane_width: int | None = 16,
+    backend: Backend = VECTOR,
     dtype: torch.dtype = torch.float64,
     *,
     threads: int = 2,
-    device: str = "cpu",
     transmittance_min: float = 0.0,
 ) -> ExactRenderer:
-    """A renderer for the scene's canvas; nothing hidden is skipped unless asked for."""
+    """Make a renderer for the scene's canvas; with the default ``transmittance_min`` it skips no hidden path."""
     return ExactRenderer(
         scene.height,
         scene.width,
-        device=device,
+        device=backend.device,
         threads=threads,
         dtype=dtype,
-        lane_width=lane_width,
+        lane_width=backend.lane_width,
         transmittance_min=transmittance_min,
     )
 
 
-def inputs(scene: SceneTensors, renderer: ExactRenderer) -> list[Tensor]:
-    """Points, colour, opacity and background in the renderer's precision, on its device."""
+def inputs(scene: SceneTensors, renderer: TileRenderer) -> list[Tensor]:
+    """Return points, colour, opacity and background in the renderer's precision, on its device."""
     return [tensor.to(renderer.device, renderer.dtype) for tensor in scene[:4]]
 
 
-def render(scene: SceneTensors, renderer: ExactRenderer) -> Tensor:
-    return renderer.render(*inputs(scene, renderer))
+def render(scene: SceneTensors, renderer: TileRenderer) -> Tensor:
+    return renderer.render(*inputs(scene, renderer)).cpu()
 
 
-def adjoint(scene: SceneTensors, renderer: ExactRenderer, adj_image: Tensor) -> Adjoints:
-    return renderer.adjoint(*inputs(scene, renderer), adj_image.to(renderer.device, renderer.dtype))
+def adjoint(scene: SceneTensors, renderer: TileRenderer, adj_image: Tensor) -> Adjoints:
+    return on_cpu(renderer.adjoint(*inputs(scene, renderer), adj_image.to(renderer.device, renderer.dtype)))
+
+
+def fit_step(scene: SceneTensors, renderer: TileRenderer, want_removal_cost: bool = False) -> Adjoints:
+    target = renderer.prepare_target(target_image(scene))
+    return on_cpu(renderer.fit_step(*inputs(scene, renderer), target, want_removal_cost))
+
+
+def on_cpu(adjoints: Adjoints) -> Adjoints:
+    values = {field.name: getattr(adjoints, field.name) for field in fields(adjoints)}
+    return replace(adjoints, **{name: value.cpu() for name, value in values.items() if value is not None})
 
 
 def reference_image(scene: SceneTensors, renderer: ExactRenderer) -> Tensor:
-    """What the reference draws from the chords that ``renderer`` has just drawn."""
+    """Return the reference's image, with the chords of the renderer's last call."""
     return reference.render(*scene, chord_counts(renderer._flattening, scene.points))
 
 
 def reference_gradients(scene: SceneTensors, renderer: ExactRenderer, adj_image: Tensor) -> dict[str, Tensor]:
-    """dL/d(each input) by autograd through the reference, with the chords that ``renderer`` has just drawn."""
+    """Return dL/d(each input) by autograd through the reference, with the chords of the renderer's last call."""
     leaves = [tensor.clone().requires_grad_() for tensor in scene[:4]]
     counts = chord_counts(renderer._flattening, scene.points)
     image = reference.render(*leaves, scene.height, scene.width, counts)
@@ -150,12 +162,12 @@ def reference_gradients(scene: SceneTensors, renderer: ExactRenderer, adj_image:
 
 
 def cotangent(scene: SceneTensors, seed: int = 1) -> Tensor:
-    """A random dL/d(image) [h, w, 3]."""
+    """Return a random dL/d(image) [h, w, 3]."""
     generator = torch.Generator().manual_seed(seed)
     return torch.randn(scene.height, scene.width, 3, generator=generator, dtype=torch.float64)
 
 
 def target_image(scene: SceneTensors, seed: int = 2) -> Tensor:
-    """A random image [h, w, 3] to fit."""
+    """Return a random image [h, w, 3] to fit."""
     generator = torch.Generator().manual_seed(seed)
     return torch.rand(scene.height, scene.width, 3, generator=generator, dtype=torch.float64)

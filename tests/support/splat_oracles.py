@@ -1,4 +1,4 @@
-"""The splat renderer beside its reference: scenes of any degree, both gradients, distances to what is cut off."""
+"""Run the splat renderer and its float64 reference on the same scene, and keep scenes away from thresholds."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import asdict
 import pytest
 import torch
 from assertions import assert_grad_close, assert_grad_present, assert_same_direction
+from backends import VECTOR, Backend
 from oracles import GRADIENTS, adjoint, cotangent, render
 from reference import splatting
 from reference.splatting import Settings
@@ -18,10 +19,10 @@ from torch import Tensor
 from warpvec.rendering.splat import SplatRenderer
 
 BAND = 1e-9
-"""Width of what float64 may decide otherwise than the reference, around each cut and clamp."""
+"""Distance from a cut or a clamp within which rounding may make the renderer and the reference decide differently."""
 
 SWITCHES = [(interior, covariance) for interior in (True, False) for covariance in (True, False)]
-"""Interior gradient and covariance gradient, on or off."""
+"""Whether the interior gradient and the covariance gradient are on."""
 
 OPACITIES = [
     (0.0, 0.0, 0.0),
@@ -31,7 +32,7 @@ OPACITIES = [
     (1.0, 0.0, 0.005),
     (0.9995, 0.2, 0.3),
 ]
-"""Opacities of three paths: dropped, clipped, in between."""
+"""Opacities of three paths: dropped, clipped, and in between."""
 
 switches = pytest.mark.parametrize(("interior", "covariance"), SWITCHES)
 
@@ -39,28 +40,27 @@ switches = pytest.mark.parametrize(("interior", "covariance"), SWITCHES)
 def make_splat_renderer(
     scene: SceneTensors,
     settings: Settings,
-    lane_width: int | None = 16,
+    backend: Backend = VECTOR,
     dtype: torch.dtype = torch.float64,
     *,
     threads: int = 2,
-    device: str = "cpu",
     transmittance_min: float = 0.0,
 ) -> SplatRenderer:
-    """A renderer for the scene's canvas; nothing hidden is skipped unless asked for."""
+    """Make a renderer for the scene's canvas; with the default ``transmittance_min`` it skips no hidden path."""
     return SplatRenderer(
         scene.height,
         scene.width,
-        device=device,
+        device=backend.device,
         threads=threads,
         dtype=dtype,
-        lane_width=lane_width,
+        lane_width=backend.lane_width,
         transmittance_min=transmittance_min,
         **asdict(settings),
     )
 
 
 def loop_scene(seed: int, path_count: int, height: int, width: int, degree: int, pieces: int = 2) -> SceneTensors:
-    """A random scene of closed loops of ``pieces`` Bezier curves of any degree."""
+    """Return a random scene of closed loops of ``pieces`` Bezier curves of any degree."""
     scene = random_scene(seed, path_count, height, width)
     generator = torch.Generator().manual_seed(seed)
     count = degree * pieces
@@ -72,14 +72,14 @@ def loop_scene(seed: int, path_count: int, height: int, width: int, degree: int,
 
 
 def wild_path(seed: int, height: int, width: int) -> Tensor:
-    """Control points [12, 2] of a path that crosses itself, around the middle of the canvas."""
+    """Return control points [12, 2] of a path that crosses itself, around the middle of the canvas."""
     size = max(height, width)
     noise = torch.randn(12, 2, generator=torch.Generator().manual_seed(seed), dtype=torch.float64)
     return circle(0.5 * width + 0.3, 0.5 * height - 0.2, 0.3 * size) + 0.1 * size * noise
 
 
 def white(path: Tensor, opacity: float, height: int, width: int) -> SceneTensors:
-    """One white path [P, 2] on black."""
+    """Return a scene of one white path [P, 2] on black."""
     return SceneTensors(
         path[None],
         torch.ones(1, 3, dtype=torch.float64),
@@ -91,22 +91,22 @@ def white(path: Tensor, opacity: float, height: int, width: int) -> SceneTensors
 
 
 def white_wild(seed: int, height: int, width: int, opacity: float) -> SceneTensors:
-    """One wild path, white on black."""
+    """Return a scene of one wild path, white on black."""
     return white(wild_path(seed, height, width), opacity, height, width)
 
 
 def faint(scene: SceneTensors, factor: float = 0.3) -> SceneTensors:
-    """The scene with lower opacities, so that more of a path's Gaussians, and of the paths below, show."""
+    """Return the scene with lower opacities, so that more Gaussians and more of the paths below are visible."""
     return scene._replace(opacity=factor * scene.opacity)
 
 
 def with_switches(settings: Settings, interior: bool, covariance: bool) -> Settings:
-    """The settings with other switches."""
+    """Return the settings with other switches."""
     return Settings(settings.samples, settings.lines, settings.degree, interior, covariance)
 
 
 def in_the_middle(seed: int, path_count: int, height: int, width: int) -> SceneTensors:
-    """A random scene whose paths are all on the canvas, and none of which hides the others."""
+    """Return a random scene with all paths on the canvas and none hidden."""
     scene = random_scene(seed, path_count, height, width)
     middle = scene.points.mean(1, keepdim=True)
     shift = 0.5 * (torch.tensor([width, height], dtype=torch.float64) - middle)
@@ -114,7 +114,7 @@ def in_the_middle(seed: int, path_count: int, height: int, width: int) -> SceneT
 
 
 def layered(seed: int, height: int, width: int, *opacity: float) -> SceneTensors:
-    """Paths on the canvas, of these opacities from the bottom to the top."""
+    """Return a scene of paths on the canvas with these opacities, from bottom to top."""
     scene = in_the_middle(seed, len(opacity), height, width)
     return scene._replace(opacity=torch.tensor(opacity, dtype=torch.float64))
 
@@ -124,7 +124,7 @@ def reference_image(scene: SceneTensors, settings: Settings) -> Tensor:
 
 
 def reference_gradients(scene: SceneTensors, settings: Settings, adj_image: Tensor) -> dict[str, Tensor]:
-    """dL/d(each input) by autograd through the reference."""
+    """Return dL/d(each input) by autograd through the reference."""
     leaves = [tensor.clone().requires_grad_() for tensor in scene[:4]]
     image = splatting.render(*leaves, scene.height, scene.width, settings)
     gradients = torch.autograd.grad((image * adj_image).sum(), leaves, materialize_grads=True)
@@ -132,7 +132,7 @@ def reference_gradients(scene: SceneTensors, settings: Settings, adj_image: Tens
 
 
 def decisions(scene: SceneTensors, settings: Settings) -> Tensor:
-    """What is dropped, clipped or clamped, as one flat mask: the image is smooth while it stays the same."""
+    """Return which values are dropped, clipped or clamped, as a flat mask; while it is constant the image is smooth."""
     found = splatting.gaussians(scene.points, settings)
     low, high = splatting.scale_limits(settings.lines + 2)
     masks = [(found.free_scale < low).flatten(), (found.free_scale > high).flatten()]
@@ -142,8 +142,8 @@ def decisions(scene: SceneTensors, settings: Settings) -> Tensor:
     return torch.cat(masks)
 
 
-def least_margin(scene: SceneTensors, settings: Settings) -> float:
-    """Distance of the alpha or standard deviation that is nearest to a cut, a clip or a clamp, from it."""
+def min_margin(scene: SceneTensors, settings: Settings) -> float:
+    """Return the smallest distance of an alpha or a standard deviation from a cut, a clip or a clamp."""
     found = splatting.gaussians(scene.points, settings)
     distances = [(found.free_scale - limit).abs().flatten() for limit in splatting.scale_limits(settings.lines + 2)]
     distances.append((splatting.tangents(found.mean).norm(dim=-1) - splatting.TANGENT_MIN).abs().flatten())
@@ -154,10 +154,10 @@ def least_margin(scene: SceneTensors, settings: Settings) -> float:
 
 
 def off_the_band(settings: Settings, make: Callable[..., SceneTensors], seed: int, *rest: float) -> SceneTensors:
-    """``make(seed, *rest)``, or the same from a later seed, with no value near a threshold."""
+    """Return ``make(seed, *rest)``, with a later seed if a value is near a threshold."""
     for attempt in range(seed, seed + 5000, 1000):
         scene = make(attempt, *rest)
-        if least_margin(scene, settings) > BAND:
+        if min_margin(scene, settings) > BAND:
             return scene
     raise AssertionError(f"each of five scenes from seed {seed} on has a value within {BAND:.0e} of its threshold")
 
@@ -172,7 +172,7 @@ def check_gradients(scene: SceneTensors, settings: Settings, renderer: SplatRend
     adj_image = cotangent(scene)
     got, want = adjoint(scene, renderer, adj_image), reference_gradients(scene, settings, adj_image)
     for name in GRADIENTS:
-        # Nearly cancelled sums keep the rounding of their addends, of the size of 1.
+        # Sums that nearly cancel keep the rounding error of their addends, which are of order 1.
         assert_grad_close(getattr(got, name), want[name], rtol=rtol, atol=1e-12, name=name)
         assert_grad_present(getattr(got, name), want[name], name, floor=max(1e-6, 10 * rtol))
         if want[name].numel():
@@ -180,6 +180,6 @@ def check_gradients(scene: SceneTensors, settings: Settings, renderer: SplatRend
 
 
 def assert_off_the_band(scene: SceneTensors, settings: Settings) -> None:
-    """No value of the scene is so near a threshold that rounding decides it: take another seed if one is."""
-    margin = least_margin(scene, settings)
+    """Fail if a value of the scene is so near a threshold that rounding decides; the test then needs another seed."""
+    margin = min_margin(scene, settings)
     assert margin > BAND, f"a value is {margin:.1e} from its threshold: the scene needs another seed"

@@ -1,4 +1,4 @@
-"""Paths that move in their memory, and steps of theirs that graphs of the CPU can record."""
+"""Paths that move in place, and steps of them that can be recorded as graphs, on the CPU too."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ KINDS = ("exact", "splat")
 
 
 def renderer_of(kind: str, scene: SceneTensors, device: str = "cpu") -> TileRenderer:
-    """One whose launches a graph can record on the CPU too: with scalar lanes, as on a GPU, and one thread."""
+    """Make a renderer whose launches can be recorded on the CPU too: with scalar lanes and one thread."""
     shared = {"lane_width": 1, "threads": 1, "transmittance_min": 1e-4, "device": device}
     if kind == "exact":
         return exact.ExactRenderer(scene.height, scene.width, **shared)
@@ -22,11 +22,11 @@ def renderer_of(kind: str, scene: SceneTensors, device: str = "cpu") -> TileRend
 
 
 class Moving:
-    """Paths that move in their memory, and their step beside one that is never recorded."""
+    """Paths that move in place, with a recorded step and one that is never recorded."""
 
     def __init__(self, kind: str, scene: SceneTensors, device: str = "cpu") -> None:
         self.renderer, self.plain = renderer_of(kind, scene, device), renderer_of(kind, scene, device)
-        self.repeated = RecordedStep(self.renderer, record=True)
+        self.recorded = RecordedStep(self.renderer, record=True)
         self.target = self.renderer.prepare_target(target_image(scene))
         self.values = [value.clone() for value in inputs(scene, self.renderer)]
 
@@ -34,14 +34,14 @@ class Moving:
         self.values[0] += distance
         self.values[1].mul_(0.99)
 
-    def step(self, removal_cost: bool = False) -> Adjoints:
-        return self.repeated.take(*self.values, self.target, removal_cost)
+    def step(self, want_removal_cost: bool = False) -> Adjoints:
+        return self.recorded.take(*self.values, self.target, want_removal_cost)
 
-    def want(self, removal_cost: bool = False) -> Adjoints:
-        return self.plain.fit_step(*self.values, self.target, removal_cost)
+    def want(self, want_removal_cost: bool = False) -> Adjoints:
+        return self.plain.fit_step(*self.values, self.target, want_removal_cost)
 
-    def check_step(self, removal_cost: bool = False) -> None:
-        check_equal(self.step(removal_cost), self.want(removal_cost))
+    def check_step(self) -> None:
+        check_equal(self.step(), self.want())
         self.move()
 
 

@@ -29,6 +29,10 @@ _ENTRIES_MAX = 2**31
 # Enough chunks per thread that one slow chunk leaves little idle time at the end, and few enough to launch cheaply.
 _CHUNKS_PER_THREAD = 4
 
+# OpenMP's threads do not exist in a forked process, where torch would wait for them for ever.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=partial(torch.set_num_threads, 1))
+
 
 @cache
 def start_warp() -> int:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import torch
 import warp as wp
-from oracles import Stages, lane_widths, precisions, run_stages
+from backends import Backend
+from oracles import Stages, precisions, run_stages
 from reference.coverage import signed_coverage
 from reference.flattening import flatten
 from scenes import ZOO, ZooCase, circle, degenerate_scene, random_scene, rectangle
@@ -95,9 +96,8 @@ def scenes() -> Iterator[tuple[str, Tensor, int, int]]:
 
 
 @pytest.mark.parametrize(("points", "height", "width"), [pytest.param(*rest, id=name) for name, *rest in scenes()])
-@lane_widths
-def test_pairs_of_random_paths(points: Tensor, height: int, width: int, lane_width: int) -> None:
-    stages = run_stages(points, height, width, lane_width)
+def test_pairs_of_random_paths(points: Tensor, height: int, width: int, backend: Backend) -> None:
+    stages = run_stages(points, height, width, backend)
     check_classes(stages)
     check_lists(stages)
     check_slots(stages)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
-from oracles import Stages, lane_widths, precisions, run_stages
+from backends import VECTOR, Backend
+from oracles import Stages, precisions, run_stages
 from reference.coverage import signed_coverage
 from reference.flattening import flatten
 from scenes import ZOO, ZooCase, circle, degenerate_scene, figure_eight, random_scene, rectangle, straight
@@ -37,9 +38,9 @@ def in_tiles(image: Tensor, stages: Stages) -> Tensor:
     return padded.reshape(grid.rows, TILE, grid.columns, TILE).transpose(1, 2).reshape(-1, TILE, TILE)
 
 
-def winding_of(path: Tensor, height: int = 16, width: int = 16, lane_width: int = 16) -> Tensor:
+def winding_of(path: Tensor, height: int = 16, width: int = 16, backend: Backend = VECTOR) -> Tensor:
     """Winding [h, w] of one path that is partial in every tile it has."""
-    stages = run_stages(path[None], height, width, lane_width)
+    stages = run_stages(path[None], height, width, backend)
     tiles = stages.winding()[0].nan_to_num()
     image = tiles.reshape(stages.grid.rows, stages.grid.columns, TILE, TILE).transpose(1, 2)
     return image.reshape(stages.grid.rows * TILE, -1)[:height, :width]
@@ -47,40 +48,36 @@ def winding_of(path: Tensor, height: int = 16, width: int = 16, lane_width: int 
 
 @pytest.mark.parametrize(("height", "width"), SIZES)
 @pytest.mark.parametrize("make", [random_scene, degenerate_scene])
-@lane_widths
-def test_winding_of_random_paths(make: object, height: int, width: int, lane_width: int) -> None:
-    stages = run_stages(make(height * width, 9, height, width).points, height, width, lane_width)
+def test_winding_of_random_paths(make: object, height: int, width: int, backend: Backend) -> None:
+    stages = run_stages(make(height * width, 9, height, width).points, height, width, backend)
     got, want = windings(stages)
     torch.testing.assert_close(got, want, rtol=0, atol=EXACT)
 
 
 @pytest.mark.parametrize("segment_count", [2, 3, 4, 7])
-@lane_widths
-def test_winding_of_any_number_of_segments(segment_count: int, lane_width: int) -> None:
-    got, want = windings(run_stages(random_scene(8, 20, 40, 50, segment_count).points, 40, 50, lane_width))
+def test_winding_of_any_number_of_segments(segment_count: int, backend: Backend) -> None:
+    got, want = windings(run_stages(random_scene(8, 20, 40, 50, segment_count).points, 40, 50, backend))
     assert len(got) > 1000
     torch.testing.assert_close(got, want, rtol=0, atol=EXACT)
 
 
 @pytest.mark.parametrize("case", [case for case in ZOO if len(case.scene.points)], ids=lambda case: case.name)
-@lane_widths
 @precisions
-def test_winding_of_the_zoo(case: ZooCase, lane_width: int, dtype: torch.dtype) -> None:
+def test_winding_of_the_zoo(case: ZooCase, backend: Backend, dtype: torch.dtype) -> None:
     points = case.scene.points.to(dtype).double()
-    stages = run_stages(points, case.scene.height, case.scene.width, lane_width, dtype)
+    stages = run_stages(points, case.scene.height, case.scene.width, backend, dtype)
     got, want = windings(stages)
     # An edge is placed with an error of eps times its coordinates; the rows and columns it crosses see a few of them.
     reach = points.abs().max().item() + case.scene.width
     torch.testing.assert_close(got, want, rtol=0, atol=4 * torch.finfo(dtype).eps * reach)
 
 
-@lane_widths
-def test_winding_of_rectangles_is_the_product_of_overlaps(lane_width: int) -> None:
+def test_winding_of_rectangles_is_the_product_of_overlaps(backend: Backend) -> None:
     generator = np.random.default_rng(1)
     for _ in range(20):
         left, top = generator.uniform(-3, 20, 2)
         right, bottom = generator.uniform(20, 35, 2)
-        got = winding_of(rectangle(left, top, right, bottom), 32, 32, lane_width)
+        got = winding_of(rectangle(left, top, right, bottom), 32, 32, backend)
         column, row = np.arange(32), np.arange(32)
         across = np.clip(np.minimum(right, column + 1) - np.maximum(left, column), 0, 1)
         down = np.clip(np.minimum(bottom, row + 1) - np.maximum(top, row), 0, 1)
@@ -97,19 +94,17 @@ def tile_is_whole(tile: int, left: float, top: float, right: float, bottom: floa
     return left < x - guard and top < y and right > x + 16 + guard and bottom > y + 16
 
 
-@lane_widths
-def test_a_diagonal_halves_its_pixels(lane_width: int) -> None:
-    got = winding_of(straight((0, 0), (16, 16), (0, 16)), lane_width=lane_width)
+def test_a_diagonal_halves_its_pixels(backend: Backend) -> None:
+    got = winding_of(straight((0, 0), (16, 16), (0, 16)), backend=backend)
     torch.testing.assert_close(
         got, torch.ones(16, 16).tril(-1).double() + 0.5 * torch.eye(16).double(), rtol=0, atol=1e-14
     )
 
 
-@lane_widths
 @pytest.mark.parametrize("turns", [-2, -1, 1, 2])
-def test_the_sign_is_that_of_the_turn_and_the_sum_is_the_area(lane_width: int, turns: int) -> None:
+def test_the_sign_is_that_of_the_turn_and_the_sum_is_the_area(backend: Backend, turns: int) -> None:
     path = circle(8.3, 7.9, 6.7, 4 * abs(turns), turns)
-    stages = run_stages(path[None], 16, 16, lane_width)
+    stages = run_stages(path[None], 16, 16, backend)
     vertices, following = stages.vertices, stages.vertices.roll(-1, 0)
     area = 0.5 * (vertices[:, 0] * following[:, 1] - vertices[:, 1] * following[:, 0]).sum()
     winding = stages.winding()[0, 0]
@@ -118,19 +113,17 @@ def test_the_sign_is_that_of_the_turn_and_the_sum_is_the_area(lane_width: int, t
     assert abs(area.item()) == pytest.approx(abs(turns) * torch.pi * 6.7**2, rel=0.02)
 
 
-@lane_widths
-def test_lobes_of_a_figure_eight_have_opposite_signs_and_cancel_where_they_meet(lane_width: int) -> None:
-    winding = winding_of(figure_eight(1.5, 3.5, 14.5, 12.5), lane_width=lane_width)
+def test_lobes_of_a_figure_eight_have_opposite_signs_and_cancel_where_they_meet(backend: Backend) -> None:
+    winding = winding_of(figure_eight(1.5, 3.5, 14.5, 12.5), backend=backend)
     # The crossing is at (8, 8), a pixel corner: the four pixels there hold one lobe each. Moved by half a pixel to the
     # centre of a pixel, that pixel has as much of each sign, and a mean winding of zero.
     assert winding[7, 3] == pytest.approx(1) and winding[7, 12] == pytest.approx(-1)
-    moved = winding_of(figure_eight(2.0, 4.0, 15.0, 13.0), lane_width=lane_width)
+    moved = winding_of(figure_eight(2.0, 4.0, 15.0, 13.0), backend=backend)
     assert moved[8, 8].item() == pytest.approx(0, abs=1e-14)
 
 
-@lane_widths
-def test_what_lies_left_of_the_canvas_or_box_covers_what_is_right_of_it(lane_width: int) -> None:
-    got = winding_of(straight((-500.0, 3.0), (9.5, 3.0), (9.5, 12.5), (-2000.0, 12.5)), lane_width=lane_width)
+def test_what_lies_left_of_the_canvas_or_box_covers_what_is_right_of_it(backend: Backend) -> None:
+    got = winding_of(straight((-500.0, 3.0), (9.5, 3.0), (9.5, 12.5), (-2000.0, 12.5)), backend=backend)
     want = torch.zeros(16, 16, dtype=torch.float64)
     want[3:12, :9], want[12, :9], want[3:12, 9], want[12, 9] = 1, 0.5, 0.5, 0.25
     torch.testing.assert_close(got, want, rtol=0, atol=1e-11)
@@ -144,10 +137,9 @@ def test_strips_shared_among_threads(threads: int) -> None:
     torch.testing.assert_close(got, want, rtol=0, atol=EXACT)
 
 
-@lane_widths
-def test_the_extra_column_of_a_slot_takes_what_passes_to_the_next_tile(lane_width: int) -> None:
+def test_the_extra_column_of_a_slot_takes_what_passes_to_the_next_tile(backend: Backend) -> None:
     # An edge from a tile's last pixel column into the next tile's first one.
     points = straight((14.2, 1.1), (17.9, 9.7), (14.3, 30.2))[None]
-    stages = run_stages(points, 32, 48, lane_width)
+    stages = run_stages(points, 32, 48, backend)
     got, want = windings(stages)
     torch.testing.assert_close(got, want, rtol=0, atol=EXACT)

@@ -6,7 +6,8 @@ import pytest
 import torch
 import warp as wp
 from assertions import assert_grad_close, assert_grad_present, assert_same_direction, finite_difference
-from oracles import Stages, lane_widths, precisions, run_stages
+from backends import Backend
+from oracles import Stages, precisions, run_stages
 from reference.coverage import signed_coverage
 from reference.flattening import flatten
 from scenes import ZOO, ZooCase, circle, random_scene, rectangle
@@ -35,10 +36,10 @@ def edge_adjoint(stages: Stages, adj_winding: Tensor) -> Tensor:
     padded = adj_winding.new_zeros(len(adj_winding), grid.rows * TILE, grid.columns * TILE)
     padded[:, : grid.height, : grid.width] = adj_winding
     tiles = padded.reshape(-1, grid.rows, TILE, grid.columns, TILE).transpose(2, 3).reshape(-1, grid.count, TILE, TILE)
-    # What is in the column for the next tile must not be read.
+    # The column for the next tile must not be read.
     slots = stages.slots.fill_(torch.nan)
     for path, tile, slot in stages.partial_pairs():
-        slots[slot, :TILE] = -tiles[path, tile].T.to(slots.dtype)
+        slots[slot, :TILE] = -tiles[path, tile].T.to(slots)
     path_count, segment_count = stages.chord_counts.shape
     edges = stages.coverage.adjoint(stages.flattening, stages.binning, path_count, segment_count)
     return torch.from_numpy(edges.numpy()[: stages.flattening.vertex_count].copy()).double()
@@ -63,32 +64,28 @@ def check(stages: Stages, rtol: float) -> None:
 
 
 @pytest.mark.parametrize(("height", "width"), SIZES)
-@lane_widths
-def test_random_paths(height: int, width: int, lane_width: int) -> None:
-    check(run_stages(random_scene(height * width, 9, height, width).points, height, width, lane_width), 1e-12)
+def test_random_paths(height: int, width: int, backend: Backend) -> None:
+    check(run_stages(random_scene(height * width, 9, height, width).points, height, width, backend), 1e-12)
 
 
 @pytest.mark.parametrize("segment_count", [2, 3, 7])
-@lane_widths
-def test_any_number_of_segments(segment_count: int, lane_width: int) -> None:
-    check(run_stages(random_scene(3, 9, 40, 50, segment_count).points, 40, 50, lane_width), 1e-12)
+def test_any_number_of_segments(segment_count: int, backend: Backend) -> None:
+    check(run_stages(random_scene(3, 9, 40, 50, segment_count).points, 40, 50, backend), 1e-12)
 
 
 @pytest.mark.parametrize("case", DIFFERENTIABLE, ids=lambda case: case.name)
-@lane_widths
-def test_the_zoo(case: ZooCase, lane_width: int) -> None:
+def test_the_zoo(case: ZooCase, backend: Backend) -> None:
     # Ends of an edge at 1e6 px know their crossings with the canvas to 1e-10 px.
     reach = case.scene.points.abs().max().item()
-    check(run_stages(case.scene.points, case.scene.height, case.scene.width, lane_width), 1e-12 * max(1.0, reach / 1e3))
+    check(run_stages(case.scene.points, case.scene.height, case.scene.width, backend), 1e-12 * max(1.0, reach / 1e3))
 
 
 @pytest.mark.parametrize("case", [c for c in ZOO if not c.differentiable], ids=lambda case: case.name)
-@lane_widths
 @precisions
 def test_where_there_is_no_gradient_it_is_finite_and_bounded(
-    case: ZooCase, lane_width: int, dtype: torch.dtype
+    case: ZooCase, backend: Backend, dtype: torch.dtype
 ) -> None:
-    stages = run_stages(case.scene.points, case.scene.height, case.scene.width, lane_width, dtype)
+    stages = run_stages(case.scene.points, case.scene.height, case.scene.width, backend, dtype)
     adjoint = random_adjoint(stages)
     got = vertex_sums(stages, edge_adjoint(stages, adjoint))
     assert got.isfinite().all()
@@ -98,44 +95,41 @@ def test_where_there_is_no_gradient_it_is_finite_and_bounded(
     assert (got.norm(dim=1) <= 0.51 * length * adjoint.abs().max() + 1e-6).all()
 
 
-@lane_widths
 @precisions
-def test_a_side_gains_its_length(lane_width: int, dtype: torch.dtype) -> None:
+def test_a_side_gains_its_length(backend: Backend, dtype: torch.dtype) -> None:
     # Clockwise on the screen: moving the right side by 1 to the right gains its 20 px of height in winding.
-    stages = run_stages(rectangle(5.25, 3.5, 37.1, 23.5)[None], 33, 50, lane_width, dtype)
+    stages = run_stages(rectangle(5.25, 3.5, 37.1, 23.5)[None], 33, 50, backend, dtype)
     edges = edge_adjoint(stages, torch.ones(1, 33, 50, dtype=torch.float64))
     want = torch.tensor([[0, -1, 0, -1], [1, 0, 1, 0], [0, 1, 0, 1], [-1, 0, -1, 0]], dtype=torch.float64)
     half_length = torch.tensor([31.85, 20.0, 31.85, 20.0], dtype=torch.float64)[:, None] / 2
     torch.testing.assert_close(edges, want * half_length, rtol=1e-5, atol=1e-5)
 
 
-@lane_widths
-def test_moving_a_whole_path_within_the_canvas_changes_no_area(lane_width: int) -> None:
-    stages = run_stages(circle(20.3, 16.9, 11.7)[None], 33, 50, lane_width)
+def test_moving_a_whole_path_within_the_canvas_changes_no_area(backend: Backend) -> None:
+    stages = run_stages(circle(20.3, 16.9, 11.7)[None], 33, 50, backend)
     edges = edge_adjoint(stages, torch.ones(1, 33, 50, dtype=torch.float64))
     assert vertex_sums(stages, edges).sum(0).abs().max() < 1e-12
 
 
-@lane_widths
-def test_finite_differences_of_the_kernels(lane_width: int) -> None:
+def test_finite_differences_of_the_kernels(backend: Backend) -> None:
     points = random_scene(21, 3, 33, 40).points
-    stages = run_stages(points, 33, 40, lane_width)
+    stages = run_stages(points, 33, 40, backend)
     adjoint = random_adjoint(stages)
     counts = stages.chord_counts
 
     def functional(moved: Tensor) -> Tensor:
-        again = run_stages(moved, 33, 40, lane_width)
+        again = run_stages(moved, 33, 40, backend)
         assert torch.equal(again.chord_counts, counts)
         return (winding_images(again) * adjoint).sum()
 
-    adj_points = torch.empty_like(points)
-    edges = edge_adjoint(stages, adjoint).contiguous()
+    adj_points = torch.empty_like(points, device=backend.device)
+    edges = edge_adjoint(stages, adjoint).to(backend.device).contiguous()
     lanes = stages.flattening._lanes
     stages.flattening.adjoint(wp.from_torch(edges, dtype=lanes.vec4), wp.from_torch(adj_points, dtype=lanes.vec2))
     entries = list(range(0, points.numel(), 5))
     want = finite_difference(functional, points, 1e-6, entries)
     # The winding is piecewise quadratic along an edge's move; 1e-6 leaves about 1e-10 / 1e-6 of rounding.
-    assert_grad_close(adj_points.flatten()[entries], want, rtol=1e-6, atol=1e-7, name="points")
+    assert_grad_close(adj_points.cpu().flatten()[entries], want, rtol=1e-6, atol=1e-7, name="points")
 
 
 def winding_images(stages: Stages) -> Tensor:

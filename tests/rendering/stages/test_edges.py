@@ -1,4 +1,4 @@
-"""Edges against rows and columns: no part of an edge outside its ranges, and no quotient that is not finite."""
+"""Edges against rows and columns: no part of an edge is outside its ranges, and every quotient is finite."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ _KERNELS = {}
 
 
 def make_probes(dtype: torch.dtype) -> tuple[wp.Kernel, wp.Kernel]:
-    """Kernels that call each scalar function once an edge; built once, as a second would rebuild the module."""
+    """Return kernels that call each scalar function once per edge; a second build would compile the module again."""
     if dtype not in _KERNELS:
         _KERNELS[dtype] = _make_probes(dtype)
     return _KERNELS[dtype]
@@ -50,18 +50,18 @@ def _make_probes(dtype: torch.dtype) -> tuple[wp.Kernel, wp.Kernel]:
     return ranges, quotients
 
 
-def ranges_of(start: NDArray, end: NDArray, top: float, bottom: float, dtype: torch.dtype) -> NDArray:
-    """First and last column, first and last tile row of each edge."""
+def ranges_of(start: NDArray, end: NDArray, top: float, bottom: float, dtype: torch.dtype, device: str) -> NDArray:
+    """Return first and last column, first and last tile row of each edge."""
     kernel, _ = make_probes(dtype)
     vec2 = make_lanes(1, wp.dtype_from_torch(dtype)).vec2
-    out = wp.zeros(len(start), dtype=wp.vec4i, device="cpu")
-    ends = [wp.array(side, dtype=vec2, device="cpu") for side in (start, end)]
-    wp.launch(kernel, dim=len(start), inputs=[*ends, top, bottom, out], device="cpu")
+    out = wp.zeros(len(start), dtype=wp.vec4i, device=device)
+    ends = [wp.array(side, dtype=vec2, device=device) for side in (start, end)]
+    wp.launch(kernel, dim=len(start), inputs=[*ends, top, bottom, out], device=device)
     return out.numpy()
 
 
 def random_edges(count: int = 300, size: float = 100.0) -> tuple[NDArray, NDArray]:
-    """Edges of which a third is horizontal, vertical, or has its ends on the grid."""
+    """Return edges; a third of them are horizontal, vertical, or have their ends on the grid."""
     generator = np.random.default_rng(3)
     start, end = generator.uniform(-0.2 * size, size, (2, count, 2))
     end[::9, 0], end[1::9, 1] = start[::9, 0], start[1::9, 1]
@@ -70,10 +70,10 @@ def random_edges(count: int = 300, size: float = 100.0) -> tuple[NDArray, NDArra
 
 
 @precisions
-def test_column_range_holds_the_edge_and_little_more(dtype: torch.dtype) -> None:
+def test_column_range_holds_the_edge_and_little_more(dtype: torch.dtype, device: str) -> None:
     start, end = random_edges()
     top, bottom = 32.0, 48.0
-    got = ranges_of(start, end, top, bottom, dtype)
+    got = ranges_of(start, end, top, bottom, dtype, device)
     s = np.linspace(0, 1, 2001)[:, None, None]
     x, y = np.moveaxis(start + s * (end - start), -1, 0)
     inside = (top <= y) & (y <= bottom)
@@ -89,9 +89,9 @@ def test_column_range_holds_the_edge_and_little_more(dtype: torch.dtype) -> None
 
 
 @precisions
-def test_row_range_holds_the_edge(dtype: torch.dtype) -> None:
+def test_row_range_holds_the_edge(dtype: torch.dtype, device: str) -> None:
     start, end = random_edges(size=1000.0)
-    got = ranges_of(start, end, 0.0, 16.0, dtype)
+    got = ranges_of(start, end, 0.0, 16.0, dtype, device)
     low = np.floor(np.minimum(start, end)[:, 1] / TILE)
     high = np.floor(np.maximum(start, end)[:, 1] / TILE)
     np.testing.assert_array_equal(got[:, 2], np.maximum(low, 0))
@@ -99,21 +99,21 @@ def test_row_range_holds_the_edge(dtype: torch.dtype) -> None:
 
 
 @precisions
-def test_huge_edges_have_columns_that_fit_an_integer(dtype: torch.dtype) -> None:
+def test_huge_edges_have_columns_that_fit_an_integer(dtype: torch.dtype, device: str) -> None:
     start, end = np.array([[-3e38, 0.0], [3e38, -3e38]]), np.array([[3e38, 16.0], [-3e38, 3e38]])
-    got = ranges_of(start, end, 0.0, 16.0, dtype)
+    got = ranges_of(start, end, 0.0, 16.0, dtype, device)
     assert (got[:, 0] < 0).all() and (got[:, 1] > 1000).all() and (got[:, :2] != np.iinfo(np.int32).min).all()
 
 
 @precisions
 @pytest.mark.parametrize("difference", [0.0, -0.0, 1e-40, -1e-40, 1e-30, -1e-30, 1e-19, -1e-19, 3.0])
-def test_inverse_is_finite_and_keeps_a_crossing_in_the_edge(dtype: torch.dtype, difference: float) -> None:
+def test_inverse_is_finite_and_keeps_a_crossing_in_the_edge(dtype: torch.dtype, difference: float, device: str) -> None:
     _, kernel = make_probes(dtype)
     lanes = make_lanes(1, wp.dtype_from_torch(dtype))
     rows = np.array([0.0, 1.0, -1.0, 1e7, -1e7])
-    out = wp.zeros((len(rows), 2), dtype=lanes.dtype, device="cpu")
-    arrays = [wp.array(x, dtype=lanes.dtype, device="cpu") for x in (rows, np.full(len(rows), difference))]
-    wp.launch(kernel, dim=len(rows), inputs=[*arrays, out], device="cpu")
+    out = wp.zeros((len(rows), 2), dtype=lanes.dtype, device=device)
+    arrays = [wp.array(x, dtype=lanes.dtype, device=device) for x in (rows, np.full(len(rows), difference))]
+    wp.launch(kernel, dim=len(rows), inputs=[*arrays, out], device=device)
     inverse, crossing = out.numpy().T.astype(np.float64)
     assert np.isfinite(inverse).all() and np.isfinite(crossing).all()
     want = 1 / (difference if abs(difference) > FLAT_EDGE else -FLAT_EDGE if difference < 0 else FLAT_EDGE)

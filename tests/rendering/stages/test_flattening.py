@@ -9,7 +9,8 @@ import pytest
 import torch
 import warp as wp
 from assertions import assert_grad_close, assert_grad_present
-from oracles import Stages, lane_widths, precisions, run_stages
+from backends import Backend
+from oracles import Stages, precisions, run_stages
 from reference.flattening import flatten
 from scenes import circle, random_scene, straight
 from torch import Tensor
@@ -107,9 +108,8 @@ def test_chords_are_not_many_more_than_the_tolerance_takes(scale: float) -> None
     assert sorted(count / least for count, least in zip(counts, needed, strict=True))[len(needed) // 2] <= 1.5
 
 
-@lane_widths
 @precisions
-def test_chord_count_follows_wang(lane_width: int, dtype: torch.dtype) -> None:
+def test_chord_count_follows_wang(backend: Backend, dtype: torch.dtype) -> None:
     # In units of the tolerance, and none at a whole number of chords, which rounding could pass.
     bend = CHORD_TOLERANCE * torch.tensor([0.0, 1.0, 1.4, 21.0, 613.0, 20011.0], dtype=torch.float64)
     points = torch.zeros(len(bend), 6, 2, dtype=torch.float64)
@@ -119,7 +119,7 @@ def test_chord_count_follows_wang(lane_width: int, dtype: torch.dtype) -> None:
     points[:, 2, 1] *= 1 / 3
     points[:, 3], points[:, 4], points[:, 5] = points[:, 0], points[:, 0], points[:, 0]
     want = [max(1, math.ceil(math.sqrt(0.75 * b / CHORD_TOLERANCE))) for b in bend.tolist()]
-    counts = run_stages(points, 8, 8, lane_width, dtype).chord_counts
+    counts = run_stages(points, 8, 8, backend, dtype).chord_counts
     assert counts[:, 0].tolist() == want
     assert counts[:, 1].tolist() == [1] * len(bend)
 
@@ -133,12 +133,11 @@ def test_lines_take_one_chord_and_wild_paths_the_most_there_may_be(dtype: torch.
     assert counts == [[1] * 3, [SEGMENT_CHORDS_MAX] * 3, [3] * 3]
 
 
-@lane_widths
 @precisions
 @pytest.mark.parametrize("segment_count", [2, 3, 4, 7])
-def test_vertices_are_those_of_the_reference(lane_width: int, dtype: torch.dtype, segment_count: int) -> None:
+def test_vertices_are_those_of_the_reference(backend: Backend, dtype: torch.dtype, segment_count: int) -> None:
     points = random_scene(1, 9, 200, 300, segment_count).points
-    stages = run_stages(points, 200, 300, lane_width, dtype)
+    stages = run_stages(points, 200, 300, backend, dtype)
     want = torch.cat(flatten(points, stages.chord_counts))
     # Rounding of a sum of four products of canvas-sized numbers.
     tolerance = 4 * torch.finfo(dtype).eps * points.abs().max().item()
@@ -155,25 +154,23 @@ def test_paths_shared_among_threads_are_flattened_once_each(path_count: int, thr
     torch.testing.assert_close(stages.vertices[: len(want)], want, rtol=0, atol=1e-12)
 
 
-@lane_widths
 @pytest.mark.parametrize("segment_count", [2, 3, 4, 7])
-def test_adjoint_is_the_transpose(lane_width: int, segment_count: int) -> None:
+def test_adjoint_is_the_transpose(backend: Backend, segment_count: int) -> None:
     points = random_scene(2, 66, 50, 50, segment_count).points
-    stages = run_stages(points, 50, 50, lane_width)
+    stages = run_stages(points, 50, 50, backend)
     edge_adjoint = torch.randn(stages.flattening.vertex_count, 4, dtype=torch.float64)
     leaf = points.clone().requires_grad_()
     polygons = flatten(leaf, stages.chord_counts)
     ends = torch.cat([torch.cat([polygon, polygon.roll(-1, 0)], 1) for polygon in polygons])
     (want,) = torch.autograd.grad((ends * edge_adjoint).sum(), leaf)
-    got = points_adjoint(stages, edge_adjoint, lane_width)
+    got = points_adjoint(stages, edge_adjoint, backend)
     assert_grad_close(got, want, rtol=1e-14, atol=0.0, name="points")
     assert_grad_present(got, want, "points")
 
 
-def points_adjoint(stages: Stages, edge_adjoint: Tensor, lane_width: int) -> Tensor:
+def points_adjoint(stages: Stages, edge_adjoint: Tensor, backend: Backend) -> Tensor:
     lanes = stages.flattening._lanes
-    assert lanes.width == lane_width
-    adj_points = torch.full_like(stages.points, torch.nan)
-    edges = wp.from_torch(edge_adjoint, dtype=lanes.vec4)
+    adj_points = torch.full_like(stages.points, torch.nan, device=backend.device)
+    edges = wp.from_torch(edge_adjoint.to(backend.device), dtype=lanes.vec4)
     stages.flattening.adjoint(edges, wp.from_torch(adj_points, dtype=lanes.vec2))
-    return adj_points
+    return adj_points.cpu()

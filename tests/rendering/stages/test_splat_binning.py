@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import pytest
 import torch
 import warp as wp
-from oracles import lane_widths, precisions, render
+from backends import VECTOR, Backend
+from oracles import precisions, render
 from reference.splatting import Gaussians, Settings, gaussians, path_alpha
 from scenes import SceneTensors, circle, degenerate_scene, random_scene
 from splat_oracles import make_splat_renderer, off_the_band, reference_image, white
@@ -35,12 +36,12 @@ class Found:
     group_box: Tensor
 
 
-def bin_paths(scene: SceneTensors, settings: Settings, lane_width: int, dtype: torch.dtype, threads: int = 2) -> Found:
+def bin_paths(scene: SceneTensors, settings: Settings, backend: Backend, dtype: torch.dtype, threads: int = 2) -> Found:
     start_warp()
-    lanes, launch = make_lanes(lane_width, wp.dtype_from_torch(dtype)), Launcher("cpu", threads)
+    lanes, launch = make_lanes(backend.lane_width, wp.dtype_from_torch(dtype)), Launcher(backend.device, threads)
     grid = TileGrid(scene.height, scene.width)
     splatting = Splatting(launch, lanes, settings.samples, settings.lines, settings.degree, True, False)
-    splatting.run(scene.points.to(dtype).contiguous(), scene.opacity.to(dtype))
+    splatting.run(*(value.to(backend.device, dtype).contiguous() for value in (scene.points, scene.opacity)))
     binning = SplatBinning(launch, lanes, grid, settings.samples)
     binning.bin_splats(splatting, len(scene.points))
     first, pairs = binning.tile_first_hit.numpy(), binning.hit_pair.numpy()
@@ -91,11 +92,10 @@ def group_boxes(found: Gaussians, scene: SceneTensors) -> Tensor:
 
 
 @pytest.mark.parametrize(("height", "width"), SIZES)
-@lane_widths
 @precisions
-def test_a_tile_lists_what_shows_in_it_in_order(height: int, width: int, lane_width: int, dtype: torch.dtype) -> None:
+def test_a_tile_lists_what_shows_in_it_in_order(height: int, width: int, backend: Backend, dtype: torch.dtype) -> None:
     scene = off_the_band(SMALL, random_scene, height, 12, height, width)
-    found, visible, near = bin_paths(scene, SMALL, lane_width, dtype), shown(scene, SMALL), boxed(scene, SMALL)
+    found, visible, near = bin_paths(scene, SMALL, backend, dtype), shown(scene, SMALL), boxed(scene, SMALL)
     for tile, paths in enumerate(found.lists):
         assert paths == sorted(set(paths))
         assert set(visible[:, tile].nonzero().flatten().tolist()) <= set(paths)
@@ -106,10 +106,9 @@ def test_a_tile_lists_what_shows_in_it_in_order(height: int, width: int, lane_wi
 
 
 @pytest.mark.parametrize("seed", range(3))
-@lane_widths
-def test_degenerate_paths(seed: int, lane_width: int) -> None:
+def test_degenerate_paths(seed: int, backend: Backend) -> None:
     scene = off_the_band(SMALL, degenerate_scene, seed, 20, 33, 50)
-    found, visible = bin_paths(scene, SMALL, lane_width, torch.float64), shown(scene, SMALL)
+    found, visible = bin_paths(scene, SMALL, backend, torch.float64), shown(scene, SMALL)
     for tile, paths in enumerate(found.lists):
         assert set(visible[:, tile].nonzero().flatten().tolist()) <= set(paths)
 
@@ -117,16 +116,15 @@ def test_degenerate_paths(seed: int, lane_width: int) -> None:
 @pytest.mark.parametrize("path_count", [0, 1, 2, 63, 64, 65])
 def test_any_number_of_paths(path_count: int) -> None:
     scene = random_scene(path_count, path_count, 33, 31)
-    found, visible = bin_paths(scene, SMALL, 16, torch.float32, threads=3), shown(scene, SMALL)
+    found, visible = bin_paths(scene, SMALL, VECTOR, torch.float32, threads=3), shown(scene, SMALL)
     assert sum(map(len, found.lists)) >= visible.sum()
     for tile, paths in enumerate(found.lists):
         assert set(visible[:, tile].nonzero().flatten().tolist()) <= set(paths)
 
 
-@lane_widths
-def test_boxes_of_groups_hold_the_pixels_their_gaussians_reach(lane_width: int) -> None:
+def test_boxes_of_groups_hold_the_pixels_their_gaussians_reach(backend: Backend) -> None:
     scene = random_scene(4, 6, 33, 50)
-    got = bin_paths(scene, Settings(20, 2), lane_width, torch.float64).group_box
+    got = bin_paths(scene, Settings(20, 2), backend, torch.float64).group_box
     boxes = group_boxes(gaussians(scene.points, Settings(20, 2)), scene)
     # Pixel centres at j + 0.5: the first at or after the low end, and one past the last at or before the high end.
     size = torch.tensor([50, 33])
@@ -143,19 +141,17 @@ def test_boxes_of_groups_hold_the_pixels_their_gaussians_reach(lane_width: int) 
 
 @pytest.mark.parametrize("x", [13.2, 15.2, 16.0, 16.8, 18.9])
 @pytest.mark.parametrize("y", [13.2, 15.2, 16.0, 18.9])
-@lane_widths
-def test_a_dot_near_a_tile_corner(x: float, y: float, lane_width: int) -> None:
+def test_a_dot_near_a_tile_corner(x: float, y: float, backend: Backend) -> None:
     # 0.75 px high and 0.3 px wide at most: it reaches 2.5 px up and down, 1 px to the sides.
     scene = white(circle(x, y, 0.01), 0.9, 33, 40)
-    found = bin_paths(scene, SMALL, lane_width, torch.float64)
+    found = bin_paths(scene, SMALL, backend, torch.float64)
     want = shown(scene, SMALL)[0]
     assert [bool(paths) for paths in found.lists] == want.tolist()
-    got = render(scene, make_splat_renderer(scene, SMALL, lane_width))
+    got = render(scene, make_splat_renderer(scene, SMALL, backend))
     torch.testing.assert_close(got, reference_image(scene, SMALL), rtol=0, atol=1e-12)
 
 
-@lane_widths
-def test_invisible_paths_are_in_no_list(lane_width: int) -> None:
+def test_invisible_paths_are_in_no_list(backend: Backend) -> None:
     points = torch.stack(
         [
             circle(20.0, 16.0, 5.0),  # of an opacity that is dropped
@@ -167,12 +163,12 @@ def test_invisible_paths_are_in_no_list(lane_width: int) -> None:
     )
     scene = random_scene(1, 5, 33, 40)._replace(points=points)
     scene = scene._replace(opacity=torch.tensor([0.0, 1, 1, 1, 1], dtype=torch.float64))
-    found = bin_paths(scene, SMALL, lane_width, torch.float64)
+    found = bin_paths(scene, SMALL, backend, torch.float64)
     assert not any(set(paths) & {1, 2, 3, 4} for paths in found.lists)
-    assert torch.equal(render(scene, make_splat_renderer(scene, SMALL, lane_width)), scene.background.expand(33, 40, 3))
+    assert torch.equal(render(scene, make_splat_renderer(scene, SMALL, backend)), scene.background.expand(33, 40, 3))
 
 
 def test_strips_shared_among_threads_give_the_same_lists() -> None:
     scene = random_scene(5, 60, 100, 70)
-    runs = [bin_paths(scene, SMALL, 16, torch.float32, threads) for threads in (1, 2, 3)]
+    runs = [bin_paths(scene, SMALL, VECTOR, torch.float32, threads) for threads in (1, 2, 3)]
     assert runs[0].lists == runs[1].lists == runs[2].lists and runs[0].slots == runs[1].slots == runs[2].slots

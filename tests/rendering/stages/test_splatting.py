@@ -6,7 +6,8 @@ import pytest
 import torch
 import warp as wp
 from assertions import assert_grad_close
-from oracles import adjoint, cotangent, lane_widths, precisions
+from backends import Backend
+from oracles import adjoint, cotangent, precisions
 from reference.compositing import composite
 from reference.splatting import Gaussians, Settings, gaussians, path_alpha, row_weights
 from scenes import SceneTensors, circle, degenerate_scene, random_scene
@@ -25,14 +26,15 @@ SHAPES = [(3, 2), (3, 3), (3, 4), (3, 5), (2, 2), (5, 2), (1, 6)]
 
 
 def place(
-    points: Tensor, settings: Settings, lane_width: int, dtype: torch.dtype = torch.float64, opacity: float = 0.8
+    points: Tensor, settings: Settings, backend: Backend, dtype: torch.dtype = torch.float64, opacity: float = 0.8
 ) -> Tensor:
     """The planes [N, rows, PLANES, samples, padded] of the Gaussians of ``points`` [N, P, 2], in float64."""
     start_warp()
-    lanes = make_lanes(lane_width, wp.dtype_from_torch(dtype))
+    lanes, device = make_lanes(backend.lane_width, wp.dtype_from_torch(dtype)), backend.device
     switches = (settings.interior_gradient, settings.covariance_gradient)
-    stage = Splatting(Launcher("cpu", 2), lanes, settings.samples, settings.lines, settings.degree, *switches)
-    stage.run(points.to(dtype).contiguous(), torch.full((len(points),), opacity, dtype=dtype))
+    stage = Splatting(Launcher(device, 2), lanes, settings.samples, settings.lines, settings.degree, *switches)
+    opacities = torch.full((len(points),), opacity, dtype=dtype, device=device)
+    stage.run(points.to(device, dtype).contiguous(), opacities)
     shape = (len(points), settings.lines + 2, PLANES, stage.sample_stride)
     values = torch.from_numpy(stage.splats.numpy()[: shape[0] * shape[1] * shape[2] * shape[3]].copy())
     return values.reshape(shape).double()
@@ -47,60 +49,53 @@ def expected_planes(found: Gaussians, opacity: float = 0.8) -> Tensor:
     return torch.stack(values, 2)
 
 
-def check(points: Tensor, settings: Settings, lane_width: int, atol: float = 1e-11) -> None:
-    got = place(points, settings, lane_width)[..., : settings.samples]
+def check(points: Tensor, settings: Settings, backend: Backend, atol: float = 1e-11) -> None:
+    got = place(points, settings, backend)[..., : settings.samples]
     torch.testing.assert_close(got, expected_planes(gaussians(points, settings)), rtol=1e-11, atol=atol)
 
 
 @pytest.mark.parametrize(("samples", "lines"), COUNTS)
-@lane_widths
-def test_gaussians_of_any_number_of_samples_and_lines(samples: int, lines: int, lane_width: int) -> None:
-    check(random_scene(samples, 3, 40, 50).points, Settings(samples, lines), lane_width)
+def test_gaussians_of_any_number_of_samples_and_lines(samples: int, lines: int, backend: Backend) -> None:
+    check(random_scene(samples, 3, 40, 50).points, Settings(samples, lines), backend)
 
 
 @pytest.mark.parametrize(("degree", "pieces"), SHAPES)
-@lane_widths
-def test_gaussians_of_any_degree_and_number_of_pieces(degree: int, pieces: int, lane_width: int) -> None:
+def test_gaussians_of_any_degree_and_number_of_pieces(degree: int, pieces: int, backend: Backend) -> None:
     # 15 samples: one of them stands on the anchor between two pieces of a side.
-    check(loop_scene(degree, 3, 40, 50, degree, pieces).points, Settings(15, 3, degree), lane_width)
+    check(loop_scene(degree, 3, 40, 50, degree, pieces).points, Settings(15, 3, degree), backend)
 
 
-@lane_widths
-def test_the_default_numbers_of_samples_and_lines(lane_width: int) -> None:
-    check(random_scene(1, 2, 40, 50).points, Settings(), lane_width)
+def test_the_default_numbers_of_samples_and_lines(backend: Backend) -> None:
+    check(random_scene(1, 2, 40, 50).points, Settings(), backend)
 
 
 @pytest.mark.parametrize("seed", range(4))
-@lane_widths
-def test_gaussians_of_degenerate_paths(seed: int, lane_width: int) -> None:
+def test_gaussians_of_degenerate_paths(seed: int, backend: Backend) -> None:
     # Those that are moved far away stand at 1e6 px, to rounding.
-    check(degenerate_scene(seed, 9, 40, 50).points, Settings(9, 3), lane_width, atol=1e-8)
+    check(degenerate_scene(seed, 9, 40, 50).points, Settings(9, 3), backend, atol=1e-8)
 
 
-@lane_widths
-def test_single_precision(lane_width: int) -> None:
+def test_single_precision(backend: Backend) -> None:
     points = random_scene(2, 5, 400, 500).points
-    got = place(points, Settings(20, 7), lane_width, torch.float32)[..., :20]
+    got = place(points, Settings(20, 7), backend, torch.float32)[..., :20]
     # A centre at 500 px is known to 3e-5 px, a spacing of 1 px to as much.
     torch.testing.assert_close(got, expected_planes(gaussians(points, Settings(20, 7))), rtol=1e-3, atol=1e-3)
 
 
-@lane_widths
 @precisions
-def test_padding_and_what_is_not_finite_are_invisible(lane_width: int, dtype: torch.dtype) -> None:
+def test_padding_and_what_is_not_finite_are_invisible(backend: Backend, dtype: torch.dtype) -> None:
     points = random_scene(3, 4, 40, 50).points
     points[1, 4, 1], points[3, 0, 0] = torch.nan, torch.inf
-    planes = place(points, Settings(5, 2), lane_width, dtype)
+    planes = place(points, Settings(5, 2), backend, dtype)
     assert (planes[:, :, 5:, 5:] < 0).all()
     assert not (planes[[1, 3], :, 5:] >= 0).any()
     assert (planes[[0, 2], :, 5:, :5] > 0).all()
 
 
-@lane_widths
 @precisions
-def test_centers_beyond_the_farthest_coordinate_are_invisible(lane_width: int, dtype: torch.dtype) -> None:
+def test_centers_beyond_the_farthest_coordinate_are_invisible(backend: Backend, dtype: torch.dtype) -> None:
     near, far = circle(20.0, 20.0, 5.0), circle(2 * COORDINATE_MAX, 20.0, 5.0)
-    planes = place(torch.stack([near, far]), Settings(5, 2), lane_width, dtype)[..., :5]
+    planes = place(torch.stack([near, far]), Settings(5, 2), backend, dtype)[..., :5]
     assert (planes[0, :, 5:] > 0).all() and (planes[1, :, 5:] < 0).all()
 
 
@@ -108,11 +103,10 @@ def test_centers_beyond_the_farthest_coordinate_are_invisible(lane_width: int, d
 
 
 @pytest.mark.parametrize(("samples", "lines"), COUNTS)
-@lane_widths
-def test_adjoint_of_any_number_of_samples_and_lines(samples: int, lines: int, lane_width: int) -> None:
+def test_adjoint_of_any_number_of_samples_and_lines(samples: int, lines: int, backend: Backend) -> None:
     settings = Settings(samples, lines, covariance_gradient=True)
     scene = off_the_band(settings, random_scene, samples, 3, 20, 24)
-    check_gradients(scene, settings, make_splat_renderer(scene, settings, lane_width), 1e-10)
+    check_gradients(scene, settings, make_splat_renderer(scene, settings, backend), 1e-10)
 
 
 @pytest.mark.parametrize(("degree", "pieces"), SHAPES)
@@ -123,14 +117,13 @@ def test_adjoint_of_any_degree_and_number_of_pieces(degree: int, pieces: int, in
     check_gradients(scene, settings, make_splat_renderer(scene, settings), 1e-10)
 
 
-def point_adjoint(scene: SceneTensors, settings: Settings, lane_width: int) -> Tensor:
-    return adjoint(scene, make_splat_renderer(scene, settings, lane_width), cotangent(scene)).points
+def point_adjoint(scene: SceneTensors, settings: Settings, backend: Backend) -> Tensor:
+    return adjoint(scene, make_splat_renderer(scene, settings, backend), cotangent(scene)).points
 
 
-@lane_widths
-def test_interior_on_minus_off_is_what_the_lines_pass_to_the_points(lane_width: int) -> None:
+def test_interior_on_minus_off_is_what_the_lines_pass_to_the_points(backend: Backend) -> None:
     scene = off_the_band(Settings(9, 4), random_scene, 4, 2, 30, 34)
-    on, off = (point_adjoint(scene, Settings(9, 4, interior_gradient=state), lane_width) for state in (True, False))
+    on, off = (point_adjoint(scene, Settings(9, 4, interior_gradient=state), backend) for state in (True, False))
     adj_mean, mean, points = mean_adjoint(scene, Settings(9, 4))
     (want,) = torch.autograd.grad((mean[:, 1:-1] * adj_mean[:, 1:-1]).sum(), points)
     assert_grad_close(on - off, want, rtol=1e-11, atol=1e-13, name="lines")
@@ -151,12 +144,11 @@ def mean_adjoint(scene: SceneTensors, settings: Settings) -> tuple[Tensor, Tenso
 
 
 @pytest.mark.parametrize("lines", [1, 2, 5])
-@lane_widths
-def test_the_two_sides_share_a_line_by_its_weight(lines: int, lane_width: int) -> None:
+def test_the_two_sides_share_a_line_by_its_weight(lines: int, backend: Backend) -> None:
     # The anchor in the middle, at u = 1, ends side A and side B alike; a handle belongs to one of them.
     scene = random_scene(5, 1, 24, 24, 2)._replace(points=circle(12.3, 11.8, 7.0, 2)[None])
     settings = Settings(6, lines)
-    got = point_adjoint(scene, settings, lane_width)[0]
+    got = point_adjoint(scene, settings, backend)[0]
     adj_mean = mean_adjoint(scene, settings)[0][0]
     u = torch.linspace(0.007, 0.993, 6, dtype=torch.float64)
     weight = row_weights(lines)
