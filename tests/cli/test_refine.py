@@ -1,4 +1,4 @@
-"""`warpvec refine`: what is kept of a drawing, what is added, and what is refused."""
+"""`warpvec refine`: the paths it keeps and adds, and drawings it refuses."""
 
 import re
 from pathlib import Path
@@ -77,7 +77,7 @@ def test_a_goal_is_followed_from_the_drawing(photo: Path, drawing: Path) -> None
     assert len(read_svg(out.read_bytes()).scene) > 20
 
 
-def test_a_foreign_drawing_is_taken_and_what_it_loses_is_named(photo: Path) -> None:
+def test_a_foreign_drawing_is_refined_and_its_strokes_are_reported(photo: Path) -> None:
     foreign, out = photo.with_name("foreign.svg"), photo.with_name("out.svg")
     foreign.write_text(FOREIGN)
     result = refine(photo, foreign, out, "--curves", 12)
@@ -99,7 +99,7 @@ def test_a_drawing_of_another_size_is_scaled(photo: Path) -> None:
     ("text", "message"),
     [
         (FOREIGN.replace('height="64">', 'height="96">', 1), "--from must have the proportions of the photo, 96 x 64"),
-        ('<svg xmlns="http://www.w3.org/2000/svg" width="96" height="64"/>', "--from must hold filled paths"),
+        ('<svg xmlns="http://www.w3.org/2000/svg" width="96" height="64"/>', "--from must contain filled paths"),
         ("not an svg", "SVG"),
     ],
 )

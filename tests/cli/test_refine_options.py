@@ -1,4 +1,4 @@
-"""`warpvec refine`: the settings of its fit, what is written of them, and what is refused. No fit is made."""
+"""`warpvec refine`: the settings of its fit, those it writes to a file, and refusals. No fit is made."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from stubs import circles
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.svg.write import write_svg
-from warpvec.vectorization import api
+from warpvec.vectorization import refine as refining
 from warpvec.vectorization.goal import CURVES_MAX, Goal
 
 
 @pytest.fixture
 def photo(tmp_path: Path) -> Path:
-    """A photo, beside a drawing of 8 paths with one decimal."""
+    """Return a photo; beside it is a drawing of 8 paths with one decimal."""
     (tmp_path / "drawing.svg").write_text(write_svg(circles(32, 48, 8), 48, 32, precision=1))
     return write_photo(tmp_path)
 
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[FitConfig, Goal]]:
-    """The settings and goals of the fits that are asked for."""
+    """Settings and goals of the fits, which are recorded and not made."""
     found: list[tuple[FitConfig, Goal]] = []
 
     def record(image: Any, config: FitConfig, *, goal: Goal, **_: Any) -> None:
         found.append((config, goal))
         raise LookupError
 
-    monkeypatch.setattr(api, "fit_photo", record)
+    monkeypatch.setattr(refining, "fit_photo", record)
     return found
 
 
@@ -41,7 +41,7 @@ def _refine(photo: Path, *options: object):
     return invoke("refine", photo, photo.with_name("out.svg"), "--from", photo.with_name("drawing.svg"), *options)
 
 
-def test_without_a_goal_it_is_as_long_and_as_careful_as_a_correction(photo: Path, asked: Any) -> None:
+def test_without_a_goal_it_has_the_iterations_and_rates_of_a_correction(photo: Path, asked: Any) -> None:
     for options in ([], ["--preset", "draft"], ["--iterations", 30, "--recycle-gap", 7, "--precision", 3]):
         _refine(photo, *options)
     first = FitConfig(curves=8, iterations=500, recycle_gap=0, precision=1, lr_scale=0.4)
@@ -50,7 +50,7 @@ def test_without_a_goal_it_is_as_long_and_as_careful_as_a_correction(photo: Path
     assert asked == [(first, Goal()), (draft, Goal()), (given, Goal())]
 
 
-def test_with_a_goal_the_search_shortens_and_slows_by_itself(photo: Path, asked: Any) -> None:
+def test_with_a_goal_the_search_sets_iterations_and_rates(photo: Path, asked: Any) -> None:
     _refine(photo, "--max-bytes", "9k")
     _refine(photo, "--curves", "auto", "--preset", "draft", "--lr-scale", 2, "--iterations", 90)
     first = FitConfig(curves=CURVES_MAX, recycle_gap=0, precision=1)
@@ -86,7 +86,7 @@ def test_a_written_file_asks_for_the_same(photo: Path, asked: Any, options: list
         (["--segments", "7"], ["--segments must be the drawing's, 4, got 7; leave it out"]),
         (["--iterations", "0"], ["--iterations must be", "got 0"]),
         (["--max-bytes", "9k", "--policy", "replacement"], ["--policy must be scaffolding to meet a goal"]),
-        (["--preset", "paper"], ["--path-model must be segments", "got 'sides'", "another --preset"]),
+        (["--preset", "paper"], ["--path-model must be segments", "got 'sides'", "another preset"]),
         (["--preset", "bezier-splatting", "--path-model", "segments"], ["--policy must be scaffolding"]),
         (["--gzip"], ["--gzip must come with --max-bytes"]),
         (["--device", "abacus"], ["--device must be"]),

@@ -1,7 +1,8 @@
-"""`vectorize` and `Result`: units, what may come in, and that every number is that of the file."""
+"""`vectorize`, `refine` and `Result`: units, inputs, file options, and that every number is that of the file."""
 
 from __future__ import annotations
 
+import base64
 import gzip
 import io
 import re
@@ -20,10 +21,12 @@ from warpvec.image.metrics import psnr
 from warpvec.image.metrics import ssim as ssim_of
 from warpvec.image.resize import reduce_image
 from warpvec.rendering import draw as drawing
-from warpvec.svg.measure import draw
+from warpvec.svg.measure import draw, draw_like
 from warpvec.vectorization import api
 
 Photo = NDArray[np.uint8]
+
+SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="8" height="8"><path d="M1 1H7V7H1z" fill="red"/></svg>'
 
 
 @pytest.fixture
@@ -37,8 +40,8 @@ def _png(photo: Photo) -> bytes:
     return stream.getvalue()
 
 
-def _vectorize(photo: Any, **settings: Any) -> warpvec.Result:
-    return warpvec.vectorize(photo, **{"curves": 8, "iterations": 3, **settings})
+def _vectorize(photo: Any, curves: int | None = 8, **settings: Any) -> warpvec.Result:
+    return warpvec.vectorize(photo, curves, **{"iterations": 3, **settings})
 
 
 @pytest.mark.usefixtures("quick_fit")
@@ -170,6 +173,56 @@ def test_save_writes_text_or_gzip_by_the_name(photo: Photo, tmp_path: Path) -> N
 
 
 @pytest.mark.usefixtures("quick_fit")
+def test_save_writes_the_picture_of_the_file_as_a_png(photo: Photo, tmp_path: Path) -> None:
+    for image in (photo, np.dstack([photo, photo[..., :1]])):
+        result = _vectorize(image)
+        result.save(tmp_path / "a.PNG")
+        with Image.open(tmp_path / "a.PNG") as drawn:
+            np.testing.assert_array_equal(drawn, draw_like(result.svg(), result.photo))
+
+
+@pytest.mark.usefixtures("quick_fit")
+def test_save_refuses_other_suffixes(photo: Photo, tmp_path: Path) -> None:
+    with pytest.raises(warpvec.InputError, match="^path must end in .svg, .svgz or .png, got .*a.jpg'; rename it$"):
+        _vectorize(photo).save(tmp_path / "a.jpg")
+
+
+@pytest.mark.usefixtures("quick_fit")
+def test_a_notebook_shows_the_picture_and_a_line(photo: Photo) -> None:
+    result = _vectorize(photo)
+    size = f"{len(result.svg().encode()):,}"
+    assert repr(result) == f"<Result: 48 x 32, 8 paths, {size} bytes>"
+    assert result._repr_svg_() == result.svg()
+    psnr = f"{result.metrics['psnr']:.2f}"
+    assert repr(result).endswith(f", PSNR {psnr} dB>")
+    found = re.search('base64,(.*?)"', result._repr_html_())
+    assert found is not None and base64.b64decode(found[1]).decode() == result.svg()
+
+
+@pytest.mark.usefixtures("quick_fit")
+def test_a_file_without_metadata_is_smaller_by_that_alone(photo: Photo) -> None:
+    torch.manual_seed(0)
+    full = _vectorize(photo).svg()
+    torch.manual_seed(0)
+    bare = _vectorize(photo, metadata=False)
+    assert bare.svg() == re.sub("<metadata>.*</metadata>\n", "", full)
+    assert len(full) - len(bare.svg()) > 800
+    goal = _vectorize(photo, None, max_bytes=1500, metadata=False)
+    assert goal.goal_facts is not None and goal.goal_facts["bytes"] == len(goal.svg().encode())
+
+
+@pytest.mark.usefixtures("quick_fit")
+def test_a_trimmed_file_has_its_points_on_the_canvas(photo: Photo) -> None:
+    scenes = []
+    for trim in (False, True):
+        torch.manual_seed(0)
+        scenes.append(_vectorize(photo, trim=trim).scene)
+    size = torch.tensor([48.0, 32.0])
+    assert scenes[0].points.min() < -1
+    assert (scenes[1].points >= -0.051).all() and (scenes[1].points <= size + 0.051).all()
+
+
+@pytest.mark.usefixtures("quick_fit")
 def test_save_into_a_missing_folder_is_an_input_error(photo: Photo, tmp_path: Path) -> None:
     with pytest.raises(warpvec.InputError, match="path must be in an existing folder"):
         _vectorize(photo).save(tmp_path / "missing" / "a.svg")
@@ -237,6 +290,35 @@ def test_wrong_images_are_input_errors(image: Any) -> None:
     with pytest.raises(warpvec.InputError, match="^image must") as caught:
         warpvec.vectorize(image)
     assert "\n" not in str(caught.value)
+
+
+def test_refine_begins_with_the_paths_of_a_file(tmp_path: Path) -> None:
+    photo = np.random.default_rng(1).integers(0, 256, (4, 6, 3), dtype=np.uint8).repeat(8, 0).repeat(8, 1)
+    first = warpvec.vectorize(photo, 10, iterations=20, threads=1)
+    first.save(tmp_path / "a.svgz")
+    results = [
+        warpvec.refine(photo, svg, iterations=20, threads=1)
+        for svg in (first.svg(), first.svg().encode(), tmp_path / "a.svgz")
+    ]
+    assert results[0].svg() == results[1].svg() == results[2].svg()
+    assert results[0].metrics["psnr"] > first.metrics["psnr"]
+    assert results[0].metrics["curves"] == 10
+    assert warpvec.refine(photo, first.svg(), 16, iterations=20, trim=True).metrics["curves"] > 10
+
+
+@pytest.mark.parametrize(
+    ("svg", "settings", "message"),
+    [
+        ("missing.svg", {}, "svg must be an SVG file, its text or its bytes, got 'missing.svg'"),
+        ('<svg xmlns="http://www.w3.org/2000/svg" width="8" height="8"/>', {}, "svg must contain filled paths"),
+        (SQUARE, {}, "svg must have the proportions of the photo, 48 x 32, got 8 x 8"),
+        (SQUARE, {"segments": 7}, "segments must be the drawing's"),
+        (SQUARE, {"preset": "paper"}, "path_model must be segments to refine a drawing, got 'sides'"),
+    ],
+)
+def test_refine_refuses_what_does_not_match(photo: Photo, svg: str, settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(warpvec.InputError, match="^" + message):
+        warpvec.refine(photo, svg, **settings)
 
 
 def test_evaluate_measures_any_svg(photo: Photo) -> None:

@@ -1,4 +1,4 @@
-"""The search for what meets a goal, over fits that are circles: which fits it makes, when it stops, what it gives."""
+"""The search for a file that meets a goal, with circles in place of fits: the fits it makes, its end, its result."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CONFIG = FitConfig(curves=2000, iterations=40, time_budget=None)
 
 
 class Fits:
-    """A stand-in for the fit: circles, two seconds an iteration, and a list of what was asked for."""
+    """Stands in for the fit: returns circles after two seconds an iteration, and lists the settings it was given."""
 
     def __init__(self, count: Callable[[int], int] = lambda asked: asked, interrupted: int | None = None) -> None:
         self._count, self._interrupted = count, interrupted
@@ -77,7 +77,7 @@ def test_the_file_states_the_settings_that_were_asked_for() -> None:
     assert stated["curves"] < CONFIG.curves
 
 
-def test_a_sketch_and_a_fit_come_first_and_corrections_go_on_from_what_is_there() -> None:
+def test_a_probe_and_a_whole_fit_come_first_and_corrections_continue() -> None:
     fits = Fits(lambda asked: asked // 2)  # which is never enough
     result = _run(fits, Goal(max_bytes=9_000))
     assert len(fits.asked) == 2 + CORRECTIONS_MAX
@@ -93,7 +93,7 @@ def test_a_sketch_and_a_fit_come_first_and_corrections_go_on_from_what_is_there(
     assert all(entry["seconds"] == 2.0 * entry["iteration"] for entry in result.history)
 
 
-def test_what_the_sketch_may_take_is_at_most_what_the_fit_may() -> None:
+def test_the_probe_has_at_most_the_paths_of_the_fit() -> None:
     fits = Fits()
     _run(fits, Goal(target_psnr=60.0), curves=10, initial_curves=4)
     assert [config.curves for config in fits.asked] == [10, 10]
@@ -136,14 +136,16 @@ def _psnr(result: Result, scene: Scene) -> float:
 
 
 def test_less_than_one_path_is_refused_in_a_line() -> None:
-    with pytest.raises(InputError, match="^max_bytes must hold a path, got 300; [0-9]+ bytes is the least") as caught:
+    with pytest.raises(
+        InputError, match="^max_bytes must be enough for a path, got 300; give at least [0-9]+"
+    ) as caught:
         _run(Fits(), Goal(max_bytes=300))
     assert "\n" not in str(caught.value)
-    least = int(re.findall(r"(\d+) bytes", str(caught.value))[0])
+    least = int(re.findall(r"at least (\d+)", str(caught.value))[0])
     assert len(_run(Fits(), Goal(max_bytes=least + 50)).scene) == 1
 
 
-def test_a_policy_that_does_not_go_on_is_refused_before_any_fit() -> None:
+def test_a_policy_that_cannot_continue_is_refused_before_any_fit() -> None:
     fits = Fits()
     with pytest.raises(InputError, match="^policy must be scaffolding to meet a goal, got 'replacement'; give"):
         _run(fits, Goal(max_bytes=9_000), policy="replacement")
@@ -170,7 +172,7 @@ def test_the_curves_of_a_drawing_are_doubled_too() -> None:
     assert fits.asked[1].curves == 60
 
 
-# as many as pay
+# auto
 
 
 def test_curves_are_doubled_until_that_does_not_pay(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -185,7 +187,7 @@ def test_curves_are_doubled_until_that_does_not_pay(monkeypatch: pytest.MonkeyPa
     assert result.goal_facts is not None and result.goal_facts["auto"]
 
 
-# a time budget: seconds that the fits take are put on a clock
+# a time budget, with a clock that the fits advance
 
 
 class Clock:
@@ -211,7 +213,7 @@ def test_a_time_budget_ends_the_search(seconds: float, fit_count: int, monkeypat
     result = Search(Goal(max_bytes=9_000), config, clock.fit, _start_seconds=clock.now).run()
     assert clock.now - 100.0 <= 80.0
     assert len(fits.asked) == fit_count
-    # Most of the time is for the fit, however long a sketch would take.
+    # Most of the time is for the fit, however long the probe would take.
     assert fits.asked[0].time_budget == 20.0
     assert fits.asked[1].time_budget is not None and fits.asked[1].time_budget >= 60.0
     assert len(result.svg().encode()) <= 9_000

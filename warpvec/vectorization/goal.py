@@ -147,8 +147,8 @@ def is_met(goal: Goal, trials: Sequence[Trial], curves_max: int) -> bool:
 
 
 def is_hopeless(goal: Goal, trials: Sequence[Trial]) -> bool:
-    """Return whether the last trial misses the target although its many more paths gained next to nothing."""
-    if goal.target_psnr is None or len(trials) < 2 or trials[-1].psnr >= goal.target_psnr:
+    """Return whether no trial reaches the target, and the many more paths of the last one gained next to nothing."""
+    if goal.target_psnr is None or len(trials) < 2 or any(trial.psnr >= goal.target_psnr for trial in trials):
         return False
     octaves = math.log2(trials[-1].asked / trials[-2].asked)
     return octaves >= 1.0 and trials[-1].psnr - trials[-2].psnr < HOPELESS_GAIN * octaves
