@@ -1,4 +1,4 @@
-"""Folders of a batch, here and behind fsspec: the same names, bytes and refusals."""
+"""Folders of a batch: local ones and those of fsspec have the same names, bytes and refusals."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HIDDEN = {".hidden.png": b"3", ".folder/f.png": b"4", "b/.g.png": b"5", "b/.h/i.
 
 @pytest.fixture(params=["path", "file://", "memory://"])
 def folder(request: pytest.FixtureRequest, tmp_path: Path) -> Folder:
-    """A folder with some files, opened by a path or by an address."""
+    """Return a folder with some files, opened by a path or by an address."""
     if request.param != "path":
         pytest.importorskip("fsspec", reason="the extra cluster is not installed")
     addresses = {"path": tmp_path, "file://": f"file://{tmp_path}", "memory://": f"memory://{uuid.uuid4().hex}/photos/"}

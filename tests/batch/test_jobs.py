@@ -32,7 +32,7 @@ LONGER = [*SETTINGS, "--iterations", "150"]
 
 
 def _write_photos(folder: Path, *names: str) -> None:
-    """Smooth noise of 64 x 64, another for each name."""
+    """Write smooth noise of 64 x 64, different for each name."""
     for seed, name in enumerate(names):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         noise = np.random.default_rng(seed).integers(0, 256, (8, 8, 3), dtype=np.uint8)
@@ -41,7 +41,7 @@ def _write_photos(folder: Path, *names: str) -> None:
 
 @pytest.fixture
 def photos(tmp_path: Path) -> Path:
-    """A folder of four photos and some files that are none."""
+    """Return a folder of four photos and a file that is no photo."""
     folder = tmp_path / "photos"
     _write_photos(folder, *(f"p{k}.png" for k in range(4)))
     (folder / "notes.txt").write_text("no photo")
@@ -50,12 +50,12 @@ def photos(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def out(tmp_path: Path) -> Path:
-    """A folder that is not there yet."""
+    """Return the path of a folder that does not exist yet."""
     return tmp_path / "new" / "svgs"
 
 
 def _records(out: Path) -> dict[str, dict[str, Any]]:
-    """Input -> its last record; a line that is not whole is none."""
+    """Return the last record of each input. Incomplete lines are ignored."""
     text = (out / JSON_NAME).read_text() if (out / JSON_NAME).exists() else ""
     return {record["input"]: record for record in map(json.loads, text.split("\n")[:-1])}
 
@@ -66,7 +66,7 @@ def _times(out: Path) -> dict[str, int]:
 
 @contextmanager
 def _batch(photos: Path, out: Path, *arguments: str) -> Iterator[subprocess.Popen[str]]:
-    """The command in a process group of its own, as a shell starts it."""
+    """Run the command in its own process group, as a shell does."""
     command = [sys.executable, "-m", "warpvec", "batch", str(photos), str(out), *arguments]
     with subprocess.Popen(
         command, cwd=Path(__file__).parents[2], stderr=subprocess.PIPE, text=True, start_new_session=True
@@ -79,7 +79,7 @@ def _batch(photos: Path, out: Path, *arguments: str) -> Iterator[subprocess.Pope
 
 
 def _wait(until: Callable[[], object], process: subprocess.Popen[str]) -> None:
-    """Until ``until()``, while ``process`` runs. Some minutes: a first run compiles its kernels."""
+    """Wait until ``until()`` while ``process`` runs. A first run compiles its kernels, which takes minutes."""
     deadline = time.monotonic() + 180
     while not until():
         assert process.poll() is None, f"ended with {process.returncode}"
@@ -93,13 +93,13 @@ def _workers(process: subprocess.Popen[str]) -> list[int]:
     return [pid for pid, command in commands.items() if "spawn_main" in command]
 
 
-# what it makes
+# whole batches
 
 
 def test_a_worker_that_is_killed_and_a_bad_photo_cost_no_other(photos: Path, out: Path) -> None:
     (photos / "bad.png").write_bytes(b"no photo either")
     with _batch(photos, out, "--jobs", "2", "--retry", "1", *LONGER) as process:
-        # Not before the bad photo has its record: its own worker must not be the victim.
+        # Wait for the record of the bad photo, so that its worker is not the victim.
         _wait(lambda: len({record["error"] is None for record in _records(out).values()}) == 2, process)
         victim = _workers(process)[0]
         os.kill(victim, signal.SIGKILL)
@@ -117,7 +117,7 @@ def test_a_worker_that_is_killed_and_a_bad_photo_cost_no_other(photos: Path, out
         assert record["bytes"] == (out / record["output"]).stat().st_size
     assert sorted(os.listdir(out)) == [CSV_NAME, JSON_NAME, *(f"p{k}.svg" for k in range(4))]
 
-    # As `run` makes it, whatever the threads.
+    # `run` makes the same file, with any number of threads.
     alone = out / "alone" / "p1.svg"
     alone.parent.mkdir()
     assert invoke("run", photos / "p1.png", alone, "-q", *LONGER, "--threads", "2").exit_code == 0
@@ -157,10 +157,10 @@ def test_an_interrupted_batch_ends_in_order(photos: Path, out: Path) -> None:
     assert os.listdir(out) == []
 
 
-# what is not done again. The workers are stubbed: `Here` does their work in this process.
+# photos that are done and not done again; `InProcess` does the work of the workers
 
 
-class Here:
+class InProcess:
     """An engine in this process that notes the photos it is given."""
 
     def __init__(self) -> None:
@@ -177,22 +177,22 @@ class Here:
 
 
 @pytest.fixture
-def engine(monkeypatch: pytest.MonkeyPatch) -> Here:
+def engine(monkeypatch: pytest.MonkeyPatch) -> InProcess:
     """Replace the worker processes by this process."""
-    here = Here()
+    here = InProcess()
     monkeypatch.setattr("warpvec.cli.commands.batch._engine", lambda *_: here)
     return here
 
 
-def _done(engine: Here, *arguments: object) -> list[str]:
-    """The photos that are done by a batch that succeeds."""
+def _done(engine: InProcess, *arguments: object) -> list[str]:
+    """Run a batch that succeeds; return the photos that it did."""
     engine.seen = []
     result = invoke("batch", *arguments)
     assert result.exit_code == 0, result.output
     return engine.seen
 
 
-def test_what_is_done_is_not_done_again_until_it_changes(photos: Path, out: Path, engine: Here) -> None:
+def test_what_is_done_is_not_done_again_until_it_changes(photos: Path, out: Path, engine: InProcess) -> None:
     assert _done(engine, photos, out, *QUICK) == [f"p{k}.png" for k in range(4)]
     assert _done(engine, photos, out, *QUICK, "--threads", "2") == []
     _write_photos(photos, "p3.png", "p2.png")  # p2 is another photo now; p3 as well
@@ -203,7 +203,7 @@ def test_what_is_done_is_not_done_again_until_it_changes(photos: Path, out: Path
     assert _done(engine, photos, out, *QUICK, "--background", "red") == [f"p{k}.png" for k in range(4)]
 
 
-def test_skip_existing_takes_any_file(photos: Path, out: Path, engine: Here) -> None:
+def test_skip_existing_takes_any_file(photos: Path, out: Path, engine: InProcess) -> None:
     out.mkdir(parents=True)
     (out / "p1.svg").write_text("drawn by hand")
     assert _done(engine, photos, out, *QUICK, "--skip-existing") == ["p0.png", "p2.png", "p3.png"]
@@ -212,7 +212,7 @@ def test_skip_existing_takes_any_file(photos: Path, out: Path, engine: Here) -> 
     assert sorted(_records(out)) == ["p0.png", "p2.png", "p3.png"]
 
 
-def test_a_failed_photo_is_tried_by_the_next_batch(photos: Path, out: Path, engine: Here) -> None:
+def test_a_failed_photo_is_tried_by_the_next_batch(photos: Path, out: Path, engine: InProcess) -> None:
     good = (photos / "p1.png").read_bytes()
     (photos / "p1.png").write_bytes(b"")
     result = invoke("batch", photos, out, *QUICK)
@@ -226,23 +226,23 @@ def test_a_failed_photo_is_tried_by_the_next_batch(photos: Path, out: Path, engi
         assert [row["input"] for row in csv.DictReader(file)] == [f"p{k}.png" for k in range(4)]
 
 
-def test_folders_in_folders_keep_their_names(photos: Path, out: Path, engine: Here) -> None:
+def test_folders_in_folders_keep_their_names(photos: Path, out: Path, engine: InProcess) -> None:
     _write_photos(photos, "b/c/p0.jpg", "b/.trash/p1.png")
     assert len(_done(engine, photos, out, *QUICK)) == 4
     assert _done(engine, photos, out, *QUICK, "--recursive") == ["b/c/p0.jpg"]
     assert (out / "b" / "c" / "p0.svg").is_file()
 
 
-def test_svgz_and_kept_suffixes(photos: Path, out: Path, engine: Here) -> None:
+def test_svgz_and_kept_suffixes(photos: Path, out: Path, engine: InProcess) -> None:
     _done(engine, photos, out, *QUICK, "--svgz", "--keep-suffix")
     assert sorted(path.name for path in out.glob("p*")) == [f"p{k}.png.svgz" for k in range(4)]
     assert (out / "p0.png.svgz").read_bytes()[:2] == b"\x1f\x8b"
 
 
-# what is refused
+# refusals
 
 
-def test_two_photos_of_one_name_fail_and_the_others_do_not(photos: Path, out: Path, engine: Here) -> None:
+def test_two_photos_of_one_name_fail_and_the_others_do_not(photos: Path, out: Path, engine: InProcess) -> None:
     _write_photos(photos, "p1.jpg")
     result = invoke("batch", photos, out, *QUICK)
     assert result.exit_code == 1
@@ -252,7 +252,7 @@ def test_two_photos_of_one_name_fail_and_the_others_do_not(photos: Path, out: Pa
     assert "--keep-suffix" in errors["p1.jpg"]
 
 
-def test_file_options_reach_the_files(photos: Path, out: Path, engine: Here) -> None:
+def test_file_options_reach_the_files(photos: Path, out: Path, engine: InProcess) -> None:
     _done(engine, photos, out, *QUICK)
     assert _done(engine, photos, out, *QUICK, "--no-metadata", "--trim") == [f"p{k}.png" for k in range(4)]
     assert "<metadata>" not in (out / "p0.svg").read_text()

@@ -73,7 +73,7 @@ def test_the_file_that_still_lies_there_keeps_its_record(work: Vectorize, tmp_pa
     with (tmp_path / CSV_NAME).open(newline="") as file:
         assert list(csv.DictReader(file))[-1]["error"] == "no luck"
     assert _fail(other, "again").bytes == 9
-    # It is still what failed: shown so, not in the mean, and done again whatever the settings.
+    # The record is still that of a failure: it is shown so, left out of the mean, and the photo is tried again.
     assert describe(record) == "a.png: failed, 3 attempts: no luck"
     assert Tally(skipped=0, total=1, records=[record]).facts()["psnr"] is None
     jobs = find_jobs(["a.png"])

@@ -40,10 +40,10 @@ OPTIONS = [f"--{name.replace('_', '-')}={value}" for name, value in SETTINGS.ite
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[None]:
-    """A cluster of this process with room for two workers."""
+    """Start a cluster in this process with room for two workers."""
     os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
     os.environ["RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO"] = "0"
-    # Workers find what this process finds, warpvec in a bare checkout and the tests.
+    # Workers find the same modules as this process: warpvec in a bare checkout, and the tests.
     environment = {"env_vars": {"PYTHONPATH": os.pathsep.join([str(TESTS.parent), str(TESTS)])}}
     ray.init(
         num_cpus=2, num_gpus=0, include_dashboard=False, log_to_driver=False, logging_level="error",
@@ -55,7 +55,7 @@ def cluster() -> Iterator[None]:
 
 @pytest.fixture
 def photos(tmp_path: Path) -> Path:
-    """A folder of five photos of 64 x 64, one of them in a folder of its own, and a bad one."""
+    """Return a folder of five photos of 64 x 64, one of them in a subfolder, and a bad file."""
     folder = tmp_path / "photos"
     (folder / "more").mkdir(parents=True)
     for seed, name in enumerate(("p0.png", "p1.png", "p2.png", "p3.png", "more/p4.png")):
@@ -101,13 +101,13 @@ def test_a_killed_worker_costs_its_photo_an_attempt(cluster: None, photos: Path,
     assert {name: (record.error, record.attempts) for name, record in records.items()} == {
         "more/p4.png": (None, 1), "p0.png": (None, 1), "p1.png": (None, 2), "p2.png": (None, 1), "p3.png": (None, 1),
     }  # fmt: skip
-    # Two workers, kept from photo to photo, and one in the place of the dead one, if it was there in time.
+    # Two workers, kept from photo to photo, and the replacement of the dead one, if it started in time.
     assert len({pid for pids in killer.places.values() for pid in pids}) <= 3
     first, second = killer.places["p1.png"]
     assert first != second
     assert sorted(os.listdir(out)) == [CSV_NAME, JSON_NAME, "more", *(f"p{k}.svg" for k in range(4))]
 
-    # The same batch, by the command: nothing but the bad photo is left, and the bytes are those of one machine.
+    # The same batch by the command: only the bad photo is left, and the bytes are those of a single machine.
     times = {path: path.stat().st_mtime_ns for path in out.rglob("*.svg")}
     options = [*OPTIONS, "--recursive", "--engine", "ray", "--json"]
     result = invoke("batch", f"file://{photos}", f"file://{out}", *options)
@@ -134,7 +134,7 @@ def test_what_is_not_tried_again_is_given_up(cluster: None, tmp_path: Path) -> N
 
 
 class Unloadable:
-    """Work that a worker cannot even load."""
+    """Work that a worker cannot load."""
 
     def __reduce__(self) -> tuple[object, ...]:
         return int, ("no number",)

@@ -289,7 +289,7 @@ def test_the_result_is_the_smallest_file_that_reaches_the_target_within_the_byte
         _trial(size=11_000, psnr=25.0),
     ]
     assert best_trial(goal, trials) == 3
-    # None reaches it: the best one, and of equals the smallest.
+    # No trial reaches it: the best one is kept, the smallest of equals.
     assert best_trial(Goal(target_psnr=30.0, max_bytes=10_000), trials) == 1
     assert best_trial(Goal(max_bytes=10_000), [_trial(size=9_000), _trial(size=8_000, psnr=25.001)]) == 1
     assert best_trial(goal, trials[:1]) == 0
