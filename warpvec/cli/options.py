@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
-from warpvec.errors import InputError
 from warpvec.vectorization.file_options import FileOptions
-from warpvec.vectorization.goal import Goal, with_curves
+from warpvec.vectorization.goal import Goal, require_scaffolding, with_curves
 
 
 class Setting(NamedTuple):
@@ -134,8 +133,8 @@ def requested(preset: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
     curves = given.pop("curves", None)
     goal = Goal(**{name: given.pop(name) for name in GOALS if name in given}, auto=curves == "auto")
     config = make_config(preset, **with_curves(given, curves, goal))
-    if goal and config.policy != "scaffolding":
-        raise InputError("policy", "must be scaffolding to meet a goal", repr(config.policy), "give scaffolding")
+    if goal:
+        require_scaffolding(config.policy, "to meet a goal")
     return config, goal
 
 
