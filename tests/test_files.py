@@ -1,4 +1,4 @@
-"""Writing files: whole or not at all, and told beforehand when it cannot be."""
+"""Writing files: completely or not at all, and checked beforehand."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def test_check_writable_refuses_a_link_into_a_missing_folder(tmp_path):
 
 @pytest.mark.parametrize("protected", ["file", "folder"])
 def test_check_writable_refuses_what_permissions_forbid(tmp_path, monkeypatch, protected):
-    # Root may write anywhere, so the system's answer is put in its mouth.
+    # Root may write anywhere, so the system's answer is faked.
     target = tmp_path / "out.svg"
     forbidden = target if protected == "file" else tmp_path
     if protected == "file":

@@ -1,4 +1,4 @@
-"""Conversion to cubics: as close as asked for, by a measure independent of it, and with no more than needed."""
+"""Conversion to cubics: within the tolerance by an independent measure, and with no more cubics than needed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from warpvec.svg.write import quantize, write_svg
 
 
 def sides_scene(path_count: int, degree: int = 5, wobble: float = 0.5, seed: int = 0) -> Scene:
-    """Circles of 4 to 64 px in two sides, control points moved by ``wobble`` radii; a few of the paths stay round."""
+    """Return two-sided circles of 4 to 64 px with control points moved by ``wobble`` radii; a few stay round."""
     generator = torch.Generator().manual_seed(seed)
     center = 500 * torch.rand(path_count, 2, generator=generator, dtype=torch.float64)
     radius = 4 + 60 * torch.rand(path_count, generator=generator, dtype=torch.float64) ** 2
@@ -45,7 +45,7 @@ def curves_of(scene: Scene) -> list[Tensor]:
 
 
 def cubic_counts(cubics: Scene, curve_count: int = 2) -> list[int]:
-    """Cubics of each path up to the last that has a length, per curve of the path it was made from."""
+    """Return the cubics of each path, without padding, per curve of the original path."""
     has_length = torch.stack([(curve != curve[:, :1]).any(-1).any(-1) for curve in curves_of(cubics)], 1)
     drawn = [int(row.nonzero().max()) + 1 for row in has_length]
     assert all(count % curve_count == 0 for count in drawn)
@@ -53,7 +53,7 @@ def cubic_counts(cubics: Scene, curve_count: int = 2) -> list[int]:
 
 
 def deviations(scene: Scene, cubics: Scene, sample_count: int = 333) -> list[float]:
-    """Largest distance of points with equal parameters, path by path."""
+    """Return the largest distance between points with equal parameters, for each path."""
     pieces, worst = curves_of(cubics), []
     t = torch.linspace(0, 1, sample_count, dtype=torch.float64)
     for row, count in enumerate(cubic_counts(cubics, scene.piece_count)):
@@ -73,12 +73,12 @@ def test_outlines_stay_within_the_tolerance_and_the_deviation_is_true(degree: in
     cubics, deviation = to_cubics(scene, tolerance)
     got = deviations(scene, cubics)
     assert deviation <= tolerance
-    # The distance rises by up to a thousandth between two of the parameters compared; seen, 7e-4.
+    # Between two compared parameters the distance rises by up to a thousandth (7e-4 was seen).
     assert deviation == pytest.approx(max(got), rel=1e-3)
 
 
 def closest_deviation(curve: Tensor, count: int) -> float:
-    """What ``count`` cubics leave of one curve [M + 1, 2], handles by a solver for general least squares."""
+    """Return the deviation of ``count`` cubics from a curve [M + 1, 2], with handles from a least-squares solver."""
     t, worst = torch.linspace(0, 1, 17, dtype=torch.float64), 0.0
     for i in range(count):
         piece = de_casteljau(curve[None], (i + t) / count)[0]
@@ -127,7 +127,7 @@ def test_cubics_come_back_as_they_are() -> None:
 
 
 def elevated(points: Tensor) -> Tensor:
-    """The control points [N, M + 2, 2] of the same curve, one degree higher."""
+    """Return the control points [N, M + 2, 2] of the same curve, one degree higher."""
     j = torch.arange(1, points.shape[1], dtype=torch.float64)[:, None] / points.shape[1]
     return torch.cat([points[:, :1], j * points[:, :-1] + (1 - j) * points[:, 1:], points[:, -1:]], 1)
 
@@ -195,7 +195,7 @@ def test_everything_else_stays(device: str) -> None:
     assert {getattr(cubics, name).device.type for name in names} == {device}
     for name in names[1:]:
         assert torch.equal(getattr(cubics, name), getattr(scene, name))
-    # Both joints of the sides are found again exactly.
+    # Both joints of the sides are kept exactly.
     for path, given, count in zip(cubics.points, scene.points, cubic_counts(cubics.cpu()), strict=True):
         assert torch.equal(path[[0, 3 * count]], given[[0, 5]])
 
@@ -206,7 +206,7 @@ def test_everything_else_stays(device: str) -> None:
 @pytest.mark.parametrize("write", [lambda scene: write_svg(scene, 768, 512), lambda scene: quantize(scene, 2)])
 def test_only_cubics_are_written(write: Callable[[Scene], object]) -> None:
     with pytest.raises(
-        ValueError, match="must have degree 3, got 5; convert it with warpvec.geometry.cubics.to_cubics$"
+        ValueError, match="must have degree 3 to be written, got 5; convert it with warpvec.geometry.cubics.to_cubics$"
     ):
         write(sides_scene(2))
 
@@ -216,7 +216,7 @@ def every_third(path_count: int) -> Tensor:
 
 
 def padded(points: Tensor, cubic: int, count: int) -> Tensor:
-    """``points`` [N, 3 S, 2] with ``count`` cubics of no length before the cubic of that number."""
+    """Return ``points`` [N, 3 S, 2] with ``count`` cubics of zero length inserted before cubic number ``cubic``."""
     nowhere = points[:, 3 * cubic % points.shape[1], None].expand(-1, 3 * count, -1)
     return torch.cat([points[:, : 3 * cubic], nowhere, points[:, 3 * cubic :]], 1)
 
@@ -273,5 +273,5 @@ def test_the_file_of_converted_sides_is_the_drawing_of_their_outlines() -> None:
     t = torch.linspace(0, 1, 400, dtype=torch.float64)
     outlines = torch.cat([de_casteljau(curve, t)[:, :-1] for curve in curves_of(scene)], 1).tolist()
     lines = ["M" + "L".join(f"{x:.4f} {y:.4f}" for x, y in outline) + "z" for outline in outlines]
-    # Seen: 53 to 58 dB over three seeds, most of it the rounding of handles to 0.1 px.
+    # 53 to 58 dB were seen over three seeds; most of the error is the rounding of handles to 0.1 px.
     assert psnr(draw(svg), draw(with_path_data(svg, lines))) >= 52

@@ -17,7 +17,7 @@ __all__ = ["coverage_stack", "importance", "mean_squared_error", "render"]
 
 
 def coverage_stack(points: Tensor, counts: Tensor, height: int, width: int) -> Tensor:
-    """Coverage [N, h, w] of paths with control points [N, 3 S, 2] and ``counts`` [N, S] chords per segment."""
+    """Return the coverage [N, h, w] of paths [N, 3 S, 2] with ``counts`` [N, S] chords per segment."""
     layers = [coverage(signed_coverage(polygon, height, width)) for polygon in flatten(points, counts)]
     return torch.stack(layers) if layers else points.new_zeros(0, height, width)
 
@@ -25,7 +25,7 @@ def coverage_stack(points: Tensor, counts: Tensor, height: int, width: int) -> T
 def render(
     points: Tensor, color: Tensor, opacity: Tensor, background: Tensor, height: int, width: int, counts: Tensor
 ) -> Tensor:
-    """Image [h, w, 3] of N paths, row 0 at the bottom.
+    """Return the image [h, w, 3] of N paths, row 0 at the bottom.
 
     Args:
         points: control points [N, 3 S, 2] in pixels.
@@ -42,7 +42,7 @@ def render(
 def importance(
     points: Tensor, color: Tensor, opacity: Tensor, background: Tensor, target: Tensor, counts: Tensor
 ) -> Tensor:
-    """Rise of the mean squared error against ``target`` [h, w, 3] when a path is removed, per path [N].
+    """Return the rise of the mean squared error against ``target`` [h, w, 3] when a path is removed, per path [N].
 
     Negative where the image is better without the path. Found by drawing the scene again without it.
     """
@@ -57,5 +57,5 @@ def importance(
 
 
 def mean_squared_error(image: Tensor, target: Tensor) -> Tensor:
-    """Mean over the 3 h w values of the squared difference."""
+    """Return the mean over the 3 h w values of the squared difference."""
     return (image - target).square().mean()

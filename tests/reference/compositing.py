@@ -6,7 +6,7 @@ from torch import Tensor
 
 
 def composite(coverage: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Tensor:
-    """Image [h, w, 3] of paths painted in row order: C = a c + (1 - a) C with a = opacity * coverage.
+    """Return the image [h, w, 3] of paths painted in row order: C = a c + (1 - a) C with a = opacity * coverage.
 
     Args:
         coverage: area of each path in each pixel [N, h, w], in [0, 1].

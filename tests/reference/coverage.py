@@ -15,12 +15,12 @@ from torch import Tensor
 
 
 def coverage(signed: Tensor) -> Tensor:
-    """min(|s|, 1), with derivative sign(s) where |s| <= 1 and 0 where |s| > 1 or s = 0."""
+    """Return min(|s|, 1), with derivative sign(s) where |s| <= 1 and 0 where |s| > 1 or s = 0."""
     return signed.abs().clamp(max=1.0)
 
 
 def signed_coverage(polygon: Tensor, height: int, width: int) -> Tensor:
-    """Integral of the winding number over each pixel [h, w], differentiable in ``polygon`` [V, 2].
+    """Return the integral of the winding number over each pixel [h, w], differentiable in ``polygon`` [V, 2].
 
     Where an edge lies on a pixel border the integral has a kink and the gradient is not defined.
     """
@@ -31,7 +31,7 @@ def signed_coverage(polygon: Tensor, height: int, width: int) -> Tensor:
 
 
 def winding_number(polygon: Tensor, point: Tensor) -> Tensor:
-    """Signed turns of the closed ``polygon`` [V, 2] around each ``point`` [P, 2]; no gradient."""
+    """Return the signed turns of the closed ``polygon`` [V, 2] around each ``point`` [P, 2]; no gradient."""
     start, end = polygon.detach(), polygon.detach().roll(-1, 0)
     x, y = point[:, :1], point[:, 1:]
     edge = end - start
@@ -42,7 +42,7 @@ def winding_number(polygon: Tensor, point: Tensor) -> Tensor:
 
 
 def supersampled_winding(polygon: Tensor, height: int, width: int, sample_count: int = 64) -> Tensor:
-    """Winding number [h, w, sample_count ** 2] on a regular grid of samples inside each pixel."""
+    """Return the winding number [h, w, sample_count ** 2] on a regular grid of samples inside each pixel."""
     rows = []
     for row in range(height):
         sample = _grid(sample_count, width * sample_count, sample_count, polygon) + 0.5 / sample_count
@@ -53,18 +53,18 @@ def supersampled_winding(polygon: Tensor, height: int, width: int, sample_count:
 
 
 def supersampled_coverage(polygon: Tensor, height: int, width: int, sample_count: int = 64) -> Tensor:
-    """Share [h, w] of the samples that the non-zero rule fills, whatever the loop does: the truth by brute force."""
+    """Return the share [h, w] of samples that the non-zero rule fills: the true coverage by brute force."""
     return (supersampled_winding(polygon, height, width, sample_count) != 0).to(polygon.dtype).mean(-1)
 
 
 def _grid(height: int, width: int, step_count: int, like: Tensor) -> Tensor:
-    """Top left corners [height * width, 2] of square cells, ``step_count`` cells to the pixel, in raster order."""
+    """Return the top left corners [height * width, 2] of square cells in raster order, ``step_count`` per pixel."""
     y, x = torch.meshgrid(torch.arange(height), torch.arange(width), indexing="ij")
     return torch.stack([x, y], -1).reshape(-1, 2).to(like.dtype) / step_count
 
 
 def _near_an_edge(polygon: Tensor, corner: Tensor) -> Tensor:
-    """Mask [P] of the pixels that the bounding box of some edge touches; the boundary misses all others."""
+    """Return a mask [P] of the pixels that the bounding box of an edge touches; the boundary misses all others."""
     start, end = polygon.detach(), polygon.detach().roll(-1, 0)
     low, high = torch.minimum(start, end), torch.maximum(start, end)
     overlap = (low <= corner[:, None] + 1) & (high >= corner[:, None])
@@ -72,14 +72,14 @@ def _near_an_edge(polygon: Tensor, corner: Tensor) -> Tensor:
 
 
 def _retracted_area(polygon: Tensor, corner: Tensor) -> Tensor:
-    """Shoelace area [P] of ``polygon`` [V, 2] retracted onto the unit squares at ``corner`` [P, 2]."""
+    """Return the shoelace area [P] of ``polygon`` [V, 2] retracted onto the unit squares at ``corner`` [P, 2]."""
     loop = _retract(_retract(polygon - corner[:, None], axis=0), axis=1)
     (ax, ay), (bx, by) = loop.unbind(-1), loop.roll(-1, 1).unbind(-1)
     return 0.5 * (ax * by - ay * bx).sum(1)
 
 
 def _retract(loop: Tensor, axis: int) -> Tensor:
-    """Loops [P, V, 2] with one coordinate clamped to [0, 1], split where they meet 0 and 1: [P, 3 V, 2]."""
+    """Return loops [P, V, 2] with one coordinate clamped to [0, 1], split where they meet 0 and 1: [P, 3 V, 2]."""
     edge = loop.roll(-1, 1) - loop
     t = _breaks(loop[..., axis], edge[..., axis])
     split = (loop[:, :, None] + t[..., None] * edge[:, :, None]).flatten(1, 2)
@@ -88,7 +88,7 @@ def _retract(loop: Tensor, axis: int) -> Tensor:
 
 
 def _breaks(start: Tensor, edge: Tensor) -> Tensor:
-    """Parameters [P, V, 3] of an edge's start and of where it meets 0 and 1, in the order of travel.
+    """Return the parameters [P, V, 3] of an edge's start and of its crossings with 0 and 1, in order of travel.
 
     A line that is not met repeats an end point. The two are ordered before they are clamped: on a vertex that lies on a
     pixel border they become equal, and the wrong one of them first would carry a wrong gradient.

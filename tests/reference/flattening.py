@@ -1,4 +1,4 @@
-"""Cubic segments to polygons: the Bernstein form at equal steps of the parameter, moved out to keep the area."""
+"""Flatten cubic segments to polygons: points at equal steps of the parameter, moved out to keep the area."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from torch import Tensor
 
 
 def flatten(points: Tensor, counts: Tensor) -> list[Tensor]:
-    """Closed polygons, one [V_i, 2] per path, the last vertex joined to the first.
+    """Return closed polygons, one [V_i, 2] per path, with the last vertex joined to the first.
 
     Args:
         points: control points [N, 3 S, 2]; segment s has the points 3s .. 3s + 3, modulo 3 S.
@@ -17,7 +17,7 @@ def flatten(points: Tensor, counts: Tensor) -> list[Tensor]:
 
 
 def uniform_counts(points: Tensor, count: int) -> Tensor:
-    """Counts [N, S] that give every segment of ``points`` [N, 3 S, 2] the same number of chords."""
+    """Return counts [N, S] that give every segment of ``points`` [N, 3 S, 2] the same number of chords."""
     return torch.full((points.shape[0], points.shape[1] // 3), count, dtype=torch.int64)
 
 
@@ -27,7 +27,7 @@ def _flatten_path(path: Tensor, counts: list[int]) -> Tensor:
 
 
 def _chord_starts(control: Tensor, count: int) -> Tensor:
-    """B(t) - B''(t) / (12 n (n - 1)) at t = j / n for j < n = ``count``, B itself at the joint j = 0.
+    """Return B(t) - B''(t) / (12 n (n - 1)) at t = j / n for j < n = ``count``, and B itself at the joint j = 0.
 
     A parabola's chord has the mean distance |B''| / (12 n^2) from its arc; moving the n - 1 vertices between the joints
     out by n / (n - 1) times that gives its polygon its area. The end of a segment is the start of the next.

@@ -1,4 +1,4 @@
-"""What a path of Gaussians covers, in plain Python, a number at a time: the splat reference's own reference."""
+"""Coverage by a path of Gaussians in plain Python, one number at a time, to check the splat reference."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Point = tuple[float, float]
 
 
 def literal_coverage(points: list[Point], opacity: float, settings: Settings, height: int, width: int) -> Tensor:
-    """[h, w] of one path, by the words of the definition."""
+    """Return the coverage [h, w] of one path, exactly as it is defined."""
     rows = literal_rows(points, settings)
     image = torch.empty(height, width, dtype=torch.float64)
     for i in range(height):
@@ -26,7 +26,7 @@ def literal_coverage(points: list[Point], opacity: float, settings: Settings, he
 
 
 def literal_rows(points: list[Point], settings: Settings) -> list[list[Point]]:
-    """The positions row by row, from Bernstein polynomials."""
+    """Return the positions row by row, from Bernstein polynomials."""
     loop = [*points, points[0]]
     middle = settings.degree * (len(points) // settings.degree // 2)
     rows = []

@@ -27,7 +27,7 @@ END_FACTOR, NEXT_TO_END_FACTOR = 0.4, 0.9
 
 @dataclass(frozen=True)
 class Settings:
-    """How paths are sampled and what their gradients see; the names are those of the renderer's arguments."""
+    """Settings of the renderer, with the names of its arguments."""
 
     samples: int = 64
     lines: int = 40
@@ -46,11 +46,11 @@ class Gaussians(NamedTuple):
     scale: Tensor
     """Standard deviations along the tangent and the normal [N, rows, samples, 2] px, clamped."""
     free_scale: Tensor
-    """The same before the clamps."""
+    """The standard deviations before clamping."""
 
     @property
     def covariance(self) -> Tensor:
-        """R S S^T R^T [N, rows, samples, 2, 2]."""
+        """The covariance R S S^T R^T [N, rows, samples, 2, 2]."""
         factor = self.frame * self.scale[..., None, :]
         return factor @ factor.mT
 
@@ -64,7 +64,7 @@ def render(
     width: int,
     settings: Settings = Settings(),
 ) -> Tensor:
-    """Image [h, w, 3] of N paths, row 0 at the bottom; nothing hidden is skipped.
+    """Return the image [h, w, 3] of N paths, row 0 at the bottom; hidden paths are not skipped.
 
     Args:
         points: control points [N, degree * pieces, 2] in pixels.
@@ -80,7 +80,7 @@ def render(
 
 
 def gaussians(points: Tensor, settings: Settings) -> Gaussians:
-    """The Gaussians of paths [N, degree * pieces, 2]; what the settings detach passes no gradient."""
+    """Return the Gaussians of paths [N, degree * pieces, 2]; the settings detach some of their values."""
     side_a, side_b = sides(points, settings.degree)
     u = torch.linspace(PARAMETER_MIN, PARAMETER_MAX, settings.samples, dtype=points.dtype)
     a, b = chain_point(side_a, settings.degree, u), chain_point(side_b, settings.degree, u)
@@ -96,14 +96,14 @@ def gaussians(points: Tensor, settings: Settings) -> Gaussians:
 
 
 def sides(points: Tensor, degree: int) -> tuple[Tensor, Tensor]:
-    """Control points of side A and of side B, both from the first anchor to that of piece pieces // 2."""
+    """Return the control points of side A and of side B, both from the first anchor to that of piece pieces // 2."""
     closed = torch.cat([points, points[:, :1]], 1)
     middle = degree * (points.shape[1] // degree // 2)
     return closed[:, : middle + 1], closed[:, middle:].flip(1)
 
 
 def chain_point(chain: Tensor, degree: int, u: Tensor) -> Tensor:
-    """Points [N, K, 2] at ``u`` [K] in [0, 1] of n curves in a row [N, degree * n + 1, 2], equal shares of u each."""
+    """Return points [N, K, 2] at ``u`` [K] in [0, 1] of n joined curves [N, degree * n + 1, 2], with equal shares."""
     count = (chain.shape[1] - 1) // degree
     piece = (u * count).floor().clamp(max=count - 1)
     t = (u * count - piece)[:, None, None]
@@ -114,7 +114,7 @@ def chain_point(chain: Tensor, degree: int, u: Tensor) -> Tensor:
 
 
 def row_weights(lines: int) -> Tensor:
-    """Share of side B in each row [lines + 2]: 0 on side A, 1 on side B, denser towards both."""
+    """Return the share of side B in each row [lines + 2]: 0 on side A, 1 on side B, denser towards both."""
     reach = LINE_REACH if lines > 1 else 0.0
     x = torch.linspace(-reach, reach, lines, dtype=torch.float64)
     inner = [0.5 * (1 + math.erf(value / LINE_SPREAD / math.sqrt(2))) for value in x.tolist()]
@@ -122,7 +122,7 @@ def row_weights(lines: int) -> Tensor:
 
 
 def end_factors(samples: int) -> Tensor:
-    """What the spacing along a row is multiplied by [samples]: rows taper off towards both ends."""
+    """Return the factors [samples] on the spacing along a row; rows taper off towards both ends."""
     factor = torch.ones(samples, dtype=torch.float64)
     factor[[min(1, samples - 1), max(0, samples - 2)]] = NEXT_TO_END_FACTOR
     factor[[0, samples - 1]] = END_FACTOR
@@ -130,14 +130,14 @@ def end_factors(samples: int) -> Tensor:
 
 
 def peak(gaussians: Gaussians, row: int, opacity: Tensor, height: int, width: int) -> Tensor:
-    """o exp(-q / 2) of each Gaussian of path ``row`` at each pixel centre [rows, samples, h, w], before the clip."""
+    """Return o exp(-q / 2) of each Gaussian of path ``row`` at each pixel centre [rows, samples, h, w], not clipped."""
     mean, frame, scale = (tensor[row, :, :, None] for tensor in gaussians[:3])
     values = _bell(mean, frame, scale, opacity[row], _pixel_centers(height, width).to(mean))
     return values.reshape(*values.shape[:2], height, width)
 
 
 def path_alpha(gaussians: Gaussians, opacity: Tensor, height: int, width: int) -> Tensor:
-    """What each path covers [N, h, w]: 1 - prod (1 - alpha) over its Gaussians."""
+    """Return the coverage [N, h, w] of each path: 1 - prod (1 - alpha) over its Gaussians."""
     layers = [_one_path(gaussians, row, opacity[row], height, width) for row in range(len(opacity))]
     return torch.stack(layers) if layers else opacity.new_zeros(0, height, width)
 
@@ -146,7 +146,7 @@ def _one_path(gaussians: Gaussians, row: int, opacity: Tensor, height: int, widt
     mean, frame, scale = (tensor[row].flatten(0, 1) for tensor in gaussians[:3])
     pixels = _pixel_centers(height, width).to(mean)
     with torch.no_grad():
-        # Every Gaussian at every pixel; those that are dropped have no gradient either.
+        # Every Gaussian at every pixel; dropped ones have no gradient either.
         found = [
             (_bell(*(tensor[block, None] for tensor in (mean, frame, scale)), opacity, pixels) >= ALPHA_MIN).nonzero()
             + block.new_tensor([int(block[0]), 0])
@@ -154,13 +154,13 @@ def _one_path(gaussians: Gaussians, row: int, opacity: Tensor, height: int, widt
         ]
     which, where = torch.cat(found).T
     alpha = _bell(mean[which], frame[which], scale[which], opacity, pixels[where]).clamp(max=ALPHA_MAX)
-    # A product by its logarithms, of which no argument is below 1 - ALPHA_MAX.
+    # The product is computed with logarithms, whose arguments are at least 1 - ALPHA_MAX.
     total = alpha.new_zeros(len(pixels)).index_add(0, where, torch.log1p(-alpha))
     return (1 - total.exp()).reshape(height, width)
 
 
 def _bell(mean: Tensor, frame: Tensor, scale: Tensor, opacity: Tensor, pixels: Tensor) -> Tensor:
-    """o exp(-q / 2) with q = |S^-1 R^T (v - X)|^2, broadcast over the leading axes."""
+    """Return o exp(-q / 2) with q = |S^-1 R^T (v - X)|^2, broadcast over the leading axes."""
     dx, dy = (pixels - mean).unbind(-1)
     along = (dx * frame[..., 0, 0] + dy * frame[..., 1, 0]) / scale[..., 0]
     across = (dx * frame[..., 0, 1] + dy * frame[..., 1, 1]) / scale[..., 1]
@@ -168,7 +168,7 @@ def _bell(mean: Tensor, frame: Tensor, scale: Tensor, opacity: Tensor, pixels: T
 
 
 def _pixel_centers(height: int, width: int) -> Tensor:
-    """(x, y) of the pixels [h * w, 2] in raster order."""
+    """Return (x, y) of the pixel centres [h * w, 2] in raster order."""
     y, x = torch.meshgrid(torch.arange(height), torch.arange(width), indexing="ij")
     return torch.stack([x, y], -1).reshape(-1, 2) + 0.5
 
@@ -179,13 +179,13 @@ def _tangent_scale(mean: Tensor) -> Tensor:
 
 
 def _normal_scale(weight: Tensor, a: Tensor, b: Tensor) -> Tensor:
-    """Two thirds of the distance to the next row; side B takes side A's."""
+    """Return two thirds of the distance to the next row; side B takes side A's."""
     gap = torch.cat([weight.diff(), weight[1:2]])
     return 2 / 3 * gap[:, None] * (b - a).norm(dim=-1)[:, None]
 
 
 def scale_limits(row_count: int) -> tuple[Tensor, Tensor]:
-    """Least and largest standard deviations [rows, 1, 2] along the tangent and the normal."""
+    """Return the minimum and maximum standard deviations [rows, 1, 2] along the tangent and the normal."""
     low = torch.full((row_count, 1, 2), INTERIOR_SIGMA_MIN, dtype=torch.float64)
     high = torch.full((row_count, 1, 2), math.inf, dtype=torch.float64)
     low[[0, -1]] = torch.tensor([BOUNDARY_SIGMA_X_MIN, BOUNDARY_SIGMA_Y_MIN], dtype=torch.float64)
@@ -199,7 +199,7 @@ def _clamped(scale: Tensor) -> Tensor:
 
 
 def tangents(mean: Tensor) -> Tensor:
-    """Central differences along each row [N, rows, samples, 2]; the ends take their neighbour's."""
+    """Return central differences along each row [N, rows, samples, 2]; the ends take their neighbour's."""
     if mean.shape[2] < 3:
         return (mean[:, :, -1:] - mean[:, :, :1]).expand_as(mean)
     inner = mean[:, :, 2:] - mean[:, :, :-2]

@@ -1,4 +1,4 @@
-"""The reference against closed forms, brute force and finite differences: nothing else checks the checker."""
+"""The reference against closed forms, brute force and finite differences."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def gradient(f: Callable[[Tensor], Tensor], x: Tensor) -> Tensor:
 
 
 def weighted_sum(points: Tensor, scene: SceneTensors) -> Tensor:
-    """A scalar that every pixel and channel of the scene with its points moved counts in, each with its own weight."""
+    """Return a weighted sum of all pixels and channels of the scene as a function of its points."""
     generator = torch.Generator().manual_seed(1)
     weight = torch.randn(scene.height, scene.width, 3, generator=generator, dtype=torch.float64)
     return (render(points, *scene[1:], uniform_counts(points, 4)) * weight).sum()
@@ -81,7 +81,7 @@ def test_disc_has_the_area_of_its_polygon_and_nearly_of_the_circle() -> None:
     area = signed_coverage(regular, 20, 18).sum().item()
     assert area == pytest.approx(vertex_count / 2 * radius**2 * math.sin(2 * math.pi / vertex_count), rel=EXACT)
     smooth = signed_coverage(polygon_of(circle(9.1, 10.2, radius), 64), 20, 18).sum().item()
-    # Four cubics bulge out of the circle by up to 2.7e-4 of the radius.
+    # Four cubics exceed the circle by up to 2.7e-4 of the radius.
     assert smooth == pytest.approx(math.pi * radius**2, rel=4e-4)
 
 
@@ -91,7 +91,7 @@ def test_pixels_sum_to_the_shoelace_area(seed: int) -> None:
     torch.testing.assert_close(signed_coverage(polygon, 17, 33).sum(), shoelace(polygon), rtol=0, atol=EXACT)
 
 
-# Coverage of paths that cover themselves
+# Coverage of self-intersecting paths
 
 
 def test_figure_eight_has_lobes_of_both_signs_and_fills_both() -> None:
@@ -115,7 +115,7 @@ def test_double_wound_square_is_filled_once() -> None:
 def test_signed_coverage_is_the_mean_winding_number_of_wild_polygons(seed: int) -> None:
     polygon = random_polygon(seed, 9, 7, 9) * 1.3 - 1.0
     sampled = supersampled_winding(polygon, 7, 9).mean(-1)
-    # 64 x 64 samples: an edge costs up to 1/128 where it is parallel to the grid, far less in general; 9e-4 was seen.
+    # With 64 x 64 samples an edge along the grid has an error of up to 1/128, others far less; 9e-4 was seen.
     torch.testing.assert_close(signed_coverage(polygon, 7, 9), sampled, rtol=0, atol=3e-3)
 
 
@@ -187,7 +187,7 @@ def test_zoo_gradients_agree_with_finite_differences(case: ZooCase) -> None:
     eps = 1e-6
     got = gradient(lambda points: weighted_sum(points, scene), scene.points).flatten()[entries]
     want = finite_difference(lambda points: weighted_sum(points, scene), scene.points, eps, entries)
-    # The gradient is continuous but not smooth at a pixel border: 2e-6 per entry was seen there, 5e-8 elsewhere.
+    # The gradient is continuous but not smooth at pixel borders: errors of 2e-6 per entry there, 5e-8 elsewhere.
     assert_grad_close(got, want, rtol=1e-5, atol=1e-6, name=case.name)
 
 
@@ -198,7 +198,7 @@ def test_degenerate_scenes_stay_finite(seed: int) -> None:
     assert gradient(lambda points: weighted_sum(points, scene), scene.points).isfinite().all()
 
 
-# Compositing and importance
+# Compositing and removal costs
 
 
 def test_compositing_paints_later_paths_on_top() -> None:
@@ -235,13 +235,13 @@ def test_importance_is_the_quadratic_in_the_opacity() -> None:
     def loss(opacity: Tensor) -> Tensor:
         return mean_squared_error(composite(stack, scene.color, opacity, scene.background), target)
 
-    # The image is affine in one opacity, so the loss is a parabola in it: two derivatives at o tell the value at 0.
+    # The loss is a parabola in one opacity: two derivatives at o determine its value at 0.
     first = torch.autograd.functional.jacobian(loss, scene.opacity)
     second = torch.autograd.functional.hessian(loss, scene.opacity).diagonal()
     want = -scene.opacity * first + 0.5 * scene.opacity**2 * second
     got = importance(*scene[:4], target, counts)
     torch.testing.assert_close(got, want, rtol=0, atol=EXACT)
-    assert_grad_present(got[:, None], want[:, None], "importance", least_ratio=0.999)
+    assert_grad_present(got[:, None], want[:, None], "importance", min_ratio=0.999)
 
 
 # Scenes

@@ -1,4 +1,4 @@
-"""The reference's polygons against closed forms: where their vertices are, and that they keep the curve's area."""
+"""The reference's polygons against closed forms: positions of the vertices, and the area of the curve."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ def test_flatten_agrees_with_de_casteljau() -> None:
 
 @pytest.mark.parametrize("chord_count", [8, 16, 32])
 def test_flatten_keeps_the_area_of_the_curve(chord_count: int) -> None:
-    # Chords between points of the curve lose O(1 / n^2): ten times the bound at 16 chords.
+    # Chords between points of the curve have an area error of O(1 / n^2): ten times the bound at 16 chords.
     path = torch.tensor([[2.0, 3.0], [9.0, -4.0], [21.0, 2.0], [18.0, 9.0], [14.0, 17.0], [3.0, 15.0]]).double()
     area = sum(cubic_area(path[[3 * s, 3 * s + 1, 3 * s + 2, (3 * s + 3) % 6]]) for s in (0, 1))
     assert abs(shoelace(polygon_of(path, chord_count)) - area) <= 120 / chord_count**3
 
 
 def cubic_area(control: Tensor) -> Tensor:
-    """Signed area between a cubic and the origin, integrated exactly by five Gauss points."""
+    """Return the signed area between a cubic and the origin, integrated exactly by five Gauss points."""
     t = 0.5 + 0.5 * torch.tensor([-0.906179845938664, -0.538469310105683, 0.0, 0.538469310105683, 0.906179845938664])
     weight = 0.5 * torch.tensor(
         [0.236926885056189, 0.478628670499366, 0.568888888888889, 0.478628670499366, 0.236926885056189]

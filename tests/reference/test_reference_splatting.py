@@ -28,7 +28,7 @@ from reference.splatting import (
 SMALL = Settings(samples=5, lines=2)
 
 EXACT = 1e-12
-"""Rounding of a few hundred float64 operations on values of the size of a canvas."""
+"""Tolerance for a few hundred float64 operations on values of canvas size."""
 
 
 # The definition in plain Python
@@ -72,7 +72,7 @@ def test_both_sides_run_from_the_first_anchor_to_the_middle_one(pieces: int, mid
 def test_sides_of_five_pieces_follow_the_outline() -> None:
     path = random_scene(1, 1, 40, 40, 5).points
     side_a, side_b = sides(path, 3)
-    # The joints of two pieces on side A, of three pieces run backwards on side B.
+    # Joints of the two pieces on side A, and of the three pieces, run backwards, on side B.
     a = chain_point(side_a, 3, torch.tensor([0.5], dtype=torch.float64))
     b = chain_point(side_b, 3, torch.tensor([1 / 3, 2 / 3], dtype=torch.float64))
     torch.testing.assert_close(a[:, 0], path[:, 3], rtol=0, atol=EXACT)
@@ -88,7 +88,7 @@ def test_a_path_of_raised_degree_has_the_same_gaussians() -> None:
 
 
 def raise_degree(points: Tensor, degree: int) -> Tensor:
-    """The same loops [N, (degree + 1) * pieces, 2] as curves of one degree more."""
+    """Return the same loops [N, (degree + 1) * pieces, 2] as curves of one degree more."""
     pieces = points.unfold(1, degree, degree).mT
     control = torch.cat([pieces, pieces[:, :, :1].roll(-1, 1)], 2)
     share = torch.arange(degree + 1, dtype=points.dtype)[:, None] / (degree + 1)
@@ -112,7 +112,7 @@ def test_end_factors() -> None:
 
 
 def test_spacing_of_a_strip() -> None:
-    # Side A is the line (10, 10) to (40, 10), side B leaves it at a right angle and runs 24 px below.
+    # Side A is the line from (10, 10) to (40, 10); side B starts at a right angle to it and runs 24 px below.
     path = straight((10.0, 10.0), (40.0, 10.0))[None].repeat(1, 1, 1)
     path[0, 3:] = torch.tensor([[40.0, 10.0], [30.0, 34.0], [20.0, 34.0]], dtype=torch.float64)
     found = gaussians(path, Settings(9, 3))
@@ -146,7 +146,7 @@ def test_scales_off_the_clamps_grow_with_the_path() -> None:
 
 
 def test_a_path_that_is_a_point() -> None:
-    # 2 x 5 Gaussians of the sides, 0.3 by 0.75, and 2 x 5 of the lines, 0.25 by 0.25, all at one pixel centre.
+    # 2 x 5 Gaussians of the sides (0.3 by 0.75 px) and 2 x 5 of the lines (0.25 by 0.25 px), all at a pixel centre.
     found = gaussians(circle(5.5, 4.5, 0.0)[None], SMALL)
     got = path_alpha(found, torch.tensor([0.5], dtype=torch.float64), 9, 11)[0]
     y, x = torch.meshgrid(torch.arange(9.0).double() - 4, torch.arange(11.0).double() - 5, indexing="ij")
@@ -229,7 +229,7 @@ def test_what_is_dropped_has_no_gradient(opacity: float) -> None:
 
 
 def test_what_is_clipped_has_no_gradient() -> None:
-    # Every Gaussian has its peak on the one pixel of the canvas.
+    # Every Gaussian has its peak at the only pixel of the canvas.
     points = circle(0.5, 0.5, 0.0)[None].requires_grad_()
     opacity = torch.ones(1, dtype=torch.float64, requires_grad=True)
     layer = path_alpha(gaussians(points, SMALL), opacity, 1, 1)

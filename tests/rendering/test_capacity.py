@@ -16,7 +16,7 @@ from warpvec.rendering import exact, launch, splat
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 
-SIZES = [(1, 1), (16, 16), (17, 15), (33, 50), (20, 16 * 65)]
+SIZES = [(1, 1), (16, 16), (17, 15), (33, 50), (20, 16 * 33)]
 KINDS = ("exact", "splat")
 
 # Guard entries, a multiple of 4, on either side of a buffer.

@@ -1,4 +1,4 @@
-"""Every kernel compiles for sm_90 without a GPU, none spills, and enough blocks of each run at a time."""
+"""Every kernel compiles for sm_90 without a GPU, does not spill, and lets enough blocks run at a time."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ REGISTERS_MAX = 64
 """64 registers let four blocks of 256 threads share a multiprocessor's 65,536."""
 
 REGISTERS_ALLOWED = {"covariance_adjoint": 80}
-"""Kernels that may take more, and why: with 76 three blocks of 256 threads share a multiprocessor, enough for a kernel
-that an ablation alone runs, once a step, with a thread a sample."""
+"""Kernels that may take more registers. With 76, three blocks of 256 threads share a multiprocessor. That is enough for
+a kernel that only an ablation runs, once per step, with one thread per sample."""
 
 SHARED_MAX = 2048
-"""Bytes of a block that Warp and the driver take for themselves; kernels take none."""
+"""Bytes of shared memory per block that Warp and the driver reserve; kernels use none."""
 
 
 def test_the_stages_are_found() -> None:
@@ -41,7 +41,7 @@ def test_kernels_compile_ahead_of_time(stage: str, variant: tuple[bool, ...]) ->
 
 
 def test_a_kernel_with_local_and_shared_memory_is_seen() -> None:
-    # Local arrays cost a frame on CUDA: the compositing adjoint of the vector form has four.
+    # Local arrays need a stack frame on CUDA. Only vector lanes use them, in the compositing adjoint.
     module = wp.get_module("test_cuda_compile")
     module.options.update(enable_backward=False)
 

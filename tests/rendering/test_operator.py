@@ -1,4 +1,4 @@
-"""The bridge to torch: gradients, compilation, and a path trained by someone else's loss and optimizer."""
+"""The torch operator: gradients, compilation, and a path trained with a loss and an optimizer of torch."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def leaves_of(scene: Scene) -> list[Tensor]:
 
 
 def drawing(scene: Scene, height: int = HEIGHT, width: int = WIDTH) -> Callable[..., Tensor]:
-    """``warpvec.render`` as a function of the four tensors."""
+    """Return ``warpvec.render`` as a function of the four tensors."""
     return lambda *tensors: warpvec.render(replace(scene, **dict(zip(GRADIENTS, tensors, strict=True))), height, width)
 
 
@@ -61,7 +61,7 @@ SPLAT: dict[str, Any] = {"renderer": "splat", "samples": 9, "lines": 4}
 
 
 def sides_scene(dtype: torch.dtype = torch.float64, device: str = "cpu", count: int = 5) -> Scene:
-    """Two-sided circles of degree 5."""
+    """Return a scene of two-sided circles of degree 5."""
     center, radius = torch.rand(count, 2) * torch.tensor([WIDTH, HEIGHT]), 3.0 + 5.0 * torch.rand(count)
     tensors = (circle_sides(center, radius, 5), torch.rand(count, 3), 0.2 + 0.6 * torch.rand(count), torch.rand(3))
     generation = torch.zeros(count, dtype=torch.int64, device=device)
@@ -86,7 +86,7 @@ def test_splat_is_drawn_with_its_settings_and_the_degree_of_the_scene(switches: 
 
 def test_gradcheck() -> None:
     scene = scene_of(random_scene(3, 2, 9, 18))
-    # The image has kinks where an edge crosses a pixel corner: a small step meets few, and float64 bears it.
+    # The image has kinks where an edge crosses a pixel corner. A small step meets few of them and is fine in float64.
     assert torch.autograd.gradcheck(drawing(scene, 9, 18), leaves_of(scene), eps=1e-7, atol=1e-5, rtol=1e-4)
 
 
@@ -102,7 +102,7 @@ def test_gradients_of_two_renders_add_up() -> None:
     scene = scene_of(random_scene(5, 4, HEIGHT, WIDTH))
     leaf = scene.points.clone().requires_grad_()
     grown = replace(scene, points=leaf)
-    # Both renders come before both adjoints, on one canvas and so in one set of buffers.
+    # Both renders come before both adjoints. They have the same canvas size and so share buffers.
     loss = warpvec.render(grown, HEIGHT, WIDTH).square().sum() + warpvec.render(grown.scaled(0.5), HEIGHT, WIDTH).sum()
     loss.backward()
     parts = [torch.autograd.grad(part(leaf), leaf)[0] for part in two_losses(scene)]
@@ -172,7 +172,7 @@ def test_a_path_learns_a_disc_from_a_loss_and_optimizer_of_torch() -> None:
         loss.backward()
         optimizer.step()
     assert loss.item() < 0.01 * first
-    # The anchors lie on the disc; what is shown is its colour, be it thick or through a thin film.
+    # The anchors lie on the disc. The blended colour is right; colour and opacity alone need not be.
     distance = (points.detach()[0, ::3] - torch.tensor([36.0, 22.0])).norm(dim=1)
     assert (distance - 13.0).abs().max() < 0.5
     shown = opacity * color[0] + (1 - opacity)
@@ -285,7 +285,7 @@ def test_streams_of_the_caller_are_kept_in_order(device: str) -> None:
 
 
 def image_and_gradients(scene: Scene) -> list[Tensor]:
-    """The image and the gradients of the sum of its squares."""
+    """Return the image and the gradients of the sum of its squares."""
     leaves = leaves_of(scene)
     image = drawing(scene, 100, 200)(*leaves)
     image.square().sum().backward()

@@ -1,8 +1,7 @@
-"""The splat renderer as a whole: fused step, importance, what is hidden or not finite, equal bits."""
+"""The splat renderer: fused step, removal costs, hidden paths, paths that are not finite, reproducible bits."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import fields
 
 import pytest
@@ -13,13 +12,12 @@ from backends import SCALAR, Backend
 from oracles import GRADIENTS, adjoint, cotangent, fit_step, precisions, render, target_image
 from reference import mean_squared_error
 from reference.splatting import Settings
-from scenes import SceneTensors, circle, degenerate_scene, random_scene
+from scenes import SceneTensors, circle, random_scene
 from splat_oracles import (
     OPACITIES,
     layered,
     make_splat_renderer,
     min_margin,
-    off_the_band,
     reference_gradients,
     reference_image,
     switches,
@@ -33,9 +31,7 @@ from warpvec.rendering.splat import SplatRenderer
 SMALL = Settings(samples=7, lines=2)
 
 EXACT = 1e-11
-"""Rounding in float64: below 1e-13, but where a path is 1e3 canvases long or a tangent is 1e-4 px, below 1e-11."""
-
-Maker = Callable[..., SceneTensors]
+"""Tolerance in float64: errors are below 1e-13, or 1e-11 for paths of 1e3 canvases and tangents of 1e-4 px."""
 
 
 # The fused step
@@ -114,7 +110,7 @@ def test_the_defaults_are_the_papers() -> None:
 
 
 def covered(seed: int, height: int = 33, width: int = 40) -> SceneTensors:
-    """A random scene of 6 paths under four opaque covers, with two paths above them."""
+    """Return a random scene of 6 paths under four opaque covers, with two paths above them."""
     scene = random_scene(seed, 12, height, width)
     cover = circle(0.5 * width, 16.0, 45.0).expand(4, 12, 2)
     over = torch.stack([circle(12.0, 16.0, 5.0), circle(28.0, 16.0, 6.0)])
@@ -124,7 +120,7 @@ def covered(seed: int, height: int = 33, width: int = 40) -> SceneTensors:
 
 @pytest.mark.parametrize(("height", "width"), [(32, 48), (33, 40), (31, 33)])
 def test_skipping_what_is_hidden_changes_next_to_nothing(height: int, width: int, backend: Backend) -> None:
-    # What lies beyond the canvas in a cut tile is no reason to go on.
+    # Pixels of a cut tile that lie off the canvas must not keep the tile going.
     scene, settings = covered(1, height, width), Settings(24, 12)
     full, cut = (make_splat_renderer(scene, settings, backend, transmittance_min=least) for least in (0.0, 1e-4))
     torch.testing.assert_close(render(scene, cut), render(scene, full), rtol=0, atol=1e-4)
@@ -132,7 +128,7 @@ def test_skipping_what_is_hidden_changes_next_to_nothing(height: int, width: int
     got, want = adjoint(scene, cut, adj_image), adjoint(scene, full, adj_image)
     for name in ("points", "color", "opacity"):
         visible = getattr(want, name)[6:]
-        # Where a cover ends the light, what lies behind it counts 1e-4 in its own gradient.
+        # The colour behind the last visible cover contributes 1e-4 to the gradient of that cover.
         assert_grad_close(getattr(got, name)[6:], visible, rtol=1e-2, atol=0.0, name=name)
         assert_grad_close(getattr(got, name)[10:], visible[4:], rtol=1e-3, atol=0.0, name=name)
     if backend != SCALAR:  # scalar lanes on the CPU see one pixel and not its tile, so they skip nothing
@@ -152,14 +148,14 @@ def test_what_is_in_the_buffers_of_hidden_pairs_is_not_read(backend: Backend, dt
         assert torch.equal(getattr(got, name), getattr(want, name)), name
 
 
-@pytest.mark.parametrize("value", [torch.nan, torch.inf, -torch.inf])
-@pytest.mark.parametrize("point", [0, 3, 4], ids=["first", "anchor", "handle"])
-@switches
+@pytest.mark.parametrize("value", [torch.nan, -torch.inf])
+@pytest.mark.parametrize("point", [0, 4], ids=["anchor", "handle"])
+@pytest.mark.parametrize("covariance", [True, False])
 @precisions
 def test_a_path_that_is_not_finite_is_as_if_absent(
-    value: float, point: int, interior: bool, covariance: bool, backend: Backend, dtype: torch.dtype
+    value: float, point: int, covariance: bool, backend: Backend, dtype: torch.dtype
 ) -> None:
-    settings = with_switches(SMALL, interior, covariance)
+    settings = with_switches(SMALL, True, covariance)
     scene = random_scene(3, 4, 33, 50)
     points = scene.points.clone()
     points[1, point] = value
@@ -200,11 +196,11 @@ def test_what_was_left_in_the_buffers_by_another_scene_does_not_count(backend: B
 
 
 @pytest.mark.parametrize(("height", "width"), [(33, 50), (16, 500), (500, 16)])
-@switches
+@pytest.mark.parametrize("covariance", [True, False])
 def test_any_number_of_threads_gives_the_same_bits_and_so_does_a_second_call(
-    height: int, width: int, interior: bool, covariance: bool
+    height: int, width: int, covariance: bool
 ) -> None:
-    settings = with_switches(Settings(17, 5), interior, covariance)
+    settings = with_switches(Settings(17, 5), True, covariance)
     scene = random_scene(height, 70, height, width)
     runs = [
         everything(scene, make_splat_renderer(scene, settings, Backend(), torch.float32, threads=n)) for n in (1, 2, 3)
@@ -217,25 +213,11 @@ def test_any_number_of_threads_gives_the_same_bits_and_so_does_a_second_call(
 
 
 def everything(scene: SceneTensors, renderer: SplatRenderer) -> dict[str, Tensor]:
-    """All that a renderer gives."""
+    """Return everything that a renderer computes."""
     got, step = adjoint(scene, renderer, cotangent(scene)), fit_step(scene, renderer, True)
     found = {"image": render(scene, renderer)}
     found |= {f"adjoint {name}": getattr(got, name) for name in GRADIENTS}
     return found | {f"step {field.name}": getattr(step, field.name) for field in fields(step)}
-
-
-@pytest.mark.parametrize("make", [random_scene, degenerate_scene])
-@switches
-def test_a_device_agrees_with_the_cpu(make: Maker, interior: bool, covariance: bool, device: str) -> None:
-    settings = with_switches(Settings(20, 6), interior, covariance)
-    scene = off_the_band(settings, make, 5, 20, 50, 70)
-    renderer, cpu = make_splat_renderer(scene, settings, Backend(device)), make_splat_renderer(scene, settings)
-    torch.testing.assert_close(render(scene, renderer).cpu(), render(scene, cpu), rtol=0, atol=EXACT)
-    got, want = (adjoint(scene, r, cotangent(scene)) for r in (renderer, cpu))
-    for name in GRADIENTS:
-        assert_grad_close(getattr(got, name), getattr(want, name), rtol=1e-9, atol=1e-12, name=name)
-    got, want = (fit_step(scene, r, True) for r in (renderer, cpu))
-    assert_grad_close(got.removal_cost, want.removal_cost, rtol=1e-9, atol=1e-12, name="removal_cost")
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -244,7 +226,7 @@ def test_single_precision_agrees_with_double(seed: int, device: str) -> None:
     scene = random_scene(seed, 60, 150, 200)
     single = make_splat_renderer(scene, settings, Backend(device), torch.float32)
     double, adj_image = make_splat_renderer(scene, settings), cotangent(scene)
-    # An alpha that rounding puts on the other side of the cut is 1 / 255 off.
+    # An alpha that rounding moves across the cut changes by 1 / 255.
     image = render(scene, single).cpu().double()
     assert_close_off_edges(image, render(scene, double), atol=1e-4, outlier_share=1e-3, outlier_atol=0.01)
     got, want = adjoint(scene, single, adj_image), adjoint(scene, double, adj_image)

@@ -1,7 +1,7 @@
-"""Comparisons that can fail: of gradients (is it there, does it point the same way, is it close) and of images.
+"""Assertions about gradients (present, same direction, close) and images, modelled on those of gsplat.
 
-After gsplat's helpers. Every function takes tensors of any device and precision and compares them in float64 on the
-host; shapes must be equal, never broadcast, and a NaN or an infinity fails.
+Every function takes tensors of any device and precision and compares them in float64 on the host. Shapes must be equal,
+not just broadcastable. A NaN or an infinity fails.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from torch import Tensor
 
 
 def assert_grad_close(got: Tensor, want: Tensor, rtol: float, atol: float, name: str) -> None:
-    """The L2 distance is at most ``atol + rtol * |want|``; the message tells the worst entry.
+    """Fail if the L2 distance exceeds ``atol + rtol * |want|``; the message names the worst entry.
 
-    ``atol`` bounds the length of the whole difference, not each entry. A single small row can vanish below this
-    bound: ask ``assert_grad_present`` too.
+    ``atol`` bounds the length of the whole difference, not of each entry. A missing small row can stay below this
+    bound, so use ``assert_grad_present`` too.
     """
     got, want = _comparable(got, want, name)
     error, scale = (got - want).norm().item(), want.norm().item()
@@ -27,42 +27,42 @@ def assert_grad_close(got: Tensor, want: Tensor, rtol: float, atol: float, name:
     )
 
 
-def assert_grad_present(got: Tensor, want: Tensor, name: str, least_ratio: float = 0.5, floor: float = 1e-6) -> None:
-    """Each row of ``got`` is within a factor ``1 / least_ratio`` of the length of that row of ``want``.
+def assert_grad_present(got: Tensor, want: Tensor, name: str, min_ratio: float = 0.5, floor: float = 1e-6) -> None:
+    """Fail if the length of a row of ``got`` differs from that of ``want`` by more than a factor ``1 / min_ratio``.
 
-    Finds a row that is zero, or doubled, or present where none belongs, whatever its size. Rows shorter than
-    ``floor`` times the longest one are taken as zero, and must be as short in ``got``.
+    This finds rows that are zero, doubled, or present by mistake, of any size. Rows of ``want`` shorter than ``floor``
+    times the longest one count as zero, and must be as short in ``got``.
     """
     got, want = _comparable(got, want, name)
     entry_count = math.prod(want.shape[1:])
     lengths, expected = (tensor.reshape(-1, entry_count).norm(dim=1) for tensor in (got, want))
-    least = floor * expected.max().item() if len(expected) else 0.0
-    low, high = expected * least_ratio, expected.clamp(min=least) / least_ratio
-    wrong = (lengths > high) | ((lengths < low) & (expected > least))
+    shortest = floor * expected.max().item() if len(expected) else 0.0
+    low, high = expected * min_ratio, expected.clamp(min=shortest) / min_ratio
+    wrong = (lengths > high) | ((lengths < low) & (expected > shortest))
     rows = wrong.nonzero().flatten().tolist()
     shown = ", ".join(f"row {row} got {lengths[row]:.3e} want {expected[row]:.3e}" for row in rows[:5])
     assert not rows, f"{name}: {len(rows)} of {len(got)} rows have the wrong length: {shown}"
 
 
-def assert_same_direction(got: Tensor, want: Tensor, least_cosine: float, name: str) -> None:
-    """The cosine between the two, as flat vectors, is at least ``least_cosine``; two zeros agree, one zero does not."""
+def assert_same_direction(got: Tensor, want: Tensor, min_cosine: float, name: str) -> None:
+    """Fail if the cosine between the two, as flat vectors, is below ``min_cosine``, or if just one of them is zero."""
     got, want = _comparable(got, want, name)
     largest = (got.abs().amax().item(), want.abs().amax().item())
     if largest == (0.0, 0.0):
         return
     assert all(largest), f"{name}: one of the two is zero, max |got| = {largest[0]:.3e}, max |want| = {largest[1]:.3e}"
-    # Each is brought to the size of 1 first: the square of a small entry underflows.
+    # Scale both to order 1 first, because the square of a small entry underflows.
     got, want = got / largest[0], want / largest[1]
     cosine = ((got * want).sum() / (got.norm() * want.norm())).item()
-    assert cosine >= least_cosine, f"{name}: the cosine is {cosine:.6f}, at least {least_cosine} was wanted"
+    assert cosine >= min_cosine, f"{name}: the cosine is {cosine:.6f}, must be at least {min_cosine}"
 
 
 def assert_close_off_edges(
     got: Tensor, want: Tensor, *, atol: float, outlier_share: float, outlier_atol: float, name: str = "image"
 ) -> None:
-    """Images [h, w, c] agree to ``atol`` but for a share of outlying pixels, none of which is off by ``outlier_atol``.
+    """Fail if more than ``outlier_share`` of the pixels [h, w, c] differ by ``atol``, or any by ``outlier_atol``.
 
-    A pixel counts once, by its worst channel.
+    A pixel's difference is that of its worst channel.
     """
     got, want = _comparable(got, want, name)
     error = (got - want).abs().amax(-1)
@@ -78,7 +78,7 @@ def assert_close_off_edges(
 def finite_difference(
     f: Callable[[Tensor], Tensor], x: Tensor, eps: float, entries: Sequence[int] | None = None
 ) -> Tensor:
-    """Central differences of the scalar ``f`` at ``x``, one per flat index in ``entries`` (all when left out)."""
+    """Return central differences of the scalar ``f`` at ``x``, one per flat index in ``entries`` (default: all)."""
     assert x.dtype == torch.float64, f"x must be float64 for finite differences, got {x.dtype}"
     indices = range(x.numel()) if entries is None else entries
     return torch.tensor([_central_difference(f, x.detach(), eps, index) for index in indices], dtype=torch.float64)

@@ -6,7 +6,7 @@ from torch import Tensor
 
 
 def de_casteljau(points: Tensor, t: Tensor) -> Tensor:
-    """The curve [N, K, 2] of control points [N, M + 1, 2] at parameters [K], by repeated interpolation."""
+    """Return points [N, K, 2] of curves [N, M + 1, 2] at parameters [K], by repeated interpolation."""
     left = points[:, None].expand(-1, len(t), -1, -1)
     while left.shape[2] > 1:
         left = (1 - t)[None, :, None, None] * left[:, :, :-1] + t[None, :, None, None] * left[:, :, 1:]

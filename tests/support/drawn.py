@@ -1,4 +1,4 @@
-"""A scene drawn by the exact renderer and by resvg, and how far the two may differ."""
+"""Draw a scene with the exact renderer and with resvg, and bound how far the images may differ."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from warpvec.svg.measure import draw
 from warpvec.svg.write import quantize, write_svg
 
 SAMPLES = 4
-"""resvg's samples per pixel and axis."""
+"""Samples of resvg per pixel and axis."""
 
 ONE_EDGE = 1 / (2 * SAMPLES)
-"""Error of coverage where one straight edge passes a pixel along the grid: half a row of samples."""
+"""Coverage error where one straight edge crosses a pixel along the grid: half a row of samples."""
 
 ONE_PATH = 2 * ONE_EDGE
-"""What we grant a path in a pixel; see above."""
+"""Coverage error allowed for a path in a pixel."""
 
 EIGHT_BIT = 1 / 255
-"""resvg blends in 8 bits: colour, alpha, and their products are each rounded by up to half of this, path by path."""
+"""resvg blends in 8 bits: for each path it rounds colour, alpha and their products by up to half of this."""
 
 
 def exact_and_drawn(scene: SceneTensors) -> tuple[Tensor, Tensor]:
-    """Our image and resvg's [h, w, 3] of the quantized scene."""
+    """Return our image and resvg's [h, w, 3] of the quantized scene."""
     written = quantized(scene)
     renderer = make_renderer(scene)
     exact = renderer.render(written.points, written.color, written.opacity, written.background)
@@ -34,7 +34,7 @@ def exact_and_drawn(scene: SceneTensors) -> tuple[Tensor, Tensor]:
 
 
 def antialiasing_bound(scene: SceneTensors) -> Tensor:
-    """Largest difference [h, w, 3] that an error ``ONE_PATH`` in the coverage of every path's edge pixels can make.
+    """Return the largest difference [h, w, 3] caused by an error ``ONE_PATH`` in the coverage of all edge pixels.
 
     Blending C <- C + a (c - C), with a off by e and C by E, is off by at most (1 - a + e) E + e |c - C|.
     """
@@ -55,17 +55,17 @@ def antialiasing_bound(scene: SceneTensors) -> Tensor:
 
 
 def quantized(scene: SceneTensors) -> Scene:
-    """The scene as its file says it: with 2 decimals."""
+    """Return the scene as its file has it: with 2 decimals."""
     return quantize(Scene(*scene[:4], torch.zeros(len(scene.points), dtype=torch.int64)), 2)
 
 
 def bounding_box(points: Tensor) -> tuple[slice, slice]:
-    """Rows and columns that hold a path and its neighbours."""
+    """Return the rows and columns of a path's pixels and their neighbours."""
     (left, top), (right, bottom) = points.amin(0).tolist(), points.amax(0).tolist()
     return slice(max(int(top) - 2, 0), max(int(bottom) + 3, 0)), slice(max(int(left) - 2, 0), max(int(right) + 3, 0))
 
 
 def near(mask: Tensor) -> Tensor:
-    """The pixels [h, w, 1] of ``mask`` and their neighbours: a moved curve may reach over a border."""
+    """Return the pixels [h, w, 1] of ``mask`` and their neighbours, as a moved curve may cross a pixel border."""
     grown = torch.nn.functional.max_pool2d(mask.double().permute(2, 0, 1)[None], 3, 1, 1)
     return grown[0].permute(1, 2, 0)

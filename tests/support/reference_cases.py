@@ -1,4 +1,4 @@
-"""Shapes of which the area is known."""
+"""Polygons of paths, and their area."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from reference.flattening import flatten, uniform_counts
 from torch import Tensor
 
 EXACT = 1e-12
-"""Rounding of a few hundred float64 operations on values of the size of a canvas; the worst seen is 6e-14."""
+"""Tolerance for a few hundred float64 operations on values of canvas size; the worst error seen is 6e-14."""
 
 
 def polygon_of(path: Tensor, count: int = 1) -> Tensor:

@@ -14,14 +14,14 @@ SQUARES = {
 
 
 def square(left: float, top: float, side: float, fill: str, opacity: str, _: int = 0) -> str:
-    """A square as warpvec writes paths: closed, of cubics."""
+    """Return a square as warpvec writes paths: closed, of cubics."""
     data = f"M{left} {top}c0 0 {side} 0 {side} 0 0 0 0 {side} 0 {side} 0 0 -{side} 0 -{side} 0 0 0 0 -{side} 0 -{side}z"
     paint = f'fill="{fill}"' + (f' fill-opacity="{opacity}"' if opacity != "1" else "")
     return f'<path {paint} d="{data}"/>'
 
 
 def drawing(squares: dict[str, tuple] = SQUARES, levels: int = 2) -> str:
-    """``squares`` in the file's structure, up to ``levels`` of them."""
+    """Return an SVG of ``squares`` with ``levels`` levels, in the structure of warpvec's files."""
     groups = [[square(*s) for s in squares.values() if s[-1] == level] for level in range(levels)]
     body = "".join(
         f'<g id="layer-{i + 1}-generation-{i}" inkscape:groupmode="layer">{"".join(paths)}</g>'
@@ -36,5 +36,5 @@ def drawing(squares: dict[str, tuple] = SQUARES, levels: int = 2) -> str:
 
 
 def changed(**squares: tuple | None) -> str:
-    """The drawing with some squares replaced, or gone."""
+    """Return the drawing with some squares replaced, or removed (None)."""
     return drawing({name: value for name, value in {**SQUARES, **squares}.items() if value})

@@ -1,4 +1,4 @@
-"""Each assertion accepts what it should, and fails on the fault that it is there to find."""
+"""Each assertion passes when it should, and fails on the fault that it must find."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_shapes_that_would_broadcast_fail(check: Check) -> None:
 def test_a_flipped_sign_fails(check: Check) -> None:
     want = gradient()
     if check is ALL["present"]:
-        check(-want, want)  # lengths alone: it needs the other two beside it
+        check(-want, want)  # compares lengths only; use it together with the other two
     else:
         with pytest.raises(AssertionError):
             check(-want, want)

@@ -1,4 +1,4 @@
-"""Binning against brute force: the winding of every pixel says which pairs there must be, and of which class."""
+"""Binning against brute force: the winding of every pixel determines the pairs and their classes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SIZES = [(1, 1), (15, 16), (16, 17), (17, 15), (31, 33), (33, 31), (48, 50), (16
 
 
 def tiles_of(image: Tensor) -> Tensor:
-    """An image [h, w] cut into tiles [rows, columns, TILE, TILE], NaN beyond the canvas."""
+    """Cut an image [h, w] into tiles [rows, columns, TILE, TILE], NaN beyond the canvas."""
     height, width = ((size + TILE - 1) // TILE * TILE for size in image.shape)
     padded = torch.full((height, width), torch.nan, dtype=image.dtype)
     padded[: image.shape[0], : image.shape[1]] = image
@@ -29,7 +29,7 @@ def tiles_of(image: Tensor) -> Tensor:
 
 
 def pair_classes(stages: Stages) -> dict[tuple[int, int], int]:
-    """Class of each pair by path and tile; pairs are numbered path by path, row by row, left to right."""
+    """Return the class of each pair by path and tile; pairs are numbered path by path, row by row, left to right."""
     binning = stages.binning
     first, box = binning.path_first_pair.numpy(), binning.path_tile_box.numpy()
     classes = binning.pair_class.numpy()
@@ -43,7 +43,7 @@ def pair_classes(stages: Stages) -> dict[tuple[int, int], int]:
 
 
 def check_classes(stages: Stages) -> None:
-    """A full pair has winding of one whole number, an empty or missing one none; a partial one an edge nearby."""
+    """Check that full pairs have one constant winding, empty or missing ones zero, and partial ones an edge nearby."""
     found = pair_classes(stages)
     for path, polygon in enumerate(flatten(stages.points, stages.chord_counts)):
         tiles = tiles_of(signed_coverage(polygon, stages.grid.height, stages.grid.width)).flatten(0, 1)
@@ -60,7 +60,7 @@ def check_classes(stages: Stages) -> None:
 
 
 def touches(polygon: Tensor, tile: int, stages: Stages) -> bool:
-    """An edge meets the tile grown by the guard, by clipping its parameter to the box (Liang and Barsky)."""
+    """Return whether an edge meets the tile grown by the guard, by clipping to the box (Liang and Barsky)."""
     corner = torch.tensor([tile % stages.grid.columns, tile // stages.grid.columns], dtype=polygon.dtype) * TILE
     start, edge = polygon, polygon.roll(-1, 0) - polygon
     guard = 2 * COLUMN_GUARD + 2e-6 * edge[:, :1].abs()
@@ -71,7 +71,7 @@ def touches(polygon: Tensor, tile: int, stages: Stages) -> bool:
 
 
 def check_lists(stages: Stages) -> None:
-    """Each tile lists its pairs that are not empty, each once, in the order of the paths."""
+    """Check that each tile lists its pairs that are not empty, each once, in the order of the paths."""
     found, first = pair_classes(stages), stages.binning.tile_first_hit.numpy()
     listed = [stages.hit(hit)[:2] for hit in range(first[0], first[stages.grid.count])]
     want = sorted((pair for pair, pair_class in found.items() if pair_class != EMPTY), key=lambda pair: pair[::-1])
@@ -81,7 +81,7 @@ def check_lists(stages: Stages) -> None:
 
 
 def check_slots(stages: Stages) -> None:
-    """Partial pairs have the slots 0, 1, 2 ... in order."""
+    """Check that partial pairs have the slots 0, 1, 2 ... in order."""
     binning = stages.binning
     partial = binning.pair_class.numpy()[: binning.pair_count] == PARTIAL
     slots = binning.pair_slot.numpy()[: binning.pair_count + 1]
@@ -113,7 +113,7 @@ def test_pairs_of_the_zoo(case: ZooCase, dtype: torch.dtype) -> None:
 
 
 def test_classes_in_closed_form() -> None:
-    # Borders at 8, 40 and 72: tiles 0, 2 and 4 are cut, 1 and 3 are whole.
+    # The square's borders are at 8 and 72: tiles 0 and 4 are cut, tiles 1 to 3 are inside.
     stages = run_stages(rectangle(8, 8, 72, 72)[None], 80, 80)
     classes = pair_classes(stages)
     grid = [[classes[0, 5 * row + column] for column in range(5)] for row in range(5)]
@@ -122,7 +122,7 @@ def test_classes_in_closed_form() -> None:
 
 
 def test_a_ring_is_empty_inside_and_costs_no_list_entry() -> None:
-    # The inner square winds the other way, joined to the outer one by a bridge that is walked twice.
+    # The inner square winds the other way. A bridge, run once in each direction, joins it to the outer one.
     outer, inner = rectangle(4, 4, 92, 92), rectangle(28, 28, 68, 68)
     reverse = torch.cat([inner[:1], inner[1:].flip(0)])
     closing = torch.stack([outer[0], outer[0] + (inner[0] - outer[0]) / 3, outer[0] + 2 * (inner[0] - outer[0]) / 3])
@@ -172,7 +172,7 @@ def test_buffers_follow_a_scene_that_grows_and_shrinks() -> None:
 
 
 def run_on(stages: Stages, points: Tensor) -> Stages:
-    """The same buffers on other paths."""
+    """Run the same stages on other paths."""
     array = wp.from_torch(points.contiguous(), dtype=wp.vec2d)
     stages.flattening.run(array)
     stages.binning.run(stages.flattening, len(points), points.shape[1] // 3)

@@ -1,4 +1,4 @@
-"""Compositing against closed forms, and at every count where tiles, pixels or chunks of them end."""
+"""Compositing against closed forms, at sizes on either side of tile, pixel and chunk boundaries."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from warpvec.rendering.stages.compositing import from_tiles, to_tiles
 
 
 def covers(count: int, height: int, width: int, opacity: float | None = None) -> SceneTensors:
-    """Paths that cover the whole canvas, far beyond its borders."""
+    """Return a scene of paths that cover the whole canvas and extend far beyond it."""
     scene = random_scene(count, count, height, width)
     points = rectangle(-100, -100, width + 100, height + 100).expand(count, 12, 2).contiguous()
     return scene._replace(
@@ -25,7 +25,7 @@ def covers(count: int, height: int, width: int, opacity: float | None = None) ->
 
 
 def rounding(dtype: torch.dtype, path_count: int) -> float:
-    """A path's blend rounds twice, and what lies above it only shrinks that."""
+    """Return the tolerance: each path's blend rounds twice, and the paths above it only reduce that error."""
     return 2 * path_count * torch.finfo(dtype).eps
 
 
@@ -76,14 +76,14 @@ def test_an_opaque_cover_hides_what_is_below(backend: Backend, threshold: float)
     cover = covers(1, 33, 50, opacity=1.0)
     both = join(under, cover)
     renderer = make_renderer(both, backend, torch.float32, transmittance_min=threshold)
-    # C + 1 (c - C) is c but for a rounding.
+    # C + 1 (c - C) is c up to rounding.
     want = cover.color[0].float().expand(33, 50, 3)
     torch.testing.assert_close(render(both, renderer), want, rtol=0, atol=rounding(torch.float32, 1))
 
 
 @precisions
 def test_the_default_threshold_changes_the_image_by_at_most_itself(backend: Backend, dtype: torch.dtype) -> None:
-    # Nine covers of opacity 0.7 let 0.3 ** n of the light through: the threshold cuts after the eighth.
+    # n covers of opacity 0.7 have the transmittance 0.3 ** n: the threshold stops after the eighth.
     assert 0.3**8 < TRANSMITTANCE_MIN < 0.3**7
     scene = join(random_scene(3, 10, 33, 50), covers(9, 33, 50, opacity=0.7))
     exact = render(scene, make_renderer(scene, backend, dtype))
@@ -93,7 +93,7 @@ def test_the_default_threshold_changes_the_image_by_at_most_itself(backend: Back
 
 
 def test_partial_paths_never_count_as_hiding(backend: Backend) -> None:
-    # Both halves of the canvas' only tile are covered, by opaque paths that each leave the other half to those below.
+    # The canvas is one tile. Opaque paths cover each of its halves, but none covers all of it.
     scene = random_scene(5, 30, 16, 16)
     right, left = rectangle(8, -5, 20, 20), rectangle(-5, -5, 8, 20)
     scene = scene._replace(points=torch.stack([right, left]).repeat_interleave(15, 0), opacity=torch.ones(30).double())
@@ -104,7 +104,7 @@ def test_partial_paths_never_count_as_hiding(backend: Backend) -> None:
 
 @pytest.mark.parametrize("turns", [1, 2, -1])
 def test_coverage_is_the_size_of_the_winding_and_at_most_one(backend: Backend, turns: int) -> None:
-    # A rectangle walked |turns| times covers its border pixels by min(|turns| / 4, 1).
+    # A rectangle run |turns| times covers its border pixels by min(|turns| / 4, 1).
     box = rectangle(2.75, 2.75, 12.25, 12.25)
     path = torch.cat([box] * abs(turns)) if turns > 0 else torch.cat([box[:1], box[1:].flip(0)])
     scene = random_scene(1, 1, 16, 16, 4)._replace(points=path[None])
@@ -122,7 +122,7 @@ def test_a_deep_stack(dtype: torch.dtype) -> None:
     scene = random_scene(9, 250, 16, 20)
     renderer = make_renderer(scene, dtype=dtype)
     image = render(scene, renderer).double()
-    # Opacities of 0.2 and more forget what lies far below; coverage is good to some tens of eps on this canvas.
+    # With opacities of at least 0.2, errors far below fade out. Coverage is accurate to some tens of eps here.
     torch.testing.assert_close(image, reference_image(scene, renderer), rtol=0, atol=1e2 * torch.finfo(dtype).eps)
 
 
@@ -138,6 +138,6 @@ def test_inputs_need_not_be_contiguous() -> None:
 
 
 def join(lower: SceneTensors, upper: SceneTensors) -> SceneTensors:
-    """The paths of both, over the background of the lower one."""
+    """Return the paths of both scenes, over the background of the lower one."""
     fields: list[Tensor] = [torch.cat([a, b]) for a, b in zip(lower[:3], upper[:3], strict=True)]
     return SceneTensors(*fields, lower.background, lower.height, lower.width)

@@ -1,4 +1,4 @@
-"""Winding of the pixels of partial pairs: against the clipping reference, closed forms, and the area as a whole."""
+"""The winding of the pixels of partial pairs, against the clipping reference, closed forms and the total area."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from warpvec.kernels.constants import TILE
 SIZES = [(1, 1), (15, 17), (16, 16), (17, 15), (31, 33), (33, 31), (16, 130), (130, 16)]
 
 EXACT = 1e-12
-"""Rounding of some hundred float64 operations on numbers of canvas size, whose quotients cancel; the worst seen is
-5e-15, but for paths of 1e6 pixels, where the reference itself has 2e-11."""
+"""Tolerance for some hundred float64 operations on numbers of canvas size. The worst error seen is 5e-15, except for
+paths of 1e6 px, where the reference itself has an error of 2e-11."""
 
 
 def windings(stages: Stages) -> tuple[Tensor, Tensor]:
-    """What the kernels and the reference have in the pixels on the canvas of the partial pairs."""
+    """Return the windings of the kernels and of the reference, at the pixels of partial pairs on the canvas."""
     polygons = flatten(stages.points, stages.chord_counts)
     got = stages.winding()
     want = [in_tiles(signed_coverage(p, stages.grid.height, stages.grid.width), stages) for p in polygons]
@@ -31,7 +31,7 @@ def windings(stages: Stages) -> tuple[Tensor, Tensor]:
 
 
 def in_tiles(image: Tensor, stages: Stages) -> Tensor:
-    """[h, w] -> [tiles, TILE, TILE], NaN beyond the canvas."""
+    """Cut [h, w] into [tiles, TILE, TILE], NaN beyond the canvas."""
     grid = stages.grid
     padded = torch.full((grid.rows * TILE, grid.columns * TILE), torch.nan, dtype=image.dtype)
     padded[: grid.height, : grid.width] = image
@@ -39,7 +39,7 @@ def in_tiles(image: Tensor, stages: Stages) -> Tensor:
 
 
 def winding_of(path: Tensor, height: int = 16, width: int = 16, backend: Backend = VECTOR) -> Tensor:
-    """Winding [h, w] of one path that is partial in every tile it has."""
+    """Return the winding [h, w] of a path that is partial in all of its tiles."""
     stages = run_stages(path[None], height, width, backend)
     tiles = stages.winding()[0].nan_to_num()
     image = tiles.reshape(stages.grid.rows, stages.grid.columns, TILE, TILE).transpose(1, 2)
@@ -67,7 +67,7 @@ def test_winding_of_the_zoo(case: ZooCase, backend: Backend, dtype: torch.dtype)
     points = case.scene.points.to(dtype).double()
     stages = run_stages(points, case.scene.height, case.scene.width, backend, dtype)
     got, want = windings(stages)
-    # An edge is placed with an error of eps times its coordinates; the rows and columns it crosses see a few of them.
+    # Rounding moves an edge by eps times its coordinates; a few such errors add up at the rows and columns it crosses.
     reach = points.abs().max().item() + case.scene.width
     torch.testing.assert_close(got, want, rtol=0, atol=4 * torch.finfo(dtype).eps * reach)
 
@@ -89,7 +89,7 @@ def test_winding_of_rectangles_is_the_product_of_overlaps(backend: Backend) -> N
 
 
 def tile_is_whole(tile: int, left: float, top: float, right: float, bottom: float) -> bool:
-    """The rectangle's edges are farther from the tile than the guard, so that it is full: it has no winding stored."""
+    """Return whether the edges are farther from the tile than the guard: it is then full and stores no winding."""
     x, y, guard = 16 * (tile % 2), 16 * (tile // 2), 1 / 32
     return left < x - guard and top < y and right > x + 16 + guard and bottom > y + 16
 
@@ -115,8 +115,8 @@ def test_the_sign_is_that_of_the_turn_and_the_sum_is_the_area(backend: Backend, 
 
 def test_lobes_of_a_figure_eight_have_opposite_signs_and_cancel_where_they_meet(backend: Backend) -> None:
     winding = winding_of(figure_eight(1.5, 3.5, 14.5, 12.5), backend=backend)
-    # The crossing is at (8, 8), a pixel corner: the four pixels there hold one lobe each. Moved by half a pixel to the
-    # centre of a pixel, that pixel has as much of each sign, and a mean winding of zero.
+    # The lobes cross at (8, 8), a pixel corner. Moved by half a pixel, they cross at a pixel centre, and that pixel's
+    # mean winding is zero.
     assert winding[7, 3] == pytest.approx(1) and winding[7, 12] == pytest.approx(-1)
     moved = winding_of(figure_eight(2.0, 4.0, 15.0, 13.0), backend=backend)
     assert moved[8, 8].item() == pytest.approx(0, abs=1e-14)
@@ -138,7 +138,7 @@ def test_strips_shared_among_threads(threads: int) -> None:
 
 
 def test_the_extra_column_of_a_slot_takes_what_passes_to_the_next_tile(backend: Backend) -> None:
-    # An edge from a tile's last pixel column into the next tile's first one.
+    # The edges run from a tile's last pixel columns into the next tile's first ones.
     points = straight((14.2, 1.1), (17.9, 9.7), (14.3, 30.2))[None]
     stages = run_stages(points, 32, 48, backend)
     got, want = windings(stages)

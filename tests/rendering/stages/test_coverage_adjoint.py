@@ -21,16 +21,16 @@ DIFFERENTIABLE = [case for case in ZOO if case.differentiable and len(case.scene
 
 
 def random_adjoint(stages: Stages) -> Tensor:
-    """dL/d(winding) [N, h, w]."""
+    """Return a random dL/d(winding) [N, h, w]."""
     generator = torch.Generator().manual_seed(5)
     shape = (len(stages.points), stages.grid.height, stages.grid.width)
     return torch.randn(shape, generator=generator, dtype=torch.float64)
 
 
 def edge_adjoint(stages: Stages, adj_winding: Tensor) -> Tensor:
-    """dL/d(start), dL/d(end) of each edge [V, 4] for ``adj_winding`` [N, h, w], which replaces the winding.
+    """Return dL/d(start), dL/d(end) of each edge [V, 4] for ``adj_winding`` [N, h, w], which replaces the winding.
 
-    ``adj_winding`` is by the winding of ``Stages.winding``, which has the other sign.
+    ``adj_winding`` refers to ``Stages.winding``, which has the opposite sign of the kernels' winding.
     """
     grid = stages.grid
     padded = adj_winding.new_zeros(len(adj_winding), grid.rows * TILE, grid.columns * TILE)
@@ -46,7 +46,7 @@ def edge_adjoint(stages: Stages, adj_winding: Tensor) -> Tensor:
 
 
 def vertex_sums(stages: Stages, edges: Tensor) -> Tensor:
-    """dL/d(vertex) [V, 2]: as the start of its edge, and as the end of the one before."""
+    """Return dL/d(vertex) [V, 2]: as the start of its edge plus as the end of the edge before."""
     lengths = stages.chord_counts.sum(1).tolist()
     return torch.cat([part[:, :2] + part[:, 2:].roll(1, 0) for part in edges.split(lengths)])
 
@@ -75,7 +75,7 @@ def test_any_number_of_segments(segment_count: int, backend: Backend) -> None:
 
 @pytest.mark.parametrize("case", DIFFERENTIABLE, ids=lambda case: case.name)
 def test_the_zoo(case: ZooCase, backend: Backend) -> None:
-    # Ends of an edge at 1e6 px know their crossings with the canvas to 1e-10 px.
+    # An edge with ends at 1e6 px crosses the canvas with an error of 1e-10 px.
     reach = case.scene.points.abs().max().item()
     check(run_stages(case.scene.points, case.scene.height, case.scene.width, backend), 1e-12 * max(1.0, reach / 1e3))
 
@@ -89,7 +89,7 @@ def test_where_there_is_no_gradient_it_is_finite_and_bounded(
     adjoint = random_adjoint(stages)
     got = vertex_sums(stages, edge_adjoint(stages, adjoint))
     assert got.isfinite().all()
-    # An end of an edge of length l sweeps at most l / 2 square pixels per pixel that it moves.
+    # Moving the end of an edge of length l by 1 px sweeps at most l / 2 square pixels.
     polygons = flatten(stages.points, stages.chord_counts)
     length = torch.cat([(p.roll(-1, 0) - p).norm(dim=1) + (p - p.roll(1, 0)).norm(dim=1) for p in polygons])
     assert (got.norm(dim=1) <= 0.51 * length * adjoint.abs().max() + 1e-6).all()
@@ -97,7 +97,7 @@ def test_where_there_is_no_gradient_it_is_finite_and_bounded(
 
 @precisions
 def test_a_side_gains_its_length(backend: Backend, dtype: torch.dtype) -> None:
-    # Clockwise on the screen: moving the right side by 1 to the right gains its 20 px of height in winding.
+    # Clockwise on the screen: moving the right side right by 1 px adds its height, 20 px, to the winding.
     stages = run_stages(rectangle(5.25, 3.5, 37.1, 23.5)[None], 33, 50, backend, dtype)
     edges = edge_adjoint(stages, torch.ones(1, 33, 50, dtype=torch.float64))
     want = torch.tensor([[0, -1, 0, -1], [1, 0, 1, 0], [0, 1, 0, 1], [-1, 0, -1, 0]], dtype=torch.float64)
@@ -128,12 +128,12 @@ def test_finite_differences_of_the_kernels(backend: Backend) -> None:
     stages.flattening.adjoint(wp.from_torch(edges, dtype=lanes.vec4), wp.from_torch(adj_points, dtype=lanes.vec2))
     entries = list(range(0, points.numel(), 5))
     want = finite_difference(functional, points, 1e-6, entries)
-    # The winding is piecewise quadratic along an edge's move; 1e-6 leaves about 1e-10 / 1e-6 of rounding.
+    # The winding is piecewise quadratic in an edge's move; the rounding error is about 1e-10 / 1e-6.
     assert_grad_close(adj_points.cpu().flatten()[entries], want, rtol=1e-6, atol=1e-7, name="points")
 
 
 def winding_images(stages: Stages) -> Tensor:
-    """Winding [N, h, w], 0 where no partial pair is: full pairs do not change with a small step."""
+    """Return the winding [N, h, w], 0 outside partial pairs: a small step does not change full pairs."""
     grid = stages.grid
     tiles = stages.winding().nan_to_num().reshape(-1, grid.rows, grid.columns, TILE, TILE).transpose(2, 3)
     return tiles.reshape(-1, grid.rows * TILE, grid.columns * TILE)[:, : grid.height, : grid.width]

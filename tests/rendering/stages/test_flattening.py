@@ -1,4 +1,4 @@
-"""Flattening: chords stay within the tolerance and are not many more than that takes; the adjoint is the transpose."""
+"""Flattening: chords stay within the tolerance and are not many more than needed; the adjoint is the transpose."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from torch import Tensor
 from warpvec.kernels.constants import CHORD_TOLERANCE, SEGMENT_CHORDS_MAX
 
 SAMPLES = 32
-"""Points of the curve looked at per chord; the largest distance lies near the middle, and is flat there."""
+"""Points of the curve compared per chord; the distance has a flat maximum near the middle."""
 
 SCALES = [0.1, 1.0, 10.0, 100.0, 1000.0]
 
 
 def random_cubics(count: int, scale: float) -> Tensor:
-    """Paths [count, 6, 2] of two random cubics each, of ``scale`` pixels."""
+    """Return paths [count, 6, 2] of two random cubics each, of ``scale`` pixels."""
     return scale * torch.rand(count, 6, 2, generator=torch.Generator().manual_seed(7), dtype=torch.float64)
 
 
 def segments(points: Tensor) -> Tensor:
-    """Control points [N S, 4, 2] of each segment."""
+    """Return the control points [N S, 4, 2] of each segment."""
     closed = torch.cat([points, points[:, :1]], 1)
     return torch.stack([closed[:, s : s + 4] for s in range(0, points.shape[1], 3)], 1).reshape(-1, 4, 2)
 
 
 def curve(control: Tensor, t: Tensor) -> Tensor:
-    """de Casteljau: points [..., 2] of one cubic at ``t``."""
+    """Return the points [..., 2] of one cubic at ``t``, by de Casteljau."""
     t, row = t[..., None], list(control)
     while len(row) > 1:
         row = [a + t * (b - a) for a, b in pairwise(row)]
@@ -43,7 +43,7 @@ def curve(control: Tensor, t: Tensor) -> Tensor:
 
 
 def chord_error(control: Tensor, vertices: Tensor) -> float:
-    """Largest distance in pixels from the curve to the chord of its own piece, chords at equal steps of t."""
+    """Return the largest distance in pixels between a piece of the curve and its chord, at equal steps of t."""
     chord_count = len(vertices) - 1
     inside = (torch.arange(SAMPLES, dtype=torch.float64) + 0.5) / SAMPLES
     point = curve(control, (torch.arange(chord_count, dtype=torch.float64)[:, None] + inside) / chord_count)
@@ -57,7 +57,7 @@ def on_curve(control: Tensor, chord_count: int) -> Tensor:
 
 
 def polylines(stages: Stages) -> list[Tensor]:
-    """The vertices of each segment, its end among them."""
+    """Return the vertices of each segment, including its end."""
     ends = segments(stages.points)[:, 3:]
     parts = stages.vertices.split(stages.chord_counts.flatten().tolist())
     return [torch.cat([part, end]) for part, end in zip(parts, ends, strict=True)]
@@ -87,8 +87,8 @@ def test_chords_stay_within_the_tolerance_of_the_curve(scale: float) -> None:
 @pytest.mark.parametrize("radius", [3.0, 20.0, 150.0])
 @pytest.mark.parametrize("turns", [1, -1])
 def test_polygons_have_the_area_of_the_curve(radius: float, turns: int) -> None:
-    # Vertices on the curve lose 2/3 of the chords' distance all along a convex outline; moved out, they keep it but for
-    # terms of a higher order.
+    # With vertices on the curve the polygon of a convex outline is too small. With vertices moved out its area is right
+    # up to terms of higher order.
     stages = run_stages(circle(200.0, 200.0, radius, turns=turns)[None], 8, 8)
     count = int(stages.chord_counts[0, 0])
     fine, plain = (torch.cat([on_curve(s, n)[:-1] for s in segments(stages.points)]) for n in (4000, count))
@@ -99,8 +99,8 @@ def test_polygons_have_the_area_of_the_curve(radius: float, turns: int) -> None:
 
 @pytest.mark.parametrize("scale", [10.0, 100.0, 1000.0])
 def test_chords_are_not_many_more_than_the_tolerance_takes(scale: float) -> None:
-    # Wang's bound takes the largest second difference for the whole cubic, and counts speed along it as bend: 1.4
-    # times the chords needed, in all, and 3 times for a cubic whose handles are nearly in line with it.
+    # Wang's bound uses the largest second difference for the whole cubic, and counts changes of speed as bend. It gives
+    # 1.4 times the chords needed in total, and 3 times for a cubic whose handles are nearly in line with it.
     points = random_cubics(20, scale)
     counts = run_stages(points, 8, 8).chord_counts.flatten().tolist()
     needed = [chords_needed(control) for control in segments(points)]
@@ -110,10 +110,10 @@ def test_chords_are_not_many_more_than_the_tolerance_takes(scale: float) -> None
 
 @precisions
 def test_chord_count_follows_wang(backend: Backend, dtype: torch.dtype) -> None:
-    # In units of the tolerance, and none at a whole number of chords, which rounding could pass.
+    # None of these is at a whole number of chords, where rounding would decide.
     bend = CHORD_TOLERANCE * torch.tensor([0.0, 1.0, 1.4, 21.0, 613.0, 20011.0], dtype=torch.float64)
     points = torch.zeros(len(bend), 6, 2, dtype=torch.float64)
-    # Of both segments the second differences are bend and 0.
+    # The second differences of both segments are bend and 0.
     points[:, 1, 1], points[:, 2, 1] = -bend, -bend
     points[:, 1, 1] *= 2 / 3
     points[:, 2, 1] *= 1 / 3
@@ -139,7 +139,7 @@ def test_vertices_are_those_of_the_reference(backend: Backend, dtype: torch.dtyp
     points = random_scene(1, 9, 200, 300, segment_count).points
     stages = run_stages(points, 200, 300, backend, dtype)
     want = torch.cat(flatten(points, stages.chord_counts))
-    # Rounding of a sum of four products of canvas-sized numbers.
+    # Rounding error of a sum of four products of numbers of canvas size.
     tolerance = 4 * torch.finfo(dtype).eps * points.abs().max().item()
     torch.testing.assert_close(stages.vertices.double(), want, rtol=0, atol=tolerance)
 

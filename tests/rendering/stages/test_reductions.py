@@ -1,4 +1,4 @@
-"""Sums over groups of neighbouring lanes: one entry a group, whatever was in it before."""
+"""Sums over groups of neighbouring lanes: one entry per group, whatever its value was before."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from warpvec.rendering.launch import start_warp
 
 
 def make_kernel(dtype):
-    """Each lane adds its value to the entry of its group, in column ``term``."""
+    """Return a kernel in which each lane adds its value to the entry of its group, in column ``term``."""
     start_warp()
     reduce_group = group_reduction(dtype)
     module = wp.get_module(f"warpvec.tests.reductions.{dtype.__name__}")

@@ -1,4 +1,4 @@
-"""Stage 2 of the splat renderer: every tile in which a path shows has it in its list, in order, and few others do."""
+"""Binning of Gaussians: each tile lists the paths that are visible in it, in order, and few others."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SMALL = Settings(samples=9, lines=2)
 
 @dataclass(frozen=True)
 class Found:
-    """What the stage made of a scene: the paths of each tile in its order, and the class of each pair."""
+    """Results of the stage: the paths of each tile in order, the classes and slots of the pairs, and group boxes."""
 
     lists: list[list[int]]
     classes: set[int]
@@ -58,7 +58,7 @@ def bin_paths(scene: SceneTensors, settings: Settings, backend: Backend, dtype: 
 
 
 def tile_any(mask: Tensor) -> Tensor:
-    """Which tiles [N, tiles] have a True among their pixels of ``mask`` [N, h, w]."""
+    """Return which tiles [N, tiles] have a True among their pixels of ``mask`` [N, h, w]."""
     count, height, width = mask.shape
     rows, columns = -(-height // TILE), -(-width // TILE)
     padded = torch.zeros(count, rows * TILE, columns * TILE, dtype=torch.bool)
@@ -67,12 +67,12 @@ def tile_any(mask: Tensor) -> Tensor:
 
 
 def shown(scene: SceneTensors, settings: Settings) -> Tensor:
-    """[N, tiles]."""
+    """Return which tiles [N, tiles] each path is visible in, by the reference."""
     return tile_any(path_alpha(gaussians(scene.points, settings), scene.opacity, scene.height, scene.width) > 0)
 
 
 def boxed(scene: SceneTensors, settings: Settings) -> Tensor:
-    """The tiles [N, tiles] that the box of a group of neighbouring Gaussians reaches, by the reference."""
+    """Return which tiles [N, tiles] the box of a group of Gaussians reaches, by the reference."""
     left, top, right, bottom = group_boxes(gaussians(scene.points, settings), scene).unbind(-1)
     x, y = torch.arange(scene.width) + 0.5, torch.arange(scene.height) + 0.5
     within_x = (left[..., None] <= x) & (x <= right[..., None])
@@ -82,7 +82,7 @@ def boxed(scene: SceneTensors, settings: Settings) -> Tensor:
 
 
 def group_boxes(found: Gaussians, scene: SceneTensors) -> Tensor:
-    """Left, top, right, bottom [N, rows, groups, 4] px of where the Gaussians of a group may show."""
+    """Return left, top, right, bottom [N, rows, groups, 4] px of the area where a group may be visible."""
     spread = torch.diagonal(found.covariance, dim1=-2, dim2=-1)
     reach = (2 * (255 * scene.opacity).log().clamp(min=0)[:, None, None, None] * spread).sqrt()
     ends = [(found.mean - reach).split(SPLAT_GROUP, 2), (found.mean + reach).split(SPLAT_GROUP, 2)]
@@ -126,7 +126,7 @@ def test_boxes_of_groups_hold_the_pixels_their_gaussians_reach(backend: Backend)
     scene = random_scene(4, 6, 33, 50)
     got = bin_paths(scene, Settings(20, 2), backend, torch.float64).group_box
     boxes = group_boxes(gaussians(scene.points, Settings(20, 2)), scene)
-    # Pixel centres at j + 0.5: the first at or after the low end, and one past the last at or before the high end.
+    # Pixel centres are at j + 0.5: the first one at or after the low end, one past the last at or before the high end.
     size = torch.tensor([50, 33])
     low = (boxes[..., :2] - 0.5).ceil().clamp(min=0).minimum(size)
     high = ((boxes[..., 2:] - 0.5).floor() + 1).clamp(min=0).minimum(size)
@@ -142,7 +142,7 @@ def test_boxes_of_groups_hold_the_pixels_their_gaussians_reach(backend: Backend)
 @pytest.mark.parametrize("x", [13.2, 15.2, 16.0, 16.8, 18.9])
 @pytest.mark.parametrize("y", [13.2, 15.2, 16.0, 18.9])
 def test_a_dot_near_a_tile_corner(x: float, y: float, backend: Backend) -> None:
-    # 0.75 px high and 0.3 px wide at most: it reaches 2.5 px up and down, 1 px to the sides.
+    # Standard deviations of at most 0.75 px (y) and 0.3 px (x): the dot reaches 2.5 px up and down, 1 px sideways.
     scene = white(circle(x, y, 0.01), 0.9, 33, 40)
     found = bin_paths(scene, SMALL, backend, torch.float64)
     want = shown(scene, SMALL)[0]

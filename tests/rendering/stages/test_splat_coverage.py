@@ -1,4 +1,4 @@
-"""What a path of Gaussians covers: a white path on black is its coverage; closed forms, cuts, and what is hidden."""
+"""Coverage by Gaussians, seen as the image of a white path on black: closed forms, cuts, hidden paths."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from backends import SCALAR, Backend
 from oracles import precisions, render
 from reference.splatting import Settings, gaussians, path_alpha, peak
 from scenes import SceneTensors, circle, random_scene, straight
-from splat_oracles import BAND, loop_scene, make_splat_renderer, off_the_band, white, white_wild, wild_path
+from splat_oracles import loop_scene, make_splat_renderer, off_the_band, white, white_wild, wild_path
 from torch import Tensor
 
 SIZES = [(1, 1), (15, 17), (16, 16), (17, 15), (31, 33), (33, 31), (16, 130), (130, 16)]
@@ -16,13 +16,13 @@ SIZES = [(1, 1), (15, 17), (16, 16), (17, 15), (31, 33), (33, 31), (16, 130), (1
 SMALL = Settings(samples=5, lines=2)
 
 EXACT = 1e-12
-"""Rounding in float64 of values of the size of 1; the worst seen is below 1e-13."""
+"""Tolerance in float64 for values of order 1; the worst error seen is below 1e-13."""
 
 
 def coverage(
     scene: SceneTensors, settings: Settings, backend: Backend, dtype: torch.dtype = torch.float64, cut: float = 0.0
 ) -> Tensor:
-    """[h, w] in float64, by the renderer."""
+    """Return the renderer's coverage [h, w] in float64."""
     image = render(scene, make_splat_renderer(scene, settings, backend, dtype, transmittance_min=cut)).double()
     assert torch.equal(image[..., 0], image[..., 1]) and torch.equal(image[..., 0], image[..., 2])
     return image[..., 0]
@@ -52,7 +52,7 @@ def test_a_path_of_any_opacity(opacity: float, backend: Backend) -> None:
 @pytest.mark.parametrize("opacity", [0.0039, 0.004, 0.3, 0.9989, 0.9991, 1.0])
 @precisions
 def test_a_point_in_closed_form(opacity: float, backend: Backend, dtype: torch.dtype) -> None:
-    # 5 Gaussians on each of the 2 sides, of standard deviations 0.3 and 0.75, and on each of the 2 lines, of 0.25.
+    # 5 Gaussians on each of the 2 sides (standard deviations 0.3 and 0.75) and on each of the 2 lines (0.25).
     scene = white(circle(15.5, 16.5, 0.0), opacity, 33, 40)
     y, x = torch.meshgrid(torch.arange(33.0).double() - 16, torch.arange(40.0).double() - 15, indexing="ij")
     side = opacity * torch.exp(-0.5 * ((x / 0.3) ** 2 + (y / 0.75) ** 2))
@@ -75,7 +75,7 @@ def test_a_turned_or_mirrored_path_covers_the_turned_or_mirrored_pixels(backend:
 
 
 def test_what_is_dropped_is_dropped_per_gaussian(backend: Backend) -> None:
-    # Twelve alphas of 0.9 / 255 at one pixel would make 0.04 together.
+    # Twelve alphas of 0.9 / 255 at one pixel would add up to 0.04.
     settings = Settings(2, 4)
     scene = white(circle(5.5, 4.5, 0.0), 0.9 / 255, 9, 11)
     assert not coverage(scene, settings, backend).any()
@@ -83,7 +83,7 @@ def test_what_is_dropped_is_dropped_per_gaussian(backend: Backend) -> None:
 
 
 def test_everything_within_reach_is_drawn_up_to_the_cut(backend: Backend) -> None:
-    # The least alpha drawn and the largest left out are on both sides of 1 / 255, and close.
+    # The smallest alpha drawn and the largest one dropped are close to 1 / 255, on either side.
     scene = white(straight((20.3, 20.2), (50.1, 32.7), (45.2, 40.8), (28.9, 38.1)), 0.3, 60, 70)
     values = peak(gaussians(scene.points, Settings(4, 1)), 0, scene.opacity, 60, 70).flatten(0, 1)
     single = (values >= 1 / 255).sum(0) == 1
@@ -105,13 +105,13 @@ def test_stacked_gaussians_come_near_to_one_and_no_further(backend: Backend, dty
 def test_single_precision(backend: Backend) -> None:
     scene, settings = white_wild(3, 60, 70, 0.6), Settings(20, 9)
     error = (coverage(scene, settings, backend, torch.float32) - expected(scene, settings)).abs()
-    # An alpha that rounding puts on the other side of the cut is 1 / 255 off.
+    # An alpha that rounding moves across the cut changes by 1 / 255.
     assert error.max() < 1.1 / 255
     assert (error > 2e-5).double().mean() < 2e-3
 
 
 def test_thin_gaussians_in_single_precision(backend: Backend) -> None:
-    # 300 px long and 0.75 px wide: their quadratic form is the difference of large numbers.
+    # 300 px long and 0.75 px wide: the quadratic form is a difference of large numbers.
     path = straight((-400.0, -290.0), (800.0, 640.0), (810.0, 640.0), (-390.0, -290.0))
     scene = white(path, 0.8, 60, 70)
     settings = Settings(5, 2)
@@ -121,8 +121,8 @@ def test_thin_gaussians_in_single_precision(backend: Backend) -> None:
 
 
 def test_what_lies_behind_a_covered_tile_is_skipped(backend: Backend) -> None:
-    # Three covers leave less than 1e-4 of the left tile, and most of the right one. Scalar lanes on the CPU see one
-    # pixel and not its tile: they skip nothing.
+    # Three covers reduce the transmittance below 1e-4 in the left tile, and hardly in the right. Scalar lanes on the
+    # CPU see one pixel and not its tile, so they skip nothing.
     below, cover = wild_path(8, 16, 32), circle(8.0, 8.0, 14.0)
     scene = random_scene(9, 4, 16, 32)._replace(points=torch.stack([below, cover, cover, cover]))
     scene = scene._replace(opacity=torch.ones(4, dtype=torch.float64))
@@ -137,7 +137,3 @@ def test_what_lies_behind_a_covered_tile_is_skipped(backend: Backend) -> None:
     torch.testing.assert_close(cut, full, rtol=0, atol=1e-4)
     assert torch.equal(cut[:, 16:], full[:, 16:])
     assert torch.equal(cut[:, :16], full[:, :16]) == (backend == SCALAR)
-
-
-def test_the_band_is_far_below_a_level() -> None:
-    assert BAND < 1e-3 / 255

@@ -1,4 +1,4 @@
-"""The sums over the pixels of each Gaussian: closed forms, the cut and the clip, and who sees what behind whom."""
+"""Sums over the pixels of each Gaussian: closed forms, cut and clip, and paths that cover one another."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ SIZES = [(1, 1), (15, 17), (16, 16), (17, 15), (31, 33), (33, 31), (16, 130), (1
 def pull(
     scene: SceneTensors, settings: Settings, backend: Backend, adj_coverage: Tensor, dtype: torch.dtype = torch.float64
 ) -> Adjoints:
-    """Adjoints for dL/d(coverage) [h, w] of a scene of one white path on black."""
+    """Return the adjoints for dL/d(coverage) [h, w] of a scene of white paths on black."""
     renderer = make_splat_renderer(scene, settings, backend, dtype)
     return adjoint(scene, renderer, adj_coverage.double()[..., None].expand(-1, -1, 3) / 3)
 
 
 def tilt(height: int, width: int) -> Tensor:
-    """A smooth, uneven dL/d(coverage) [h, w]."""
+    """Return a smooth dL/d(coverage) [h, w] without symmetry."""
     y, x = torch.meshgrid(torch.arange(height).double(), torch.arange(width).double(), indexing="ij")
     return 0.3 + 0.07 * x - 0.05 * y + 0.002 * x * y
 
@@ -53,7 +53,7 @@ def test_a_path_at_every_border(height: int, width: int, backend: Backend) -> No
 @pytest.mark.parametrize("opacity", [0.005, 0.3, 0.95, 0.9989])
 @precisions
 def test_opacity_of_a_point_in_closed_form(opacity: float, backend: Backend, dtype: torch.dtype) -> None:
-    # 20 Gaussians with their peak at the one pixel: 1 - (1 - o)^20.
+    # 20 Gaussians with their peak at the only pixel cover it by 1 - (1 - o)^20.
     scene = white(circle(0.5, 0.5, 0.0), opacity, 1, 1)
     got = pull(scene, SMALL, backend, torch.ones(1, 1), dtype).opacity.double()
     want = torch.tensor([20 * (1 - opacity) ** 19], dtype=torch.float64)
@@ -80,7 +80,7 @@ def test_a_clipped_gaussian_leaves_those_beside_it_their_gradient(backend: Backe
 
 @pytest.mark.parametrize("offset", [(0.2, 0.0), (0.0, -0.3), (0.15, 0.25)])
 def test_the_position_of_a_point_in_closed_form(offset: tuple[float, float], backend: Backend) -> None:
-    # With all 20 centres at d from the one pixel centre, alpha = o exp(-q / 2) moves by alpha S^-1 d.
+    # All 20 centres are at distance d from the pixel centre; the derivative of alpha = o exp(-q / 2) is alpha S^-1 d.
     opacity, (dx, dy) = 0.4, offset
     scene = white(circle(0.5 - dx, 0.5 - dy, 0.0), opacity, 1, 1)
     d = torch.tensor([dx, dy], dtype=torch.float64)
@@ -95,11 +95,11 @@ def test_the_position_of_a_point_in_closed_form(offset: tuple[float, float], bac
 
 @precisions
 def test_brightness_on_the_right_pulls_a_path_to_the_right(backend: Backend, dtype: torch.dtype) -> None:
-    # Nearly its own mirror image in a row of pixel centres: next to nothing pulls it up or down.
+    # The path is nearly symmetric about a row of pixel centres, so almost nothing pulls it up or down.
     scene, settings = white(circle(24.5, 16.5, 12.0), 0.6, 33, 50), Settings(8, 4)
     x = torch.arange(-24, 26, dtype=torch.float64).expand(33, 50)
     got = pull(scene, settings, backend, x, dtype).points[0].sum(0)
-    # Moving all of it by 1 px gains its covered area; the steps at the cut, which have no derivative, are some 7 %.
+    # Moving it by 1 px gains its covered area. The steps at the cut, about 7 %, have no derivative.
     area = path_alpha(gaussians(scene.points, settings), scene.opacity, 33, 50).sum().item()
     assert got[0].item() == pytest.approx(area, rel=0.1)
     assert abs(got[1].item()) < 1e-2 * area
@@ -112,7 +112,7 @@ def test_a_path_off_the_canvas_has_no_gradient(backend: Backend) -> None:
 
 
 def test_each_covered_pixel_counts_once(backend: Backend) -> None:
-    # One pixel at a time: what lies in other tiles, or beyond the canvas in the last ones, adds nothing.
+    # The parts of the canvas add up; pixels of other tiles or beyond the canvas must add nothing.
     scene = off_the_band(SMALL, white_wild, 3, 20, 35, 0.7)
     whole = reference_gradients(scene, SMALL, cotangent(scene))
     total = torch.zeros_like(scene.points)
@@ -127,7 +127,7 @@ def test_each_covered_pixel_counts_once(backend: Backend) -> None:
 
 
 def test_the_path_above_dims_the_gradient_of_the_one_below(backend: Backend) -> None:
-    # The same white path twice on black: 1 - (1 - a)^2, so both have the gradient of one, times 1 - a.
+    # The same white path twice on black covers 1 - (1 - a)^2, so both have the gradient of one, times 1 - a.
     path = wild_path(6, 33, 40)
     scene = white(path, 0.5, 33, 40)
     twice = scene._replace(points=path.expand(2, 12, 2).contiguous(), color=torch.ones(2, 3).double())
@@ -143,7 +143,7 @@ def test_the_path_above_dims_the_gradient_of_the_one_below(backend: Backend) -> 
 
 @pytest.mark.parametrize("opacity", [0.2, 0.9, 1.0])
 def test_deep_stacks_of_gaussians_in_one_path(opacity: float, backend: Backend) -> None:
-    # A default path of 8 px: some 400 Gaussians over a pixel, whose product is below 1e-30.
+    # A default path of 8 px has some 400 Gaussians over a pixel; their transmittance is below 1e-30.
     settings = Settings(covariance_gradient=True)
     scene = white(circle(20.4, 16.3, 8.0), opacity, 33, 40)
     check_gradients(scene, settings, make_splat_renderer(scene, settings, backend), 1e-10)

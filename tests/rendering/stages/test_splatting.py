@@ -1,4 +1,4 @@
-"""Stage 1 of the splat renderer: where the Gaussians are, how wide, and what their positions pass to the points."""
+"""Placing Gaussians: their positions and sizes, and the gradients that they pass to the control points."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from warpvec.rendering.stages.splatting import Splatting
 
 COUNTS = [(samples, lines) for samples in (2, 3, 4, 15, 16, 17, 33) for lines in (1, 2, 5)]
 SHAPES = [(3, 2), (3, 3), (3, 4), (3, 5), (2, 2), (5, 2), (1, 6)]
-"""Degree and pieces."""
+"""Degree and number of pieces."""
 
 
 def place(
     points: Tensor, settings: Settings, backend: Backend, dtype: torch.dtype = torch.float64, opacity: float = 0.8
 ) -> Tensor:
-    """The planes [N, rows, PLANES, samples, padded] of the Gaussians of ``points`` [N, P, 2], in float64."""
+    """Return the planes [N, rows, PLANES, padded samples] of the Gaussians of ``points`` [N, P, 2], in float64."""
     start_warp()
     lanes, device = make_lanes(backend.lane_width, wp.dtype_from_torch(dtype)), backend.device
     switches = (settings.interior_gradient, settings.covariance_gradient)
@@ -41,7 +41,7 @@ def place(
 
 
 def expected_planes(found: Gaussians, opacity: float = 0.8) -> Tensor:
-    """[N, rows, PLANES, samples]: center, inverse covariance xx, xy, yy, half the box where alpha may show."""
+    """Return the reference's [N, rows, PLANES, samples]: center, inverse covariance, half the visible box."""
     inverse = found.frame / found.scale[..., None, :] ** 2 @ found.frame.mT
     spread = torch.diagonal(found.covariance, dim1=-2, dim2=-1)
     reach = (2 * torch.tensor(255 * opacity, dtype=torch.float64).log() * spread).sqrt()
@@ -61,7 +61,7 @@ def test_gaussians_of_any_number_of_samples_and_lines(samples: int, lines: int, 
 
 @pytest.mark.parametrize(("degree", "pieces"), SHAPES)
 def test_gaussians_of_any_degree_and_number_of_pieces(degree: int, pieces: int, backend: Backend) -> None:
-    # 15 samples: one of them stands on the anchor between two pieces of a side.
+    # With 15 samples, one is at the anchor between two pieces of a side.
     check(loop_scene(degree, 3, 40, 50, degree, pieces).points, Settings(15, 3, degree), backend)
 
 
@@ -71,14 +71,14 @@ def test_the_default_numbers_of_samples_and_lines(backend: Backend) -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_gaussians_of_degenerate_paths(seed: int, backend: Backend) -> None:
-    # Those that are moved far away stand at 1e6 px, to rounding.
+    # The tolerance allows for rounding of paths at 1e6 px.
     check(degenerate_scene(seed, 9, 40, 50).points, Settings(9, 3), backend, atol=1e-8)
 
 
 def test_single_precision(backend: Backend) -> None:
     points = random_scene(2, 5, 400, 500).points
     got = place(points, Settings(20, 7), backend, torch.float32)[..., :20]
-    # A centre at 500 px is known to 3e-5 px, a spacing of 1 px to as much.
+    # A centre at 500 px, and so a spacing of 1 px, is accurate to 3e-5 px.
     torch.testing.assert_close(got, expected_planes(gaussians(points, Settings(20, 7))), rtol=1e-3, atol=1e-3)
 
 
@@ -99,7 +99,7 @@ def test_centers_beyond_the_farthest_coordinate_are_invisible(backend: Backend, 
     assert (planes[0, :, 5:] > 0).all() and (planes[1, :, 5:] < 0).all()
 
 
-# What the positions and covariances pass on
+# Adjoints of positions and covariances
 
 
 @pytest.mark.parametrize(("samples", "lines"), COUNTS)
@@ -127,13 +127,13 @@ def test_interior_on_minus_off_is_what_the_lines_pass_to_the_points(backend: Bac
     adj_mean, mean, points = mean_adjoint(scene, Settings(9, 4))
     (want,) = torch.autograd.grad((mean[:, 1:-1] * adj_mean[:, 1:-1]).sum(), points)
     assert_grad_close(on - off, want, rtol=1e-11, atol=1e-13, name="lines")
-    # A move of the whole path moves each Gaussian as much.
+    # Moving a path moves all its Gaussians equally.
     torch.testing.assert_close((on - off).sum(1), adj_mean[:, 1:-1].sum((1, 2)), rtol=1e-10, atol=1e-12)
     torch.testing.assert_close(off.sum(1), adj_mean[:, [0, -1]].sum((1, 2)), rtol=1e-10, atol=1e-12)
 
 
 def mean_adjoint(scene: SceneTensors, settings: Settings) -> tuple[Tensor, Tensor, Tensor]:
-    """dL/d(each center) [N, rows, samples, 2] by the reference, the centers, and the points that they depend on."""
+    """Return dL/d(each center) [N, rows, samples, 2] by the reference, the centers, and the points they depend on."""
     points = scene.points.clone().requires_grad_()
     found = gaussians(points, settings)
     center = found.mean.detach().requires_grad_()
@@ -145,7 +145,7 @@ def mean_adjoint(scene: SceneTensors, settings: Settings) -> tuple[Tensor, Tenso
 
 @pytest.mark.parametrize("lines", [1, 2, 5])
 def test_the_two_sides_share_a_line_by_its_weight(lines: int, backend: Backend) -> None:
-    # The anchor in the middle, at u = 1, ends side A and side B alike; a handle belongs to one of them.
+    # Both sides end at the middle anchor, at u = 1; a handle belongs to one side only.
     scene = random_scene(5, 1, 24, 24, 2)._replace(points=circle(12.3, 11.8, 7.0, 2)[None])
     settings = Settings(6, lines)
     got = point_adjoint(scene, settings, backend)[0]
