@@ -157,7 +157,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         # outputs
         tile_first_hit: wp.array(dtype=int),  # [tile_count + 1]
     ):
-        """Find the first hit of each tile: ``hit`` is that of the tiles after its predecessor's, up to its own."""
+        """Write ``hit`` as the first hit of every tile after the previous hit's tile, up to and including its own."""
         hit = first + wp.tid()
         low = int(0)
         if hit > 0:

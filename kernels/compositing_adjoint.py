@@ -18,11 +18,11 @@ from warpvec.kernels.constants import EMPTY, FULL, PARTIAL
 from warpvec.kernels.lanes import Lanes, stage_module
 
 TERMS = 5
-"""Number of sums. Of a pair: dL/d(red), dL/d(green), dL/d(blue), dL/d(opacity), importance. Of a tile: those of
-CANVAS_TERMS, and one that is unused."""
+"""Number of sums. A pair has five: dL/d(red), dL/d(green), dL/d(blue), dL/d(opacity), importance. A tile uses the first
+CANVAS_TERMS for the sums of the canvas; its fifth is unused."""
 
 CANVAS_TERMS = 4
-"""Number of sums of the canvas, and of those used of a tile: dL/d(background) and the squared error."""
+"""Number of sums of the canvas, and of the sums that a tile uses: three of dL/d(background), and the squared error."""
 
 
 @cache

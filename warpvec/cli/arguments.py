@@ -14,7 +14,7 @@ from warpvec.files import check_writable, encode_svg, write_atomic
 preset_option = click.option("--preset", default="default", metavar="NAME", help="Named settings to start from.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Report as one JSON object (infinity as null).")
 background_option = click.option(
-    "--background", metavar="COLOR", help="Fill the transparent parts of the image; kept otherwise."
+    "--background", metavar="COLOR", help="Colour behind the transparent parts; without it they stay transparent."
 )
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Show no progress and no summary.")
 verbose_option = click.option("-v", "--verbose", is_flag=True, help="Add the PSNR inside the fit to the summary.")

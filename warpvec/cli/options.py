@@ -26,14 +26,14 @@ DAILY = True
 SETTINGS: dict[str, dict[str, Setting]] = {
     "Goal": {
         "curves": Setting(
-            "Number of paths; auto for as many as pay off; the maximum if there is a goal.", DAILY, "N|auto"
+            "Number of paths. auto: more for as long as quality rises. With a goal: the most to use.", DAILY, "N|auto"
         ),
         "max_bytes": Setting("Largest file size (50000, 80k); uses as many paths as fit.", DAILY, "SIZE"),
         "target_psnr": Setting("Fewest paths that reach this PSNR (25 rough, 30 good, 35 close).", DAILY, "DB"),
         "gzip": Setting("Count --max-bytes after gzip (implied by .svgz).", DAILY),
     },
     "Result": {
-        "colors": Setting("Use at most N colours, 0 for any; implies --opaque.", DAILY),
+        "colors": Setting("Use at most N colours, 0 for any; opaque unless --opacity is given.", DAILY),
         "palette": Setting("Use only these colours (red,#a0b1c2) or those of a file.", DAILY, "COLORS"),
         "opacity": Setting("Opacity of the paths: free, or opaque for 1.", metavar="free|opaque"),
         "opaque": Setting("Make every path opaque (--opacity opaque).", DAILY),

@@ -163,7 +163,7 @@ def _names(command: click.Command) -> dict[str, str]:
 def _apply_opaque(ctx: click.Context) -> None:
     """Replace --opaque by --opacity opaque.
 
-    The two may contradict each other only if one is on the command line, which then wins, and one in the file.
+    They may differ only if one is on the command line and the other in the file; the command line wins.
     """
     if not ctx.params.pop("opaque") or _overrides(ctx, "opacity", "opaque"):
         return

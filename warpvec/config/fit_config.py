@@ -154,5 +154,6 @@ class FitConfig:
 
 
 MACHINE_SETTINGS = ("threads", "device")
-"""Fields that say where a fit runs. Files, records and checkpoints do not contain them. The number of threads does not
-change the result; another kind of device changes its last digits."""
+"""Fields that say where a fit runs. SVG files and batch records leave them out. A checkpoint has them, but a resumed
+fit may change them. The number of threads does not change the result; another kind of device changes its last
+digits."""

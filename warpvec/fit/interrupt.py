@@ -16,9 +16,10 @@ _open_blocks: list[threading.Event] = []
 def deferred_interrupts() -> Iterator[Callable[[], bool]]:
     """Defer Ctrl-C: the first one only makes the yielded function return True, a second raises KeyboardInterrupt.
 
-    Python raises an interrupt at whatever line it has reached. In a destructor (arrays come and go, and have many) the
-    exception is printed and dropped, and a loop would run on. Outside the main thread, or if the caller has a handler
-    of its own, nothing changes and the function returns False. A block inside another one shares its function.
+    Python raises an interrupt at whatever line it has reached. If that happens in a destructor, Python only prints the
+    exception, and the loop would not stop. Arrays run destructors often. Outside the main thread, or if the caller has
+    a handler of its own, nothing changes and the function returns False. A block inside another one shares its
+    function.
     """
     in_main_thread = threading.current_thread() is threading.main_thread()
     if _open_blocks and in_main_thread:

@@ -1,9 +1,9 @@
 """Take all fills from a palette, whose colours are given or fitted along with the paths.
 
 A path switches to another entry of the palette if that lowers the loss. The image is affine in the colour of a path, so
-the change of the mean squared error is known from the colour's adjoint and the path's visible area. A fitted entry
-moves by the sum of the adjoints of everything drawn in it. The entry that is needed least moves to where another entry
-would help most.
+the change of the mean squared error is known from the colour's adjoint and the path's visible area. The gradient of a
+fitted entry is the sum of the adjoints of everything drawn in it. The least needed entry is replaced by the colour that
+lowers the loss most.
 """
 
 from __future__ import annotations
@@ -31,10 +31,11 @@ SWITCH_SHARE = 0.1
 same error."""
 
 ENTRY_RATE = 0.1
-"""Learning rate of an entry over that of a path's colour: an entry moves many paths at once."""
+"""Learning rate of an entry over that of a path's colour: an entry recolours many paths at once."""
 
-MOVE_GAIN = 2.0
-"""An entry moves elsewhere if the gain is this many times the loss of its paths. With less it might soon move back."""
+REPLACE_GAIN = 2.0
+"""An entry is replaced if the gain is more than this many times the loss of its paths. With less, the next replacement
+might soon undo it."""
 
 PURE_SHARE = 0.01
 """A target is drawn in black or white if at least this share of its visible pixels has exactly that colour in 8 bits.
@@ -54,7 +55,7 @@ them."""
 _KMEANS_ROUNDS = 10
 # Smallest share of the canvas that a colour counts as: one that is hardly visible now may be needed later.
 _SHARE_MIN = 2.0**-16
-# Candidate colours for an entry that moves: those that the paths with the largest errors want.
+# Candidate colours for a new entry: those that the paths with the largest errors want.
 _CANDIDATES = 64
 
 
@@ -102,7 +103,7 @@ class Palette:
             adj_color = torch.cat([adj_color[:-1], torch.zeros_like(adj_color[-1:])])
         if visible_area is not None:
             if self._given is None and len(self._free) > 1:
-                self._move_entry(adj_color, visible_area)
+                self._replace_entry(adj_color, visible_area)
             self._switch(adj_color, visible_area)
         elif self._given is None:
             self._free.grad = torch.zeros_like(self._free).index_add_(0, self._entry, adj_color)
@@ -151,12 +152,13 @@ class Palette:
         chosen = min_change.topk(max(1, int(SWITCH_SHARE * len(min_change))), largest=False).indices
         self._entry[chosen] = entry[chosen]
 
-    def _move_entry(self, adj_color: Tensor, visible_area: Tensor) -> None:
-        """Move the entry that is needed least, perhaps because no path has it, to the paths that gain most by one.
+    def _replace_entry(self, adj_color: Tensor, visible_area: Tensor) -> None:
+        """Replace the least needed entry, which may be unused, by the colour that lowers the loss most.
 
-        The visible shares of a pixel sum up to 1 at most, so the bounds of `_switch` hold for changes of many paths at
-        once (Jensen): the loss is at most a constant and the sum of scale area |c - wanted|^2 over the paths, where
-        ``wanted`` is the colour c with the least bound of a path. That is the error of k-means.
+        The visible shares of a pixel sum up to 1 at most. By Jensen's inequality the bounds of `_switch` therefore also
+        hold for changes of many paths at once. The bound of a path is lowest at its ``wanted`` colour. Up to a
+        constant, the loss is at most the sum of scale area |c - wanted|^2 over the paths, where c is a path's colour.
+        The choice of entries is thus a weighted k-means.
         """
         weight = self._error_scale * visible_area
         if self._transparent:
@@ -169,7 +171,7 @@ class Palette:
         next_error, next_entry = distance.masked_fill(own > 0.0, torch.inf).min(1)
         loss, spare = ((weight * (next_error - error)) @ own).min(0)
         color, gain = _best_new_color(wanted, weight, error)
-        if gain <= MOVE_GAIN * loss:
+        if gain <= REPLACE_GAIN * loss:
             return
         leaves = self._entry == spare
         joins = _square_distances(wanted, color[None])[:, 0] < torch.where(leaves, next_error, error)
@@ -233,8 +235,9 @@ def _best_new_color(wanted: Tensor, weight: Tensor, error: Tensor) -> tuple[Tens
 def _dominant_colors(color: Tensor, visible_area: Tensor, count: int) -> Tensor:
     """Return ``count`` colours that represent ``color`` [N, 3], weighted by ``visible_area`` [N].
 
-    They are distinct in 8 bits, by k-means in which entries that meet move to where the error is largest. If there are
-    fewer colours, the last one is repeated. No path has the repeated entries, and the first move takes them elsewhere.
+    They are distinct in 8 bits. In this k-means, entries that meet become one, and the level with the largest error
+    becomes a new entry. If there are fewer colours, the last one is repeated. No path has the repeated entries, so
+    replacing them costs nothing.
     """
     levels, which = torch.unique((color.double().cpu() * 255.0).round(), dim=0, return_inverse=True)
     area = visible_area.double().cpu()

@@ -143,11 +143,11 @@ def bezier_loss(points: Tensor, width: float, height: float, degree: int = 3) ->
     one chord v = P5 - P0. For each of the eight other points Q, a = (Q - P0).v / |v|^2 should lie in [0, 1]; the term
     is 0.01 / N sum [relu(a - 1)^2 + relu(-a)^2]. Here each cubic has its own chord v and two inner points (if S = 4,
     again eight per path). Both overshoots, (Q - A).v - |v|^2 and -(Q - A).v, are divided not by |v|^2 but by the extent
-    of the path: the mean over its cubics of max(|v|^2, |AB|^2 + |BC|^2 + |CD|^2), plus a pixel. The extent is a
-    constant for the gradient. For equal chords and modest overshoots this is the same; but one of several chords may
-    come near zero, where a ratio to itself would explode. Two sides of another degree use the original with two
-    changes. The pixel is added too. And |v|^2 is at least the mean square of the side's M legs, averaged over both
-    sides. The legs are constants for the gradient, or points would flee to lengthen them; v is not.
+    of the path: the mean over its cubics of max(|v|^2, |AB|^2 + |BC|^2 + |CD|^2), plus a pixel. No gradient flows
+    through the extent. For equal chords and modest overshoots this is the same; but one of several chords may be short,
+    and its |v|^2 would make the ratio explode. Two sides of another degree use the original with two changes. The pixel
+    is added too. And |v|^2 is at least the mean square of the side's M legs, averaged over both sides. No gradient
+    flows through these legs, or points would move apart to lengthen them; it does flow through v.
 
     **Tips**: the joints must not be needles. Let u and w lead from a joint to the outline a little before and after it.
     The term is the mean of |u + w|^2, counted where u and w enclose less than 60 degrees. The joints of cubics are all

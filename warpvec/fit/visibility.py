@@ -1,8 +1,8 @@
 """Measure each path's visible area; drop invisible paths.
 
-A path is dropped only if a drawing without it has the same pixels. Two kinds of paths may stay although they change
-none: those above both `VISIBLE_AREA_MIN` and `CHANGE_MIN`, which are not tried, and those left when the drawings are
-used up. Hidden paths are tried first, and at least once, however large the image is.
+A path is dropped only if a drawing without it has the same pixels. Some invisible paths may stay: those above both
+`VISIBLE_AREA_MIN` and `CHANGE_MIN`, which are not tried, and those left when no more drawings are allowed. Hidden paths
+are tried first. If there are any, at least one drawing tries to drop them, however large the image is.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ one level of 255 in one pixel. However large its visible area is, it then has th
 DRAWINGS_MAX, DRAWN_BYTES_MAX = 8, 2**26
 """Most drawings that the search for invisible paths may make, and most bytes of all their pixels. Each costs as much as
 drawing the file, and most candidates do change a pixel: 31 candidates among 4096 paths took 62 drawings, half a minute,
-and all of them stayed. One drawing, without all hidden paths, is made in any case.
+and all of them stayed. If paths are hidden, one drawing without all of them is made in any case.
 """
 
 FAINT = 1e-6

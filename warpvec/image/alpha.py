@@ -2,9 +2,9 @@
 
 Outside the renderers colours are straight, as in a PNG. Images are averaged, filtered and compared with premultiplied
 colours or over a matte, so that the colour of invisible pixels never counts. The error of a transparent image is the
-mean of its errors over a black and over a white matte. With the error c of the premultiplied colours and a of alpha
-that is the mean of c^2 and (c - a)^2, which is zero for equal images only. An image over any other matte is a blend of
-these two.
+mean of its errors over a black and over a white matte. If c is the error of the premultiplied colours and a the error
+of alpha, this is the mean of c^2 and (c - a)^2, which is zero for equal images only. An image over any other matte is a
+blend of these two.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ def vectorize(
             `warpvec.image.read.read_image` takes it.
         curves: number of paths, by default 512; "auto" for as many as the image rewards. With ``max_bytes`` or
             ``target_psnr``, which decide the number, it is the most that may be used.
-        preset: one of `warpvec.PRESETS`: "draft", "default", "best", "paper" or "bezier-splatting".
+        preset: name of one of `warpvec.PRESETS`.
         background: colour behind a transparent image; None keeps it transparent.
         max_bytes: largest size of the SVG text, after gzip if ``gzip`` is true.
         target_psnr: PSNR in dB that the file must reach, drawn by resvg, with as few paths as possible.

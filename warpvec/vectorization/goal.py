@@ -147,7 +147,7 @@ def is_met(goal: Goal, trials: Sequence[Trial], curves_max: int) -> bool:
 
 
 def is_hopeless(goal: Goal, trials: Sequence[Trial]) -> bool:
-    """Return whether no trial reaches the target, and the many more paths of the last one gained next to nothing."""
+    """Return whether no trial reaches the target and the last one, with at least twice the paths, hardly helped."""
     if goal.target_psnr is None or len(trials) < 2 or any(trial.psnr >= goal.target_psnr for trial in trials):
         return False
     octaves = math.log2(trials[-1].asked / trials[-2].asked)

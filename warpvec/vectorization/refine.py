@@ -45,8 +45,8 @@ def refine(
 
     Args:
         image: the photo, as `warpvec.vectorize` takes it.
-        svg: a path, or the text or the bytes of a file: warpvec's own, or any of filled paths. Strokes, gradients and
-            holes are left out. Its layers stay.
+        svg: a path, or the text or the bytes of a file: warpvec's own, or any of filled paths. Strokes are left out,
+            gradients become one colour, and holes drawn by the even-odd rule may be filled. Its layers stay.
         curves: number of paths, by default as many as there are. New ones are added on top, where the picture is
             worst; the least important ones are removed. "auto" and goals as in `warpvec.vectorize`.
         preset, background, max_bytes, gzip, target_psnr, metadata, trim, on_progress: as in `warpvec.vectorize`.

@@ -149,12 +149,12 @@ class Result:
         """Plain values that describe the result, computed at the first use.
 
         ``psnr`` (dB) and ``ssim`` compare the photo with the file as resvg draws it. If the photo is ``transparent``,
-        both are compared over black and over white, and the two errors are averaged. ``internal_psnr`` is that of the
-        renderer of the fit, clamped and rounded to 8 bits like a drawing (0.01 dB at 32 dB): for "exact" that of
-        `render` against the photo, for "splat" that of `soft_image` against the reduced photo. ``conversion_px`` is
-        the largest distance of the file's cubics from the fitted curves, in pixels of the photo, before rounding.
-        ``bytes`` and ``gzip_bytes`` are sizes of the SVG text, plain and gzipped. ``levels`` lists ``curves`` and
-        ``psnr`` of each prefix of the layers, after a fit with ``lod``. ``goal`` holds the `goal_facts`.
+        both are compared over black and over white, and the two errors are averaged. ``internal_psnr`` is the PSNR of
+        the fit's own renderer: for "exact" that of `render` against the photo, for "splat" that of `soft_image` against
+        the reduced photo. The image is first clamped and rounded to 8 bits, which changes the PSNR by 0.01 dB at 32 dB.
+        ``conversion_px`` is the largest distance of the file's cubics from the fitted curves, in pixels of the photo,
+        before rounding. ``bytes`` and ``gzip_bytes`` are sizes of the SVG text, plain and gzipped. ``levels`` lists
+        ``curves`` and ``psnr`` of each prefix of the layers, after a fit with ``lod``. ``goal`` holds the `goal_facts`.
         """
         height, width = self.photo.shape[:2]
         opacity = self.scene.opacity

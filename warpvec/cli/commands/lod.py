@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", metavar="FILE", help="File for the kept levels: .svg, .svgz or - for stdout.")
 @click.option("--split", is_flag=True, help="Write SVG-level-K.svg, with all levels up to K, for each level K.")
 @click.option("--list", "as_list", is_flag=True, help="List the levels. This is the default.")
-@click.option("--image", metavar="IMAGE", help="Add the PSNR of all levels up to each one to the list.")
+@click.option("--image", metavar="IMAGE", help="For each level, also list the PSNR of the picture up to that level.")
 @background_option
 @json_option
 def lod(

@@ -41,10 +41,11 @@ DECIDED = ("curves", "iterations", "precision", "recycle_gap", "segments")
 def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options: Any) -> None:
     """Fit the paths of the file SVG to the image IN and write them to OUT.
 
-    SVG is a file of warpvec, or any file of filled paths; strokes, gradients and holes are reported and left out. The
-    layers stay. If --curves is above the number of paths, new ones are added on top where the picture is worst; if it
-    is below, the least important ones are removed. By default --recycle-gap is 0 and, without a goal, --iterations is
-    500 and the learning rates are 0.4 times those of a run.
+    SVG is a file of warpvec, or any file of filled paths: strokes are left out, gradients become one colour, and holes
+    drawn by the even-odd rule may be filled; each is reported. The layers stay. If --curves is above the number of
+    paths, new ones are added on top where the picture is worst; if it is below, the least important ones are removed.
+    By default --recycle-gap is 0 and, without a goal, --iterations is 500 and the learning rates are 0.4 times those of
+    a run.
 
     --flat, --initial-curves, --initial-radius and --radius-decay are not used.
     """

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 @click.option("--report", "page", metavar="FILE", help="Write an HTML page to inspect and edit the result.")
 @click.option("--video", metavar="FILE", help="Record the fit as .mp4, .gif or .webp.")
 @click.option("--save-frames", metavar="DIR", help="Record the fit as PNG files in a folder.")
-@click.option("--checkpoint", metavar="FILE", help="Save the state of the fit here now and then.")
+@click.option("--checkpoint", metavar="FILE", help="Save the state of the fit here every --every iterations.")
 @click.option("--resume", metavar="FILE", help="Continue from a checkpoint, with its settings.")
 @click.option(
     "--every", type=click.IntRange(min=1), default=50, metavar="N",

@@ -1,8 +1,8 @@
 """Fit levels of detail so that each prefix of the layers is a picture of its own.
 
-A prefix is all paths up to some generation. Each step on all paths comes with a step on one prefix (they take turns),
-and a generation's recycling looks at the picture that ends with that generation. Otherwise a prefix would be no more
-than the paths that later generations build on.
+A prefix is all paths up to some generation. Each step fits the whole picture and one prefix; the prefixes take turns.
+Recycling in a generation looks at the picture up to that generation. Otherwise a prefix would be no more than the paths
+that later generations build on.
 """
 
 from __future__ import annotations

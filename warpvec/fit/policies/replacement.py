@@ -7,10 +7,10 @@ shares of its 10,000 iterations. Areas and sides are in pixels of the fitted ima
 
 Differences: a path has one opacity, as in the code's first release, and is a circle at the start, without jitter. The
 guard that should spare paths overlapped by a removed one never applies there and is left out, as is the factor on the
-gradient of the interior's colours. Boxes are of points on the outline; the interior samples are blends of these.
-Learning rates are in units of half the longer side, there in units of half of either side, so steps in y are 1.5 times
-as long on a photo of 3 : 2. The pixels of a component that has been used are removed from the counts of all their
-levels, not only from that of the weightiest level.
+gradient of the interior's colours. Boxes are of points on the outline; the interior samples are blends of these. Our
+learning rates are in units of half the longer side. Theirs are per axis, in units of half of each side. On a 3 : 2
+photo our steps in y are therefore 1.5 times as long. The pixels of a component that has been used are removed from the
+counts of all their levels, not only from that of the weightiest level.
 """
 
 from __future__ import annotations
