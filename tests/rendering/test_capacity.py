@@ -12,8 +12,11 @@ from backends import SCALAR, Backend
 from oracles import GRADIENTS, inputs, target_image
 from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, random_scene
 
+from warpvec.kernels.capacity import make_kernels
+from warpvec.kernels.lanes import make_lanes
 from warpvec.rendering import exact, launch, splat
 from warpvec.rendering.capacity import Counts
+from warpvec.rendering.launch import Launcher
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 
 SIZES = [(1, 1), (16, 16), (17, 15), (33, 50), (20, 16 * 33)]
@@ -191,3 +194,13 @@ def test_a_larger_capacity_recovers(kind: str) -> None:
     check_equal(want, step(large, renderer_of(kind, large)))
     check_equal(limited(large, renderer, renderer.counts.with_headroom()), want)
     assert renderer.dropped_steps == 2 and overflow(renderer) == [0] * 4
+
+
+def test_a_count_that_wrapped_around_does_not_fit() -> None:
+    """A sum of 2^31 or more is a negative number in 32 bits."""
+    sums = wp.array([0, -5], dtype=wp.int32, device="cpu")
+    first_vertex, overflow = wp.full(2, -1, dtype=wp.int32, device="cpu"), wp.zeros(4, dtype=wp.int32, device="cpu")
+    kernel = make_kernels(make_lanes(1, wp.float32)).admit_vertices
+    Launcher("cpu", threads=1)(kernel, 2, [sums, 1, 100, first_vertex, overflow])
+    assert overflow.numpy().tolist() == [1, 0, 0, 0]
+    assert first_vertex.numpy().tolist() == [0, 0]
