@@ -1,6 +1,7 @@
 """Imports point one way, from the command line down to the kernels, and never in a circle."""
 
 import ast
+import re
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -27,22 +28,47 @@ ROOMS = [
 LEVEL = {room: len(ROOMS) - index for index, line in enumerate(ROOMS) for room in line.split()}
 LEVEL |= {"__main__": len(ROOMS) + 1, "__init__": 0}
 
+PUBLIC = warpvec._MODULES
+"""Name in the package -> the module that it is loaded from when it is first used."""
+
+COMPUTED_IMPORTS = {"__init__", "cli.main"}
+"""The modules that may compute the names of others: the public names and the commands, loaded at first use."""
+
+
+@cache
+def sources() -> dict[str, Path]:
+    """Every module of the package, without the leading "warpvec.", and its file."""
+    paths = {*PACKAGE.rglob("*.py"), *(PACKAGE / "kernels").glob("*.py")}  # rglob passes by the symbolic link
+    names = {path: ".".join(path.relative_to(PACKAGE).with_suffix("").parts) for path in paths}
+    return {name.removesuffix(".__init__"): path for path, name in names.items()}
+
 
 @cache
 def imports() -> dict[str, set[str]]:
     """Every module of the package, and those it imports, inside functions too."""
-    paths = {*PACKAGE.rglob("*.py"), *(PACKAGE / "kernels").glob("*.py")}  # rglob passes by the symbolic link
-    modules = {".".join(path.relative_to(PACKAGE).with_suffix("").parts): path for path in paths}
-    return {name: _imported(path, modules) - {name} for name, path in modules.items()}
+    return {name: _imported(path) - {name} for name, path in sources().items()}
 
 
-def _imported(path: Path, modules: dict[str, Path]) -> set[str]:
-    nodes = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom)]
-    froms = [
-        (f"{node.module}.".removeprefix("warpvec."), node) for node in nodes if (node.module or "")[:7] == "warpvec"
-    ]
-    names = {prefix + alias.name for prefix, node in froms for alias in node.names}
-    return (names | {prefix.rstrip(".") for prefix, _ in froms}) & modules.keys()
+def _imported(path: Path) -> set[str]:
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+            if "warpvec" in names:  # every public name can be reached from it
+                names |= {f"warpvec.{module}" for module in PUBLIC.values()}
+        elif isinstance(node, ast.ImportFrom):
+            module = _absolute(node, path)
+            names |= {module, *(f"{module}.{alias.name}" for alias in node.names)}
+    found = {name.removeprefix("warpvec.") for name in names if name.startswith("warpvec.")}
+    return {PUBLIC.get(name, name) for name in found} & sources().keys()
+
+
+def _absolute(node: ast.ImportFrom, path: Path) -> str:
+    """Return the module that ``node`` imports from, with leading dots resolved."""
+    if not node.level:
+        return node.module or ""
+    folders = ("warpvec", *path.relative_to(PACKAGE).parent.parts)
+    return ".".join([*folders[: len(folders) + 1 - node.level], *([node.module] if node.module else [])])
 
 
 @pytest.mark.parametrize("room", sorted(LEVEL))
@@ -56,6 +82,11 @@ def test_a_room_imports_only_what_is_below_it(room: str) -> None:
 
 def test_no_modules_import_each_other() -> None:
     list(TopologicalSorter(imports()).static_order())  # raises CycleError
+
+
+def test_only_two_modules_compute_what_they_import() -> None:
+    found = {name for name, path in sources().items() if re.search("import_module|__import__", path.read_text())}
+    assert found == COMPUTED_IMPORTS
 
 
 def test_there_are_at_most_ten_levels_of_rooms() -> None:

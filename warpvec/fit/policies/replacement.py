@@ -16,7 +16,6 @@ counts of all their levels, not only from that of the weightiest level.
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
 from importlib.util import find_spec
 
 import numpy as np
@@ -215,7 +214,8 @@ def region_centers(error: NDArray[np.float32], count: int) -> NDArray[np.float64
     connected components (by sides) of pixels near that level, the largest is used up: its pixel nearest to its centroid
     is a position, and its pixels do not count for the next one.
     """
-    label = import_module("scipy.ndimage").label
+    from scipy.ndimage import label  # type: ignore[import-untyped]
+
     levels = _error_levels(error)
     centers: list[tuple[float, float]] = []
     while len(centers) < count:
