@@ -33,3 +33,7 @@ def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module 'warpvec' has no attribute {name!r}")
     return getattr(import_module(f"warpvec.{_MODULES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
