@@ -51,12 +51,12 @@ class Work(NamedTuple):
     edge_pixels: int
     pairs: int
     partial_pairs: int
-    shown_pairs: int
+    visible_pairs: int
 
 
-def work_of(flattening: Flattening, binning: Binning, shown: NDArray[np.int32], points: torch.Tensor) -> Work:
-    """Return the work of a scene that has been rendered; ``shown`` [tiles] is the lowest visible hit of each tile."""
-    hits = binning.tile_first_hit.numpy()[: len(shown) + 1]
+def work_of(flattening: Flattening, binning: Binning, first_visible: NDArray[np.int32], points: torch.Tensor) -> Work:
+    """Return the work of a rendered scene; ``first_visible`` [tiles] is the lowest visible hit of each tile."""
+    hits = binning.tile_first_hit.numpy()[: len(first_visible) + 1]
     return Work(
         paths=points.shape[0],
         points=points.shape[0] * points.shape[1],
@@ -64,7 +64,7 @@ def work_of(flattening: Flattening, binning: Binning, shown: NDArray[np.int32], 
         edge_pixels=edge_pixels(flattening, points.shape[0], points.shape[1] // 3),
         pairs=int((binning.pair_class.numpy()[: binning.pair_count] != EMPTY).sum()),
         partial_pairs=binning.slot_count,
-        shown_pairs=int((hits[1:] - shown).sum()),
+        visible_pairs=int((hits[1:] - first_visible).sum()),
     )
 
 
@@ -85,8 +85,8 @@ def ideal_seconds(work: Work) -> dict[str, float]:
         "flattening": VERTEX_NS * work.vertices,
         "binning": EDGE_NS * work.vertices + PAIR_NS * work.pairs,
         "coverage": EDGE_PIXEL_NS * work.edge_pixels + BYTE_NS * slot_bytes,
-        "compositing": FORWARD_NS * pixels * work.shown_pairs,
-        "compositing_adjoint": (FORWARD_NS + ADJOINT_NS) * pixels * work.shown_pairs,
+        "compositing": FORWARD_NS * pixels * work.visible_pairs,
+        "compositing_adjoint": (FORWARD_NS + ADJOINT_NS) * pixels * work.visible_pairs,
         "coverage_adjoint": EDGE_PIXEL_NS * work.edge_pixels + BYTE_NS * slot_bytes,
         "flattening, adjoint": VERTEX_NS * work.vertices,
         "regularization": 10 * VERTEX_NS * work.points / 3,
@@ -97,8 +97,8 @@ def ideal_seconds(work: Work) -> dict[str, float]:
 
 def work_of_step(renderer: ExactRenderer, points: torch.Tensor) -> Work:
     """Return the work of the step that ``renderer`` has just taken with ``points`` [N, 3 S, 2]."""
-    shown = renderer._compositing._buffers.get("tile_first_visible", renderer.grid.count, wp.int32).numpy()
-    return work_of(renderer._flattening, renderer._binning, shown, points)
+    first_visible = renderer._compositing._buffers.get("tile_first_visible", renderer.grid.count, wp.int32).numpy()
+    return work_of(renderer._flattening, renderer._binning, first_visible, points)
 
 
 def report_ideal(work: Work, rows: dict[str, Statistics]) -> str:

@@ -100,14 +100,14 @@ def stage_loads(work: Work, pixel_count: int) -> dict[str, Load]:
     pairs = _FLOAT_BYTES * _PAIR_INTEGERS * work.pairs
     image = 3 * _FLOAT_BYTES * pixel_count
     edges = _EDGE_PIXEL_FLOPS * work.edge_pixels
-    shown = _PIXELS * work.shown_pairs
+    visible = _PIXELS * work.visible_pairs
     parameters = 2 * work.points + 4 * work.paths
     return {
         "flattening": Load(points + vertices, _VERTEX_FLOPS * work.vertices),
         "binning": Load(vertices + pairs, 4 * work.vertices),
         "coverage": Load(vertices + slots, edges + COLUMNS * TILE * work.partial_pairs),
-        "compositing": Load(slots + image, _PIXEL_FLOPS * shown),
-        "compositing_adjoint": Load(2 * slots + image, _PIXEL_ADJOINT_FLOPS * shown),
+        "compositing": Load(slots + image, _PIXEL_FLOPS * visible),
+        "compositing_adjoint": Load(2 * slots + image, _PIXEL_ADJOINT_FLOPS * visible),
         "coverage_adjoint": Load(3 * vertices + slots, edges),
         "flattening, adjoint": Load(2 * vertices + points, _VERTEX_FLOPS * work.vertices),
         "regularization": Load(3 * points, _CUBIC_FLOPS * work.points / 3),

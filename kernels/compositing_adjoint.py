@@ -4,8 +4,9 @@ Let T_i be the transmittance in front of path i and B_i the colour behind it. At
 dL/dc_i = T_i a_i g and dL/da_i = T_i g . (c_i - B_i). Recovering B_i from the image would divide by 1 - a_i, which is 0
 for an opaque path. Instead a tile first composites back to front and stacks every B_i, then walks front to back.
 
-The exact removal cost of a path (the rise of the MSE without it) needs one more sum over pixels, the *importance*
-T_i^2 coverage_i^2 |c_i - B_i|^2. The image is affine in the opacity of one path, so the MSE is a parabola in it.
+The exact removal cost of a path (the rise of the MSE without it) needs one more sum over pixels, the *opacity
+curvature* T_i^2 coverage_i^2 |c_i - B_i|^2. The image is affine in the opacity of one path, so the squared error is a
+parabola in it, and this sum is the coefficient of its square.
 """
 
 from functools import cache
@@ -18,22 +19,22 @@ from warpvec.kernels.constants import EMPTY, FULL, PARTIAL
 from warpvec.kernels.lanes import Lanes, stage_module
 
 TERMS = 5
-"""Number of sums. A pair has five: dL/d(red), dL/d(green), dL/d(blue), dL/d(opacity), importance. A tile uses the first
-CANVAS_TERMS for the sums of the canvas; its fifth is unused."""
+"""Number of sums. A pair has five: dL/d(red), dL/d(green), dL/d(blue), dL/d(opacity), opacity curvature. A tile uses
+the first CANVAS_TERMS for the sums over the canvas; its fifth is unused."""
 
 CANVAS_TERMS = 4
-"""Number of sums of the canvas, and of the sums that a tile uses: three of dL/d(background), and the squared error."""
+"""Number of sums over the canvas, and of those that a tile uses: three of dL/d(background), and the squared error."""
 
 
 @cache
-def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace:
+def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool) -> SimpleNamespace:
     """Return ``composite_adjoint``, ``gather_paths_adjoint``, ``gather_tiles`` and ``gather_canvas``.
 
     Args:
         lanes: width and precision.
         fused: whether ``tile_reference`` is the target, and the loss the squared error against it; if not, it is
             dL/d(image).
-        importance: whether to fill the fifth sum of each pair.
+        with_curvature: whether to fill the fifth sum of each pair.
     """
     dtype, vec3, vector = lanes.dtype, lanes.vec3, lanes.vector
     mul, fma, sub = lanes.mul, lanes.fma, lanes.sub
@@ -47,11 +48,11 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
     tile_size = wp.constant(lanes.tile_vectors * lanes.tile_threads)
     reducers, terms, canvas_terms = wp.constant(lanes.reducers), wp.constant(TERMS), wp.constant(CANVAS_TERMS)
     canvas_threads, canvas_reducers = wp.constant(lanes.canvas_threads), wp.constant(lanes.canvas_reducers)
-    used_terms = wp.constant(TERMS if importance else TERMS - 1)
+    used_terms = wp.constant(TERMS if with_curvature else TERMS - 1)
     sums_type = wp.types.vector(TERMS, dtype=dtype)
     local_array = lanes.tile_vectors > 1
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
-    module = stage_module(f"compositing_adjoint{'_fused' * fused}{'_importance' * importance}", lanes)
+    module = stage_module(f"compositing_adjoint{'_fused' * fused}{'_curvature' * with_curvature}", lanes)
 
     @wp.func
     def clear_hidden(
@@ -178,7 +179,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
             is_full = pair_class[pair] == FULL
             winding0 = winding_index(pair_slot[pair], part0)
             adj_red, adj_green, adj_blue = spread(zero), spread(zero), spread(zero)
-            adj_opacity, weight = spread(zero), spread(zero)
+            adj_opacity, curvature = spread(zero), spread(zero)
             for v in range(tile_vectors):
                 t = get(transmittance, v)
                 a0, a1, a2 = get(g0, v), get(g1, v), get(g2, v)
@@ -191,22 +192,23 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
                     winding = slot_winding[winding0 + v]
                     covered = coverage(winding)
                     slot_winding[winding0 + v] = mul(mul(adj_alpha, full_alpha), coverage_slope(winding))
-                shown = mul(t, mul(full_alpha, covered))
-                adj_red = fma(shown, a0, adj_red)
-                adj_green = fma(shown, a1, adj_green)
-                adj_blue = fma(shown, a2, adj_blue)
+                visible = mul(t, mul(full_alpha, covered))
+                adj_red = fma(visible, a0, adj_red)
+                adj_green = fma(visible, a1, adj_green)
+                adj_blue = fma(visible, a2, adj_blue)
                 adj_opacity = fma(adj_alpha, covered, adj_opacity)
-                if wp.static(importance):
-                    seen = mul(t, covered)
+                if wp.static(with_curvature):
+                    slope = mul(t, covered)  # of the colour in the opacity, per unit of c - B
                     mask = on_canvas(tile, part0 + v, tile_columns, height, width_px)
-                    weight = fma(mul(mask, mul(seen, seen)), fma(d0, d0, fma(d1, d1, mul(d2, d2))), weight)
-                put(transmittance, v, sub(t, shown))
+                    square = mul(mask, mul(slope, slope))
+                    curvature = fma(square, fma(d0, d0, fma(d1, d1, mul(d2, d2))), curvature)
+                put(transmittance, v, sub(t, visible))
             reduce_tile(pair_sums, pair, 0, adj_red, lane)
             reduce_tile(pair_sums, pair, 1, adj_green, lane)
             reduce_tile(pair_sums, pair, 2, adj_blue, lane)
             reduce_tile(pair_sums, pair, 3, adj_opacity, lane)
-            if wp.static(importance):
-                reduce_tile(pair_sums, pair, 4, weight, lane)
+            if wp.static(with_curvature):
+                reduce_tile(pair_sums, pair, 4, curvature, lane)
 
         adj_red, adj_green, adj_blue = spread(zero), spread(zero), spread(zero)
         for v in range(tile_vectors):
@@ -228,7 +230,7 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
         # outputs
         adj_color: wp.array(dtype=vec3),  # [N]
         adj_opacity: wp.array(dtype=dtype),  # [N]
-        path_importance: wp.array(dtype=dtype),  # [N], for ``importance``
+        opacity_curvature: wp.array(dtype=dtype),  # [N], for ``with_curvature``
     ):
         """Add the sums of one path over its pairs, in their fixed order."""
         path = first + wp.tid()
@@ -240,8 +242,8 @@ def make_kernels(lanes: Lanes, fused: bool, importance: bool) -> SimpleNamespace
                         total[term] = total[term] + pair_sums[row, term]
         adj_color[path] = vec3(total[0], total[1], total[2])
         adj_opacity[path] = total[3]
-        if wp.static(importance):
-            path_importance[path] = total[4]
+        if wp.static(with_curvature):
+            opacity_curvature[path] = total[4]
 
     @wp.kernel(module=module)
     def gather_tiles(

@@ -71,7 +71,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         # outputs
         slot_coverage: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
         slot_transmittance: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width] of the path alone
-        pair_is_shown: wp.array(dtype=int),  # [K]
+        pair_is_visible: wp.array(dtype=int),  # [K]
         tile_first_visible: wp.array(dtype=int),  # [tiles]
     ):
         """Find the coverage of the pairs of one tile (CPU) or one pixel of it (scalar lanes), front to back."""
@@ -135,9 +135,9 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 put(light, v, rest)
                 brightest = maximum(brightest, rest)
             is_lit = any_of_tile(wp.where(lane_max(brightest) >= transmittance_min, 1, 0))
-            pair_is_shown[pair] = 1
+            pair_is_visible[pair] = 1
         tile_first_visible[tile] = hit
         for hidden in range(start, hit):
-            pair_is_shown[hit_pair[hidden]] = 0
+            pair_is_visible[hit_pair[hidden]] = 0
 
     return SimpleNamespace(cover_splats=cover_splats)

@@ -45,7 +45,7 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
         path_first_pair: wp.array(dtype=int),  # [N + 1]
         pair_class: wp.array(dtype=int),  # [K]
         pair_slot: wp.array(dtype=int),  # [K + 1]
-        pair_is_shown: wp.array(dtype=int),  # [K]
+        pair_is_visible: wp.array(dtype=int),  # [K]
         splats: wp.array(dtype=dtype),  # [N, rows, PLANES, samples]
         opacity: wp.array(dtype=dtype),  # [N]
         row_count: int,
@@ -81,7 +81,7 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
                 part_end = (wp.min(bottom - tile_row * TILE, TILE) + width - 1) // width
                 for column in range(left, right):
                     pair = pair0 + column // TILE
-                    if pair_class[pair] == PARTIAL and pair_is_shown[pair] == 1:
+                    if pair_class[pair] == PARTIAL and pair_is_visible[pair] == 1:
                         dx = dtype(column) + half - x
                         slot = winding_index(pair_slot[pair], (column % TILE) * blocks)
                         for part in range(part_first, part_end):

@@ -9,7 +9,7 @@ import torch
 from scenes import random_scene
 
 from warpvec.config.presets import make_config
-from warpvec.fit.target import Target, blank_error, halved, paint_colors
+from warpvec.fit.target import Target, blank_error, halved, opaque_colors
 from warpvec.geometry.scene import Scene
 
 HEIGHT, WIDTH = 40, 56
@@ -66,11 +66,11 @@ def test_transparent_pixels_take_the_colours_around_them() -> None:
     image[..., :3] = torch.tensor([1.0, 0.0, 1.0])  # hidden
     image[:, :10] = torch.tensor([0.1, 0.6, 0.2, 1.0])
     image[:, -10:] = torch.tensor([0.8, 0.3, 0.4, 0.5])
-    colors = paint_colors(image)
+    colors = opaque_colors(image)
     torch.testing.assert_close(colors[:, :10], image[:, :10, :3])
     torch.testing.assert_close(colors[:, -10:], image[:, -10:, :3])
     # No trace of the hidden colour: every colour is a blend of the two that are visible.
     blend = (colors - image[0, 0, :3]) / (image[0, -1, :3] - image[0, 0, :3])
     torch.testing.assert_close(blend, blend[..., :1].expand_as(blend), atol=1e-5, rtol=0)
     assert blend.min() >= -1e-5 and blend.max() <= 1.0 + 1e-5
-    assert torch.equal(paint_colors(image[..., :3]), image[..., :3])
+    assert torch.equal(opaque_colors(image[..., :3]), image[..., :3])

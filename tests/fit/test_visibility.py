@@ -1,4 +1,4 @@
-"""Visible areas against supersampled masks; which paths are dropped, and how many drawings that takes."""
+"""Visible areas against supersampled masks; which paths are dropped, and how many renderings that takes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scenes import blob_scene, circle, rectangle
 
 from warpvec.fit.visibility import (
     CHANGE_MIN,
-    DRAWINGS_MAX,
+    RENDERINGS_MAX,
     canvas_areas,
     removal_changes,
     visible_areas,
@@ -155,7 +155,7 @@ def test_of_two_equal_paths_one_stays() -> None:
 
 
 @pytest.mark.parametrize("transparent", [False, True])
-def test_changes_are_those_of_drawings_without_each_path(transparent: bool) -> None:
+def test_changes_are_those_of_renderings_without_each_path(transparent: bool) -> None:
     scene = replace(_blobs(5, 12), transparent=transparent)
     changes = removal_changes(scene, HEIGHT, WIDTH)
     for row in range(12):
@@ -188,7 +188,7 @@ def test_no_pixel_changes(seed: int) -> None:
     assert _pixels(left) == _pixels(scene)
 
 
-# the number of drawings
+# the number of renderings
 
 
 def circles(count: int) -> Scene:
@@ -206,7 +206,7 @@ def test_a_covered_disc_has_almost_no_visible_area() -> None:
 
 
 def test_paths_that_change_no_pixel_are_dropped() -> None:
-    """Here a drawing depends on the twelve uppermost paths only."""
+    """Here a rendering depends on the twelve uppermost paths only."""
     scene = circles(16)
     area = torch.arange(16) * 0.05
     kept = without_invisible(scene, area, area, lambda some: bytes(str(some.color.tolist()[-12:]), "ascii"))
@@ -215,30 +215,30 @@ def test_paths_that_change_no_pixel_are_dropped() -> None:
 
 def test_the_search_ends() -> None:
     """If every candidate changes a pixel, all stay, and not every one is drawn without."""
-    scene, drawings = circles(1000), []
+    scene, renderings = circles(1000), []
 
     def draw(some: Scene) -> bytes:
-        drawings.append(len(some))
+        renderings.append(len(some))
         return len(some).to_bytes(4, "big")
 
     assert len(without_invisible(scene, torch.linspace(0.001, 2.0, 1000), torch.linspace(0.0, 2.0, 1000), draw)) == 1000
-    assert drawings[:2] == [1000, 500]
-    assert len(drawings) == 1 + DRAWINGS_MAX
+    assert renderings[:2] == [1000, 500]
+    assert len(renderings) == 1 + RENDERINGS_MAX
 
 
 @pytest.mark.parametrize(("byte_count", "count"), [(12_000_000, 6), (36_000_000, 2), (192_000_000, 2)])
 def test_large_photos_are_drawn_less_often(byte_count: int, count: int) -> None:
     """An image of 4 megapixels is drawn six times; larger ones once with all paths and once without the hidden ones."""
-    drawings = []
+    renderings = []
 
     def draw(some: Scene) -> bytes:
-        drawings.append(len(some))
-        return len(drawings).to_bytes(1) + bytes(byte_count)  # every candidate changes the pixels
+        renderings.append(len(some))
+        return len(renderings).to_bytes(1) + bytes(byte_count)  # every candidate changes the pixels
 
     hidden_but_one = torch.tensor([0.0] * 8 + [0.5])
     without_invisible(circles(9), hidden_but_one, torch.zeros(9), draw)
-    assert len(drawings) == count
-    assert drawings[:2] == [9, 1]
+    assert len(renderings) == count
+    assert renderings[:2] == [9, 1]
 
 
 def test_visible_paths_are_not_tried() -> None:

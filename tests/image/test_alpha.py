@@ -17,7 +17,7 @@ import warpvec
 from warpvec.config.presets import make_config
 from warpvec.fit.policies.registry import POLICIES
 from warpvec.fit.population import Population
-from warpvec.fit.target import Target, blank_error, paint_colors
+from warpvec.fit.target import Target, blank_error, opaque_colors
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import ALPHA_MIN, premultiplied, straight
 from warpvec.image.metrics import psnr, ssim
@@ -200,10 +200,10 @@ def test_invisible_pixels_have_no_error():
 def test_paint_around_a_shape_has_its_colour():
     target = torch.zeros(37, 50, 4)
     target[20:22, 30:33] = torch.tensor([0.9, 0.2, 0.1, 0.4])
-    torch.testing.assert_close(paint_colors(target), torch.tensor([0.9, 0.2, 0.1]).expand(37, 50, 3))
-    assert paint_colors(torch.zeros(3, 5, 4)).isfinite().all()
+    torch.testing.assert_close(opaque_colors(target), torch.tensor([0.9, 0.2, 0.1]).expand(37, 50, 3))
+    assert opaque_colors(torch.zeros(3, 5, 4)).isfinite().all()
     opaque = torch.rand(3, 5, 3)
-    assert paint_colors(opaque) is opaque
+    assert opaque_colors(opaque) is opaque
 
 
 @pytest.mark.parametrize("policy", ["scaffolding", "replacement"])

@@ -13,7 +13,7 @@ from reference.compositing import composite
 from reference.coverage import coverage, signed_coverage
 from reference.flattening import flatten
 
-__all__ = ["coverage_stack", "importance", "mean_squared_error", "render"]
+__all__ = ["coverage_stack", "mean_squared_error", "removal_cost", "render"]
 
 
 def coverage_stack(points: Tensor, counts: Tensor, height: int, width: int) -> Tensor:
@@ -31,7 +31,7 @@ def render(
         points: control points [N, 3 S, 2] in pixels.
         color: fill [N, 3] in [0, 1].
         opacity: fill opacity [N] in [0, 1].
-        background: canvas colour [3] in [0, 1].
+        background: background colour [3] in [0, 1].
         height: rows of the canvas.
         width: columns of the canvas.
         counts: chords per segment [N, S].
@@ -39,7 +39,7 @@ def render(
     return composite(coverage_stack(points, counts, height, width), color, opacity, background)
 
 
-def importance(
+def removal_cost(
     points: Tensor, color: Tensor, opacity: Tensor, background: Tensor, target: Tensor, counts: Tensor
 ) -> Tensor:
     """Return the rise of the mean squared error against ``target`` [h, w, 3] when a path is removed, per path [N].

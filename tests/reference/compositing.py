@@ -12,7 +12,7 @@ def composite(coverage: Tensor, color: Tensor, opacity: Tensor, background: Tens
         coverage: area of each path in each pixel [N, h, w], in [0, 1].
         color: fill [N, 3].
         opacity: fill opacity [N].
-        background: canvas colour [3].
+        background: background colour [3].
     """
     image = background.expand(*coverage.shape[1:], 3)
     for path_coverage, path_color, path_opacity in zip(coverage, color, opacity, strict=True):

@@ -70,7 +70,7 @@ def render(
         points: control points [N, degree * pieces, 2] in pixels.
         color: fill [N, 3] in [0, 1].
         opacity: opacity of each Gaussian of a path [N] in [0, 1].
-        background: canvas colour [3] in [0, 1].
+        background: background colour [3] in [0, 1].
         height: rows of the canvas.
         width: columns of the canvas.
         settings: how paths are sampled and what their gradients see.

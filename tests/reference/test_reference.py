@@ -22,7 +22,7 @@ from scenes import (
 )
 from torch import Tensor
 
-from reference import coverage_stack, importance, mean_squared_error, render
+from reference import coverage_stack, mean_squared_error, removal_cost, render
 from reference.compositing import composite
 from reference.coverage import coverage, signed_coverage, supersampled_coverage, supersampled_winding, winding_number
 from reference.flattening import flatten, uniform_counts
@@ -216,17 +216,17 @@ def test_no_paths_leave_the_background() -> None:
     assert image.eq(scene.background).all()
 
 
-def test_importance_of_one_pixel_by_hand() -> None:
+def test_removal_cost_of_one_pixel_by_hand() -> None:
     points = rectangle(-1.0, -1.0, 2.0, 2.0)[None].repeat(2, 1, 1)
     color, background = torch.tensor([[1.0, 1.0, 1.0], [0.0, 0.0, 0.0]]).double(), torch.full((3,), 0.5).double()
     opacity, target = torch.tensor([1.0, 0.5]).double(), torch.full((1, 1, 3), 0.75).double()
-    got = importance(points, color, opacity, background, target, uniform_counts(points, 1))
+    got = removal_cost(points, color, opacity, background, target, uniform_counts(points, 1))
     # Drawn: 0.5. Without row 0: 0.25. Without row 1: 1.
     want = torch.tensor([0.5**2 - 0.25**2, 0.25**2 - 0.25**2]).double()
     torch.testing.assert_close(got, want, rtol=0, atol=EXACT)
 
 
-def test_importance_is_the_quadratic_in_the_opacity() -> None:
+def test_removal_cost_is_the_quadratic_in_the_opacity() -> None:
     scene = random_scene(7, 5, 17, 20)
     counts = uniform_counts(scene.points, 6)
     target = torch.rand(17, 20, 3, dtype=torch.float64)
@@ -239,9 +239,9 @@ def test_importance_is_the_quadratic_in_the_opacity() -> None:
     first = torch.autograd.functional.jacobian(loss, scene.opacity)
     second = torch.autograd.functional.hessian(loss, scene.opacity).diagonal()
     want = -scene.opacity * first + 0.5 * scene.opacity**2 * second
-    got = importance(*scene[:4], target, counts)
+    got = removal_cost(*scene[:4], target, counts)
     torch.testing.assert_close(got, want, rtol=0, atol=EXACT)
-    assert_grad_present(got[:, None], want[:, None], "importance", min_ratio=0.999)
+    assert_grad_present(got[:, None], want[:, None], "removal_cost", min_ratio=0.999)
 
 
 # Scenes

@@ -22,7 +22,7 @@ class SceneTensors(NamedTuple):
     opacity: Tensor
     """Fill opacity [N] in [0, 1]."""
     background: Tensor
-    """Canvas colour [3] in [0, 1]."""
+    """Background colour [3] in [0, 1]."""
     height: int
     width: int
 

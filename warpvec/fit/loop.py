@@ -51,7 +51,7 @@ def fit(
         config: the settings of the fit.
         on_progress: called after every iteration.
         start: paths to begin with, in pixels of the target. If there are fewer than ``config.curves``, the fit adds
-            paths; if there are more, it keeps the most important ones.
+            paths; if there are more, it keeps those with the highest removal cost.
         resume: the state of an earlier fit of the same target with the same settings, to continue.
         saving: how often such states are saved, and where.
 
@@ -117,7 +117,7 @@ class _Fit:
         self.history: list[dict[str, float]] = []
         self.interrupted = False
         self.saving: Saving | None = None
-        first = self._first_paths() if start is None else self._most_important(start)
+        first = self._first_paths() if start is None else self._costliest_to_remove(start)
         self._population = Population(self._as_transparent_as_image(first), config, max(height, width) / 2)
         has_palette = config.palette is not None or config.colors > 0
         self._palette = Palette(config, height * width) if has_palette else None
@@ -229,7 +229,7 @@ class _Fit:
             return replace(scene, background=torch.zeros_like(scene.background), transparent=True)
         return replace(scene, transparent=False)
 
-    def _most_important(self, scene: Scene) -> Scene:
+    def _costliest_to_remove(self, scene: Scene) -> Scene:
         """Return the N paths of ``scene`` with the highest removal cost, or all if there are no more than N."""
         scene = scene.to(self._device)
         if len(scene) <= self._config.curves:

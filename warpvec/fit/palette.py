@@ -24,7 +24,7 @@ START = 0.25
 places, and most of the run is left to fit them with it."""
 
 SWITCH_GAP = 10
-"""Iterations between switches of entries; each costs a drawing."""
+"""Iterations between switches of entries; each costs a rendering."""
 
 SWITCH_SHARE = 0.1
 """Share of the paths that switch at a time, those that gain most. If all did, paths that overlap would each correct the

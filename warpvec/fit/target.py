@@ -51,10 +51,13 @@ class Target:
                 for step, (prepared, matte) in zip(self._steps, self._prepared, strict=True)
             ]
         )
-        return replace(adjoints, canvas=adjoints.canvas.clone())
+        return replace(adjoints, canvas_sums=adjoints.canvas_sums.clone())
 
     def pause_recording(self, is_paused: bool) -> None:
-        """Launch each kernel of the next steps by itself (to time the stages), or replay recorded graphs again."""
+        """Launch each kernel of the next steps by itself, or replay recorded graphs again.
+
+        ``bench/bench_step.py`` needs this: the stages of a graph cannot be timed one by one.
+        """
         for step in self._steps:
             step.is_paused = is_paused
 
@@ -86,7 +89,7 @@ def blank_error(image: Tensor, background: Tensor) -> Tensor:
     return torch.stack(errors).mean(0)
 
 
-def paint_colors(image: Tensor) -> Tensor:
+def opaque_colors(image: Tensor) -> Tensor:
     """Return the colours [h, w, 3] of ``image`` [h, w, 3 or 4]; transparent pixels take those of their surroundings."""
     if not is_transparent(image):
         return image

@@ -1,8 +1,8 @@
 """Measure each path's visible area; drop invisible paths.
 
-A path is dropped only if a drawing without it has the same pixels. Some invisible paths may stay: those above both
-`VISIBLE_AREA_MIN` and `CHANGE_MIN`, which are not tried, and those left when no more drawings are allowed. Hidden paths
-are tried first. If there are any, at least one drawing tries to drop them, however large the image is.
+A path is dropped only if a rendering without it has the same pixels. Some invisible paths may stay: those above both
+`VISIBLE_AREA_MIN` and `CHANGE_MIN`, which are not tried, and those left when no more renderings are allowed. Hidden
+paths are tried first. If there are any, at least one rendering tries to drop them, however large the image is.
 """
 
 from __future__ import annotations
@@ -21,17 +21,16 @@ from warpvec.rendering.operator import draw_adjoint
 
 VISIBLE_AREA_MIN = 1.0
 """A path with a smaller visible area, in pixels, is a candidate. Spread over 500 pixels this area is less than half a
-level of 255, so the path may change no pixel; a drawing without it tells."""
+level of 255, so the path may change no pixel; a rendering without it tells."""
 
 CHANGE_MIN = 1.0 / 255.0**2
 """A path is a candidate too if its removal changes the image (squared, summed over pixels and channels) by less than
 one level of 255 in one pixel. However large its visible area is, it then has the colour of what is below."""
 
-DRAWINGS_MAX, DRAWN_BYTES_MAX = 8, 2**26
-"""Most drawings that the search for invisible paths may make, and most bytes of all their pixels. Each costs as much as
-drawing the file, and most candidates do change a pixel: 31 candidates among 4096 paths took 62 drawings, half a minute,
-and all of them stayed. If paths are hidden, one drawing without all of them is made in any case.
-"""
+RENDERINGS_MAX, RENDERED_BYTES_MAX = 8, 2**26
+"""Max number of renderings in the search for invisible paths, and max bytes of all their pixels. Each costs as much as
+drawing the file, and most candidates do change a pixel: 31 candidates among 4096 paths took 62 renderings, half a
+minute, and all of them stayed. If paths are hidden, one rendering without all of them is made in any case."""
 
 FAINT = 1e-6
 """An opacity so low that even a thousand paths in one place let 99.9 % of the light through."""
@@ -71,7 +70,7 @@ def without_invisible(scene: Scene, visible_area: Tensor, changes: Tensor, draw:
     """Return ``scene`` without the paths that change no pixel of ``draw``.
 
     Only paths with a small ``visible_area`` or small ``changes`` are tried. The search may end before it has found all
-    invisible paths, because it makes ``DRAWINGS_MAX`` drawings at most.
+    invisible paths, because it makes ``RENDERINGS_MAX`` renderings at most.
 
     Args:
         scene: N paths.
@@ -97,7 +96,7 @@ def _visible_mask(scene: Scene, groups: list[Tensor], draw: DrawScene) -> Tensor
     keep = torch.ones(len(scene), dtype=torch.bool)
     pixels = draw(scene)
     turns = deque([group] for group in groups if len(group))
-    for _ in range(max(int(len(groups[0]) > 0), min(DRAWINGS_MAX, DRAWN_BYTES_MAX // len(pixels)))):
+    for _ in range(max(int(len(groups[0]) > 0), min(RENDERINGS_MAX, RENDERED_BYTES_MAX // len(pixels)))):
         while turns and not turns[0]:
             turns.popleft()
         if not turns:

@@ -21,7 +21,7 @@ class Scene:
             ..., M s + M (modulo M S), so the anchors are 0, M, 2 M, ...
         color: sRGB-encoded fill [N, 3] in [0, 1].
         opacity: fill opacity [N] in [0, 1].
-        background: sRGB-encoded canvas colour [3] in [0, 1].
+        background: sRGB-encoded background colour [3] in [0, 1].
         generation: level of detail [N] (int64), 0 for the first; it becomes the layer in the file.
         degree: M of every curve, 3 for cubics.
         transparent: whether the scene has no background. ``background`` is then black, over which an image is

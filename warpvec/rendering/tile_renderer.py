@@ -27,24 +27,24 @@ class Adjoints:
     """dL/d(each input) of a render, in the inputs' shapes.
 
     Attributes:
-        canvas: [4] dL/d(background), and the mean squared error of a fused step.
+        canvas_sums: sums over the canvas [4]: dL/d(background), and the mean squared error of a fused step.
         removal_cost: rise of that error when a path is removed [N], if it was asked for.
     """
 
     points: Tensor
     color: Tensor
     opacity: Tensor
-    canvas: Tensor
+    canvas_sums: Tensor
     removal_cost: Tensor | None = None
 
     @property
     def background(self) -> Tensor:
-        return self.canvas[:3]
+        return self.canvas_sums[:3]
 
     @property
     def loss(self) -> Tensor:
         """The mean squared error of a fused step."""
-        return self.canvas[3]
+        return self.canvas_sums[3]
 
 
 class TileRenderer(ABC):
@@ -117,12 +117,12 @@ class TileRenderer(ABC):
         adjoints = self.make_adjoints(points) if out is None else out
         hits = self._cover(points, color, opacity, background)
         scale = 1.0 / (3 * self.grid.height * self.grid.width)
-        importance = torch.empty_like(adjoints.opacity) if want_removal_cost else adjoints.opacity
-        into = self._paint_adjoints(adjoints, importance)
+        curvature = torch.empty_like(adjoints.opacity) if want_removal_cost else adjoints.opacity
+        into = self._paint_adjoints(adjoints, curvature)
         self._compositing.adjoint(*hits, prepared_target, into, scale, want_removal_cost)
         # The loss without path i, minus the loss: a parabola, as the image is affine in the opacity of one path.
         o = hits[-1].opacity
-        cost = o * o * importance * scale - o * into.opacity if want_removal_cost else None
+        cost = o * o * curvature * scale - o * into.opacity if want_removal_cost else None
         self._collect(points, opacity, adjoints)
         return replace(adjoints, removal_cost=cost)
 
@@ -151,8 +151,8 @@ class TileRenderer(ABC):
     def counts(self) -> Counts:
         """Counts of the last render, or its capacity if it had a limit."""
 
-    def _paint_adjoints(self, adjoints: Adjoints, importance: Tensor) -> PaintAdjoints:
-        return PaintAdjoints(adjoints.color, adjoints.opacity, importance, adjoints.canvas)
+    def _paint_adjoints(self, adjoints: Adjoints, curvature: Tensor) -> PaintAdjoints:
+        return PaintAdjoints(adjoints.color, adjoints.opacity, curvature, adjoints.canvas_sums)
 
     @abstractmethod
     def _cover(self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Hits:

@@ -90,22 +90,23 @@ def test_scores_are_those_of_a_plain_loop() -> None:
     generator = torch.Generator().manual_seed(3)
     corner = torch.rand(300, 2, generator=generator, dtype=torch.float64) * 60
     box = torch.cat([corner, corner + 1 + 20 * torch.rand(300, 2, generator=generator, dtype=torch.float64)], 1)
-    paint = torch.randint(0, 3, (300, 1), generator=generator) * 0.3 + 0.03 * torch.rand(300, 3, generator=generator)
-    scores = overlap_scores(box, paint.double())
-    expected = [plain_score(k, box.tolist(), paint.double().tolist()) for k in range(300)]
+    level = torch.randint(0, 3, (300, 1), generator=generator)
+    weighted_color = level * 0.3 + 0.03 * torch.rand(300, 3, generator=generator)
+    scores = overlap_scores(box, weighted_color.double())
+    expected = [plain_score(k, box.tolist(), weighted_color.double().tolist()) for k in range(300)]
     torch.testing.assert_close(scores, torch.tensor(expected, dtype=torch.float64), rtol=1e-12, atol=1e-12)
     assert (scores > 0.5).any() and (scores == 0.0).any()
-    assert overlap_scores(box[:0], paint[:0].double()).shape == (0,)
+    assert overlap_scores(box[:0], weighted_color[:0].double()).shape == (0,)
 
 
-def plain_score(k: int, box: list[list[float]], paint: list[list[float]]) -> float:
+def plain_score(k: int, box: list[list[float]], weighted_color: list[list[float]]) -> float:
     left, top, right, bottom = box[k]
     score = 0.0
     for j in range(k + 1, len(box)):
         width = min(right, box[j][2]) - max(left, box[j][0])
         height = min(bottom, box[j][3]) - max(top, box[j][1])
         share = max(width, 0.0) * max(height, 0.0) / ((right - left) * (bottom - top))
-        difference = math.dist(paint[k], paint[j])
+        difference = math.dist(weighted_color[k], weighted_color[j])
         if share > 0.1 and difference < 0.05:
             score += share / (1 / (1 + math.exp(-100 * difference)) + 0.01)
     return score

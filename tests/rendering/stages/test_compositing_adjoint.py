@@ -20,7 +20,7 @@ from oracles import (
     render,
     target_image,
 )
-from reference import importance
+from reference import removal_cost
 from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, random_scene, rectangle
 
 from warpvec.kernels.compositing_adjoint import CANVAS_TERMS, TERMS, make_kernels
@@ -149,7 +149,7 @@ def check_removal_cost(scene: SceneTensors, backend: Backend) -> None:
     renderer = make_renderer(scene, backend)
     got = fit_step(scene, renderer, want_removal_cost=True).removal_cost
     counts = chord_counts(renderer._flattening, scene.points)
-    want = importance(*scene[:4], target_image(scene), counts)
+    want = removal_cost(*scene[:4], target_image(scene), counts)
     # The cost is a difference of losses of about 0.1, each a sum over the image.
     torch.testing.assert_close(got, want, rtol=1e-9, atol=1e-11)
 

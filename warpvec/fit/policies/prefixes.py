@@ -41,11 +41,11 @@ def with_prefix(adjoints: Any, scene: Scene, target: Target, count: int) -> Any:
         return adjoints
     names = ("points", "color", "opacity")
     # The renderer writes into the same memory again.
-    sums = {name: getattr(adjoints, name).clone() for name in (*names, "canvas")}
+    sums = {name: getattr(adjoints, name).clone() for name in (*names, "canvas_sums")}
     part = target.fit_step(scene.select(torch.arange(count, device=scene.points.device)), False)
     for name in names:
         sums[name][:count] += PREFIX_WEIGHT * getattr(part, name)
-    sums["canvas"][:3] += PREFIX_WEIGHT * part.background
+    sums["canvas_sums"][:3] += PREFIX_WEIGHT * part.background
     return replace(adjoints, **sums)
 
 

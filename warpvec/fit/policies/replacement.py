@@ -29,7 +29,7 @@ from warpvec.fit import schedule
 from warpvec.fit.placement import colors_at, new_paths
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
-from warpvec.fit.target import paint_colors
+from warpvec.fit.target import opaque_colors
 from warpvec.geometry.bezier import curve_boxes
 from warpvec.geometry.scene import Scene
 
@@ -85,7 +85,7 @@ class Replacement:
         if find_spec("scipy") is None:
             rule = "replacement needs SciPy, which is not installed"
             raise InputError("policy", rule, None, "pip install 'warpvec[baseline]'")
-        self._colors, self._config = paint_colors(image), config
+        self._colors, self._config = opaque_colors(image), config
         self._height, self._width = image.shape[:2]
         self._generator = torch.Generator().manual_seed(config.seed)
         self._missing = 0
@@ -177,12 +177,12 @@ def removable(scene: Scene, height: int, width: int, progress: float) -> Tensor:
     return outside | overlapped & small | tiny | faint
 
 
-def overlap_scores(box: Tensor, paint: Tensor) -> Tensor:
-    """Score how much younger paths of the same paint repeat each path [N].
+def overlap_scores(box: Tensor, weighted_color: Tensor) -> Tensor:
+    """Score how much younger paths of the same colour and opacity repeat each path [N].
 
     Args:
         box: left, top, right and bottom [N, 4] of each path, oldest first.
-        paint: colour times opacity [N, 3].
+        weighted_color: colour times opacity [N, 3].
     """
     index = torch.arange(len(box), device=box.device)
     area = (box[:, 2:] - box[:, :2]).prod(-1)
@@ -190,7 +190,7 @@ def overlap_scores(box: Tensor, paint: Tensor) -> Tensor:
     for first in range(0, len(box), _COMPARED_ROWS):
         rows = index[first : first + _COMPARED_ROWS]
         share = _common_area(box[rows], box) / area[rows, None]
-        difference = (paint[rows, None] - paint).norm(dim=-1)
+        difference = (weighted_color[rows, None] - weighted_color).norm(dim=-1)
         counts = (share > OVERLAP_SHARE) & (difference < OVERLAP_COLOR) & (index > rows[:, None])
         score = share / ((SCORE_SLOPE * difference).sigmoid() + SCORE_OFFSET)
         scores.append(score.masked_fill(~counts, 0.0).sum(1))

@@ -15,7 +15,7 @@ from warpvec.fit import schedule
 from warpvec.fit.placement import colors_at, new_paths, sample_positions
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
-from warpvec.fit.target import blank_error, paint_colors
+from warpvec.fit.target import blank_error, opaque_colors
 from warpvec.geometry.scene import Scene
 
 # Opacity of a new path: enough for a useful gradient at once, and too little to hide the paths below.
@@ -30,7 +30,7 @@ class Scaffolding:
 
     def __init__(self, image: Tensor, config: FitConfig, first_generation: int = 0) -> None:
         self._image, self._config, self._first_generation = image, config, first_generation
-        self._colors = paint_colors(image)
+        self._colors = opaque_colors(image)
         self._height, self._width = image.shape[:2]
         self._generator = torch.Generator().manual_seed(config.seed)
         self._generation = 0

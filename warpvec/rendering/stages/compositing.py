@@ -51,18 +51,18 @@ class PaintAdjoints(NamedTuple):
 
     Attributes:
         color, opacity: adjoints of the paths [N, 3] and [N].
-        importance: [N], filled if it is asked for; see ``kernels/compositing_adjoint.py``.
-        canvas: [CANVAS_TERMS] adjoint of the background and, last, the squared error times its scale.
+        opacity_curvature: [N], filled if it is asked for; see ``kernels/compositing_adjoint.py``.
+        canvas_sums: [CANVAS_TERMS] adjoint of the background and, last, the squared error times its scale.
     """
 
     color: Tensor
     opacity: Tensor
-    importance: Tensor
-    canvas: Tensor
+    opacity_curvature: Tensor
+    canvas_sums: Tensor
 
     def of_paths(self, lanes: Lanes) -> list[Any]:
         """Return the adjoints of the paths as Warp arrays."""
-        values = [as_warp(value, lanes.dtype) for value in (self.opacity, self.importance)]
+        values = [as_warp(value, lanes.dtype) for value in (self.opacity, self.opacity_curvature)]
         return [as_warp(self.color, lanes.vec3), *values]
 
 
@@ -104,29 +104,29 @@ class Compositing:
         tile_reference: Tensor,
         adjoints: PaintAdjoints,
         error_scale: float | None = None,
-        importance: bool = False,
+        want_curvature: bool = False,
     ) -> None:
         """Fill ``adjoints``, and overwrite ``slot_winding`` with its adjoint.
 
         ``tile_reference`` is dL/d(image), or the target if ``error_scale`` = dL/d(squared error) is given.
-        ``importance`` asks for the importance of the paths.
+        ``want_curvature`` asks for the opacity curvature of the paths.
         """
         lanes, grid, get = self._lanes, self._grid, self._buffers.get
-        stage = adjoint_kernels.make_kernels(lanes, error_scale is not None, importance)
+        stage = adjoint_kernels.make_kernels(lanes, error_scale is not None, want_curvature)
         chunk, depth, stack = self._stack(binning)
         pair_sums = get("pair_sums", (binning.pair_count * lanes.reducers, TERMS), lanes.dtype)
         tile_sums = get("tile_sums", (grid.count * lanes.reducers, TERMS), lanes.dtype)
         reference = _lane_array(tile_reference, lanes)
-        canvas = [grid.columns, grid.height, grid.width]
+        size = [grid.columns, grid.height, grid.width]
         scale = lanes.dtype(error_scale or 0.0)
-        arguments = [*_hits(binning, tile_first_visible), *paint.arrays, *canvas, reference, scale, chunk, depth, stack]
+        arguments = [*_hits(binning, tile_first_visible), *paint.arrays, *size, reference, scale, chunk, depth, stack]
         outputs = [slot_winding, pair_sums, tile_sums]
         # Chunks are whole tiles, because the scalar lanes of a tile add to the same sums.
         threads, tiles = lanes.tile_threads, self._launch.chunk_items(grid.count)
         self._launch.shared(stage.composite_adjoint, grid.count * threads, [*arguments, *outputs], tiles * threads)
         sums = [binning.path_first_pair, binning.pair_class, pair_sums]
         self._launch(stage.gather_paths_adjoint, paint.path_count, [*sums, *adjoints.of_paths(lanes)])
-        self._gather_canvas(stage, tile_sums, scale, as_warp(adjoints.canvas, lanes.dtype))
+        self._gather_canvas(stage, tile_sums, scale, as_warp(adjoints.canvas_sums, lanes.dtype))
 
     def _gather_canvas(self, stage: SimpleNamespace, tile_sums: wp.array, scale: Any, canvas_sums: wp.array) -> None:
         lanes, capacity = self._lanes, self._launch.capacity

@@ -44,14 +44,15 @@ class SplatCoverage:
         value_count = (binning.slot_count + 1) * COLUMNS * lanes.blocks
         self.slot_coverage = get("slot_coverage", value_count, lanes.vector)
         self._slot_transmittance = get("slot_transmittance", value_count, lanes.vector)
-        self._pair_is_shown = get("pair_is_shown", binning.pair_count, wp.int32)
+        self._pair_is_visible = get("pair_is_visible", binning.pair_count, wp.int32)
         hits = [binning.tile_first_hit, binning.hit_pair, binning.pair_path, binning.pair_slot]
         counts = [splatting.row_count, splatting.sample_count, splatting.sample_stride, binning.group_count]
-        inputs = [splatting.splats, binning.group_box, as_warp(opacity, lanes.dtype), *counts]
-        canvas = [self._grid.columns, self._grid.height, self._grid.width, self._transmittance_min]
-        outputs = [self.slot_coverage, self._slot_transmittance, self._pair_is_shown, self.tile_first_visible]
+        size = [self._grid.columns, self._grid.height, self._grid.width]
+        scene = [splatting.splats, binning.group_box, as_warp(opacity, lanes.dtype)]
+        inputs = [*hits, *scene, *counts, *size, self._transmittance_min]
+        outputs = [self.slot_coverage, self._slot_transmittance, self._pair_is_visible, self.tile_first_visible]
         cover = kernels.make_kernels(lanes).cover_splats
-        self._launch.shared(cover, self._grid.count * lanes.tile_threads, [*hits, *inputs, *canvas, *outputs])
+        self._launch.shared(cover, self._grid.count * lanes.tile_threads, [*inputs, *outputs])
 
     def adjoint(self, splatting: Splatting, binning: SplatBinning, opacity: Tensor) -> wp.array:
         """Return the sums [N, rows, terms, sample_stride] of each Gaussian; ``slot_coverage`` must hold its adjoint."""
@@ -59,7 +60,7 @@ class SplatCoverage:
         splat_count = path_count * splatting.row_count * splatting.sample_stride
         splat_sums = self._buffers.get("splat_sums", splat_count * splatting.term_count, lanes.dtype)
         pairs = [binning.path_tile_box, binning.path_first_pair, binning.pair_class, binning.pair_slot]
-        inputs = [self._pair_is_shown, splatting.splats, as_warp(opacity, lanes.dtype)]
+        inputs = [self._pair_is_visible, splatting.splats, as_warp(opacity, lanes.dtype)]
         counts = [splatting.row_count, splatting.sample_stride, self._grid.height, self._grid.width]
         arguments = [*pairs, *inputs, *counts, self.slot_coverage, self._slot_transmittance, splat_sums]
         stage = adjoint_kernels.make_kernels(lanes, self._covariance)
