@@ -43,7 +43,8 @@ class RecordedStep:
         record: whether to record graphs; None: on CUDA, if Warp's memory pool lets graphs allocate.
 
     Attributes:
-        is_paused: while True, steps read their counts and the recording is kept for later.
+        is_paused: while True, steps read their counts and the recording is kept for later, so that
+            ``bench/bench_step.py`` can time the stages one by one.
     """
 
     def __init__(self, renderer: TileRenderer, record: bool | None = None) -> None:
