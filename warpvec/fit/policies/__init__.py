@@ -1,1 +1,1 @@
-""""""
+"""Policies: rules by which a fit adds and removes paths."""
