@@ -128,6 +128,14 @@ def test_the_command_line_overrides_the_file(photo: Path, asked: Asked) -> None:
     assert asked == [(first, goal), (make_config("best", curves=50, lr_points=0.5), goal)]
 
 
+def test_colors_on_the_command_line_make_paths_opaque_whatever_the_file_says(photo: Path, asked: Asked) -> None:
+    settings = photo.with_name("settings.toml")
+    settings.write_text('opacity = "free"\ncolors = 8')
+    for options in (["--colors", "3"], ["--colors", "3", "--opacity", "free"], [], ["--colors", "0"]):
+        _run(photo, "--config", settings, *options)
+    assert [config.opacity for config, _ in asked] == ["opaque", "free", "free", "free"]
+
+
 def test_the_background_is_written_too(photo: Path, asked: Asked) -> None:
     settings = photo.with_name("settings.toml")
     _run(photo, "--background", "#fff", "--write-config", settings)

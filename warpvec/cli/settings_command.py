@@ -62,6 +62,7 @@ class SettingsCommand(click.Command):
             check_writable(ctx.params["write_config"], "--write-config")
         if ctx.params["gzip"] and ctx.params["max_bytes"] is None:
             raise InputError("--gzip", "must come with --max-bytes", remedy="add --max-bytes or leave --gzip out")
+        _apply_colors(ctx)
         _apply_opaque(ctx)
         return super().invoke(ctx)
 
@@ -158,6 +159,15 @@ def _names(command: click.Command) -> dict[str, str]:
     flags = {flag: str(option.name) for option in options for flag in option.opts if flag.startswith("--")}
     named = {flag[2:].replace("-", "_"): name for flag, name in flags.items()}
     return {flag: name for flag, name in named.items() if name not in ("config_file", "write_config", "help_all")}
+
+
+def _apply_colors(ctx: click.Context) -> None:
+    """Drop the opacity of a file if --colors, which makes paths opaque, is on the command line.
+
+    A file written by --write-config always states an opacity, which nobody may have asked for.
+    """
+    if ctx.params["colors"] and _overrides(ctx, "colors", "opacity"):
+        ctx.params["opacity"] = None
 
 
 def _apply_opaque(ctx: click.Context) -> None:
