@@ -50,7 +50,6 @@ def test_run_writes_the_file_and_a_summary(photo: Path) -> None:
 
 def test_out_is_the_svg_beside_the_image_unless_given(photo: Path) -> None:
     out = photo.with_name("photo.svg")
-    out.write_text("older")
     before = photo.read_bytes()
     result = invoke("run", photo, *QUICK)
     assert result.exit_code == 0, result.output
@@ -64,16 +63,31 @@ def test_out_is_the_svg_beside_the_image_unless_given(photo: Path) -> None:
     assert sorted(os.listdir(photo.parent)) == ["photo.png", "photo.svg"]
 
 
-def test_a_verbose_summary_has_the_internal_psnr_too(photo: Path) -> None:
+def test_a_default_out_replaces_only_files_of_warpvec(tmp_path: Path) -> None:
+    photo = write_photo(tmp_path, "&" * 150 + ".png")  # its title, "&amp;&amp;...", comes before the metadata
+    out = photo.with_suffix(".svg")
+    assert invoke("run", photo, *QUICK).exit_code == 0
+    assert invoke("run", photo, *QUICK, "--curves", "3").exit_code == 0
+    own = out.read_text(encoding="utf-8")
+    assert own.count("<path") == 3
+    for text in ("", '<svg xmlns="http://www.w3.org/2000/svg"/>', own.replace("<metadata>", '<metadata id="m">')):
+        out.write_text(text, encoding="utf-8")
+        result = invoke("run", photo, *QUICK)
+        assert_refused(result, f"OUT must be given, because '{out}' exists and warpvec did not write it; name a file")
+        assert out.read_text(encoding="utf-8") == text
+    assert invoke("run", photo, out, *QUICK).exit_code == 0
+
+
+def test_a_summary_has_the_internal_psnr_if_verbose_or_for_splat(photo: Path) -> None:
     def summary(*options: str) -> str:
         result = invoke("run", photo, photo.with_name("out.svg"), *options, *QUICK)
         assert result.exit_code == 0, result.output
         return result.stdout
 
-    paper = summary("--preset", "paper", "-v").splitlines()
+    paper = summary("--preset", "paper").splitlines()
     assert re.fullmatch(r"PSNR \d+\.\d\d dB inside the fit \(of the splat renderer's soft image\)", paper[2])
     assert re.fullmatch(r"sides of degree 5 written as cubics within 0\.0\d\d px", paper[3])
-    cubic, exact, plain = summary("--renderer", "splat", "--verbose"), summary("-v"), summary()
+    cubic, exact, plain = summary("--renderer", "splat"), summary("--verbose"), summary()
     assert "soft image" in cubic
     assert "inside the fit (as the exact renderer draws it)" in exact
     assert "inside the fit" not in plain

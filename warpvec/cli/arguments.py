@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,18 +21,40 @@ quiet_option = click.option("-q", "--quiet", is_flag=True, help="Show no progres
 verbose_option = click.option("-v", "--verbose", is_flag=True, help="Add the PSNR inside the fit to the summary.")
 
 
+_OWN_METADATA = b'<metadata>{"generator": "warpvec '
+"""Start of the metadata as ``warpvec/svg/write.py`` writes it. Editors and the page of ``view`` write it differently,
+so a drawing that was edited by hand is not taken for one of warpvec's."""
+
+_HEAD_BYTES = 4096
+"""Number of bytes in which the metadata start. Only a title, which is a file name, comes before them."""
+
+
 def default_out(source: str) -> str:
     """Return the SVG file beside the image ``source`` that has its name.
 
     Raises:
-        InputError: ``source`` is stdin, an SVG, or not the name of a file.
+        InputError: ``source`` is stdin, an SVG, or not the name of a file; or the SVG exists, and its metadata do not
+            say that warpvec wrote it.
     """
     if source == "-":
         raise InputError("OUT", "must be given when IN is stdin", remedy="add a file name, or - for stdout")
     path = Path(source)
     if not path.name or path.suffix.lower() in (".svg", ".svgz"):
         raise InputError("IN", "must be an image such as a PNG or JPEG file", repr(source), "give one")
-    return str(path.with_suffix(".svg"))
+    out = str(path.with_suffix(".svg"))
+    if os.path.isfile(out) and not _is_own_file(out):
+        rule = f"must be given, because {out!r} exists and warpvec did not write it"
+        raise InputError("OUT", rule, remedy="name a file")
+    return out
+
+
+def _is_own_file(path: str) -> bool:
+    """Return whether the metadata in the first kilobytes of the file name warpvec; False if it cannot be read."""
+    try:
+        with open(path, "rb") as file:
+            return _OWN_METADATA in file.read(_HEAD_BYTES)
+    except OSError:
+        return False
 
 
 def check_out(out: str, name: str = "OUT") -> None:

@@ -17,7 +17,8 @@ _INTERNAL_IMAGES = {"exact": "as the exact renderer draws it", "splat": "of the 
 def report(metrics: dict[str, Any], out: str, as_json: bool, *, verbose: bool = False) -> None:
     """Print the ``metrics`` of the file ``out``: to stdout, or to stderr if ``out`` is "-" because stdout has the SVG.
 
-    ``verbose`` adds the PSNR inside the fit to the text; JSON always contains it.
+    ``verbose`` adds the PSNR inside the fit to the text. JSON always contains it, and so does the text for the renderer
+    splat, whose soft image differs from the file.
     """
     text = json.dumps(_finite(metrics), allow_nan=False) if as_json else _summary(metrics, out, verbose)
     click.echo(text, err=out == "-")
@@ -39,7 +40,7 @@ def _summary(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         f"PSNR {{psnr:.2f}} dB, SSIM {{ssim:.3f}} (file drawn by resvg{backdrops})",
     ]
     if "internal_psnr" in metrics:
-        if verbose:
+        if verbose or metrics["renderer"] == "splat":
             lines.append(f"PSNR {{internal_psnr:.2f}} dB inside the fit ({_INTERNAL_IMAGES[metrics['renderer']]})")
         if metrics["degree"] != 3:
             lines.append("sides of degree {degree} written as cubics within {conversion_px:.3f} px")
