@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import itertools
 import json
-import sys
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import bench_fit
+import bench_scenes as scenes
+import bench_step
 import click
+import fits
+import harness
+import kodak
 import pytest
 import torch
 from click.testing import CliRunner, Result
@@ -20,9 +24,6 @@ from warpvec.config.presets import make_config
 from warpvec.geometry.scene import Scene
 
 ROOT = Path(__file__).parents[2]
-sys.path.append(str(ROOT / "bench"))
-harness, scenes, bench_step = map(import_module, ("harness", "bench_scenes", "bench_step"))
-bench_fit, fits, kodak = map(import_module, ("bench_fit", "fits", "kodak"))
 
 # Kernel files that are no stage of their own.
 SHARED_KERNELS = {"__init__", "adan", "capacity", "bezier", "constants", "thread_pool", "edges", "lanes", "reductions"}

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from importlib import import_module
-from pathlib import Path
 from typing import Any
 
+import bench_fit
+import bench_goals
 import pytest
 from click.testing import CliRunner
 from commands import invoke, write_photo
-
-ROOT = Path(__file__).parents[2]
-sys.path.append(str(ROOT / "bench"))
-bench_goals, bench_fit = map(import_module, ("bench_goals", "bench_fit"))
 
 SHORT = ["--option=--iterations=12", "--option=--inflation-gap=2", "--option=--threads=1"]
 

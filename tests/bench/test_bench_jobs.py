@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import pickle
-import sys
 import threading
-from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import bench_batch
 import click
+import fits
+import kodak
+import paper_fits
 import pytest
 from click.testing import CliRunner
 from commands import invoke, write_photo
-
-ROOT = Path(__file__).parents[2]
-sys.path.append(str(ROOT / "bench"))
-bench_batch, fits, kodak, paper_fits = map(import_module, ("bench_batch", "fits", "kodak", "paper_fits"))
 
 SETTINGS = {"curves": 6, "iterations": 5, "initial_curves": 6}
 

@@ -5,14 +5,19 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import bench_scenes as scenes
+import bench_step
 import click
+import cost_model
+import harness
 import numpy as np
 import pytest
+import rivals
+import roofline
 import torch
 from click.testing import CliRunner
 from PIL import Image
@@ -21,10 +26,6 @@ import warpvec
 from warpvec.config.presets import make_config
 from warpvec.geometry.circles import circle_points
 from warpvec.geometry.scene import Scene
-
-sys.path.append(str(Path(__file__).parents[2] / "bench"))
-scenes, rivals, roofline = map(import_module, ("bench_scenes", "rivals", "roofline"))
-bench_step, cost_model = map(import_module, ("bench_step", "cost_model"))
 
 
 @pytest.fixture
@@ -199,7 +200,7 @@ def test_the_table_of_the_roof(monkeypatch: pytest.MonkeyPatch) -> None:
     assert torch.get_num_threads() == threads
     assert min(roof) > 0
     work = cost_model.Work(1, 12, 40, 100, 6, 4, 5)
-    row = import_module("harness").Statistics(2e-3, 1e-3, 0.0, 2e-3, 3)
+    row = harness.Statistics(2e-3, 1e-3, 0.0, 2e-3, 3)
     table = roofline.report_roofline(work, 1000, {"flattening": row, "coverage": row}, roofline.Roof(1e9, 1e9), "x")
     assert f"| flattening | 0.00 | 0.0 | 0.0 | 0.0 | arithmetic | {40 * 26e-6:.3f} | 1.000 |" in table
     assert "| sum of these |" in table

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import bench_fit
+import bench_size as size
+import bench_startup as startup
 import click
 import numpy as np
 import pytest
 import torch
+import watched_run as watched
 from click.testing import CliRunner
 from PIL import Image
 from scenes import random_scene
@@ -21,8 +23,6 @@ from warpvec.config.presets import make_config
 from warpvec.geometry.scene import Scene
 
 BENCH = str(Path(__file__).parents[2] / "bench")
-sys.path.append(BENCH)
-harness, watched, size, startup = map(import_module, ("harness", "watched_run", "bench_size", "bench_startup"))
 
 
 @dataclass
@@ -72,7 +72,7 @@ def test_pairs_of_the_fitted_scene_are_counted() -> None:
 def test_the_peak_is_that_of_the_process_itself_in_bytes() -> None:
     """The peak of a child must not include that of this process, which is larger."""
     code = "from watched_run import peak_bytes; before = peak_bytes(); b'x' * 300_000_000; print(before, peak_bytes())"
-    child = import_module("bench_fit").run_child(["-c", f"import sys; sys.path.append({BENCH!r}); {code}"])
+    child = bench_fit.run_child(["-c", f"import sys; sys.path.append({BENCH!r}); {code}"])
     before, after = map(int, child.stdout.split())
     assert before < 60e6
     assert before + 250e6 < after < before + 350e6
@@ -136,7 +136,7 @@ def test_a_run_reports_sizes_pairs_and_peak(tmp_path: Path) -> None:
 
 
 def test_startup_subtracts_a_cached_run_from_a_cold_one(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    bench_fit, held = import_module("bench_fit"), []
+    held = []
 
     def run_child(arguments: list[Any], environment: dict[str, str] | None = None) -> Any:
         if environment is not None:
@@ -155,8 +155,6 @@ def test_startup_subtracts_a_cached_run_from_a_cold_one(monkeypatch: pytest.Monk
 
 
 def test_a_fit_is_compared_with_vtracer_on_the_same_image() -> None:
-    bench_fit = import_module("bench_fit")
-
     def case(name: str, how: str, *walls: float) -> Any:
         runs = [bench_fit.Run(wall, wall, 1, "") for wall in walls]
         return bench_fit.Case(Path(name), how, runs, {"curves": 512})

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from importlib import import_module
-from pathlib import Path
-
+import bench_step
+import cost_model
 import torch
 
 from warpvec.rendering.exact import ExactRenderer
-
-sys.path.append(str(Path(__file__).parents[2] / "bench"))
-cost_model, bench_step = map(import_module, ("cost_model", "bench_step"))
 
 
 def test_work_of_a_scene_is_counted() -> None:

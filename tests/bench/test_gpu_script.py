@@ -10,6 +10,8 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+import bench_scenes
+import bench_step
 import pytest
 import torch
 
@@ -86,10 +88,8 @@ def test_a_failed_part_is_named_and_the_rest_runs(stage: Path, failing: str, nam
 
 
 def test_names_in_the_script_exist() -> None:
-    sys.path.append(str(SCRIPT.parent))
-    scenes, bench_step = map(import_module, ("bench_scenes", "bench_step"))
     text = SCRIPT.read_text()
-    assert all(f"step {name} " in text for name in scenes.SCENES)
+    assert all(f"step {name} " in text for name in bench_scenes.SCENES)
     for module, name in re.findall(r"from (warpvec[\w.]*) import (\w+)", text):
         assert hasattr(import_module(module), name)
     kernels = "".join(path.read_text() for path in (SCRIPT.parents[1] / "kernels").glob("*.py"))

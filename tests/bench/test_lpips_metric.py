@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import sys
-from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import click
+import lpips_metric
 import numpy as np
+import paper_fits
 import pytest
 import torch
 from PIL import Image
-
-sys.path.append(str(Path(__file__).parents[2] / "bench"))
-paper_fits, lpips_metric = map(import_module, ("paper_fits", "lpips_metric"))
 
 
 class FakeLpips(torch.nn.Module):

@@ -5,19 +5,17 @@ from __future__ import annotations
 import csv
 import json
 import sys
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import paper
+import paper_fits
 import pytest
 from click.testing import CliRunner, Result
 from PIL import Image
 
 from warpvec.config.presets import make_config
-
-sys.path.append(str(Path(__file__).parents[2] / "bench"))
-paper, paper_fits = map(import_module, ("paper", "paper_fits"))
 
 # Few samples, so that a fit is fast.
 QUICK = ("--set", "samples=6", "--set", "lines=2", "--set", "threads=1")

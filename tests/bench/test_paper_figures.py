@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import sys
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
+import paper
+import paper_figures
 import pytest
 import torch
 from PIL import Image
 from stubs import circles
-
-sys.path.append(str(Path(__file__).parents[2] / "bench"))
-paper, paper_figures = map(import_module, ("paper", "paper_figures"))
 
 
 def test_layers_are_coloured_by_generation() -> None:

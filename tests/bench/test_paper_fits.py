@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import sys
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
+import paper_fits
 import pytest
 from PIL import Image
 
 from warpvec.image.metrics import psnr
-
-sys.path.append(str(Path(__file__).parents[2] / "bench"))
-paper_fits = import_module("paper_fits")
 
 
 @pytest.fixture

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import sys
-from importlib import import_module
-from pathlib import Path
-
+import paper_tables
+import paper_values
 import pytest
-
-sys.path.append(str(Path(__file__).parents[2] / "bench"))
-paper_tables, paper_values = map(import_module, ("paper_tables", "paper_values"))
 
 
 def row_of(psnr: float, lpips: str = "") -> dict[str, str]:

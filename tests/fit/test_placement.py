@@ -4,12 +4,9 @@ import math
 
 import pytest
 import torch
+from scenes import seeded
 
 from warpvec.fit.placement import BLUR_REACH, BLUR_SIGMA, _draw, sample_positions
-
-
-def seeded(seed=0):
-    return torch.Generator().manual_seed(seed)
 
 
 def blurred(residual):

@@ -6,7 +6,7 @@ import math
 import pytest
 import torch
 from assertions import finite_difference
-from regularization_cases import HEIGHT, LARGE, SIDE_SCENES, WIDTH, scattered, to_pixels, wobbly
+from regularization_cases import HEIGHT, LARGE, SIDE_SCENES, WIDTH, scattered, sine, to_pixels, wobbly
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.regularization import bezier_loss, regularization, xing_loss
@@ -159,9 +159,6 @@ def test_only_joints_are_penalized_off_the_canvas():
 
 def scalar_xing(points):
     """Return LIVE's loss over every three consecutive legs of each side, for paths without short legs."""
-
-    def sine(u, v):
-        return (u[0] * v[1] - u[1] * v[0]) / (math.hypot(*u) * math.hypot(*v))
 
     losses = []
     for path in points.tolist():

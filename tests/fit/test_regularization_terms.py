@@ -5,7 +5,7 @@ import math
 
 import pytest
 import torch
-from regularization_cases import HEIGHT, LARGE, WIDTH, polygon, random_points, to_pixels
+from regularization_cases import HEIGHT, LARGE, WIDTH, polygon, random_points, sine, to_pixels
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.regularization import bezier_loss, opacity_loss, regularization, xing_loss
@@ -28,9 +28,6 @@ def test_opacity_is_the_mean_distance_to_one():
 
 def scalar_xing(points):
     """Return LIVE's loss without its factor, by a loop, for paths without short legs."""
-
-    def sine(u, v):
-        return (u[0] * v[1] - u[1] * v[0]) / (math.hypot(*u) * math.hypot(*v))
 
     losses = []
     for path in points.tolist():

@@ -4,6 +4,7 @@ import math
 
 import pytest
 import torch
+from scenes import seeded
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
@@ -19,11 +20,6 @@ from warpvec.fit.schedule import (
     recycling_radius,
     replacement_due,
 )
-
-
-def seeded(seed=0):
-    return torch.Generator().manual_seed(seed)
-
 
 # The population
 

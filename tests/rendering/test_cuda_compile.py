@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-from importlib import import_module
-from pathlib import Path
-
+import cubins
 import pytest
 import warp as wp
 
 from warpvec.kernels.constants import TILE
 from warpvec.rendering.launch import start_warp
-
-sys.path.append(str(Path(__file__).parents[2] / "bench"))
-cubins = import_module("cubins")
 
 REGISTERS_MAX = 64
 """64 registers let four blocks of 256 threads share a multiprocessor's 65,536."""

@@ -11,7 +11,7 @@ from oracles import GRADIENTS, inputs
 from scenes import random_scene
 from stepping import KINDS, Moving, check_equal
 
-from warpvec.rendering import graph as step
+from warpvec.rendering import graph
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.graph import RecordedStep
 
@@ -102,7 +102,7 @@ def test_a_render_between_replays_changes_nothing(launches: list[object]) -> Non
 def test_paths_that_outgrow_the_capacity_get_a_larger_one(
     kind: str, launches: list[object], device: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(step, "_CHECK_GAP", 4)
+    monkeypatch.setattr(graph, "_CHECK_GAP", 4)
     monkeypatch.setattr(Counts, "with_headroom", lambda counts: Counts(*(count + 1 for count in counts)))
     moving = Moving(kind, random_scene(3, 12, 60, 70), device)
     for _ in range(3):

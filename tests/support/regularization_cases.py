@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import torch
 
 from warpvec.geometry.circles import circle_sides
@@ -24,6 +26,11 @@ def polygon(*corners):
     anchors = torch.tensor(corners, dtype=torch.float64)
     following = anchors.roll(-1, 0)
     return torch.stack([anchors, (2 * anchors + following) / 3, (anchors + 2 * following) / 3], 1).reshape(1, -1, 2)
+
+
+def sine(u, v):
+    """Return the sine of the angle from ``u`` to ``v``, two vectors in the plane."""
+    return (u[0] * v[1] - u[1] * v[0]) / (math.hypot(*u) * math.hypot(*v))
 
 
 def to_pixels(normalised, canvas=LARGE):

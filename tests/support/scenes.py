@@ -12,6 +12,11 @@ ZOO_HEIGHT, ZOO_WIDTH = 33, 50
 """Canvas of the zoo: 3 x 4 tiles of 16 px, the last ones cut, with a width that no vector length divides."""
 
 
+def seeded(seed: int = 0) -> torch.Generator:
+    """Return a generator of random numbers with this seed."""
+    return torch.Generator().manual_seed(seed)
+
+
 class SceneTensors(NamedTuple):
     """The arguments of ``reference.render`` in its order, without the chord counts."""
 
@@ -37,7 +42,7 @@ class ZooCase(NamedTuple):
 
 def random_scene(seed: int, path_count: int, height: int, width: int, segment_count: int = 4) -> SceneTensors:
     """Return distorted circles of all sizes; some cross the border of the canvas, and many cross themselves."""
-    generator = _generator(seed)
+    generator = seeded(seed)
     size = torch.tensor([width, height], dtype=torch.float64)
     center = (1.2 * _uniform(generator, path_count, 1, 2) - 0.1) * size
     radius = (0.5 * max(height, width)) ** _uniform(generator, path_count, 1, 1)
@@ -48,14 +53,14 @@ def random_scene(seed: int, path_count: int, height: int, width: int, segment_co
 def degenerate_scene(seed: int, path_count: int, height: int, width: int, segment_count: int = 4) -> SceneTensors:
     """Return a random scene with each path made degenerate in one of several ways, drawn at random."""
     scene = random_scene(seed, path_count, height, width, segment_count)
-    draws = torch.randint(len(_DEGENERATIONS), (path_count,), generator=_generator(seed))
+    draws = torch.randint(len(_DEGENERATIONS), (path_count,), generator=seeded(seed))
     rows = [_DEGENERATIONS[draw](path) for draw, path in zip(draws.tolist(), scene.points, strict=True)]
     return scene._replace(points=torch.stack(rows)) if rows else scene
 
 
 def blob_scene(seed: int, path_count: int, height: int, width: int) -> SceneTensors:
     """Return smooth simple paths, star-shaped about their centre: their coverage is the same under any fill rule."""
-    generator = _generator(seed)
+    generator = seeded(seed)
     size = torch.tensor([width, height], dtype=torch.float64)
     center = _uniform(generator, path_count, 1, 2) * size
     largest = 0.25 * min(height, width)
@@ -96,10 +101,6 @@ def _unit_loop(segment_count: int, turns: int = 1) -> Tensor:
     # The classical handle of a circular arc: 4/3 tan(angle / 4) radii along the tangent.
     tangent = 4 / 3 * math.tan(step / 4) * torch.stack([-angle.sin(), angle.cos()], -1)
     return torch.stack([anchor, anchor + tangent, (anchor - tangent).roll(-1, 0)], 1).reshape(-1, 2)
-
-
-def _generator(seed: int) -> torch.Generator:
-    return torch.Generator().manual_seed(seed)
 
 
 def _uniform(generator: torch.Generator, *shape: int) -> Tensor:
@@ -161,7 +162,7 @@ _DEGENERATIONS = (
 
 def _zoo_scene(*paths: Tensor, opacity: tuple[float, ...] | None = None) -> SceneTensors:
     points = torch.stack(paths) if paths else torch.zeros(0, 12, 2, dtype=torch.float64)
-    scene = _dressed(points, ZOO_HEIGHT, ZOO_WIDTH, _generator(len(paths)))
+    scene = _dressed(points, ZOO_HEIGHT, ZOO_WIDTH, seeded(len(paths)))
     if opacity is not None:
         scene = scene._replace(opacity=torch.tensor(opacity, dtype=torch.float64))
     return scene
@@ -169,7 +170,7 @@ def _zoo_scene(*paths: Tensor, opacity: tuple[float, ...] | None = None) -> Scen
 
 def _wild_path(seed: int) -> Tensor:
     """Return a path of medium size within the canvas that crosses itself."""
-    noise = torch.randn(12, 2, generator=_generator(seed), dtype=torch.float64)
+    noise = torch.randn(12, 2, generator=seeded(seed), dtype=torch.float64)
     return circle(24.3, 16.7, 9.0) + 4.0 * noise
 
 

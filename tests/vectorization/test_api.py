@@ -20,7 +20,6 @@ from warpvec.geometry.cubics import to_cubics
 from warpvec.image.metrics import psnr
 from warpvec.image.metrics import ssim as ssim_of
 from warpvec.image.resize import reduce_image
-from warpvec.rendering import draw as drawing
 from warpvec.svg.measure import draw, draw_like
 from warpvec.vectorization import api
 
@@ -152,7 +151,7 @@ def test_render_at_a_scale_draws_the_same_scene_larger(photo: Photo) -> None:
 def test_bands_do_not_change_the_image(photo: Photo, monkeypatch: pytest.MonkeyPatch) -> None:
     result = _vectorize(photo)
     whole = result.render()
-    monkeypatch.setattr(drawing, "BAND_PIXELS", 48 * 7)
+    monkeypatch.setattr("warpvec.rendering.draw.BAND_PIXELS", 48 * 7)
     np.testing.assert_allclose(result.render(), whole, atol=1e-5)
 
 
