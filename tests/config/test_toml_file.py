@@ -49,9 +49,9 @@ def test_written_values_are_read_back(path: Path, value: Any) -> None:
         ("curves = [7]", "curves in .* must be a number, a text, true or false, got \\[7\\]; give one of these"),
         ("[curves]\nn = 7", "curves in .* must be a number"),
         ("curves = 2020-01-01", "curves in .* must be a number"),
-        ("curves = ", "--config must be a TOML file, got .*settings.toml"),
-        ("curves 7", "--config must be a TOML file"),
-        ("curves = 7\ncurves = 8", "--config must be a TOML file"),
+        ("curves = ", "config must be a TOML file, got .*settings.toml"),
+        ("curves 7", "config must be a TOML file"),
+        ("curves = 7\ncurves = 8", "config must be a TOML file"),
     ],
 )
 def test_mistakes_are_reported_in_one_line(path: Path, text: str, words: str) -> None:
@@ -66,12 +66,12 @@ def test_unreadable_files_are_reported_in_one_line(path: Path, data: bytes | Non
         path.mkdir()
     else:
         path.write_bytes(data)
-    with pytest.raises(InputError, match="^--config must be a TOML file"):
+    with pytest.raises(InputError, match="^config must be a TOML file"):
         read_settings(str(path), KNOWN)
-    with pytest.raises(InputError, match="^--config must be a TOML file"):
+    with pytest.raises(InputError, match="^config must be a TOML file"):
         read_settings(str(path / "missing"), KNOWN)
 
 
 def test_a_file_that_cannot_be_written_is_an_input_error(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="^--write-config must be in an existing folder"):
+    with pytest.raises(InputError, match="^write_config must be in an existing folder"):
         write_settings(str(tmp_path / "missing" / "settings.toml"), {"curves": 1})

@@ -72,7 +72,7 @@ def test_bad_paths(tmp_path):
     ]:
         path = tmp_path / name
         message = complaint(read_image, path)
-        assert message.startswith("IN ")
+        assert message.startswith("image ")
         assert words in message
         assert repr(str(path)) in message
     assert "empty" in complaint(read_image, b"")

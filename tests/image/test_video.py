@@ -126,7 +126,7 @@ def test_a_video_that_cannot_be_written_leaves_the_older_one(tmp_path: Path, mon
 
 @pytest.mark.parametrize("name", ["fit.avi", "fit", "fit.png", ".gif", "missing/fit.gif"])
 def test_other_names_are_refused(name: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="^--video must ") as caught:
+    with pytest.raises(InputError, match="^video must ") as caught:
         check_video(str(tmp_path / name))
     assert "\n" not in str(caught.value)
 

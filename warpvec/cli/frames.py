@@ -77,7 +77,7 @@ def _png_writer(folder: str) -> TakeFrame:
     if not folder:  # pathlib would use the current folder
         raise InputError("--save-frames", "must be a folder or a name for one", "''", "choose another")
     make_folder(folder, "--save-frames")
-    return lambda iteration, image: write_png(Path(folder) / f"frame-{iteration:06}.png", image)
+    return lambda iteration, image: write_png(Path(folder) / f"frame-{iteration:06}.png", image, "--save-frames")
 
 
 def _both(first: OnProgress, second: OnProgress) -> OnProgress:

@@ -116,9 +116,13 @@ RARE = ("save_frames", "every", "checkpoint", "resume", "write_config", "retries
 
 _FIELDS = tuple(field.name for field in fields(FitConfig))
 
-OPTION_NAMES = {
-    name: "--" + name.replace("_", "-") for name in ("preset", "background", *GOALS, *_FIELDS, "levels", "history")
-} | {"checkpoint": "--resume", "photo": "--image"}
+_OTHER_OPTIONS = ("preset", "background", "levels", "history", "video", "config", "write_config")
+
+OPTION_NAMES = {name: "--" + name.replace("_", "-") for name in (*_OTHER_OPTIONS, *GOALS, *_FIELDS)} | {
+    "checkpoint": "--resume",
+    "name": "NAME",
+    "photo": "--image",
+}
 """Name of an argument in Python -> the option of the command line."""
 
 

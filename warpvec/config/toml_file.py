@@ -21,7 +21,7 @@ def read_settings(path: str, known: Collection[str]) -> dict[str, str]:
     try:
         found = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:  # TOML and Unicode errors are ValueErrors
-        raise InputError("--config", "must be a TOML file", f"{path!r} ({error})", "check it") from error
+        raise InputError("config", "must be a TOML file", f"{path!r} ({error})", "check it") from error
     settings = {name.replace("-", "_"): value for name, value in found.items()}
     for name, value in settings.items():
         if name not in known:
@@ -39,7 +39,7 @@ def write_settings(path: str, settings: dict[str, Any]) -> None:
     Raises:
         InputError: ``path`` cannot be written.
     """
-    check_writable(path, "--write-config")
+    check_writable(path, "write_config")
     # Texts, numbers and flags are written the same way in TOML and in JSON.
     lines = [f"{name} = {json.dumps(value)}" for name, value in settings.items()]
     write_atomic(path, ("\n".join(["# Settings of warpvec", *lines]) + "\n").encode())

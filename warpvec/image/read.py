@@ -52,7 +52,7 @@ _UPRIGHT = {
 _PILLOW_STATE = threading.Lock()
 
 
-def read_image(source: ImageSource, background: str | None = None, name: str = "IN") -> NDArray[np.float32]:
+def read_image(source: ImageSource, background: str | None = None, name: str = "image") -> NDArray[np.float32]:
     """Read an image as upright sRGB pixels in [0, 1]: [h, w, 3], or [h, w, 4] if it is transparent.
 
     An image whose alpha is 1 everywhere counts as RGB. A transparent image is straight RGBA. Its invisible pixels are

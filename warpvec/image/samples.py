@@ -29,14 +29,14 @@ def write_sample(name: str, path: str | os.PathLike[str]) -> None:
     Raises:
         InputError: there is no such sample, scikit-image is not installed, or ``path`` cannot be written.
     """
-    check_writable(path, "OUT")
+    check_writable(path, "path")
     if name not in SAMPLES:
-        raise InputError("NAME", f"must be one of {', '.join(SAMPLES)}", repr(name), "choose one of these")
+        raise InputError("name", f"must be one of {', '.join(SAMPLES)}", repr(name), "choose one of these")
     try:
         data = (_data_folder() / name).read_bytes()
     except OSError as error:
         rule = "must be a photo of the installed scikit-image"
-        raise InputError("NAME", rule, repr(name), "pip install --upgrade 'warpvec[eval]'") from error
+        raise InputError("name", rule, repr(name), "pip install --upgrade 'warpvec[eval]'") from error
     write_atomic(path, data)
 
 
@@ -44,5 +44,5 @@ def _data_folder() -> Path:
     # find_spec does not import scikit-image, which would take longer than all the rest.
     spec = find_spec("skimage")
     if spec is None or not spec.submodule_search_locations:
-        raise InputError("sample", "needs scikit-image, which is not installed", remedy="pip install 'warpvec[eval]'")
+        raise InputError("name", "needs scikit-image, which is not installed", remedy="pip install 'warpvec[eval]'")
     return Path(spec.submodule_search_locations[0]) / "data"

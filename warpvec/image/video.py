@@ -30,11 +30,11 @@ def check_video(path: str) -> None:
     """
     extension = Path(path).suffix.lower()
     if extension not in EXTENSIONS:
-        raise InputError("--video", f"must end in {', '.join(EXTENSIONS)}", repr(path), "rename it")
-    check_writable(path, "--video")
+        raise InputError("video", f"must end in {', '.join(EXTENSIONS)}", repr(path), "rename it")
+    check_writable(path, "video")
     if extension == ".mp4" and find_spec("imageio_ffmpeg") is None:
         rule = "needs imageio-ffmpeg for MP4, which is not installed"
-        raise InputError("--video", rule, remedy="pip install 'warpvec[video]'")
+        raise InputError("video", rule, remedy="pip install 'warpvec[video]'")
 
 
 class Video:

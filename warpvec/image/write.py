@@ -23,7 +23,7 @@ def round_to_8_bits(image: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.divide(image, 255.0, out=image)
 
 
-def write_png(path: str | os.PathLike[str], pixels: NDArray[np.floating[Any]], name: str = "OUT") -> None:
+def write_png(path: str | os.PathLike[str], pixels: NDArray[np.floating[Any]], name: str = "path") -> None:
     """Write ``pixels`` [h, w, 3 or 4] in [0, 1] as an 8-bit PNG, completely or not at all.
 
     Raises:
