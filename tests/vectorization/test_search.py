@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import json
+import math
 import re
 import signal
 from collections.abc import Callable
@@ -20,7 +21,7 @@ from warpvec.errors import InputError
 from warpvec.fit.progress import FitResult
 from warpvec.geometry.scene import Scene
 from warpvec.vectorization import search
-from warpvec.vectorization.goal import Goal, Trial
+from warpvec.vectorization.goal import CURVES_MAX, Goal, Trial
 from warpvec.vectorization.result import Result
 from warpvec.vectorization.search import CORRECTIONS_MAX, Search
 
@@ -262,3 +263,21 @@ def test_the_result_is_the_best_trial_not_the_last(monkeypatch: pytest.MonkeyPat
     assert facts is not None
     assert facts["met"]
     assert next(each for each in facts["trials"] if each["bytes"] == facts["bytes"])["psnr"] == 19.6
+
+
+@pytest.mark.parametrize(("below", "above"), [(24.0, 34.0), (20.0, 45.0)])
+def test_a_step_in_the_psnr_is_found_wherever_it_is(
+    below: float, above: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def trial(result: Result, goal: Goal) -> Trial:
+        asked = result.config.curves
+        quality = (below if asked < step else above) + 0.5 * math.log2(asked / step)
+        return Trial(asked, asked, 100 * asked, quality)
+
+    monkeypatch.setattr(Result, "trial", trial)
+    for step in range(5, 401):  # `trial` reads it
+        fits = Fits(lambda _: 1)
+        facts = _run(fits, Goal(target_psnr=30.0), curves=CURVES_MAX).goal_facts
+        assert facts is not None and facts["met"]
+        assert step <= facts["bytes"] / 100 <= max(1.04 * step, step + 1), f"a step at {step}: {facts['trials']}"
+        assert len(fits.asked) <= 10, f"a step at {step}: {facts['trials']}"

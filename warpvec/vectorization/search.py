@@ -21,6 +21,7 @@ from warpvec.vectorization.goal import (
     is_met,
     is_worth_doubling,
     make_facts,
+    narrows_bracket,
     next_count,
     require_scaffolding,
     worthwhile_count,
@@ -28,8 +29,9 @@ from warpvec.vectorization.goal import (
 from warpvec.vectorization.result import Result
 
 CORRECTIONS_MAX = 6
-"""Largest number of corrections; two or three are usual. After them the best file is cut down to the bytes."""
-
+"""Largest number of corrections before a miss of the target PSNR and a hit enclose the wanted number of paths; two or
+three corrections are usual. Such a bracket is then narrowed until it is tight, which takes at most six corrections if
+the numbers differ by a factor of 4. In the end the best file is cut down to the bytes."""
 
 Fit = Callable[[FitConfig, Scene | None], Result]
 """Function that fits with the settings, from a scene in pixels of the fitted image or, with None, from nothing."""
@@ -81,10 +83,12 @@ class Search:
             curves_max = worthwhile_count(self.trials)
         if self.start is None and not self._is_over():
             self._try(self._settings(self._next_count(curves_max), 1.0, 1.0), None)
-        for _ in range(CORRECTIONS_MAX):
-            if self._is_over() or is_met(self.goal, self.trials, curves_max) or is_hopeless(self.goal, self.trials):
-                break
+        outside_count = 0  # corrections that do not narrow a bracket
+        while not self._is_done(curves_max):
             count = self._next_count(curves_max)
+            outside_count += not narrows_bracket(self.goal, self.trials, count)
+            if outside_count > CORRECTIONS_MAX:
+                break
             self._correct(count, self._nearest(count).fitted.scene)
 
     def _probe(self) -> None:
@@ -177,6 +181,10 @@ class Search:
 
     def _is_interrupted(self) -> bool:
         return self._interrupted() or self._results[-1].interrupted
+
+    def _is_done(self, curves_max: int) -> bool:
+        goal, trials = self.goal, self.trials
+        return self._is_over() or is_met(goal, trials, curves_max) or is_hopeless(goal, trials)
 
     def _is_over(self) -> bool:
         return self._is_interrupted() or self._is_late()
