@@ -135,7 +135,8 @@ def test_another_photo_and_damaged_files_are_refused(photo: Path, state: Path) -
     assert_refused(result, "IN must be the photo of the checkpoint")
     for damaged in (data[:-30], b"", b"no zip", data[:50] + bytes(50) + data[100:]):
         state.write_bytes(damaged)
-        assert_refused(invoke("run", photo, out, "--resume", state), "--resume must be", str(state), "it is damaged")
+        result = invoke("run", photo, out, "--resume", state)
+        assert_refused(result, "--resume must be a checkpoint of warpvec", str(state), "check the path, or start again")
     assert_refused(invoke("run", photo, out, "--resume", photo.with_name("none")), "--resume must be a file", "none")
     assert not out.exists()
 

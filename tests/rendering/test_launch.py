@@ -1,6 +1,7 @@
 """Launches shared among threads run each item once and raise errors; buffers grow as needed."""
 
 import gc
+import re
 import weakref
 
 import numpy as np
@@ -99,6 +100,12 @@ def test_a_buffer_has_its_other_axes_as_asked() -> None:
     assert buffers.get("a", (10, 5), wp.float32).shape[1:] == (5,)
     assert buffers.get("a", (4, 6), wp.float32).shape[1:] == (6,)
     assert buffers.get("empty", 0, wp.int32).shape[0] >= 0
+
+
+def test_a_buffer_that_kernels_cannot_index_is_refused() -> None:
+    rule = "scene is too large for the renderer (pair_key needs 2,147,483,648 of at most 2,147,483,647 entries); fit at"
+    with pytest.raises(InputError, match=re.escape(rule)):
+        Buffers("cpu").get("pair_key", 2**31, wp.int64)
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 1000])

@@ -91,7 +91,8 @@ def read_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
         value = f"{label!r} ({error.strerror})"
         raise InputError("checkpoint", "must be a file", value, "check the path") from error
     except _DAMAGE_ERRORS as error:
-        raise InputError("checkpoint", "must be one that warpvec wrote", repr(label), "it is damaged") from error
+        remedy = "check the path, or start again without it"
+        raise InputError("checkpoint", "must be a checkpoint of warpvec", repr(label), remedy) from error
     if version != VERSION:
         value = f"version {version!r} in {label!r}, written by warpvec {header.get('warpvec')}"
         remedy = "continue with that release or start again without it"
@@ -100,7 +101,8 @@ def read_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
         config = make_config(**header["config"])
         return Checkpoint(config, header["target_digest"], _from_plain(header["state"], arrays))
     except (KeyError, TypeError, InputError) as error:
-        raise InputError("checkpoint", "must hold a fit", f"{label!r} ({error})", "it is damaged") from error
+        value = f"{label!r} ({error})"
+        raise InputError("checkpoint", "must hold a fit", value, "start again without it") from error
 
 
 def _read_arrays(path: Path) -> dict[str, Any]:

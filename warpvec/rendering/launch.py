@@ -191,10 +191,9 @@ class Buffers:
         shape = (shape,) if isinstance(shape, int) else shape
         array = self._arrays.get(name)
         if shape[0] >= _ENTRIES_MAX:
+            size = f"{name} needs {shape[0]:,} of at most {_ENTRIES_MAX - 1:,} entries"
             remedy = "fit at a smaller size, with fewer curves or, for splat, fewer samples"
-            raise InputError(
-                "scene", f"must need fewer than {_ENTRIES_MAX:,} entries of {name}", f"{shape[0]:,}", remedy
-            )
+            raise InputError("scene", f"is too large for the renderer ({size})", None, remedy)
         if array is None or array.shape[0] < shape[0] or array.shape[1:] != shape[1:]:
             capacity = (min(int(shape[0] * self._HEADROOM) + 1, _ENTRIES_MAX - 1), *shape[1:])
             array = wp.zeros(capacity, dtype=dtype, device=self._device)
