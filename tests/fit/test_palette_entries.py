@@ -163,11 +163,16 @@ def _levels(color: torch.Tensor) -> list[int]:
     return (color[..., 0] * 255.0).round().int().flatten().tolist()
 
 
-def test_only_colours_near_a_pure_one_become_it() -> None:
+@pytest.mark.parametrize(("dark", "reach"), [(200, 32), (32, 16), (16, 8)])
+def test_only_colours_near_a_pure_one_become_it(dark: int, reach: int) -> None:
+    """Two fifths of the target are black, the others a grey ``dark``, so that black reaches less far than that."""
     target = torch.zeros(10, 10, 3)
-    target[:, 5:] = 1.0
-    scene = with_pure_colors(_scene(0, 8, 9, 128, 246, 247, 255), target)
-    assert _levels(scene.color) == [0, 0, 9, 128, 246, 255, 255]
+    target[:, 4:] = dark / 255.0
+    scene = with_pure_colors(_scene(0, reach, reach + 1, 128), target)
+    assert _levels(scene.color) == [0, 0, reach + 1, 128]
+    target = 1.0 - target
+    scene = with_pure_colors(_scene(255, 255 - reach, 254 - reach, 128), target)
+    assert _levels(scene.color) == [255, 255, 254 - reach, 128]
     assert _levels(scene.background) == [255]
 
 

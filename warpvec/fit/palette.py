@@ -43,14 +43,15 @@ Of 16 emoji and logos those that use black or white have 1.7 % of it or more (1.
 photos, one has more: 1.1 % of clipped highlights, which `PURE_MAJORITY` tells apart."""
 
 PURE_MAJORITY = 2 / 3
-"""At least this share of the pixels within `PURE_LEVELS` of black or white must have exactly that colour. Otherwise an
+"""At least this share of the pixels within reach of black or white must have exactly that colour. Otherwise an
 entry there may stand for a colour of its own, such as #050505, or for a range of dark or bright tones. Art has 0.72 or
 more, except for one emoji at a third of its size (0.62); the photo with the clipped highlights has 0.58."""
 
-PURE_LEVELS = 8
+PURE_REACHES = (32, 16, 8)
 """A fitted entry within this many 8-bit levels of black or white, in each channel, becomes that colour if the target is
-drawn in it. After 300 iterations such entries of the 16 pieces are 0 to 6 levels off, because antialiased edges pull at
-them."""
+drawn in it; the largest reach that satisfies `PURE_MAJORITY` counts. After 300 iterations such entries of the 16 pieces
+are 0 to 6 levels off, because antialiased edges pull at them; after 100 iterations, those of a black and white drawing
+are 15 to 30 off."""
 
 _KMEANS_ROUNDS = 10
 # Smallest share of the canvas that a colour counts as: one that is hardly visible now may be needed later.
@@ -187,29 +188,31 @@ def with_pure_colors(scene: Scene, target: Tensor) -> Scene:
     Use it on the result of a fit of a palette. ``target`` is [h, w, 3 or 4] with straight alpha.
     """
     color, background = scene.color, scene.background
-    for pure in _pure_values(target):
-        color, background = _snapped(color, pure), _snapped(background, pure)
+    for value in (0.0, 1.0):
+        reach = _pure_reach(target, value)
+        color, background = _snapped(color, value, reach), _snapped(background, value, reach)
     return replace(scene, color=color, background=scene.background if scene.transparent else background)
 
 
-def _pure_values(target: Tensor) -> list[float]:
-    """Return 0 and 1 if ``target`` is drawn in black and white; pixels of at least half opacity count."""
+def _pure_reach(target: Tensor, value: float) -> int:
+    """Return how many levels around black (0) or white (1) count as that colour in ``target``; -1 if none do.
+
+    Pixels of at least half opacity count.
+    """
     levels = (target[..., :3] * 255.0).round().flatten(0, 1)
     if is_transparent(target):
         levels = levels[target[..., 3].flatten() >= 0.5]
-    values = []
-    for value in (0.0, 1.0):
-        distance = (levels - 255.0 * value).abs().amax(1)
-        exact, near = int((distance == 0.0).sum()), int((distance <= PURE_LEVELS).sum())
-        if exact and exact >= PURE_SHARE * len(levels) and exact >= PURE_MAJORITY * near:
-            values.append(value)
-    return values
+    distance = (levels - 255.0 * value).abs().amax(1)
+    exact = int((distance == 0.0).sum())
+    if not exact or exact < PURE_SHARE * len(levels):
+        return -1
+    return next((reach for reach in PURE_REACHES if exact >= PURE_MAJORITY * int((distance <= reach).sum())), -1)
 
 
-def _snapped(color: Tensor, value: float) -> Tensor:
-    """Return ``color`` [..., 3] with the rows within ``PURE_LEVELS`` of the grey ``value`` set to it."""
+def _snapped(color: Tensor, value: float, reach: int) -> Tensor:
+    """Return ``color`` [..., 3] with the rows within ``reach`` levels of the grey ``value`` set to it."""
     levels = (color * 255.0).round()
-    is_near = ((levels - 255.0 * value).abs() <= PURE_LEVELS).all(-1, keepdim=True)
+    is_near = ((levels - 255.0 * value).abs() <= reach).all(-1, keepdim=True)
     return torch.where(is_near, value, color)
 
 
