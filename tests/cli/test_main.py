@@ -97,8 +97,8 @@ def test_only_one_input_may_be_stdin() -> None:
 
 def test_eval_refuses_other_files(photo: Path) -> None:
     assert_refused(invoke("eval", photo, photo), "SVG must")
-    assert_refused(invoke("eval", photo, photo.with_name("none.svg")), "SVG must be a file", "none.svg")
-    assert_refused(invoke("eval", photo, photo.parent), "SVG must be a file")
+    assert_refused(invoke("eval", photo, photo.with_name("none.svg")), "SVG must be an SVG file", "none.svg")
+    assert_refused(invoke("eval", photo, photo.parent), "SVG must be an SVG file")
     assert_refused(invoke("eval", photo.with_name("none.png"), photo), "IMAGE must be", "none.png")
 
 

@@ -259,7 +259,7 @@ def test_without_report_the_page_is_opened(files: Path, monkeypatch: pytest.Monk
 @pytest.mark.parametrize(
     ("arguments", "start"),
     [
-        (["no.svg"], "SVG must be a file"),
+        (["no.svg"], "SVG must be an SVG file"),
         (["leaf.svg", "--image", "no.png"], "--image must be a file"),
         (["leaf.svg", "--history", "no.json"], "--history must be a file"),
         (["leaf.svg", "--history", "photo.png"], "--history must be a JSON file"),

@@ -86,7 +86,7 @@ def read_source(source: str) -> str | bytes:
     return sys.stdin.buffer.read() if source == "-" else source
 
 
-def read_svg(path: str, name: str = "SVG") -> bytes:
+def read_svg_bytes(path: str, name: str = "SVG") -> bytes:
     """Return the bytes of the SVG file ``path``, or of stdin if it is "-".
 
     Raises:
@@ -110,7 +110,7 @@ def read_bytes(path: str, name: str, kind: str = "a file") -> bytes:
         raise InputError(name, f"must be {kind}", f"{path!r} ({reason})", "check the path") from error
 
 
-def write_svg(text: str, out: str) -> None:
+def write_svg_file(text: str, out: str) -> None:
     """Write the SVG ``text`` to the file ``out``, whole or not at all, gzipped for .svgz; or to stdout for "-"."""
     if out == "-":
         sys.stdout.buffer.write(text.encode())

@@ -16,9 +16,9 @@ from warpvec.cli.arguments import (
     check_one_stdin,
     check_out,
     json_option,
-    read_bytes,
     read_source,
-    write_svg,
+    read_svg_bytes,
+    write_svg_file,
 )
 from warpvec.cli.paths import check_distinct_files
 from warpvec.errors import InputError
@@ -56,7 +56,7 @@ def lod(
     check_background(background, image)
     check_one_stdin({"SVG": svg, "--image": image})
     check_distinct_files({"--image": image, "-o": output})
-    data = read_bytes(svg, "SVG")
+    data = read_svg_bytes(svg)
     if levels is not None and output is not None:
         _write_levels(data, levels, output)
     if split:
@@ -80,7 +80,7 @@ def _write_levels(data: bytes, levels: str, output: str) -> None:
     check_out(output, "-o")
     layers = read_layers(data)
     check_has_levels(layers)
-    write_svg(select_levels(data, parse_levels(levels, {layer.level for layer in layers})), output)
+    write_svg_file(select_levels(data, parse_levels(levels, {layer.level for layer in layers})), output)
 
 
 def _write_prefixes(data: bytes, svg: str, echo: bool) -> None:
@@ -91,7 +91,7 @@ def _write_prefixes(data: bytes, svg: str, echo: bool) -> None:
     for target in files:
         check_out(target)
     for target, text in files.items():
-        write_svg(text, target)
+        write_svg_file(text, target)
         click.echo(target, err=not echo)
 
 

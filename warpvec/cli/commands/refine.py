@@ -15,9 +15,9 @@ from warpvec.cli.arguments import (
     preset_option,
     quiet_option,
     read_source,
-    read_svg,
+    read_svg_bytes,
     verbose_option,
-    write_svg,
+    write_svg_file,
 )
 from warpvec.cli.options import file_options, requested, stated
 from warpvec.cli.report import report
@@ -52,7 +52,7 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options
     check_out(out)
     from warpvec.vectorization.refine import place_on_photo, read_drawing, refine_config, with_drawing_settings
 
-    loaded = read_drawing(read_svg(drawing, "--from"), "--from")
+    loaded = read_drawing(read_svg_bytes(drawing, "--from"), "--from")
     given = {name: value for name, value in options.items() if value is not None}
     config, goal = requested(options["preset"], with_drawing_settings(given, loaded))
     config = refine_config(config, given, goal, loaded)
@@ -75,7 +75,7 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options
         result = refining.refine_photo(
             photo, start, config, goal, title=title, on_progress=show, file_options=file_options(options)
         )
-    write_svg(result.svg(), out)
+    write_svg_file(result.svg(), out)
     if options["as_json"] or not options["quiet"]:
         metrics = {**result.metrics, "history": result.history}
         report(metrics, out, options["as_json"], verbose=options["verbose"])

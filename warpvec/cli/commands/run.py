@@ -15,7 +15,7 @@ from warpvec.cli.arguments import (
     quiet_option,
     read_source,
     verbose_option,
-    write_svg,
+    write_svg_file,
 )
 from warpvec.cli.options import file_options, requested, stated
 from warpvec.cli.report import report
@@ -129,7 +129,7 @@ def _fit(
             file_options=file_options(options),
         )  # fmt: skip
         # Written before the video is finished, which may fail: the fit is worth more than its video.
-        write_svg(result.svg(), out)
+        write_svg_file(result.svg(), out)
         if options["page"] is not None:
             _write_page(options["page"], result, out, image, options["background"])
     return result

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from warpvec.cli.arguments import background_option, check_background, check_one_stdin, read_bytes
+from warpvec.cli.arguments import background_option, check_background, check_one_stdin, read_bytes, read_svg_bytes
 from warpvec.cli.paths import check_distinct_files
 from warpvec.errors import InputError
 from warpvec.files import check_writable
@@ -35,7 +35,7 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
     check_background(background, image)
     if report is not None:
         check_writable(report, "--report")
-    data = read_bytes(svg, "SVG")
+    data = read_svg_bytes(svg)
     photo = read_bytes(image, "--image") if image is not None else None
     records = _read_history(history) if history is not None else None
     # This import takes seconds. By now most mistakes have been reported.
