@@ -63,6 +63,10 @@ def render(
     draws cubics only; ``samples``, ``lines``, ``interior_gradient`` and ``covariance_gradient`` of `warpvec.FitConfig`
     for "splat".
 
+    Once this function has been imported, torch runs on one thread in every process that is forked from this one,
+    because it would wait there for threads that a fork does not copy. Processes started with the method "spawn" keep
+    all threads.
+
     Raises:
         InputError: the renderer or one of its settings does not exist, or does not draw this degree; the canvas is
             empty; ``threads`` is less than 1; or the tensors differ in dtype or device or have one without a renderer.
