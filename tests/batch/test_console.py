@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from dataclasses import replace
 from io import StringIO
 
 from rich.console import Console
@@ -25,6 +27,14 @@ def test_a_tally_in_a_line() -> None:
     tally = Tally(skipped=3, total=4, records=[DONE, FAILED])
     assert tally.summary().startswith("7 images: 1 done, 1 failed, 3 done before, 2 left, PSNR 27.25 dB on average; ")
     assert tally.pace().startswith("2 of 4, 1 failed, ")
+
+
+def test_photos_that_were_not_tried_do_not_count_for_the_time_left() -> None:
+    refused = replace(FAILED, attempts=0)
+    tally = Tally(skipped=0, total=5, started=time.monotonic() - 60.0, records=[refused, refused])
+    assert tally.pace() == "2 of 5, 2 failed"
+    tally.records.append(DONE)
+    assert tally.pace() == "3 of 5, 2 failed, 120 s left"
 
 
 def test_the_table_shows_the_photo_of_each_worker() -> None:

@@ -34,9 +34,13 @@ class Tally:
         return [record for record in self.records if record.error is not None]
 
     def pace(self) -> str:
-        """Return the number of finished photos and the time that the others will take, as text."""
+        """Return the number of finished photos and the time that the others will take, as text.
+
+        Photos that were refused before any attempt took no time. The estimate leaves them out.
+        """
         done, seconds = len(self.records), time.monotonic() - self.started
-        left = f", {seconds / done * (self.total - done):.0f} s left" if 0 < done < self.total else ""
+        tried = sum(record.attempts > 0 for record in self.records)
+        left = f", {seconds / tried * (self.total - done):.0f} s left" if tried and done < self.total else ""
         failures = f", {len(self.failed)} failed" if self.failed else ""
         return f"{done} of {self.total}{failures}{left}"
 
