@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from warpvec.viewer.page import write_report
+from warpvec.viewer.page import write_page
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
@@ -64,13 +64,13 @@ class Viewer:
         browser: Playwright's.
         folder: folder of the page and of the files saved from it.
         svg: the drawing.
-        report: further arguments of `write_report`.
+        options: further arguments of `write_page`.
     """
 
-    def __init__(self, browser: Any, folder: Path, svg: str, scheme: str = "light", **report: Any) -> None:
+    def __init__(self, browser: Any, folder: Path, svg: str, scheme: str = "light", **options: Any) -> None:
         self.folder = folder
         html = folder / "drawing.html"
-        write_report(html, svg.encode(), **report)
+        write_page(html, svg.encode(), **options)
         viewport = {"width": 1200, "height": 800}
         self.page = browser.new_page(viewport=viewport, accept_downloads=True, color_scheme=scheme)
         self.page.set_default_timeout(10_000)

@@ -23,7 +23,7 @@ from warpvec.cli.commands.view import view
 from warpvec.errors import InputError
 from warpvec.svg.measure import draw, file_facts, file_quality
 from warpvec.viewer import page as page_module
-from warpvec.viewer.page import write_report
+from warpvec.viewer.page import write_page
 
 NS = 'xmlns="http://www.w3.org/2000/svg"'
 SVG = f'<svg {NS} width="48" height="32"><title>Leaf</title><path fill="#070" d="M8 8h9v9z"/></svg>'.encode()
@@ -58,7 +58,7 @@ class Parsed(HTMLParser):
 
 
 def page_of(folder: Path, svg: bytes = SVG, **options: Any) -> Parsed:
-    write_report(folder / "page.html", svg, **options)
+    write_page(folder / "page.html", svg, **options)
     return Parsed((folder / "page.html").read_text(encoding="utf-8"))
 
 
@@ -177,7 +177,7 @@ def refusal(folder: Path, *arguments: Any, **options: Any) -> str:
     target = folder / "page.html"
     target.write_text("earlier")
     with pytest.raises(InputError) as caught:
-        write_report(target, *arguments, **options)
+        write_page(target, *arguments, **options)
     assert [path.name for path in folder.iterdir()] == ["page.html"]
     assert target.read_text() == "earlier"
     assert "\n" not in str(caught.value)
@@ -213,7 +213,7 @@ def test_a_history_of_another_form_is_refused(tmp_path: Path, history: Any) -> N
 
 def test_a_path_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="existing folder"):
-        write_report(tmp_path / "no" / "page.html", SVG)
+        write_page(tmp_path / "no" / "page.html", SVG)
 
 
 # The command.

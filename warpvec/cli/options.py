@@ -116,10 +116,12 @@ RARE = ("save_frames", "every", "checkpoint", "resume", "write_config", "retries
 
 _FIELDS = tuple(field.name for field in fields(FitConfig))
 
-_OTHER_OPTIONS = ("preset", "background", "levels", "history", "video", "config", "write_config")
+_OTHER_OPTIONS = ("preset", "background", "levels", "history", "video", "config", "write_config", "engine")
 
 OPTION_NAMES = {name: "--" + name.replace("_", "-") for name in (*_OTHER_OPTIONS, *GOALS, *_FIELDS)} | {
+    "address": "--ray-address",
     "checkpoint": "--resume",
+    "image": "IN",
     "name": "NAME",
     "photo": "--image",
 }

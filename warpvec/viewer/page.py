@@ -43,7 +43,7 @@ _SCRIPTS = (
 )  # fmt: skip
 
 
-def write_report(
+def write_page(
     path: str | os.PathLike[str],
     svg: bytes,
     *,

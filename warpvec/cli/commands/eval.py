@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from warpvec.cli.arguments import background_option, check_one_stdin, json_option, read_source, read_svg_bytes
-from warpvec.cli.report import report
+from warpvec.cli.summary import print_summary
 
 
 @click.command("eval", short_help="Measure how well an SVG matches an image.")
@@ -20,4 +20,4 @@ def evaluate(source: str, svg: str, background: str | None, as_json: bool) -> No
     from warpvec.svg.measure import evaluate as measure
 
     photo = read_image(read_source(source), background, name="IMAGE")
-    report(measure(read_svg_bytes(svg), photo), "SVG" if svg == "-" else svg, as_json)
+    print_summary(measure(read_svg_bytes(svg), photo), "SVG" if svg == "-" else svg, as_json)

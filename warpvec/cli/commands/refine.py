@@ -20,8 +20,8 @@ from warpvec.cli.arguments import (
     write_svg_file,
 )
 from warpvec.cli.options import file_options, requested, stated
-from warpvec.cli.report import report
 from warpvec.cli.settings_command import SettingsCommand
+from warpvec.cli.summary import print_summary
 from warpvec.config.toml_file import write_settings
 
 DECIDED = ("curves", "iterations", "precision", "recycle_gap", "segments")
@@ -78,6 +78,6 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options
     write_svg_file(result.svg(), out)
     if options["as_json"] or not options["quiet"]:
         metrics = {**result.metrics, "history": result.history}
-        report(metrics, out, options["as_json"], verbose=options["verbose"])
+        print_summary(metrics, out, options["as_json"], verbose=options["verbose"])
     if result.interrupted:
         ctx.exit(130)

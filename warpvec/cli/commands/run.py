@@ -18,8 +18,8 @@ from warpvec.cli.arguments import (
     write_svg_file,
 )
 from warpvec.cli.options import file_options, requested, stated
-from warpvec.cli.report import report
 from warpvec.cli.settings_command import SettingsCommand
+from warpvec.cli.summary import print_summary
 from warpvec.config.fit_config import MACHINE_SETTINGS
 from warpvec.config.presets import PRESETS
 from warpvec.config.toml_file import write_settings
@@ -64,7 +64,7 @@ def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
     result = _fit(source, out, config, goal, checkpoint, options)
     if options["as_json"] or not options["quiet"]:
         metrics = {**result.metrics, "history": result.history}
-        report(metrics, out, options["as_json"], verbose=options["verbose"])
+        print_summary(metrics, out, options["as_json"], verbose=options["verbose"])
     if result.interrupted:
         ctx.exit(130)
 
@@ -136,8 +136,8 @@ def _fit(
 
 
 def _write_page(page: str, result: Result, out: str, image: str | bytes, background: str | None) -> None:
-    from warpvec.viewer.page import write_report
+    from warpvec.viewer.page import write_page
 
     data = image if isinstance(image, bytes) else Path(image).read_bytes()
     name = None if out == "-" else Path(out).stem
-    write_report(page, result.svg().encode(), photo=data, background=background, history=result.history, name=name)
+    write_page(page, result.svg().encode(), photo=data, background=background, history=result.history, name=name)

@@ -21,8 +21,8 @@ from warpvec.files import check_writable
 @click.option("--image", metavar="IMAGE", help="Image to compare with.")
 @background_option
 @click.option("--history", metavar="FILE", help="Output of run --json, for the convergence plot.")
-@click.option("--report", metavar="FILE", help="Write the page to this HTML file instead of opening it.")
-def view(svg: str, image: str | None, background: str | None, history: str | None, report: str | None) -> None:
+@click.option("--report", "page", metavar="FILE", help="Write the page to this HTML file instead of opening it.")
+def view(svg: str, image: str | None, background: str | None, history: str | None, page: str | None) -> None:
     """Inspect and edit the file SVG (- for stdin) in the browser.
 
     The page is one HTML file without links. It compares the drawing with the image, shows levels of detail,
@@ -31,21 +31,21 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
     """
     inputs = {"SVG": svg, "--image": image, "--history": history}
     check_one_stdin(inputs)
-    check_distinct_files({**inputs, "--report": report})
+    check_distinct_files({**inputs, "--report": page})
     check_background(background, image)
-    if report is not None:
-        check_writable(report, "--report")
+    if page is not None:
+        check_writable(page, "--report")
     data = read_svg_bytes(svg)
     photo = read_bytes(image, "--image") if image is not None else None
     records = _read_history(history) if history is not None else None
     # This import takes seconds. By now most mistakes have been reported.
-    from warpvec.viewer.page import write_report
+    from warpvec.viewer.page import write_page
 
     name = "drawing" if svg == "-" else Path(svg).stem
-    page = Path(report) if report is not None else Path(tempfile.mkdtemp(prefix="warpvec-")) / f"{name}.html"
-    write_report(page, data, photo=photo, background=background, history=records, name=name)
-    if report is None and not webbrowser.open(page.as_uri()):
-        click.echo(f"no browser could be started; open {page}", err=True)
+    path = Path(page) if page is not None else Path(tempfile.mkdtemp(prefix="warpvec-")) / f"{name}.html"
+    write_page(path, data, photo=photo, background=background, history=records, name=name)
+    if page is None and not webbrowser.open(path.as_uri()):
+        click.echo(f"no browser could be started; open {path}", err=True)
 
 
 def _read_history(path: str) -> Any:

@@ -1,4 +1,4 @@
-"""The report on a file that a command prints, as text or as JSON."""
+"""Print the summary of a file that a command wrote or measured, as text or as JSON."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _INTERNAL_IMAGES = {"exact": "as the exact renderer draws it", "splat": "of the 
 """Renderer of the fit -> the image that the internal PSNR is measured on."""
 
 
-def report(metrics: dict[str, Any], out: str, as_json: bool, *, verbose: bool = False) -> None:
+def print_summary(metrics: dict[str, Any], out: str, as_json: bool, *, verbose: bool = False) -> None:
     """Print the ``metrics`` of the file ``out``: to stdout, or to stderr if ``out`` is "-" because stdout has the SVG.
 
     ``verbose`` adds the PSNR inside the fit to the text. JSON always contains it, and so does the text for the renderer
     splat, whose soft image differs from the file.
     """
-    text = json.dumps(_finite(metrics), allow_nan=False) if as_json else _summary(metrics, out, verbose)
+    text = json.dumps(_finite(metrics), allow_nan=False) if as_json else _text(metrics, out, verbose)
     click.echo(text, err=out == "-")
 
 
@@ -33,7 +33,7 @@ def _finite(value: Any) -> Any:
     return None if value in (math.inf, -math.inf) else value
 
 
-def _summary(metrics: dict[str, Any], out: str, verbose: bool) -> str:
+def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     backdrops = ", over black and over white" if metrics["transparent"] else ""
     lines = [
         "{out}: {curves} curves, {segments} segments, {bytes:,} bytes, {gzip_bytes:,} gzipped",
