@@ -265,6 +265,8 @@ def test_on_progress_is_called_after_every_iteration(photo: Photo) -> None:
         ({"device": "cuda:x"}, "device must be .*, got 'cuda:x'"),
         ({"device": "cuda:99"}, "device must be .* on this machine, got 'cuda:99'"),
         ({"background": "sea"}, "background must be"),
+        ({"trim": 1}, "trim must be True or False, got 1"),
+        ({"metadata": "no"}, "metadata must be True or False, got 'no'"),
     ],
 )
 def test_wrong_arguments_are_input_errors(photo: Photo, arguments: dict[str, Any], message: str) -> None:

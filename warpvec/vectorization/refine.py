@@ -61,6 +61,7 @@ def refine(
     given = settings if curves is None else {**settings, "curves": curves}
     config = make_config(preset, **with_curves(with_drawing_settings(settings, drawing), curves, goal))
     config = refine_config(config, given, goal, drawing)
+    file_options = FileOptions(metadata=metadata, trim=trim)
     resolve_device(config.device)
     photo = read_image(image, background, name="image")
     return refine_photo(
@@ -70,7 +71,7 @@ def refine(
         goal,
         title=title_of(image),
         on_progress=on_progress,
-        file_options=FileOptions(metadata=metadata, trim=trim),
+        file_options=file_options,
     )
 
 
