@@ -196,5 +196,5 @@ def test_another_photo_is_refused(tmp_path: Path) -> None:
     config = make_config(**QUICK)
     state = _crashed(_photo(), config, tmp_path / "fit", 9, 4)
     for photo in (_photo() * 0.999, _photo()[:-1], np.dstack([_photo(), np.ones((36, 48), np.float32)])):
-        with pytest.raises(InputError, match="^IN must be the photo of the checkpoint"):
+        with pytest.raises(InputError, match="^image must be the photo of the checkpoint"):
             fit_photo(photo.astype(np.float32), config, resume=state)

@@ -70,6 +70,7 @@ def vectorize(
     """
     goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=curves == "auto")
     config = make_config(preset, **with_curves(settings, curves, goal))
+    file_options = FileOptions(metadata=metadata, trim=trim)
     resolve_device(config.device)  # report an unknown device before reading the image
     return fit_photo(
         read_image(image, background, name="image"),
@@ -77,7 +78,7 @@ def vectorize(
         title=title_of(image),
         goal=goal,
         on_progress=on_progress,
-        file_options=FileOptions(metadata=metadata, trim=trim),
+        file_options=file_options,
     )
 
 
@@ -137,7 +138,7 @@ def _state_of(checkpoint: Checkpoint, target: Tensor, config: FitConfig) -> Stat
     """
     if checkpoint.target_digest != digest(target):
         rule = "must be the photo of the checkpoint, unchanged"
-        raise InputError("IN", rule, "another one", "give that photo, or start anew without the checkpoint")
+        raise InputError("image", rule, "another one", "give that photo, or start anew without the checkpoint")
     settings = {**checkpoint.state["config"], "threads": config.threads, "device": config.device}
     return {**checkpoint.state, "config": settings}
 

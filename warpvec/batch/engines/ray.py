@@ -74,11 +74,9 @@ class RayEngine:
         try:
             ray.init(address=self._address or "auto", log_to_driver=False, logging_level="error")
         except (ConnectionError, ValueError, RuntimeError) as error:
-            given = "no --ray-address" if self._address is None else repr(self._address)
+            given = "none" if self._address is None else repr(self._address)
             remedy = "start one with ray start --head, or set RAY_AUTH_TOKEN if it needs that"
-            raise InputError(
-                "--ray-address", "must lead to a running Ray cluster", f"{given} ({error})", remedy
-            ) from error
+            raise InputError("address", "must lead to a running Ray cluster", f"{given} ({error})", remedy) from error
         try:
             yield ray
         finally:
@@ -93,7 +91,7 @@ class RayEngine:
         if room < 1:
             has = ", ".join(f"{resources.get(name, 0):g} {name}" for name in wanted)
             needs = ", ".join(f"{amount} {name}" for name, amount in wanted.items())
-            remedy = "use fewer --threads or another --device, or add machines"
+            remedy = "use fewer threads or another device, or add machines"
             raise InputError("the Ray cluster", f"must have {needs} for a worker", has, remedy)
         return WorkerShare("cuda" if on_gpu else "cpu", self._threads), min(self._jobs or room, room)
 
@@ -103,7 +101,7 @@ def _import_ray() -> Any:
         import ray
     except ImportError:
         remedy = "pip install 'warpvec[cluster]', which contains it"
-        raise InputError("--engine", "must be local unless Ray is installed", "'ray'", remedy) from None
+        raise InputError("engine", "must be local unless Ray is installed", "'ray'", remedy) from None
     return ray
 
 
