@@ -100,7 +100,7 @@ def test_a_drawing_of_another_size_is_scaled(photo: Path) -> None:
     [
         (FOREIGN.replace('height="64">', 'height="96">', 1), "--from must have the proportions of the photo, 96 x 64"),
         ('<svg xmlns="http://www.w3.org/2000/svg" width="96" height="64"/>', "--from must contain filled paths"),
-        ("not an svg", "SVG"),
+        ("not an svg", "--from must be well-formed XML"),
     ],
 )
 def test_other_drawings_are_refused_in_one_line(photo: Path, text: str, message: str) -> None:

@@ -83,7 +83,7 @@ def test_a_written_file_asks_for_the_same(photo: Path, asked: Any, options: list
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--segments", "7"], ["--segments must be the drawing's, 4, got 7; leave it out"]),
+        (["--segments", "7"], ["--segments must be 4, as in the SVG, got 7; leave it out"]),
         (["--iterations", "0"], ["--iterations must be", "got 0"]),
         (["--max-bytes", "9k", "--policy", "replacement"], ["--policy must be scaffolding to meet a goal"]),
         (["--preset", "paper"], ["--path-model must be segments", "got 'sides'", "another preset"]),

@@ -312,8 +312,9 @@ def test_refine_begins_with_the_paths_of_a_file(tmp_path: Path) -> None:
     [
         ("missing.svg", {}, "svg must be an SVG file, its text or its bytes, got 'missing.svg'"),
         ('<svg xmlns="http://www.w3.org/2000/svg" width="8" height="8"/>', {}, "svg must contain filled paths"),
+        ("<svg", {}, "svg must be well-formed XML"),
         (SQUARE, {}, "svg must have the proportions of the photo, 48 x 32, got 8 x 8"),
-        (SQUARE, {"segments": 7}, "segments must be the drawing's"),
+        (SQUARE, {"segments": 7}, "segments must be 4, as in the SVG, got 7"),
         (SQUARE, {"preset": "paper"}, "path_model must be segments to refine a drawing, got 'sides'"),
     ],
 )

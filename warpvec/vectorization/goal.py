@@ -230,7 +230,7 @@ def describe(facts: dict[str, Any]) -> str:
 def _check_psnr(value: Any) -> float:
     number = as_float(value)
     if not 0 < number <= 100:
-        raise InputError("target_psnr", "must be above 0 and at most 100", show(value), "photos reach 25 to 35")
+        raise InputError("target_psnr", "must be above 0 and at most 100", show(value), "give 25 to 35 for a photo")
     return number
 
 

@@ -81,7 +81,10 @@ def read_drawing(data: bytes, name: str = "svg") -> LoadedSvg:
     Raises:
         InputError: it is not an SVG, or it has no filled paths.
     """
-    drawing = read_svg(data)
+    try:
+        drawing = read_svg(data)
+    except InputError as error:
+        raise error.renamed({"SVG": name}) from error
     if not len(drawing.scene):
         raise InputError(name, "must contain filled paths", "an SVG without any", "vectorize the image from scratch")
     return drawing
@@ -95,7 +98,7 @@ def with_drawing_settings(given: dict[str, Any], drawing: LoadedSvg) -> dict[str
     """
     segments = drawing.scene.piece_count
     if given.get("segments", segments) != segments:
-        raise InputError("segments", f"must be the drawing's, {segments}", str(given["segments"]), "leave it out")
+        raise InputError("segments", f"must be {segments}, as in the SVG", str(given["segments"]), "leave it out")
     decided = {"recycle_gap": 0, "segments": segments}
     if drawing.precision is not None:
         decided["precision"] = drawing.precision
