@@ -14,13 +14,12 @@ from warpvec.cli.progress import show_progress
 from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
 from warpvec.files import make_folder
-from warpvec.fit.progress import Progress
+from warpvec.fit.progress import OnProgress, Progress
 from warpvec.image.resize import fitted_size
 from warpvec.image.video import Video, check_video
 from warpvec.image.write import write_png
 from warpvec.rendering.draw import draw_pixels
 
-OnProgress = Callable[[Progress], None]
 TakeFrame = Callable[[int, NDArray[np.float32]], None]
 """Receives the number of the iteration and an image [h, w, 3 or 4]."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
@@ -11,9 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 
-from warpvec.fit.progress import Pace, Progress
-
-OnProgress = Callable[[Progress], None]
+from warpvec.fit.progress import OnProgress, Pace, Progress
 
 BAR_SECONDS = 0.2
 """Time between two updates of the bar. It looks alive and takes less than 1 % of a core."""

@@ -20,7 +20,7 @@ from warpvec.fit.palette import Palette, with_pure_colors
 from warpvec.fit.policies.prefixes import prefix_length, with_prefix
 from warpvec.fit.policies.registry import config_from_start, make_policy
 from warpvec.fit.population import Population
-from warpvec.fit.progress import FitResult, Progress, history_entry
+from warpvec.fit.progress import FitResult, OnProgress, Progress, history_entry
 from warpvec.fit.regularization import Regularization
 from warpvec.fit.state import Saving, State
 from warpvec.fit.target import Target
@@ -35,7 +35,7 @@ _HISTORY_GAP, _HISTORY_GAP_CUDA = 10, 50
 def fit(
     target: Tensor,
     config: FitConfig,
-    on_progress: Callable[[Progress], None] | None = None,
+    on_progress: OnProgress | None = None,
     *,
     start: Scene | None = None,
     resume: State | None = None,
@@ -92,7 +92,7 @@ class _Fit:
         image: Tensor,
         config: FitConfig,
         device: str,
-        on_progress: Callable[[Progress], None] | None,
+        on_progress: OnProgress | None,
         start: Scene | None,
     ) -> None:
         self._height, self._width = height, width = image.shape[:2]

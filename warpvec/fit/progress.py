@@ -30,6 +30,10 @@ class Progress:
         return psnr_from_mse(float(self.loss))
 
 
+OnProgress = Callable[[Progress], None]
+"""Function that a fit calls after every iteration."""
+
+
 @dataclass(frozen=True)
 class FitResult:
     """The result of a fit: the scene in pixels of the fitted image, on the CPU, and facts about the run."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ from warpvec.config.presets import make_config
 from warpvec.errors import InputError
 from warpvec.fit.checkpoint import Checkpoint, write_checkpoint
 from warpvec.fit.loop import fit
-from warpvec.fit.progress import Progress
+from warpvec.fit.progress import OnProgress
 from warpvec.fit.state import Saving, State, digest
 from warpvec.geometry.scene import Scene
 from warpvec.image.read import ImageSource, read_image
@@ -30,9 +29,7 @@ from warpvec.vectorization.goal import Goal, with_curves
 from warpvec.vectorization.result import Result
 from warpvec.vectorization.search import Search
 
-__all__ = ["FileOptions", "OnProgress", "Result", "evaluate", "fit_photo", "title_of", "vectorize"]
-
-OnProgress = Callable[[Progress], None]
+__all__ = ["FileOptions", "Result", "evaluate", "fit_photo", "title_of", "vectorize"]
 
 
 def vectorize(

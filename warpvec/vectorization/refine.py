@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
+from warpvec.fit.progress import OnProgress
 from warpvec.geometry.scene import Scene
 from warpvec.image.read import ImageSource, read_image
 from warpvec.rendering.launch import resolve_device
 from warpvec.svg.read import LoadedSvg, read_svg
-from warpvec.vectorization.api import OnProgress, fit_photo, title_of
+from warpvec.vectorization.api import fit_photo, title_of
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import CORRECTION_RATE, Goal, require_scaffolding, with_curves
 from warpvec.vectorization.result import Result

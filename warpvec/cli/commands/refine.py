@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import Any
 
 import click
@@ -50,7 +49,13 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options
     --flat, --initial-curves, --initial-radius and --radius-decay are not used.
     """
     check_out(out)
-    from warpvec.vectorization.refine import place_on_photo, read_drawing, refine_config, with_drawing_settings
+    from warpvec.vectorization.refine import (
+        place_on_photo,
+        read_drawing,
+        refine_config,
+        refine_photo,
+        with_drawing_settings,
+    )
 
     loaded = read_drawing(read_svg_bytes(drawing, "--from"), "--from")
     given = {name: value for name, value in options.items() if value is not None}
@@ -61,19 +66,19 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options
     from warpvec.cli.progress import show_progress
     from warpvec.image.read import read_image
     from warpvec.rendering.launch import resolve_device
-    from warpvec.vectorization import refine as refining
+    from warpvec.vectorization.api import title_of
 
     resolve_device(config.device)
-    photo = read_image(read_source(source), options["background"], name="IN")
+    image = read_source(source)
+    photo = read_image(image, options["background"], name="IN")
     start = place_on_photo(loaded, photo, "--from")
     if options["write_config"] is not None:
         found = stated(options["preset"], options["background"], options, config)
         kept = {name: value for name, value in found.items() if name in given or name not in DECIDED}
         write_settings(options["write_config"], kept)
-    title = None if source == "-" else Path(source).stem
     with show_progress(sys.stderr, quiet=options["quiet"]) as show:
-        result = refining.refine_photo(
-            photo, start, config, goal, title=title, on_progress=show, file_options=file_options(options)
+        result = refine_photo(
+            photo, start, config, goal, title=title_of(image), on_progress=show, file_options=file_options(options)
         )
     write_svg_file(result.svg(), out)
     if options["as_json"] or not options["quiet"]:

@@ -116,7 +116,7 @@ def _fit(
     # These imports take seconds. By now most mistakes have been reported.
     from warpvec.cli.frames import watch
     from warpvec.rendering.launch import resolve_device
-    from warpvec.vectorization.api import fit_photo
+    from warpvec.vectorization.api import fit_photo, title_of
 
     resolve_device(config.device)
     frames, video, every = options["save_frames"], options["video"], options["every"]
@@ -124,7 +124,7 @@ def _fit(
         if options["write_config"] is not None:
             write_settings(options["write_config"], stated(options["preset"], options["background"], options, config))
         result = fit_photo(
-            photo, config, title=None if source == "-" else Path(source).stem, goal=goal, on_progress=on_progress,
+            photo, config, title=title_of(image), goal=goal, on_progress=on_progress,
             checkpoint=options["checkpoint"], every=every, resume=checkpoint,
             file_options=file_options(options),
         )  # fmt: skip
