@@ -23,6 +23,7 @@ from warpvec.vectorization.goal import (
     is_met,
     is_worth_doubling,
     make_facts,
+    narrows_bracket,
     next_count,
     parse_size,
     with_curves,
@@ -46,7 +47,7 @@ def test_sizes_are_read_in_thousands(text: str, size: int) -> None:
     "text",
     ["", "k", "0", "-5", "0.5", "1e5", "80KiB", "8_0", "80kk", "5 apples", "٣k", "nan", "inf", "9" * 400, "1\n\n2"],
 )
-def test_what_is_no_size_is_refused_in_a_line(text: str) -> None:
+def test_a_text_that_is_not_a_size_is_refused_in_one_line(text: str) -> None:
     with pytest.raises(InputError, match="^max_bytes must be a size such as 50000, 80k or 1.5M, got ") as caught:
         parse_size(text)
     assert "\n" not in str(caught.value)
@@ -64,12 +65,12 @@ def test_a_goal_says_which_value_is_wrong(field: str, value: Any) -> None:
         Goal(**{field: value})
 
 
-def test_a_goal_is_what_asks_for_something() -> None:
+def test_a_goal_without_requirements_is_false() -> None:
     assert not Goal() and not Goal(gzip=True)
     assert Goal(max_bytes=1) and Goal(target_psnr=30) and Goal(auto=True)
 
 
-def test_the_most_paths_of_a_goal_are_those_that_are_given() -> None:
+def test_a_given_number_of_paths_is_the_most_that_a_goal_may_use() -> None:
     goal = Goal(max_bytes=1000)
     assert with_curves({"seed": 1}, None, goal) == {"seed": 1, "curves": CURVES_MAX}
     assert with_curves({}, "auto", Goal(auto=True)) == {"curves": CURVES_MAX}
@@ -111,9 +112,7 @@ def _trial(asked: int = 100, size: int = 10_000, psnr: float = 25.0, curves: int
         (Goal(max_bytes=10_000, target_psnr=25.0), _trial(size=10_001, psnr=25.1), False),
     ],
 )
-def test_a_fit_is_enough_within_the_bytes_where_more_paths_or_fewer_would_not_be_better(
-    goal: Goal, trial: Trial, met: bool
-) -> None:
+def test_a_search_ends_when_no_other_number_of_paths_would_be_better(goal: Goal, trial: Trial, met: bool) -> None:
     assert is_met(goal, [trial], 512) is met
 
 
@@ -147,9 +146,7 @@ def test_a_fit_is_enough_within_the_bytes_where_more_paths_or_fewer_would_not_be
         (Goal(auto=True), [_trial(64, curves=60)], 64),
     ],
 )
-def test_the_next_number_of_paths_is_where_bytes_and_decibels_should_be(
-    goal: Goal, trials: list[Trial], count: float
-) -> None:
+def test_the_next_number_of_paths_aims_at_the_bytes_and_the_psnr(goal: Goal, trials: list[Trial], count: float) -> None:
     assert next_count(goal, trials, 512) == count
 
 
@@ -208,8 +205,13 @@ def _search(goal: Goal, fitter: Fitter, curves_max: int = CURVES_MAX) -> list[Tr
     """Search as `warpvec.vectorization.search.Search` does, without fits."""
     trials = [fitter.trial(min(PROBE_CURVES, curves_max), eligible=False)]
     trials.append(fitter.trial(next_count(goal, trials, curves_max)))
-    while not is_met(goal, trials, curves_max) and len(trials) < 2 + CORRECTIONS_MAX:
-        trials.append(fitter.trial(next_count(goal, trials, curves_max)))
+    outside_count = 0
+    while not is_met(goal, trials, curves_max):
+        count = next_count(goal, trials, curves_max)
+        outside_count += not narrows_bracket(goal, trials, count)
+        if outside_count > CORRECTIONS_MAX:
+            break
+        trials.append(fitter.trial(count))
     return trials
 
 

@@ -79,7 +79,7 @@ def test_the_file_states_the_settings_that_were_asked_for() -> None:
 
 
 def test_a_probe_and_a_whole_fit_come_first_and_corrections_continue() -> None:
-    fits = Fits(lambda asked: asked // 2)  # which is never enough
+    fits = Fits(lambda asked: asked // 2)  # too few paths for the bytes, however many are asked for
     result = _run(fits, Goal(max_bytes=9_000))
     assert len(fits.asked) == 2 + CORRECTIONS_MAX
     assert [config.iterations for config in fits.asked] == [10, 40, *[10] * CORRECTIONS_MAX]
@@ -221,7 +221,7 @@ def test_a_time_budget_ends_the_search(seconds: float, fit_count: int, monkeypat
     assert _metadata(result.svg())["time_budget"] == 80.0
 
 
-def test_where_the_doubling_took_the_time_its_best_fit_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_if_doubling_takes_all_the_time_its_best_fit_is_the_result(monkeypatch: pytest.MonkeyPatch) -> None:
     fits = Fits()
     clock = Clock(fits, 1000.0)
     monkeypatch.setattr(search.time, "perf_counter", clock)

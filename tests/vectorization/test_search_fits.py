@@ -111,7 +111,7 @@ def test_a_photo_of_one_colour_ends_at_once(photo: NDArray[np.uint8], goal: dict
 
 
 @pytest.mark.parametrize("settings", [{"colors": 4}, {"opacity": "opaque"}, {"min_area": 6.0}])
-def test_goals_go_with_other_wishes(photo: NDArray[np.uint8], settings: dict[str, Any]) -> None:
+def test_a_file_size_is_met_with_other_settings(photo: NDArray[np.uint8], settings: dict[str, Any]) -> None:
     result = warpvec.vectorize(photo, max_bytes=5_000, **QUICK, **settings)
     assert 0.9 * 5_000 <= len(result.svg().encode()) <= 5_000
     if "colors" in settings:
@@ -127,7 +127,7 @@ def file(photo: NDArray[np.uint8], tmp_path: Path) -> Path:
     return tmp_path / "cat.png"
 
 
-def test_run_says_what_it_took(file: Path) -> None:
+def test_run_reports_the_size_and_the_fits_of_the_search(file: Path) -> None:
     out = file.with_name("out.svg")
     result = invoke("run", file, out, "--max-bytes", "6k", "--time-budget", "60", *OPTIONS)
     assert result.exit_code == 0, result.output
@@ -157,7 +157,7 @@ def test_a_perfect_file_is_reported_as_json_too(tmp_path: Path) -> None:
     assert metrics["goal"]["met"]
 
 
-def test_what_holds_no_path_is_refused(file: Path) -> None:
+def test_a_file_size_too_small_for_one_path_is_refused(file: Path) -> None:
     out = file.with_name("out.svg")
     assert_refused(invoke("run", file, out, "--max-bytes", "500", "-q", *OPTIONS), "must be enough for a path")
     assert not out.exists()
