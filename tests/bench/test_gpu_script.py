@@ -72,7 +72,11 @@ def test_without_an_interpreter_it_prints_one_line() -> None:
 def test_all_parts_run_and_the_slowest_kernels_are_counted(stage: Path) -> None:
     result, commands = act(stage)
     assert result.returncode == 0, result.stdout + result.stderr
-    assert any("pytest" in command and "-k cuda" in command for command in commands)
+    kernel_tests, other_tests = [command.split() for command in commands if "-m pytest" in command]
+    paths = [word for word in kernel_tests if word.startswith("tests/")]
+    assert paths and all((SCRIPT.parents[1] / path).exists() for path in paths)
+    assert [word for word in other_tests if word.startswith("--ignore=")] == [f"--ignore={path}" for path in paths]
+    assert all("cuda" in command for command in (kernel_tests, other_tests)) and other_tests[-1] == "tests"
     scenes = [command.split("--scene ")[1].split()[0] for command in commands if command.startswith("bench/bench_step")]
     assert scenes == ["kodim07-256", "kodim07-1024", "photo-2040x1344-2048", "wide-4096x4096-4096"]
     assert any("bench_fit.py" in command and "kodim07.png" in command for command in commands)
@@ -80,7 +84,9 @@ def test_all_parts_run_and_the_slowest_kernels_are_counted(stage: Path) -> None:
     assert "regex:.*(integrate_edges|accumulate_winding).*" in counters
 
 
-@pytest.mark.parametrize(("failing", "name"), [("pytest", "tests on the GPU"), ("wide-4096", "step, wide-4096x4096")])
+@pytest.mark.parametrize(
+    ("failing", "name"), [("pytest", "kernel tests on the GPU"), ("wide-4096", "step, wide-4096x4096")]
+)
 def test_a_failed_part_is_named_and_the_rest_runs(stage: Path, failing: str, name: str) -> None:
     result, commands = act(stage, failing)
     assert result.returncode == 1 and f"failed: {name}" in result.stdout
