@@ -42,11 +42,12 @@ def _contents(folder: Path) -> dict[str, bytes]:
         (["run", "photo.png", "o.svg", "--checkpoint", "s", "--report", "s"], ["--report", "--checkpoint"]),
         (["run", "photo.png", "o.svg", "--video", "a.gif", "--report", "a.gif"], ["--video", "--report"]),
         (["run", "photo.png", "link.svg", "--report", "drawing.svg"], ["OUT", "--report"]),
+        (["lod", "drawing.svg", "--levels", "0", "-o", "link.svg"], ["SVG", "-o"]),
         (["refine", "photo.png", "o.svg", "--from", "drawing.svg", "--write-config", "link.svg"], ["--from"]),
         (["refine", "drawing.svg", "link.svg", "--from", "other.svg"], ["IN", "OUT"]),
         (["view", "drawing.svg", "--report", "link.svg"], ["SVG", "--report"]),
         (["view", "drawing.svg", "--image", "photo.png", "--report", "photo.png"], ["--image", "--report"]),
-        (["lod", "drawing.svg", "--image", "link.svg", "--levels", "0", "-o", "link.svg"], ["--image", "-o"]),
+        (["lod", "drawing.svg", "--image", "photo.png", "--levels", "0", "-o", "photo.png"], ["--image", "-o"]),
     ],
 )
 def test_two_names_for_one_file_are_refused(folder: Path, arguments: list[str], names: list[str]) -> None:

@@ -44,7 +44,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
             lines.append(f"PSNR {{internal_psnr:.2f}} dB inside the fit ({_INTERNAL_IMAGES[metrics['renderer']]})")
         if metrics["degree"] != 3:
             lines.append("sides of degree {degree} written as cubics within {conversion_px:.3f} px")
-        lines.append("{iterations} iterations in {seconds:.1f} s on {device}")
+        stopped = ", interrupted: the best result so far" if metrics["interrupted"] else ""
+        lines.append(f"{{iterations}} iterations in {{seconds:.1f}} s on {{device}}{stopped}")
     if metrics.get("levels"):
         parts = (f"{level['curves']} curves {level['psnr']:.2f} dB" for level in metrics["levels"])
         lines.append("up to each level: " + ", ".join(parts))

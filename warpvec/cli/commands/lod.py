@@ -16,7 +16,7 @@ from warpvec.cli.arguments import (
     check_one_stdin,
     check_out,
     json_option,
-    read_source,
+    read_photo,
     read_svg_bytes,
     write_svg_file,
 )
@@ -55,7 +55,7 @@ def lod(
     _check_options(svg, levels, output, split)
     check_background(background, image)
     check_one_stdin({"SVG": svg, "--image": image})
-    check_distinct_files({"--image": image, "-o": output})
+    check_distinct_files({"SVG": svg, "--image": image, "-o": output})
     data = read_svg_bytes(svg)
     if levels is not None and output is not None:
         _write_levels(data, levels, output)
@@ -102,7 +102,7 @@ def _rows(data: bytes, image: str | None, background: str | None) -> list[dict[s
     """
     from warpvec.svg.layers import prefixes, read_layers
 
-    photo = None if image is None else _read_photo(image, background)
+    photo = None if image is None else read_photo(image, background)
     path_counts: Counter[int] = Counter()
     for layer in read_layers(data):
         path_counts[layer.level] += layer.path_count
@@ -112,12 +112,6 @@ def _rows(data: bytes, image: str | None, background: str | None) -> list[dict[s
         row = {"level": level, "paths": path_counts[level], "prefix_paths": total, "prefix_bytes": len(text.encode())}
         rows.append(row if photo is None else {**row, "prefix_psnr": _psnr(text, photo)})
     return rows
-
-
-def _read_photo(image: str, background: str | None) -> NDArray[np.float32]:
-    from warpvec.image.read import read_image
-
-    return read_image(read_source(image), background, name="--image")
 
 
 def _psnr(text: str, photo: NDArray[np.float32]) -> float | None:
