@@ -167,6 +167,7 @@ def test_interrupted_fit_is_saved_and_exits_with_130(photo: Path, monkeypatch: p
     assert result.exit_code == 130
     assert out.read_text(encoding="utf-8").endswith("</svg>\n")
     assert "8 curves" in result.stdout
+    assert "interrupted: the best result so far" in result.stdout
 
 
 def test_interrupt_outside_the_fit_exits_with_130_and_writes_nothing(
@@ -210,7 +211,7 @@ def test_options_reach_the_fit_and_the_preset_decides_the_rest(
     ("options", "words"),
     [
         (["--curves", "0"], ["--curves must be", "at least 1", "got 0"]),
-        (["--curves", "many"], ["--curves", "many"]),
+        (["--curves", "many"], ["--curves must be a whole number or auto, got 'many'"]),
         (["--fit-size", "0"], ["--fit-size must be", "got 0"]),
         (["--iterations", "-1"], ["--iterations must be"]),
         (["--threads", "0"], ["--threads must be"]),
@@ -221,7 +222,7 @@ def test_options_reach_the_fit_and_the_preset_decides_the_rest(
         (["--save-frames", ""], ["--save-frames must be a folder", "got ''", "choose another"]),
         (["--radius-decay", "nan"], ["--radius-decay must", "nan"]),
         (["--preset", "fast"], ["--preset must be one of draft, default, best, paper, bezier-splatting", "fast"]),
-        (["--renderer", "blur"], ["--renderer must be one of", "blur"]),
+        (["--renderer", "splatt"], ["--renderer must be one of exact, splat, got 'splatt'; did you mean splat?"]),
         (["--preset", "paper", "--renderer", "exact"], ["--path-model must be segments with", "exact", "'sides'"]),
         (["--degree", "13"], ["--degree must be a whole number from 2 to 12", "got 13"]),
         (["--lines", "0"], ["--lines must be", "got 0"]),
@@ -230,7 +231,7 @@ def test_options_reach_the_fit_and_the_preset_decides_the_rest(
         (["--device", "gpu"], ["--device must be auto or one of cpu", "'gpu'"]),
         (["--device", "cuda:99"], ["--device must be auto or one of cpu", "'cuda:99'"]),
         (["--background", "sea"], ["--background must be", "'sea'"]),
-        (["--every", "0"], ["--every", "0"]),
+        (["--every", "0"], ["--every must be a whole number of at least 1, got '0'"]),
     ],
 )
 def test_wrong_settings_are_refused_before_anything_is_written(
