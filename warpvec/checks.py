@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+from difflib import get_close_matches
 from numbers import Real
 from typing import Any
 
@@ -41,15 +42,17 @@ def check_number(name: str, value: Any, low: float, high: float) -> float:
 
 
 def check_choice(name: str, value: Any, allowed: tuple[str, ...]) -> None:
-    """Raise InputError unless ``value`` is one of the ``allowed`` names."""
+    """Raise InputError, which suggests the name that is most like ``value``, unless it is one of the ``allowed``."""
     if not isinstance(value, str) or value not in allowed:
-        raise InputError(name, f"must be one of {', '.join(allowed)}", show(value), "give one of these")
+        similar = get_close_matches(value, allowed, n=1, cutoff=0.7) if isinstance(value, str) else []
+        remedy = f"did you mean {similar[0]}?" if similar else ""
+        raise InputError(name, f"must be one of {', '.join(allowed)}", show(value), remedy)
 
 
 def check_flag(name: str, value: Any) -> None:
     """Raise InputError unless ``value`` is True or False."""
     if not isinstance(value, bool):
-        raise InputError(name, "must be True or False", show(value), "give one of these")
+        raise InputError(name, "must be True or False", show(value))
 
 
 def as_float(value: Any) -> float:

@@ -146,9 +146,10 @@ def test_the_background_is_written_too(photo: Path, asked: Asked) -> None:
     ("text", "words"),
     [
         ("tempo = 3", ["tempo in", "settings.toml", "must be the name of an option of this command"]),
-        ("curves = 12.7", ["--curves", "'12.7' is not a valid integer"]),
-        ("curves = true", ["--curves", "is not a valid integer"]),
-        ('curves = "many"', ["--curves", "is not a valid integer"]),
+        ("curves = 12.7", ["--curves must be a whole number or auto, got '12.7'"]),
+        ("curves = true", ["--curves must be a whole number or auto, got 'True'"]),
+        ("seed = 0.5", ["--seed must be a whole number, got '0.5'"]),
+        ("min-area = true", ["--min-area must be a number, got 'True'"]),
         ("curves = 0", ["--curves must be", "got 0"]),
         ("flat = 7", ["flat", "'7' is not a valid boolean"]),
         ("palette = 5", ["--palette must be colours", "or a file of them, got '5'"]),

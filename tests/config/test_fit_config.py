@@ -61,7 +61,7 @@ WRONG_TYPES = [
 
 @pytest.mark.parametrize(("name", "value"), WRONG_TYPES)
 def test_wrong_types_are_reported_like_wrong_values(name: str, value: Any) -> None:
-    with pytest.raises(InputError, match=f"^{name} must .*, got .*; ") as caught:
+    with pytest.raises(InputError, match=f"^{name} must .*, got ") as caught:
         FitConfig(**{name: value})
     assert "\n" not in str(caught.value)
 
@@ -157,7 +157,9 @@ def test_values_at_the_ends_of_their_ranges_are_accepted(settings: dict[str, Any
 
 
 def test_a_population_that_does_not_grow_is_refused_unless_it_starts_full() -> None:
-    with pytest.raises(InputError, match="growth must be more than 1"):
+    with pytest.raises(
+        InputError, match="growth must be above 1, because initial_curves 16 is below curves 512, got 1.0; give"
+    ):
         FitConfig(growth=1.0)
     assert FitConfig(growth=1.0, flat=True).flat
     assert FitConfig(growth=1.0, policy="replacement").growth == 1.0

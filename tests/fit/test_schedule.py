@@ -53,7 +53,7 @@ def test_inflation_count_is_the_first_full_generation(growth, curves):
 
 
 def test_a_population_that_cannot_grow_is_refused():
-    with pytest.raises(InputError, match="growth must be more than 1"):
+    with pytest.raises(InputError, match="growth must be above 1"):
         inflation_count(FitConfig(growth=1.0))
     assert inflation_count(FitConfig(growth=1.0, curves=16)) == 0
 

@@ -6,11 +6,16 @@ import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from warpvec.errors import InputError
 from warpvec.files import check_writable, encode_svg, write_atomic
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 preset_option = click.option("--preset", default="default", metavar="NAME", help="Named settings to start from.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Report as one JSON object (infinity as null).")
@@ -84,6 +89,17 @@ def check_one_stdin(inputs: Mapping[str, str | None]) -> None:
 def read_source(source: str) -> str | bytes:
     """Return the bytes of stdin if ``source`` is "-", otherwise ``source``, the path of an image."""
     return sys.stdin.buffer.read() if source == "-" else source
+
+
+def read_photo(image: str, background: str | None) -> NDArray[np.float32]:
+    """Return the pixels of the image that the option --image names, as `read_image` does.
+
+    Raises:
+        InputError: the image cannot be read, or ``background`` is not a colour.
+    """
+    from warpvec.image.read import read_image  # not above: it loads NumPy and Pillow, which the help does without
+
+    return read_image(read_source(image), background, name="--image")
 
 
 def read_svg_bytes(path: str, name: str = "SVG") -> bytes:

@@ -12,7 +12,7 @@ from click.core import ParameterSource
 from warpvec.cli.arguments import check_one_stdin, default_out
 from warpvec.cli.options import FLAGS, RARE, SETTINGS, Setting
 from warpvec.cli.paths import check_distinct_files
-from warpvec.cli.value_types import ByteCount, CurveCount, PaletteColors
+from warpvec.cli.value_types import ByteCount, CurveCount, Number, PaletteColors, WholeNumber
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import PRESETS
 from warpvec.config.toml_file import read_settings
@@ -30,13 +30,14 @@ _OUTPUTS = {
 """Parameter of a command -> the file's name on the command line."""
 
 _FIELDS = {field.name: field for field in fields(FitConfig)}
-_TYPES: dict[str, type] = {"int": int, "float": float, "str": str}
-_METAVARS: dict[type, str] = {int: "N", float: "X", str: "NAME"}
+_TYPES: dict[str, tuple[Any, str]] = {"int": (WholeNumber(), "N"), "float": (Number(), "X"), "str": (str, "NAME")}
+"""Type of a field -> type of its option and placeholder of the value."""
+
 _SPECIAL_TYPES: dict[str, Any] = {
     "curves": CurveCount(),
     "palette": PaletteColors(),
     "max_bytes": ByteCount(),
-    "target_psnr": float,
+    "target_psnr": Number(),
 }
 
 
@@ -121,8 +122,10 @@ def _setting_option(name: str, row: Setting) -> click.Option:
     text = row.help if default is None or default is False else f"{row.help} [{'on' if default is True else default}]"
     if field is not None and field.type == "bool":
         return click.Option([f"{flag}/--no-{flag[2:]}"], default=None, help=text)
-    kind = _SPECIAL_TYPES.get(name) or _TYPES[str(_FIELDS[name].type).removesuffix(" | None")]
-    return click.Option([flag], type=kind, default=None, help=text, metavar=row.metavar or _METAVARS[kind])
+    if name in _SPECIAL_TYPES:
+        return click.Option([flag], type=_SPECIAL_TYPES[name], default=None, help=text, metavar=row.metavar)
+    kind, metavar = _TYPES[str(_FIELDS[name].type).removesuffix(" | None")]
+    return click.Option([flag], type=kind, default=None, help=text, metavar=row.metavar or metavar)
 
 
 def _general_options() -> list[click.Option]:

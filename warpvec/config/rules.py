@@ -34,7 +34,7 @@ def check_settings(settings: dict[str, Any]) -> dict[str, Any]:
     _check_path_model(checked)
     _check_growth(checked)
     if checked["lod"] and (checked["policy"], checked["z_order"]) != ("scaffolding", "creation"):
-        raise InputError("lod", "must be off without policy scaffolding and z_order creation", "True", "set these")
+        raise InputError("lod", "needs policy scaffolding and z_order creation", remedy="set them or leave lod out")
     if checked["palette"] is not None and checked["colors"]:
         raise InputError("colors", "must be 0 with a palette", str(checked["colors"]), "give one of the two")
     return checked
@@ -130,5 +130,5 @@ def _check_growth(settings: dict[str, Any]) -> None:
         raise InputError("growth", rule, str(growth), f"give {GROWTH_MIN} or more")
     starts_full = settings["flat"] or settings["policy"] != "scaffolding" or first >= count
     if growth == 1.0 and not starts_full:
-        rule = f"must be more than 1 to get from initial_curves {first} to {count} curves"
-        raise InputError("growth", rule, "1.0", "set flat to start with all of them")
+        rule = f"must be above 1, because initial_curves {first} is below curves {count}"
+        raise InputError("growth", rule, "1.0", "give 2, or flat")

@@ -21,7 +21,8 @@ def read_settings(path: str, known: Collection[str]) -> dict[str, str]:
     try:
         found = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:  # TOML and Unicode errors are ValueErrors
-        raise InputError("config", "must be a TOML file", f"{path!r} ({error})", "check it") from error
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError("config", "must be a TOML file", f"{path!r} ({reason})") from error
     settings = {name.replace("-", "_"): value for name, value in found.items()}
     for name, value in settings.items():
         if name not in known:
@@ -29,7 +30,7 @@ def read_settings(path: str, known: Collection[str]) -> dict[str, str]:
             raise InputError(f"{name} in {path!r}", rule, remedy="see --help-all for the names")
         if not isinstance(value, bool | int | float | str):
             rule = "must be a number, a text, true or false"
-            raise InputError(f"{name} in {path!r}", rule, repr(value), "give one of these")
+            raise InputError(f"{name} in {path!r}", rule, repr(value))
     return {name: str(value) for name, value in settings.items()}
 
 

@@ -92,7 +92,7 @@ def _load(source: ImageSource, name: str) -> NDArray[Any]:
         with _open_file(source, name) as stream:
             return _decode_stream(stream, repr(os.fspath(source)), name)
     rule = "must be a path, bytes, a PIL image, a numpy array or a torch tensor"
-    raise InputError(name, rule, type(source).__name__, "convert it to one of these")
+    raise InputError(name, rule, type(source).__name__, "convert it")
 
 
 def _is_tensor(source: object) -> bool:

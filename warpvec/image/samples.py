@@ -6,6 +6,7 @@ import os
 from importlib.util import find_spec
 from pathlib import Path
 
+from warpvec.checks import check_choice
 from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
 
@@ -30,8 +31,7 @@ def write_sample(name: str, path: str | os.PathLike[str]) -> None:
         InputError: there is no such sample, scikit-image is not installed, or ``path`` cannot be written.
     """
     check_writable(path, "path")
-    if name not in SAMPLES:
-        raise InputError("name", f"must be one of {', '.join(SAMPLES)}", repr(name), "choose one of these")
+    check_choice("name", name, SAMPLES)
     try:
         data = (_data_folder() / name).read_bytes()
     except OSError as error:

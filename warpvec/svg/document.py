@@ -132,7 +132,7 @@ def read_text(svg: str | bytes) -> str:
     except (OSError, EOFError, zlib.error) as error:
         raise InputError("SVG", "must be complete if gzipped", f"an error ({error})", "write it again") from None
     except UnicodeDecodeError as error:
-        raise InputError("SVG", "must be UTF-8 text", f"other bytes at {error.start}", "is it an SVG file?") from None
+        raise InputError("SVG", "must be UTF-8 text", f"other bytes at {error.start}", "give an SVG file") from None
 
 
 def local_name(tag: str) -> str:
@@ -240,7 +240,7 @@ def _is_plain(element: str, attributes: dict[str, str]) -> bool:
 def _check_root(element: str) -> None:
     if element != "svg":
         found = f"<{element}>" if element else "an element of another namespace"
-        raise InputError("SVG", "must have <svg> as its outermost element", found, "is it an SVG file?")
+        raise InputError("SVG", "must have <svg> as its outermost element", found, "give an SVG file")
 
 
 def _refuse_entity(name: str, *_: object) -> None:

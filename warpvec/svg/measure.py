@@ -146,7 +146,9 @@ def _draw_at(document: Document, width: int, height: int, transparent: bool) -> 
         return np.pad(drawing, ((0, rows), (0, columns), (0, 0)), mode="edge")
     if not _differs_by_rounding(document.root, width, height):
         found = f"{drawing.shape[1]} x {drawing.shape[0]}"
-        raise InputError("SVG", f"must have the proportions of {width} x {height}", found, "is it of another image?")
+        raise InputError(
+            "SVG", f"must have the proportions of {width} x {height}", found, "give the image it was made from"
+        )
     text = _stretched(document, width, height)
     return rasterize(text, width, height, transparent=transparent, sandboxed=sandboxed)
 

@@ -54,4 +54,4 @@ def check_pixels(width: float, height: float) -> None:
     """Raise an `InputError` unless a drawing of ``width`` x ``height`` has 1 to ``MAX_PIXELS`` pixels."""
     if not (width > 0 and height > 0 and width * height <= MAX_PIXELS):
         found = f"{width:g} x {height:g}"
-        raise InputError("SVG", f"must be drawn at 1 to {MAX_PIXELS} pixels", found, "choose another size")
+        raise InputError("SVG", f"must have a size of 1 to {MAX_PIXELS} pixels", found, "choose another size")

@@ -25,7 +25,7 @@ from PIL import Image
 from warpvec import __version__
 from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
-from warpvec.image.read import read_image
+from warpvec.image.read import ImageSource, read_image
 from warpvec.image.resize import reduce_image
 from warpvec.image.write import to_8_bits
 from warpvec.svg.measure import file_facts, file_quality
@@ -47,7 +47,7 @@ def write_page(
     path: str | os.PathLike[str],
     svg: bytes,
     *,
-    photo: bytes | None = None,
+    photo: ImageSource | None = None,
     background: str | None = None,
     history: list[dict[str, float]] | None = None,
     name: str | None = None,
@@ -57,7 +57,7 @@ def write_page(
     Args:
         path: the HTML file.
         svg: bytes of an ``.svg`` or ``.svgz`` file of any program.
-        photo: bytes of the image file that the SVG was made from; without it nothing is compared.
+        photo: the image that the SVG was made from, as `read_image` takes it; without it nothing is compared.
         background: colour behind a transparent image; None keeps it transparent.
         history: records of the fit as in `warpvec.Result.history`; without them there is no convergence plot. Records
             with an infinite PSNR, or with None in its place, are not plotted.

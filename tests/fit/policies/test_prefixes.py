@@ -143,5 +143,5 @@ def test_counts_of_prefixes_are_read_once_per_change_of_population(monkeypatch):
 
 
 def test_levels_need_an_order_by_creation():
-    with pytest.raises(InputError, match="lod must be off without policy scaffolding and z_order creation"):
+    with pytest.raises(InputError, match="lod needs policy scaffolding and z_order creation"):
         make_config("default", lod=True, z_order="area")

@@ -20,6 +20,7 @@ from warpvec.cli.arguments import (
 from warpvec.cli.options import file_options, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
 from warpvec.cli.summary import print_summary
+from warpvec.cli.value_types import WholeNumber
 from warpvec.config.fit_config import MACHINE_SETTINGS
 from warpvec.config.presets import PRESETS
 from warpvec.config.toml_file import write_settings
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
 @click.option("--checkpoint", metavar="FILE", help="Save the state of the fit here every --every iterations.")
 @click.option("--resume", metavar="FILE", help="Continue from a checkpoint, with its settings.")
 @click.option(
-    "--every", type=click.IntRange(min=1), default=50, metavar="N",
+    "--every", type=WholeNumber(minimum=1), default=50, metavar="N",
     help="Iterations between two frames and between two checkpoints. [50]",
 )  # fmt: skip
 @json_option
@@ -131,13 +132,12 @@ def _fit(
         # Written before the video is finished, which may fail: the fit is worth more than its video.
         write_svg_file(result.svg(), out)
         if options["page"] is not None:
-            _write_page(options["page"], result, out, image, options["background"])
+            _write_page(options["page"], result, out)
     return result
 
 
-def _write_page(page: str, result: Result, out: str, image: str | bytes, background: str | None) -> None:
+def _write_page(page: str, result: Result, out: str) -> None:
     from warpvec.viewer.page import write_page
 
-    data = image if isinstance(image, bytes) else Path(image).read_bytes()
     name = None if out == "-" else Path(out).stem
-    write_page(page, result.svg().encode(), photo=data, background=background, history=result.history, name=name)
+    write_page(page, result.svg().encode(), photo=result.photo, history=result.history, name=name)

@@ -10,7 +10,14 @@ from typing import Any
 
 import click
 
-from warpvec.cli.arguments import background_option, check_background, check_one_stdin, read_bytes, read_svg_bytes
+from warpvec.cli.arguments import (
+    background_option,
+    check_background,
+    check_one_stdin,
+    read_bytes,
+    read_photo,
+    read_svg_bytes,
+)
 from warpvec.cli.paths import check_distinct_files
 from warpvec.errors import InputError
 from warpvec.files import check_writable
@@ -36,14 +43,14 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
     if page is not None:
         check_writable(page, "--report")
     data = read_svg_bytes(svg)
-    photo = read_bytes(image, "--image") if image is not None else None
+    photo = read_photo(image, background) if image is not None else None
     records = _read_history(history) if history is not None else None
     # This import takes seconds. By now most mistakes have been reported.
     from warpvec.viewer.page import write_page
 
     name = "drawing" if svg == "-" else Path(svg).stem
     path = Path(page) if page is not None else Path(tempfile.mkdtemp(prefix="warpvec-")) / f"{name}.html"
-    write_page(path, data, photo=photo, background=background, history=records, name=name)
+    write_page(path, data, photo=photo, history=records, name=name)
     if page is None and not webbrowser.open(path.as_uri()):
         click.echo(f"no browser could be started; open {path}", err=True)
 
