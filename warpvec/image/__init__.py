@@ -1,1 +1,1 @@
-""""""
+"""Read, measure and write images, and convert their colours and alpha."""

@@ -1,1 +1,1 @@
-""""""
+"""Write, read, sanitize, draw and measure SVGs."""

@@ -1,4 +1,4 @@
-"""Measure an SVG: count what is in it, draw it with resvg, and compare the drawing with an image.
+"""Measure an SVG: count what is in it, draw it with resvg, and compare its rendering with an image.
 
 resvg is a renderer independent of warpvec. `evaluate` gives all figures of a file, `file_facts` and `file_quality` one
 half of them each. All of them take text, the bytes of an ``.svg`` or ``.svgz`` file, or a `Document`.
@@ -82,14 +82,14 @@ def file_facts(svg: SvgSource) -> FileFacts:
 def file_quality(svg: SvgSource, image: NDArray[Any]) -> dict[str, float]:
     """Return ``psnr`` (dB) and ``ssim`` of an SVG, drawn by `draw_like`, against ``image`` [h, w, 3 or 4].
 
-    An image with alpha is compared over black and over white. The drawing has 8 bits, as a viewer shows it. The image
+    An image with alpha is compared over black and over white. The rendering has 8 bits, as a viewer shows it. The image
     is not rounded, so that a 16-bit image is not flattered; for 8-bit images this is the usual 8-bit figure.
 
     Raises:
         InputError: as `draw`.
     """
-    drawing = draw_like(svg, image)
-    return {"psnr": psnr(drawing, image), "ssim": ssim(drawing, image)}
+    rendering = draw_like(svg, image)
+    return {"psnr": psnr(rendering, image), "ssim": ssim(rendering, image)}
 
 
 def draw_like(svg: SvgSource, image: NDArray[Any]) -> NDArray[np.uint8]:
@@ -139,13 +139,13 @@ def _count_of_command(letter: str, numbers: str) -> int:
 def _draw_at(document: Document, width: int, height: int, transparent: bool) -> NDArray[np.uint8]:
     """Draw at exactly ``width`` x ``height``: padded by up to a pixel, or stretched by up to a pixel of rounding."""
     sandboxed = not _is_harmless(document, width, height)
-    drawing = rasterize(document.text, width, height, transparent=transparent, sandboxed=sandboxed)
+    rendering = rasterize(document.text, width, height, transparent=transparent, sandboxed=sandboxed)
     # resvg keeps the proportions of the file, so that a side may be a pixel short.
-    rows, columns = height - drawing.shape[0], width - drawing.shape[1]
+    rows, columns = height - rendering.shape[0], width - rendering.shape[1]
     if 0 <= rows <= 1 and 0 <= columns <= 1:
-        return np.pad(drawing, ((0, rows), (0, columns), (0, 0)), mode="edge")
+        return np.pad(rendering, ((0, rows), (0, columns), (0, 0)), mode="edge")
     if not _differs_by_rounding(document.root, width, height):
-        found = f"{drawing.shape[1]} x {drawing.shape[0]}"
+        found = f"{rendering.shape[1]} x {rendering.shape[0]}"
         raise InputError(
             "SVG", f"must have the proportions of {width} x {height}", found, "give the image it was made from"
         )

@@ -20,7 +20,7 @@ from PIL.PngImagePlugin import PngImageFile
 from warpvec.errors import InputError
 
 MAX_SECONDS = 60.0
-"""Time limit of a drawing in a child process; the largest drawings of editors take some seconds."""
+"""Time limit for rendering in a child process; the largest drawings of editors take some seconds."""
 
 MAX_MEMORY = 2**32
 """Address space of the child process in bytes, where the system can limit it: four canvases of the largest size."""
@@ -57,12 +57,12 @@ def rasterize(
     a child process.
 
     Raises:
-        InputError: resvg cannot draw it, or a sandboxed drawing exceeds ``MAX_SECONDS`` or ``MAX_MEMORY``.
+        InputError: resvg cannot draw it, or rendering it in a child process exceeds ``MAX_SECONDS`` or ``MAX_MEMORY``.
     """
     background = None if transparent else "#ffffff"
     options = {"width": width, "height": height, "background": background, **_OPTIONS}
     png = (_draw_in_sandbox if sandboxed else _draw_here)(text, options)
-    # Not Image.open, which would warn about large drawings.
+    # Not Image.open, which would warn about large images.
     with PngImageFile(io.BytesIO(png)) as image:
         return np.array(image.convert("RGBA" if transparent else "RGB"))
 

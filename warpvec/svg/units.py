@@ -10,7 +10,7 @@ NUMBER = r"(?>[-+]?(?>\d+\.?\d*|\.\d+)(?>[eE][-+]?\d+)?)"
 """Regular expression of an SVG number. It is atomic, because digits that could be split would cost exponential time."""
 
 MAX_PIXELS = 2**27
-"""Largest drawing, above the largest image (100 megapixels). resvg aborts the process if it cannot allocate."""
+"""Largest rendering, above the largest image (100 megapixels). resvg aborts the process if it cannot allocate."""
 
 # CSS pixels per unit of length (CSS 2.1, section 4.3.2); em and ex at resvg's font size of 16.
 _PIXELS_PER_UNIT = {
@@ -51,7 +51,7 @@ def parse_length(length: str, whole: float) -> float:
 
 
 def check_pixels(width: float, height: float) -> None:
-    """Raise an `InputError` unless a drawing of ``width`` x ``height`` has 1 to ``MAX_PIXELS`` pixels."""
+    """Raise an `InputError` unless a rendering of ``width`` x ``height`` has 1 to ``MAX_PIXELS`` pixels."""
     if not (width > 0 and height > 0 and width * height <= MAX_PIXELS):
         found = f"{width:g} x {height:g}"
         raise InputError("SVG", f"must have a size of 1 to {MAX_PIXELS} pixels", found, "choose another size")

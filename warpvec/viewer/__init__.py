@@ -1,1 +1,1 @@
-""""""
+"""The HTML page to view, compare and edit an SVG."""

@@ -1,1 +1,1 @@
-""""""
+"""Read the drawings in SVGs of other programs."""
