@@ -1,4 +1,4 @@
-"""Bad images are refused in one line; arrays are reduced and written."""
+"""Bad images are refused in one line."""
 
 from __future__ import annotations
 
@@ -10,14 +10,12 @@ import threading
 
 import numpy as np
 import pytest
-from image_files import LOSSLESS, RGB, RNG, assert_in_range, assert_pixels, complaint, encode, png_header
+from image_files import LOSSLESS, RGB, assert_in_range, assert_pixels, complaint, encode, png_header
 from PIL import Image
 
 from warpvec.errors import InputError
 from warpvec.image import read as image_module
 from warpvec.image.read import MAX_PIXELS, read_image
-from warpvec.image.resize import reduce_image
-from warpvec.image.write import write_png
 
 
 @pytest.mark.parametrize(
@@ -148,53 +146,6 @@ def test_interrupt_and_lack_of_memory_are_not_caught(monkeypatch, exception):
     monkeypatch.setattr(Image.Image, "getexif", load)
     with pytest.raises(exception):
         read_image(data)
-
-
-@pytest.mark.parametrize(
-    ("size", "longest_side", "want"),
-    [
-        ((40, 30), 20, (20, 15)),
-        ((30, 40), 20, (15, 20)),
-        ((1, 5000), 1024, (1, 1024)),
-        ((5000, 2), 10, (10, 1)),
-        ((9, 7), 1, (1, 1)),
-    ],
-)
-def test_reduce_image_size_and_constant(size, longest_side, want):
-    reduced = reduce_image(np.full((*size, 3), (0.0, 0.3, 1.0), np.float32), longest_side)
-    assert_pixels(reduced, np.full((*want, 3), (0.0, 0.3, 1.0)), atol=1e-6)
-    assert_in_range(reduced)
-
-
-def test_reduce_image_never_enlarges():
-    pixels = RNG.random((6, 9, 3)).astype(np.float32)
-    assert_pixels(reduce_image(pixels, 9), pixels)
-    assert_pixels(reduce_image(pixels, 10**9), pixels)
-
-
-def test_reduce_image_removes_frequencies_above_those_of_the_smaller_grid():
-    board = np.indices((128, 128)).sum(0) % 2
-    pixels = np.repeat(board[..., None].astype(np.float32), 3, -1)
-    assert_pixels(reduce_image(pixels, 32)[2:-2, 2:-2].copy(), np.full((28, 28, 3), 0.5), atol=0.01)
-    step = np.zeros((8, 128, 3), np.float32)
-    step[:, 64:] = 1
-    reduced = reduce_image(step, 32)
-    assert (reduced.min(), reduced.max()) == (0, 1)
-    np.testing.assert_allclose(reduced.mean(), 0.5, atol=1e-6)
-
-
-def test_write_png_rounds_and_replaces(tmp_path):
-    path = tmp_path / "frame.png"
-    path.write_bytes(b"old")
-    levels = np.array([[(0.49, 0.51, 254.51), (254.49, 300, -4), (1, 2, 3)]]) / 255
-    write_png(path, levels)
-    assert_pixels(read_image(path), np.array([[(0, 1, 255), (254, 255, 0), (1, 2, 3)]]) / 255)
-    write_png(path, (RGB / 255).astype(np.float32))
-    assert_pixels(read_image(path), RGB / 255)
-    assert [p.name for p in tmp_path.iterdir()] == ["frame.png"]
-    assert complaint(write_png, tmp_path / "no" / "frame.png", levels, name="--save-frames").startswith(
-        "--save-frames "
-    )
 
 
 def test_import_is_light():

@@ -48,6 +48,11 @@ def svg_file(content: str = "", attributes: str = 'width="8" height="4"', before
     return f"{before}<svg {NS} {attributes}>{content}</svg>"
 
 
+def square_file(content: str, attributes: str = 'width="64" height="64"') -> str:
+    """Return an SVG with xlink, of 64 x 64 pixels unless its ``attributes`` say otherwise."""
+    return svg_file(content, f'xmlns:xlink="http://www.w3.org/1999/xlink" {attributes}')
+
+
 def refusal(function, *arguments) -> str:
     with pytest.raises(InputError) as caught:
         function(*arguments)
@@ -57,3 +62,4 @@ def refusal(function, *arguments) -> str:
 
 SVG = "{http://www.w3.org/2000/svg}"
 NS = 'xmlns="http://www.w3.org/2000/svg"'
+SQUARE = '<rect width="20" height="20" fill="red"/>'

@@ -1,0 +1,94 @@
+"""Forms of a file, and hostile files, which are refused before they do harm."""
+
+from __future__ import annotations
+
+import gzip
+import tracemalloc
+
+import numpy as np
+import pytest
+from svg_files import SQUARE, refusal, square_file, svg_file
+
+from warpvec.svg import document as document_module
+from warpvec.svg.measure import draw, file_facts
+from warpvec.svg.read import read_svg
+
+
+def test_draw_takes_text_bytes_byte_order_mark_and_gzip():
+    text = svg_file('<rect width="4" height="4" fill="#123"/><!-- \u00e9 -->')
+    data = text.encode()
+    for form in (data, b"\xef\xbb\xbf" + data, gzip.compress(data)):
+        assert np.array_equal(draw(form), draw(text))
+
+
+@pytest.mark.parametrize("svg", ["", "nonsense", "<svg", b"\x89PNG\r\n\x1a\n\x00", b"\x1f\x8bnonsense", "<a></b>"])
+def test_other_content_is_refused_in_one_line(svg):
+    for function in (draw, file_facts):
+        assert refusal(function, svg).startswith("SVG must ")
+
+
+def test_a_truncated_svgz_is_refused():
+    assert "gzipped" in refusal(draw, gzip.compress(svg_file().encode() * 9)[:-20])
+
+
+def test_another_xml_document_is_refused():
+    assert "got <html>" in refusal(draw, "<html/>")
+
+
+def test_entities_are_refused_but_a_plain_doctype_is_not():
+    plain = '<!DOCTYPE svg PUBLIC "-//W3C//DTD SVG 1.1//EN" "http://www.w3.org/Graphics/SVG/1.1/DTD/svg11.dtd">'
+    bomb = '<!DOCTYPE svg [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>'
+    assert draw(svg_file(before=plain)).shape == (4, 8, 3)
+    for function in (draw, file_facts):
+        assert "entities" in refusal(function, svg_file(before=bomb))
+
+
+@pytest.mark.parametrize(
+    "reference", ["/photo.png", "photo.png", "file:///photo.png", "http://a/b.svg#c", "../x.svg#y"]
+)
+@pytest.mark.parametrize("element", ["image", "feImage", "use"])
+def test_other_files_are_not_drawn(element, reference):
+    svg = svg_file(
+        f'<{element} xlink:href="{reference}"/>', 'xmlns:xlink="http://www.w3.org/1999/xlink" width="4" height="4"'
+    )
+    assert f"<{element} href=" in refusal(draw, svg)
+    assert f"<{element} href=" in refusal(draw, svg.replace("xlink:href", "href"))
+
+
+def test_references_inside_the_file_are_drawn():
+    image = draw(svg_file('<defs><rect id="r" width="8" height="4"/></defs><use href="#r"/><a href="http://x"/>'))
+    assert (image == 0).all()
+
+
+def test_deep_nesting_is_refused_before_it_overflows_the_stack():
+    def nested(depth: int) -> str:
+        return svg_file("<g>" * depth + '<path d="M0 0h9v9z"/>' + "</g>" * depth)
+
+    assert (draw(nested(document_module.MAX_DEPTH - 2))[0, :4] != 255).any()
+    assert "nest" in refusal(draw, nested(document_module.MAX_DEPTH - 1))
+
+
+def test_a_gzip_bomb_is_refused_before_it_fills_the_memory(monkeypatch):
+    monkeypatch.setattr(document_module, "MAX_SVG_BYTES", 1000)
+    bomb = gzip.compress(svg_file(" " * 10_000_000).encode())
+    tracemalloc.start()
+    try:
+        assert "at most 1000 bytes" in refusal(draw, bomb)
+        assert tracemalloc.get_traced_memory()[1] < 1_000_000
+    finally:
+        tracemalloc.stop()
+    assert draw(gzip.compress(svg_file(" " * 800).encode())).shape == (4, 8, 3)
+
+
+def test_the_root_is_of_svg():
+    assert "another namespace" in refusal(draw, '<svg xmlns="http://x" width="8" height="4"/>')
+
+
+def test_text_is_text_whatever_encoding_it_declares():
+    drawing = read_svg("<?xml version='1.0' encoding='utf-16'?>" + square_file(SQUARE))
+    assert len(drawing.scene) == 1
+
+
+def test_entities_of_a_file_to_read_are_refused():
+    assert "entities" in refusal(read_svg, '<!DOCTYPE svg [<!ENTITY a "b">]>' + square_file("&a;"))
+    assert "entities" in refusal(read_svg, '<!DOCTYPE svg SYSTEM "a.dtd">' + square_file("&a;"))
