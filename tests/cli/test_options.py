@@ -203,18 +203,39 @@ def test_opaque_twice_is_no_contradiction(photo: Path, asked: Asked) -> None:
     assert_refused(result, "--opaque must not be given with --opacity free")
 
 
-def test_a_palette_may_be_a_file(photo: Path, asked: Asked) -> None:
+@pytest.mark.parametrize(
+    ("text", "palette"),
+    [
+        ("sky: #ABC, sea: #001122;", "#aabbcc,#001122"),
+        ("# warm\nred\n#00f  # cold\nwhite\n", "#ff0000,#0000ff,#ffffff"),
+        ("red, #00f; white", "#ff0000,#0000ff,#ffffff"),
+        ("red #00f white", "#ff0000,#0000ff,#ffffff"),
+        ("red #e6194b\ngreen #3cb44b", "#e6194b,#3cb44b"),
+        ("My palette\nsky #abc", "#aabbcc"),
+        ("GIMP Palette\nName: red\n#\n255 0 0 #ff0000\n0 0 255 Blue", "#ff0000"),
+    ],
+)
+def test_a_palette_may_be_a_file(photo: Path, asked: Asked, text: str, palette: str) -> None:
     colors = photo.with_name("colors.txt")
-    colors.write_text("sky: #ABC, sea: #001122;")
+    colors.write_text(text)
     _run(photo, "--palette", colors)
-    assert asked[0][0].palette == "#aabbcc,#001122"
+    assert asked[0][0].palette == palette
 
 
-def test_a_palette_file_without_colours_is_refused(photo: Path) -> None:
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("red, green and #12345678", ["--palette must be a file of colours such as red and #a0b1c2, got 'and' in "]),
+        ("red\ncrimsn\n#00f", ["got 'crimsn' in ", "colors.txt", "; correct the word"]),
+        ("#fff\n#12345", ["got '#12345' in "]),
+        ("255 0 0", ["--palette must be a file with colours such as #a0b1c2", "colors.txt"]),
+        ("", ["--palette must be a file with colours such as #a0b1c2", "colors.txt"]),
+    ],
+)
+def test_a_palette_file_with_a_wrong_word_or_no_colours_is_refused(photo: Path, text: str, words: list[str]) -> None:
     colors = photo.with_name("colors.txt")
-    colors.write_text("red, green and #12345678")
-    result = invoke("run", photo, photo.with_name("out.svg"), "--palette", colors)
-    assert_refused(result, "--palette must be a file with colours such as #a0b1c2", "colors.txt")
+    colors.write_text(text)
+    assert_refused(invoke("run", photo, photo.with_name("out.svg"), "--palette", colors), *words)
 
 
 def test_file_options_come_from_the_command_line_or_a_file(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -34,7 +34,11 @@ SETTINGS: dict[str, dict[str, Setting]] = {
     },
     "Result": {
         "colors": Setting("Use at most N colours, 0 for any; opaque unless --opacity is given.", DAILY),
-        "palette": Setting("Use only these colours (red,#a0b1c2) or those of a file.", DAILY, "COLORS"),
+        "palette": Setting(
+            "Use only these colours (red,#a0b1c2) or those of a file: a list of them, or other text with hex codes.",
+            DAILY,
+            "COLORS",
+        ),
         "opacity": Setting("Opacity of the paths: free, or opaque for 1.", metavar="free|opaque"),
         "opaque": Setting("Make every path opaque (--opacity opaque).", DAILY),
         "min_area": Setting("Leave out paths smaller than X square pixels.", DAILY),

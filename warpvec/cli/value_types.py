@@ -14,6 +14,11 @@ from warpvec.vectorization.goal import parse_size
 
 _HEX_COLOR = re.compile(r"#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b")
 
+_LIST_WORD = re.compile(r"[a-zA-Z]+|#\w+")
+
+_COMMENT = re.compile(r"#(?!\w).*")
+"""A comment to the end of its line, which begins with a # that is not that of a hex code."""
+
 
 class WholeNumber(click.ParamType):
     """A whole number, of at least ``minimum`` if that is given."""
@@ -86,14 +91,54 @@ def _option(param: click.Parameter | None) -> str:
 
 
 def _colors_in(path: str) -> list[str]:
-    """Return every "#123" and "#a0b1c2" in a text file."""
+    """Return the colours in a text file: those of a list of colours, otherwise every "#123" and "#a0b1c2".
+
+    Raises:
+        InputError: the file cannot be read, has no colours, or is a list with a word that is not a colour.
+    """
     try:
-        found = _HEX_COLOR.findall(Path(path).read_text(encoding="utf-8", errors="replace"))
+        text = Path(path).read_text(encoding="utf-8-sig", errors="replace")
     except (OSError, ValueError) as error:
         rule = "must be colours such as red,#a0b1c2, or a file of them"
         reason = error.strerror if isinstance(error, OSError) else error
         raise InputError("palette", rule, f"{path!r} (as a file: {reason})") from error
+    entries = [entry.split() for entry in re.split(r"[,;\n]", _COMMENT.sub("", text)) if entry.strip()]
+    if entries and _is_color_list(entries):
+        words = [word for entry in entries for word in entry]
+        wrong = next((word for word in words if not _is_color(word)), None)
+        if wrong is None:
+            return words
+        rule = "must be a file of colours such as red and #a0b1c2"
+        raise InputError("palette", rule, f"{wrong!r} in {path!r}", "correct the word")
+    found = _HEX_COLOR.findall(text)
     if not found:
         rule = "must be a file with colours such as #a0b1c2"
         raise InputError("palette", rule, f"{path!r} without any", "add some")
     return found
+
+
+def _is_color_list(entries: list[list[str]]) -> bool:
+    """Return whether the words between the commas and line ends of a file are meant as colours, not as other text.
+
+    Other text has numbers or punctuation, words beside each other without a colour name among them, or names before or
+    after the one hex code of every entry.
+    """
+    if not all(_LIST_WORD.fullmatch(word) for entry in entries for word in entry):
+        return False
+    if not all(any(_is_color(word) for word in entry if word[0] != "#") for entry in _mixed(entries)):
+        return False
+    labelled = [entry for entry in _mixed(entries) if sum(word[0] == "#" for word in entry) == 1]
+    return len(entries) == 1 or len(labelled) < len(entries)
+
+
+def _mixed(entries: list[list[str]]) -> list[list[str]]:
+    """Return the entries of several words that are not all hex codes."""
+    return [entry for entry in entries if len(entry) > 1 and not all(word[0] == "#" for word in entry)]
+
+
+def _is_color(word: str) -> bool:
+    try:
+        parse_palette(word)
+    except InputError:
+        return False
+    return True
