@@ -14,6 +14,7 @@ from warpvec import __version__
 from warpvec.cli.options import FLAGS, GOALS, SETTINGS
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import PRESETS
+from warpvec.vectorization.refine import ITERATIONS
 
 ROWS = {name: row for section in SETTINGS.values() for name, row in section.items()}
 
@@ -45,6 +46,14 @@ def test_help_all_shows_every_option(command: str) -> None:
         assert all(
             f"--{name} " in result.stdout for name in ("checkpoint", "resume", "every", "save-frames", "verbose")
         )
+
+
+def test_the_help_of_refine_shows_the_defaults_of_refine() -> None:
+    text = " ".join(invoke("refine", "--help").stdout.split())
+    assert "the most to use. [those of the drawing]" in text
+    assert f"more look better. [{ITERATIONS}]" in text
+    assert "[512]" not in text
+    assert "[512]" in invoke("run", "--help").stdout
 
 
 def test_help_of_warpvec_and_of_a_command() -> None:

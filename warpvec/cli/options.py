@@ -106,6 +106,17 @@ SETTINGS: dict[str, dict[str, Setting]] = {
 }
 """Section of the help -> option, a field of FitConfig unless it is in `GOALS` or `FLAGS` -> its help."""
 
+OTHER_DEFAULTS = {
+    "refine": {
+        "curves": "those of the drawing",
+        "precision": "that of the drawing",
+        "segments": "that of the drawing",
+        "iterations": "500",
+        "recycle_gap": "0",
+    },
+}
+"""Command -> option -> its default in the help, where the command decides it and not FitConfig."""
+
 GOALS = ("max_bytes", "gzip", "target_psnr")
 """Options that are fields of Goal."""
 

@@ -10,7 +10,7 @@ import click
 from click.core import ParameterSource
 
 from warpvec.cli.arguments import check_one_stdin, default_out
-from warpvec.cli.options import FLAGS, RARE, SETTINGS, Setting
+from warpvec.cli.options import FLAGS, OTHER_DEFAULTS, RARE, SETTINGS, Setting
 from warpvec.cli.paths import check_distinct_files
 from warpvec.cli.value_types import ByteCount, CurveCount, Number, PaletteColors, WholeNumber
 from warpvec.config.fit_config import FitConfig
@@ -49,7 +49,9 @@ class SettingsCommand(click.Command):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self.params += [_setting_option(name, row) for section in SETTINGS.values() for name, row in section.items()]
+        defaults = {name: field.default for name, field in _FIELDS.items()} | OTHER_DEFAULTS.get(self.name or "", {})
+        rows = {name: row for section in SETTINGS.values() for name, row in section.items()}
+        self.params += [_setting_option(name, row, defaults.get(name)) for name, row in rows.items()]
         self.params += _general_options()
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -112,13 +114,15 @@ def _write_paragraphs(formatter: click.HelpFormatter, paragraphs: list[str]) -> 
         formatter.write_text("\n\n".join(paragraphs))
 
 
-def _setting_option(name: str, row: Setting) -> click.Option:
-    """Return the option of one setting. Its default is None, so that the preset decides what is not given."""
+def _setting_option(name: str, row: Setting, default: Any) -> click.Option:
+    """Return the option of one setting, with ``default`` in its help.
+
+    The option itself defaults to None, so that the preset decides what is not given.
+    """
     flag = "--" + name.replace("_", "-")
     if name in FLAGS:
         return click.Option([flag], is_flag=True, default=None, help=row.help)
     field = _FIELDS.get(name)
-    default = None if field is None else field.default
     text = row.help if default is None or default is False else f"{row.help} [{'on' if default is True else default}]"
     if field is not None and field.type == "bool":
         return click.Option([f"{flag}/--no-{flag[2:]}"], default=None, help=text)
