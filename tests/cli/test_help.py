@@ -48,6 +48,10 @@ def test_help_all_shows_every_option(command: str) -> None:
         )
 
 
+def test_the_help_of_batch_shows_the_option_that_its_error_names() -> None:
+    assert "  --keep-suffix " in invoke("batch", "--help").stdout
+
+
 def test_the_help_of_refine_shows_the_defaults_of_refine() -> None:
     text = " ".join(invoke("refine", "--help").stdout.split())
     assert "the most to use. [those of the drawing]" in text

@@ -126,7 +126,7 @@ FILE_OPTIONS = ("trim", "no_metadata")
 FLAGS = ("gzip", "opaque", *FILE_OPTIONS)
 """Options without a value that are not fields of FitConfig."""
 
-RARE = ("save_frames", "every", "checkpoint", "resume", "write_config", "retries", "keep_suffix", "ray_address")
+RARE = ("save_frames", "every", "checkpoint", "resume", "write_config", "retries", "ray_address")
 """Options of single commands that only --help-all shows."""
 
 _FIELDS = tuple(field.name for field in fields(FitConfig))
