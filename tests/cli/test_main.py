@@ -97,6 +97,9 @@ def test_only_one_input_may_be_stdin() -> None:
 
 def test_eval_refuses_other_files(photo: Path) -> None:
     assert_refused(invoke("eval", photo, photo), "SVG must")
+    wide = photo.with_name("wide.svg")
+    wide.write_text('<svg xmlns="http://www.w3.org/2000/svg" width="300" height="10"/>')
+    assert_refused(invoke("eval", photo, wide), "SVG must have the proportions of 48 x 32, got 300 x 10; ")
     assert_refused(invoke("eval", photo, photo.with_name("none.svg")), "SVG must be an SVG file", "none.svg")
     assert_refused(invoke("eval", photo, photo.parent), "SVG must be an SVG file")
     assert_refused(invoke("eval", photo.with_name("none.png"), photo), "IMAGE must be", "none.png")

@@ -144,8 +144,9 @@ def _draw_at(document: Document, width: int, height: int, transparent: bool) -> 
     rows, columns = height - rendering.shape[0], width - rendering.shape[1]
     if 0 <= rows <= 1 and 0 <= columns <= 1:
         return np.pad(rendering, ((0, rows), (0, columns), (0, 0)), mode="edge")
-    if not _differs_by_rounding(document.root, width, height):
-        found = f"{rendering.shape[1]} x {rendering.shape[0]}"
+    stated = _size_if_stated(document.root)
+    if stated is None or not _differs_by_rounding(stated, width, height):
+        found = "no stated size" if stated is None else f"{stated[0]:g} x {stated[1]:g}"
         raise InputError(
             "SVG", f"must have the proportions of {width} x {height}", found, "give the image it was made from"
         )
@@ -153,12 +154,16 @@ def _draw_at(document: Document, width: int, height: int, transparent: bool) -> 
     return rasterize(text, width, height, transparent=transparent, sandboxed=sandboxed)
 
 
-def _differs_by_rounding(root: dict[str, str], width: int, height: int) -> bool:
-    """Return whether a size in the file and ``width`` x ``height`` are the same up to a pixel of either of them."""
+def _size_if_stated(root: dict[str, str]) -> tuple[float, float] | None:
     try:
-        stated_width, stated_height = stated_size(root)
+        return stated_size(root)
     except InputError:
-        return False
+        return None
+
+
+def _differs_by_rounding(stated: tuple[float, float], width: int, height: int) -> bool:
+    """Return whether the ``stated`` size of a file and ``width`` x ``height`` differ by at most a pixel of either."""
+    stated_width, stated_height = stated
     across, down = width / stated_width, height / stated_height
     if max(across, down) > MAX_STRETCH * min(across, down):
         return False
