@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+from collections.abc import Iterable
 from difflib import get_close_matches
 from numbers import Real
 from typing import Any
@@ -44,9 +45,14 @@ def check_number(name: str, value: Any, low: float, high: float) -> float:
 def check_choice(name: str, value: Any, allowed: tuple[str, ...]) -> None:
     """Raise InputError, which suggests the name that is most like ``value``, unless it is one of the ``allowed``."""
     if not isinstance(value, str) or value not in allowed:
-        similar = get_close_matches(value, allowed, n=1, cutoff=0.7) if isinstance(value, str) else []
-        remedy = f"did you mean {similar[0]}?" if similar else ""
+        remedy = suggest_name(value, allowed) if isinstance(value, str) else ""
         raise InputError(name, f"must be one of {', '.join(allowed)}", show(value), remedy)
+
+
+def suggest_name(name: str, allowed: Iterable[str]) -> str:
+    """Return a remedy with the one of the ``allowed`` names that is most like ``name``; "" if none is like it."""
+    similar = get_close_matches(name, list(allowed), n=1, cutoff=0.7)
+    return f"did you mean {similar[0]}?" if similar else ""
 
 
 def check_flag(name: str, value: Any) -> None:

@@ -12,6 +12,7 @@ from commands import assert_refused, invoke, write_photo
 from warpvec.cli.options import FILE_OPTIONS, SETTINGS, file_options, requested
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
+from warpvec.errors import InputError
 from warpvec.vectorization import api
 from warpvec.vectorization.goal import Goal
 
@@ -53,6 +54,20 @@ def test_options_become_settings_and_a_goal() -> None:
     assert requested("default", {"curves": 7}) == (FitConfig(curves=7), Goal())
     assert requested("default", {"curves": "auto"})[1] == Goal(auto=True)
     assert requested("default", {"curves": 7, "target_psnr": 30.0})[0].curves == 7
+
+
+@pytest.mark.parametrize(
+    ("name", "remedy"),
+    [
+        ("curvs", "did you mean curves?"),
+        ("opaque", "give opacity='opaque'"),
+        ("tempo", "see warpvec.FitConfig for the names"),
+    ],
+)
+def test_unknown_settings_in_python_come_with_a_remedy(name: str, remedy: str) -> None:
+    with pytest.raises(InputError) as refusal:
+        make_config(**{name: 1})
+    assert str(refusal.value) == f"{name} is not a setting; {remedy}"
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
-from warpvec.checks import check_choice
+from warpvec.checks import check_choice, suggest_name
 from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
 
@@ -83,11 +83,18 @@ def make_config(preset: str = "default", **settings: Any) -> FitConfig:
         InputError: there is no such preset or setting, or a value is out of range.
     """
     check_choice("preset", preset, tuple(PRESETS))
-    known = {field.name for field in fields(FitConfig)}
+    known = [field.name for field in fields(FitConfig)]
     for name in settings:
         if name not in known:
-            raise InputError(name, "is not a setting", remedy="see warpvec.FitConfig for the names")
+            raise InputError(name, "is not a setting", remedy=_remedy(name, known))
     config = replace(FitConfig(), **{**PRESETS[preset].settings, **settings})
     if config.colors and "opacity" not in settings:
         config = replace(config, opacity="opaque")
     return config
+
+
+def _remedy(name: str, known: list[str]) -> str:
+    """Return what to do about ``name``, which is not one of the ``known`` settings."""
+    if name == "opaque":  # an option of the command line
+        return "give opacity='opaque'"
+    return suggest_name(name, known) or "see warpvec.FitConfig for the names"
