@@ -108,12 +108,17 @@ def test_messages_name_the_options(photo: Path) -> None:
     assert_refused(
         invoke("run", photo, out, "--resume", none, "--max-bytes", 9), "error: --resume must be given without"
     )
+    for command in (["run", photo, out], ["view", out]):
+        assert_refused(
+            invoke(*command, "--report", photo.with_name("p.png")), "--report must end in .html or .htm, got"
+        )
+    assert not photo.with_name("p.png").exists()
     assert_refused(invoke("run", photo, out, "--curves", "abc"), "--curves", "'abc'", "auto")
     none.write_text("[3]")
-    assert_refused(invoke("view", out, "--image", none, "--report", photo.with_name("p")), "error: --image must")
+    assert_refused(invoke("view", out, "--image", none, "--report", photo.with_name("p.html")), "error: --image must")
     for text in ("[3]", '{"psnr": 3}'):
         none.write_text(text)
-        result = invoke("view", out, "--history", none, "--report", photo.with_name("p"))
+        result = invoke("view", out, "--history", none, "--report", photo.with_name("p.html"))
         assert_refused(result, "error: --history must be a list of records")
 
 

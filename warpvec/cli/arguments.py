@@ -72,6 +72,14 @@ def check_out(out: str, name: str = "OUT") -> None:
         raise InputError(name, "must end in .svg or .svgz, or be - for stdout", repr(out), "rename it")
 
 
+def check_page(page: str) -> None:
+    """Raise InputError unless ``page``, the value of --report, is an HTML file that can be written."""
+    check_writable(page, "--report")
+    special = Path(page).exists() and not Path(page).is_file()  # such as /dev/null
+    if not special and Path(page).suffix.lower() not in (".html", ".htm"):
+        raise InputError("--report", "must end in .html or .htm", repr(page), "rename it")
+
+
 def check_background(background: str | None, image: str | None) -> None:
     """Raise InputError if a background is given without the image it belongs to."""
     if background is not None and image is None:

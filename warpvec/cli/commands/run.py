@@ -10,6 +10,7 @@ import click
 from warpvec.cli.arguments import (
     background_option,
     check_out,
+    check_page,
     json_option,
     preset_option,
     quiet_option,
@@ -77,9 +78,10 @@ def _requested(out: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
 
 def _check_outputs(out: str, options: dict[str, Any], goal: Goal) -> None:
     check_out(out)
-    for name, option in (("page", "--report"), ("checkpoint", "--checkpoint")):
-        if options[name] is not None:
-            check_writable(options[name], option)
+    if options["page"] is not None:
+        check_page(options["page"])
+    if options["checkpoint"] is not None:
+        check_writable(options["checkpoint"], "--checkpoint")
     if goal and (options["checkpoint"] or options["resume"]):
         name = "--resume" if options["resume"] else "--checkpoint"
         raise InputError(name, "must be given without a goal, which takes several fits", remedy="leave one of them out")

@@ -14,13 +14,13 @@ from warpvec.cli.arguments import (
     background_option,
     check_background,
     check_one_stdin,
+    check_page,
     read_bytes,
     read_photo,
     read_svg_bytes,
 )
 from warpvec.cli.paths import check_distinct_files
 from warpvec.errors import InputError
-from warpvec.files import check_writable
 
 
 @click.command(short_help="Inspect and edit an SVG in the browser.")
@@ -41,7 +41,7 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
     check_distinct_files({**inputs, "--report": page})
     check_background(background, image)
     if page is not None:
-        check_writable(page, "--report")
+        check_page(page)
     data = read_svg_bytes(svg)
     photo = read_photo(image, background) if image is not None else None
     records = _read_history(history) if history is not None else None
