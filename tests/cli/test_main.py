@@ -34,7 +34,7 @@ def photo(tmp_path: Path) -> Path:
 
 
 def test_usage_errors_are_one_line() -> None:
-    assert_refused(invoke("run"), "IN")
+    assert_refused(invoke("run"), "Missing argument 'IN'. See warpvec run --help.")
     assert_refused(invoke("eval", "photo.png"), "SVG")
 
 

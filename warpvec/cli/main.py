@@ -85,9 +85,16 @@ class _Group(click.Group):
             error.show()
             code = error.exit_code
         except click.ClickException as error:
-            click.echo(f"warpvec: error: {' '.join(error.format_message().split())}", err=True)
+            click.echo(f"warpvec: error: {' '.join(error.format_message().split())}{_hint(error)}", err=True)
             code = error.exit_code
         sys.exit(code or 0)
+
+
+def _hint(error: click.ClickException) -> str:
+    """Return the end of the message about a missing argument, which names the help of the command."""
+    if not isinstance(error, click.MissingParameter) or error.ctx is None:
+        return ""
+    return f" See warpvec {error.ctx.info_name} --help."
 
 
 def _suggestion(args: list[str]) -> str:
