@@ -73,7 +73,9 @@ def test_a_default_out_replaces_only_files_of_warpvec(tmp_path: Path) -> None:
     for text in ("", '<svg xmlns="http://www.w3.org/2000/svg"/>', own.replace("<metadata>", '<metadata id="m">')):
         out.write_text(text, encoding="utf-8")
         result = invoke("run", photo, *QUICK)
-        assert_refused(result, f"OUT must be given, because '{out}' exists and warpvec did not write it; name a file")
+        assert_refused(
+            result, f"OUT must be given, because '{out}' exists and does not say that warpvec wrote it; name a file"
+        )
         assert out.read_text(encoding="utf-8") == text
     assert invoke("run", photo, out, *QUICK).exit_code == 0
 

@@ -48,7 +48,7 @@ def default_out(source: str) -> str:
         raise InputError("IN", "must be an image such as a PNG or JPEG file", repr(source), "give one")
     out = str(path.with_suffix(".svg"))
     if os.path.isfile(out) and not _is_own_file(out):
-        rule = f"must be given, because {out!r} exists and warpvec did not write it"
+        rule = f"must be given, because {out!r} exists and does not say that warpvec wrote it"
         raise InputError("OUT", rule, remedy="name a file")
     return out
 

@@ -81,7 +81,7 @@ SETTINGS: dict[str, dict[str, Setting]] = {
         "compensate": Setting("Replace the paths that an inflation removed."),
         "flat": Setting("Start with all paths, in one generation."),
     },
-    "Policy scaffolding: recycling of the least important paths": {
+    "Policy scaffolding: recycling of the paths that matter least": {
         "recycle_gap": Setting("Iterations between recyclings; 0 for none."),
         "recycle_share": Setting("Share of the paths that one recycling replaces."),
         "recycle_until": Setting("Time of the last recycling, as a share of the iterations."),

@@ -49,7 +49,7 @@ def refine(
         svg: a path, or the text or the bytes of a file: warpvec's own, or any of filled paths. Strokes are left out,
             gradients become one colour, and holes drawn by the even-odd rule may be filled. Its layers stay.
         curves: number of paths, by default as many as there are. New ones are added on top, where the picture is
-            worst; the least important ones are removed. "auto" and goals as in `warpvec.vectorize`.
+            worst; those with the lowest removal cost are removed. "auto" and goals as in `warpvec.vectorize`.
         preset, background, max_bytes, gzip, target_psnr, metadata, trim, on_progress: as in `warpvec.vectorize`.
         settings: fields of `warpvec.FitConfig` that replace those of the preset. ``recycle_gap`` is 0 by default,
             ``precision`` that of the file, and ``iterations`` 500 without a goal.

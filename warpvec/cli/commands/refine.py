@@ -42,7 +42,7 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options
 
     SVG is a file of warpvec, or any file of filled paths: strokes are left out, gradients become one colour, and holes
     drawn by the even-odd rule may be filled; each is reported. The layers stay. If --curves is above the number of
-    paths, new ones are added on top where the picture is worst; if it is below, the least important ones are removed.
+    paths, new ones are added on top where the picture is worst; if it is below, those that matter least are removed.
     By default --recycle-gap is 0 and, without a goal, --iterations is 500 and the learning rates are 0.4 times those of
     a run.
 
