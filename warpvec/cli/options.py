@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
+from warpvec.config.rules import require_scaffolding
 from warpvec.vectorization.file_options import FileOptions
-from warpvec.vectorization.goal import Goal, require_scaffolding, with_curves
+from warpvec.vectorization.goal import Goal, with_curves
 
 
 class Setting(NamedTuple):

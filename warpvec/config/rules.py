@@ -54,6 +54,12 @@ def parse_palette(text: Any) -> str:
     return ",".join(dict.fromkeys(colors))
 
 
+def require_scaffolding(policy: str, purpose: str) -> None:
+    """Raise InputError unless fits with ``policy`` can continue from given paths, which ``purpose`` needs."""
+    if policy != "scaffolding":
+        raise InputError("policy", f"must be scaffolding {purpose}", repr(policy), "give scaffolding")
+
+
 def _palette(value: Any) -> str | None:
     return None if value is None else parse_palette(value)
 

@@ -105,12 +105,6 @@ def with_curves(settings: dict[str, Any], curves: int | str | None, goal: Goal) 
     return {**settings, "curves": curves}
 
 
-def require_scaffolding(policy: str, purpose: str) -> None:
-    """Raise InputError unless fits with ``policy`` can continue from given paths, which ``purpose`` needs."""
-    if policy != "scaffolding":
-        raise InputError("policy", f"must be scaffolding {purpose}", repr(policy), "give scaffolding")
-
-
 class Trial(NamedTuple):
     """Figures of one fit of a search: the bytes of its file as the goal counts them, and its PSNR in dB by resvg."""
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
+from warpvec.config.rules import require_scaffolding
 from warpvec.errors import InputError
 from warpvec.fit.progress import OnProgress
 from warpvec.geometry.scene import Scene
@@ -20,7 +21,7 @@ from warpvec.rendering.launch import resolve_device
 from warpvec.svg.read import LoadedSvg, read_svg
 from warpvec.vectorization.api import fit_photo, title_of
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
-from warpvec.vectorization.goal import CORRECTION_RATE, Goal, require_scaffolding, with_curves
+from warpvec.vectorization.goal import CORRECTION_RATE, Goal, with_curves
 from warpvec.vectorization.result import Result
 
 ITERATIONS = 500

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.config.rules import require_scaffolding
 from warpvec.errors import InputError
 from warpvec.fit.interrupt import deferred_interrupts
 from warpvec.geometry.scene import Scene
@@ -23,7 +24,6 @@ from warpvec.vectorization.goal import (
     make_facts,
     narrows_bracket,
     next_count,
-    require_scaffolding,
     worthwhile_count,
 )
 from warpvec.vectorization.result import Result

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.config.rules import require_scaffolding
 from warpvec.errors import InputError
 from warpvec.fit import schedule
 from warpvec.fit.policies.base import Policy
@@ -36,9 +37,7 @@ def config_from_start(config: FitConfig, start: Scene, height: int, width: int) 
     Raises:
         InputError: the policy cannot begin with given paths, or the paths do not have the path model of ``config``.
     """
-    if config.policy != "scaffolding":
-        rule = "must be scaffolding to start from a scene"
-        raise InputError("policy", rule, repr(config.policy), "give scaffolding")
+    require_scaffolding(config.policy, "to start from a scene")
     pieces = config.segments if config.path_model == "segments" else 2
     if (start.degree, start.piece_count) != (config.point_degree, pieces):
         raise InputError(
