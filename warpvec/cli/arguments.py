@@ -66,18 +66,20 @@ def check_out(out: str, name: str = "OUT") -> None:
     """Raise InputError unless ``out`` is "-" or an SVG file that can be written; ``name`` is for the message."""
     if out == "-":
         return
-    check_writable(out, name)
-    special = Path(out).exists() and not Path(out).is_file()  # such as /dev/null
-    if not special and Path(out).suffix.lower() not in (".svg", ".svgz"):
-        raise InputError(name, "must end in .svg or .svgz, or be - for stdout", repr(out), "rename it")
+    _check_file(out, name, (".svg", ".svgz"), "must end in .svg or .svgz, or be - for stdout")
 
 
 def check_page(page: str) -> None:
     """Raise InputError unless ``page``, the value of --report, is an HTML file that can be written."""
-    check_writable(page, "--report")
-    special = Path(page).exists() and not Path(page).is_file()  # such as /dev/null
-    if not special and Path(page).suffix.lower() not in (".html", ".htm"):
-        raise InputError("--report", "must end in .html or .htm", repr(page), "rename it")
+    _check_file(page, "--report", (".html", ".htm"), "must end in .html or .htm")
+
+
+def _check_file(path: str, name: str, suffixes: tuple[str, ...], rule: str) -> None:
+    """Raise InputError unless ``path`` can be written and has one of the ``suffixes``, which ``rule`` states."""
+    check_writable(path, name)
+    special = Path(path).exists() and not Path(path).is_file()  # such as /dev/null
+    if not special and Path(path).suffix.lower() not in suffixes:
+        raise InputError(name, rule, repr(path), "rename it")
 
 
 def check_background(background: str | None, image: str | None) -> None:

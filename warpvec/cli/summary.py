@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from warpvec.vectorization.goal import describe
+
+if TYPE_CHECKING:
+    from warpvec.vectorization.result import Result
 
 _INTERNAL_IMAGES = {"exact": "as the exact renderer draws it", "splat": "of the splat renderer's soft image"}
 """Renderer of the fit -> the image that the internal PSNR is measured on."""
@@ -22,6 +25,15 @@ def print_summary(metrics: dict[str, Any], out: str, as_json: bool, *, verbose: 
     """
     text = json.dumps(_finite(metrics), allow_nan=False) if as_json else _text(metrics, out, verbose)
     click.echo(text, err=out == "-")
+
+
+def end_fit(ctx: click.Context, result: Result, out: str, options: dict[str, Any]) -> None:
+    """Print the summary of a fit as ``options`` ask for it, and exit with 130 if Ctrl-C ended the fit."""
+    if options["as_json"] or not options["quiet"]:
+        metrics = {**result.metrics, "history": result.history}
+        print_summary(metrics, out, options["as_json"], verbose=options["verbose"])
+    if result.interrupted:
+        ctx.exit(130)  # 128 + SIGINT, as shells have it
 
 
 def _finite(value: Any) -> Any:

@@ -20,7 +20,7 @@ from warpvec.cli.arguments import (
 )
 from warpvec.cli.options import file_options, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
-from warpvec.cli.summary import print_summary
+from warpvec.cli.summary import end_fit
 from warpvec.config.toml_file import write_settings
 
 DECIDED = ("curves", "iterations", "precision", "recycle_gap", "segments")
@@ -81,8 +81,4 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options
             photo, start, config, goal, title=title_of(image), on_progress=show, file_options=file_options(options)
         )
     write_svg_file(result.svg(), out)
-    if options["as_json"] or not options["quiet"]:
-        metrics = {**result.metrics, "history": result.history}
-        print_summary(metrics, out, options["as_json"], verbose=options["verbose"])
-    if result.interrupted:
-        ctx.exit(130)
+    end_fit(ctx, result, out, options)

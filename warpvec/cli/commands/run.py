@@ -20,7 +20,7 @@ from warpvec.cli.arguments import (
 )
 from warpvec.cli.options import file_options, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
-from warpvec.cli.summary import print_summary
+from warpvec.cli.summary import end_fit
 from warpvec.cli.value_types import WholeNumber
 from warpvec.config.fit_config import MACHINE_SETTINGS
 from warpvec.config.presets import PRESETS
@@ -64,11 +64,7 @@ def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
     checkpoint = None if options["resume"] is None else _resumed(config, options)
     config = config if checkpoint is None else checkpoint.config
     result = _fit(source, out, config, goal, checkpoint, options)
-    if options["as_json"] or not options["quiet"]:
-        metrics = {**result.metrics, "history": result.history}
-        print_summary(metrics, out, options["as_json"], verbose=options["verbose"])
-    if result.interrupted:
-        ctx.exit(130)
+    end_fit(ctx, result, out, options)
 
 
 def _requested(out: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
