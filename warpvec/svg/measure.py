@@ -150,7 +150,7 @@ def _draw_at(document: Document, width: int, height: int, transparent: bool) -> 
         raise InputError(
             "SVG", f"must have the proportions of {width} x {height}", found, "give the image it was made from"
         )
-    text = _stretched(document, width, height)
+    text = _stretched(document, stated, width, height)
     return rasterize(text, width, height, transparent=transparent, sandboxed=sandboxed)
 
 
@@ -173,9 +173,9 @@ def _differs_by_rounding(stated: tuple[float, float], width: int, height: int) -
     return min(*pixels, *stated_pixels) <= 1
 
 
-def _stretched(document: Document, width: int, height: int) -> str:
-    """Return the text with the root inside another <svg>, which maps its whole canvas to ``width`` x ``height``."""
-    across, down = stated_size(document.root)
+def _stretched(document: Document, stated: tuple[float, float], width: int, height: int) -> str:
+    """Return the text with the root, of the ``stated`` size, inside an <svg> that maps it to ``width`` x ``height``."""
+    across, down = stated
     data, (start, stop) = document.text.encode(), document.root_range
     outer = (
         f'<warpvec:svg xmlns:warpvec="{SVG_NAMESPACE}" width="{width}" height="{height}"'
