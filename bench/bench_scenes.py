@@ -117,7 +117,7 @@ def save_scene(scene: Scene, path: Path) -> None:
 def load_scene(path: Path) -> Scene:
     """Read a scene that :func:`save_scene` wrote."""
     with np.load(path) as arrays:
-        return Scene(**{name: torch.from_numpy(a) if a.ndim else a.item() for name, a in arrays.items()})
+        return Scene.uniform(**{name: torch.from_numpy(a) if a.ndim else a.item() for name, a in arrays.items()})
 
 
 def sample_photo(cache: Path, name: str = "coffee.png") -> Path:

@@ -111,7 +111,7 @@ class Bench:
         values = {field.name: getattr(scene, field.name) for field in fields(Scene)}
         on_device = {name: value.to(device) if torch.is_tensor(value) else value for name, value in values.items()}
         # The scene to measure replaces the fit's own start.
-        self._fit._population = Population(Scene(**on_device), config, max(target.shape[:2]) / 2)
+        self._fit._population = Population(Scene.uniform(**on_device), config, max(target.shape[:2]) / 2)
         self.step, self.render = Laps(device), Laps(device)
         self.counts: dict[str, int] = {"paths": len(scene)}
 

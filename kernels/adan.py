@@ -27,8 +27,8 @@ sigmoid of p."""
 # Numbers in the comments at the right are lines of Algorithm 1.
 _UPDATE_ROW = """
 typedef {c_type} real;
-const int width = param.shape[1];
-const long long start = (long long)row * width;
+const int width = row_count * param.shape[1];
+const long long start = (long long)row * param.shape[1];
 const real* __restrict__ g = (const real*)((const char*)grad.data + (long long)row * grad.strides[0]);
 real* __restrict__ p = param.data + start;
 real* __restrict__ pm = exp_avg.data + start;
@@ -84,7 +84,8 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     @wp.func_native(_UPDATE_ROW.format(c_type=c_type, largest=repr(largest), **forms))
     def update_row(
         row: int,
-        part: int,  # update every parts-th value of the row, from this one on
+        row_count: int,  # rows to update, from this one on; their gradients must be dense if there are several
+        part: int,  # update every parts-th value of these rows, from this one on
         parts: int,
         form: int,
         scale: dtype,  # output over parameter; 1 unless SCALED
@@ -136,7 +137,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         age = row_age[row] + wp.int64(1)
         row_age[row] = age
         update_row(
-            row, 0, 1, wp.static(PLAIN), one, age == wp.int64(1), lr, betas, corrections(age, log_betas), eps,
+            row, 1, 0, 1, wp.static(PLAIN), one, age == wp.int64(1), lr, betas, corrections(age, log_betas), eps,
             grad, param, exp_avg, exp_avg_diff, exp_avg_sq, previous_grad, param,
         )  # fmt: skip
 

@@ -37,8 +37,9 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     def bound_paths(
         first: int,
         vertices: wp.array(dtype=vec2),  # [V] px
-        segment_first_vertex: wp.array(dtype=int),  # [N S + 1]
-        segment_count: int,
+        segment_first_vertex: wp.array(dtype=int),  # [R + 1]
+        loop_first_segment: wp.array(dtype=int),  # [L + 1]
+        path_first_loop: wp.array(dtype=int),  # [N + 1]
         tile_rows: int,
         tile_columns: int,
         # outputs
@@ -51,7 +52,9 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         low = vec2(farthest, farthest)
         high = vec2(-farthest, -farthest)
         finite = bool(True)
-        for v in range(segment_first_vertex[path * segment_count], segment_first_vertex[(path + 1) * segment_count]):
+        start = segment_first_vertex[loop_first_segment[path_first_loop[path]]]
+        end = segment_first_vertex[loop_first_segment[path_first_loop[path + 1]]]
+        for v in range(start, end):
             vertex = vertices[v]
             low = wp.min(low, vertex)
             high = wp.max(high, vertex)
@@ -84,8 +87,9 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     def classify_pairs(
         first: int,
         vertices: wp.array(dtype=vec2),  # [V] px
-        segment_first_vertex: wp.array(dtype=int),  # [N S + 1]
-        segment_count: int,
+        segment_first_vertex: wp.array(dtype=int),  # [R + 1]
+        loop_first_segment: wp.array(dtype=int),  # [L + 1]
+        path_first_loop: wp.array(dtype=int),  # [N + 1]
         tile_columns: int,
         tile_count: int,
         path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
@@ -116,27 +120,28 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         middle = top + dtype(0.5) * side
         bottom = top + side
         winding = int(0)
-        start = segment_first_vertex[path * segment_count]
-        end = segment_first_vertex[(path + 1) * segment_count]
-        v0 = vertices[end - 1]
-        for v in range(start, end):
-            v1 = vertices[v]
-            if wp.max(v0[1], v1[1]) >= top and wp.min(v0[1], v1[1]) <= bottom:
-                touched = column_range(v0, v1, top, bottom)
-                if touched[1] >= box[0] * TILE and touched[0] < box[2] * TILE:
-                    for tile in range(
-                        wp.max(touched[0], box[0] * TILE) // TILE, wp.min(touched[1], box[2] * TILE - 1) // TILE + 1
-                    ):
-                        pair_is_partial[pair0 + tile - box[0]] = 1
-                if (v0[1] <= middle) != (v1[1] <= middle):
-                    step = wp.where(v1[1] > v0[1], 1, -1)
-                    x = v0[0] + (v1[0] - v0[0]) * ((middle - v0[1]) * inverse(v1[1] - v0[1]))
-                    tile = int(wp.floor(x / side)) + 1 - box[0]
-                    if tile <= 0:
-                        winding += step
-                    elif tile < columns:
-                        pair_winding[pair0 + tile] = pair_winding[pair0 + tile] + step
-            v0 = v1
+        for loop in range(path_first_loop[path], path_first_loop[path + 1]):
+            start = segment_first_vertex[loop_first_segment[loop]]
+            end = segment_first_vertex[loop_first_segment[loop + 1]]
+            v0 = vertices[end - 1]
+            for v in range(start, end):
+                v1 = vertices[v]
+                if wp.max(v0[1], v1[1]) >= top and wp.min(v0[1], v1[1]) <= bottom:
+                    touched = column_range(v0, v1, top, bottom)
+                    if touched[1] >= box[0] * TILE and touched[0] < box[2] * TILE:
+                        for tile in range(
+                            wp.max(touched[0], box[0] * TILE) // TILE, wp.min(touched[1], box[2] * TILE - 1) // TILE + 1
+                        ):
+                            pair_is_partial[pair0 + tile - box[0]] = 1
+                    if (v0[1] <= middle) != (v1[1] <= middle):
+                        step = wp.where(v1[1] > v0[1], 1, -1)
+                        x = v0[0] + (v1[0] - v0[0]) * ((middle - v0[1]) * inverse(v1[1] - v0[1]))
+                        tile = int(wp.floor(x / side)) + 1 - box[0]
+                        if tile <= 0:
+                            winding += step
+                        elif tile < columns:
+                            pair_winding[pair0 + tile] = pair_winding[pair0 + tile] + step
+                v0 = v1
         for column in range(columns):
             pair = pair0 + column
             winding += pair_winding[pair]

@@ -38,8 +38,9 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     def accumulate_winding(
         first: int,
         vertices: wp.array(dtype=vec2),  # [V] px
-        segment_first_vertex: wp.array(dtype=int),  # [N S + 1]
-        segment_count: int,
+        segment_first_vertex: wp.array(dtype=int),  # [R + 1]
+        loop_first_segment: wp.array(dtype=int),  # [L + 1]
+        path_first_loop: wp.array(dtype=int),  # [N + 1]
         path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
         path_first_strip: wp.array(dtype=int),  # [N + 1]
         path_first_pair: wp.array(dtype=int),  # [N + 1]
@@ -67,51 +68,52 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         left_column = box[0] * TILE
         end_column = box[2] * TILE
         carry = spread(zero)
-        start = segment_first_vertex[path * segment_count]
-        end = segment_first_vertex[(path + 1) * segment_count]
-        v0 = vertices[end - 1]
-        for v in range(start, end):
-            v1 = vertices[v]
-            dy = v1[1] - v0[1]
-            if dy != zero and wp.max(v0[1], v1[1]) > top and wp.min(v0[1], v1[1]) < bottom:
-                touched = column_range(v0, v1, top, bottom)
-                if touched[0] < end_column:
-                    dx = v1[0] - v0[0]
-                    inv_dx = inverse(dx)
-                    inv_dy = inverse(dy)
-                    upper = row_crossing(top, v0[1], inv_dy)
-                    lower = row_crossing(top + one, v0[1], inv_dy)
-                    row_low = minimum(upper, lower)
-                    row_high = maximum(upper, lower)
-                    # s at the left border of the current column. The part left of the box goes into ``carry``.
-                    column = wp.max(touched[0], left_column)
-                    cross = (dtype(column) - v0[0]) * inv_dx
-                    if touched[0] < left_column:
-                        low = maximum(row_low, spread(wp.where(dx >= zero, zero, cross)))
-                        high = minimum(row_high, spread(wp.where(dx >= zero, cross, one)))
-                        carry = fma(spread(dy), maximum(sub(high, low), spread(zero)), carry)
-                    passed = spread(zero)
-                    last = wp.min(touched[1], end_column - 1)
-                    index = int(-1)
-                    while column <= last:
-                        following = (dtype(column + 1) - v0[0]) * inv_dx
-                        low = maximum(row_low, spread(wp.min(cross, following)))
-                        high = minimum(row_high, spread(wp.max(cross, following)))
-                        part = mul(spread(dy), maximum(sub(high, low), spread(zero)))
-                        middle = fma(mul(add(low, high), spread(half)), spread(dx), spread(v0[0] - dtype(column)))
-                        pair = pair0 + column // TILE - box[0]
-                        slot = pair_slot[pair]
-                        # A column that only the guard margin includes may lie in a tile that rounding left unmarked.
-                        if pair_slot[pair + 1] > slot:
-                            index = (slot * COLUMNS + column % TILE) * blocks + block
-                            area = fnma(part, middle, part)
-                            slot_winding[index] = add(slot_winding[index], add(area, passed))
-                            passed = sub(part, area)
-                        cross = following
-                        column += 1
-                    if index >= 0:
-                        slot_winding[index + blocks] = add(slot_winding[index + blocks], passed)
-            v0 = v1
+        for loop in range(path_first_loop[path], path_first_loop[path + 1]):
+            start = segment_first_vertex[loop_first_segment[loop]]
+            end = segment_first_vertex[loop_first_segment[loop + 1]]
+            v0 = vertices[end - 1]
+            for v in range(start, end):
+                v1 = vertices[v]
+                dy = v1[1] - v0[1]
+                if dy != zero and wp.max(v0[1], v1[1]) > top and wp.min(v0[1], v1[1]) < bottom:
+                    touched = column_range(v0, v1, top, bottom)
+                    if touched[0] < end_column:
+                        dx = v1[0] - v0[0]
+                        inv_dx = inverse(dx)
+                        inv_dy = inverse(dy)
+                        upper = row_crossing(top, v0[1], inv_dy)
+                        lower = row_crossing(top + one, v0[1], inv_dy)
+                        row_low = minimum(upper, lower)
+                        row_high = maximum(upper, lower)
+                        # s at the left border of the current column. The part left of the box goes into ``carry``.
+                        column = wp.max(touched[0], left_column)
+                        cross = (dtype(column) - v0[0]) * inv_dx
+                        if touched[0] < left_column:
+                            low = maximum(row_low, spread(wp.where(dx >= zero, zero, cross)))
+                            high = minimum(row_high, spread(wp.where(dx >= zero, cross, one)))
+                            carry = fma(spread(dy), maximum(sub(high, low), spread(zero)), carry)
+                        passed = spread(zero)
+                        last = wp.min(touched[1], end_column - 1)
+                        index = int(-1)
+                        while column <= last:
+                            following = (dtype(column + 1) - v0[0]) * inv_dx
+                            low = maximum(row_low, spread(wp.min(cross, following)))
+                            high = minimum(row_high, spread(wp.max(cross, following)))
+                            part = mul(spread(dy), maximum(sub(high, low), spread(zero)))
+                            middle = fma(mul(add(low, high), spread(half)), spread(dx), spread(v0[0] - dtype(column)))
+                            pair = pair0 + column // TILE - box[0]
+                            slot = pair_slot[pair]
+                            # A column that only the guard margin includes may lie in a tile that rounding left unmarked.
+                            if pair_slot[pair + 1] > slot:
+                                index = (slot * COLUMNS + column % TILE) * blocks + block
+                                area = fnma(part, middle, part)
+                                slot_winding[index] = add(slot_winding[index], add(area, passed))
+                                passed = sub(part, area)
+                            cross = following
+                            column += 1
+                        if index >= 0:
+                            slot_winding[index + blocks] = add(slot_winding[index + blocks], passed)
+                v0 = v1
 
         for pair in range(pair0, pair_end):
             slot = pair_slot[pair]

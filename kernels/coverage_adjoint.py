@@ -77,8 +77,9 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     def integrate_edges(
         first: int,
         vertices: wp.array(dtype=vec2),  # [V] px
-        segment_first_vertex: wp.array(dtype=int),  # [N S + 1]
-        segment_count: int,
+        segment_first_vertex: wp.array(dtype=int),  # [R + 1]
+        segment_path: wp.array(dtype=int),  # [R]
+        segment_next: wp.array(dtype=int),  # [R]
         path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
         path_first_pair: wp.array(dtype=int),  # [N + 1]
         pair_class: wp.array(dtype=int),  # [K]
@@ -89,14 +90,14 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     ):
         """Write dL/d(start) and dL/d(end) of each edge of one segment."""
         segment = first + wp.tid()
-        path = segment // segment_count
+        path = segment_path[segment]
         box = path_tile_box[path]
         start = segment_first_vertex[segment]
         end = segment_first_vertex[segment + 1]
         for v in range(start, end):
             following = v + 1
-            if following == segment_first_vertex[(path + 1) * segment_count]:
-                following = segment_first_vertex[path * segment_count]
+            if following == end:
+                following = segment_first_vertex[segment_next[segment]]
             adjoint = vec4()
             if box[2] > box[0]:
                 v0 = vertices[v]

@@ -1,5 +1,7 @@
 """Step the paths of a fit: from the adjoints of a scene's values to its next values, in one launch.
 
+A segment has an age of its own, because a path may gain segments later.
+
 ``warpvec/fit/population.py`` describes the parameters. One pass over them does the chain rule, Adan and the scene's new
 values.
 """
@@ -41,49 +43,63 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         betas: vec3,
         log_betas: vec3,
         eps: dtype,
-        row_age: wp.array(dtype=wp.int64),  # [N + 1] steps taken, including this one; the last is the background's
-        adj_points: array2d,  # [N, 2 P]
+        path_first_segment: wp.array(dtype=int),  # [N + 1]
+        segment_age: wp.array(dtype=wp.int64),  # [R] steps taken, including this one
+        path_age: wp.array(dtype=wp.int64),  # [N + 1] the same; the last is the background's
+        adj_segments: array2d,  # [R, 2 M], dense
         adj_color: array2d,  # [N, 3]
         adj_opacity: array2d,  # [N, 1]
         adj_background: array2d,  # [1, 3]
         # in and out: a parameter, the averages m, v and n, and the previous gradient
-        points: array3d,  # [5, N, 2 P]
+        segments: array3d,  # [5, R, 2 M]
         color: array3d,  # [5, N, 3]
         opacity: array3d,  # [5, N, 1]
         background: array3d,  # [5, 1, 3]
         # in and out: the scene's values
-        scene_points: array2d,  # [N, 2 P] px
+        scene_segments: array2d,  # [R, 2 M] px
         scene_color: array2d,  # [N, 3]
         scene_opacity: array2d,  # [N, 1]
         scene_background: array2d,  # [1, 3]
     ):
-        """Take one step of one part of a path; path N is the background."""
+        """Take one step of one part of a path and its segments; path N is the background."""
         if factor[0] < wp.float64(0.0):
             return
         item = first + wp.tid()
         path = item // parts
         part = item - path * parts
-        age = row_age[path]
+        age = path_age[path]
         first_step = age == wp.int64(1)
         bias = corrections(age, log_betas)
         lr_color = dtype(rates[1] * factor[0])
         if path < path_count:
             lr_points, lr_opacity = dtype(rates[0] * factor[0]), dtype(rates[2] * factor[0])
+            segment, end = int(path_first_segment[path]), path_first_segment[path + 1]
+            while segment < end:
+                # Segments of equal age are one long row, which is faster than several short ones.
+                stop = int(segment + 1)
+                while stop < end and segment_age[stop] == segment_age[segment]:
+                    stop += 1
+                own_age = segment_age[segment]
+                own_bias = vec3(bias)
+                if own_age != age:
+                    own_bias = corrections(own_age, log_betas)
+                update_row(
+                    segment, stop - segment, part, parts, wp.static(SCALED), half_side, own_age == wp.int64(1),
+                    lr_points, betas, own_bias, eps, adj_segments,
+                    segments[0], segments[1], segments[2], segments[3], segments[4], scene_segments,
+                )  # fmt: skip
+                segment = int(stop)
             update_row(
-                path, part, parts, wp.static(SCALED), half_side, first_step, lr_points, betas, bias, eps,
-                adj_points, points[0], points[1], points[2], points[3], points[4], scene_points,
-            )  # fmt: skip
-            update_row(
-                path, part, parts, color_form, one, first_step, lr_color, betas, bias, eps,
+                path, 1, part, parts, color_form, one, first_step, lr_color, betas, bias, eps,
                 adj_color, color[0], color[1], color[2], color[3], color[4], scene_color,
             )  # fmt: skip
             update_row(
-                path, part, parts, wp.static(SIGMOID), one, first_step, lr_opacity, betas, bias, eps,
+                path, 1, part, parts, wp.static(SIGMOID), one, first_step, lr_opacity, betas, bias, eps,
                 adj_opacity, opacity[0], opacity[1], opacity[2], opacity[3], opacity[4], scene_opacity,
             )  # fmt: skip
         else:
             update_row(
-                0, part, parts, color_form, one, first_step, lr_color, betas, bias, eps,
+                0, 1, part, parts, color_form, one, first_step, lr_color, betas, bias, eps,
                 adj_background, background[0], background[1], background[2], background[3], background[4],
                 scene_background,
             )  # fmt: skip

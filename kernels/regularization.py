@@ -38,13 +38,12 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     module = stage_module("regularization", lanes)
 
     @wp.func
-    def legs_of(points: wp.array2d(dtype=vec2), path: int, segment: int, segment_count: int):
-        """Return the legs AB, BC, CD [3, 2] of a cubic in pixels; ``segment`` is taken modulo S."""
-        first = 3 * (segment % segment_count)
-        a = points[path, first]
-        b = points[path, first + 1]
-        c = points[path, first + 2]
-        d = points[path, (first + 3) % (3 * segment_count)]
+    def legs_of(points: wp.array(dtype=vec2), segment: int, segment_next: wp.array(dtype=int)):
+        """Return the legs AB, BC, CD [3, 2] of a cubic in pixels."""
+        a = points[3 * segment]
+        b = points[3 * segment + 1]
+        c = points[3 * segment + 2]
+        d = points[3 * segment_next[segment]]
         ab, bc, cd = b - a, c - b, d - c
         return matrix(ab[0], ab[1], bc[0], bc[1], cd[0], cd[1])
 
@@ -117,54 +116,60 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         return wp.where(value > one, one, wp.where(value < -one, -one, zero))
 
     @wp.func
-    def inverse_extent_squared(points: wp.array2d(dtype=vec2), path: int, segment_count: int, pixel: vec2):
+    def inverse_extent_squared(
+        points: wp.array(dtype=vec2), start: int, end: int, segment_next: wp.array(dtype=int), pixel: vec2
+    ):
         """Return 1 / extent^2 of a path, the unit of the projection term, which has no gradient."""
         extent = dtype(0.0)
-        for s in range(segment_count):
-            legs = scaled(legs_of(points, path, s, segment_count), pixel)
+        for segment in range(start, end):
+            legs = scaled(legs_of(points, segment, segment_next), pixel)
             chord = legs[0] + legs[1] + legs[2]
             extent += wp.max(wp.dot(chord, chord), wp.ddot(legs, legs))
-        extent = extent / dtype(segment_count) + extent_min * extent_min * wp.dot(pixel, pixel)
+        extent = extent / dtype(end - start) + extent_min * extent_min * wp.dot(pixel, pixel)
         return one / (extent * extent)
 
     @wp.kernel(module=module)
     def add_regularizers(
         first: int,
-        points: wp.array2d(dtype=vec2),  # [N, 3 S] px
+        points: wp.array(dtype=vec2),  # [3 R] px
         opacity: wp.array(dtype=dtype),  # [N]
-        segment_count: int,  # S
+        path_first_segment: wp.array(dtype=int),  # [N + 1]
+        segment_next: wp.array(dtype=int),  # [R]
+        segment_previous: wp.array(dtype=int),  # [R]
         path_count: int,  # N
         pixel: vec2,  # size of a pixel in units in which the canvas is [-1, 1]
         xing_weight: dtype,
         bezier_weight: dtype,
         opacity_weight: dtype,
         # in and out
-        adj_points: wp.array2d(dtype=vec2),  # [N, 3 S]
+        adj_points: wp.array(dtype=vec2),  # [3 R]
         adj_opacity: wp.array(dtype=dtype),  # [N]
     ):
         """Add the regularizers' adjoints of one path."""
         path = first + wp.tid()
         per_path = one / dtype(path_count)
-        per_cubic = per_path / dtype(segment_count)
-        share = projection_weight * per_path * inverse_extent_squared(points, path, segment_count, pixel)
-        for s in range(segment_count):
-            legs = legs_of(points, path, s, segment_count)
+        start, end = path_first_segment[path], path_first_segment[path + 1]
+        per_cubic = per_path / dtype(end - start)
+        share = projection_weight * per_path * inverse_extent_squared(points, start, end, segment_next, pixel)
+        for segment in range(start, end):
+            legs = legs_of(points, segment, segment_next)
             units = scaled(legs, pixel)
-            tip0 = needle_tip(scaled(legs_of(points, path, s + segment_count - 1, segment_count), pixel), units)
-            tip1 = needle_tip(units, scaled(legs_of(points, path, s + 1, segment_count), pixel))
+            tip0 = needle_tip(scaled(legs_of(points, segment_previous[segment], segment_next), pixel), units)
+            tip1 = needle_tip(units, scaled(legs_of(points, segment_next[segment], segment_next), pixel))
             adj_tips = wp.outer(vec3(reach1, reach2, reach3), tip0) - wp.outer(vec3(reach3, reach2, reach1), tip1)
             adj_units = projection_adjoint(units, share) + two * per_cubic * adj_tips
             adj = xing_weight * per_cubic * xing_adjoint(legs) + bezier_weight * scaled(adj_units, pixel)
-            anchor = points[path, 3 * s]
+            anchor = points[3 * segment]
             adj_anchor = vec2(
                 beyond(anchor[0] * pixel[0] - one) * pixel[0], beyond(anchor[1] * pixel[1] - one) * pixel[1]
             )
-            last = (3 * s + 3) % (3 * segment_count)
+            point = 3 * segment
+            last = 3 * segment_next[segment]
             weight = bezier_weight * per_cubic / two
-            adj_points[path, 3 * s] = adj_points[path, 3 * s] + weight * adj_anchor - adj[0]
-            adj_points[path, 3 * s + 1] = adj_points[path, 3 * s + 1] + adj[0] - adj[1]
-            adj_points[path, 3 * s + 2] = adj_points[path, 3 * s + 2] + adj[1] - adj[2]
-            adj_points[path, last] = adj_points[path, last] + adj[2]
+            adj_points[point] = adj_points[point] + weight * adj_anchor - adj[0]
+            adj_points[point + 1] = adj_points[point + 1] + adj[0] - adj[1]
+            adj_points[point + 2] = adj_points[point + 2] + adj[1] - adj[2]
+            adj_points[last] = adj_points[last] + adj[2]
         slope = wp.where(opacity[path] < one, -one, wp.where(opacity[path] > one, one, zero))
         adj_opacity[path] = adj_opacity[path] + opacity_weight * per_path * slope
 

@@ -304,7 +304,7 @@ def test_kodak_refuses_a_file_with_other_columns(folder: Path, tmp_path: Path) -
 
 
 def test_scenes_round_trip(tmp_path: Path) -> None:
-    scene = Scene(torch.rand(3, 12, 2), torch.rand(3, 3), torch.rand(3), torch.rand(3), torch.arange(3))
+    scene = Scene.uniform(torch.rand(3, 12, 2), torch.rand(3, 3), torch.rand(3), torch.rand(3), torch.arange(3))
     scenes.save_scene(scene, tmp_path / "folder" / "scene.npz")
     back = scenes.load_scene(tmp_path / "folder" / "scene.npz")
     for name in ("points", "color", "opacity", "background", "generation"):

@@ -42,7 +42,7 @@ def two_circles() -> Scene:
     points = circle_points(torch.tensor([[12.0, 10.0], [20.0, 14.0]]), torch.tensor([8.0, 6.0]), 4)
     color = torch.tensor([[0.9, 0.2, 0.1], [0.1, 0.3, 0.8]])
     opacity, background = torch.tensor([1.0, 0.6]), torch.tensor([0.2, 0.5, 0.4])
-    return Scene(points, color, opacity, background, torch.zeros(2, dtype=torch.long))
+    return Scene.uniform(points, color, opacity, background, torch.zeros(2, dtype=torch.long))
 
 
 # Scenes
@@ -143,7 +143,7 @@ class FakeDiffvg(ModuleType):
         paint = torch.stack([group.fill_color for group in groups])
         paths = (points, paint[:, :3], paint[:, 3])
         black, white = (
-            warpvec.render(Scene(*paths, torch.full((3,), matte), torch.zeros(len(points)).long()), height, width)
+            warpvec.render(Scene.uniform(*paths, torch.full((3,), matte), torch.zeros(len(points)).long()), height, width)
             for matte in (0.0, 1.0)
         )
         alpha = 1.0 - (white - black).mean(-1, keepdim=True)
@@ -155,7 +155,7 @@ def test_diffvg_gets_the_scene_and_returns_the_loss_and_its_gradient() -> None:
     loss = rivals.diffvg_step(library, scene, target)()
     points = scene.points.clone().requires_grad_()
     ours = warpvec.render(
-        Scene(points, *(getattr(scene, n) for n in ("color", "opacity", "background", "generation"))), 24, 32
+        Scene.uniform(points, *(getattr(scene, n) for n in ("color", "opacity", "background", "generation"))), 24, 32
     )
     want = (ours - target).square().mean()
     want.backward()

@@ -36,7 +36,7 @@ def _last_line(code: str) -> str:
 def test_drawing_without_the_torch_operator_gives_the_same_bits() -> None:
     points = circle_points(torch.tensor([[9.0, 8.0], [14.0, 11.0]]), torch.tensor([6.0, 4.0]), 4).requires_grad_()
     color = torch.tensor([[0.9, 0.2, 0.1], [0.1, 0.3, 0.8]])
-    scene = Scene(points, color, torch.tensor([1.0, 0.6]), torch.ones(3), torch.zeros(2).long())
+    scene = Scene.uniform(points, color, torch.tensor([1.0, 0.6]), torch.ones(3), torch.zeros(2).long())
     adj_image = torch.rand(20, 24, 3)
     image = render(scene, 20, 24)
     image.backward(adj_image)

@@ -15,7 +15,7 @@ from warpvec.fit.loop import fit
 from warpvec.fit.population import Population
 from warpvec.fit.regularization import Regularization
 from warpvec.fit.schedule import population
-from warpvec.geometry.bezier import curve_boxes
+from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.circles import circle_points
 from warpvec.geometry.scene import Scene
 
@@ -71,7 +71,7 @@ def test_flat_starts_with_all_paths_in_one_generation():
 
 def test_area_order_puts_small_boxes_on_top():
     scene = run(z_order="area", recycle_gap=0).scene
-    box = curve_boxes(scene.points, 3)
+    box = path_boxes(scene)
     size = (box[:, 2:] - box[:, :2]).prod(-1)
     # The last step moves points after the last sort.
     assert (size.diff() <= 0.1 * size[:-1]).all()
@@ -82,7 +82,7 @@ def test_area_order_uses_the_curves_not_their_control_points():
     points = circle_points(torch.full((2, 2), 20.0), torch.tensor([6.0, 10.0]), 4)
     points[0, 1] += torch.tensor([14.0, 14.0])
     color = torch.full((2, 3), 0.5)
-    scene = Scene(points, color, torch.ones(2), torch.ones(3), torch.arange(2))
+    scene = Scene.uniform(points, color, torch.ones(2), torch.ones(3), torch.arange(2))
     population = Population(scene, FitConfig(), 20.0)
     population.sort_by_area()
     assert population.generation.tolist() == [1, 0]
@@ -280,6 +280,6 @@ def test_the_order_by_area_holds_from_the_first_step_to_the_last_frame():
     config = make_config("bezier-splatting", curves=20, iterations=3, threads=1, lr_scale=50.0)
     seen = []
     result = fit(picture(), config, lambda progress: seen.append(progress.scene()))
-    box = curve_boxes(result.scene.points, 5)
+    box = path_boxes(result.scene)
     assert ((box[:, 2:] - box[:, :2]).prod(-1).diff() <= 0).all()
     assert torch.equal(seen[-1].points, result.scene.points)

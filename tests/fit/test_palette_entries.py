@@ -156,7 +156,7 @@ def test_a_dark_grey_of_the_image_stays() -> None:
 def _scene(*levels: int, transparent: bool = False) -> Scene:
     color = torch.tensor(levels, dtype=torch.float32)[:, None].expand(-1, 3) / 255.0
     points, zeros = torch.zeros(len(levels), 12, 2), torch.zeros(len(levels))
-    return Scene(points, color, zeros, torch.full((3,), 250.0 / 255.0), zeros.long(), transparent=transparent)
+    return Scene.uniform(points, color, zeros, torch.full((3,), 250.0 / 255.0), zeros.long(), transparent=transparent)
 
 
 def _levels(color: torch.Tensor) -> list[int]:

@@ -24,7 +24,7 @@ def random_scene(count, point_count=12, seed=0, dtype=torch.float64):
 
     generation = torch.arange(count) + 10 * seed
     points = uniform(count, point_count, 2) * 2 * HALF_SIDE
-    return Scene(points, uniform(count, 3), 0.1 + 0.8 * uniform(count), 0.2 + 0.6 * uniform(3), generation)
+    return Scene.uniform(points, uniform(count, 3), 0.1 + 0.8 * uniform(count), 0.2 + 0.6 * uniform(3), generation)
 
 
 def random_adjoints(scene, seed):

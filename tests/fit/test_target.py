@@ -18,7 +18,7 @@ HEIGHT, WIDTH = 40, 56
 def scene_of(seed: int) -> Scene:
     tensors = random_scene(seed, 5, HEIGHT, WIDTH)
     floats = (tensors.points, tensors.color, tensors.opacity, tensors.background)
-    return Scene(*(value.float() for value in floats), generation=torch.zeros(5, dtype=torch.int64))
+    return Scene.uniform(*(value.float() for value in floats), generation=torch.zeros(5, dtype=torch.int64))
 
 
 @pytest.mark.parametrize("renderer", ["exact", "splat"])

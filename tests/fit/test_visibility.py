@@ -31,7 +31,7 @@ SAMPLES = 8
 
 def _scene(*paths: torch.Tensor, opacity: list[float] | None = None) -> Scene:
     count = len(paths)
-    return Scene(
+    return Scene.uniform(
         points=torch.stack(paths).float(),
         color=torch.rand(count, 3),
         opacity=torch.ones(count) if opacity is None else torch.tensor(opacity),
@@ -181,7 +181,7 @@ def test_no_pixel_changes(seed: int) -> None:
     center = scene.points.mean(1, keepdim=True)
     small = torch.arange(60) % 2 == 0
     points = torch.where(small[:, None, None], center + 0.05 * (scene.points - center), scene.points)
-    scene = quantize(replace(scene, points=points, opacity=torch.where(small, scene.opacity, 1.0)), 2)
+    scene = quantize(replace(scene.with_points(points), opacity=torch.where(small, scene.opacity, 1.0)), 2)
     hidden = visible_areas(scene, HEIGHT, WIDTH) == 0.0
     left = _visible(scene)
     assert 0 < len(left) <= len(scene) - int(hidden.sum()) < len(scene)
@@ -195,7 +195,7 @@ def circles(count: int) -> Scene:
     center = torch.full((count, 2), 16.0)
     points = circle_points(center, torch.full((count,), 5.0), 4)
     color, opacity, generation = torch.rand(count, 3), torch.ones(count), torch.zeros(count).long()
-    return Scene(points, color, opacity, torch.ones(3), generation)
+    return Scene.uniform(points, color, opacity, torch.ones(3), generation)
 
 
 def test_a_covered_disc_has_almost_no_visible_area() -> None:

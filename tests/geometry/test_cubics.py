@@ -28,7 +28,7 @@ def sides_scene(path_count: int, degree: int = 5, wobble: float = 0.5, seed: int
     points = circle_sides(center, radius, degree)
     noise = torch.randn(points.shape, generator=generator, dtype=torch.float64)
     noise[::5] = 0.0
-    return Scene(
+    return Scene.uniform(
         points=points + wobble * radius[:, None, None] * noise,
         color=torch.rand(path_count, 3, generator=generator),
         opacity=torch.rand(path_count, generator=generator),
@@ -145,7 +145,7 @@ def test_lines_and_parabolas_are_single_cubics(degree: int) -> None:
 def test_a_cubic_raised_to_the_fifth_degree_is_found_again() -> None:
     scene = sides_scene(9, degree=3)
     raised = [elevated(elevated(curve))[:, :-1] for curve in curves_of(scene)]
-    cubics, deviation = to_cubics(replace(scene, points=torch.cat(raised, 1), degree=5))
+    cubics, deviation = to_cubics(replace(scene.with_points(torch.cat(raised, 1)), degree=5))
     torch.testing.assert_close(cubics.points, scene.points, rtol=0, atol=1e-11)
     assert deviation < 1e-11
 
@@ -153,8 +153,8 @@ def test_a_cubic_raised_to_the_fifth_degree_is_found_again() -> None:
 def test_any_number_of_curves_is_converted() -> None:
     scene = sides_scene(6)
     points = torch.cat([scene.points, scene.points + 3.0], 1)
-    cubics, deviation = to_cubics(replace(scene, points=points), 0.05)
-    assert max(deviations(replace(scene, points=points), cubics)) == pytest.approx(deviation, rel=1e-3)
+    cubics, deviation = to_cubics(scene.with_points(points), 0.05)
+    assert max(deviations(scene.with_points(points), cubics)) == pytest.approx(deviation, rel=1e-3)
 
 
 def test_the_number_of_cubics_is_bounded_and_the_deviation_tells() -> None:
@@ -175,7 +175,7 @@ def test_a_scene_that_is_not_finite_tells_so() -> None:
 def test_a_path_in_one_place_is_one_cubic_a_curve(size: float) -> None:
     scene = sides_scene(2)
     points = torch.full_like(scene.points, 50.0) + size * scene.points
-    cubics, deviation = to_cubics(replace(scene, points=points))
+    cubics, deviation = to_cubics(scene.with_points(points))
     assert cubics.points.shape == (2, 6, 2) and deviation <= 1e-7
     torch.testing.assert_close(cubics.points, torch.full_like(cubics.points, 50.0), rtol=0, atol=1e-6)
 
@@ -189,7 +189,7 @@ def test_everything_else_stays(device: str) -> None:
     scene = sides_scene(5)
     names = ("points", "color", "opacity", "background", "generation")
     scene = replace(scene, **{name: getattr(scene, name).to(device) for name in names})
-    scene = replace(scene, points=scene.points.float().requires_grad_())
+    scene = scene.with_points(scene.points.float().requires_grad_())
     cubics, _ = to_cubics(scene)
     assert cubics.degree == 3 and cubics.points.dtype == torch.float32 and not cubics.points.requires_grad
     assert {getattr(cubics, name).device.type for name in names} == {device}
@@ -226,14 +226,14 @@ def padded(points: Tensor, cubic: int, count: int) -> Tensor:
 def test_cubics_of_no_length_are_left_out(cubic: int, precision: int) -> None:
     scene = make_scene(40)
     points = torch.where(every_third(40), padded(scene.points, cubic, 2), padded(scene.points, 4, 2))
-    text = write_svg(replace(scene, points=points), 768, 512, precision=precision)
+    text = write_svg(scene.with_points(points), 768, 512, precision=precision)
     assert text == write_svg(scene, 768, 512, precision=precision)
 
 
 def test_paths_of_unequal_numbers_of_cubics_are_told_apart() -> None:
     long, short = make_scene(6, 5, seed=1), make_scene(6, 2, seed=2)
     points = torch.where(every_third(6), long.points, padded(short.points, 2, 3))
-    data = [element.get("d") for element in path_elements(write_svg(replace(long, points=points), 768, 512))]
+    data = [element.get("d") for element in path_elements(write_svg(long.with_points(points), 768, 512))]
     for row, got in enumerate(data):
         alone = replace(long if row % 3 == 0 else short, opacity=torch.ones(6)).select(torch.tensor([row]))
         assert got == path_elements(write_svg(alone, 768, 512))[0].get("d")
@@ -251,7 +251,7 @@ def test_a_cubic_that_comes_back_to_its_start_is_no_padding() -> None:
     there, back = [[5.0, 5.0], [5.0, 6.0], [10.0, 9.0]], [[10.0, 10.0], [9.0, 5.0], [6.0, 5.0]]
     drop, nothing = [[10.0, 10.0], [30.0, 10.0], [10.0, 30.0]], [[10.0, 10.0]] * 3
     points = torch.tensor([[*there, *drop, *nothing, *back]])
-    scene = replace(make_scene(1), points=points, opacity=torch.ones(1))
+    scene = replace(make_scene(1).with_points(points), opacity=torch.ones(1))
     data = [element.get("d") for element in path_elements(write_svg(scene, 768, 512))]
     assert data == ["M5 5c0 1 5 4 5 5 20 0 0 20 0 0-1-5-4-5-5-5z"]
 

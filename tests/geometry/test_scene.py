@@ -23,7 +23,7 @@ def make_scene(count: int = 3, piece_count: int = 4, degree: int = 3, **fields: 
         "background": torch.rand(3),
         "generation": torch.arange(count),
     }
-    return Scene(**{**tensors, **fields}, degree=degree)
+    return Scene.uniform(**{**tensors, **fields}, degree=degree)
 
 
 @pytest.mark.parametrize("count", [0, 1, 5])
@@ -36,7 +36,7 @@ def test_counts(count: int, piece_count: int, degree: int) -> None:
 
 def test_paths_are_cubic_unless_said() -> None:
     scene = make_scene()
-    assert Scene(scene.points, scene.color, scene.opacity, scene.background, scene.generation).degree == 3
+    assert Scene.uniform(scene.points, scene.color, scene.opacity, scene.background, scene.generation).degree == 3
 
 
 @pytest.mark.parametrize(

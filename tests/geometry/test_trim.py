@@ -19,7 +19,7 @@ WIDTH, HEIGHT = 96, 64
 
 def _scene(points: torch.Tensor) -> Scene:
     count = len(points)
-    return Scene(
+    return Scene.uniform(
         points=points,
         color=torch.rand(count, 3),
         opacity=0.5 + 0.5 * torch.rand(count),

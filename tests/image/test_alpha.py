@@ -32,7 +32,7 @@ RNG = np.random.default_rng(0)
 
 def scene_of(seed, height, width):
     floats = (value.float() for value in random_scene(seed, 5, height, width)[:4])
-    return Scene(*floats, generation=torch.zeros(5, dtype=torch.int64))
+    return Scene.uniform(*floats, generation=torch.zeros(5, dtype=torch.int64))
 
 
 # Images.
@@ -141,7 +141,7 @@ def test_alpha_is_differentiable():
     inputs = [value.clone().requires_grad_() for value in (tensors.points, tensors.color, tensors.opacity)]
 
     def alpha_sum(points, color, opacity):
-        scene = Scene(points, color, opacity, tensors.background, torch.zeros(5, dtype=torch.int64))
+        scene = Scene.uniform(points, color, opacity, tensors.background, torch.zeros(5, dtype=torch.int64))
         return (warpvec.render(scene, 33, 40, alpha=True) * weight).sum()
 
     weight = torch.rand(33, 40, 4, dtype=torch.float64) * torch.tensor([0.0, 0.0, 0.0, 1.0])
@@ -166,7 +166,7 @@ def test_a_step_has_the_mean_error_over_both_mattes(device: str, renderer: str):
     target = Target(pixels, make_config(renderer=renderer), device)
     adjoints = target.fit_step(scene, True)
     points, color, opacity = (v.clone().requires_grad_() for v in (scene.points, scene.color, scene.opacity))
-    free = replace(scene, points=points, color=color, opacity=opacity)
+    free = replace(scene.with_points(points), color=color, opacity=opacity)
     image = warpvec.render(free, 40, 56, renderer=renderer, alpha=True)
     error = image - premultiplied(pixels)
     # Over black the error is that of the premultiplied colours, over white also that of 1 - alpha.

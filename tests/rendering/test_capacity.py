@@ -34,7 +34,7 @@ def renderer_of(kind: str, scene: SceneTensors, backend: Backend = SCALAR) -> Ti
 
 
 def step(scene: SceneTensors, renderer: TileRenderer) -> Adjoints:
-    return renderer.fit_step(*inputs(scene, renderer), renderer.prepare_target(target_image(scene)))
+    return renderer.fit_step(inputs(scene, renderer), renderer.prepare_target(target_image(scene)))
 
 
 def limited(scene: SceneTensors, renderer: TileRenderer, limit: Counts) -> Adjoints:
@@ -95,7 +95,7 @@ def test_values_left_by_another_scene_do_not_count(kind: str) -> None:
 def test_removal_costs_too(kind: str) -> None:
     scene = random_scene(3, 12, 33, 50)
     renderer = renderer_of(kind, scene)
-    arguments = [*inputs(scene, renderer), renderer.prepare_target(target_image(scene)), True]
+    arguments = [inputs(scene, renderer), renderer.prepare_target(target_image(scene)), True]
     want = renderer.fit_step(*arguments)
     renderer.set_capacity(renderer.counts)
     assert torch.equal(renderer.fit_step(*arguments).removal_cost, want.removal_cost)
@@ -163,7 +163,7 @@ def test_a_dropped_step_changes_nothing(kind: str, backend: Backend) -> None:
         renderer.set_capacity(None)
         step(scene, renderer)  # leaves values that a dropped step must not read
         renderer.set_capacity(limit)
-        renderer.fit_step(*inputs(scene, renderer), target, out=adjoints)
+        renderer.fit_step(inputs(scene, renderer), target, out=adjoints)
         assert overflow(renderer)[index] == 1 and renderer.dropped_steps == dropped_steps and renderer.fits == -1.0
         assert not any(getattr(adjoints, name).any() for name in GRADIENTS), limit
         assert torch.equal(adjoints.loss, loss)

@@ -242,7 +242,7 @@ def test_any_number_of_threads_gives_the_same_bits_and_so_does_a_second_call(hei
 def everything(scene: SceneTensors, renderer: ExactRenderer) -> dict[str, Tensor]:
     """Return everything that a renderer computes."""
     got = adjoint(scene, renderer, cotangent(scene))
-    step = renderer.fit_step(*inputs(scene, renderer), renderer.prepare_target(target_image(scene)), True)
+    step = renderer.fit_step(inputs(scene, renderer), renderer.prepare_target(target_image(scene)), True)
     found = {"image": render(scene, renderer)}
     found |= {f"adjoint {name}": getattr(got, name) for name in GRADIENTS}
     return found | {f"step {field.name}": getattr(step, field.name) for field in fields(step)}

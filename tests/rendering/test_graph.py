@@ -83,7 +83,7 @@ def test_another_render_that_moves_the_buffers_ends_the_recording(kind: str, lau
         moving.check_step()
     assert len(launches) == 2
     growth = moving.renderer.growth
-    moving.renderer.render(*inputs(large, moving.renderer))
+    moving.renderer.render(inputs(large, moving.renderer))
     assert moving.renderer.growth > growth
     for _ in range(4):
         moving.check_step()
@@ -94,7 +94,7 @@ def test_a_render_between_replays_changes_nothing(launches: list[object]) -> Non
     moving = Moving("exact", random_scene(1, 20, 60, 70))
     for _ in range(6):
         moving.check_step()
-        moving.renderer.render(*inputs(random_scene(2, 3, 60, 70), moving.renderer))
+        moving.renderer.render(inputs(random_scene(2, 3, 60, 70), moving.renderer))
     assert len(set(map(id, launches))) == 1
 
 

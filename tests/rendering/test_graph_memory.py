@@ -69,7 +69,7 @@ def test_a_steady_step_of_the_fit_allocates_nothing_large(kind: str, monkeypatch
     tensors = random_scene(4, 30, 64, 96)
     floats = (value.float() for value in tensors[:4])
     config = make_config(renderer=kind, device="cpu")
-    population = Population(Scene(*floats, generation=torch.zeros(30, dtype=torch.int64)), config, 48.0)
+    population = Population(Scene.uniform(*floats, generation=torch.zeros(30, dtype=torch.int64)), config, 48.0)
     target = Target(target_image(tensors).float(), config, "cpu")
     regularization = Regularization(64, 96, config, "cpu", 3)
 

@@ -31,7 +31,7 @@ HEIGHT, WIDTH = 20, 35
 
 def scene_of(tensors: SceneTensors, dtype: torch.dtype = torch.float64, device: str = "cpu") -> Scene:
     generation = torch.zeros(len(tensors.points), dtype=torch.int64)
-    return Scene(*(tensor.to(device, dtype) for tensor in tensors[:4]), generation.to(device))
+    return Scene.uniform(*(tensor.to(device, dtype) for tensor in tensors[:4]), generation.to(device))
 
 
 def leaves_of(scene: Scene) -> list[Tensor]:
@@ -40,7 +40,7 @@ def leaves_of(scene: Scene) -> list[Tensor]:
 
 def drawing(scene: Scene, height: int = HEIGHT, width: int = WIDTH) -> Callable[..., Tensor]:
     """Return ``warpvec.render`` as a function of the four tensors."""
-    return lambda *tensors: warpvec.render(replace(scene, **dict(zip(GRADIENTS, tensors, strict=True))), height, width)
+    return lambda *tensors: warpvec.render(with_values(scene, tensors), height, width)
 
 
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
@@ -65,14 +65,14 @@ def sides_scene(dtype: torch.dtype = torch.float64, device: str = "cpu", count: 
     center, radius = torch.rand(count, 2) * torch.tensor([WIDTH, HEIGHT]), 3.0 + 5.0 * torch.rand(count)
     tensors = (circle_sides(center, radius, 5), torch.rand(count, 3), 0.2 + 0.6 * torch.rand(count), torch.rand(3))
     generation = torch.zeros(count, dtype=torch.int64, device=device)
-    return Scene(*(tensor.to(device, dtype) for tensor in tensors), generation, 5)
+    return Scene.uniform(*(tensor.to(device, dtype) for tensor in tensors), generation, 5)
 
 
 @pytest.mark.parametrize("switches", [{}, {"interior_gradient": False}, {"covariance_gradient": True}])
 def test_splat_is_drawn_with_its_settings_and_the_degree_of_the_scene(switches: dict[str, bool], device: str) -> None:
     scene = sides_scene(device=device)
     leaves, adj_image = leaves_of(scene), torch.randn(HEIGHT, WIDTH, 3, dtype=torch.float64).to(device)
-    drawn = replace(scene, **dict(zip(GRADIENTS, leaves, strict=True)))
+    drawn = with_values(scene, leaves)
     image = warpvec.render(drawn, HEIGHT, WIDTH, **SPLAT, **switches)
     image.backward(adj_image)
     settings = {"samples": 9, "lines": 4, "degree": 5, **switches}
@@ -101,7 +101,7 @@ def test_one_input_alone_may_ask_for_a_gradient(name: str) -> None:
 def test_gradients_of_two_renders_add_up() -> None:
     scene = scene_of(random_scene(5, 4, HEIGHT, WIDTH))
     leaf = scene.points.clone().requires_grad_()
-    grown = replace(scene, points=leaf)
+    grown = scene.with_points(leaf)
     # Both renders come before both adjoints. They have the same canvas size and so share buffers.
     loss = warpvec.render(grown, HEIGHT, WIDTH).square().sum() + warpvec.render(grown.scaled(0.5), HEIGHT, WIDTH).sum()
     loss.backward()
@@ -111,8 +111,8 @@ def test_gradients_of_two_renders_add_up() -> None:
 
 def two_losses(scene: Scene) -> list[Callable[[Tensor], Tensor]]:
     return [
-        lambda points: warpvec.render(replace(scene, points=points), HEIGHT, WIDTH).square().sum(),
-        lambda points: warpvec.render(replace(scene, points=0.5 * points), HEIGHT, WIDTH).sum(),
+        lambda points: warpvec.render(scene.with_points(points), HEIGHT, WIDTH).square().sum(),
+        lambda points: warpvec.render(scene.with_points(0.5 * points), HEIGHT, WIDTH).sum(),
     ]
 
 
@@ -140,7 +140,7 @@ def test_compiles_without_a_graph_break(backend: str, settings: dict[str, Any]) 
     scene = scene_of(random_scene(6, 4, HEIGHT, WIDTH), torch.float32)
 
     def loss(points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Tensor:
-        moved = Scene(points + 1.0, color.sigmoid(), opacity, background, scene.generation)
+        moved = Scene.uniform(points + 1.0, color.sigmoid(), opacity, background, scene.generation)
         return (warpvec.render(moved, HEIGHT, WIDTH, **settings) - 0.5).square().mean()
 
     plain, compiled = leaves_of(scene), leaves_of(scene)
@@ -162,7 +162,7 @@ def test_a_path_learns_a_disc_from_a_loss_and_optimizer_of_torch() -> None:
     optimizer = torch.optim.Adam([{"params": [points], "lr": 0.5}, {"params": [color, opacity], "lr": 0.02}])
 
     def custom_loss() -> Tensor:
-        scene = Scene(points, color, opacity.clamp(0, 1), torch.ones(3), torch.zeros(1, dtype=torch.int64))
+        scene = Scene.uniform(points, color, opacity.clamp(0, 1), torch.ones(3), torch.zeros(1, dtype=torch.int64))
         return (warpvec.render(scene, height, width) - photo).abs().pow(1.5).sum()
 
     first = custom_loss().item()

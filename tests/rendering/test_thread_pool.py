@@ -102,7 +102,7 @@ from warpvec.geometry.scene import Scene
 def draw(_=None):
     # Large enough for torch and for the renderer to use two threads each.
     tensors = random_scene(1, 80, 300, 400)
-    scene = Scene(*(tensor.float() for tensor in tensors[:4]), torch.zeros(80, dtype=torch.int64))
+    scene = Scene.uniform(*(tensor.float() for tensor in tensors[:4]), torch.zeros(80, dtype=torch.int64))
     photo = warpvec.render(scene, 300, 400, threads=2).numpy()
     return photo, warpvec.vectorize(photo, curves=16, iterations=4, threads=2).svg()
 

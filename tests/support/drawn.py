@@ -56,7 +56,7 @@ def antialiasing_bound(scene: SceneTensors) -> Tensor:
 
 def quantized(scene: SceneTensors) -> Scene:
     """Return the scene as its file has it: with 2 decimals."""
-    return quantize(Scene(*scene[:4], torch.zeros(len(scene.points), dtype=torch.int64)), 2)
+    return quantize(Scene.uniform(*scene[:4], torch.zeros(len(scene.points), dtype=torch.int64)), 2)
 
 
 def bounding_box(points: Tensor) -> tuple[slice, slice]:

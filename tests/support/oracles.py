@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 
 import pytest
 import reference
@@ -12,6 +12,8 @@ from backends import VECTOR, Backend
 from scenes import SceneTensors
 from torch import Tensor
 
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
 from warpvec.kernels.constants import COLUMNS, PARTIAL, TILE
 from warpvec.kernels.lanes import make_lanes
 from warpvec.rendering.exact import ExactRenderer
@@ -24,6 +26,25 @@ from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 GRADIENTS = ("points", "color", "opacity", "background")
 
 precisions = pytest.mark.parametrize("dtype", [torch.float32, torch.float64], ids=["float32", "float64"])
+
+
+@dataclass(frozen=True)
+class PathAdjoints:
+    """`Adjoints` of a uniform scene on the CPU; ``points`` [N, P, 2] are those of the control points."""
+
+    points: Tensor
+    color: Tensor
+    opacity: Tensor
+    canvas_sums: Tensor
+    removal_cost: Tensor | None
+
+    @property
+    def background(self) -> Tensor:
+        return self.canvas_sums[:3]
+
+    @property
+    def loss(self) -> Tensor:
+        return self.canvas_sums[3]
 
 
 @dataclass(frozen=True)
@@ -90,10 +111,10 @@ def run_stages(
     launch, grid = Launcher(backend.device, threads), TileGrid(height, width)
     lanes = make_lanes(backend.lane_width, wp.dtype_from_torch(dtype))
     stages = Stages(points, grid, Flattening(launch, lanes), Binning(launch, lanes, grid), Coverage(launch, lanes))
-    path_count, segment_count = points.shape[0], points.shape[1] // 3
-    stages.flattening.run(wp.from_torch(points.to(backend.device, dtype).contiguous(), dtype=lanes.vec2))
-    stages.binning.run(stages.flattening, path_count, segment_count)
-    stages.coverage.run(stages.flattening, stages.binning, segment_count)
+    structure = Structure.uniform(points.shape[0], points.shape[1] // 3, backend.device)
+    stages.flattening.run(points.to(backend.device, dtype).reshape(-1, 3, 2).contiguous(), structure)
+    stages.binning.run(stages.flattening, len(points))
+    stages.coverage.run(stages.flattening, stages.binning)
     return stages
 
 
@@ -124,27 +145,33 @@ def make_renderer(
     )
 
 
-def inputs(scene: SceneTensors, renderer: TileRenderer) -> list[Tensor]:
-    """Return points, colour, opacity and background in the renderer's precision, on its device."""
-    return [tensor.to(renderer.device, renderer.dtype) for tensor in scene[:4]]
+def inputs(scene: SceneTensors, renderer: TileRenderer) -> Scene:
+    """Return the scene in the renderer's precision, on its device."""
+    tensors = [tensor.to(renderer.device, renderer.dtype) for tensor in scene[:4]]
+    generation = torch.zeros(len(scene.points), dtype=torch.int64, device=renderer.device)
+    return Scene.uniform(*tensors, generation, renderer.degree)
 
 
 def render(scene: SceneTensors, renderer: TileRenderer) -> Tensor:
-    return renderer.render(*inputs(scene, renderer)).cpu()
+    return renderer.render(inputs(scene, renderer)).cpu()
 
 
-def adjoint(scene: SceneTensors, renderer: TileRenderer, adj_image: Tensor) -> Adjoints:
-    return on_cpu(renderer.adjoint(*inputs(scene, renderer), adj_image.to(renderer.device, renderer.dtype)))
+def adjoint(scene: SceneTensors, renderer: TileRenderer, adj_image: Tensor) -> PathAdjoints:
+    adj_image = adj_image.to(renderer.device, renderer.dtype)
+    return path_adjoints(renderer.adjoint(inputs(scene, renderer), adj_image), scene)
 
 
-def fit_step(scene: SceneTensors, renderer: TileRenderer, want_removal_cost: bool = False) -> Adjoints:
+def fit_step(scene: SceneTensors, renderer: TileRenderer, want_removal_cost: bool = False) -> PathAdjoints:
     target = renderer.prepare_target(target_image(scene))
-    return on_cpu(renderer.fit_step(*inputs(scene, renderer), target, want_removal_cost))
+    return path_adjoints(renderer.fit_step(inputs(scene, renderer), target, want_removal_cost), scene)
 
 
-def on_cpu(adjoints: Adjoints) -> Adjoints:
-    values = {field.name: getattr(adjoints, field.name) for field in fields(adjoints)}
-    return replace(adjoints, **{name: value.cpu() for name, value in values.items() if value is not None})
+def path_adjoints(adjoints: Adjoints, scene: SceneTensors) -> PathAdjoints:
+    """Return ``adjoints`` on the CPU, with those of the control points in the shape of the scene's."""
+    cost = adjoints.removal_cost
+    points = adjoints.segments.cpu().reshape(scene.points.shape)
+    values = (value.cpu() for value in (adjoints.color, adjoints.opacity, adjoints.canvas_sums))
+    return PathAdjoints(points, *values, None if cost is None else cost.cpu())
 
 
 def reference_image(scene: SceneTensors, renderer: ExactRenderer) -> Tensor:

@@ -28,17 +28,17 @@ class Moving:
         self.renderer, self.plain = renderer_of(kind, scene, device), renderer_of(kind, scene, device)
         self.recorded = RecordedStep(self.renderer, record=True)
         self.target = self.renderer.prepare_target(target_image(scene))
-        self.values = [value.clone() for value in inputs(scene, self.renderer)]
+        self.scene = inputs(scene, self.renderer)
 
     def move(self, distance: float = 0.7) -> None:
-        self.values[0] += distance
-        self.values[1].mul_(0.99)
+        self.scene.segments.add_(distance)
+        self.scene.color.mul_(0.99)
 
     def step(self, want_removal_cost: bool = False) -> Adjoints:
-        return self.recorded.take(*self.values, self.target, want_removal_cost)
+        return self.recorded.take(self.scene, self.target, want_removal_cost)
 
     def want(self, want_removal_cost: bool = False) -> Adjoints:
-        return self.plain.fit_step(*self.values, self.target, want_removal_cost)
+        return self.plain.fit_step(self.scene, self.target, want_removal_cost)
 
     def check_step(self) -> None:
         check_equal(self.step(), self.want())
@@ -46,7 +46,7 @@ class Moving:
 
 
 def check_equal(got: Adjoints, want: Adjoints) -> None:
-    for name in (*GRADIENTS, "loss"):
+    for name in ("segments", *GRADIENTS[1:], "loss"):
         assert torch.equal(getattr(got, name), getattr(want, name)), name
     assert (got.removal_cost is None) == (want.removal_cost is None)
     assert want.removal_cost is None or torch.equal(got.removal_cost, want.removal_cost)

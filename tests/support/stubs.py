@@ -20,7 +20,7 @@ def circles(height: int, width: int, count: int, config: FitConfig | None = None
     radius = torch.full((count,), min(height, width) / 8)
     sides = config.path_model == "sides"
     points = circle_sides(center, radius, config.degree) if sides else circle_points(center, radius, config.segments)
-    return Scene(
+    return Scene.uniform(
         points=points,
         color=torch.rand(count, 3),
         opacity=torch.ones(count),

@@ -21,7 +21,7 @@ def make_scene(path_count: int, segment_count: int = 4, seed: int = 0, size: tup
     radius = 30 * torch.rand(path_count, generator=generator) ** 2 + 4
     wobble = torch.randn(path_count, 3 * segment_count, 2, generator=generator)
     translucent = torch.rand(path_count, generator=generator) < 0.2
-    return Scene(
+    return Scene.uniform(
         points=circle_points(center, radius, segment_count) + 0.25 * radius[:, None, None] * wobble,
         color=torch.rand(path_count, 3, generator=generator),
         opacity=torch.where(translucent, 0.1 + 0.8 * torch.rand(path_count, generator=generator), 1.0),

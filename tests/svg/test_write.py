@@ -132,7 +132,7 @@ def test_format_number_is_exact_and_short(ticks, decimals, text):
 
 def test_numbers_are_packed_as_tightly_as_the_grammar_allows():
     points = torch.tensor([[0, 0], [0.5, 0.2], [1, 0.5], [1.55, 0.25], [1.25, -0.25], [0.05, -0.75]])[None]
-    scene = replace(make_scene(1, 2), points=points)
+    scene = make_scene(1, 2).with_points(points)
     assert 'd="M0 0c.5.2 1 .5 1.55.25-.3-.5-1.5-1-1.55-.25z"' in write_svg(scene, 2, 2)
 
 
@@ -163,7 +163,7 @@ def test_a_scene_that_is_not_finite_is_refused(name, value):
 def test_coordinates_beyond_exact_counting_are_refused():
     scene = make_scene(5)
     with pytest.raises(ValueError, match="2\\*\\*53"):
-        write_svg(replace(scene, points=scene.points * 1e20), 768, 512)
+        write_svg(scene.with_points(scene.points * 1e20), 768, 512)
 
 
 def test_layers_follow_runs_of_generations_with_unique_ids():
@@ -215,7 +215,7 @@ def test_characters_that_xml_forbids_do_not_break_the_file():
 def test_the_text_depends_on_the_scene_alone():
     scene = make_scene(100)
     assert write_svg(scene, 768, 512) == write_svg(quantize(scene, 2), 768, 512)
-    trained = replace(scene, points=scene.points.clone().requires_grad_())
+    trained = scene.with_points(scene.points.clone().requires_grad_())
     assert write_svg(trained, 768, 512) == write_svg(scene, 768, 512)
     assert not quantize(trained, 2).points.requires_grad
 

@@ -39,7 +39,7 @@ def scenes(draw: st.DrawFn) -> Scene:
     count, segments = draw(st.integers(0, 6)), draw(st.integers(1, 5))
     transparent = draw(st.booleans())
     background = torch.zeros(3) if transparent else floats(draw, (3,), shares)
-    return Scene(
+    return Scene.uniform(
         points=floats(draw, (count, 3 * segments, 2), coordinates),
         color=floats(draw, (count, 3), shares),
         opacity=floats(draw, (count,), shares),
@@ -120,7 +120,7 @@ def smooth_scenes(draw: st.DrawFn) -> Scene:
     place = floats(draw, (count, 2), st.floats(0, 1, width=32))
     reach = 1.25 * radius[:, None] + 1
     bend = floats(draw, (count, 12, 2), st.floats(-0.125, 0.125, width=32))
-    return Scene(
+    return Scene.uniform(
         points=circle_points(reach + place * (SIZE - 2 * reach), radius, 4) + radius[:, None, None] * bend,
         color=floats(draw, (count, 3), shares),
         opacity=floats(draw, (count,), shares),

@@ -159,10 +159,10 @@ class _Fit:
             count = prefix_length(self._population.prefix_counts, self._iteration)
             adjoints = with_prefix(adjoints, scene, self._target, count)
         adj_opacity = adjoints.opacity.contiguous()
-        self._regularization.add_adjoint(scene.points, scene.opacity, adjoints.points, adj_opacity)
+        self._regularization.add_adjoint(scene, adjoints.segments, adj_opacity)
         factor = schedule.lr_factor(self._iteration, config, self._iteration_count)
         self._step_palette(adjoints, factor)
-        values = (adjoints.points, adjoints.color, adj_opacity, adjoints.background)
+        values = (adjoints.segments, adjoints.color, adj_opacity, adjoints.background)
         self._population.step(*values, factor, self._target.fits)
         self._loss = adjoints.loss
         return adjoints.removal_cost if want_removal_cost else None
@@ -208,7 +208,7 @@ class _Fit:
         self._start, self._first_seconds = time.perf_counter() - state["seconds"], state["first_seconds"]
         self._loss = state["loss"].to(self._device)
         best = state["best"]
-        self._best = None if best is None else (best["loss"], Scene(**best["scene"]).to(self._device))
+        self._best = None if best is None else (best["loss"], Scene.from_dict(best["scene"]).to(self._device))
         self.history = list(state["history"])
         self._policy.restore(state["policy"])
         self._population.restore(state["population"], self._palette)

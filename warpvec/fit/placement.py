@@ -73,7 +73,7 @@ def new_paths(
     unit = spawn(torch.zeros_like(center), torch.ones_like(center[:, 0]), size)
     points = center[:, None, :] + unit * center.new_tensor(radius)
     generations = torch.full((len(center),), generation, device=center.device)
-    return Scene(points, color, opacity, background, generations, config.point_degree)
+    return Scene.uniform(points, color, opacity, background, generations, config.point_degree)
 
 
 def _blur(image: Tensor) -> Tensor:

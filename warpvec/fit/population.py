@@ -14,7 +14,7 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.palette import Palette
 from warpvec.fit.state import State
-from warpvec.geometry.bezier import curve_boxes
+from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.scene import Scene
 from warpvec.kernels.adan import BETAS, CLAMPED, EPS, SIGMOID
 from warpvec.kernels.constants import TILE
@@ -53,14 +53,16 @@ class Population:
         self._opaque = config.opacity == "opaque"
         self._palette: Palette | None = None
         self._rates = (config.lr_points, config.lr_color, config.lr_opacity)
-        self._launch = Launcher(str(scene.points.device), threads=1)
-        # Parameters and state: points [5, N, 2 P], colour [5, N, 3], opacity [5, N, 1] and background [5, 1, 3].
+        self._launch = Launcher(str(scene.segments.device), threads=1)
+        # Parameters and state: segments [5, R, 2 M], colour [5, N, 3], opacity [5, N, 1] and background [5, 1, 3].
         self._rows = self._fresh_rows(scene)
         self._background = _fresh(self._raw_color(scene.background)[None])
-        # Steps taken [N + 1]; the last entry is the background's.
-        self._age = torch.zeros(len(scene) + 1, dtype=torch.int64, device=scene.points.device)
-        self._factor = torch.ones(1, dtype=torch.float64, device=scene.points.device)
-        self.serial = torch.arange(len(scene), device=scene.points.device)
+        device = scene.segments.device
+        # Steps taken by the segments [R], and by the paths [N + 1]; the last entry is the background's.
+        self._segment_age = torch.zeros(scene.structure.segment_count, dtype=torch.int64, device=device)
+        self._age = torch.zeros(len(scene) + 1, dtype=torch.int64, device=device)
+        self._factor = torch.ones(1, dtype=torch.float64, device=device)
+        self.serial = torch.arange(len(scene), device=device)
         self._created = len(scene)
         background = scene.background if self._fixed_background else self._to_color(self._background[0, 0])
         self._set_live(replace(self._to_scene(self._rows, scene), background=background))
@@ -86,14 +88,14 @@ class Population:
         """The present paths. The object never changes; after a step or another change there is a new one."""
         if self._copy is None:
             live = self.live
-            points, color = live.points.clone(), live.color.clone()
+            segments, color = live.segments.clone(), live.color.clone()
             opacity, background = live.opacity.clone(), live.background.clone()
-            self._copy = replace(live, points=points, color=color, opacity=opacity, background=background)
+            self._copy = replace(live, segments=segments, color=color, opacity=opacity, background=background)
         return self._copy
 
     def step(
         self,
-        adj_points: Tensor,
+        adj_segments: Tensor,
         adj_color: Tensor,
         adj_opacity: Tensor,
         adj_background: Tensor,
@@ -109,7 +111,8 @@ class Population:
         else:
             torch.mul(fits, factor, out=self._factor)
         self._age += 1
-        adjoints = (adj_points.flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
+        self._segment_age += 1
+        adjoints = (adj_segments.contiguous().flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
         arrays = [self._strided(values) for values in adjoints]
         rows = len(self) + (0 if self._fixed_background else 1)
         self._launch(self._kernel, rows * self._threads_per_path, [*self._settings, *arrays, *self._arrays])
@@ -131,10 +134,11 @@ class Population:
     def state(self) -> State:
         """Return everything that :meth:`restore` needs to continue to the same bits."""
         return {
-            "points": self._rows[0],
+            "segments": self._rows[0],
             "color": self._rows[1],
             "opacity": self._rows[2],
             "background": self._background,
+            "segment_age": self._segment_age,
             "age": self._age,
             "serial": self.serial,
             "created": self._created,
@@ -145,18 +149,22 @@ class Population:
     def restore(self, state: State, palette: Palette | None) -> None:
         """Continue from ``state``; ``palette`` is the fit's palette, if it has one."""
         device = self.serial.device
-        points, color, opacity, self._background, self._age, self.serial = (
-            state[name].to(device) for name in ("points", "color", "opacity", "background", "age", "serial")
+        segments, color, opacity, self._background, self._segment_age, self._age, self.serial = (
+            state[name].to(device)
+            for name in ("segments", "color", "opacity", "background", "segment_age", "age", "serial")
         )
-        self._rows, self._created = (points, color, opacity), state["created"]
+        self._rows, self._created = (segments, color, opacity), state["created"]
         if palette is not None and state["palette"] is not None:
             palette.restore(state["palette"], str(device))
             self._palette = palette
-        self._set_live(Scene(**state["live"]).to(str(device)))
+        self._set_live(Scene.from_dict(state["live"]).to(str(device)))
 
     def keep(self, rows: Tensor) -> None:
         """Keep the paths ``rows``: a mask, or indices in the new order."""
-        self._rows = tuple(values[:, rows].contiguous() for values in self._rows)
+        _, segments = self.live.structure.select(rows)
+        chosen = (segments, rows, rows)
+        self._rows = tuple(values[:, each].contiguous() for values, each in zip(self._rows, chosen, strict=True))
+        self._segment_age = self._segment_age[segments]
         self._age = torch.cat([self._age[:-1][rows], self._age[-1:]])
         self.serial = self.serial[rows]
         if self._palette is not None:
@@ -165,7 +173,7 @@ class Population:
 
     def sort_by_area(self) -> None:
         """Sort the paths by the area of their bounding boxes, the smallest on top."""
-        box = curve_boxes(self.live.points, self.live.degree)
+        box = path_boxes(self.live)
         order = (box[:, 2:] - box[:, :2]).prod(-1).argsort(descending=True, stable=True)
         if not torch.equal(order, torch.arange(len(order), device=order.device)):
             self.keep(order)
@@ -174,29 +182,30 @@ class Population:
         """Add the paths of ``scene`` on top, with fresh optimizer state."""
         new = self._fresh_rows(scene)
         added = self._to_scene(new, scene)
+        ages = self._segment_age.new_zeros(scene.structure.segment_count)
         self._rows = tuple(torch.cat(pair, 1) for pair in zip(self._rows, new, strict=True))
+        self._segment_age = torch.cat([self._segment_age, ages])
         self._age = torch.cat([self._age[:-1], self._age.new_zeros(len(scene)), self._age[-1:]])
         self.serial = torch.cat([self.serial, torch.arange(len(scene), device=self.serial.device) + self._created])
         self._created += len(scene)
         if self._palette is not None:
             self._palette.append(scene.color)
-        names = ("points", "color", "opacity", "generation")
-        joined = (torch.cat([getattr(self.live, name), getattr(added, name)]) for name in names)
-        points, color, opacity, generation = joined
-        self._set_live(replace(self.live, points=points, color=color, opacity=opacity, generation=generation))
+        self._set_live(self.live.joined(added))
 
     def _set_live(self, scene: Scene) -> None:
         """Make ``scene``, which shares no memory, the live one, and prepare the step's arguments for its memory."""
         self.live, self._copy, self._prefix_counts = scene, None, None
-        cuda, dtype = self._launch.device.is_cuda, wp.dtype_from_torch(scene.points.dtype)
+        cuda, dtype = self._launch.device.is_cuda, wp.dtype_from_torch(scene.segments.dtype)
         lanes = make_lanes(1 if cuda else TILE, dtype)
         self._kernel, self._threads_per_path = make_kernels(lanes).step_population, threads_per_path(lanes)
         color_form = SIGMOID if self._logit_color else CLAMPED
         log_betas = lanes.vec3(*(math.log(beta) for beta in BETAS))
         rates = [wp.vec3d(*self._rates), as_warp(self._factor, wp.float64)]
-        betas = [lanes.vec3(*BETAS), log_betas, lanes.dtype(EPS), as_warp(self._age, wp.int64)]
-        self._settings = [len(scene), lanes.dtype(self._half_side), color_form, *rates, *betas]
-        outputs = (scene.points.flatten(1), scene.color, scene.opacity[:, None], scene.background[None])
+        betas = [lanes.vec3(*BETAS), log_betas, lanes.dtype(EPS)]
+        ages = [as_warp(self._segment_age, wp.int64), as_warp(self._age, wp.int64)]
+        first_segment = as_warp(scene.structure.path_first_segment, wp.int32)
+        self._settings = [len(scene), lanes.dtype(self._half_side), color_form, *rates, *betas, first_segment, *ages]
+        outputs = (scene.segments.flatten(1), scene.color, scene.opacity[:, None], scene.background[None])
         self._arrays = [as_warp(values, dtype) for values in (*self._rows, self._background, *outputs)]
         self._constrain()
 
@@ -222,14 +231,14 @@ class Population:
 
     def _fresh_rows(self, scene: Scene) -> tuple[Tensor, ...]:
         opacity = scene.opacity.logit(_LOGIT_MARGIN)[:, None]
-        points = (scene.points / self._half_side).flatten(1)
-        return tuple(_fresh(raw) for raw in (points, self._raw_color(scene.color), opacity))
+        segments = (scene.segments / self._half_side).flatten(1)
+        return tuple(_fresh(raw) for raw in (segments, self._raw_color(scene.color), opacity))
 
     def _to_scene(self, rows: tuple[Tensor, ...], scene: Scene) -> Scene:
         """Return the scene that the parameters in ``rows`` stand for, in the shapes of ``scene``."""
-        points, color, opacity = (values[0] for values in rows)
-        points = (points * self._half_side).reshape(scene.points.shape)
-        return replace(scene, points=points, color=self._to_color(color), opacity=opacity[:, 0].sigmoid())
+        segments, color, opacity = (values[0] for values in rows)
+        segments = (segments * self._half_side).reshape(scene.segments.shape)
+        return replace(scene, segments=segments, color=self._to_color(color), opacity=opacity[:, 0].sigmoid())
 
     def _raw_color(self, color: Tensor) -> Tensor:
         return color.logit(_LOGIT_MARGIN) if self._logit_color else color

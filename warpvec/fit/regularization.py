@@ -20,6 +20,7 @@ from torch import Tensor
 from torch.nn.functional import threshold
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.geometry.scene import Scene
 from warpvec.kernels import regularization as kernels
 from warpvec.kernels.constants import (
     EXTENT_MIN,
@@ -66,28 +67,29 @@ class Regularization:
         self._weights = (config.xing_weight * XING_SCALE, config.bezier_weight, config.opacity_weight)
         self._launch = Launcher(device, threads=1)
 
-    def add_adjoint(self, points: Tensor, opacity: Tensor, adj_points: Tensor, adj_opacity: Tensor) -> None:
-        """Add dL/dpoints [N, M S, 2] and dL/dopacity [N] of `regularization`, in place."""
+    def add_adjoint(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:
+        """Add dL/dsegments [R, M, 2] and dL/dopacity [N] of `regularization`, in place."""
         if self._degree == 3:
-            self._add_of_cubics(points, opacity, adj_points, adj_opacity)
+            self._add_of_cubics(scene, adj_segments, adj_opacity)
         else:
-            self._add_by_autograd(points, opacity, adj_points, adj_opacity)
+            self._add_by_autograd(scene, adj_segments, adj_opacity)
 
-    def _add_of_cubics(self, points: Tensor, opacity: Tensor, adj_points: Tensor, adj_opacity: Tensor) -> None:
-        lanes = make_lanes(1 if self._launch.device.is_cuda else TILE, wp.dtype_from_torch(points.dtype))
-        path_count, segment_count = points.shape[0], points.shape[1] // 3
-        inputs = [as_warp(points, lanes.vec2), as_warp(opacity, lanes.dtype), segment_count, path_count]
+    def _add_of_cubics(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:
+        lanes = make_lanes(1 if self._launch.device.is_cuda else TILE, wp.dtype_from_torch(scene.segments.dtype))
+        structure, points = scene.structure, as_warp(scene.segments.reshape(-1, 2), lanes.vec2)
+        rows = (structure.path_first_segment, structure.segment_next, structure.segment_previous)
+        inputs = [points, as_warp(scene.opacity, lanes.dtype), *(as_warp(row, wp.int32) for row in rows), len(scene)]
         settings = [lanes.vec2(*self._pixel), *(lanes.dtype(weight) for weight in self._weights)]
-        outputs = [as_warp(adj_points, lanes.vec2), as_warp(adj_opacity, lanes.dtype)]
+        outputs = [as_warp(adj_segments.view(-1, 2), lanes.vec2), as_warp(adj_opacity, lanes.dtype)]
         kernel = kernels.make_kernels(lanes).add_regularizers
-        self._launch(kernel, path_count, [*inputs, *settings, *outputs])
+        self._launch(kernel, len(scene), [*inputs, *settings, *outputs])
 
     @torch.enable_grad()
-    def _add_by_autograd(self, points: Tensor, opacity: Tensor, adj_points: Tensor, adj_opacity: Tensor) -> None:
-        points, opacity = points.detach().requires_grad_(), opacity.detach().requires_grad_()
+    def _add_by_autograd(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:
+        points, opacity = scene.points.detach().requires_grad_(), scene.opacity.detach().requires_grad_()
         value = regularization(points, opacity, self._width, self._height, self._config, self._degree)
         gradients = torch.autograd.grad(value, (points, opacity))
-        adj_points += gradients[0]
+        adj_segments += gradients[0].view_as(adj_segments)
         adj_opacity += gradients[1]
 
 

@@ -44,10 +44,9 @@ class Target:
 
         The next step overwrites the memory of all but the loss.
         """
-        paths = (scene.points, scene.color, scene.opacity)
         adjoints = _mean_adjoints(
             [
-                step.take(*paths, scene.background if matte is None else matte, prepared, want_removal_cost)
+                step.take(_over(scene, matte), prepared, want_removal_cost)
                 for step, (prepared, matte) in zip(self._steps, self._prepared, strict=True)
             ]
         )
@@ -67,17 +66,21 @@ class Target:
         This is the sum over the pixels of coverage, opacity, and the transmittance of everything above.
         """
         ones = torch.ones_like(self._views[0][0])
-        adjoints = self._renderer.adjoint(scene.points, scene.color, scene.opacity, scene.background, ones)
+        adjoints = self._renderer.adjoint(scene, ones)
         return torch.cat([adjoints.color[:, 0], adjoints.background[:1]])
 
     def squared_error(self, scene: Scene) -> Tensor:
         """Return the squared error of ``scene`` in each pixel [h, w], summed over the channels."""
-        paths = (scene.points, scene.color, scene.opacity)
         errors = [
-            (self._renderer.render(*paths, scene.background if matte is None else matte) - pixels).square().sum(-1)
+            (self._renderer.render(_over(scene, matte)) - pixels).square().sum(-1)
             for pixels, matte in self._views
         ]
         return torch.stack(errors).mean(0)
+
+
+def _over(scene: Scene, matte: Tensor | None) -> Scene:
+    """Return ``scene`` with the background ``matte`` [3], or with its own if that is None."""
+    return scene if matte is None else replace(scene, background=matte)
 
 
 def blank_error(image: Tensor, background: Tensor) -> Tensor:

@@ -42,7 +42,7 @@ DrawScene = Callable[[Scene], bytes]
 def visible_areas(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
     """Measure each path's visible area [N]: the sum over the pixels of coverage, opacity and transmittance above."""
     # This is the derivative of the sum of the image's reds with respect to the red of each path.
-    adj_image = scene.points.new_zeros((height, width, 3))
+    adj_image = scene.segments.new_zeros((height, width, 3))
     adj_image[..., 0] = 1.0
     return draw_adjoint(scene, adj_image, threads=threads).color[:, 0]
 
@@ -59,7 +59,7 @@ def faint(scene: Scene) -> Scene:
 
 def removal_changes(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
     """Measure the image's change when each path [N] alone is removed: squared, summed over pixels and channels."""
-    target = scene.points.new_full((height, width, 4 if scene.transparent else 3), 0.5)
+    target = scene.segments.new_full((height, width, 4 if scene.transparent else 3), 0.5)
     adjoints = Target(target, FitConfig(threads=threads), "cpu").fit_step(scene, True)
     # The loss is a parabola in the opacity. Without its slope, which depends on the target, it is the image's change.
     changes: Tensor = 3 * height * width * (adjoints.removal_cost + scene.opacity * adjoints.opacity)

@@ -7,6 +7,8 @@ import math
 import torch
 from torch import Tensor
 
+from warpvec.geometry.scene import Scene
+
 
 def bernstein(degree: int, t: Tensor) -> Tensor:
     """Return the Bernstein weights [..., M + 1] of the control points of a curve of degree M at ``t`` [...]."""
@@ -18,11 +20,19 @@ def bernstein(degree: int, t: Tensor) -> Tensor:
 _BOX_SAMPLES = 17
 
 
-def curve_boxes(points: Tensor, degree: int) -> Tensor:
-    """Return left, top, right and bottom [N, 4] of closed paths [N, M S, 2], from sample points along the curves."""
-    point_count = points.shape[1]
-    first = torch.arange(0, point_count, degree, device=points.device)
-    pieces = points[:, (first[:, None] + torch.arange(degree + 1, device=points.device)) % point_count]
-    parameters = torch.linspace(0.0, 1.0, _BOX_SAMPLES, dtype=points.dtype, device=points.device)
-    outline = (bernstein(degree, parameters) @ pieces).flatten(1, 2)
-    return torch.cat([outline.amin(1), outline.amax(1)], -1)
+def path_boxes(scene: Scene) -> Tensor:
+    """Return left, top, right and bottom [N, 4] of the paths of ``scene``, from sample points along the curves."""
+    structure, segments = scene.structure, scene.segments
+    ends = segments[structure.segment_next.long(), :1]
+    parameters = torch.linspace(0.0, 1.0, _BOX_SAMPLES, dtype=segments.dtype, device=segments.device)
+    outline = bernstein(scene.degree, parameters) @ torch.cat([segments, ends], 1)
+    return torch.cat([_least(outline.amin(1), scene), -_least(-outline.amax(1), scene)], -1)
+
+
+def _least(values: Tensor, scene: Scene) -> Tensor:
+    """Return the least of the ``values`` [R, 2] of each path's rows [N, 2]."""
+    structure = scene.structure
+    if structure.uniform_count is not None:
+        return values.reshape(len(scene), structure.uniform_count, 2).amin(1)
+    rows = structure.segment_path.long()[:, None].expand_as(values)
+    return values.new_full((len(scene), 2), torch.inf).scatter_reduce_(0, rows, values, "amin")

@@ -10,6 +10,7 @@ from torch import Tensor
 
 from warpvec.geometry.bezier import bernstein
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
 
 CUBICS_MAX = 16
 """Maximum number of cubics per curve. The deviation falls by 2**4 when the number doubles, so this is 65,000 times
@@ -42,7 +43,9 @@ def to_cubics(scene: Scene, tolerance: float = 0.05) -> tuple[Scene, float]:
         rows = count == number
         points[rows, : 3 * curves.shape[1] * number] = _fit_cubics(curves[rows], number)
     max_deviation = deviation.max().item() if len(scene) else 0.0
-    return replace(scene.detach(), points=points.to(scene.points.dtype), degree=3), max_deviation
+    structure = Structure.uniform(len(scene), points.shape[1] // 3, points.device)
+    segments = points.to(scene.segments.dtype).reshape(-1, 3, 2)
+    return replace(scene.detach(), segments=segments, structure=structure), max_deviation
 
 
 def _curves(scene: Scene) -> Tensor:

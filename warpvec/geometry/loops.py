@@ -55,7 +55,7 @@ def make_scene(outlines: Sequence[Outline], background: Color | None) -> Scene:
     points = torch.from_numpy(_padded(outlines, 3 * longest)).float()
     if not points.isfinite().all():
         raise InputError("SVG", "must have coordinates below 3e38", "larger ones", "scale it down")
-    return Scene(
+    return Scene.uniform(
         points=points,
         color=torch.tensor([outline.color for outline in outlines], dtype=torch.float64).reshape(-1, 3).float(),
         opacity=torch.tensor([outline.opacity for outline in outlines], dtype=torch.float64).float(),

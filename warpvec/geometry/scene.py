@@ -2,60 +2,127 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
+import torch
 from torch import Tensor
 
 from warpvec.errors import InputError
+from warpvec.geometry.structure import Structure
 
 
 @dataclass(frozen=True)
 class Scene:
-    """N closed paths of S Bezier curves of degree M each, row 0 at the bottom.
+    """N closed paths of one or more loops of Bezier curves of degree M, the first path at the bottom.
 
-    Two kinds are in use: S cubics ("segments"), as in a file, and the paper's two curves of degree 5 ("sides").
+    A row of ``segments`` is one curve: its start (the anchor) and its inner control points (for a cubic the handle that
+    leaves the anchor and the handle that arrives at the next one). It ends at the anchor of the next row of its loop.
+    In a *uniform* scene every path is one loop of S curves; `uniform` makes one from control points [N, M S, 2].
 
     Attributes:
-        points: control points [N, M S, 2] in pixels, x right, y down. Curve s of a path has the points M s, M s + 1,
-            ..., M s + M (modulo M S), so the anchors are 0, M, 2 M, ...
+        segments: control points [R, M, 2] in pixels, x right, y down.
+        structure: which segments make up each loop, and which loops each path.
         color: sRGB-encoded fill [N, 3] in [0, 1].
         opacity: fill opacity [N] in [0, 1].
         background: sRGB-encoded background colour [3] in [0, 1].
         generation: level of detail [N] (int64), 0 for the first; it becomes the layer in the file.
-        degree: M of every curve, 3 for cubics.
         transparent: whether the scene has no background. ``background`` is then black, over which an image is
             premultiplied.
 
     Raises:
-        InputError: the degree is not positive, or the shapes do not agree.
+        InputError: the shapes do not agree.
     """
 
-    points: Tensor
+    segments: Tensor
+    structure: Structure
     color: Tensor
     opacity: Tensor
     background: Tensor
     generation: Tensor
-    degree: int = 3
     transparent: bool = False
 
     def __post_init__(self) -> None:
-        if self.degree < 1:
-            raise InputError("degree", "must be at least 1", str(self.degree), "give 3 for cubics")
-        _check_points(self.points, self.degree)
-        count = len(self.points)
+        shape, segment_count = tuple(self.segments.shape), self.structure.segment_count
+        if len(shape) != 3 or shape[0] != segment_count or shape[1] < 1 or shape[2] != 2:
+            rule = f"must have shape [{segment_count}, degree, 2] for this structure"
+            raise InputError("segments", rule, str(list(shape)), "reshape it")
+        count = self.structure.path_count
         expected = {"color": (count, 3), "opacity": (count,), "background": (3,), "generation": (count,)}
-        for name, shape in expected.items():
+        for name, wanted in expected.items():
             got = tuple(getattr(self, name).shape)
-            if got != shape:
-                raise InputError(name, f"must have shape {list(shape)} for {count} paths", str(list(got)), "reshape it")
+            if got != wanted:
+                rule = f"must have shape {list(wanted)} for {count} paths"
+                raise InputError(name, rule, str(list(got)), "reshape it")
+
+    @staticmethod
+    def uniform(
+        points: Tensor,
+        color: Tensor,
+        opacity: Tensor,
+        background: Tensor,
+        generation: Tensor,
+        degree: int = 3,
+        transparent: bool = False,
+    ) -> Scene:
+        """Return a scene of paths of one loop of S curves each.
+
+        Args:
+            points: control points [N, M S, 2] in pixels. Curve s of a path has the points M s, M s + 1, ..., M s + M
+                (modulo M S), so the anchors are 0, M, 2 M, ...
+            color, opacity, background, generation, transparent: as in the scene.
+            degree: M of every curve, 3 for cubics.
+
+        Raises:
+            InputError: the degree is not positive, or the shapes do not agree.
+        """
+        if degree < 1:
+            raise InputError("degree", "must be at least 1", str(degree), "give 3 for cubics")
+        _check_points(points, degree)
+        structure = Structure.uniform(points.shape[0], points.shape[1] // degree, points.device)
+        segments = points.reshape(-1, degree, 2)
+        return Scene(segments, structure, color, opacity, background, generation, transparent)
 
     def __len__(self) -> int:
-        return len(self.points)
+        return self.structure.path_count
+
+    @property
+    def degree(self) -> int:
+        """Degree of every curve, M: 3 for cubics."""
+        return self.segments.shape[1]
+
+    @property
+    def is_uniform(self) -> bool:
+        """Whether every path is one loop of the same number of curves, and no curve is marked as a line."""
+        return self.structure.uniform_count is not None
+
+    @property
+    def points(self) -> Tensor:
+        """Control points [N, M S, 2] of a uniform scene, as in `uniform`.
+
+        Raises:
+            InputError: the scene is not uniform.
+        """
+        if self.structure.uniform_count is None:
+            raise InputError("scene", "must have paths of one loop of equally many curves", "other paths")
+        return self.segments.reshape(len(self), self.structure.uniform_count * self.degree, 2)
+
+    def with_points(self, points: Tensor, degree: int | None = None) -> Scene:
+        """Return a uniform scene with other control ``points`` [N, M S, 2], M of which are ``degree`` (default: same).
+
+        Raises:
+            InputError: the shape of ``points`` does not agree with the degree.
+        """
+        degree = self.degree if degree is None else degree
+        _check_points(points, degree)
+        structure = self.structure
+        if structure.uniform_count is None or structure.uniform_count * degree != points.shape[1]:
+            structure = Structure.uniform(points.shape[0], points.shape[1] // degree, points.device)
+        return replace(self, segments=points.reshape(-1, degree, 2), structure=structure)
 
     @property
     def piece_count(self) -> int:
-        """Number of curves per path, S."""
+        """Number of curves per path of a uniform scene, S."""
         return self.points.shape[1] // self.degree
 
     def detach(self) -> Scene:
@@ -66,23 +133,50 @@ class Scene:
         """Return the scene in host memory."""
         return self.to("cpu")
 
-    def to(self, device: str) -> Scene:
+    def to(self, device: torch.device | str) -> Scene:
         """Return the scene in the memory of ``device``."""
-        return replace(self, **{name: getattr(self, name).to(device) for name in (*_FLOAT_FIELDS, "generation")})
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the fields by name, without copies."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        tensors = {name: getattr(self, name).to(device) for name in (*_FLOAT_FIELDS, "generation")}
+        return replace(self, structure=self.structure.to(device), **tensors)
 
     def scaled(self, x_factor: float, y_factor: float | None = None) -> Scene:
         """Return the scene scaled by ``x_factor`` horizontally and ``y_factor`` (default: the same) vertically."""
         factors = [x_factor, x_factor if y_factor is None else y_factor]
-        return replace(self, points=self.points * self.points.new_tensor(factors))
+        return replace(self, segments=self.segments * self.segments.new_tensor(factors))
+
+    def moved(self, x: float, y: float) -> Scene:
+        """Return the scene moved by ``x`` and ``y`` pixels."""
+        return replace(self, segments=self.segments + self.segments.new_tensor([x, y]))
 
     def select(self, rows: Tensor) -> Scene:
         """Return the paths ``rows`` (indices or a mask [N]), in that order, over the same background."""
-        names = ("points", "color", "opacity", "generation")
-        return replace(self, **{name: getattr(self, name)[rows] for name in names})
+        structure, segments = self.structure.select(rows)
+        paths = {name: getattr(self, name)[rows] for name in ("color", "opacity", "generation")}
+        return replace(self, segments=self.segments[segments], structure=structure, **paths)
+
+    def joined(self, other: Scene) -> Scene:
+        """Return these paths and, on top, those of ``other``, over the background of this scene."""
+        names = ("segments", "color", "opacity", "generation")
+        tensors = {name: torch.cat([getattr(self, name), getattr(other, name)]) for name in names}
+        return replace(self, structure=self.structure.joined(other.structure), **tensors)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the scene as tensors, numbers and None by name, without copies; `from_dict` takes it back."""
+        structure = self.structure
+        return {
+            **{name: getattr(self, name) for name in ("segments", "color", "opacity", "background", "generation")},
+            "loop_first_segment": structure.loop_first_segment,
+            "path_first_loop": structure.path_first_loop,
+            "is_line": structure.is_line,
+            "uniform_count": structure.uniform_count,
+            "transparent": self.transparent,
+        }
+
+    @staticmethod
+    def from_dict(values: dict[str, Any]) -> Scene:
+        """Return the scene whose `to_dict` is ``values``."""
+        names = ("loop_first_segment", "path_first_loop", "is_line", "uniform_count")
+        structure = Structure(**{name: values[name] for name in names})
+        return Scene(**{name: value for name, value in values.items() if name not in names}, structure=structure)
 
 
 def _check_points(points: Tensor, degree: int) -> None:
@@ -92,4 +186,4 @@ def _check_points(points: Tensor, degree: int) -> None:
         raise InputError("points", rule, str(shape), "reshape it or give its degree")
 
 
-_FLOAT_FIELDS = ("points", "color", "opacity", "background")
+_FLOAT_FIELDS = ("segments", "color", "opacity", "background")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
@@ -41,9 +40,9 @@ def trim(scene: Scene, height: int, width: int) -> Scene:
     rows = [row for row, path in enumerate(paths) if len(path)]
     length = max((len(paths[row]) for row in rows), default=points.shape[1])
     padded = [np.concatenate([paths[row], paths[row][:1].repeat(length - len(paths[row]), 0)]) for row in rows]
-    kept = scene.detach().select(torch.tensor(rows, dtype=torch.int64, device=scene.points.device))
+    kept = scene.detach().select(torch.tensor(rows, dtype=torch.int64, device=scene.segments.device))
     stacked = np.stack(padded) if rows else np.zeros((0, length, 2))
-    return replace(kept, points=torch.from_numpy(stacked).to(scene.points))
+    return kept.with_points(torch.from_numpy(stacked).to(scene.segments))
 
 
 def _trimmed(path: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64]:

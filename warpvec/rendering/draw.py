@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ def draw_exactly(scene: Scene, height: int, width: int, threads: int | None) -> 
     image = np.empty((height, width, 4 if scene.transparent else 3), np.float32)
     for top in range(0, height, row_count):
         bottom = min(top + row_count, height)
-        band = replace(scene, points=scene.points - scene.points.new_tensor([0.0, top]))
+        band = scene.moved(0.0, -top)
         image[top:bottom] = draw_pixels(band, bottom - top, width, threads=threads)
     return image
 

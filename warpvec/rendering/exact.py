@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import torch
-from torch import Tensor
 
 from warpvec.errors import InputError
+from warpvec.geometry.scene import Scene
 from warpvec.kernels.constants import TRANSMITTANCE_MIN
 from warpvec.rendering.capacity import Counts
-from warpvec.rendering.launch import as_warp
 from warpvec.rendering.stages.binning import Binning
 from warpvec.rendering.stages.compositing import Paint
 from warpvec.rendering.stages.coverage import Coverage
@@ -17,7 +16,7 @@ from warpvec.rendering.tile_renderer import Adjoints, Hits, TileRenderer
 
 
 class ExactRenderer(TileRenderer):
-    """Renderer of points [N, 3 S, 2]: S cubics in a closed loop.
+    """Renderer of scenes of cubics.
 
     Raises:
         InputError: ``degree`` is not 3.
@@ -38,24 +37,22 @@ class ExactRenderer(TileRenderer):
         if degree != 3:
             remedy = "convert it with warpvec.geometry.cubics.to_cubics"
             raise InputError("scene", "must have degree 3 for the renderer exact", str(degree), remedy)
-        super().__init__(height, width, device, threads, dtype, lane_width, transmittance_min)
+        super().__init__(height, width, degree, device, threads, dtype, lane_width, transmittance_min)
         self._flattening = Flattening(self._launch, self._lanes)
         self._binning = Binning(self._launch, self._lanes, self.grid)
         self._coverage = Coverage(self._launch, self._lanes)
 
-    def _cover(self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Hits:
-        path_count, segment_count = points.shape[0], points.shape[1] // 3
-        self._flattening.run(as_warp(points, self._lanes.vec2))
-        self._binning.run(self._flattening, path_count, segment_count)
-        self._coverage.run(self._flattening, self._binning, segment_count)
-        paint = Paint(color, opacity, background, self._lanes)
+    def _cover(self, scene: Scene) -> Hits:
+        self._flattening.run(scene.segments, scene.structure)
+        self._binning.run(self._flattening, len(scene))
+        self._coverage.run(self._flattening, self._binning)
+        paint = Paint(scene.color, scene.opacity, scene.background, self._lanes)
         visible = self._compositing.find_visible(self._binning, paint)
         return self._binning, visible, self._coverage.slot_winding, paint
 
-    def _collect(self, points: Tensor, opacity: Tensor, adjoints: Adjoints) -> None:
-        path_count, segment_count = points.shape[0], points.shape[1] // 3
-        adj_edges = self._coverage.adjoint(self._flattening, self._binning, path_count, segment_count)
-        self._flattening.adjoint(adj_edges, as_warp(adjoints.points, self._lanes.vec2))
+    def _collect(self, scene: Scene, adjoints: Adjoints) -> None:
+        adj_edges = self._coverage.adjoint(self._flattening, self._binning, len(scene.segments))
+        self._flattening.adjoint(adj_edges, adjoints.segments)
 
     @property
     def counts(self) -> Counts:

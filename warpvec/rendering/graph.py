@@ -16,10 +16,11 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.errors import InputError
+from warpvec.geometry.scene import Scene
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 
-_Inputs = tuple[Tensor, Tensor, Tensor, Tensor, Tensor]
+_Inputs = tuple[Scene, Tensor]
 _Addresses = tuple[tuple[int, torch.Size], ...]
 
 # Replays between checks for dropped steps; each check waits for the device.
@@ -59,25 +60,22 @@ class RecordedStep:
 
     def take(
         self,
-        points: Tensor,
-        color: Tensor,
-        opacity: Tensor,
-        background: Tensor,
+        scene: Scene,
         prepared_target: Tensor,
         want_removal_cost: bool = False,
     ) -> Adjoints:
         """Return what ``renderer.fit_step`` does; the next step overwrites it unless ``want_removal_cost``."""
-        inputs = (points, color, opacity, background, prepared_target)
+        inputs = (scene, prepared_target)
         if want_removal_cost:
             return self._renderer.fit_step(*inputs, want_removal_cost)
         if self.is_paused or not self._record:
-            return self._renderer.fit_step(*inputs, out=self._out_for(points))
-        addresses = tuple((tensor.data_ptr(), tensor.shape) for tensor in inputs)
+            return self._renderer.fit_step(*inputs, out=self._out_for(scene))
+        addresses = _addresses(scene, prepared_target)
         recording = self._recording
         if recording is not None and recording.addresses == addresses and recording.growth == self._renderer.growth:
             self._replay(recording)
             return recording.out
-        out = self._out_for(points)
+        out = self._out_for(scene)
         if self._counted is not None and self._counted[0] == addresses:
             self._rehearse(inputs, out, addresses, self._counted[1])
         else:
@@ -130,10 +128,18 @@ class RecordedStep:
         if self._replays % _CHECK_GAP == 0 and self._renderer.dropped_steps > self._dropped_steps:
             self._recording = None
 
-    def _out_for(self, points: Tensor) -> Adjoints:
-        if self._out is None or self._out.points.shape != points.shape:
-            self._out = self._renderer.make_adjoints(points)
-        return self._out
+    def _out_for(self, scene: Scene) -> Adjoints:
+        out = self._out
+        if out is None or out.segments.shape != scene.segments.shape or len(out.color) != len(scene):
+            self._out = out = self._renderer.make_adjoints(scene)
+        return out
+
+
+def _addresses(scene: Scene, prepared_target: Tensor) -> _Addresses:
+    structure = scene.structure
+    values = (scene.segments, scene.color, scene.opacity, scene.background)
+    tensors = (*values, structure.loop_first_segment, structure.path_first_loop, prepared_target)
+    return tuple((tensor.data_ptr(), tensor.shape) for tensor in tensors)
 
 
 def _can_record(device: Any) -> bool:

@@ -22,6 +22,7 @@ from warpvec.checks import check_count
 from warpvec.config.renderers import check_renderer_settings
 from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
 from warpvec.image.alpha import MATTES
 from warpvec.rendering.launch import start_warp
 from warpvec.rendering.registry import make_renderer
@@ -51,7 +52,7 @@ def render(
     threads: int | None = None,
     **settings: Any,
 ) -> Tensor:
-    """Return the image [height, width, 3] of ``scene``, differentiable in points, colour, opacity and background.
+    """Return the image [height, width, 3] of ``scene``, differentiable in segments, colour, opacity and background.
 
     With ``alpha`` return the image [height, width, 4] of the paths alone, without the background: premultiplied
     colours, and alpha, which is 1 minus the transmittance of all paths. `warpvec.image.alpha.straight` converts it to
@@ -93,15 +94,26 @@ def draw_adjoint(
     scene: Scene, adj_image: Tensor, *, renderer: str = "exact", threads: int | None = None, **settings: Any
 ) -> Adjoints:
     """Return the adjoints of ``scene`` for ``adj_image`` = dL/d(image) [h, w, 3], without autograd."""
-    _check_kinds(_inputs(scene))
+    _check_kinds(_inputs(scene)[:4])
     thread_count = 0 if threads is None else check_count("threads", threads, 1)
     text = _as_text(renderer, scene.degree, settings)
     with torch.no_grad():
-        return _adjoints(_inputs(scene), adj_image, renderer, thread_count, text)
+        return _adjoints(scene, adj_image, renderer, thread_count, text)
 
 
-def _inputs(scene: Scene) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    return scene.points, scene.color, scene.opacity, scene.background
+def _inputs(scene: Scene) -> tuple[Tensor, ...]:
+    """Return the tensors of an operator: four that it differentiates, and two of the structure."""
+    structure = scene.structure
+    values = (scene.segments, scene.color, scene.opacity, scene.background)
+    return (*values, structure.loop_first_segment, structure.path_first_loop)
+
+
+def _scene(inputs: tuple[Tensor, ...], segment_count: int) -> Scene:
+    """Return the scene of `_inputs`; ``segment_count`` is that of every path of a uniform scene, else 0."""
+    segments, color, opacity, background, *starts = inputs
+    structure = Structure(*starts, uniform_count=segment_count or None)
+    # A renderer does not look at the generations.
+    return Scene(segments, structure, color, opacity, background, torch.zeros_like(opacity, dtype=torch.int64))
 
 
 def _image(
@@ -117,11 +129,13 @@ def _image(
     height, width = check_count("height", height, 1), check_count("width", width, 1)
     thread_count = 0 if threads is None else check_count("threads", threads, 1)
     inputs = _inputs(scene)
-    _check_kinds(inputs)
-    drawn_by = (height, width, renderer, thread_count, _as_text(renderer, scene.degree, settings))
+    _check_kinds(inputs[:4])
+    segment_count = scene.structure.uniform_count or 0
+    drawn_by = (segment_count, height, width, renderer, thread_count, _as_text(renderer, scene.degree, settings))
     if not alpha:
         return operator(*inputs, *drawn_by)
-    black, white = (operator(*inputs[:3], torch.full_like(inputs[3], matte), *drawn_by) for matte in MATTES)
+    mattes = (torch.full_like(scene.background, matte) for matte in MATTES)
+    black, white = (operator(*inputs[:3], matte, *inputs[4:], *drawn_by) for matte in mattes)
     return torch.cat([black, 1.0 - (white - black).mean(-1, keepdim=True)], -1)
 
 
@@ -170,19 +184,23 @@ def _renderer(name: str, height: int, width: int, device: str, dtype: torch.dtyp
 
 
 def _draw(
-    points: Tensor,
+    segments: Tensor,
     color: Tensor,
     opacity: Tensor,
     background: Tensor,
+    loop_first_segment: Tensor,
+    path_first_loop: Tensor,
+    segment_count: int,
     height: int,
     width: int,
     renderer: str,
     threads: int,
     settings: str,
 ) -> Tensor:
-    with _turn(points.device):
-        stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads, settings)
-        image: Tensor = stages.render(points, color, opacity, background)
+    tensors = (segments, color, opacity, background, loop_first_segment, path_first_loop)
+    with _turn(segments.device):
+        stages = _renderer(renderer, height, width, str(segments.device), segments.dtype, threads, settings)
+        image: Tensor = stages.render(_scene(tensors, segment_count))
     return image
 
 
@@ -190,33 +208,37 @@ _render = torch.library.custom_op("warpvec::render", _draw, **_OPERATOR)
 
 
 @_render.register_fake
-def _(points: Tensor, *rest: Any) -> Tensor:
-    _, _, _, height, width = rest[:5]
-    return points.new_empty((height, width, 3))
+def _(segments: Tensor, *rest: Any) -> Tensor:
+    height, width = rest[6:8]
+    return segments.new_empty((height, width, 3))
 
 
-def _adjoints(inputs: tuple[Tensor, ...], adj_image: Tensor, renderer: str, threads: int, settings: str) -> Adjoints:
-    points, (height, width) = inputs[0], adj_image.shape[:2]
-    with _turn(points.device):
-        stages = _renderer(renderer, height, width, str(points.device), points.dtype, threads, settings)
-        adjoints: Adjoints = stages.adjoint(*inputs, adj_image)
+def _adjoints(scene: Scene, adj_image: Tensor, renderer: str, threads: int, settings: str) -> Adjoints:
+    (height, width), (device, dtype) = adj_image.shape[:2], (scene.segments.device, scene.segments.dtype)
+    with _turn(device):
+        stages = _renderer(renderer, height, width, str(device), dtype, threads, settings)
+        adjoints: Adjoints = stages.adjoint(scene, adj_image)
     return adjoints
 
 
 @torch.library.custom_op("warpvec::render_adjoint", **_OPERATOR)
 def _render_adjoint(
-    points: Tensor,
+    segments: Tensor,
     color: Tensor,
     opacity: Tensor,
     background: Tensor,
+    loop_first_segment: Tensor,
+    path_first_loop: Tensor,
     adj_image: Tensor,
+    segment_count: int,
     renderer: str,
     threads: int,
     settings: str,
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    adjoints = _adjoints((points, color, opacity, background), adj_image, renderer, threads, settings)
+    tensors = (segments, color, opacity, background, loop_first_segment, path_first_loop)
+    adjoints = _adjoints(_scene(tensors, segment_count), adj_image, renderer, threads, settings)
     # The outputs of an operator must not share memory with one another.
-    return adjoints.points, adjoints.color.clone(), adjoints.opacity.clone(), adjoints.background.clone()
+    return adjoints.segments, adjoints.color.clone(), adjoints.opacity.clone(), adjoints.background.clone()
 
 
 @_render_adjoint.register_fake
@@ -225,13 +247,13 @@ def _(*arguments: Any) -> tuple[Tensor, ...]:
 
 
 def _setup(ctx: Any, inputs: tuple[Any, ...], output: Tensor) -> None:
-    ctx.save_for_backward(*inputs[:4])
-    ctx.drawn_by = inputs[6:]
+    ctx.save_for_backward(*inputs[:6])
+    ctx.segment_count, ctx.drawn_by = inputs[6], inputs[9:]
 
 
 def _backward(ctx: Any, adj_image: Tensor) -> tuple[Any, ...]:
-    adjoints = _render_adjoint(*ctx.saved_tensors, adj_image, *ctx.drawn_by)
-    return (*adjoints, None, None, None, None, None)
+    adjoints = _render_adjoint(*ctx.saved_tensors, adj_image, ctx.segment_count, *ctx.drawn_by)
+    return (*adjoints, *[None] * 8)
 
 
 _render.register_autograd(_backward, setup_context=_setup)

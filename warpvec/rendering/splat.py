@@ -11,6 +11,7 @@ import torch
 import warp as wp
 from torch import Tensor
 
+from warpvec.geometry.scene import Scene
 from warpvec.kernels.constants import TRANSMITTANCE_MIN
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.stages.compositing import Paint
@@ -21,7 +22,7 @@ from warpvec.rendering.tile_renderer import Adjoints, Hits, TileRenderer
 
 
 class SplatRenderer(TileRenderer):
-    """Renderer of points [N, P, 2]: pieces of ``degree`` in a closed loop.
+    """Renderer of uniform scenes: pieces of ``degree`` in a closed loop.
 
     The first half of a path's pieces, rounded down, is one side of the path; the rest is the other side.
 
@@ -49,7 +50,7 @@ class SplatRenderer(TileRenderer):
         interior_gradient: bool = True,
         covariance_gradient: bool = False,
     ) -> None:
-        super().__init__(height, width, device, threads, dtype, lane_width, transmittance_min)
+        super().__init__(height, width, degree, device, threads, dtype, lane_width, transmittance_min)
         launch, lanes = self._launch, self._lanes
         self._splatting = Splatting(launch, lanes, samples, lines, degree, interior_gradient, covariance_gradient)
         self._binning = SplatBinning(launch, lanes, self.grid, samples)
@@ -57,18 +58,19 @@ class SplatRenderer(TileRenderer):
         self._buffers = launch.make_buffers()
         self._ones = torch.ones(0)
 
-    def _cover(self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Hits:
-        self._splatting.run(points, opacity)
-        self._binning.bin_splats(self._splatting, len(points))
-        self._coverage.run(self._splatting, self._binning, opacity)
+    def _cover(self, scene: Scene) -> Hits:
+        self._splatting.run(scene.points, scene.opacity)
+        self._binning.bin_splats(self._splatting, len(scene))
+        self._coverage.run(self._splatting, self._binning, scene.opacity)
         # The Gaussians contain the path's opacity already, so coverage is composited as opaque.
-        paint = Paint(color, self._opaque(len(points)), background, self._lanes)
+        paint = Paint(scene.color, self._opaque(len(scene)), scene.background, self._lanes)
         return self._binning, self._coverage.tile_first_visible, self._coverage.slot_coverage, paint
 
-    def _collect(self, points: Tensor, opacity: Tensor, adjoints: Adjoints) -> None:
-        splat_sums = self._coverage.adjoint(self._splatting, self._binning, opacity)
+    def _collect(self, scene: Scene, adjoints: Adjoints) -> None:
+        points, adj_points = scene.points, adjoints.segments.view(scene.points.shape)
+        splat_sums = self._coverage.adjoint(self._splatting, self._binning, scene.opacity)
         # This overwrites the adjoint of the paint's opacity, which is constant.
-        self._splatting.adjoint(points, opacity, splat_sums, adjoints.points, adjoints.opacity)
+        self._splatting.adjoint(points, scene.opacity, splat_sums, adj_points, adjoints.opacity)
 
     @property
     def counts(self) -> Counts:

@@ -10,6 +10,7 @@ import torch
 import warp as wp
 from torch import Tensor
 
+from warpvec.geometry.scene import Scene
 from warpvec.kernels.compositing_adjoint import CANVAS_TERMS
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import make_lanes
@@ -31,7 +32,7 @@ class Adjoints:
         removal_cost: rise of that error when a path is removed [N], if it was asked for.
     """
 
-    points: Tensor
+    segments: Tensor
     color: Tensor
     opacity: Tensor
     canvas_sums: Tensor
@@ -48,16 +49,16 @@ class Adjoints:
 
 
 class TileRenderer(ABC):
-    """Renderer of scenes of one canvas size. It keeps its buffers between calls.
+    """Renderer of scenes of one canvas size, with curves of one ``degree``. It keeps its buffers between calls.
 
-    The inputs of every method are points [N, P, 2] px, color [N, 3], opacity [N] and background [3], on the renderer's
-    device in its dtype (torch.float32, or torch.float64 for checks).
+    The tensors of a scene must be on the renderer's device, in its dtype (torch.float32, or torch.float64 for checks).
     """
 
     def __init__(
         self,
         height: int,
         width: int,
+        degree: int,
         device: str,
         threads: int | None,
         dtype: torch.dtype,
@@ -65,47 +66,42 @@ class TileRenderer(ABC):
         transmittance_min: float,
     ) -> None:
         start_warp()
-        self.grid = TileGrid(height, width)
+        self.grid, self.degree = TileGrid(height, width), degree
         self._launch = Launcher(device, threads)
         self._lanes = make_lanes(lane_width or (1 if self._launch.device.is_cuda else TILE), wp.dtype_from_torch(dtype))
         self.dtype = dtype
         self.device = torch.device(wp.device_to_torch(self._launch.device))
         self._compositing = Compositing(self._launch, self._lanes, self.grid, transmittance_min)
 
-    def render(self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Tensor:
+    def render(self, scene: Scene) -> Tensor:
         """Return the image [h, w, 3]."""
-        hits = self._cover(points, color, opacity, background)
+        hits = self._cover(scene)
         tiles = torch.empty((self.grid.count, 3, TILE, TILE), dtype=self.dtype, device=self.device)
         self._compositing.run(*hits, tiles)
         return from_tiles(tiles, self.grid)
 
-    def adjoint(
-        self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor, adj_image: Tensor
-    ) -> Adjoints:
+    def adjoint(self, scene: Scene, adj_image: Tensor) -> Adjoints:
         """Return the adjoints of a render for ``adj_image`` = dL/d(image) [h, w, 3]."""
-        adjoints = self.make_adjoints(points)
-        hits = self._cover(points, color, opacity, background)
+        adjoints = self.make_adjoints(scene)
+        hits = self._cover(scene)
         reference = to_tiles(adj_image.to(self.dtype), self.grid)
         self._compositing.adjoint(*hits, reference, self._paint_adjoints(adjoints, adjoints.opacity))
-        self._collect(points, opacity, adjoints)
+        self._collect(scene, adjoints)
         return adjoints
 
     def prepare_target(self, target: Tensor) -> Tensor:
         """Return a target image [h, w, 3] in the form that :meth:`fit_step` takes."""
         return to_tiles(target.to(self.device, self.dtype), self.grid)
 
-    def make_adjoints(self, points: Tensor) -> Adjoints:
-        """Allocate the adjoints of a scene with ``points``."""
-        count = len(points)
+    def make_adjoints(self, scene: Scene) -> Adjoints:
+        """Allocate the adjoints of ``scene``."""
+        count = len(scene)
         make = partial(torch.empty, dtype=self.dtype, device=self.device)
-        return Adjoints(make(points.shape), make((count, 3)), make(count), make(CANVAS_TERMS))
+        return Adjoints(make(scene.segments.shape), make((count, 3)), make(count), make(CANVAS_TERMS))
 
     def fit_step(
         self,
-        points: Tensor,
-        color: Tensor,
-        opacity: Tensor,
-        background: Tensor,
+        scene: Scene,
         prepared_target: Tensor,
         want_removal_cost: bool = False,
         out: Adjoints | None = None,
@@ -114,8 +110,8 @@ class TileRenderer(ABC):
 
         If ``out`` is given, the adjoints are written there, and only the removal costs allocate a tensor.
         """
-        adjoints = self.make_adjoints(points) if out is None else out
-        hits = self._cover(points, color, opacity, background)
+        adjoints = self.make_adjoints(scene) if out is None else out
+        hits = self._cover(scene)
         scale = 1.0 / (3 * self.grid.height * self.grid.width)
         curvature = torch.empty_like(adjoints.opacity) if want_removal_cost else adjoints.opacity
         into = self._paint_adjoints(adjoints, curvature)
@@ -123,7 +119,7 @@ class TileRenderer(ABC):
         # The loss without path i, minus the loss: a parabola, as the image is affine in the opacity of one path.
         o = hits[-1].opacity
         cost = o * o * curvature * scale - o * into.opacity if want_removal_cost else None
-        self._collect(points, opacity, adjoints)
+        self._collect(scene, adjoints)
         return replace(adjoints, removal_cost=cost)
 
     def set_capacity(self, limit: Counts | None) -> None:
@@ -155,9 +151,9 @@ class TileRenderer(ABC):
         return PaintAdjoints(adjoints.color, adjoints.opacity, curvature, adjoints.canvas_sums)
 
     @abstractmethod
-    def _cover(self, points: Tensor, color: Tensor, opacity: Tensor, background: Tensor) -> Hits:
+    def _cover(self, scene: Scene) -> Hits:
         """Return what is composited."""
 
     @abstractmethod
-    def _collect(self, points: Tensor, opacity: Tensor, adjoints: Adjoints) -> None:
+    def _collect(self, scene: Scene, adjoints: Adjoints) -> None:
         """Fill in the other adjoints; those of the paint are ready, and the coverage buffer holds its adjoint."""

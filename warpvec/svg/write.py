@@ -51,8 +51,7 @@ def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIM
     _check_cubic(scene)
     _check_finite(scene, precision)
     quantized = replace(
-        scene,
-        points=_rounded_points(scene.points, precision),
+        scene.with_points(_rounded_points(scene.points, precision)),
         color=_rounded(scene.color.clamp(0, 1), COLOR_LEVELS),
         opacity=_rounded(scene.opacity.clamp(0, 1), 10**opacity_decimals),
         background=_rounded(scene.background.clamp(0, 1), COLOR_LEVELS),
@@ -110,10 +109,10 @@ def _check_cubic(scene: Scene) -> None:
 
 
 def _check_finite(scene: Scene, precision: int) -> None:
-    for name in ("points", "color", "opacity", "background"):
+    for name in ("segments", "color", "opacity", "background"):
         if not torch.isfinite(getattr(scene, name)).all():
             raise ValueError(f"{name} of a scene must be finite to be written; check what made it")
-    if len(scene) and scene.points.abs().max().double() * 10**precision >= MAX_TICKS:
+    if len(scene) and scene.segments.abs().max().double() * 10**precision >= MAX_TICKS:
         raise ValueError(f"points must be within 2**53 steps of 1e-{precision} of the origin to be written")
 
 

@@ -32,7 +32,7 @@ def ellipses(*rows: tuple[float, float, float, float], opacity: float = 0.9) -> 
     points = values[:, None, :2] + unit * values[:, None, 2:] / 2
     color = torch.linspace(0.0, 1.0, len(rows), dtype=torch.float64)[:, None].expand(-1, 3)
     alpha = torch.full((len(rows),), opacity, dtype=torch.float64)
-    return Scene(points, color, alpha, torch.ones(3, dtype=torch.float64), torch.zeros(len(rows), dtype=torch.int64))
+    return Scene.uniform(points, color, alpha, torch.ones(3, dtype=torch.float64), torch.zeros(len(rows), dtype=torch.int64))
 
 
 def removed(scene: Scene, progress: float = EARLY) -> list[bool]:
@@ -83,7 +83,7 @@ def test_the_older_of_two_similar_paths_is_removed_if_it_is_small() -> None:
 def wide_pair(side: float) -> Scene:
     """Return a `pair` of equal size."""
     scene = pair(side)
-    return replace(scene, points=torch.stack([scene.points[0], scene.points[0]]))
+    return scene.with_points(torch.stack([scene.points[0], scene.points[0]]))
 
 
 def test_scores_are_those_of_a_plain_loop() -> None:

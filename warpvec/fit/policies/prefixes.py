@@ -39,10 +39,11 @@ def with_prefix(adjoints: Any, scene: Scene, target: Target, count: int) -> Any:
     """Return ``adjoints``, those of all paths, plus the weighted adjoints of a picture of the first ``count`` paths."""
     if count == len(scene):
         return adjoints
-    names = ("points", "color", "opacity")
+    names = ("color", "opacity")
     # The renderer writes into the same memory again.
-    sums = {name: getattr(adjoints, name).clone() for name in (*names, "canvas_sums")}
-    part = target.fit_step(scene.select(torch.arange(count, device=scene.points.device)), False)
+    sums = {name: getattr(adjoints, name).clone() for name in ("segments", *names, "canvas_sums")}
+    part = target.fit_step(scene.select(torch.arange(count, device=scene.segments.device)), False)
+    sums["segments"][: len(part.segments)] += PREFIX_WEIGHT * part.segments
     for name in names:
         sums[name][:count] += PREFIX_WEIGHT * getattr(part, name)
     sums["canvas_sums"][:3] += PREFIX_WEIGHT * part.background

@@ -30,7 +30,7 @@ from warpvec.fit.placement import colors_at, new_paths
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
 from warpvec.fit.target import opaque_colors
-from warpvec.geometry.bezier import curve_boxes
+from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.scene import Scene
 
 RADIUS = 0.02
@@ -163,7 +163,7 @@ class Replacement:
 
 def removable(scene: Scene, height: int, width: int, progress: float) -> Tensor:
     """Return a mask [N] of the paths of ``scene``, oldest first, to remove at the share ``progress`` of the run."""
-    box = curve_boxes(scene.points, scene.degree)
+    box = path_boxes(scene)
     side = box[:, 2:] - box[:, :2]
     area = side.prod(-1)
     small = area < next(limit for start, limit in SMALL_AREAS if progress >= start)

@@ -55,9 +55,9 @@ class Binning:
         self._buffers = launch.make_buffers()
         self.tile_first_hit = self._buffers.get("tile_first_hit", grid.count + 1, wp.int32)
 
-    def run(self, flattening: Flattening, path_count: int, segment_count: int) -> None:
+    def run(self, flattening: Flattening, path_count: int) -> None:
         """Bin the flattened paths."""
-        polylines = [flattening.vertices, flattening.segment_first_vertex, segment_count]
+        polylines = flattening.polylines
         size = [self._grid.rows, self._grid.columns]
         arrays = self._bound(path_count, self._kernels.bound_paths, [*polylines, *size])
         arguments = [*polylines, self._grid.columns, self._grid.count, *self._boxes(), *arrays.values()]

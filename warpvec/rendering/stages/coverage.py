@@ -28,20 +28,19 @@ class Coverage:
         self._adjoint = adjoint_kernels.make_kernels(lanes)
         self._buffers = launch.make_buffers()
 
-    def run(self, flattening: Flattening, binning: Binning, segment_count: int) -> None:
+    def run(self, flattening: Flattening, binning: Binning) -> None:
         """Fill ``slot_winding``."""
         size = binning.slot_count * COLUMNS * self._lanes.blocks
         self.slot_winding = self._buffers.get("slot_winding", size, self._lanes.vector)
-        polylines = [flattening.vertices, flattening.segment_first_vertex, segment_count]
         boxes = [binning.path_tile_box, binning.path_first_strip, binning.path_first_pair, binning.strip_path]
-        arguments = [*polylines, *boxes, binning.pair_slot, self.slot_winding]
+        arguments = [*flattening.polylines, *boxes, binning.pair_slot, self.slot_winding]
         self._launch.shared(self._forward.accumulate_winding, binning.strip_count * self._lanes.blocks, arguments)
 
-    def adjoint(self, flattening: Flattening, binning: Binning, path_count: int, segment_count: int) -> wp.array:
+    def adjoint(self, flattening: Flattening, binning: Binning, segment_count: int) -> wp.array:
         """Return dL/d(start), dL/d(end) of every edge [V] of vec4; ``slot_winding`` must hold dL/d(winding)."""
         adj_edges = self._buffers.get("adj_edges", flattening.vertex_count, self._lanes.vec4)
-        polylines = [flattening.vertices, flattening.segment_first_vertex, segment_count]
+        rows = [flattening.segment_first_vertex, flattening.segment_path, flattening.segment_next]
         pairs = [binning.path_tile_box, binning.path_first_pair, binning.pair_class, binning.pair_slot]
-        arguments = [*polylines, *pairs, self.slot_winding, adj_edges]
-        self._launch.shared(self._adjoint.integrate_edges, path_count * segment_count, arguments)
+        arguments = [flattening.vertices, *rows, *pairs, self.slot_winding, adj_edges]
+        self._launch.shared(self._adjoint.integrate_edges, segment_count, arguments)
         return adj_edges

@@ -1,13 +1,16 @@
-"""Host side of stage 1, flattening: control points -> vertices, and the adjoint."""
+"""Host side of stage 1, flattening: segments -> vertices, and the adjoint."""
 
 from __future__ import annotations
 
 import warp as wp
+from torch import Tensor
+
+from warpvec.geometry.structure import Structure
 
 from warpvec.kernels import capacity as capacity_kernels
 from warpvec.kernels import flattening as kernels
 from warpvec.kernels.lanes import Lanes
-from warpvec.rendering.launch import Launcher, exclusive_scan, read_total
+from warpvec.rendering.launch import Launcher, as_warp, exclusive_scan, read_total
 
 
 class Flattening:
@@ -15,29 +18,53 @@ class Flattening:
 
     Attributes:
         vertices: [V] px.
-        segment_first_vertex: [N S + 1], index of each segment's first vertex.
+        segment_first_vertex: [R + 1], index of each segment's first vertex.
         vertex_count: V, or the capacity if V is not read back.
+        structure: that of the flattened segments; the arrays below are its arrays, as Warp arrays.
     """
 
     vertices: wp.array
     segment_first_vertex: wp.array
     vertex_count: int
+    structure: Structure | None = None
+    loop_first_segment: wp.array
+    path_first_loop: wp.array
+    segment_path: wp.array
+    segment_next: wp.array
+    segment_previous: wp.array
 
     def __init__(self, launch: Launcher, lanes: Lanes) -> None:
         self._launch, self._lanes = launch, lanes
         self._kernels = kernels.make_kernels(lanes)
         self._buffers = launch.make_buffers()
 
-    def run(self, points: wp.array) -> None:
-        """Flatten ``points`` [N, 3 S] of vec2."""
-        path_count, segment_count = points.shape[0], points.shape[1] // 3
-        total = path_count * segment_count
+    def run(self, segments: Tensor, structure: Structure) -> None:
+        """Flatten ``segments`` [R, 3, 2] px."""
+        self._follow(structure)
+        total, points = structure.segment_count, self._flat(segments)
         chord_count = self._buffers.get("segment_chord_count", total + 1, wp.int32)
-        self._launch(self._kernels.count_chords, total, [points, segment_count, chord_count])
+        self._launch(self._kernels.count_chords, total, [points, self.segment_next, chord_count])
         self._number_vertices(chord_count, total)
         self.vertices = self._buffers.get("vertices", self.vertex_count, self._lanes.vec2)
-        arguments = [points, self.segment_first_vertex, segment_count, self.vertices]
+        arguments = [points, self.segment_next, self.segment_first_vertex, self.vertices]
         self._launch(self._kernels.emit_vertices, total, arguments)
+
+    @property
+    def polylines(self) -> list[wp.array]:
+        """Vertices, and the first vertex of each segment, segment of each loop, and loop of each path."""
+        return [self.vertices, self.segment_first_vertex, self.loop_first_segment, self.path_first_loop]
+
+    def _follow(self, structure: Structure) -> None:
+        """Take the arrays of ``structure``, unless they are the present ones."""
+        if structure is self.structure:
+            return
+        self.structure = structure
+        names = ("loop_first_segment", "path_first_loop", "segment_path", "segment_next", "segment_previous")
+        for name in names:
+            setattr(self, name, as_warp(getattr(structure, name), wp.int32))
+
+    def _flat(self, segments: Tensor) -> wp.array:
+        return as_warp(segments.reshape(-1, 2), self._lanes.vec2)
 
     def _number_vertices(self, chord_count: wp.array, total: int) -> None:
         limit = self._launch.capacity.limit
@@ -51,8 +78,10 @@ class Flattening:
         arguments = [sums, total, limit.vertices, self.segment_first_vertex, self._launch.capacity.overflow]
         self._launch(capacity_kernels.make_kernels(self._lanes).admit_vertices, total + 1, arguments)
 
-    def adjoint(self, adj_edges: wp.array, adj_points: wp.array) -> None:
-        """Overwrite ``adj_points`` [N, 3 S] of vec2 with the adjoint for ``adj_edges`` [V] of vec4."""
-        path_count, segment_count = adj_points.shape[0], adj_points.shape[1] // 3
-        arguments = [self.segment_first_vertex, adj_edges, segment_count, adj_points]
-        self._launch.shared(self._kernels.gather_points_adjoint, path_count, arguments)
+    def adjoint(self, adj_edges: wp.array, adj_segments: Tensor) -> None:
+        """Overwrite ``adj_segments`` [R, 3, 2] with the adjoint for ``adj_edges`` [V] of vec4."""
+        total, adj_points = len(adj_segments), self._flat(adj_segments)
+        adj_ends = self._buffers.get("adj_ends", total, self._lanes.vec2)
+        arguments = [self.segment_first_vertex, adj_edges, adj_points, adj_ends]
+        self._launch.shared(self._kernels.gather_segments_adjoint, total, arguments)
+        self._launch(self._kernels.add_arriving_adjoint, total, [self.segment_previous, adj_ends, adj_points])

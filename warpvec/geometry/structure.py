@@ -1,0 +1,154 @@
+"""Which segments make up each loop, and which loops each path."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import torch
+from torch import Tensor
+
+from warpvec.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """R segments in L closed loops in N paths.
+
+    The segments of a loop are consecutive rows, and the last one ends where the first one begins. The loops of a path
+    are consecutive too. A loop that runs the other way inside another one is a hole (the non-zero rule).
+
+    Attributes:
+        loop_first_segment: first row of each loop [L + 1] (int32); the last entry is R.
+        path_first_loop: first loop of each path [N + 1] (int32); the last entry is L.
+        is_line: rows that are straight lines [R] (bool), whose handles lie at thirds; None if there are none.
+        uniform_count: S if every path is one loop of S curved segments, else None. It saves reading device memory.
+    """
+
+    loop_first_segment: Tensor
+    path_first_loop: Tensor
+    is_line: Tensor | None = None
+    uniform_count: int | None = None
+
+    @staticmethod
+    def uniform(path_count: int, segment_count: int, device: torch.device | str = "cpu") -> Structure:
+        """Return the structure of paths of one loop each, all of ``segment_count`` curved segments."""
+        loops = torch.arange(path_count + 1, dtype=torch.int32, device=device)
+        return Structure(loops * segment_count, loops, None, segment_count)
+
+    @staticmethod
+    def of_loops(segment_counts: Sequence[Sequence[int]], is_line: Tensor | None = None) -> Structure:
+        """Return the structure of paths whose loops have these numbers of segments.
+
+        Raises:
+            InputError: a path has no loop, a loop has no segment, or ``is_line`` has another length.
+        """
+        counts = [count for path in segment_counts for count in path]
+        if not all(segment_counts) or min(counts, default=1) < 1:
+            raise InputError("structure", "must have a loop in each path and a segment in each loop", str(counts))
+        if is_line is not None and len(is_line) != sum(counts):
+            found = f"{len(is_line)} for {sum(counts)} segments"
+            raise InputError("is_line", "must have an entry for each segment", found, "check its length")
+        loops = _starts(torch.tensor([len(path) for path in segment_counts], dtype=torch.int64))
+        return Structure(_starts(torch.tensor(counts, dtype=torch.int64)), loops, is_line)
+
+    @property
+    def path_count(self) -> int:
+        return len(self.path_first_loop) - 1
+
+    @property
+    def loop_count(self) -> int:
+        return len(self.loop_first_segment) - 1
+
+    @cached_property
+    def segment_count(self) -> int:
+        """Number of segments of all paths, R."""
+        return int(self.loop_first_segment[-1]) if self.uniform_count is None else self.path_count * self.uniform_count
+
+    @cached_property
+    def path_first_segment(self) -> Tensor:
+        """First row of each path [N + 1] (int32); the last entry is R."""
+        return self.loop_first_segment[self.path_first_loop.long()]
+
+    @cached_property
+    def segment_path(self) -> Tensor:
+        """Path of each row [R] (int32)."""
+        return self._owners(self.path_first_segment)
+
+    @cached_property
+    def segment_next(self) -> Tensor:
+        """Row that follows each row in its loop [R] (int32)."""
+        following = torch.arange(1, self.segment_count + 1, dtype=torch.int32, device=self.loop_first_segment.device)
+        following[self.loop_first_segment[1:].long() - 1] = self.loop_first_segment[:-1]
+        return following
+
+    @cached_property
+    def segment_previous(self) -> Tensor:
+        """Row that each row follows in its loop [R] (int32)."""
+        previous = torch.arange(-1, self.segment_count - 1, dtype=torch.int32, device=self.loop_first_segment.device)
+        previous[self.loop_first_segment[:-1].long()] = self.loop_first_segment[1:] - 1
+        return previous
+
+    def to(self, device: torch.device | str) -> Structure:
+        """Return the structure in the memory of ``device``."""
+        if self.loop_first_segment.device == torch.device(device):
+            return self
+        is_line = None if self.is_line is None else self.is_line.to(device)
+        return Structure(
+            self.loop_first_segment.to(device), self.path_first_loop.to(device), is_line, self.uniform_count
+        )
+
+    def select(self, rows: Tensor) -> tuple[Structure, Tensor]:
+        """Return the structure of the paths ``rows`` (indices or a mask [N]), in that order, and their segments' rows.
+
+        The rows of the segments [R'] are int64.
+        """
+        rows = rows.nonzero().flatten() if rows.dtype == torch.bool else rows
+        if self.uniform_count is not None:
+            structure = Structure.uniform(len(rows), self.uniform_count, self.loop_first_segment.device)
+            first = rows[:, None] * self.uniform_count
+            return structure, (first + torch.arange(self.uniform_count, device=rows.device)).flatten()
+        loop_counts = self.path_first_loop.diff().long()[rows]
+        loops = _ranges(self.path_first_loop[:-1].long()[rows], loop_counts)
+        segment_counts = self.loop_first_segment.diff().long()[loops]
+        segments = _ranges(self.loop_first_segment[:-1].long()[loops], segment_counts)
+        is_line = None if self.is_line is None else self.is_line[segments]
+        return Structure(_starts(segment_counts), _starts(loop_counts), is_line), segments
+
+    def joined(self, other: Structure) -> Structure:
+        """Return the structure of these paths and, after them, those of ``other``."""
+        device = self.loop_first_segment.device
+        if self.uniform_count is not None and self.uniform_count == other.uniform_count:
+            return Structure.uniform(self.path_count + other.path_count, self.uniform_count, device)
+        segments = torch.cat([self.loop_first_segment, other.loop_first_segment[1:] + self.segment_count])
+        loops = torch.cat([self.path_first_loop, other.path_first_loop[1:] + self.loop_count])
+        return Structure(segments, loops, self._joined_lines(other))
+
+    def _joined_lines(self, other: Structure) -> Tensor | None:
+        if self.is_line is None and other.is_line is None:
+            return None
+        masks = [
+            torch.zeros(part.segment_count, dtype=torch.bool, device=part.loop_first_segment.device)
+            if part.is_line is None
+            else part.is_line
+            for part in (self, other)
+        ]
+        return torch.cat(masks)
+
+    def _owners(self, first: Tensor) -> Tensor:
+        """Return which of the consecutive ranges that start at ``first`` [K + 1] each row belongs to [R] (int32)."""
+        numbers = torch.arange(len(first) - 1, dtype=torch.int32, device=first.device)
+        return numbers.repeat_interleave(first.diff().long(), output_size=self.segment_count)
+
+
+def _starts(counts: Tensor) -> Tensor:
+    """Return the start of each of consecutive ranges of ``counts`` [K] entries, and the end of the last (int32)."""
+    return torch.nn.functional.pad(counts.cumsum(0), (1, 0)).int()
+
+
+def _ranges(first: Tensor, counts: Tensor) -> Tensor:
+    """Return first[0], first[0] + 1, ... for counts[0] entries, then the same for the next (int64)."""
+    ends = counts.cumsum(0)
+    total = int(ends[-1]) if len(ends) else 0
+    return torch.arange(total, device=first.device) + (first - ends + counts).repeat_interleave(counts)
