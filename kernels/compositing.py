@@ -1,6 +1,7 @@
 """Stage 4, compositing: windings, colours and opacities -> the image.
 
-Paths are blended over one another, back to front: C <- C + a (c - C) with a = opacity * coverage.
+Paths are blended over one another, back to front: C <- C + a (c - C) with a = opacity * coverage. The colour c of a path
+is flat or a gradient (``gradients.py``). A scene without gradients is drawn by kernels that know of none.
 """
 
 from functools import cache
@@ -8,6 +9,8 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from warpvec.geometry.gradients import FLAT
+from warpvec.kernels import gradients
 from warpvec.kernels.constants import COLUMNS, FULL, TILE
 from warpvec.kernels.lanes import Lanes, stage_module
 
@@ -52,17 +55,20 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
 
 @cache
-def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """Return ``find_visible`` and ``composite``."""
-    dtype, vec3, vector = lanes.dtype, lanes.vec3, lanes.vector
+def make_kernels(lanes: Lanes, with_gradients: bool = False) -> SimpleNamespace:
+    """Return ``find_visible`` and ``composite``; ``with_gradients`` is for scenes that have some."""
+    dtype, vec3, vec4, vector = lanes.dtype, lanes.vec3, lanes.vec4, lanes.vector
     mul, fma, sub, spread = lanes.mul, lanes.fma, lanes.sub, lanes.spread
     functions = make_functions(lanes)
     winding_index, coverage = functions.winding_index, functions.coverage
+    paint = gradients.make_functions(lanes)
+    slopes, offset_x, offset_y = paint.slopes, paint.offset_x, paint.offset_y
+    free_share, share = paint.free_share, paint.share
     one = wp.constant(dtype(1.0))
     tile_vectors = wp.constant(lanes.tile_vectors)
     tile_threads = wp.constant(lanes.tile_threads)
     tile_size = wp.constant(lanes.tile_vectors * lanes.tile_threads)
-    module = stage_module("compositing", lanes)
+    module = stage_module(f"compositing{'_gradients' * with_gradients}", lanes)
 
     @wp.kernel(module=module)
     def find_visible(
@@ -101,6 +107,10 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         color: wp.array(dtype=vec3),  # [N]
         opacity: wp.array(dtype=dtype),  # [N]
         background: wp.array(dtype=vec3),  # [1]
+        paint_kind: wp.array(dtype=int),  # [N] this and the next two: ``with_gradients`` only
+        paint_geometry: wp.array(dtype=vec4),  # [N] px
+        end_color: wp.array(dtype=vec3),  # [N]
+        tile_columns: int,
         # outputs
         tile_image: wp.array(dtype=vector),  # [tiles, 3, TILE TILE / width]
     ):
@@ -123,9 +133,20 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 if pair_class[pair] != FULL:
                     alpha = mul(alpha, coverage(slot_winding[winding_index(pair_slot[pair], part)]))
                 c = color[path]
-                red = fma(alpha, sub(spread(c[0]), red), red)
-                green = fma(alpha, sub(spread(c[1]), green), green)
-                blue = fma(alpha, sub(spread(c[2]), blue), blue)
+                r, g, b = spread(c[0]), spread(c[1]), spread(c[2])
+                if wp.static(with_gradients):
+                    if paint_kind[path] != wp.static(FLAT):
+                        geometry, e = paint_geometry[path], end_color[path]
+                        slope = slopes(paint_kind[path], geometry)
+                        qx = offset_x(geometry, tile, part, tile_columns)
+                        qy = offset_y(geometry, tile, part, tile_columns)
+                        t = share(free_share(slope, qx, qy))
+                        r = fma(t, spread(e[0] - c[0]), r)
+                        g = fma(t, spread(e[1] - c[1]), g)
+                        b = fma(t, spread(e[2] - c[2]), b)
+                red = fma(alpha, sub(r, red), red)
+                green = fma(alpha, sub(g, green), green)
+                blue = fma(alpha, sub(b, blue), blue)
             index = tile * 3 * tile_size + part
             tile_image[index] = red
             tile_image[index + tile_size] = green

@@ -14,20 +14,22 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warpvec.kernels import compositing
+from warpvec.geometry.gradients import FLAT
+from warpvec.kernels import compositing, gradients
 from warpvec.kernels.constants import EMPTY, FULL, PARTIAL
 from warpvec.kernels.lanes import Lanes, stage_module
 
 TERMS = 5
 """Number of sums. A pair has five: dL/d(red), dL/d(green), dL/d(blue), dL/d(opacity), opacity curvature. A tile uses
-the first CANVAS_TERMS for the sums over the canvas; its fifth is unused."""
+the first CANVAS_TERMS for the sums over the canvas; its fifth is unused. A scene with gradients has
+``gradients.GRADIENT_TERMS`` more."""
 
 CANVAS_TERMS = 4
 """Number of sums over the canvas, and of those that a tile uses: three of dL/d(background), and the squared error."""
 
 
 @cache
-def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool) -> SimpleNamespace:
+def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients: bool = False) -> SimpleNamespace:
     """Return ``composite_adjoint``, ``gather_paths_adjoint``, ``gather_tiles`` and ``gather_canvas``.
 
     Args:
@@ -35,24 +37,31 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool) -> SimpleNames
         fused: whether ``tile_reference`` is the target, and the loss the squared error against it; if not, it is
             dL/d(image).
         with_curvature: whether to fill the fifth sum of each pair.
+        with_gradients: whether the scene has gradients; if not, their arrays are not touched.
     """
-    dtype, vec3, vector = lanes.dtype, lanes.vec3, lanes.vector
+    dtype, vec3, vec4, vector = lanes.dtype, lanes.vec3, lanes.vec4, lanes.vector
     mul, fma, sub = lanes.mul, lanes.fma, lanes.sub
     spread, get, put = lanes.spread, lanes.get, lanes.put
     reduce_tile, reduce_canvas = lanes.reduce_tile, lanes.reduce_canvas
     functions = compositing.make_functions(lanes)
     winding_index, on_canvas = functions.winding_index, functions.on_canvas
     coverage, coverage_slope = functions.coverage, functions.coverage_slope
+    paint = gradients.make_functions(lanes)
+    slopes, offset_x, offset_y, free_share = paint.slopes, paint.offset_x, paint.offset_y, paint.free_share
+    share, on_ramp, unit_or_share = paint.share, paint.on_ramp, paint.unit_or_share
+    inverse_length, geometry_adjoint = paint.inverse_length, paint.geometry_adjoint
     tile_vectors = wp.constant(lanes.tile_vectors)
     tile_threads = wp.constant(lanes.tile_threads)
     tile_size = wp.constant(lanes.tile_vectors * lanes.tile_threads)
-    reducers, terms, canvas_terms = wp.constant(lanes.reducers), wp.constant(TERMS), wp.constant(CANVAS_TERMS)
+    pair_terms = TERMS + gradients.GRADIENT_TERMS * with_gradients
+    reducers, terms, canvas_terms = wp.constant(lanes.reducers), wp.constant(pair_terms), wp.constant(CANVAS_TERMS)
     canvas_threads, canvas_reducers = wp.constant(lanes.canvas_threads), wp.constant(lanes.canvas_reducers)
-    used_terms = wp.constant(TERMS if with_curvature else TERMS - 1)
-    sums_type = wp.types.vector(TERMS, dtype=dtype)
+    gathered_terms = wp.constant(pair_terms if with_gradients else TERMS if with_curvature else TERMS - 1)
+    sums_type = wp.types.vector(pair_terms, dtype=dtype)
     local_array = lanes.tile_vectors > 1
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
-    module = stage_module(f"compositing_adjoint{'_fused' * fused}{'_curvature' * with_curvature}", lanes)
+    suffix = "_fused" * fused + "_curvature" * with_curvature + "_gradients" * with_gradients
+    module = stage_module(f"compositing_adjoint{suffix}", lanes)
 
     @wp.func
     def clear_hidden(
@@ -86,6 +95,9 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool) -> SimpleNames
         color: wp.array(dtype=vec3),  # [N]
         opacity: wp.array(dtype=dtype),  # [N]
         background: wp.array(dtype=vec3),  # [1]
+        paint_kind: wp.array(dtype=int),  # [N] this and the next two: ``with_gradients`` only
+        paint_geometry: wp.array(dtype=vec4),  # [N] px
+        end_color: wp.array(dtype=vec3),  # [N]
         tile_columns: int,
         height: int,
         width_px: int,
@@ -97,7 +109,7 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool) -> SimpleNames
         # in: winding, out: dL/d(winding)
         slot_winding: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
         # outputs
-        pair_sums: wp.array2d(dtype=dtype),  # [K reducers, TERMS]
+        pair_sums: wp.array2d(dtype=dtype),  # [K reducers, terms]
         tile_sums: wp.array2d(dtype=dtype),  # [tiles reducers, TERMS]
     ):
         """Compute the adjoints of one tile (CPU) or one pixel (scalar lanes)."""
@@ -128,10 +140,21 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool) -> SimpleNames
             full_alpha = spread(opacity[path])
             is_full = pair_class[pair] == FULL
             winding0 = winding_index(pair_slot[pair], part0)
+            if wp.static(with_gradients):
+                kind, geometry, e = int(paint_kind[path]), vec4(paint_geometry[path]), vec3(end_color[path])
+                slope = slopes(kind, geometry)
             behind = above
             above += 3 * tile_size
             for v in range(tile_vectors):
                 alpha = full_alpha
+                if wp.static(with_gradients):
+                    if kind != wp.static(FLAT):
+                        qx = offset_x(geometry, tile, part0 + v, tile_columns)
+                        qy = offset_y(geometry, tile, part0 + v, tile_columns)
+                        ramp = share(free_share(slope, qx, qy))
+                        red = fma(ramp, spread(e[0] - c[0]), spread(c[0]))
+                        green = fma(ramp, spread(e[1] - c[1]), spread(c[1]))
+                        blue = fma(ramp, spread(e[2] - c[2]), spread(c[2]))
                 if not is_full:
                     alpha = mul(full_alpha, coverage(slot_winding[winding0 + v]))
                 b0, b1, b2 = stack[behind + v], stack[behind + v + tile_size], stack[behind + v + 2 * tile_size]
@@ -180,9 +203,23 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool) -> SimpleNames
             winding0 = winding_index(pair_slot[pair], part0)
             adj_red, adj_green, adj_blue = spread(zero), spread(zero), spread(zero)
             adj_opacity, curvature = spread(zero), spread(zero)
+            if wp.static(with_gradients):
+                kind, geometry, e = int(paint_kind[path]), vec4(paint_geometry[path]), vec3(end_color[path])
+                slope = slopes(kind, geometry)
+                end_red, end_green, end_blue = spread(zero), spread(zero), spread(zero)
+                moment0, moment1, moment2 = spread(zero), spread(zero), spread(zero)
             for v in range(tile_vectors):
                 t = get(transmittance, v)
                 a0, a1, a2 = get(g0, v), get(g1, v), get(g2, v)
+                if wp.static(with_gradients):
+                    if kind != wp.static(FLAT):
+                        qx = offset_x(geometry, tile, part0 + v, tile_columns)
+                        qy = offset_y(geometry, tile, part0 + v, tile_columns)
+                        free = free_share(slope, qx, qy)
+                        ramp = share(free)
+                        red = fma(ramp, spread(e[0] - c[0]), spread(c[0]))
+                        green = fma(ramp, spread(e[1] - c[1]), spread(c[1]))
+                        blue = fma(ramp, spread(e[2] - c[2]), spread(c[2]))
                 d0 = sub(red, stack[above + v])
                 d1 = sub(green, stack[above + v + tile_size])
                 d2 = sub(blue, stack[above + v + 2 * tile_size])
@@ -197,6 +234,20 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool) -> SimpleNames
                 adj_green = fma(visible, a1, adj_green)
                 adj_blue = fma(visible, a2, adj_blue)
                 adj_opacity = fma(adj_alpha, covered, adj_opacity)
+                if wp.static(with_gradients):
+                    if kind != wp.static(FLAT):
+                        ramped = mul(visible, ramp)
+                        end_red = fma(ramped, a0, end_red)
+                        end_green = fma(ramped, a1, end_green)
+                        end_blue = fma(ramped, a2, end_blue)
+                        contrast = fma(
+                            a0, spread(e[0] - c[0]), fma(a1, spread(e[1] - c[1]), mul(a2, spread(e[2] - c[2])))
+                        )
+                        adj_share = on_ramp(free, mul(visible, contrast))
+                        along = mul(adj_share, inverse_length(slope, qx, qy))
+                        moment0 = fma(adj_share, unit_or_share(slope, ramp), moment0)
+                        moment1 = fma(along, spread(qx), moment1)
+                        moment2 = fma(along, qy, moment2)
                 if wp.static(with_curvature):
                     slope = mul(t, covered)  # of the colour in the opacity, per unit of c - B
                     mask = on_canvas(tile, part0 + v, tile_columns, height, width_px)
@@ -209,6 +260,13 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool) -> SimpleNames
             reduce_tile(pair_sums, pair, 3, adj_opacity, lane)
             if wp.static(with_curvature):
                 reduce_tile(pair_sums, pair, 4, curvature, lane)
+            if wp.static(with_gradients):
+                reduce_tile(pair_sums, pair, 5, end_red, lane)
+                reduce_tile(pair_sums, pair, 6, end_green, lane)
+                reduce_tile(pair_sums, pair, 7, end_blue, lane)
+                reduce_tile(pair_sums, pair, 8, moment0, lane)
+                reduce_tile(pair_sums, pair, 9, moment1, lane)
+                reduce_tile(pair_sums, pair, 10, moment2, lane)
 
         adj_red, adj_green, adj_blue = spread(zero), spread(zero), spread(zero)
         for v in range(tile_vectors):
@@ -226,11 +284,15 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool) -> SimpleNames
         first: int,
         path_first_pair: wp.array(dtype=int),  # [N + 1]
         pair_class: wp.array(dtype=int),  # [K]
-        pair_sums: wp.array2d(dtype=dtype),  # [K reducers, TERMS]
+        pair_sums: wp.array2d(dtype=dtype),  # [K reducers, terms]
+        paint_kind: wp.array(dtype=int),  # [N] this and the next: ``with_gradients`` only
+        paint_geometry: wp.array(dtype=vec4),  # [N] px
         # outputs
         adj_color: wp.array(dtype=vec3),  # [N]
         adj_opacity: wp.array(dtype=dtype),  # [N]
         opacity_curvature: wp.array(dtype=dtype),  # [N], for ``with_curvature``
+        adj_end_color: wp.array(dtype=vec3),  # [N] this and the next: ``with_gradients`` only
+        adj_geometry: wp.array(dtype=vec4),  # [N]
     ):
         """Add the sums of one path over its pairs, in their fixed order."""
         path = first + wp.tid()
@@ -238,8 +300,14 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool) -> SimpleNames
         for pair in range(path_first_pair[path], path_first_pair[path + 1]):
             if pair_class[pair] != EMPTY:
                 for row in range(pair * reducers, (pair + 1) * reducers):
-                    for term in range(used_terms):
+                    for term in range(gathered_terms):
                         total[term] = total[term] + pair_sums[row, term]
+        if wp.static(with_gradients):
+            adj_end_color[path] = vec3(total[5], total[6], total[7])
+            moments = vec3(total[8], total[9], total[10])
+            adj_geometry[path] = geometry_adjoint(paint_kind[path], paint_geometry[path], moments)
+            for term in range(3):
+                total[term] = total[term] - total[TERMS + term]
         adj_color[path] = vec3(total[0], total[1], total[2])
         adj_opacity[path] = total[3]
         if wp.static(with_curvature):

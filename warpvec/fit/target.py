@@ -72,8 +72,7 @@ class Target:
     def squared_error(self, scene: Scene) -> Tensor:
         """Return the squared error of ``scene`` in each pixel [h, w], summed over the channels."""
         errors = [
-            (self._renderer.render(_over(scene, matte)) - pixels).square().sum(-1)
-            for pixels, matte in self._views
+            (self._renderer.render(_over(scene, matte)) - pixels).square().sum(-1) for pixels, matte in self._views
         ]
         return torch.stack(errors).mean(0)
 

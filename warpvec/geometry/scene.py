@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,6 +10,7 @@ import torch
 from torch import Tensor
 
 from warpvec.errors import InputError
+from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.structure import Structure
 
 
@@ -29,6 +31,7 @@ class Scene:
         generation: level of detail [N] (int64), 0 for the first; it becomes the layer in the file.
         transparent: whether the scene has no background. ``background`` is then black, over which an image is
             premultiplied.
+        gradients: the paints of paths that are not flat; None if all are flat. ``color`` is that of the first stop.
 
     Raises:
         InputError: the shapes do not agree.
@@ -41,6 +44,7 @@ class Scene:
     background: Tensor
     generation: Tensor
     transparent: bool = False
+    gradients: Gradients | None = None
 
     def __post_init__(self) -> None:
         shape, segment_count = tuple(self.segments.shape), self.structure.segment_count
@@ -54,6 +58,8 @@ class Scene:
             if got != wanted:
                 rule = f"must have shape {list(wanted)} for {count} paths"
                 raise InputError(name, rule, str(list(got)), "reshape it")
+        if self.gradients is not None and len(self.gradients) != count:
+            raise InputError("gradients", f"must have {count} entries", str(len(self.gradients)), "give one a path")
 
     @staticmethod
     def uniform(
@@ -127,7 +133,8 @@ class Scene:
 
     def detach(self) -> Scene:
         """Return the scene outside autograd."""
-        return replace(self, **{name: getattr(self, name).detach() for name in _FLOAT_FIELDS})
+        tensors = {name: getattr(self, name).detach() for name in _FLOAT_FIELDS}
+        return replace(self, gradients=self._map_gradients(torch.Tensor.detach), **tensors)
 
     def cpu(self) -> Scene:
         """Return the scene in host memory."""
@@ -135,29 +142,34 @@ class Scene:
 
     def to(self, device: torch.device | str) -> Scene:
         """Return the scene in the memory of ``device``."""
-        tensors = {name: getattr(self, name).to(device) for name in (*_FLOAT_FIELDS, "generation")}
-        return replace(self, structure=self.structure.to(device), **tensors)
+        tensors: dict[str, Any] = {name: getattr(self, name).to(device) for name in (*_FLOAT_FIELDS, "generation")}
+        gradients = self._map_gradients(lambda tensor: tensor.to(device))
+        return replace(self, structure=self.structure.to(device), gradients=gradients, **tensors)
 
     def scaled(self, x_factor: float, y_factor: float | None = None) -> Scene:
         """Return the scene scaled by ``x_factor`` horizontally and ``y_factor`` (default: the same) vertically."""
-        factors = [x_factor, x_factor if y_factor is None else y_factor]
-        return replace(self, segments=self.segments * self.segments.new_tensor(factors))
+        factors = (x_factor, x_factor if y_factor is None else y_factor)
+        gradients = None if self.gradients is None else self.gradients.scaled(*factors)
+        return replace(self, segments=self.segments * self.segments.new_tensor(factors), gradients=gradients)
 
     def moved(self, x: float, y: float) -> Scene:
         """Return the scene moved by ``x`` and ``y`` pixels."""
-        return replace(self, segments=self.segments + self.segments.new_tensor([x, y]))
+        gradients = None if self.gradients is None else self.gradients.moved(x, y)
+        return replace(self, segments=self.segments + self.segments.new_tensor([x, y]), gradients=gradients)
 
     def select(self, rows: Tensor) -> Scene:
         """Return the paths ``rows`` (indices or a mask [N]), in that order, over the same background."""
         structure, segments = self.structure.select(rows)
         paths = {name: getattr(self, name)[rows] for name in ("color", "opacity", "generation")}
-        return replace(self, segments=self.segments[segments], structure=structure, **paths)
+        gradients = self._map_gradients(lambda tensor: tensor[rows])
+        return replace(self, segments=self.segments[segments], structure=structure, gradients=gradients, **paths)
 
     def joined(self, other: Scene) -> Scene:
         """Return these paths and, on top, those of ``other``, over the background of this scene."""
         names = ("segments", "color", "opacity", "generation")
         tensors = {name: torch.cat([getattr(self, name), getattr(other, name)]) for name in names}
-        return replace(self, structure=self.structure.joined(other.structure), **tensors)
+        structure = self.structure.joined(other.structure)
+        return replace(self, structure=structure, gradients=self._joined_gradients(other), **tensors)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the scene as tensors, numbers and None by name, without copies; `from_dict` takes it back."""
@@ -169,6 +181,7 @@ class Scene:
             "is_line": structure.is_line,
             "uniform_count": structure.uniform_count,
             "transparent": self.transparent,
+            "gradients": None if self.gradients is None else dict(vars(self.gradients)),
         }
 
     @staticmethod
@@ -176,7 +189,18 @@ class Scene:
         """Return the scene whose `to_dict` is ``values``."""
         names = ("loop_first_segment", "path_first_loop", "is_line", "uniform_count")
         structure = Structure(**{name: values[name] for name in names})
-        return Scene(**{name: value for name, value in values.items() if name not in names}, structure=structure)
+        gradients = None if values["gradients"] is None else Gradients(**values["gradients"])
+        own = {name: value for name, value in values.items() if name not in (*names, "gradients")}
+        return Scene(**own, structure=structure, gradients=gradients)
+
+    def _map_gradients(self, change: Callable[[Tensor], Tensor]) -> Gradients | None:
+        return None if self.gradients is None else self.gradients.map(change)
+
+    def _joined_gradients(self, other: Scene) -> Gradients | None:
+        if self.gradients is None and other.gradients is None:
+            return None
+        first, second = (s.gradients or Gradients.flat(s.color) for s in (self, other))
+        return first.joined(second)
 
 
 def _check_points(points: Tensor, degree: int) -> None:

@@ -46,7 +46,7 @@ class ExactRenderer(TileRenderer):
         self._flattening.run(scene.segments, scene.structure)
         self._binning.run(self._flattening, len(scene))
         self._coverage.run(self._flattening, self._binning)
-        paint = Paint(scene.color, scene.opacity, scene.background, self._lanes)
+        paint = Paint(scene.color, scene.opacity, scene.background, self._lanes, scene.gradients)
         visible = self._compositing.find_visible(self._binning, paint)
         return self._binning, visible, self._coverage.slot_winding, paint
 

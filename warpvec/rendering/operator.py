@@ -110,8 +110,8 @@ def _inputs(scene: Scene) -> tuple[Tensor, ...]:
 
 def _scene(inputs: tuple[Tensor, ...], segment_count: int) -> Scene:
     """Return the scene of `_inputs`; ``segment_count`` is that of every path of a uniform scene, else 0."""
-    segments, color, opacity, background, *starts = inputs
-    structure = Structure(*starts, uniform_count=segment_count or None)
+    segments, color, opacity, background, loop_first_segment, path_first_loop = inputs
+    structure = Structure(loop_first_segment, path_first_loop, uniform_count=segment_count or None)
     # A renderer does not look at the generations.
     return Scene(segments, structure, color, opacity, background, torch.zeros_like(opacity, dtype=torch.int64))
 

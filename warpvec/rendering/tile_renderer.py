@@ -30,6 +30,7 @@ class Adjoints:
     Attributes:
         canvas_sums: sums over the canvas [4]: dL/d(background), and the mean squared error of a fused step.
         removal_cost: rise of that error when a path is removed [N], if it was asked for.
+        end_color, geometry: adjoints of the gradients, if the scene has some.
     """
 
     segments: Tensor
@@ -37,6 +38,8 @@ class Adjoints:
     opacity: Tensor
     canvas_sums: Tensor
     removal_cost: Tensor | None = None
+    end_color: Tensor | None = None
+    geometry: Tensor | None = None
 
     @property
     def background(self) -> Tensor:
@@ -97,7 +100,10 @@ class TileRenderer(ABC):
         """Allocate the adjoints of ``scene``."""
         count = len(scene)
         make = partial(torch.empty, dtype=self.dtype, device=self.device)
-        return Adjoints(make(scene.segments.shape), make((count, 3)), make(count), make(CANVAS_TERMS))
+        adjoints = Adjoints(make(scene.segments.shape), make((count, 3)), make(count), make(CANVAS_TERMS))
+        if scene.gradients is None:
+            return adjoints
+        return replace(adjoints, end_color=make((count, 3)), geometry=make((count, 4)))
 
     def fit_step(
         self,
@@ -148,7 +154,8 @@ class TileRenderer(ABC):
         """Counts of the last render, or its capacity if it had a limit."""
 
     def _paint_adjoints(self, adjoints: Adjoints, curvature: Tensor) -> PaintAdjoints:
-        return PaintAdjoints(adjoints.color, adjoints.opacity, curvature, adjoints.canvas_sums)
+        paths = (adjoints.color, adjoints.opacity, curvature)
+        return PaintAdjoints(*paths, adjoints.canvas_sums, adjoints.end_color, adjoints.geometry)
 
     @abstractmethod
     def _cover(self, scene: Scene) -> Hits:

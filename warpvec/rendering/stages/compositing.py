@@ -10,10 +10,12 @@ import torch
 import warp as wp
 from torch import Tensor
 
+from warpvec.geometry.gradients import Gradients
 from warpvec.kernels import compositing as kernels
 from warpvec.kernels import compositing_adjoint as adjoint_kernels
 from warpvec.kernels.compositing_adjoint import CANVAS_TERMS, TERMS
 from warpvec.kernels.constants import TILE, TRANSMITTANCE_MIN
+from warpvec.kernels.gradients import GRADIENT_TERMS
 from warpvec.kernels.lanes import Lanes
 from warpvec.rendering.launch import Launcher, as_warp
 from warpvec.rendering.stages.binning import Binning, TileGrid
@@ -34,9 +36,16 @@ def from_tiles(tiles: Tensor, grid: TileGrid) -> Tensor:
 
 
 class Paint:
-    """Colour [N], opacity [N] and background [1] of a scene, as Warp arrays over torch memory."""
+    """Colours, opacities, background and gradients of a scene, as Warp arrays over torch memory.
 
-    def __init__(self, color: Tensor, opacity: Tensor, background: Tensor, lanes: Lanes) -> None:
+    Attributes:
+        arrays: colour [N], opacity [N] and background [1].
+        gradients: kind [N], geometry [N] and end colour [N]; None three times if all paths are flat.
+    """
+
+    def __init__(
+        self, color: Tensor, opacity: Tensor, background: Tensor, lanes: Lanes, gradients: Gradients | None = None
+    ) -> None:
         self.path_count = len(color)
         self.opacity = opacity.detach()
         self.arrays = [
@@ -44,6 +53,11 @@ class Paint:
             as_warp(opacity, lanes.dtype),
             as_warp(background.reshape(1, 3), lanes.vec3),
         ]
+        self.has_gradients = gradients is not None
+        self.gradients: list[Any] = [None, None, None]
+        if gradients is not None:
+            geometry, end_color = as_warp(gradients.geometry, lanes.vec4), as_warp(gradients.end_color, lanes.vec3)
+            self.gradients = [as_warp(gradients.kind, wp.int32), geometry, end_color]
 
 
 class PaintAdjoints(NamedTuple):
@@ -53,17 +67,22 @@ class PaintAdjoints(NamedTuple):
         color, opacity: adjoints of the paths [N, 3] and [N].
         opacity_curvature: [N], filled if it is asked for; see ``kernels/compositing_adjoint.py``.
         canvas_sums: [CANVAS_TERMS] adjoint of the background and, last, the squared error times its scale.
+        end_color, geometry: adjoints of the gradients [N, 3] and [N, 4]; None if all paths are flat.
     """
 
     color: Tensor
     opacity: Tensor
     opacity_curvature: Tensor
     canvas_sums: Tensor
+    end_color: Tensor | None = None
+    geometry: Tensor | None = None
 
     def of_paths(self, lanes: Lanes) -> list[Any]:
         """Return the adjoints of the paths as Warp arrays."""
         values = [as_warp(value, lanes.dtype) for value in (self.opacity, self.opacity_curvature)]
-        return [as_warp(self.color, lanes.vec3), *values]
+        end_color = None if self.end_color is None else as_warp(self.end_color, lanes.vec3)
+        geometry = None if self.geometry is None else as_warp(self.geometry, lanes.vec4)
+        return [as_warp(self.color, lanes.vec3), *values, end_color, geometry]
 
 
 class Compositing:
@@ -89,11 +108,10 @@ class Compositing:
     ) -> None:
         """Composite into ``tile_image`` [tiles, 3, TILE, TILE]."""
         lanes = self._lanes
-        arguments = [*_hits(binning, tile_first_visible), slot_winding, *paint.arrays]
-        image = _lane_array(tile_image, lanes)
-        self._launch.shared(
-            kernels.make_kernels(lanes).composite, self._grid.count * lanes.tile_threads, [*arguments, image]
-        )
+        arguments = [*_hits(binning, tile_first_visible), slot_winding, *paint.arrays, *paint.gradients]
+        kernel = kernels.make_kernels(lanes, paint.has_gradients).composite
+        outputs = [self._grid.columns, _lane_array(tile_image, lanes)]
+        self._launch.shared(kernel, self._grid.count * lanes.tile_threads, [*arguments, *outputs])
 
     def adjoint(
         self,
@@ -112,19 +130,21 @@ class Compositing:
         ``want_curvature`` asks for the opacity curvature of the paths.
         """
         lanes, grid, get = self._lanes, self._grid, self._buffers.get
-        stage = adjoint_kernels.make_kernels(lanes, error_scale is not None, want_curvature)
+        stage = adjoint_kernels.make_kernels(lanes, error_scale is not None, want_curvature, paint.has_gradients)
         chunk, depth, stack = self._stack(binning)
-        pair_sums = get("pair_sums", (binning.pair_count * lanes.reducers, TERMS), lanes.dtype)
+        terms = TERMS + GRADIENT_TERMS * paint.has_gradients
+        pair_sums = get("pair_sums", (binning.pair_count * lanes.reducers, terms), lanes.dtype)
         tile_sums = get("tile_sums", (grid.count * lanes.reducers, TERMS), lanes.dtype)
         reference = _lane_array(tile_reference, lanes)
         size = [grid.columns, grid.height, grid.width]
         scale = lanes.dtype(error_scale or 0.0)
-        arguments = [*_hits(binning, tile_first_visible), *paint.arrays, *size, reference, scale, chunk, depth, stack]
+        paints = [*paint.arrays, *paint.gradients]
+        arguments = [*_hits(binning, tile_first_visible), *paints, *size, reference, scale, chunk, depth, stack]
         outputs = [slot_winding, pair_sums, tile_sums]
         # Chunks are whole tiles, because the scalar lanes of a tile add to the same sums.
         threads, tiles = lanes.tile_threads, self._launch.chunk_items(grid.count)
         self._launch.shared(stage.composite_adjoint, grid.count * threads, [*arguments, *outputs], tiles * threads)
-        sums = [binning.path_first_pair, binning.pair_class, pair_sums]
+        sums = [binning.path_first_pair, binning.pair_class, pair_sums, *paint.gradients[:2]]
         self._launch(stage.gather_paths_adjoint, paint.path_count, [*sums, *adjoints.of_paths(lanes)])
         self._gather_canvas(stage, tile_sums, scale, as_warp(adjoints.canvas_sums, lanes.dtype))
 

@@ -6,7 +6,6 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.geometry.structure import Structure
-
 from warpvec.kernels import capacity as capacity_kernels
 from warpvec.kernels import flattening as kernels
 from warpvec.kernels.lanes import Lanes
