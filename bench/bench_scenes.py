@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -102,22 +101,34 @@ def fitted_scene(photo: Path, target: torch.Tensor, config: FitConfig, cache: Pa
     settings = {**config.to_dict(), "threads": None}  # does not change the result
     digest = hashlib.sha256(photo.read_bytes() + json.dumps(settings, sort_keys=True).encode()).hexdigest()[:12]
     path = cache / f"{photo.stem}-{config.curves}-{digest}.npz"
-    if not path.exists():
+    if not (path.exists() and _is_current(path)):
         click.echo(f"fitting {photo.name}; the scene is kept in {path}", err=True)
         save_scene(fit(target, config).scene, path)
     return path
 
 
 def save_scene(scene: Scene, path: Path) -> None:
-    """Write the fields of ``scene`` as the arrays of an .npz file."""
+    """Write `Scene.to_dict` as the arrays of an .npz file, without what is None."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    np.savez(path, **{field.name: np.asarray(getattr(scene, field.name)) for field in fields(Scene)})
+    np.savez(path, **{name: np.asarray(value) for name, value in scene.to_dict().items() if value is not None})
 
 
 def load_scene(path: Path) -> Scene:
-    """Read a scene that :func:`save_scene` wrote."""
+    """Read a scene that :func:`save_scene` wrote.
+
+    Raises:
+        click.UsageError: the file is of an older version, which had a field "points".
+    """
+    if not _is_current(path):
+        raise click.UsageError(f"{path} is a scene of an older version of warpvec; delete it, and fit the scene again")
     with np.load(path) as arrays:
-        return Scene.uniform(**{name: torch.from_numpy(a) if a.ndim else a.item() for name, a in arrays.items()})
+        values = {name: torch.from_numpy(array) if array.ndim else array.item() for name, array in arrays.items()}
+    return Scene.from_dict({"is_line": None, "uniform_count": None, **values})
+
+
+def _is_current(path: Path) -> bool:
+    with np.load(path) as arrays:
+        return "segments" in arrays
 
 
 def sample_photo(cache: Path, name: str = "coffee.png") -> Path:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -108,10 +108,8 @@ class Bench:
 
     def __init__(self, target: torch.Tensor, scene: Scene, config: FitConfig, device: str) -> None:
         self._fit = _Fit(target, config, device, on_progress=None, start=None)
-        values = {field.name: getattr(scene, field.name) for field in fields(Scene)}
-        on_device = {name: value.to(device) if torch.is_tensor(value) else value for name, value in values.items()}
         # The scene to measure replaces the fit's own start.
-        self._fit._population = Population(Scene.uniform(**on_device), config, max(target.shape[:2]) / 2)
+        self._fit._population = Population(scene.to(device), config, max(target.shape[:2]) / 2)
         self.step, self.render = Laps(device), Laps(device)
         self.counts: dict[str, int] = {"paths": len(scene)}
 
@@ -140,7 +138,7 @@ class Bench:
 
     def _draw(self) -> None:
         scene = self._fit._population.scene
-        self._fit._target._renderer.render(scene.points, scene.color, scene.opacity, scene.background)
+        self._fit._target._renderer.render(scene)
 
     @contextmanager
     def _watched(self, laps: Laps) -> Iterator[None]:
@@ -289,7 +287,7 @@ def _report_limits(label: str, bench: Bench, rows: dict[str, Statistics], device
     fit = bench._fit
     if fit._config.renderer != "exact":
         return ""
-    work = work_of_step(fit._target._renderer, fit._population.scene.points)
+    work = work_of_step(fit._target._renderer, fit._population.scene)
     roof = measure_roof(device, fit._config.threads or 1)
     roofline = report_roofline(work, fit._image[..., 0].numel(), rows, roof, f"step, {label}")
     return "\n\n".join([*([report_ideal(work, rows)] if label == "1 thr." else []), roofline]) + "\n"

@@ -10,11 +10,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import torch
 import warp as wp
 from harness import Statistics, markdown_table
 from numpy.typing import NDArray
 
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
 from warpvec.kernels.constants import COLUMNS, EMPTY, TILE
 from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.stages.binning import Binning
@@ -54,24 +55,24 @@ class Work(NamedTuple):
     visible_pairs: int
 
 
-def work_of(flattening: Flattening, binning: Binning, first_visible: NDArray[np.int32], points: torch.Tensor) -> Work:
-    """Return the work of a rendered scene; ``first_visible`` [tiles] is the lowest visible hit of each tile."""
+def work_of(flattening: Flattening, binning: Binning, first_visible: NDArray[np.int32], scene: Scene) -> Work:
+    """Return the work of a rendered ``scene``; ``first_visible`` [tiles] is the lowest visible hit of each tile."""
     hits = binning.tile_first_hit.numpy()[: len(first_visible) + 1]
     return Work(
-        paths=points.shape[0],
-        points=points.shape[0] * points.shape[1],
+        paths=len(scene),
+        points=scene.segments.shape[0] * scene.degree,
         vertices=flattening.vertex_count,
-        edge_pixels=edge_pixels(flattening, points.shape[0], points.shape[1] // 3),
+        edge_pixels=edge_pixels(flattening, scene.structure),
         pairs=int((binning.pair_class.numpy()[: binning.pair_count] != EMPTY).sum()),
         partial_pairs=binning.slot_count,
         visible_pairs=int((hits[1:] - first_visible).sum()),
     )
 
 
-def edge_pixels(flattening: Flattening, path_count: int, segment_count: int) -> int:
-    """Count the pixels that the edges of all paths cross: one for each new column or row, and the one they start in."""
+def edge_pixels(flattening: Flattening, structure: Structure) -> int:
+    """Count the pixels that the edges of all loops cross: one for each new column or row, and the one they start in."""
     vertices = flattening.vertices.numpy()[: flattening.vertex_count]
-    first = flattening.segment_first_vertex.numpy()[: path_count * segment_count + 1 : segment_count]
+    first = flattening.segment_first_vertex.numpy()[structure.loop_first_segment.cpu().numpy()]
     ahead = np.roll(vertices, -1, axis=0)
     ahead[first[1:] - 1] = vertices[first[:-1]]
     return int(np.abs(np.floor(ahead) - np.floor(vertices)).sum() + len(vertices))
@@ -95,10 +96,10 @@ def ideal_seconds(work: Work) -> dict[str, float]:
     return {name: 1e-9 * value for name, value in nanoseconds.items()}
 
 
-def work_of_step(renderer: ExactRenderer, points: torch.Tensor) -> Work:
-    """Return the work of the step that ``renderer`` has just taken with ``points`` [N, 3 S, 2]."""
+def work_of_step(renderer: ExactRenderer, scene: Scene) -> Work:
+    """Return the work of the step that ``renderer`` has just taken with ``scene``."""
     first_visible = renderer._compositing._buffers.get("tile_first_visible", renderer.grid.count, wp.int32).numpy()
-    return work_of(renderer._flattening, renderer._binning, first_visible, points)
+    return work_of(renderer._flattening, renderer._binning, first_visible, scene)
 
 
 def report_ideal(work: Work, rows: dict[str, Statistics]) -> str:

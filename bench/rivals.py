@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import resvg_py
@@ -60,18 +61,19 @@ def diffvg_step(library: Any, scene: Scene, target: Tensor) -> Callable[[], Tens
     """Return a function that takes one step without the optimizer and returns the loss.
 
     The step is that of ``apps/painterly_rendering.py`` in DiffVG. It adds its gradients to those of the points [3 S, 2]
-    and the colours [4] of each path.
+    of each loop and the colours [4] of each path.
     """
     library.set_use_gpu(target.is_cuda)
     cubics = to_cubics(scene.cpu())[0]
-    segments = torch.full((cubics.piece_count,), 2, dtype=torch.int32)  # inner control points of each segment
     paints = torch.cat([cubics.color, cubics.opacity[:, None]], 1)
     shapes, groups = [], []
-    for row, (points, paint) in enumerate(zip(cubics.points, paints, strict=True)):
-        leaf = points.clone().requires_grad_()
-        shapes.append(library.Path(num_control_points=segments, points=leaf, is_closed=True))
-        fill = paint.clone().requires_grad_()
-        groups.append(library.ShapeGroup(shape_ids=torch.tensor([row]), fill_color=fill, use_even_odd_rule=False))
+    for first, end in pairwise(cubics.structure.loop_first_segment.tolist()):
+        inner = torch.full((end - first,), 2, dtype=torch.int32)  # inner control points of each segment
+        leaf = cubics.segments[first:end].reshape(-1, 2).clone().requires_grad_()
+        shapes.append(library.Path(num_control_points=inner, points=leaf, is_closed=True))
+    for (first, end), paint in zip(pairwise(cubics.structure.path_first_loop.tolist()), paints, strict=True):
+        ids, fill = torch.arange(first, end), paint.clone().requires_grad_()
+        groups.append(library.ShapeGroup(shape_ids=ids, fill_color=fill, use_even_odd_rule=False))
     height, width = target.shape[:2]
     background = cubics.background.to(target)
 

@@ -72,7 +72,7 @@ def count_pairs(watch: Watch) -> dict[str, int]:
 
     scene = watch.fitted.scene
     renderer = ExactRenderer(watch.height, watch.width, threads=watch.threads)
-    renderer.render(scene.points, scene.color, scene.opacity, scene.background)
+    renderer.render(scene)
     return {"pairs": renderer._binning.pair_count, "partial_pairs": renderer._binning.slot_count}
 
 

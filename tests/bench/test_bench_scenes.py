@@ -143,7 +143,9 @@ class FakeDiffvg(ModuleType):
         paint = torch.stack([group.fill_color for group in groups])
         paths = (points, paint[:, :3], paint[:, 3])
         black, white = (
-            warpvec.render(Scene.uniform(*paths, torch.full((3,), matte), torch.zeros(len(points)).long()), height, width)
+            warpvec.render(
+                Scene.uniform(*paths, torch.full((3,), matte), torch.zeros(len(points)).long()), height, width
+            )
             for matte in (0.0, 1.0)
         )
         alpha = 1.0 - (white - black).mean(-1, keepdim=True)

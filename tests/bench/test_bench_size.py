@@ -63,7 +63,9 @@ def test_pairs_of_the_fitted_scene_are_counted() -> None:
     tensors = random_scene(0, 1, 64, 64)
     corner = torch.tensor([[1.0, 1.0], [31.0, 1.0], [31.0, 47.0], [1.0, 47.0]])
     points = torch.stack([corner + (corner.roll(-1, 0) - corner) * k / 3 for k in range(3)], 1).reshape(1, 12, 2)
-    scene = Scene.uniform(points, tensors.color.float(), torch.ones(1), torch.zeros(3), torch.zeros(1, dtype=torch.long))
+    scene = Scene.uniform(
+        points, tensors.color.float(), torch.ones(1), torch.zeros(3), torch.zeros(1, dtype=torch.long)
+    )
     watch = watched.Watch(lambda *_: None)
     watch.fitted, watch.height, watch.width, watch.threads = type("Fitted", (), {"scene": scene}), 64, 64, 1
     assert watched.count_pairs(watch) == {"pairs": 6, "partial_pairs": 6}

@@ -6,6 +6,7 @@ import bench_step
 import cost_model
 import torch
 
+from warpvec.geometry.scene import Scene
 from warpvec.rendering.exact import ExactRenderer
 
 
@@ -19,10 +20,11 @@ def test_work_of_a_scene_is_counted() -> None:
     )
     renderer = ExactRenderer(40, 40)
     with torch.no_grad():
-        points = square[None].float()
-        renderer.render(points, torch.ones(1, 3), torch.ones(1), torch.zeros(3))
+        color, opacity, background = torch.ones(1, 3), torch.ones(1), torch.zeros(3)
+        scene = Scene.uniform(square[None].float(), color, opacity, background, torch.zeros(1).long())
+        renderer.render(scene)
     work = cost_model.work_of(
-        renderer._flattening, renderer._binning, renderer._binning.tile_first_hit.numpy()[:9], points
+        renderer._flattening, renderer._binning, renderer._binning.tile_first_hit.numpy()[:9], scene
     )
     # A straight cubic is one chord. Each of the four sides crosses 18 pixels after the one it starts in.
     assert work == cost_model.Work(1, 12, 4, 4 * 18 + 4, 4, 4, 4)

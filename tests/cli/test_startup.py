@@ -42,4 +42,4 @@ def test_drawing_without_the_torch_operator_gives_the_same_bits() -> None:
     image.backward(adj_image)
     assert torch.equal(draw(scene, 20, 24), image)
     assert not draw(scene, 20, 24).requires_grad
-    assert torch.equal(draw_adjoint(scene, adj_image).points, points.grad)
+    assert torch.equal(draw_adjoint(scene, adj_image).segments.view_as(points), points.grad)

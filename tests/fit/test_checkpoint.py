@@ -19,6 +19,7 @@ from warpvec.config.presets import make_config
 from warpvec.errors import InputError
 from warpvec.fit.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from warpvec.fit.population import Population
+from warpvec.geometry.scene import Scene
 from warpvec.vectorization.api import fit_photo
 from warpvec.vectorization.result import Result
 
@@ -160,7 +161,7 @@ def test_the_best_scene_so_far_is_saved_too(tmp_path: Path) -> None:
         points = interrupted(iteration, None)
         state = _crashed(_photo(), config, tmp_path / "fit", iteration, 1)
         assert torch.equal(interrupted(iteration, state), points)
-        from_before += torch.equal(points, state.state["best"]["scene"]["points"])
+        from_before += torch.equal(points, Scene.from_dict(state.state["best"]["scene"]).points)
     assert from_before > 1
 
 
@@ -174,7 +175,7 @@ def test_the_state_of_a_population_is_all_of_it(tmp_path: Path) -> None:
     population.append(circles(36, 48, 3))
     population.keep(torch.tensor([11, 0, 3, 7, 2]))
     for _ in range(3):
-        population.step(torch.rand(5, 12, 2), torch.rand(5, 3), torch.rand(5), torch.rand(3), 1.0)
+        population.step(torch.rand(20, 3, 2), torch.rand(5, 3), torch.rand(5), torch.rand(3), 1.0)
     population.append(circles(36, 48, 2))
     write_checkpoint(tmp_path / "a", Checkpoint(FitConfig(), "", population.state()))
     other = _population(4, 1)
@@ -182,7 +183,7 @@ def test_the_state_of_a_population_is_all_of_it(tmp_path: Path) -> None:
     assert other.serial.tolist() == population.serial.tolist() == [11, 0, 3, 7, 2, 12, 13]
     for each in (population, other):
         torch.manual_seed(2)
-        each.step(torch.rand(7, 12, 2), torch.rand(7, 3), torch.rand(7), torch.rand(3), 1.0)
+        each.step(torch.rand(28, 3, 2), torch.rand(7, 3), torch.rand(7), torch.rand(3), 1.0)
         each.append(circles(36, 48, 1))
     first, second = population.state(), other.state()
     for name, value in first.pop("live").items():

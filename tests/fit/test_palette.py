@@ -14,6 +14,7 @@ import torch
 from commands import invoke, write_photo
 from logo import logo
 from numpy.typing import NDArray
+from oracles import painted
 from PIL import Image
 from scenes import blob_scene
 from stubs import stub_fit
@@ -144,18 +145,16 @@ def _switching_case(seed: int) -> tuple[Palette, ExactRenderer, tuple[torch.Tens
 
 
 def _loss(renderer: ExactRenderer, paths: tuple[torch.Tensor, ...], color: torch.Tensor, target: torch.Tensor) -> float:
-    points, opacity = paths
-    return float((renderer.render(points, color[:-1], opacity, color[-1]) - target).square().mean())
+    return float((renderer.render(painted(paths, color)) - target).square().mean())
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_loss_of_a_switch_stays_below_its_bound(seed: int) -> None:
     palette, renderer, paths, target, _ = _switching_case(seed)
-    points, opacity = paths
     color = palette.color
-    adjoints = renderer.fit_step(points, color[:-1], opacity, color[-1], renderer.prepare_target(target))
+    adjoints = renderer.fit_step(painted(paths, color), renderer.prepare_target(target))
     adj_color = torch.cat([adjoints.color, adjoints.background[None]])
-    ones = renderer.adjoint(points, color[:-1], opacity, color[-1], torch.ones_like(target))
+    ones = renderer.adjoint(painted(paths, color), torch.ones_like(target))
     area = torch.cat([ones.color[:, 0], ones.background[:1]])
     entries = torch.unique(color, dim=0)
     before = _loss(renderer, paths, color, target)
@@ -172,12 +171,11 @@ def test_the_loss_of_a_switch_stays_below_its_bound(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_switches_lower_the_loss_until_none_is_left(seed: int) -> None:
     palette, renderer, paths, target, _ = _switching_case(seed)
-    points, opacity = paths
     losses, changes = [_loss(renderer, paths, palette.color, target)], []
     for _ in range(30):
         color = palette.color
-        adjoints = renderer.fit_step(points, color[:-1], opacity, color[-1], renderer.prepare_target(target))
-        ones = renderer.adjoint(points, color[:-1], opacity, color[-1], torch.ones_like(target))
+        adjoints = renderer.fit_step(painted(paths, color), renderer.prepare_target(target))
+        ones = renderer.adjoint(painted(paths, color), torch.ones_like(target))
         area = torch.cat([ones.color[:, 0], ones.background[:1]])
         palette.step(torch.cat([adjoints.color, adjoints.background[None]]), area, 1.0)
         changes.append(int((palette.color != color).any(-1).sum()))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import torch
 from numpy.typing import NDArray
+from oracles import painted
 from PIL import Image, ImageDraw
 from scenes import blob_scene
 
@@ -74,10 +75,9 @@ def _learned_case(seed: int, count: int) -> tuple[Palette, ExactRenderer, tuple[
 
 def _step(palette: Palette, renderer: ExactRenderer, paths: tuple[torch.Tensor, ...], target: torch.Tensor) -> float:
     """Take a step of ``palette``; return the loss before it."""
-    points, opacity = paths
     color = palette.color.double()
-    adjoints = renderer.fit_step(points, color[:-1], opacity, color[-1], renderer.prepare_target(target))
-    ones = renderer.adjoint(points, color[:-1], opacity, color[-1], torch.ones_like(target))
+    adjoints = renderer.fit_step(painted(paths, color), renderer.prepare_target(target))
+    ones = renderer.adjoint(painted(paths, color), torch.ones_like(target))
     adj_color = torch.cat([adjoints.color, adjoints.background[None]])
     palette.step(adj_color, torch.cat([ones.color[:, 0], ones.background[:1]]), 1.0)
     return float(adjoints.loss)
@@ -108,18 +108,18 @@ def test_an_entry_that_moved_starts_afresh() -> None:
 
 @pytest.mark.parametrize("seed", range(2))
 def test_the_bound_of_a_change_holds_for_all_paths_together(seed: int) -> None:
-    _, renderer, (points, opacity), target = _learned_case(seed, 2)
+    _, renderer, paths, target = _learned_case(seed, 2)
     generator = torch.Generator().manual_seed(seed)
     color = torch.rand((15, 3), generator=generator, dtype=torch.float64)
     prepared = renderer.prepare_target(target)
-    adjoints = renderer.fit_step(points, color[:-1], opacity, color[-1], prepared)
+    adjoints = renderer.fit_step(painted(paths, color), prepared)
     adj_color, loss = torch.cat([adjoints.color, adjoints.background[None]]).clone(), float(adjoints.loss)
-    ones = renderer.adjoint(points, color[:-1], opacity, color[-1], torch.ones_like(target))
+    ones = renderer.adjoint(painted(paths, color), torch.ones_like(target))
     area = torch.cat([ones.color[:, 0], ones.background[:1]]).clone()
     for size in (0.01, 0.3, 1.0):
         change = size * (torch.rand((15, 3), generator=generator, dtype=torch.float64) - color)
         other = color + change
-        after = (renderer.render(points, other[:-1], opacity, other[-1]) - target).square().mean()
+        after = (renderer.render(painted(paths, other)) - target).square().mean()
         bound = (adj_color * change).sum() + (area[:, None] * change.square()).sum() / target.numel()
         assert float(after) - loss <= float(bound) + 1e-12
 

@@ -1,7 +1,8 @@
 """The population's step against autograd and a torch version of Adan; its scenes and their memory."""
 
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
+from itertools import accumulate, pairwise
 
 import pytest
 import torch
@@ -12,7 +13,7 @@ from warpvec.geometry.scene import Scene
 
 HALF_SIDE = 40.0
 BETAS = (0.98, 0.92, 0.99)
-NAMES = ("points", "color", "opacity", "background")
+NAMES = ("segments", "color", "opacity", "background")
 SETTINGS = [{}, {"color_parameter": "logit"}, {"backdrop": "white"}]
 
 
@@ -33,11 +34,11 @@ def random_adjoints(scene, seed):
     return [torch.randn(v.shape, generator=generator, dtype=v.dtype).to(v.device) for v in values]
 
 
-def on(scene, device):
-    return replace(
-        scene,
-        **{f.name: getattr(scene, f.name).to(device) for f in fields(Scene) if f.name not in ("degree", "transparent")},
-    )
+def loop_counts(scene):
+    """Return the number of segments of each loop of each path."""
+    structure = scene.structure
+    counts = structure.loop_first_segment.diff().tolist()
+    return [counts[first:end] for first, end in pairwise(structure.path_first_loop.tolist())]
 
 
 class Reference:
@@ -47,10 +48,11 @@ class Reference:
         self.config = config
         self.white = scene.background if config.backdrop == "white" else None
         self.parameters = {name: self.fresh(value) for name, value in self.raw(scene).items()}
+        self.counts = loop_counts(scene)
 
     def raw(self, scene):
         color = torch.logit if self.config.color_parameter == "logit" else torch.clone
-        values = {"points": scene.points / HALF_SIDE, "color": color(scene.color)}
+        values = {"segments": scene.segments / HALF_SIDE, "color": color(scene.color)}
         return values | {"opacity": scene.opacity.logit(), "background": color(scene.background)[None]}
 
     def fresh(self, raw):
@@ -87,10 +89,14 @@ class Reference:
         return [param.detach() - lr * direction / ((n / (1 - b3**k)).sqrt() + 1e-8), m, v, n, g, age]
 
     def keep(self, rows):
-        for name in NAMES[:3]:
-            self.parameters[name] = [value.detach()[rows] for value in self.parameters[name]]
+        ends = list(accumulate(map(sum, self.counts)))
+        segments = [k for row in rows.tolist() for k in range(ends[row] - sum(self.counts[row]), ends[row])]
+        self.counts = [self.counts[row] for row in rows.tolist()]
+        for name, chosen in (("segments", segments), ("color", rows), ("opacity", rows)):
+            self.parameters[name] = [value.detach()[chosen] for value in self.parameters[name]]
 
     def append(self, scene):
+        self.counts += loop_counts(scene)
         for name, raw in self.raw(scene).items():
             if name != "background":
                 pairs = zip(self.parameters[name], self.fresh(raw), strict=True)
@@ -115,19 +121,19 @@ def assert_shows(population, reference):
 @pytest.mark.parametrize("point_count", [12, 24])
 def test_steps_follow_autograd_and_the_formulas_while_paths_come_and_go(settings, point_count, device):
     scene, config = random_scene(7, point_count), FitConfig(**settings)
-    population, reference = Population(on(scene, device), config, HALF_SIDE), Reference(scene, config)
+    population, reference = Population(scene.to(device), config, HALF_SIDE), Reference(scene, config)
     assert_shows(population, reference)
     for k in range(28):
         if k == 8:
             new = random_scene(3, point_count, seed=1)
-            population.append(on(new, device))
+            population.append(new.to(device))
             reference.append(new)
         if k == 16:
             rows = torch.tensor([8, 0, 3, 9, 2])
             population.keep(rows.to(device))
             reference.keep(rows)
         if k == 20:
-            population.append(on(new, device))
+            population.append(new.to(device))
             reference.append(new)
         adjoints = random_adjoints(population.scene, k)
         population.step(*adjoints, factor=1.5 - k / 20)
@@ -156,13 +162,15 @@ def test_float32_is_close_to_float64():
 @pytest.mark.parametrize("name", NAMES)
 def test_a_bad_adjoint_counts_as_zero_in_its_row_of_its_parameter(bad, name, device):
     scene = random_scene(4)
-    poisoned, zeroed = (Population(on(scene, device), FitConfig(), HALF_SIDE) for _ in range(2))
+    poisoned, zeroed = (Population(scene.to(device), FitConfig(), HALF_SIDE) for _ in range(2))
     for k in range(12):
         first, second = ([adj.to(device) for adj in random_adjoints(scene, k)] for _ in range(2))
         if k == 6:
             place = NAMES.index(name)
-            first[place][(..., 1) if name == "background" else 2] = bad
-            second[place][... if name == "background" else 2] = 0.0
+            # The segments of a path, which are of one age, count as one row.
+            rows = [values[place].view(4, -1) if name == "segments" else values[place] for values in (first, second)]
+            rows[0][(..., 1) if name == "background" else (2, 5) if name == "segments" else 2] = bad
+            rows[1][... if name == "background" else 2] = 0.0
         poisoned.step(*first, factor=1.0)
         zeroed.step(*second, factor=1.0)
     for each in NAMES:
@@ -202,7 +210,7 @@ def test_a_scene_never_changes(change):
     before = {name: getattr(scene, name).clone() for name in NAMES}
     if change == "step":
         population.step(*random_adjoints(scene, 0), factor=1.0)
-        assert not torch.equal(population.scene.points, before["points"])
+        assert not torch.equal(population.scene.segments, before["segments"])
     elif change == "keep":
         population.keep(torch.arange(6).flip(0))
     else:
@@ -246,7 +254,7 @@ def test_kept_paths_show_the_same_bits():
     population.step(*random_adjoints(population.scene, 0), factor=1.0)
     before, rows = population.scene, torch.tensor([True, False, True] * 3)
     population.keep(rows)
-    for name in NAMES[:3]:
+    for name in ("points", "color", "opacity"):
         assert torch.equal(getattr(population.scene, name), getattr(before, name)[rows]), name
 
 
@@ -273,7 +281,7 @@ def test_the_background_is_fitted_even_without_paths():
 
 
 def test_a_step_beyond_capacity_changes_only_ages(device):
-    population = Population(on(random_scene(5), device), FitConfig(), HALF_SIDE)
+    population = Population(random_scene(5).to(device), FitConfig(), HALF_SIDE)
     fits = torch.ones(1, dtype=torch.float64, device=device)
     population.step(*random_adjoints(population.scene, 0), factor=1.0, fits=fits)
     before = [value.clone() for value in (*population._rows, population._background)]

@@ -6,8 +6,15 @@ from regularization_cases import CUBIC_SCENES, HEIGHT, SIDE_SCENES, WIDTH, polyg
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.regularization import Regularization, regularization
+from warpvec.geometry.scene import Scene
 
 WEIGHTS = [(0.01, 0.02, 1.0), (1.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 1.0)]
+
+
+def scene_of(points, opacity, degree=3):
+    """Return a black scene of these paths."""
+    black = torch.zeros_like(opacity)[:, None].expand(-1, 3)
+    return Scene.uniform(points, black, opacity, points.new_zeros(3), torch.zeros_like(opacity).long(), degree)
 
 
 def adjoint(points, opacity, config, device="cpu", degree=3):
@@ -15,7 +22,7 @@ def adjoint(points, opacity, config, device="cpu", degree=3):
     points, opacity = points.to(device), opacity.to(device)
     adj_points, adj_opacity = torch.zeros_like(points), torch.zeros_like(opacity)
     stage = Regularization(HEIGHT, WIDTH, config, device, degree)
-    stage.add_adjoint(points, opacity, adj_points, adj_opacity)
+    stage.add_adjoint(scene_of(points, opacity, degree), adj_points.view(-1, degree, 2), adj_opacity)
     return adj_points, adj_opacity
 
 
@@ -102,6 +109,7 @@ def test_adjoint_adds_to_its_outputs(degree):
     opacity, config = torch.linspace(0, 1, 70, dtype=torch.float64), FitConfig()
     expected = adjoint(points, opacity, config, degree=degree)
     adj_points, adj_opacity = torch.full_like(points, 2.0), torch.full_like(opacity, 3.0)
-    Regularization(HEIGHT, WIDTH, config, "cpu", degree).add_adjoint(points, opacity, adj_points, adj_opacity)
+    stage = Regularization(HEIGHT, WIDTH, config, "cpu", degree)
+    stage.add_adjoint(scene_of(points, opacity, degree), adj_points.view(-1, degree, 2), adj_opacity)
     torch.testing.assert_close(adj_points - 2.0, expected[0], rtol=0, atol=1e-14)
     torch.testing.assert_close(adj_opacity - 3.0, expected[1], rtol=0, atol=1e-14)

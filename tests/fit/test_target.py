@@ -31,7 +31,7 @@ def test_a_transparent_image_is_compared_over_both_mattes(renderer: str) -> None
         pixels = image[..., :3] * image[..., 3:] + (1.0 - image[..., 3:]) * matte
         over_mattes.append((Target(pixels, config, "cpu"), replace(scene, background=torch.full((3,), matte))))
     steps = [single.fit_step(over, True) for single, over in over_mattes]
-    for name in ("loss", "points", "color", "opacity", "removal_cost"):
+    for name in ("loss", "segments", "color", "opacity", "removal_cost"):
         expected = torch.stack([getattr(step, name) for step in steps]).mean(0)
         torch.testing.assert_close(getattr(found, name), expected, rtol=1e-5, atol=1e-8, msg=name)
     errors = [single.squared_error(over) for single, over in over_mattes]

@@ -173,7 +173,11 @@ def test_a_step_has_the_mean_error_over_both_mattes(device: str, renderer: str):
     loss = (error[..., :3].square().mean() + (error[..., :3] - error[..., 3:]).square().mean()) / 2
     loss.backward()
     assert adjoints.loss.item() == pytest.approx(loss.item(), rel=1e-4)
-    for got, want in ((adjoints.points, points), (adjoints.color, color), (adjoints.opacity, opacity)):
+    for got, want in (
+        (adjoints.segments.view_as(points), points),
+        (adjoints.color, color),
+        (adjoints.opacity, opacity),
+    ):
         torch.testing.assert_close(got, want.grad, rtol=1e-3, atol=1e-6)
     total = target.squared_error(scene).mean() / 3
     assert total.item() == pytest.approx(loss.item(), rel=1e-4)

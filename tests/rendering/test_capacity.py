@@ -21,6 +21,7 @@ from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 
 SIZES = [(1, 1), (16, 16), (17, 15), (33, 50), (20, 16 * 33)]
 KINDS = ("exact", "splat")
+VALUES = ("segments", *GRADIENTS[1:])
 
 # Guard entries, a multiple of 4, on either side of a buffer.
 _GUARD = 4096
@@ -47,7 +48,7 @@ def overflow(renderer: TileRenderer) -> list[int]:
 
 
 def check_equal(got: Adjoints, want: Adjoints) -> None:
-    for name in (*GRADIENTS, "loss"):
+    for name in (*VALUES, "loss"):
         assert torch.equal(getattr(got, name), getattr(want, name)), name
 
 
@@ -165,7 +166,7 @@ def test_a_dropped_step_changes_nothing(kind: str, backend: Backend) -> None:
         renderer.set_capacity(limit)
         renderer.fit_step(inputs(scene, renderer), target, out=adjoints)
         assert overflow(renderer)[index] == 1 and renderer.dropped_steps == dropped_steps and renderer.fits == -1.0
-        assert not any(getattr(adjoints, name).any() for name in GRADIENTS), limit
+        assert not any(getattr(adjoints, name).any() for name in VALUES), limit
         assert torch.equal(adjoints.loss, loss)
 
 
@@ -175,7 +176,7 @@ def test_a_dropped_step_stays_in_its_buffers(kind: str, guards: list[np.ndarray]
     step(scene, counted := renderer_of(kind, scene))
     for _, limit in short_capacities(counted.counts):
         adjoints = limited(scene, renderer_of(kind, scene), limit)
-        assert not any(getattr(adjoints, name).any() for name in GRADIENTS), limit
+        assert not any(getattr(adjoints, name).any() for name in VALUES), limit
     check_untouched(guards)
 
 

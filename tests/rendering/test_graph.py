@@ -9,7 +9,7 @@ import torch
 import warp as wp
 from oracles import GRADIENTS, inputs
 from scenes import random_scene
-from stepping import KINDS, Moving, check_equal
+from stepping import KINDS, Moving, check_equal, copied
 
 from warpvec.rendering import graph
 from warpvec.rendering.capacity import Counts
@@ -39,10 +39,9 @@ def test_replays_follow_the_paths(kind: str, launches: list[object], device: str
 def test_inputs_in_other_memory_are_recorded_again(kind: str, launches: list[object]) -> None:
     moving = Moving(kind, random_scene(1, 20, 60, 70))
     for count in (20, 12, 20):
-        moving.values = [value[:count].clone() for value in moving.values[:3]] + [moving.values[3].clone()]
-        extra = max(0, count - len(moving.values[0]))
-        rows = inputs(random_scene(2, 20, 60, 70), moving.renderer)
-        moving.values[:3] = [torch.cat([a, b[:extra]]) for a, b in zip(moving.values[:3], rows[:3], strict=True)]
+        kept = moving.scene.select(torch.arange(min(count, len(moving.scene))))
+        extra = inputs(random_scene(2, 20, 60, 70), moving.renderer).select(torch.arange(count - len(kept)))
+        moving.scene = copied(kept.joined(extra))
         for _ in range(4):
             moving.check_step()
     assert len(set(map(id, launches))) == 3 and len(launches) == 3 * 2 + 1
@@ -57,14 +56,14 @@ def test_direct_steps_between_replays_keep_the_recording(
     moving = Moving("exact", random_scene(1, 20, 60, 70))
     for _ in range(3):
         moving.check_step()
-    fewer = [value[:count].clone() for value in moving.values[:3]] + [moving.values[3]]
+    fewer = moving.scene.select(torch.arange(count))
     for _ in range(2):
         moving.recorded.is_paused = not want_removal_cost
-        got = moving.recorded.take(*fewer, moving.target, want_removal_cost)
-        check_equal(got, moving.plain.fit_step(*fewer, moving.target, want_removal_cost))
+        got = moving.recorded.take(fewer, moving.target, want_removal_cost)
+        check_equal(got, moving.plain.fit_step(fewer, moving.target, want_removal_cost))
         moving.recorded.is_paused = False
         moving.check_step()
-        assert not want_removal_cost or torch.equal(got.color, moving.plain.fit_step(*fewer, moving.target).color)
+        assert not want_removal_cost or torch.equal(got.color, moving.plain.fit_step(fewer, moving.target).color)
     assert len(launches) == 4 and len(set(map(id, launches))) == 1
 
 
@@ -108,15 +107,16 @@ def test_paths_that_outgrow_the_capacity_get_a_larger_one(
     for _ in range(3):
         check_equal(moving.step(), moving.want())
     loss = moving.want().loss
-    center = moving.values[0].mean(1, keepdim=True)
-    moving.values[0].copy_(center + 2.0 * (moving.values[0] - center))
+    points = moving.scene.points  # a view
+    center = points.mean(1, keepdim=True)
+    points.copy_(center + 2.0 * (points - center))
     for _ in range(3):  # until the host looks
         dropped_steps = moving.step()
-        assert not any(getattr(dropped_steps, name).any() for name in GRADIENTS)
+        assert not any(getattr(dropped_steps, name).any() for name in ("segments", *GRADIENTS[1:]))
         assert torch.equal(dropped_steps.loss, loss) and moving.renderer.fits == -1.0
     # A render without a limit ignores the overflow.
     adj_image = torch.ones(60, 70, 3, device=moving.renderer.device)
-    assert moving.renderer.adjoint(*moving.values, adj_image).background.any()
+    assert moving.renderer.adjoint(moving.scene, adj_image).background.any()
     check_equal(moving.step(), moving.want())
     assert moving.renderer.fits == 1.0
     for _ in range(7):
@@ -162,7 +162,7 @@ def test_steps_that_cannot_be_recorded_are_taken_directly(
         monkeypatch.setattr(Counts, "with_headroom", lambda counts: counts._replace(pairs=2**31))
     else:
         monkeypatch.setattr(wp, "ScopedCapture", refuse)
-    moving.values = [value.clone() for value in moving.values]
+    moving.scene = copied(moving.scene)
     launches.clear()
     for _ in range(5):
         moving.check_step()

@@ -75,8 +75,8 @@ def test_a_steady_step_of_the_fit_allocates_nothing_large(kind: str, monkeypatch
 
     def take_step() -> None:
         adjoints = target.fit_step(population.live, False)
-        regularization.add_adjoint(population.live.points, population.live.opacity, adjoints.points, adjoints.opacity)
-        population.step(adjoints.points, adjoints.color, adjoints.opacity, adjoints.background, 0.0)
+        regularization.add_adjoint(population.live, adjoints.segments, adjoints.opacity)
+        population.step(adjoints.segments, adjoints.color, adjoints.opacity, adjoints.background, 0.0)
 
     with torch.no_grad():
         for _ in range(3):

@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -25,6 +25,7 @@ from warpvec.errors import InputError
 from warpvec.geometry.circles import circle_points, circle_sides
 from warpvec.geometry.scene import Scene
 from warpvec.rendering import splat
+from warpvec.rendering.operator import _inputs
 
 HEIGHT, WIDTH = 20, 35
 
@@ -32,6 +33,12 @@ HEIGHT, WIDTH = 20, 35
 def scene_of(tensors: SceneTensors, dtype: torch.dtype = torch.float64, device: str = "cpu") -> Scene:
     generation = torch.zeros(len(tensors.points), dtype=torch.int64)
     return Scene.uniform(*(tensor.to(device, dtype) for tensor in tensors[:4]), generation.to(device))
+
+
+def with_values(scene: Scene, tensors: Sequence[Tensor]) -> Scene:
+    """Return ``scene`` with the values ``tensors``, in the order of ``GRADIENTS``."""
+    points, color, opacity, background = tensors
+    return replace(scene.with_points(points), color=color, opacity=opacity, background=background)
 
 
 def leaves_of(scene: Scene) -> list[Tensor]:
@@ -77,11 +84,11 @@ def test_splat_is_drawn_with_its_settings_and_the_degree_of_the_scene(switches: 
     image.backward(adj_image)
     settings = {"samples": 9, "lines": 4, "degree": 5, **switches}
     renderer = splat.SplatRenderer(HEIGHT, WIDTH, device=device, dtype=torch.float64, **settings)
-    inputs = (scene.points, scene.color, scene.opacity, scene.background)
-    torch.testing.assert_close(image.detach(), renderer.render(*inputs), rtol=1e-12, atol=1e-12)
-    want = renderer.adjoint(*inputs, adj_image)
-    for name, leaf in zip(GRADIENTS, leaves, strict=True):
-        assert_grad_close(leaf.grad, getattr(want, name), rtol=1e-6, atol=0.0, name=name)
+    torch.testing.assert_close(image.detach(), renderer.render(scene), rtol=1e-12, atol=1e-12)
+    want = renderer.adjoint(scene, adj_image)
+    grads = [leaves[0].grad.view_as(want.segments), *(leaf.grad for leaf in leaves[1:])]
+    for name, grad in zip(("segments", *GRADIENTS[1:]), grads, strict=True):
+        assert_grad_close(grad, getattr(want, name), rtol=1e-6, atol=0.0, name=name)
 
 
 def test_gradcheck() -> None:
@@ -90,7 +97,7 @@ def test_gradcheck() -> None:
     assert torch.autograd.gradcheck(drawing(scene, 9, 18), leaves_of(scene), eps=1e-7, atol=1e-5, rtol=1e-4)
 
 
-@pytest.mark.parametrize("name", GRADIENTS)
+@pytest.mark.parametrize("name", ["segments", *GRADIENTS[1:]])
 def test_one_input_alone_may_ask_for_a_gradient(name: str) -> None:
     scene = scene_of(random_scene(4, 3, HEIGHT, WIDTH))
     leaf = getattr(scene, name).clone().requires_grad_()
@@ -122,12 +129,13 @@ def test_opcheck(dtype: torch.dtype, path_count: int) -> None:
     scene = scene_of(random_scene(path_count, path_count, HEIGHT, WIDTH), dtype)
     image = torch.rand(HEIGHT, WIDTH, 3, dtype=dtype)
     operators = torch.ops.warpvec
-    torch.library.opcheck(operators.render.default, (*leaves_of(scene), HEIGHT, WIDTH, "exact", 1, "{}"))
-    plain = [leaf.detach() for leaf in leaves_of(scene)]
-    torch.library.opcheck(operators.render_adjoint.default, (*plain, image, "exact", 1, "{}"))
+    plain = _inputs(scene)
     splats = '{"degree": 3, "lines": 3, "samples": 8}'
-    torch.library.opcheck(operators.render.default, (*leaves_of(scene), HEIGHT, WIDTH, "splat", 1, splats))
-    torch.library.opcheck(operators.render_adjoint.default, (*plain, image, "splat", 1, splats))
+    for renderer, settings, counts in (("exact", "{}", (4, 0)), ("splat", splats, (4,))):
+        for count in counts:  # of segments per path; 0 if the structure alone tells
+            leaves = (*(value.clone().requires_grad_() for value in plain[:4]), *plain[4:])
+            torch.library.opcheck(operators.render.default, (*leaves, count, HEIGHT, WIDTH, renderer, 1, settings))
+            torch.library.opcheck(operators.render_adjoint.default, (*plain, image, count, renderer, 1, settings))
 
 
 # inductor itself imports what torch has deprecated.
@@ -238,7 +246,12 @@ def test_exact_takes_cubics_only() -> None:
 
 
 @pytest.mark.parametrize(
-    "change", [{"color": torch.float32}, {"points": torch.float32}, dict.fromkeys(GRADIENTS, torch.float16)]
+    "change",
+    [
+        {"color": torch.float32},
+        {"segments": torch.float32},
+        dict.fromkeys(("segments", *GRADIENTS[1:]), torch.float16),
+    ],
 )
 def test_mixed_or_half_precision_is_told_in_one_line(change: dict[str, torch.dtype]) -> None:
     scene = scene_of(random_scene(1, 2, 5, 5))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import torch
 from oracles import make_renderer
 from scenes import SceneTensors
@@ -28,7 +30,7 @@ def exact_and_drawn(scene: SceneTensors) -> tuple[Tensor, Tensor]:
     """Return our image and resvg's [h, w, 3] of the quantized scene."""
     written = quantized(scene)
     renderer = make_renderer(scene)
-    exact = renderer.render(written.points, written.color, written.opacity, written.background)
+    exact = renderer.render(written)
     drawing = draw(write_svg(written, scene.width, scene.height), scene.width, scene.height)
     return exact, torch.from_numpy(drawing / 255.0)
 
@@ -43,9 +45,10 @@ def antialiasing_bound(scene: SceneTensors) -> Tensor:
     black, white = torch.zeros(3, dtype=torch.float64), torch.ones(1, 3, dtype=torch.float64)
     image = written.background.repeat(scene.height, scene.width, 1)
     bound = torch.zeros_like(image)
-    for points, color, opacity in zip(written.points, written.color, written.opacity, strict=True):
+    for row, (points, color, opacity) in enumerate(zip(written.points, written.color, written.opacity, strict=True)):
         box = bounding_box(points)
-        cover = renderer.render(points[None], white, white[0, :1], black)[box][..., :1]
+        path = replace(written.select(torch.tensor([row])), color=white, opacity=white[0, :1], background=black)
+        cover = renderer.render(path)[box][..., :1]
         rounding = EIGHT_BIT * (cover > 0)
         error = opacity * ONE_PATH * near((cover > 0) & (cover < 1)) + rounding
         alpha, difference = opacity * cover, color - image[box]

@@ -152,6 +152,12 @@ def inputs(scene: SceneTensors, renderer: TileRenderer) -> Scene:
     return Scene.uniform(*tensors, generation, renderer.degree)
 
 
+def painted(paths: tuple[Tensor, ...], color: Tensor) -> Scene:
+    """Return a scene of ``paths``, points and opacities, in the colours [N + 1, 3]; the last is the background's."""
+    points, opacity = paths
+    return Scene.uniform(points, color[:-1], opacity, color[-1], torch.zeros(len(points), dtype=torch.int64))
+
+
 def render(scene: SceneTensors, renderer: TileRenderer) -> Tensor:
     return renderer.render(inputs(scene, renderer)).cpu()
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import torch
 from oracles import GRADIENTS, inputs, target_image
 from scenes import SceneTensors
 
+from warpvec.geometry.scene import Scene
 from warpvec.rendering import exact, splat
 from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
@@ -43,6 +46,11 @@ class Moving:
     def check_step(self) -> None:
         check_equal(self.step(), self.want())
         self.move()
+
+
+def copied(scene: Scene) -> Scene:
+    """Return ``scene`` in memory of its own."""
+    return replace(scene, **{name: getattr(scene, name).clone() for name in ("segments", *GRADIENTS[1:])})
 
 
 def check_equal(got: Adjoints, want: Adjoints) -> None:

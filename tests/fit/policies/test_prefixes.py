@@ -66,14 +66,14 @@ def test_adjoints_are_those_of_the_sum_of_both_errors():
     counts = Population(scene, FitConfig(), 28.0).prefix_counts
     for turn in range(2 * len(generations)):
         part = scene.select(scene.generation <= generations[generation_at_turn(turn, len(generations) - 1)])
-        own = {name: getattr(target.fit_step(part, False), name).clone() for name in ("points", "color", "opacity")}
+        own = {name: getattr(target.fit_step(part, False), name).clone() for name in ("segments", "color", "opacity")}
         whole = {name: getattr(target.fit_step(scene, False), name).clone() for name in own}
         count = prefix_length(counts, turn)
         assert count == len(part)
         both = with_prefix(target.fit_step(scene, False), scene, target, count)
         for name, adj in own.items():
             expected = whole[name].clone()
-            expected[: len(part)] += PREFIX_WEIGHT * adj
+            expected[: len(adj)] += PREFIX_WEIGHT * adj
             torch.testing.assert_close(getattr(both, name), expected, rtol=0, atol=0)
     assert float(both.loss) == float(target.fit_step(scene, False).loss)
 

@@ -32,7 +32,9 @@ def ellipses(*rows: tuple[float, float, float, float], opacity: float = 0.9) -> 
     points = values[:, None, :2] + unit * values[:, None, 2:] / 2
     color = torch.linspace(0.0, 1.0, len(rows), dtype=torch.float64)[:, None].expand(-1, 3)
     alpha = torch.full((len(rows),), opacity, dtype=torch.float64)
-    return Scene.uniform(points, color, alpha, torch.ones(3, dtype=torch.float64), torch.zeros(len(rows), dtype=torch.int64))
+    return Scene.uniform(
+        points, color, alpha, torch.ones(3, dtype=torch.float64), torch.zeros(len(rows), dtype=torch.int64)
+    )
 
 
 def removed(scene: Scene, progress: float = EARLY) -> list[bool]:

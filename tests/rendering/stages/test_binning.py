@@ -175,5 +175,5 @@ def run_on(stages: Stages, points: Tensor) -> Stages:
     """Run the same stages on other paths."""
     array = wp.from_torch(points.contiguous(), dtype=wp.vec2d)
     stages.flattening.run(array)
-    stages.binning.run(stages.flattening, len(points), points.shape[1] // 3)
+    stages.binning.run(stages.flattening, len(points))
     return Stages(points, stages.grid, stages.flattening, stages.binning, stages.coverage)

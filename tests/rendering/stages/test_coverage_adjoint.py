@@ -40,8 +40,7 @@ def edge_adjoint(stages: Stages, adj_winding: Tensor) -> Tensor:
     slots = stages.slots.fill_(torch.nan)
     for path, tile, slot in stages.partial_pairs():
         slots[slot, :TILE] = -tiles[path, tile].T.to(slots)
-    path_count, segment_count = stages.chord_counts.shape
-    edges = stages.coverage.adjoint(stages.flattening, stages.binning, path_count, segment_count)
+    edges = stages.coverage.adjoint(stages.flattening, stages.binning, stages.chord_counts.numel())
     return torch.from_numpy(edges.numpy()[: stages.flattening.vertex_count].copy()).double()
 
 
@@ -124,8 +123,7 @@ def test_finite_differences_of_the_kernels(backend: Backend) -> None:
 
     adj_points = torch.empty_like(points, device=backend.device)
     edges = edge_adjoint(stages, adjoint).to(backend.device).contiguous()
-    lanes = stages.flattening._lanes
-    stages.flattening.adjoint(wp.from_torch(edges, dtype=lanes.vec4), wp.from_torch(adj_points, dtype=lanes.vec2))
+    stages.flattening.adjoint(wp.from_torch(edges, dtype=stages.flattening._lanes.vec4), adj_points.view(-1, 3, 2))
     entries = list(range(0, points.numel(), 5))
     want = finite_difference(functional, points, 1e-6, entries)
     # The winding is piecewise quadratic in an edge's move; the rounding error is about 1e-10 / 1e-6.

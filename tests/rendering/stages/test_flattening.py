@@ -169,8 +169,7 @@ def test_adjoint_is_the_transpose(backend: Backend, segment_count: int) -> None:
 
 
 def points_adjoint(stages: Stages, edge_adjoint: Tensor, backend: Backend) -> Tensor:
-    lanes = stages.flattening._lanes
     adj_points = torch.full_like(stages.points, torch.nan, device=backend.device)
-    edges = wp.from_torch(edge_adjoint.to(backend.device), dtype=lanes.vec4)
-    stages.flattening.adjoint(edges, wp.from_torch(adj_points, dtype=lanes.vec2))
+    edges = wp.from_torch(edge_adjoint.to(backend.device), dtype=stages.flattening._lanes.vec4)
+    stages.flattening.adjoint(edges, adj_points.view(-1, 3, 2))
     return adj_points.cpu()
