@@ -61,10 +61,15 @@ class Structure:
     def loop_count(self) -> int:
         return len(self.loop_first_segment) - 1
 
-    @cached_property
+    @property
     def segment_count(self) -> int:
         """Number of segments of all paths, R."""
-        return int(self.loop_first_segment[-1]) if self.uniform_count is None else self.path_count * self.uniform_count
+        # torch.compile cannot trace a cached property before it has a value.
+        return self._last_segment if self.uniform_count is None else self.path_count * self.uniform_count
+
+    @cached_property
+    def _last_segment(self) -> int:
+        return int(self.loop_first_segment[-1])
 
     @cached_property
     def path_first_segment(self) -> Tensor:

@@ -17,6 +17,7 @@ from torch import Tensor
 
 from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 
@@ -34,6 +35,7 @@ class _Recording(NamedTuple):
     out: Adjoints
     addresses: _Addresses
     growth: int
+    structure: Structure  # keeps the arrays that the graph reads and the addresses do not tell
 
 
 class RecordedStep:
@@ -98,7 +100,7 @@ class RecordedStep:
         if not self._record:
             self._renderer.fit_step(*inputs, out=out)
         elif self._renderer.growth == growth and (direct is None or self._agrees(graph, out, direct)):
-            self._recording = _Recording(graph, out, addresses, growth)
+            self._recording = _Recording(graph, out, addresses, growth, inputs[0].structure)
             self._replays, self._dropped_steps = 0, self._renderer.dropped_steps
 
     def _record_graph(self, inputs: _Inputs, out: Adjoints) -> tuple[Any, int]:
