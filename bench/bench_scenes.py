@@ -108,7 +108,13 @@ def fitted_scene(photo: Path, target: torch.Tensor, config: FitConfig, cache: Pa
 
 
 def save_scene(scene: Scene, path: Path) -> None:
-    """Write `Scene.to_dict` as the arrays of an .npz file, without what is None."""
+    """Write `Scene.to_dict` as the arrays of an .npz file, without what is None.
+
+    Raises:
+        ValueError: the scene has gradients, which no fit for a benchmark makes.
+    """
+    if scene.gradients is not None:
+        raise ValueError("the scenes of benchmarks have flat colours")
     path.parent.mkdir(parents=True, exist_ok=True)
     np.savez(path, **{name: np.asarray(value) for name, value in scene.to_dict().items() if value is not None})
 
@@ -123,7 +129,7 @@ def load_scene(path: Path) -> Scene:
         raise click.UsageError(f"{path} is a scene of an older version of warpvec; delete it, and fit the scene again")
     with np.load(path) as arrays:
         values = {name: torch.from_numpy(array) if array.ndim else array.item() for name, array in arrays.items()}
-    return Scene.from_dict({"is_line": None, "uniform_count": None, **values})
+    return Scene.from_dict({"is_line": None, "uniform_count": None, "gradients": None, **values})
 
 
 def _is_current(path: Path) -> bool:

@@ -249,9 +249,9 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
                         moment1 = fma(along, spread(qx), moment1)
                         moment2 = fma(along, qy, moment2)
                 if wp.static(with_curvature):
-                    slope = mul(t, covered)  # of the colour in the opacity, per unit of c - B
+                    change = mul(t, covered)  # of the colour, by the opacity, per unit of c - B
                     mask = on_canvas(tile, part0 + v, tile_columns, height, width_px)
-                    square = mul(mask, mul(slope, slope))
+                    square = mul(mask, mul(change, change))
                     curvature = fma(square, fma(d0, d0, fma(d1, d1, mul(d2, d2))), curvature)
                 put(transmittance, v, sub(t, visible))
             reduce_tile(pair_sums, pair, 0, adj_red, lane)

@@ -145,7 +145,7 @@ def test_lines_and_parabolas_are_single_cubics(degree: int) -> None:
 def test_a_cubic_raised_to_the_fifth_degree_is_found_again() -> None:
     scene = sides_scene(9, degree=3)
     raised = [elevated(elevated(curve))[:, :-1] for curve in curves_of(scene)]
-    cubics, deviation = to_cubics(replace(scene.with_points(torch.cat(raised, 1)), degree=5))
+    cubics, deviation = to_cubics(scene.with_points(torch.cat(raised, 1), 5))
     torch.testing.assert_close(cubics.points, scene.points, rtol=0, atol=1e-11)
     assert deviation < 1e-11
 
@@ -186,9 +186,8 @@ def test_a_scene_without_paths_is_converted() -> None:
 
 
 def test_everything_else_stays(device: str) -> None:
-    scene = sides_scene(5)
-    names = ("points", "color", "opacity", "background", "generation")
-    scene = replace(scene, **{name: getattr(scene, name).to(device) for name in names})
+    names = ("segments", "color", "opacity", "background", "generation")
+    scene = sides_scene(5).to(device)
     scene = scene.with_points(scene.points.float().requires_grad_())
     cubics, _ = to_cubics(scene)
     assert cubics.degree == 3 and cubics.points.dtype == torch.float32 and not cubics.points.requires_grad

@@ -11,9 +11,21 @@ from torch import Tensor
 
 from reference.compositing import composite
 from reference.coverage import coverage, signed_coverage
-from reference.flattening import flatten
+from reference.flattening import flatten, flatten_loop
 
-__all__ = ["coverage_stack", "mean_squared_error", "removal_cost", "render"]
+__all__ = ["compound_coverage", "coverage_stack", "mean_squared_error", "removal_cost", "render"]
+
+
+def compound_coverage(paths: list[list[Tensor]], counts: list[list[list[int]]], height: int, width: int) -> Tensor:
+    """Return the coverage [N, h, w] of paths of several loops [3 S, 2], each with its own S chord counts.
+
+    Windings add: a point has that of each of the path's loops.
+    """
+    layers = []
+    for loops, loop_counts in zip(paths, counts, strict=True):
+        polygons = [flatten_loop(loop, row) for loop, row in zip(loops, loop_counts, strict=True)]
+        layers.append(coverage(sum(signed_coverage(polygon, height, width) for polygon in polygons)))
+    return torch.stack(layers)
 
 
 def coverage_stack(points: Tensor, counts: Tensor, height: int, width: int) -> Tensor:

@@ -13,7 +13,7 @@ def flatten(points: Tensor, counts: Tensor) -> list[Tensor]:
         points: control points [N, 3 S, 2]; segment s has the points 3s .. 3s + 3, modulo 3 S.
         counts: chords per segment [N, S], each at least 1; V_i is the sum of row i.
     """
-    return [_flatten_path(path, row) for path, row in zip(points, counts.tolist(), strict=True)]
+    return [flatten_loop(path, row) for path, row in zip(points, counts.tolist(), strict=True)]
 
 
 def uniform_counts(points: Tensor, count: int) -> Tensor:
@@ -21,8 +21,9 @@ def uniform_counts(points: Tensor, count: int) -> Tensor:
     return torch.full((points.shape[0], points.shape[1] // 3), count, dtype=torch.int64)
 
 
-def _flatten_path(path: Tensor, counts: list[int]) -> Tensor:
-    closed = torch.cat([path, path[:1]])
+def flatten_loop(loop: Tensor, counts: list[int]) -> Tensor:
+    """Return the closed polygon [V, 2] of a loop [3 S, 2] with ``counts`` chords in its S segments."""
+    closed = torch.cat([loop, loop[:1]])
     return torch.cat([_chord_starts(closed[3 * s : 3 * s + 4], count) for s, count in enumerate(counts)])
 
 

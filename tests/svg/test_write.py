@@ -150,7 +150,7 @@ def test_invisible_paths_are_left_out_of_file_and_quantized_scene():
     assert len(path_elements(write_svg(scene, 768, 512))) == len(quantize(scene, 2)) == 2
 
 
-@pytest.mark.parametrize("name", ["points", "color", "opacity", "background"])
+@pytest.mark.parametrize("name", ["segments", "color", "opacity", "background"])
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 def test_a_scene_that_is_not_finite_is_refused(name, value):
     scene = make_scene(5)

@@ -39,6 +39,8 @@ class FitConfig:
     """Largest number of colours in a fitted palette for all fills, the canvas included; 0 for any colours."""
     palette: str | None = None
     """Colours that all fills must come from: CSS names, "#rgb" or "#rrggbb", with commas; stored as "#rrggbb,..."."""
+    gradients: float = 0.0
+    """Paths with a linear gradient: their share if this is at most 1, else their number. Those that gain most get one."""
     min_area: float = 0.0
     """Smallest area of a path on the canvas, in square pixels of the full-size image; smaller paths are left out."""
     lod: bool = False

@@ -37,6 +37,7 @@ def check_settings(settings: dict[str, Any]) -> dict[str, Any]:
         raise InputError("lod", "needs policy scaffolding and z_order creation", remedy="set them or leave lod out")
     if checked["palette"] is not None and checked["colors"]:
         raise InputError("colors", "must be 0 with a palette", str(checked["colors"]), "give one of the two")
+    _check_gradients(checked)
     return checked
 
 
@@ -92,7 +93,7 @@ def _numbers(settings: dict[str, Any]) -> dict[str, float]:
         "lr_points": (0.0, math.inf), "lr_color": (0.0, math.inf), "lr_opacity": (0.0, math.inf),
         "lr_scale": (0.0, math.inf), "lr_final": (0.0, 1.0), "opacity_weight": (0.0, math.inf),
         "xing_weight": (0.0, math.inf), "bezier_weight": (0.0, math.inf),
-        "min_area": (0.0, math.inf),
+        "min_area": (0.0, math.inf), "gradients": (0.0, math.inf),
     }  # fmt: skip
     numbers = {name: check_number(name, settings[name], *limits) for name, limits in ranges.items()}
     if settings["time_budget"] is not None:
@@ -127,6 +128,17 @@ def _check_path_model(settings: dict[str, Any]) -> None:
     if settings["path_model"] == "sides" and settings["renderer"] != "splat":
         rule = f"must be segments with the renderer {settings['renderer']}"
         raise InputError("path_model", rule, "'sides'", "give segments, or the renderer splat")
+
+
+def _check_gradients(settings: dict[str, Any]) -> None:
+    """Raise InputError if gradients are asked for together with a setting that allows flat fills only."""
+    if not settings["gradients"]:
+        return
+    if settings["renderer"] != "exact":
+        raise InputError("gradients", "must be 0 with the renderer splat", str(settings["gradients"]), "leave it out")
+    if settings["palette"] is not None or settings["colors"]:
+        rule = "must be 0 with a palette or a number of colours, whose fills are flat"
+        raise InputError("gradients", rule, str(settings["gradients"]), "give one of the two")
 
 
 def _check_growth(settings: dict[str, Any]) -> None:

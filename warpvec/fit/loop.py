@@ -13,6 +13,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit import schedule
+from warpvec.fit.gradients import GradientChoice
 from warpvec.fit.interrupt import deferred_interrupts
 from warpvec.fit.min_area import SmallPaths
 from warpvec.fit.palette import START as PALETTE_START
@@ -107,6 +108,7 @@ class _Fit:
             config = replace(config, opacity_weight=0.0)
         self._regularization = Regularization(height, width, config, device, config.point_degree)
         self._small_paths = SmallPaths(self._target, config)
+        self._gradients = GradientChoice(self._target, config)
         self._start = time.perf_counter()
         self._iteration = 0
         self._iteration_count = config.iterations
@@ -164,6 +166,8 @@ class _Fit:
         self._step_palette(adjoints, factor)
         values = (adjoints.segments, adjoints.color, adj_opacity, adjoints.background)
         self._population.step(*values, factor, self._target.fits)
+        if adjoints.end_color is not None:
+            self._population.step_gradients(adjoints.end_color, adjoints.geometry, factor, self._target.fits)
         self._loss = adjoints.loss
         return adjoints.removal_cost if want_removal_cost else None
 
@@ -246,6 +250,7 @@ class _Fit:
         has_changed = self._policy.update(
             self._population, iteration, iterations, removal_cost, self._target.squared_error
         )
+        self._gradients.update(self._population, iteration, iterations)
         if has_changed or has_cut:
             self._remember(before)
 

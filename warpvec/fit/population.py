@@ -12,9 +12,11 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.fit.gradients import GradientParameters
 from warpvec.fit.palette import Palette
 from warpvec.fit.state import State
 from warpvec.geometry.bezier import path_boxes
+from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene
 from warpvec.kernels.adan import BETAS, CLAMPED, EPS, SIGMOID
 from warpvec.kernels.constants import TILE
@@ -64,6 +66,8 @@ class Population:
         self._factor = torch.ones(1, dtype=torch.float64, device=device)
         self.serial = torch.arange(len(scene), device=device)
         self._created = len(scene)
+        self._gradients = None if scene.gradients is None else GradientParameters(scene.gradients, config, half_side)
+        self._config = config
         background = scene.background if self._fixed_background else self._to_color(self._background[0, 0])
         self._set_live(replace(self._to_scene(self._rows, scene), background=background))
 
@@ -90,7 +94,9 @@ class Population:
             live = self.live
             segments, color = live.segments.clone(), live.color.clone()
             opacity, background = live.opacity.clone(), live.background.clone()
-            self._copy = replace(live, segments=segments, color=color, opacity=opacity, background=background)
+            gradients = None if live.gradients is None else live.gradients.map(torch.Tensor.clone)
+            values = {"segments": segments, "color": color, "opacity": opacity, "background": background}
+            self._copy = replace(live, **values, gradients=gradients)
         return self._copy
 
     def step(
@@ -119,6 +125,28 @@ class Population:
         self._constrain()
         self._copy = None
 
+    def step_gradients(
+        self, adj_end_color: Tensor, adj_geometry: Tensor, factor: float, fits: Tensor | None = None
+    ) -> None:
+        """Take an optimizer step of the gradients, as `step` does of the other parameters."""
+        assert self._gradients is not None
+        self._gradients.step(adj_end_color, adj_geometry, factor, fits)
+        self._copy = None
+
+    def paint(self, rows: Tensor, scene: Scene) -> None:
+        """Take colours and gradients of the paths ``rows`` (indices) from ``scene``, which has the same paths."""
+        assert scene.gradients is not None
+        raw = self._raw_color(scene.color[rows])
+        for plane, values in enumerate([raw, *[torch.zeros_like(raw)] * (_PLANES - 1)]):
+            self._rows[1][plane, rows] = values
+        if self._gradients is None:
+            self._gradients = GradientParameters(scene.gradients, self._config, self._half_side)
+        else:
+            self._gradients.replace_rows(rows, scene.gradients)
+        color = self.live.color.clone()
+        color[rows] = scene.color[rows]
+        self._set_live(replace(self.live, color=color))
+
     @property
     def has_palette(self) -> bool:
         """True if fills come from a palette."""
@@ -144,6 +172,7 @@ class Population:
             "created": self._created,
             "live": self.live.to_dict(),
             "palette": None if self._palette is None else self._palette.state(),
+            "gradients": None if self._gradients is None else self._gradients.state(),
         }
 
     def restore(self, state: State, palette: Palette | None) -> None:
@@ -157,7 +186,12 @@ class Population:
         if palette is not None and state["palette"] is not None:
             palette.restore(state["palette"], str(device))
             self._palette = palette
-        self._set_live(Scene.from_dict(state["live"]).to(str(device)))
+        live = Scene.from_dict(state["live"]).to(str(device))
+        if state["gradients"] is not None:
+            assert live.gradients is not None
+            self._gradients = GradientParameters(live.gradients, self._config, self._half_side)
+            self._gradients.restore(state["gradients"], str(device))
+        self._set_live(live)
 
     def keep(self, rows: Tensor) -> None:
         """Keep the paths ``rows``: a mask, or indices in the new order."""
@@ -169,6 +203,8 @@ class Population:
         self.serial = self.serial[rows]
         if self._palette is not None:
             self._palette.keep(rows)
+        if self._gradients is not None:
+            self._gradients.keep(rows)
         self._set_live(self.live.select(rows))
 
     def sort_by_area(self) -> None:
@@ -190,10 +226,13 @@ class Population:
         self._created += len(scene)
         if self._palette is not None:
             self._palette.append(scene.color)
+        if self._gradients is not None:
+            self._gradients.append(added.gradients or Gradients.flat(added.color))
         self._set_live(self.live.joined(added))
 
     def _set_live(self, scene: Scene) -> None:
         """Make ``scene``, which shares no memory, the live one, and prepare the step's arguments for its memory."""
+        scene = replace(scene, gradients=None if self._gradients is None else self._gradients.live)
         self.live, self._copy, self._prefix_counts = scene, None, None
         cuda, dtype = self._launch.device.is_cuda, wp.dtype_from_torch(scene.segments.dtype)
         lanes = make_lanes(1 if cuda else TILE, dtype)

@@ -11,6 +11,7 @@ from torch import Tensor
 from torch.nn.functional import avg_pool2d
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.geometry.gradients import LINEAR, Gradients
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import ALPHA_MIN, MATTES, is_transparent, over, premultiplied
 from warpvec.rendering.graph import RecordedStep
@@ -38,6 +39,7 @@ class Target:
         self._prepared = [(self._renderer.prepare_target(pixels), matte) for pixels, matte in self._views]
         self._steps = [RecordedStep(self._renderer) for _ in self._views]
         self.fits = self._renderer.fits
+        self.error_scale = 1.0 / (3 * height * width)
 
     def fit_step(self, scene: Scene, want_removal_cost: bool) -> Any:
         """Return the loss (mean squared error) of ``scene``, its adjoints and, on request, each path's removal cost.
@@ -67,7 +69,46 @@ class Target:
         """
         ones = torch.ones_like(self._views[0][0])
         adjoints = self._renderer.adjoint(scene, ones)
-        return torch.cat([adjoints.color[:, 0], adjoints.background[:1]])
+        red = adjoints.color[:, 0] if scene.gradients is None else adjoints.color[:, 0] + adjoints.end_color[:, 0]
+        return torch.cat([red, adjoints.background[:1]])
+
+    def ramp_moments(self, scene: Scene, box: Tensor) -> tuple[Tensor, Tensor]:
+        """Measure the moments of each path's visible pixels, for ``warpvec.fit.gradients``.
+
+        With w the visible share of the path in a pixel at (x, y), and g the adjoint of the image in each channel:
+
+        Returns:
+            the sums of w g, w g x and w g y for each channel [N, 3, 3], and
+            the sums of w, w x, w y, w x x, w x y, w y x and w y y [N, 7].
+        """
+        residual = self._residual(scene)
+        height, width = residual.shape[:2]
+        rows, columns = (torch.arange(n, dtype=residual.dtype, device=residual.device) + 0.5 for n in (height, width))
+        places = torch.stack([torch.ones_like(residual[..., 0]), *torch.meshgrid(columns, rows, indexing="xy")], -1)
+        sums = [[self._shares(scene, box, axis, image) for axis in (0, 1)] for image in (residual, places)]
+        (gx, gy), (px, py) = sums
+        first = torch.stack([gx[0], gx[1], gy[1]], 2)
+        second = torch.stack([px[0][:, 0], px[0][:, 1], px[0][:, 2], *px[1][:, 1:].T, *py[1][:, 1:].T], 1)
+        return first, second
+
+    def _shares(self, scene: Scene, box: Tensor, axis: int, adj_image: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the sums of w g and of w g x (``axis`` 0) or w g y (1) for g = ``adj_image`` [h, w, 3]: [N, 3] each.
+
+        The renderer gives them as the adjoints of the two colours of a gradient across the ``box`` [N, 4] of a path.
+        """
+        low, high = box[:, axis] - 1.0, box[:, axis + 2] + 1.0
+        zero = torch.zeros_like(low)
+        geometry = torch.stack([low, zero, high, zero] if axis == 0 else [zero, low, zero, high], 1)
+        kind = torch.full((len(scene),), LINEAR, dtype=torch.int32, device=box.device)
+        probe = replace(scene, gradients=Gradients(kind, geometry.contiguous(), scene.color.clone()))
+        adjoints = self._renderer.adjoint(probe, adj_image)
+        total = adjoints.color + adjoints.end_color
+        return total, low[:, None] * total + (high - low)[:, None] * adjoints.end_color
+
+    def _residual(self, scene: Scene) -> Tensor:
+        """Return dL/d(image) [h, w, 3] of the mean squared error, averaged over the mattes."""
+        views = [2.0 * self.error_scale * (self._renderer.render(_over(scene, m)) - pixels) for pixels, m in self._views]
+        return torch.stack(views).mean(0)
 
     def squared_error(self, scene: Scene) -> Tensor:
         """Return the squared error of ``scene`` in each pixel [h, w], summed over the channels."""

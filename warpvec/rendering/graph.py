@@ -132,15 +132,22 @@ class RecordedStep:
 
     def _out_for(self, scene: Scene) -> Adjoints:
         out = self._out
-        if out is None or out.segments.shape != scene.segments.shape or len(out.color) != len(scene):
+        if out is None or not _fits(out, scene):
             self._out = out = self._renderer.make_adjoints(scene)
         return out
+
+
+def _fits(out: Adjoints, scene: Scene) -> bool:
+    """Return whether the adjoints of ``scene`` have the shapes of ``out``."""
+    same_paints = (out.end_color is None) == (scene.gradients is None)
+    return same_paints and out.segments.shape == scene.segments.shape and len(out.color) == len(scene)
 
 
 def _addresses(scene: Scene, prepared_target: Tensor) -> _Addresses:
     structure = scene.structure
     values = (scene.segments, scene.color, scene.opacity, scene.background)
-    tensors = (*values, structure.loop_first_segment, structure.path_first_loop, prepared_target)
+    gradients = () if scene.gradients is None else tuple(vars(scene.gradients).values())
+    tensors = (*values, *gradients, structure.loop_first_segment, structure.path_first_loop, prepared_target)
     return tuple((tensor.data_ptr(), tensor.shape) for tensor in tensors)
 
 

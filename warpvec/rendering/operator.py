@@ -21,6 +21,7 @@ from torch import Tensor
 from warpvec.checks import check_count
 from warpvec.config.renderers import check_renderer_settings
 from warpvec.errors import InputError
+from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.image.alpha import MATTES
@@ -28,6 +29,8 @@ from warpvec.rendering.launch import start_warp
 from warpvec.rendering.registry import make_renderer
 from warpvec.rendering.tile_renderer import Adjoints
 
+# Number of tensors of a scene, and of those that the operator differentiates, which come first.
+_INPUTS, _VALUES = 9, 6
 # A renderer holds buffers for its canvas. A few of them serve a user who alternates between sizes.
 _RENDERERS_KEPT = 4
 # Renderers reuse their buffers from call to call, so only one call runs at a time.
@@ -52,7 +55,7 @@ def render(
     threads: int | None = None,
     **settings: Any,
 ) -> Tensor:
-    """Return the image [height, width, 3] of ``scene``, differentiable in segments, colour, opacity and background.
+    """Return the image [height, width, 3] of ``scene``, differentiable in every tensor of floating point in it.
 
     With ``alpha`` return the image [height, width, 4] of the paths alone, without the background: premultiplied
     colours, and alpha, which is 1 minus the transmittance of all paths. `warpvec.image.alpha.straight` converts it to
@@ -94,7 +97,7 @@ def draw_adjoint(
     scene: Scene, adj_image: Tensor, *, renderer: str = "exact", threads: int | None = None, **settings: Any
 ) -> Adjoints:
     """Return the adjoints of ``scene`` for ``adj_image`` = dL/d(image) [h, w, 3], without autograd."""
-    _check_kinds(_inputs(scene)[:4])
+    _check_kinds(_inputs(scene)[:_VALUES])
     thread_count = 0 if threads is None else check_count("threads", threads, 1)
     text = _as_text(renderer, scene.degree, settings)
     with torch.no_grad():
@@ -102,18 +105,23 @@ def draw_adjoint(
 
 
 def _inputs(scene: Scene) -> tuple[Tensor, ...]:
-    """Return the tensors of an operator: four that it differentiates, and two of the structure."""
-    structure = scene.structure
-    values = (scene.segments, scene.color, scene.opacity, scene.background)
-    return (*values, structure.loop_first_segment, structure.path_first_loop)
+    """Return the tensors of an operator: ``_VALUES`` that it differentiates, the kinds of paint, and the structure.
+
+    Those of the gradients are empty in a scene without any.
+    """
+    structure, color = scene.structure, scene.color
+    gradients = scene.gradients or Gradients.flat(color[:0])
+    values = (scene.segments, color, scene.opacity, scene.background, gradients.end_color, gradients.geometry)
+    return (*values, gradients.kind, structure.loop_first_segment, structure.path_first_loop)
 
 
 def _scene(inputs: tuple[Tensor, ...], segment_count: int) -> Scene:
     """Return the scene of `_inputs`; ``segment_count`` is that of every path of a uniform scene, else 0."""
-    segments, color, opacity, background, loop_first_segment, path_first_loop = inputs
+    segments, color, opacity, background, end_color, geometry, kind, loop_first_segment, path_first_loop = inputs
     structure = Structure(loop_first_segment, path_first_loop, uniform_count=segment_count or None)
-    # A renderer does not look at the generations.
-    return Scene(segments, structure, color, opacity, background, torch.zeros_like(opacity, dtype=torch.int64))
+    gradients = Gradients(kind, geometry, end_color) if len(kind) else None
+    generation = torch.zeros_like(opacity, dtype=torch.int64)  # a renderer does not look at it
+    return Scene(segments, structure, color, opacity, background, generation, gradients=gradients)
 
 
 def _image(
@@ -129,7 +137,7 @@ def _image(
     height, width = check_count("height", height, 1), check_count("width", width, 1)
     thread_count = 0 if threads is None else check_count("threads", threads, 1)
     inputs = _inputs(scene)
-    _check_kinds(inputs[:4])
+    _check_kinds(inputs[:_VALUES])
     segment_count = scene.structure.uniform_count or 0
     drawn_by = (segment_count, height, width, renderer, thread_count, _as_text(renderer, scene.degree, settings))
     if not alpha:
@@ -188,6 +196,9 @@ def _draw(
     color: Tensor,
     opacity: Tensor,
     background: Tensor,
+    end_color: Tensor,
+    geometry: Tensor,
+    paint_kind: Tensor,
     loop_first_segment: Tensor,
     path_first_loop: Tensor,
     segment_count: int,
@@ -197,7 +208,8 @@ def _draw(
     threads: int,
     settings: str,
 ) -> Tensor:
-    tensors = (segments, color, opacity, background, loop_first_segment, path_first_loop)
+    values = (segments, color, opacity, background, end_color, geometry)
+    tensors = (*values, paint_kind, loop_first_segment, path_first_loop)
     with _turn(segments.device):
         stages = _renderer(renderer, height, width, str(segments.device), segments.dtype, threads, settings)
         image: Tensor = stages.render(_scene(tensors, segment_count))
@@ -209,7 +221,7 @@ _render = torch.library.custom_op("warpvec::render", _draw, **_OPERATOR)
 
 @_render.register_fake
 def _(segments: Tensor, *rest: Any) -> Tensor:
-    height, width = rest[6:8]
+    height, width = rest[_INPUTS : _INPUTS + 2]
     return segments.new_empty((height, width, 3))
 
 
@@ -227,6 +239,9 @@ def _render_adjoint(
     color: Tensor,
     opacity: Tensor,
     background: Tensor,
+    end_color: Tensor,
+    geometry: Tensor,
+    paint_kind: Tensor,
     loop_first_segment: Tensor,
     path_first_loop: Tensor,
     adj_image: Tensor,
@@ -234,26 +249,30 @@ def _render_adjoint(
     renderer: str,
     threads: int,
     settings: str,
-) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    tensors = (segments, color, opacity, background, loop_first_segment, path_first_loop)
+) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
+    values = (segments, color, opacity, background, end_color, geometry)
+    tensors = (*values, paint_kind, loop_first_segment, path_first_loop)
     adjoints = _adjoints(_scene(tensors, segment_count), adj_image, renderer, threads, settings)
     # The outputs of an operator must not share memory with one another.
-    return adjoints.segments, adjoints.color.clone(), adjoints.opacity.clone(), adjoints.background.clone()
+    paths = (adjoints.color.clone(), adjoints.opacity.clone(), adjoints.background.clone())
+    if adjoints.end_color is None or adjoints.geometry is None:
+        return adjoints.segments, *paths, torch.empty_like(end_color), torch.empty_like(geometry)
+    return adjoints.segments, *paths, adjoints.end_color, adjoints.geometry
 
 
 @_render_adjoint.register_fake
 def _(*arguments: Any) -> tuple[Tensor, ...]:
-    return tuple(torch.empty_like(tensor, memory_format=torch.contiguous_format) for tensor in arguments[:4])
+    return tuple(torch.empty_like(tensor, memory_format=torch.contiguous_format) for tensor in arguments[:_VALUES])
 
 
 def _setup(ctx: Any, inputs: tuple[Any, ...], output: Tensor) -> None:
-    ctx.save_for_backward(*inputs[:6])
-    ctx.segment_count, ctx.drawn_by = inputs[6], inputs[9:]
+    ctx.save_for_backward(*inputs[:_INPUTS])
+    ctx.segment_count, ctx.drawn_by = inputs[_INPUTS], inputs[_INPUTS + 3 :]
 
 
 def _backward(ctx: Any, adj_image: Tensor) -> tuple[Any, ...]:
     adjoints = _render_adjoint(*ctx.saved_tensors, adj_image, ctx.segment_count, *ctx.drawn_by)
-    return (*adjoints, *[None] * 8)
+    return (*adjoints, *[None] * 9)
 
 
 _render.register_autograd(_backward, setup_context=_setup)

@@ -39,7 +39,7 @@ def with_prefix(adjoints: Any, scene: Scene, target: Target, count: int) -> Any:
     """Return ``adjoints``, those of all paths, plus the weighted adjoints of a picture of the first ``count`` paths."""
     if count == len(scene):
         return adjoints
-    names = ("color", "opacity")
+    names = ["color", "opacity", *(name for name in ("end_color", "geometry") if getattr(adjoints, name) is not None)]
     # The renderer writes into the same memory again.
     sums = {name: getattr(adjoints, name).clone() for name in ("segments", *names, "canvas_sums")}
     part = target.fit_step(scene.select(torch.arange(count, device=scene.segments.device)), False)
