@@ -14,6 +14,7 @@ import click
 import fits
 import harness
 import kodak
+import numpy as np
 import pytest
 import torch
 from click.testing import CliRunner, Result
@@ -21,12 +22,25 @@ from commands import write_photo
 
 import warpvec
 from warpvec.config.presets import make_config
+from warpvec.fit.progress import FitResult
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
 
 ROOT = Path(__file__).parents[2]
 
 # Kernel files that are no stage of their own.
-SHARED_KERNELS = {"__init__", "adan", "capacity", "bezier", "constants", "thread_pool", "edges", "lanes", "reductions"}
+SHARED_KERNELS = {
+    "__init__",
+    "adan",
+    "capacity",
+    "bezier",
+    "constants",
+    "thread_pool",
+    "edges",
+    "gradients",
+    "lanes",
+    "reductions",
+}
 
 
 @pytest.fixture
@@ -309,3 +323,27 @@ def test_scenes_round_trip(tmp_path: Path) -> None:
     back = scenes.load_scene(tmp_path / "folder" / "scene.npz")
     for name in ("points", "color", "opacity", "background", "generation"):
         assert torch.equal(getattr(back, name), getattr(scene, name))
+
+
+def test_scenes_of_loops_round_trip(tmp_path: Path) -> None:
+    structure = Structure.of_loops([[3, 2], [4]], torch.tensor([True, False] * 4 + [True]))
+    values = (torch.rand(2, 3), torch.rand(2), torch.rand(3), torch.arange(2))
+    scene = Scene(torch.rand(9, 3, 2), structure, *values, transparent=True)
+    scenes.save_scene(scene, tmp_path / "scene.npz")
+    back = scenes.load_scene(tmp_path / "scene.npz").to_dict()
+    for name, value in scene.to_dict().items():
+        assert torch.equal(back[name], value) if torch.is_tensor(value) else back[name] == value, name
+
+
+def test_a_scene_of_an_older_version_is_fitted_again_and_not_misread(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = Scene.uniform(torch.rand(3, 12, 2), torch.rand(3, 3), torch.rand(3), torch.rand(3), torch.arange(3))
+    old = {name: np.asarray(getattr(scene, name)) for name in ("points", "color", "opacity", "background")}
+    monkeypatch.setattr(scenes, "fit", lambda *_: FitResult(scene, [], 0, 0.0, interrupted=False, device="cpu"))
+    arguments = folder / "a.png", torch.rand(24, 40, 3), make_config(curves=3), tmp_path
+    path = scenes.fitted_scene(*arguments)
+    np.savez(path, **old)
+    with pytest.raises(click.UsageError, match="a scene of an older version of warpvec; delete it"):
+        scenes.load_scene(path)
+    assert torch.equal(scenes.load_scene(scenes.fitted_scene(*arguments)).points, scene.points)

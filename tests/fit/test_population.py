@@ -6,6 +6,7 @@ from itertools import accumulate, pairwise
 
 import pytest
 import torch
+from compound import compound_scene
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.population import Population
@@ -141,6 +142,34 @@ def test_steps_follow_autograd_and_the_formulas_while_paths_come_and_go(settings
         assert_shows(population, reference)
     assert population.generation.tolist() == [11, 0, 3, 12, 2, 10, 11, 12]
     assert population.serial.tolist() == [8, 0, 3, 9, 2, 10, 11, 12]
+
+
+@pytest.mark.usefixtures("form")
+@pytest.mark.parametrize("settings", SETTINGS)
+def test_paths_of_loops_and_segments_of_other_ages_follow_the_formulas(settings, device):
+    scene, config = compound_scene(0, 7, 80, 80), FitConfig(**settings)
+    population, reference = Population(scene.to(device), config, HALF_SIDE), Reference(scene, config)
+    for k in range(24):
+        if k in (5, 9):  # segments of several paths and loops start afresh
+            fresh = torch.arange(k % 3, len(population.live.segments), 3 if k == 5 else 4)
+            population._rows[0][1:, fresh.to(device)] = 0.0
+            population._segment_age[fresh.to(device)] = 0
+            for value in reference.parameters["segments"][1:]:
+                value[fresh] = 0.0
+        if k == 12:
+            new = compound_scene(1, 4, 80, 80)
+            population.append(new.to(device))
+            reference.append(new)
+        if k == 18:
+            rows = torch.tensor([10, 0, 3, 8, 4, 7])
+            population.keep(rows.to(device))
+            reference.keep(rows)
+            assert loop_counts(population.live) == reference.counts
+        adjoints = random_adjoints(population.scene, k)
+        population.step(*adjoints, factor=1.5 - k / 20)
+        reference.step([adj.cpu() for adj in adjoints], 1.5 - k / 20)
+        assert_shows(population, reference)
+    assert len(population._segment_age.unique()) == 4
 
 
 def test_float32_is_close_to_float64():

@@ -2,11 +2,23 @@
 
 import pytest
 import torch
+from compound import compound_scene, split_into_loops
 from regularization_cases import CUBIC_SCENES, HEIGHT, SIDE_SCENES, WIDTH, polygon, random_points, scattered, to_pixels
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit.regularization import Regularization, regularization
+from warpvec.fit.regularization import (
+    Regularization,
+    _legs,
+    _overshoot,
+    _pixel,
+    _planes,
+    _projection_weight,
+    _tips,
+    regularization,
+    xing_loss,
+)
 from warpvec.geometry.scene import Scene
+from warpvec.kernels.constants import TIP_PARAMETER, XING_SCALE
 
 WEIGHTS = [(0.01, 0.02, 1.0), (1.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 1.0)]
 
@@ -113,3 +125,40 @@ def test_adjoint_adds_to_its_outputs(degree):
     stage.add_adjoint(scene_of(points, opacity, degree), adj_points.view(-1, degree, 2), adj_opacity)
     torch.testing.assert_close(adj_points - 2.0, expected[0], rtol=0, atol=1e-14)
     torch.testing.assert_close(adj_opacity - 3.0, expected[1], rtol=0, atol=1e-14)
+
+
+def path_value(loops, config):
+    """Return Xing and the Bezier regularizer of a path of ``loops`` [3 S, 2], whose cubics share one extent."""
+    pixel = _pixel(loops[0], WIDTH, HEIGHT)
+    legs = [_legs(_planes(loop[None], 3)) * pixel for loop in loops]
+    anchors = [loop.reshape(1, -1, 3, 2)[:, :, 0].permute(2, 0, 1) * pixel - 1.0 for loop in loops]
+    squares = torch.cat([_tips(each, TIP_PARAMETER).square().sum(0) for each in legs], -1)
+    outside = torch.cat([(each - each.clamp(-1.0, 1.0)).abs().mean(0) for each in anchors], -1)
+    xing = sum(len(loop) * xing_loss(loop[None]) for loop in loops) / sum(map(len, loops))
+    whole = torch.cat(legs, -1)
+    chord = whole.sum(0)
+    projection = (_overshoot(whole, chord).square() * _projection_weight(whole, chord, pixel)).sum()
+    return config.xing_weight * XING_SCALE * xing + config.bezier_weight * (
+        projection + squares.mean() + outside.mean()
+    )
+
+
+@pytest.mark.parametrize("weights", WEIGHTS)
+@pytest.mark.parametrize("seed", range(3))
+def test_adjoint_of_paths_of_loops_is_that_of_the_mean_over_the_paths(weights, seed, device):
+    scene = compound_scene(seed, 9, HEIGHT, WIDTH)
+    config = FitConfig(opacity_weight=weights[0], xing_weight=weights[1], bezier_weight=weights[2])
+    segments, opacity = scene.segments.clone().requires_grad_(), scene.opacity.clone().requires_grad_()
+    paths = [[loop.flatten(0, 1) for loop in path] for path in split_into_loops(segments, scene.structure)]
+    total = sum(path_value(loops, config) for loops in paths) + config.opacity_weight * (1.0 - opacity).abs().sum()
+    (total / len(scene)).backward()
+    adj_segments, adj_opacity = torch.zeros_like(scene.segments).to(device), torch.zeros_like(scene.opacity).to(device)
+    Regularization(HEIGHT, WIDTH, config, device).add_adjoint(scene.to(device), adj_segments, adj_opacity)
+    torch.testing.assert_close(adj_segments.cpu(), segments.grad, rtol=1e-9, atol=1e-14)
+    torch.testing.assert_close(adj_opacity.cpu(), opacity.grad, rtol=1e-12, atol=0)
+
+
+def test_the_value_of_paths_of_one_loop_is_that_of_the_regularizers():
+    points, config = random_points(5, 4), FitConfig(opacity_weight=0.0, xing_weight=1.0, bezier_weight=1.0)
+    expected = regularization(points, torch.ones(5, dtype=torch.float64), WIDTH, HEIGHT, config)
+    torch.testing.assert_close(sum(path_value([path], config) for path in points) / 5, expected)
