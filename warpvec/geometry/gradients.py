@@ -14,6 +14,10 @@ from warpvec.errors import InputError
 FLAT, LINEAR, RADIAL = 0, 1, 2
 """Kinds of paint."""
 
+EXTENT_MIN = 1.0e-3
+"""Length or radius in pixels below which a gradient counts as degenerate: its colours change within one pixel, so it
+shows its end colour, and its derivatives, which grow as 1 / length, would say nothing."""
+
 
 @dataclass(frozen=True)
 class Gradients:
@@ -52,6 +56,12 @@ class Gradients:
 
     def __len__(self) -> int:
         return len(self.kind)
+
+    def is_degenerate(self) -> Tensor:
+        """Return a mask [N] of the gradients that show their end colour alone; False for flat paths."""
+        length = (self.geometry[:, 2:] - self.geometry[:, :2]).norm(dim=1)
+        size = torch.where(self.kind == RADIAL, self.geometry[:, 2], length)
+        return (self.kind != FLAT) & ~(size >= EXTENT_MIN)
 
     def map(self, change: Callable[[Tensor], Tensor]) -> Gradients:
         """Return the paints with each tensor replaced by what ``change`` makes of it."""

@@ -1,19 +1,23 @@
-"""Outlines with different numbers of cubics, and the padded scene that they make."""
+"""Outlines read from files, and the scene that they make."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from warpvec.errors import InputError
-from warpvec.geometry.scene import Scene
+from warpvec.geometry.gradients import FLAT, Gradients
+from warpvec.geometry.scene import Scene, straightened
+from warpvec.geometry.structure import Structure
 
 MAX_CUBICS = 2**22
-"""Maximum number of cubics of a scene, padding included: 100 MB of control points."""
+"""Maximum number of cubics of a scene: 100 MB of control points."""
 
 Color = tuple[float, float, float]
 
@@ -21,54 +25,95 @@ WHITE: Color = (1.0, 1.0, 1.0)
 BLACK: Color = (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True)
-class Outline:
-    """A filled closed loop of k cubics.
+class LinearOrRadial(NamedTuple):
+    """A gradient of an outline; its first stop has the outline's colour.
 
     Attributes:
-        points: control points [3 k, 2] in pixels (float64), as in a row of a scene.
+        kind: ``LINEAR`` or ``RADIAL`` of ``warpvec.geometry.gradients``.
+        geometry: as in `warpvec.geometry.gradients.Gradients`, in pixels.
+        end_color: sRGB-encoded, in [0, 1].
+    """
+
+    kind: int
+    geometry: tuple[float, float, float, float]
+    end_color: Color
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A filled path of one or more closed loops of cubics.
+
+    Attributes:
+        points: control points [3 k, 2] in pixels (float64) of the k cubics of all loops, three a cubic: its anchor and
+            its two handles.
         color: sRGB-encoded, in [0, 1].
         opacity: in [0, 1].
         generation: level of detail.
+        segment_counts: cubics of each loop; None for a single loop.
+        is_line: the cubics that are straight lines [k]; None if there are none.
+        gradient: None for a flat fill.
     """
 
     points: NDArray[np.float64]
     color: Color
     opacity: float
     generation: int
+    segment_counts: tuple[int, ...] | None = None
+    is_line: NDArray[np.bool_] | None = None
+    gradient: LinearOrRadial | None = None
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """The number of cubics of each loop."""
+        return (len(self.points) // 3,) if self.segment_counts is None else self.segment_counts
 
 
 def make_scene(outlines: Sequence[Outline], background: Color | None) -> Scene:
     """Return the scene of ``outlines`` over ``background``, or a transparent scene if that is None.
 
-    All paths have as many cubics as the longest outline. Shorter ones are padded with cubics of zero length.
+    It is uniform if all outlines have one loop of equally many cubics and no lines.
 
     Raises:
         InputError: the scene would have more than ``MAX_CUBICS``, or a coordinate exceeds float32.
     """
-    longest = max((len(outline.points) // 3 for outline in outlines), default=1)
-    if longest * len(outlines) > MAX_CUBICS:
-        rule = f"must have at most {MAX_CUBICS} curves when every path is padded to the longest one"
-        raise InputError(
-            "SVG", rule, f"{len(outlines)} paths of {longest} curves", "simplify or split the longest path"
-        )
-    points = torch.from_numpy(_padded(outlines, 3 * longest)).float()
-    if not points.isfinite().all():
+    total = sum(len(outline.points) // 3 for outline in outlines)
+    if total > MAX_CUBICS:
+        raise InputError("SVG", f"must have at most {MAX_CUBICS} curves", str(total), "simplify it")
+    points = np.concatenate([np.zeros((0, 2)), *(outline.points for outline in outlines)])
+    structure = _structure_of(outlines)
+    segments = straightened(torch.from_numpy(points).reshape(-1, 3, 2), structure).float()
+    if not segments.isfinite().all():
         raise InputError("SVG", "must have coordinates below 3e38", "larger ones", "scale it down")
-    return Scene.uniform(
-        points=points,
-        color=torch.tensor([outline.color for outline in outlines], dtype=torch.float64).reshape(-1, 3).float(),
+    return Scene(
+        segments=segments,
+        structure=structure,
+        color=_colors([outline.color for outline in outlines]),
         opacity=torch.tensor([outline.opacity for outline in outlines], dtype=torch.float64).float(),
         background=torch.tensor(background or BLACK, dtype=torch.float64).float(),
         generation=torch.tensor([outline.generation for outline in outlines], dtype=torch.int64),
         transparent=background is None,
+        gradients=_gradients_of(outlines),
     )
 
 
-def _padded(outlines: Sequence[Outline], count: int) -> NDArray[np.float64]:
-    """Return control points [N, count, 2], padded with each outline's first point."""
-    points = np.empty((len(outlines), count, 2))
-    for row, outline in zip(points, outlines, strict=True):
-        row[: len(outline.points)] = outline.points
-        row[len(outline.points) :] = outline.points[0]
-    return points
+def _structure_of(outlines: Sequence[Outline]) -> Structure:
+    counts = [outline.counts for outline in outlines]
+    has_lines = any(outline.is_line is not None and outline.is_line.any() for outline in outlines)
+    if not has_lines and len(set(counts)) <= 1 and all(len(each) == 1 for each in counts):
+        return Structure.uniform(len(outlines), counts[0][0] if counts else 1)
+    masks = [np.zeros(len(o.points) // 3, np.bool_) if o.is_line is None else o.is_line for o in outlines]
+    return Structure.of_loops(counts, torch.from_numpy(np.concatenate(masks)) if has_lines else None)
+
+
+def _gradients_of(outlines: Sequence[Outline]) -> Gradients | None:
+    if all(outline.gradient is None for outline in outlines):
+        return None
+    flat = LinearOrRadial(FLAT, (0.0, 0.0, 0.0, 0.0), BLACK)
+    paints = [outline.gradient or flat._replace(end_color=outline.color) for outline in outlines]
+    kind = torch.tensor([paint.kind for paint in paints], dtype=torch.int32)
+    geometry = torch.tensor([paint.geometry for paint in paints], dtype=torch.float64).float()
+    return Gradients(kind, geometry, _colors([paint.end_color for paint in paints]))
+
+
+def _colors(colors: Sequence[Color]) -> Tensor:
+    return torch.tensor(colors, dtype=torch.float64).reshape(-1, 3).float()

@@ -203,6 +203,15 @@ class Scene:
         return first.joined(second)
 
 
+def straightened(segments: Tensor, structure: Structure) -> Tensor:
+    """Return cubic ``segments`` [R, 3, 2] with the handles of lines at thirds between their ends."""
+    if structure.is_line is None:
+        return segments
+    start, end = segments[:, 0], segments[structure.segment_next.long(), 0]
+    line = torch.stack([start, start + (end - start) / 3.0, start + (end - start) * 2.0 / 3.0], 1)
+    return torch.where(structure.is_line[:, None, None], line, segments)
+
+
 def _check_points(points: Tensor, degree: int) -> None:
     shape = list(points.shape)
     if len(shape) != 3 or shape[1] == 0 or shape[1] % degree or shape[2] != 2:

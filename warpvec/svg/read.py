@@ -13,21 +13,22 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warpvec.errors import InputError
-from warpvec.geometry.loops import Color, Outline, make_scene
+from warpvec.geometry.loops import Color, LinearOrRadial, Outline, make_scene
 from warpvec.geometry.scene import Scene
 from warpvec.svg.document import local_name, parse_svg, read_text
 from warpvec.svg.layers import layer_level
+from warpvec.svg.path_data import decimals_of, is_own_data, read_loops
 from warpvec.svg.units import check_pixels, stated_size
-from warpvec.svg.write import COLOR_LEVELS, MAX_TICKS
+from warpvec.svg.write import COLOR_LEVELS, GRADIENT_ELEMENTS, MAX_TICKS
+
+_Paint = tuple[Color, LinearOrRadial | None]
 
 MAX_CHARACTERS = 2**26
 """Longest text. A path of four cubics takes about 80 characters, so this is a hundred times what warpvec fits."""
 
 _NUMBER = r"(?>-?(?>\d{1,15}(?>\.\d{1,6})?|\.\d{1,6}))"
-_OWN_DATA = re.compile(rf"M(?>[ ]?{_NUMBER}){{2}}c(?>(?>[ ]?{_NUMBER}){{6}})+z", re.ASCII)
 _OWN_NUMBER = re.compile(_NUMBER, re.ASCII)
 _OWN_OPACITY = re.compile(r"0|1|\.\d{1,6}|0\.\d{1,6}", re.ASCII)
 _OWN_COLOR = re.compile(r"#(?>[0-9a-f]{6}|[0-9a-f]{3})")
@@ -86,16 +87,13 @@ def _read_own(root: Element) -> LoadedSvg:
     _expect(width.isascii() and width.isdigit() and height.isascii() and height.isdigit())
     _expect(root.get("viewBox") == f"0 0 {width} {height}" and not root.get("style"))
     children = [child for child in root if local_name(child.tag) not in ("", *_UNDRAWN)]
+    gradients = _own_gradients(children.pop(0)) if children and local_name(children[0].tag) == "defs" else {}
     background = None
     if children and local_name(children[0].tag) == "rect":
         background = _read_background(children.pop(0), width, height)
     elements = list(_own_paths(children))
-    words = [_OWN_NUMBER.findall(_own_data(element)) for element, _ in elements]
-    decimals = max((len(word.rpartition(".")[2]) for row in words for word in row if "." in word), default=0)
-    outlines = [
-        Outline(_own_points(row, decimals), *_own_fill(element), generation)
-        for (element, generation), row in zip(elements, words, strict=True)
-    ]
+    decimals = max((decimals_of(_own_data(element)) for element, _ in elements), default=0)
+    outlines = [_own_outline(element, generation, decimals, gradients) for element, generation in elements]
     return LoadedSvg(make_scene(outlines, background), float(width), float(height), precision=decimals)
 
 
@@ -133,14 +131,50 @@ def _own_paths(children: Sequence[Element]) -> Iterator[tuple[Element, int]]:
             yield path, layer_level(group.get("id"), index)
 
 
-def _own_fill(path: Element) -> tuple[Color, float]:
+def _own_outline(path: Element, generation: int, decimals: int, gradients: dict[str, _Paint]) -> Outline:
+    fill = path.get("fill", "")
+    color, gradient = gradients[fill] if fill in gradients else (_own_color(path), None)
+    loops = read_loops(_own_data(path), decimals)
+    _expect(all(bool((np.abs(ticks) < MAX_TICKS).all()) for ticks, _ in loops))
+    points = np.concatenate([ticks.reshape(-1, 2) for ticks, _ in loops]) / 10**decimals
+    is_line = np.concatenate([mask for _, mask in loops])
+    counts = tuple(len(ticks) for ticks, _ in loops)
+    return Outline(points, color, _own_opacity(path), generation, counts, is_line, gradient)
+
+
+def _own_opacity(path: Element) -> float:
     opacity = path.get("fill-opacity", "1")
     _expect(_OWN_OPACITY.fullmatch(opacity) is not None)
-    return _own_color(path), float(opacity)
+    return float(opacity)
 
 
-def _own_color(element: Element) -> Color:
-    digits = element.get("fill", "")
+def _own_gradients(definitions: Element) -> dict[str, _Paint]:
+    """Return the fill that refers to each gradient -> its first colour and the rest of it."""
+    _expect_attributes(definitions, ("id",))
+    paints = {}
+    for element in definitions:
+        kind = next((k for k, (name, _) in GRADIENT_ELEMENTS.items() if name == local_name(element.tag)), None)
+        if kind is None:
+            raise _NotOurs
+        sides = GRADIENT_ELEMENTS[kind][1]
+        _expect_attributes(element, ("id", "gradientUnits", *sides))
+        _expect(element.get("gradientUnits") == "userSpaceOnUse" and len(element) == 2)
+        numbers = [element.get(side, "") for side in sides]
+        _expect(all(_OWN_NUMBER.fullmatch(number) for number in numbers))
+        first, last = (_own_stop(stop, offset) for stop, offset in zip(element, (None, "1"), strict=True))
+        x, y, z, w = [*(float(number) for number in numbers), 0.0][:4]
+        paints[f"url(#{element.get('id')})"] = first, LinearOrRadial(kind, (x, y, z, w), last)
+    return paints
+
+
+def _own_stop(stop: Element, offset: str | None) -> Color:
+    _expect(local_name(stop.tag) == "stop" and len(stop) == 0 and stop.get("offset") == offset)
+    _expect_attributes(stop, ("offset", "stop-color"))
+    return _own_color(stop, "stop-color")
+
+
+def _own_color(element: Element, attribute: str = "fill") -> Color:
+    digits = element.get(attribute, "")
     _expect(_OWN_COLOR.fullmatch(digits) is not None)
     digits = digits[1:] if len(digits) == 7 else "".join(2 * digit for digit in digits[1:])
     red, green, blue = (level / COLOR_LEVELS for level in bytes.fromhex(digits))
@@ -149,23 +183,5 @@ def _own_color(element: Element) -> Color:
 
 def _own_data(path: Element) -> str:
     data = path.get("d", "")
-    _expect(_OWN_DATA.fullmatch(data) is not None)
+    _expect(is_own_data(data))
     return data
-
-
-def _own_points(words: Sequence[str], decimals: int) -> NDArray[np.float64]:
-    """Return the control points [3 k, 2] that the numbers ``words`` of a path state.
-
-    The relative coordinates are added up as integers, in units of the last of ``decimals``, as they were written.
-    """
-    per_unit = 10**decimals
-    values = np.array(words, np.float64) * per_unit
-    _expect(bool(np.abs(values).sum() < MAX_TICKS))
-    ticks = values.round().astype(np.int64).reshape(-1, 2)
-    relative = ticks[1:].reshape(-1, 3, 2)
-    ends = ticks[0] + relative[:, 2].cumsum(0)
-    _expect(bool((ends[-1] == ticks[0]).all()))
-    anchors = np.concatenate([ticks[:1], ends[:-1]])
-    handles = anchors[:, None] + relative[:, :2]
-    points: NDArray[np.float64] = np.concatenate([anchors[:, None], handles], 1).reshape(-1, 2) / per_unit
-    return points

@@ -1,0 +1,182 @@
+"""Path data of warpvec's own files: written in few characters, and read back exactly.
+
+A path has its loops one after another, the first one with an absolute start, the others relative to the start of the loop
+before. Numbers are whole *ticks*, units of the last decimal: differences of rounded positions and not rounded differences,
+so that a reader's sums are exact.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ticks = NDArray[np.int64]
+
+_NUMBER = r"(?>-?(?>\d{1,15}(?>\.\d{1,6})?|\.\d{1,6}))"
+_COMMANDS = "|".join(rf"{letter}(?>(?>[ ]?{_NUMBER}){{{count}}})+" for letter, count in zip("cslhv", (6, 4, 2, 1, 1)))
+_LOOP = rf"(?>[ ]?{_NUMBER}){{2}}(?>{_COMMANDS})*z"
+_OWN_DATA = re.compile(rf"M{_LOOP}(?>m{_LOOP})*", re.ASCII)
+_COMMAND = re.compile(rf"([Mmcslhvz])((?>[ ]?{_NUMBER})*)", re.ASCII)
+_OWN_NUMBER = re.compile(_NUMBER, re.ASCII)
+
+_ARGUMENTS = {"c": 6, "s": 4, "l": 2, "h": 1, "v": 1}
+
+
+def format_number(ticks: int, decimals: int) -> str:
+    """Return ``ticks / 10**decimals`` in the fewest characters that SVG allows: "12.5", "-.25", "0"."""
+    whole, fraction = divmod(abs(ticks), 10**decimals)
+    digits = f"{fraction:0{decimals}d}".rstrip("0")
+    text = (str(whole) if whole or not digits else "") + ("." + digits if digits else "")
+    return "-" + text if ticks < 0 else text
+
+
+def format_curves(ticks: Ticks, decimals: int) -> list[str]:
+    """Return the data of paths of one loop of S cubics each, with control points ``ticks`` [N, 3 S, 2].
+
+    Cubics of no length are left out.
+    """
+    anchor = ticks[:, ::3]
+    control = np.stack([ticks[:, 1::3], ticks[:, 2::3], np.roll(anchor, -1, axis=1)], axis=2)
+    relative = (control - anchor[:, :, None]).reshape(len(ticks), anchor.shape[1], 6)
+    drawn = (relative != 0).any(axis=2)
+    # A path that is a single point keeps one cubic, because "c" needs arguments.
+    drawn[:, 0] |= ~drawn.any(axis=1)
+    heads = _number_lists(ticks[:, 0].ravel(), np.full(len(ticks), 2), decimals)
+    tails = _number_lists(relative[drawn].ravel(), 6 * drawn.sum(axis=1), decimals)
+    return [f"M{head}c{tail}z" for head, tail in zip(heads, tails, strict=True)]
+
+
+def format_path(loops: list[tuple[Ticks, NDArray[np.bool_]]], decimals: int) -> str:
+    """Return the data of one path from the control points [S, 3, 2] of each of its loops, and which rows are lines [S].
+
+    Cubics of no length are left out, and so is a line that closing the loop draws. Handles that mirror the one before
+    are implied ("s").
+    """
+    text, at = [], None
+    for ticks, is_line in loops:
+        start = ticks[0, 0]
+        text.append(("M" if at is None else "m") + _numbers(start if at is None else start - at, decimals))
+        text.append(_loop_commands(ticks, is_line, decimals))
+        at = start
+    return "".join(text)
+
+
+def is_own_data(data: str) -> bool:
+    """Return whether ``data`` has only what this module writes."""
+    return _OWN_DATA.fullmatch(data) is not None
+
+
+def decimals_of(data: str) -> int:
+    """Return the largest number of decimals in own ``data``."""
+    return max((len(word.rpartition(".")[2]) for word in _OWN_NUMBER.findall(data) if "." in word), default=0)
+
+
+def read_loops(data: str, decimals: int) -> list[tuple[Ticks, NDArray[np.bool_]]]:
+    """Return the control points [S, 3, 2] in ticks of each loop of own ``data``, and which of its rows are lines [S].
+
+    The handles of lines are those of `line_handles`, but rounded down to ticks; only the anchors of a line count.
+    """
+    loops: list[tuple[Ticks, NDArray[np.bool_]]] = []
+    start = np.zeros(2, np.int64)
+    reader = _LoopReader(start)
+    for letter, numbers in _COMMAND.findall(data):
+        values = _ticks_of(numbers, decimals)
+        if letter in "Mm":
+            start = start + values if letter == "m" else values
+            reader = _LoopReader(start)
+        elif letter == "z":
+            loops.append(reader.closed())
+        else:
+            reader.draw(letter, values.reshape(-1, _ARGUMENTS[letter]))
+    return loops
+
+
+class _LoopReader:
+    """Adds up the commands of one loop."""
+
+    def __init__(self, start: Ticks) -> None:
+        self._start = self._at = start
+        self._mirrored = start  # where the leaving handle of an "s" lies
+        self._rows: list[tuple[Ticks, Ticks, Ticks]] = []
+        self._is_line: list[bool] = []
+
+    def draw(self, letter: str, values: Ticks) -> None:
+        """Add the segments of a command with ``values`` [K, its number of arguments]."""
+        for row in values:
+            if letter in "cs":
+                leaving = self._at + row[:2] if letter == "c" else self._mirrored
+                self._add(leaving, self._at + row[-4:-2], self._at + row[-2:], False)
+            else:
+                step = {"l": row, "h": np.array([*row, 0]), "v": np.array([0, *row])}[letter]
+                self._add(self._at + step // 3, self._at + 2 * step // 3, self._at + step, True)
+
+    def closed(self) -> tuple[Ticks, NDArray[np.bool_]]:
+        """Return the rows of the loop, with a line to its start if it does not end there."""
+        if (self._at != self._start).any() or not self._rows:
+            self.draw("l", (self._start - self._at)[None])
+        return np.stack([np.stack(row) for row in self._rows]), np.array(self._is_line)
+
+    def _add(self, leaving: Ticks, arriving: Ticks, end: Ticks, is_line: bool) -> None:
+        self._rows.append((self._at, leaving, arriving))
+        self._is_line.append(is_line)
+        self._mirrored = end if is_line else 2 * end - arriving
+        self._at = end
+
+
+def _loop_commands(ticks: Ticks, is_line: NDArray[np.bool_], decimals: int) -> str:
+    ends = np.roll(ticks[:, 0], -1, axis=0)
+    relative = np.concatenate([ticks[:, 1:] - ticks[:, :1], (ends - ticks[:, 0])[:, None]], 1)  # [S, 3, 2]
+    rows = [row for row in range(len(ticks)) if (relative[row, 2] if is_line[row] else relative[row]).any()]
+    if rows and is_line[rows[-1]]:
+        rows.pop()  # "z" draws it
+    if not rows:  # a single point, or a line there and back
+        return ("c" + _numbers(relative[0].ravel(), decimals) if not is_line[0] else "") + "z"
+    text, last = [], ""
+    mirrored = np.zeros(2, np.int64)
+    for row in rows:
+        letter, values = _command(relative[row], bool(is_line[row]), mirrored)
+        mirrored = np.zeros(2, np.int64) if is_line[row] else relative[row, 2] - relative[row, 1]
+        words = _numbers(values, decimals)
+        # A repeated letter is left out; the number after it then needs something that separates it.
+        text.append(letter + words if letter != last else words if words[0] == "-" else " " + words)
+        last = letter
+    return "".join(text) + "z"
+
+
+def _command(relative: Ticks, is_line: bool, mirrored: Ticks) -> tuple[str, Ticks]:
+    """Return the letter and the numbers of a segment; ``mirrored`` is where a leaving handle is implied."""
+    if is_line:
+        x, y = relative[2]
+        return ("h", relative[2, :1]) if y == 0 else ("v", relative[2, 1:]) if x == 0 else ("l", relative[2])
+    return ("s", relative[1:].ravel()) if (relative[0] == mirrored).all() else ("c", relative.ravel())
+
+
+def _ticks_of(numbers: str, decimals: int) -> Ticks:
+    values = np.array(_OWN_NUMBER.findall(numbers), np.float64) * 10**decimals
+    return values.round().astype(np.int64)
+
+
+def _numbers(ticks: Ticks, decimals: int) -> str:
+    return _number_lists(np.asarray(ticks), np.array([len(ticks)]), decimals)[0]
+
+
+def _number_lists(ticks: Ticks, counts: NDArray[np.int64], decimals: int) -> list[str]:
+    """Format ``ticks`` [sum of ``counts``] as SVG number lists of ``counts`` [N] numbers each, none of them empty.
+
+    Two numbers need no space between them if the second starts with a minus sign, or with a point while the first
+    already contains one.
+    """
+    per_unit = 10**decimals
+    distinct, index = np.unique(ticks, return_inverse=True)
+    words = [format_number(value, decimals) for value in distinct.tolist()]
+    vocabulary = np.array([*words, *(" " + word for word in words)], dtype=object)
+    has_point = ticks % per_unit != 0
+    separates = ticks < 0
+    separates[1:] |= (ticks[1:] < per_unit) & has_point[1:] & has_point[:-1]
+    stops = counts.cumsum()
+    starts = stops - counts
+    separates[starts] = True
+    chosen = vocabulary[index + np.where(separates, 0, len(words))].tolist()
+    return ["".join(chosen[start:stop]) for start, stop in zip(starts.tolist(), stops.tolist(), strict=True)]
