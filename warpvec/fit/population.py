@@ -17,7 +17,7 @@ from warpvec.fit.palette import Palette
 from warpvec.fit.state import State
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.gradients import Gradients
-from warpvec.geometry.scene import Scene
+from warpvec.geometry.scene import Scene, straightened
 from warpvec.kernels.adan import BETAS, CLAMPED, EPS, SIGMOID
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import make_lanes
@@ -249,7 +249,10 @@ class Population:
         self._constrain()
 
     def _constrain(self) -> None:
-        """Apply opaque paths and the palette to the live scene, in place."""
+        """Straighten lines, and apply opaque paths and the palette, in the live scene in place."""
+        if self.live.structure.is_line is not None:
+            self.live.segments.copy_(straightened(self.live.segments, self.live.structure))
+            self._rows[0][0].copy_((self.live.segments / self._half_side).flatten(1))
         if self._opaque:
             self.live.opacity.fill_(1.0)
         if self._palette is not None:

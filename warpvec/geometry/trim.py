@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import groupby
+from dataclasses import replace
+from itertools import groupby, pairwise
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
 
 Curves = NDArray[np.float64]
 """Control points [K, 4, 2] of the K cubics of one closed path, ends included."""
@@ -21,6 +23,9 @@ curve by three quarters of that at most: less than half of one level of 255."""
 _HALVINGS = 12
 """Largest number of halvings. Each divides the distance of the handles from the curve by about four."""
 
+_STRAIGHT = 1e-6
+"""Pixels by which the handles of a line may miss its thirds, from rounding."""
+
 _TOUCH = 1e-9
 """Parameters this close to an end of a curve, or to each other, are not cut apart."""
 
@@ -28,25 +33,63 @@ _TOUCH = 1e-9
 def trim(scene: Scene, height: int, width: int) -> Scene:
     """Return a scene of cubics whose points all lie on the canvas, and which looks the same there.
 
-    Each path is cut along the four edges in turn. Each part outside an edge is replaced by a straight line along the
+    Each loop is cut along the four edges in turn. Each part outside an edge is replaced by a straight line along the
     edge, which keeps the winding numbers inside, and with them the filled area. Paths that lie wholly outside are
-    gone. All paths have as many cubics as the longest: the others end in cubics of no length at their first point.
-    Paths that lie wholly inside stay as they are. Gradients are not kept.
+    gone. Paths that lie wholly inside stay as they are. Gradients are not kept.
     """
+    scene = scene.detach()
     size = np.array([width, height], np.float64)
-    points = scene.detach().points.double().cpu().numpy()
-    crosses: NDArray[np.bool_] = np.any((points < 0.0) | (points > size), (1, 2))
-    paths = [_trimmed(path, size) if cut else path for path, cut in zip(points, crosses.tolist(), strict=True)]
-    rows = [row for row, path in enumerate(paths) if len(path)]
-    length = max((len(paths[row]) for row in rows), default=points.shape[1])
-    padded = [np.concatenate([paths[row], paths[row][:1].repeat(length - len(paths[row]), 0)]) for row in rows]
-    kept = scene.detach().select(torch.tensor(rows, dtype=torch.int64, device=scene.segments.device))
-    stacked = np.stack(padded) if rows else np.zeros((0, length, 2))
-    return kept.with_points(torch.from_numpy(stacked).to(scene.segments))
+    segments = scene.segments.double().cpu().numpy()
+    outside: NDArray[np.bool_] = np.any((segments < 0.0) | (segments > size), (1, 2))
+    if not outside.any():
+        return scene
+    loops = [_trimmed_loop(loop, size) for loop in _loops(scene, segments, outside)]
+    first = scene.structure.path_first_loop.tolist()
+    paths = [[loop for loop in loops[start:stop] if len(loop[0])] for start, stop in pairwise(first)]
+    rows = [row for row, path in enumerate(paths) if path]
+    kept = [loop for row in rows for loop in paths[row]]
+    is_line = np.concatenate([np.zeros(0, np.bool_), *(mask for _, mask in kept)])
+    structure = Structure.of_loops(
+        [[len(points) for points, _ in paths[row]] for row in rows],
+        torch.from_numpy(is_line) if is_line.any() else None,
+    ).to(scene.segments.device)
+    points = np.concatenate([np.zeros((0, 3, 2)), *(points for points, _ in kept)])
+    chosen = torch.tensor(rows, dtype=torch.int64, device=scene.segments.device)
+    return replace(scene.select(chosen), segments=torch.from_numpy(points).to(scene.segments), structure=structure)
+
+
+def _loops(
+    scene: Scene, segments: NDArray[np.float64], outside: NDArray[np.bool_]
+) -> Iterator[tuple[NDArray[np.float64], NDArray[np.bool_], bool]]:
+    """Yield the control points [S, 3, 2] of each loop, which of its rows are lines [S], and whether it must be cut."""
+    structure = scene.structure
+    is_line = np.zeros(len(segments), np.bool_) if structure.is_line is None else structure.is_line.cpu().numpy()
+    for start, stop in pairwise(structure.loop_first_segment.tolist()):
+        yield segments[start:stop], is_line[start:stop], bool(outside[start:stop].any())
+
+
+def _trimmed_loop(
+    loop: tuple[NDArray[np.float64], NDArray[np.bool_], bool], size: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return the control points [K, 3, 2] of a loop within the canvas, and which of its rows are lines [K]."""
+    points, is_line, must_cut = loop
+    if not must_cut:
+        return points, is_line
+    cut = _trimmed(points.reshape(-1, 2), size).reshape(-1, 3, 2)
+    start, end = cut[:, 0], np.roll(cut[:, 0], -1, 0)
+    thirds = np.stack([start + (end - start) / 3.0, start + (end - start) * 2.0 / 3.0], 1)
+    straight: NDArray[np.bool_] = np.all(np.abs(cut[:, 1:] - thirds) < _STRAIGHT, (1, 2))
+    return cut, straight & (is_line.any() | _on_edge(start, end, size))
+
+
+def _on_edge(start: NDArray[np.float64], end: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which lines [K] from ``start`` to ``end`` [K, 2] run along an edge of the canvas."""
+    same: NDArray[np.bool_] = np.any((start == end) & ((start == 0.0) | (start == size)), 1)
+    return same
 
 
 def _trimmed(path: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the points [3 K, 2] of a path [3 S, 2] within the canvas; none if it is outside."""
+    """Return the points [3 K, 2] of a loop [3 S, 2] within the canvas; none if it is outside."""
     closed = np.concatenate([path, path[:1]])
     curves = np.stack([closed[start : start + 4] for start in range(0, len(path), 3)])
     for axis in (0, 1):

@@ -98,10 +98,12 @@ def with_drawing_settings(given: dict[str, Any], drawing: LoadedSvg) -> dict[str
     Raises:
         InputError: the number of segments is not that of the drawing.
     """
-    segments = drawing.scene.piece_count
-    if given.get("segments", segments) != segments:
-        raise InputError("segments", f"must be {segments}, as in the SVG", str(given["segments"]), "leave it out")
-    decided = {"recycle_gap": 0, "segments": segments}
+    decided: dict[str, Any] = {"recycle_gap": 0}
+    if drawing.scene.is_uniform:
+        segments = drawing.scene.piece_count
+        if given.get("segments", segments) != segments:
+            raise InputError("segments", f"must be {segments}, as in the SVG", str(given["segments"]), "leave it out")
+        decided["segments"] = segments
     if drawing.precision is not None:
         decided["precision"] = drawing.precision
     return {**decided, **given}

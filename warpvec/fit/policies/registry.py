@@ -39,11 +39,10 @@ def config_from_start(config: FitConfig, start: Scene, height: int, width: int) 
     """
     require_scaffolding(config.policy, "to start from a scene")
     pieces = config.segments if config.path_model == "segments" else 2
-    if (start.degree, start.piece_count) != (config.point_degree, pieces):
-        raise InputError(
-            "start",
-            f"must have {pieces} curves of degree {config.point_degree} a path, as the settings say",
-            f"{start.piece_count} of degree {start.degree}",
-            "change path_model, segments or degree",
-        )
+    if start.degree != config.point_degree:
+        rule = f"must have curves of degree {config.point_degree}, as the settings say"
+        raise InputError("start", rule, f"degree {start.degree}", "change path_model or degree")
+    if config.renderer != "exact" and not (start.is_uniform and start.piece_count == pieces):
+        rule = f"must have {pieces} curves a path in one loop, as the settings say, for the renderer {config.renderer}"
+        raise InputError("start", rule, "other paths", "change path_model or segments, or give the renderer exact")
     return schedule.grow_from(config, len(start), height, width)
