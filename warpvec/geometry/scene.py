@@ -160,7 +160,7 @@ class Scene:
     def select(self, rows: Tensor) -> Scene:
         """Return the paths ``rows`` (indices or a mask [N]), in that order, over the same background."""
         structure, segments = self.structure.select(rows)
-        paths = {name: getattr(self, name)[rows] for name in ("color", "opacity", "generation")}
+        paths: dict[str, Any] = {name: getattr(self, name)[rows] for name in ("color", "opacity", "generation")}
         gradients = self._map_gradients(lambda tensor: tensor[rows])
         return replace(self, segments=self.segments[segments], structure=structure, gradients=gradients, **paths)
 
