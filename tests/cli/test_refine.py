@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 from commands import invoke
 from PIL import Image
 
@@ -91,8 +92,8 @@ def test_a_drawing_of_another_size_is_scaled(photo: Path) -> None:
     foreign, out = photo.with_name("foreign.svg"), photo.with_name("out.svg")
     foreign.write_text(FOREIGN.replace('width="96" height="64">', 'width="48" height="32" viewBox="0 0 96 64">', 1))
     assert refine(photo, foreign, out, "--iterations", 1).exit_code == 0
-    circle = read_svg(out.read_bytes()).scene.points[0]
-    assert abs(float(circle[:, 0].mean()) - 30.0) < 3.0
+    circle = read_svg(out.read_bytes()).scene.select(torch.tensor([0])).segments
+    assert abs(float(circle[..., 0].mean()) - 30.0) < 3.0
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
+from compound import split_into_loops
 from numpy.typing import NDArray
 
 from warpvec.geometry.circles import circle_points
@@ -56,6 +57,12 @@ def _winding_numbers(points: torch.Tensor, at: NDArray[np.float64]) -> NDArray[n
     return up.sum(0) - down.sum(0)
 
 
+def _winding_number_sums(scene: Scene, at: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Winding numbers of a path of one or more loops."""
+    (loops,) = split_into_loops(scene.segments, scene.structure)
+    return sum((_winding_numbers(loop.flatten(0, 1), at) for loop in loops), np.zeros(len(at), np.int64))
+
+
 def test_winding_numbers_inside_stay_and_points_are_inside() -> None:
     at = np.random.default_rng(0).random((300, 2)) * [WIDTH, HEIGHT]
     scene = _wild(30)
@@ -65,9 +72,9 @@ def test_winding_numbers_inside_stay_and_points_are_inside() -> None:
         before = _winding_numbers(path.points[0], at)
         assert len(trimmed) or not before.any()
         if len(trimmed):
-            np.testing.assert_array_equal(_winding_numbers(trimmed.points[0], at), before)
-            assert (trimmed.points >= 0).all()
-            assert (trimmed.points <= torch.tensor([WIDTH, HEIGHT])).all()
+            np.testing.assert_array_equal(_winding_number_sums(trimmed, at), before)
+            assert (trimmed.segments >= 0).all()
+            assert (trimmed.segments <= torch.tensor([WIDTH, HEIGHT])).all()
 
 
 # With two decimals handles have one, which moves an edge by up to 0.04 px or 10 levels; with three, by a tenth of that.
@@ -82,7 +89,7 @@ def test_the_written_file_looks_the_same_and_keeps_to_the_canvas(precision: int,
     trimmed = trim(scene, HEIGHT, WIDTH)
     assert len(trimmed) < len(scene)
     assert np.abs(drawn(scene) - drawn(trimmed)).max() <= levels
-    points = read_svg(write_svg(trimmed, WIDTH, HEIGHT, precision=precision).encode()).scene.points
+    points = read_svg(write_svg(trimmed, WIDTH, HEIGHT, precision=precision).encode()).scene.segments
     assert points.min() >= -0.06
     assert (points.amax((0, 1)) <= torch.tensor([WIDTH, HEIGHT]) + 0.06).all()
 
@@ -92,15 +99,15 @@ def test_paths_inside_stay_and_paths_outside_go() -> None:
     scene = _scene(circle_points(center, radius, 4))
     trimmed = trim(scene, HEIGHT, WIDTH)
     assert len(trimmed) == 1
-    assert torch.equal(trimmed.points[0], scene.points[0])
+    assert torch.equal(trimmed.segments, scene.segments[:4])
     assert len(trim(scene.select(torch.tensor([1])), HEIGHT, WIDTH)) == 0
     assert len(trim(scene.select(torch.tensor([], dtype=torch.int64)), HEIGHT, WIDTH)) == 0
 
 
 def test_a_path_that_covers_the_canvas_becomes_its_rectangle() -> None:
     scene = _scene(circle_points(torch.tensor([[48.0, 32.0]]), torch.tensor([500.0]), 4))
-    trimmed = trim(scene, HEIGHT, WIDTH).points[0]
-    corners = {tuple(point) for point in trimmed[::3].tolist()}
+    trimmed = trim(scene, HEIGHT, WIDTH)
+    corners = {tuple(point) for point in trimmed.segments[:, 0].tolist()}
     assert corners >= {(0.0, 0.0), (96.0, 0.0), (96.0, 64.0), (0.0, 64.0)}
     assert all(x in (0.0, 96.0) or y in (0.0, 64.0) for x, y in corners)
 
@@ -110,6 +117,6 @@ def test_an_edge_on_the_border_is_no_part_outside() -> None:
     share = torch.tensor([0.0, 1 / 3, 2 / 3])[:, None]
     sides = [a + share * (b - a) for a, b in zip(corners, corners.roll(-1, 0), strict=True)]
     scene = _scene(torch.cat(sides)[None])
-    assert torch.equal(trim(scene, HEIGHT, WIDTH).points, scene.points)
+    assert torch.equal(trim(scene, HEIGHT, WIDTH).segments, scene.segments)
     outside = _scene(scene.points - torch.tensor([20.0, 0.0]))
     assert len(trim(outside, HEIGHT, WIDTH)) == 0

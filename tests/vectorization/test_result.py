@@ -187,8 +187,8 @@ def test_a_trimmed_file_has_its_points_on_the_canvas(photo: Photo) -> None:
         torch.manual_seed(0)
         scenes.append(vectorize_briefly(photo, trim=trim).scene)
     size = torch.tensor([48.0, 32.0])
-    assert scenes[0].points.min() < -1
-    assert (scenes[1].points >= -0.051).all() and (scenes[1].points <= size + 0.051).all()
+    assert scenes[0].segments.min() < -1
+    assert (scenes[1].segments >= -0.051).all() and (scenes[1].segments <= size + 0.051).all()
 
 
 @pytest.mark.usefixtures("quick_fit")

@@ -13,5 +13,5 @@ from warpvec.svg.read import read_svg
 )
 def test_arcs_and_numbers_out_of_reach_are_named(data):
     drawing = read_svg(square_file(f'<path d="{data}"/>' + SQUARE))
-    assert drawing.scene.points.isfinite().all()
+    assert drawing.scene.segments.isfinite().all()
     assert drawing.omitted
