@@ -1,4 +1,4 @@
-"""Reduce each fill of an SVG to one colour and opacity."""
+"""Read the fills of an SVG: one colour and opacity, or a gradient."""
 
 from __future__ import annotations
 
@@ -6,19 +6,18 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
+from numpy.typing import NDArray
 
-from warpvec.geometry.loops import Color
+from warpvec.geometry.loops import Color, LinearOrRadial
 from warpvec.svg.document import local_name
+from warpvec.svg.foreign.gradients import chain, read_gradient
 from warpvec.svg.foreign.shapes import load_parser
 from warpvec.svg.foreign.style import INHERITED, Properties, StyleSheet
 from warpvec.svg.units import NUMBER
-
-_TEMPLATES = 10
-"""Longest chain of gradients that take their stops from each other; ends a chain that is a loop."""
 
 _URL = re.compile(r"url\(\s*[\"']?#([^\"')\s]*)[\"']?\s*\)\s*(.*)", re.DOTALL)
 
@@ -33,10 +32,19 @@ _NO_FILL = frozenset({"none", "transparent", ""})
 
 @dataclass(frozen=True)
 class Fill:
-    """A flat fill: sRGB-encoded colour and opacity, in [0, 1]."""
+    """A fill.
+
+    Attributes:
+        color: sRGB-encoded, in [0, 1]; of a gradient its mean.
+        opacity: in [0, 1]; of a gradient its mean.
+        gradient: the element of a gradient that shows more than one colour.
+        stops: offset and fill of its stops.
+    """
 
     color: Color
     opacity: float
+    gradient: Element | None = None
+    stops: tuple[tuple[float, Fill], ...] = ()
 
 
 class Fills:
@@ -56,8 +64,7 @@ class Fills:
         server = self._by_id.get(url[1])
         name = "" if server is None else local_name(server.tag)
         if server is not None and name.endswith("Gradient"):
-            omitted["gradient fill"] += 1
-            return _scaled(self._mean(server), properties["fill-opacity"])
+            return _scaled(self._gradient(server), properties["fill-opacity"])
         omitted["pattern fill" if name == "pattern" else "reference to nothing"] += 1
         return _scaled(self._flat(url[2] or "none", properties), properties["fill-opacity"])
 
@@ -66,29 +73,41 @@ class Fills:
             return None
         return read_color(properties["color"] if text.lower() == "currentcolor" else text)
 
-    def _mean(self, gradient: Element) -> Fill | None:
-        """Return the mean over the length of the gradient vector, taken of premultiplied colours."""
+    def placed(
+        self,
+        fill: Fill,
+        matrix: NDArray[np.float64],
+        box: tuple[float, float, float, float],
+        viewport: tuple[float, float],
+        omitted: Counter[str],
+    ) -> tuple[Color, LinearOrRadial | None]:
+        """Return the first colour of ``fill``, and its gradient in pixels; the arguments are as in `read_gradient`."""
+        if fill.gradient is None:
+            return fill.color, None
+        return read_gradient(fill.gradient, list(fill.stops), self._by_id, matrix, box, viewport, omitted)
+
+    def _gradient(self, gradient: Element) -> Fill | None:
+        """Return a gradient, with the mean over the length of its vector, taken of premultiplied colours."""
         stops = self._stops(gradient)
         if not stops:
             return None
+        shown = gradient if len({fill.color for _, fill in stops}) > 1 else None
         offsets = np.maximum.accumulate([offset for offset, _ in stops])
         values = np.array([[*(c * fill.opacity for c in fill.color), fill.opacity] for _, fill in stops])
         spans = np.diff(offsets, prepend=0.0, append=1.0)
         middles = (np.concatenate([values[:1], values]) + np.concatenate([values, values[-1:]])) / 2
         *color, opacity = (spans[:, None] * middles).sum(0).tolist()
-        return Fill((color[0] / opacity, color[1] / opacity, color[2] / opacity), opacity) if opacity else None
+        if not opacity:
+            return None
+        mean = (color[0] / opacity, color[1] / opacity, color[2] / opacity)
+        return Fill(mean, opacity, shown, tuple(stops))
 
     def _stops(self, gradient: Element) -> list[tuple[float, Fill]]:
         """Return offset and fill of each stop; without stops, those of the gradient that this one refers to."""
-        for _ in range(_TEMPLATES):
-            stops = [child for child in gradient if local_name(child.tag) == "stop"]
+        for element in chain(gradient, self._by_id):
+            stops = [child for child in element if local_name(child.tag) == "stop"]
             if stops:
                 return [self._stop(stop) for stop in stops]
-            href = next((v for key, v in gradient.attrib.items() if key.rpartition("}")[2] == "href"), "")
-            template = self._by_id.get(href.strip()[1:])
-            if template is None:
-                break
-            gradient = template
         return []
 
     def _stop(self, stop: Element) -> tuple[float, Fill]:
@@ -122,4 +141,4 @@ def read_color(text: str) -> Fill | None:
 
 
 def _scaled(fill: Fill | None, opacity: str) -> Fill | None:
-    return None if fill is None else Fill(fill.color, fill.opacity * fraction(opacity))
+    return None if fill is None else replace(fill, opacity=fill.opacity * fraction(opacity))

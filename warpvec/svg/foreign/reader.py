@@ -13,8 +13,19 @@ from numpy.typing import NDArray
 from warpvec.errors import InputError
 from warpvec.geometry.loops import Color, Outline
 from warpvec.svg.document import local_name
-from warpvec.svg.foreign.fill import Fills, fraction
-from warpvec.svg.foreign.shapes import SHAPES, apply, compose, join, load_parser, read_loops, read_matrix, shape_data
+from warpvec.svg.foreign.fill import Fill, Fills, fraction
+from warpvec.svg.foreign.fill_rule import to_nonzero
+from warpvec.svg.foreign.shapes import (
+    SHAPES,
+    Loop,
+    apply,
+    bounding_box,
+    compose,
+    load_parser,
+    read_loops,
+    read_matrix,
+    shape_data,
+)
 from warpvec.svg.foreign.style import INHERITED, Properties, StyleSheet
 from warpvec.svg.layers import layer_level
 from warpvec.svg.units import parse_length, stated_size
@@ -38,9 +49,12 @@ _OMITTED_ELEMENTS = {
 _EFFECTS = {"clip-path": "clip path", "mask": "mask", "filter": "filter"}
 _REMARKS = {
     "group opacity": "given to each of its paths, which shows where they overlap",
-    "gradient fill": "its mean colour was taken",
-    "compound path": "its parts were joined by lines of no width",
-    "even-odd fill": "filled by the non-zero rule",
+    "even-odd fill that crosses itself": "filled by the non-zero rule",
+    "gradient of several stops": "two stops were fitted to it",
+    "repeating gradient": "drawn once",
+    "translucent gradient stop": "given the mean opacity",
+    "gradient with a focus": "centred",
+    "elliptic gradient": "made round",
     "broken path": "kept as far as it can be read",
 }
 """Kind of omission -> what was done instead. Everything else is left out."""
@@ -172,15 +186,23 @@ class ForeignReader:
         self._omitted["broken path"] += not complete
         if fill is None or not loops:
             return
-        points = apply(state.matrix, join(loops))
+        points = apply(state.matrix, np.concatenate([loop.points for loop in loops]))
         if not (np.abs(points) <= MAX_REACH).all():
             self._omitted[f"path beyond {MAX_REACH:.0f} pixels"] += 1
-        elif self._is_canvas(name, points, opacity):
+        elif fill.gradient is None and self._is_canvas(name, points, opacity):
             self.background = fill.color
         else:
-            self._omitted["compound path"] += len(loops) > 1
-            self._omitted["even-odd fill"] += properties["fill-rule"] == "evenodd"
-            self.outlines.append(Outline(points, fill.color, opacity, state.generation))
+            self._add_outline(loops, fill, opacity, state)
+
+    def _add_outline(self, loops: list[Loop], fill: Fill, opacity: float, state: _State) -> None:
+        if state.properties["fill-rule"] == "evenodd":
+            loops, is_same = to_nonzero(loops)
+            self._omitted["even-odd fill that crosses itself"] += not is_same
+        points = apply(state.matrix, np.concatenate([loop.points for loop in loops]))
+        is_line = np.concatenate([loop.is_line for loop in loops])
+        counts = tuple(len(loop.is_line) for loop in loops)
+        color, gradient = self._fills.placed(fill, state.matrix, bounding_box(loops), state.viewport, self._omitted)
+        self.outlines.append(Outline(points, color, opacity, state.generation, counts, is_line, gradient))
 
     def _is_canvas(self, name: str, points: NDArray[np.float64], opacity: float) -> bool:
         """Return whether a shape is the lowest and covers the canvas, so that it is the background and not a path."""

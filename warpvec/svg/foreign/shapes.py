@@ -13,7 +13,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,17 @@ from numpy.typing import NDArray
 from warpvec.errors import InputError
 from warpvec.svg.units import parse_length
 
-Loop = NDArray[np.float64]
-"""Control points [3 k, 2] of k cubics that end where they start."""
+class Loop(NamedTuple):
+    """A closed loop of k cubics.
+
+    Attributes:
+        points: control points [3 k, 2], three a cubic: its anchor and its two handles.
+        is_line: the cubics that are straight lines [k].
+    """
+
+    points: NDArray[np.float64]
+    is_line: NDArray[np.bool_]
+
 
 SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
 
@@ -73,7 +82,7 @@ def read_loops(data: str) -> tuple[list[Loop], bool]:
     readable = _READABLE.match(data)
     text = readable[0] if readable else ""
     path = load_parser().Path()
-    subpaths: list[list[list[complex]]] = []
+    subpaths: list[list[_Cubic]] = []
     complete = len(text) == len(data)
     try:
         path.parse(_usual_numbers(text))
@@ -90,16 +99,29 @@ def read_loops(data: str) -> tuple[list[Loop], bool]:
     return [loop for loop in loops if _has_inside(loop)], complete
 
 
-def join(loops: list[Loop]) -> Loop:
-    """Join ``loops`` into one loop with the same winding numbers: a line leads to each loop and back from it.
+def reversed_loop(loop: Loop) -> Loop:
+    """Return ``loop`` run the other way."""
+    points = np.concatenate([loop.points[:1], loop.points[:0:-1]])
+    return Loop(points, loop.is_line[::-1])
 
-    The lines enclose no area, so that they have no effect under the non-zero rule.
-    """
-    first, *others = loops
-    parts = [first]
-    for loop in others:
-        parts += [_line(first[0], loop[0]), loop, _line(loop[0], first[0])]
-    return np.concatenate(parts)
+
+def bounding_box(loops: list[Loop]) -> tuple[float, float, float, float]:
+    """Return left, top, right and bottom of the curves."""
+    rows = np.concatenate([loop.points.reshape(-1, 3, 2) for loop in loops])
+    ends = np.concatenate([np.roll(loop.points[::3], -1, axis=0) for loop in loops])
+    a, b, c, d = rows[:, 0], rows[:, 1], rows[:, 2], ends
+    # The derivative is 3 ((d - a + 3 b - 3 c) t^2 + 2 (a - 2 b + c) t + b - a).
+    square, linear, constant = d - a + 3.0 * (b - c), 2.0 * (a - 2.0 * b + c), b - a
+    with np.errstate(all="ignore"):
+        root = np.sqrt(linear * linear - 4.0 * square * constant)
+        # Citardauq's form of one root is exact where the other one cancels.
+        q = -0.5 * (linear + np.where(linear < 0.0, -root, root))
+        found = [np.nan_to_num(t, nan=0.0, posinf=0.0, neginf=0.0) for t in (q / square, constant / q)]
+    inside = [np.clip(t, 0.0, 1.0) for t in found]
+    extremes = [(1 - t) ** 3 * a + 3 * (1 - t) ** 2 * t * b + 3 * (1 - t) * t**2 * c + t**3 * d for t in inside]
+    candidates = np.concatenate([a, d, *extremes])
+    (left, top), (right, bottom) = candidates.min(0).tolist(), candidates.max(0).tolist()
+    return left, top, right, bottom
 
 
 def read_matrix(transform: str) -> NDArray[np.float64]:
@@ -164,13 +186,18 @@ def _usual_numbers(text: str) -> str:
     return re.sub(r"(\d)\.(?!\d)", r"\1 ", re.sub(r"(\d)\.(?=[eE])", r"\1", text))
 
 
-def _drawn(path: Iterable[Any]) -> Iterator[tuple[list[list[complex]], bool]]:
+_Cubic = tuple[list[complex], bool]
+"""The four control points x + iy of a cubic, and whether it is a line."""
+
+
+def _drawn(path: Iterable[Any]) -> Iterator[tuple[list[_Cubic], bool]]:
     """Yield the cubics of each segment, and whether it starts a subpath. A segment after a close does not."""
     begins = True
     for segment in path:
         kind = type(segment).__name__
         if kind != "Move":
-            yield list(_cubics(segment, kind)), begins
+            is_line = kind not in ("CubicBezier", "QuadraticBezier", "Arc")
+            yield [(cubic, is_line) for cubic in _cubics(segment, kind)], begins
         begins = kind == "Move"
 
 
@@ -190,25 +217,27 @@ def _cubics(segment: Any, kind: str) -> Iterator[list[complex]]:
         yield [ends[0], (2 * ends[0] + ends[1]) / 3, (ends[0] + 2 * ends[1]) / 3, ends[1]]
 
 
-def _closed(cubics: list[list[complex]]) -> Loop:
-    """Return control points of ``cubics``, without those of no length, with a closing line if one is missing."""
-    values = np.array(cubics)
+def _closed(cubics: list[_Cubic]) -> Loop:
+    """Return the loop of ``cubics``, without those of no length, with a closing line if one is missing."""
+    values, is_line = np.array([points for points, _ in cubics]), np.array([line for _, line in cubics])
     drawn = (values[:, 1:] != values[:, :1]).any(1)
-    start, end = cubics[0][0], cubics[-1][3]
-    kept = values[drawn if drawn.any() else slice(1), :3].ravel()
-    loop = np.stack([kept.real, kept.imag], -1)
+    start, end = values[0, 0], values[-1, 3]
+    rows = drawn if drawn.any() else np.arange(len(drawn)) == 0
+    kept = values[rows, :3].ravel()
+    points, is_line = np.stack([kept.real, kept.imag], -1), is_line[rows]
     if abs(end - start) > _SAME * np.abs(values).max():
-        return np.concatenate([loop, _line(np.array([end.real, end.imag]), loop[0])])
-    return loop
+        closing = _line(np.array([end.real, end.imag]), points[0])
+        return Loop(np.concatenate([points, closing]), np.append(is_line, True))
+    return Loop(points, is_line)
 
 
 def _has_inside(loop: Loop) -> bool:
     """Return whether its control points are not all on one line."""
     with np.errstate(all="ignore"):
-        arms = loop - loop[0]
+        arms = loop.points - loop.points[0]
         longest = arms[np.abs(arms).sum(1).argmax()]
         return bool((arms[:, 0] * longest[1] != arms[:, 1] * longest[0]).any())
 
 
-def _line(start: NDArray[np.float64], end: NDArray[np.float64]) -> Loop:
+def _line(start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([start, (2 * start + end) / 3, (start + 2 * end) / 3])
