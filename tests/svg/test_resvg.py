@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import tempfile
+
 import numpy as np
 import pytest
+from PIL import Image
 from svg_files import refusal, svg_file
 
 from warpvec.errors import InputError
@@ -52,6 +55,36 @@ def test_the_child_process_draws_the_same():
     in_child = draw(svg_file(f"<desc/><switch/>{path}"))
     assert np.array_equal(in_child, draw(svg_file(path)))
     assert np.array_equal(draw(svg_file(path + "<switch/>"), transparent=True), draw(svg_file(path), transparent=True))
+
+
+def test_the_child_process_opens_no_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    photo = tmp_path / "p.png"
+    Image.new("RGB", (8, 4), "red").save(photo)
+    for reference in ("p.png", photo, "./p.png"):  # `draw` refuses these before
+        svg = svg_file(f'<image width="8" height="4" href="{reference}"/>')
+        assert (resvg.rasterize(svg, sandboxed=False) == (255, 0, 0)).all()
+        assert (resvg.rasterize(svg) == 255).all()
+
+
+def test_the_child_process_leaves_no_folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    resvg.rasterize(svg_file())
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "missing"))
+    assert resvg.rasterize(svg_file()).shape == (4, 8, 3)
+
+
+def test_files_with_an_image_are_drawn_in_the_child(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(
+        measure, "rasterize", lambda *_, sandboxed, **__: drawn.append(sandboxed) or np.zeros((4, 8, 3))
+    )
+    for name in ("image", "s:image"):
+        content = f'<g xmlns:s="http://www.w3.org/2000/svg"><{name} href="data:,"/></g>'
+        draw(svg_file(content), 8, 4)
+        draw(svg_file(content))
+    assert drawn == [True] * 4
 
 
 def test_a_panic_of_resvg_in_this_process_is_an_input_error():

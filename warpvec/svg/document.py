@@ -27,7 +27,18 @@ MAX_SVG_BYTES = 2**28
 MAX_DEPTH = 100
 """Deepest nesting of elements. resvg overflows its stack, and ends the process, somewhere between 200 and 300."""
 
-_REFERRING_ELEMENTS = frozenset({"image", "feImage", "use"})
+_DATA_URL = re.compile(r"[\x00-\x20]*data:[^,#]*,")
+"""A data URL, as resvg tells it from a path: without a comma, or with one only after a "#", it would be a file."""
+
+_REFERENCES = {
+    "image": _DATA_URL,
+    # A fragment names an element. If there is none, resvg takes it for a file; a name without a slash is then looked
+    # for in the empty folder in which `rasterize` draws.
+    "feImage": re.compile(rf"{_DATA_URL.pattern}|#[^/\\]*\Z"),
+    # resvg looks for the element alone.
+    "use": re.compile(r"\s*(?:#|data:)"),
+}
+"""Element -> the references that resvg draws without opening a file."""
 
 # The cost of drawing these elements and attributes follows from the size of the file and of the picture. Patterns,
 # filters, masks and strokes can ask for any amount of time and memory in a few bytes. So can a style sheet that names
@@ -196,7 +207,7 @@ class _Parser:
             document.path_data.append(attributes.get("d", ""))
         elif name == "rect":
             document.rectangles.append(" ".join(attributes.get(side, "0") for side in ("x", "y", "width", "height")))
-        elif name in _REFERRING_ELEMENTS:
+        elif name in _REFERENCES:
             _check_references(name, attributes)
         document.plain = document.plain and _is_plain(name, attributes)
 
@@ -256,7 +267,7 @@ def _refuse_skipped_entity(name: str, is_parameter_entity: bool) -> None:
 def _check_references(element: str, attributes: dict[str, str]) -> None:
     """Refuse links to other files: a link to the original image would score without limit."""
     for name, value in attributes.items():
-        if name.rpartition(" ")[2] == "href" and not value.strip().startswith(("#", "data:")):
+        if name.rpartition(" ")[2] == "href" and not _REFERENCES[element].match(value):
             found = f"<{element} href={value[:80]!r}>"
             raise InputError("SVG", "must not draw other files", found, "embed what it links to")
 
