@@ -11,6 +11,8 @@ from svg_files import refusal, svg_file
 
 from warpvec.errors import InputError
 from warpvec.svg import measure, resvg
+from warpvec.svg.document import SVG_NAMESPACE as NAMESPACE
+from warpvec.svg.document import parse_svg
 from warpvec.svg.measure import draw
 
 
@@ -26,6 +28,41 @@ from warpvec.svg.measure import draw
 )
 def test_files_that_end_the_process_of_resvg_are_refused(content):
     assert "one that resvg can draw" in refusal(draw, svg_file(content, 'width="32" height="24"'))
+
+
+BAD_PATH = "M4 5c1 .5 3-1e9 4 1-1 2-3 2-4-1z"
+"""A path that ends the process of resvg if it is drawn in it."""
+
+
+@pytest.mark.parametrize(
+    "namespace", [NAMESPACE, "http://www.w3.org/1999/xlink", "http://www.w3.org/XML/1998/namespace"]
+)
+def test_attributes_that_resvg_takes_for_those_without_a_namespace_are_drawn_in_the_child(namespace):
+    prefix = "xml" if namespace.endswith("1998/namespace") else "n"
+    svg = svg_file(f'<g xmlns:{prefix}="{namespace}"><path {prefix}:d="{BAD_PATH}"/></g>', 'width="32" height="24"')
+    assert "one that resvg can draw" in refusal(draw, svg)
+    other = svg_file(f'<path xmlns:n="{namespace}x" n:d="{BAD_PATH}"/>')
+    assert parse_svg(other if prefix == "n" else svg_file()).plain
+
+
+@pytest.mark.parametrize(
+    "declaration", ['path fill CDATA "red"', 'svg viewBox CDATA "0 0 1e12 1e12"', "svg a CDATA #IMPLIED"]
+)
+def test_files_that_declare_attributes_are_drawn_in_the_child(declaration):
+    svg = svg_file(f'<path d="{BAD_PATH}"/>', 'width="32" height="24"', f"<!DOCTYPE svg [<!ATTLIST {declaration}>]>")
+    assert "one that resvg can draw" in refusal(draw, svg)
+
+
+def test_a_declared_namespace_does_not_hide_an_attribute_or_an_element():
+    for name in ("xmlns:n", "xmlns"):
+        before = f'<!DOCTYPE svg [<!ATTLIST g {name} CDATA "http://x">]>'
+        svg = svg_file('<g><image href="p.png"/></g>', f'xmlns:n="{NAMESPACE}" width="8" height="4"', before)
+        assert "must not declare" in refusal(draw, svg)
+
+
+def test_an_inner_svg_which_has_its_own_scale_is_drawn_in_the_child():
+    inner = '<svg viewBox="0 0 1e-9 1e-9" width="8" height="4"><path d="M1 1c1 2 3 4 4 5z"/></svg>'
+    assert parse_svg(svg_file()).plain and not parse_svg(svg_file(inner)).plain
 
 
 def test_points_that_scale_out_of_reach_are_drawn_in_the_child(monkeypatch):

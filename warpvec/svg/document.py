@@ -46,6 +46,9 @@ _REFERENCES = {
 _PLAIN_ELEMENTS = frozenset({"svg", "g", "path", "rect", "title", "desc", "metadata"})
 _PLAIN_ATTRIBUTES = frozenset({"id", "version", "width", "height", "viewBox", "x", "y", "d", "fill", "fill-opacity"})
 
+_DRAWN_NAMESPACES = (f"{SVG_NAMESPACE} ", "http://www.w3.org/1999/xlink ", "http://www.w3.org/XML/1998/namespace ")
+"""resvg takes an attribute of one of these namespaces, here as expat's names begin, for the one without."""
+
 _TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*+>""")
 
 
@@ -181,6 +184,7 @@ class _Parser:
         parser.StartElementHandler = self._start_element
         parser.EndElementHandler = self._end_element
         parser.EntityDeclHandler = _refuse_entity
+        parser.AttlistDeclHandler = self._declare_attribute
         if self._builder is not None:
             parser.buffer_text = True
             parser.CharacterDataHandler = self._builder.data
@@ -201,6 +205,17 @@ class _Parser:
         if self._builder is not None:
             self._builder.start(tag, {_clark(key) if " " in key else key: v for key, v in attributes.items()})
 
+    def _declare_attribute(self, element: str, name: str, kind: str, default: str | None, is_required: bool) -> None:
+        """Note that resvg, which ignores declarations, may see other attributes than expat does.
+
+        A default namespace would make expat see another element too.
+        """
+        del kind, is_required
+        if default is not None and name.startswith("xmlns"):
+            found = f"one for <{element}>"
+            raise InputError("SVG", "must not declare a default for a namespace", found, "save it as plain SVG")
+        self.document.plain = False
+
     def _collect(self, name: str, attributes: dict[str, str]) -> None:
         document = self.document
         if name == "path":
@@ -209,7 +224,9 @@ class _Parser:
             document.rectangles.append(" ".join(attributes.get(side, "0") for side in ("x", "y", "width", "height")))
         elif name in _REFERENCES:
             _check_references(name, attributes)
-        document.plain = document.plain and _is_plain(name, attributes)
+        # An inner <svg> has a scale of its own.
+        is_inner = name == "svg" and self._depth > 1
+        document.plain = document.plain and not is_inner and _is_plain(name, attributes)
 
     def _end_element(self, name: str) -> None:
         self._depth -= 1
@@ -243,8 +260,8 @@ def _clark(name: str) -> str:
 
 
 def _is_plain(element: str, attributes: dict[str, str]) -> bool:
-    # Attributes of another namespace have a space in their name and mean nothing to a renderer.
-    names = {name for name in attributes if " " not in name}
+    # Attributes of a namespace have a space in their name; those of most namespaces mean nothing to a renderer.
+    names = {name for name in attributes if " " not in name or name.startswith(_DRAWN_NAMESPACES)}
     return element in _PLAIN_ELEMENTS and names <= _PLAIN_ATTRIBUTES
 
 
