@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import os
+import signal
+import subprocess
+import sys
 import tempfile
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -28,6 +35,18 @@ from warpvec.svg.measure import draw
 )
 def test_files_that_end_the_process_of_resvg_are_refused(content):
     assert "one that resvg can draw" in refusal(draw, svg_file(content, 'width="32" height="24"'))
+
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+
+
+def mask_bomb() -> str:
+    """Return a file of 30 nested masks, each drawn twice for the next one, that takes minutes."""
+    masks = "".join(
+        f'<mask id="m{k}">' + 2 * f'<rect width="8" height="4" fill="#fff" mask="url(#m{k + 1})"/>' + "</mask>"
+        for k in range(30)
+    )
+    return svg_file(masks + '<rect width="8" height="4" mask="url(#m0)"/>')
 
 
 BAD_PATH = "M4 5c1 .5 3-1e9 4 1-1 2-3 2-4-1z"
@@ -79,12 +98,7 @@ def test_points_that_scale_out_of_reach_are_drawn_in_the_child(monkeypatch):
 
 def test_files_that_take_too_long_are_refused(monkeypatch):
     monkeypatch.setattr(resvg, "MAX_SECONDS", 1.0)
-    masks = "".join(
-        f'<mask id="m{k}">' + 2 * f'<rect width="8" height="4" fill="#fff" mask="url(#m{k + 1})"/>' + "</mask>"
-        for k in range(30)
-    )
-    svg = svg_file(masks + '<rect width="8" height="4" mask="url(#m0)"/>')
-    assert "not done in 1 s" in refusal(draw, svg)
+    assert "not done in 1 s" in refusal(draw, mask_bomb())
 
 
 def test_the_child_process_draws_the_same():
@@ -128,3 +142,51 @@ def test_a_panic_of_resvg_in_this_process_is_an_input_error():
     svg = svg_file('<circle r="1e30" stroke="red" stroke-dasharray="1"/>')
     with pytest.raises(InputError, match="one that resvg can draw"):
         resvg.rasterize(svg, sandboxed=False)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux ends a process with the one that started it")
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_the_child_process_ends_with_the_one_that_started_it(tmp_path, number):
+    (tmp_path / "bomb.svg").write_text(mask_bomb())
+    program = "from warpvec.svg.resvg import rasterize; rasterize(open('bomb.svg').read())"
+    with subprocess.Popen(
+        [sys.executable, "-c", program], cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE
+    ) as drawing:
+        child = wait_for(lambda: busy_child(drawing.pid))
+        drawing.send_signal(number)
+        drawing.communicate(timeout=20)
+        wait_for(lambda: has_ended(child), seconds=3)
+
+
+def busy_child(pid: int) -> int | None:
+    """Return the child of a process once it has worked for a while, so that it is drawing."""
+    children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    ticks = [int(Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[11]) for child in children]
+    return int(children[0]) if ticks and ticks[0] > 50 else None
+
+
+def has_ended(pid: int) -> bool:
+    stat = Path(f"/proc/{pid}/stat")
+    return not stat.exists() or stat.read_text().rpartition(")")[2].split()[0] == "Z"
+
+
+def wait_for(find, seconds=20.0):
+    end = time.monotonic() + seconds
+    while not (found := find()):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    return found
+
+
+def test_a_child_process_without_the_one_that_started_it_draws_nothing():
+    arguments = {"options": {}, "memory": resvg.MAX_MEMORY, "seconds": 20, "folder": None, "parent": os.getpid() + 1}
+    command = [sys.executable, resvg.resvg_child.__file__, json.dumps(arguments)]
+    done = subprocess.run(command, input=svg_file().encode(), capture_output=True, check=False)
+    assert done.returncode and not done.stdout
+
+
+def test_a_child_process_that_nobody_stops_ends_by_itself():
+    arguments = {"options": {}, "memory": resvg.MAX_MEMORY, "seconds": 1, "folder": None, "parent": os.getpid()}
+    command = [sys.executable, resvg.resvg_child.__file__, json.dumps(arguments)]
+    done = subprocess.run(command, input=mask_bomb().encode(), capture_output=True, check=False, timeout=20)
+    assert done.returncode and not done.stdout

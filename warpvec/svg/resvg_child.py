@@ -6,15 +6,21 @@ stderr, after ``MARK``. The limits that a system does not have are left out.
 
 from __future__ import annotations
 
+import ctypes
 import faulthandler
 import json
 import os
+import signal
 import sys
 from contextlib import suppress
 from typing import Any, TypedDict
 
 MARK = "resvg says: "
 """What is before the message for the user on stderr."""
+
+
+_PR_SET_PDEATHSIG = 1
+"""Of linux/prctl.h: the signal to get when the thread ends that started this process."""
 
 
 class Limits(TypedDict):
@@ -35,7 +41,8 @@ class Limits(TypedDict):
 def main() -> None:
     """Draw stdin as the argument says."""
     limits: Limits = json.loads(sys.argv[1])
-    _end_in_time(limits)
+    _end_in_time(limits["seconds"])
+    _end_with_parent(limits["parent"])
     _limit_resources(RLIMIT_AS=limits["memory"], RLIMIT_CORE=0, RLIMIT_CPU=limits["seconds"])
     import resvg_py
 
@@ -48,10 +55,19 @@ def main() -> None:
     sys.stdout.buffer.write(png)
 
 
-def _end_in_time(limits: Limits) -> None:
-    """End this process at the time limit, and on Linux when the starting process ends, however that ends."""
-    # This timer is a thread of native code, which the drawing does not hold up.
-    faulthandler.dump_traceback_later(limits["seconds"], exit=True)
+def _end_in_time(seconds: int) -> None:
+    """End this process at the time limit, even if nobody stops it."""
+    # The timer is a thread of native code, which the drawing does not hold up.
+    faulthandler.dump_traceback_later(seconds, exit=True)
+
+
+def _end_with_parent(parent: int) -> None:
+    """End this process when the ``parent`` ends, even if that is killed. Only Linux can do so."""
+    if sys.platform != "linux":
+        return
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it ended before the call, which then has no effect
+        sys.exit("the starting process has ended")
 
 
 def _limit_resources(**values: int) -> None:
