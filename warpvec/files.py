@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import gzip
 import os
-import secrets
 from contextlib import suppress
 from pathlib import Path
 
 from warpvec.errors import InputError
+from warpvec.temporary_files import temporary_file
 
 GZIP_LEVEL = 9
 """The slowest level: at these file sizes it takes milliseconds, and a file is written once and read often."""
@@ -72,13 +72,9 @@ def write_atomic(path: str | os.PathLike[str], data: bytes) -> None:
     if target.exists() and not target.is_file():
         target.write_bytes(data)
         return
-    temporary = target.with_name(f".warpvec-{secrets.token_hex(8)}.tmp")
-    try:
+    with temporary_file(target) as temporary:
         _write_through(temporary, data)
         os.replace(temporary, target)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
 
 
 def encode_svg(text: str, path: str | os.PathLike[str]) -> bytes:
@@ -93,11 +89,15 @@ def gzip_bytes(data: bytes) -> bytes:
 
 
 def _write_through(path: Path, data: bytes) -> None:
-    """Write a new file and flush it to the disk, so that a power cut cannot leave the later rename without its data."""
-    with path.open("xb") as file:
+    """Write a file and flush it to the disk, so that a power cut cannot leave the later rename without its data."""
+    with open(path, "wb", opener=_open_no_link) as file:
         file.write(data)
         file.flush()
         os.fsync(file.fileno())
+
+
+def _open_no_link(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0))
 
 
 def _resolved(path: str | os.PathLike[str], name: str) -> Path:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
 from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
@@ -15,6 +14,7 @@ from warpvec.errors import InputError
 from warpvec.files import check_writable
 from warpvec.image.alpha import is_transparent, over
 from warpvec.image.write import to_8_bits
+from warpvec.temporary_files import temporary_file
 
 EXTENSIONS = (".mp4", ".gif", ".webp")
 
@@ -42,7 +42,6 @@ class Video:
 
     def __init__(self, path: str) -> None:
         self._path = Path(path)
-        self._temporary = self._path.with_name(f".warpvec-{secrets.token_hex(8)}{self._path.suffix.lower()}")
         self._frames: list[NDArray[np.uint8]] = []
 
     def __enter__(self) -> Video:
@@ -57,11 +56,9 @@ class Video:
     ) -> None:
         if kind is not None or not self._frames:
             return
-        try:
-            _write(self._temporary, self._frames)
-            os.replace(self._temporary, self._path)
-        finally:
-            self._temporary.unlink(missing_ok=True)
+        with temporary_file(self._path, self._path.suffix.lower()) as temporary:
+            _write(temporary, self._frames)
+            os.replace(temporary, self._path)
 
 
 def _write(path: Path, frames: list[NDArray[np.uint8]]) -> None:
