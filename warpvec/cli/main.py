@@ -19,6 +19,7 @@ import click
 
 from warpvec import __version__
 from warpvec.cli.options import OPTION_NAMES
+from warpvec.cli.streams import prepare_streams, settle_stdout
 from warpvec.errors import InputError
 
 _COMMANDS = {
@@ -66,7 +67,7 @@ class _Group(click.Group):
             return super().invoke(ctx)
         except InputError as error:
             raise click.UsageError(str(error.renamed(OPTION_NAMES))) from error
-        except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
+        except (click.ClickException, click.exceptions.Exit, click.Abort):
             raise
         except Exception as error:
             if ctx.params["debug"]:
@@ -76,6 +77,7 @@ class _Group(click.Group):
             raise click.ClickException(message) from error
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
+        prepare_streams()
         kwargs["standalone_mode"] = False
         try:
             code = super().main(*args, **kwargs)
@@ -87,6 +89,11 @@ class _Group(click.Group):
         except click.ClickException as error:
             click.echo(f"warpvec: error: {' '.join(error.format_message().split())}{_hint(error)}", err=True)
             code = error.exit_code
+        except OSError as error:  # the help, which no command prints, to a stdout that is full
+            click.echo(f"warpvec: error: {_exhaustion(error) or error}", err=True)
+            code = 1
+        finally:
+            settle_stdout()
         sys.exit(code or 0)
 
 
@@ -108,7 +115,9 @@ def _suggestion(args: list[str]) -> str:
 
 
 def _exhaustion(error: Exception) -> str | None:
-    """Return a message if ``error`` means that the disk is full or that memory has run out."""
+    """Return a message if ``error`` means that the disk or memory is full, or that nobody reads the output any more."""
+    if isinstance(error, BrokenPipeError):
+        return "the reader of the output left before all was written"
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
         return f"the disk is full ({error.strerror}); free some space and run again, no file was damaged"
     # Torch has an exception of its own on CUDA; Torch on the CPU and Warp raise RuntimeError with a text.

@@ -5,24 +5,28 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Collection
-from pathlib import Path
 from typing import Any
 
 from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
+from warpvec.inputs import read_file
+
+MAX_TOML_BYTES = 2**20
+"""Largest file of settings. All settings there are take about 2 kB."""
 
 
 def read_settings(path: str, known: Collection[str]) -> dict[str, str]:
     """Return the settings in the file ``path``, values as text as on the command line; names may contain hyphens.
 
     Raises:
-        InputError: the file cannot be read, is not TOML, or contains a name that is not ``known``.
+        InputError: the file cannot be read, is too large, is not TOML, or contains a name that is not ``known``.
     """
     try:
-        found = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:  # TOML and Unicode errors are ValueErrors
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError("config", "must be a TOML file", f"{path!r} ({reason})") from error
+        found = tomllib.loads(read_file(path, MAX_TOML_BYTES, "config", "a TOML file").decode())
+    except ValueError as error:  # TOML and Unicode errors are ValueErrors
+        if isinstance(error, InputError):
+            raise
+        raise InputError("config", "must be a TOML file", f"{path!r} ({error})") from error
     settings = {name.replace("-", "_"): value for name, value in found.items()}
     for name, value in settings.items():
         if name not in known:

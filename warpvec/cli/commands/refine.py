@@ -69,7 +69,7 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options
     from warpvec.vectorization.api import title_of
 
     resolve_device(config.device)
-    image = read_source(source)
+    image = read_source(source, "IN")
     photo = read_image(image, options["background"], name="IN")
     start = place_on_photo(loaded, photo, "--from")
     if options["write_config"] is not None:

@@ -110,7 +110,7 @@ def _fit(
     """Fit the image and write the SVG, the page and the settings."""
     from warpvec.image.read import read_image
 
-    image = read_source(source)
+    image = read_source(source, "IN")
     photo = read_image(image, options["background"], name="IN")
     # These imports take seconds. By now most mistakes have been reported.
     from warpvec.cli.frames import watch

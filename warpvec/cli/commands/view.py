@@ -15,7 +15,7 @@ from warpvec.cli.arguments import (
     check_background,
     check_one_stdin,
     check_page,
-    read_bytes,
+    read_history_bytes,
     read_photo,
     read_svg_bytes,
 )
@@ -58,7 +58,7 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
 def _read_history(path: str) -> Any:
     """Return the records in the output of a command with --json, or in a file with only the list."""
     try:
-        found = json.loads(read_bytes(path, "--history"))
+        found = json.loads(read_history_bytes(path))
         return found.get("history", found) if isinstance(found, dict) else found
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
