@@ -2,16 +2,22 @@
 
 import gc
 import re
+import threading
 import weakref
 
 import numpy as np
 import pytest
 import torch
 import warp as wp
+from svg_files import make_scene
 
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.rules import MAX_THREADS
 from warpvec.errors import InputError
 from warpvec.rendering import launch as launching
+from warpvec.rendering import thread_pool
 from warpvec.rendering.launch import Buffers, Launcher, exclusive_scan, read_total, resolve_device, start_warp
+from warpvec.rendering.operator import render
 
 COUNTS = [0, 1, 2, 63, 64, 65, 127, 129, 5000]
 
@@ -140,3 +146,18 @@ def test_a_gpu_is_refused_in_a_forked_process(monkeypatch: pytest.MonkeyPatch) -
         ):
             resolve_device(name)
     assert resolve_device("cpu") == "cpu"
+
+
+def test_more_threads_than_the_cores_have_use_for_are_not_started(monkeypatch) -> None:
+    monkeypatch.setattr(thread_pool, "core_count", lambda: 2)
+    before = threading.active_count()
+    launch = Launcher("cpu", MAX_THREADS)
+    assert threading.active_count() - before < 8
+    out = wp.zeros(5000, dtype=int, device="cpu")
+    launch.shared(count_visits, 5000, [1, out], 64)
+    assert (out.numpy() == 1).all()
+    scene = make_scene(4, size=(32, 32))
+    assert torch.equal(render(scene, 32, 32, threads=MAX_THREADS), render(scene, 32, 32, threads=1))
+    for refused in (lambda: render(scene, 32, 32, threads=10**30), lambda: FitConfig(threads=MAX_THREADS + 1)):
+        with pytest.raises(InputError, match="threads must be a whole number from 1 to"):
+            refused()

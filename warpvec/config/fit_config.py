@@ -58,7 +58,8 @@ class FitConfig:
     device: str = "auto"
     """"auto", "cpu", "cuda" or "cuda:K"."""
     threads: int | None = None
-    """CPU threads for the kernels; None for all cores. The result does not depend on it."""
+    """CPU threads for the kernels, of which at most four per core are started; None for all cores. The result does not
+    depend on it."""
 
     # the renderer "splat"
     samples: int = 64

@@ -17,6 +17,10 @@ BACKDROPS = ("learned", "white")
 POLICIES = ("scaffolding", "replacement")
 OPACITIES = ("free", "opaque")
 
+MAX_THREADS = 4096
+"""Largest number of CPU threads, above the cores of any machine: more must be a mistake. A file of settings or a
+checkpoint may come from a larger machine, so fewer are not refused, but `usable_threads` starts only some of them."""
+
 GROWTH_MIN = 1.01
 """Smallest growth other than 1. With less, an inflation of a hundred paths adds none, which must be a mistake."""
 
@@ -81,7 +85,7 @@ def _counts(settings: dict[str, Any]) -> dict[str, int]:
         "seed": (0, 2**63 - 1),
     }  # fmt: skip
     if settings["threads"] is not None:
-        ranges["threads"] = (1, None)
+        ranges["threads"] = (1, MAX_THREADS)
     return {name: check_count(name, settings[name], *limits) for name, limits in ranges.items()}
 
 

@@ -22,7 +22,7 @@ import warp as wp
 from warpvec.errors import InputError
 from warpvec.kernels.constants import TILE
 from warpvec.rendering.capacity import Capacity
-from warpvec.rendering.thread_pool import ThreadPool, core_count
+from warpvec.rendering.thread_pool import ThreadPool, core_count, usable_threads
 
 # A smaller chunk is done before a second thread can start on its own.
 _CHUNK_ITEMS_MIN = 64
@@ -86,7 +86,7 @@ def resolve_device(name: str) -> str:
 
 
 class Launcher:
-    """Launches kernels on one device, on ``threads`` CPU threads (all cores if None).
+    """Launches kernels on one device, on ``threads`` CPU threads (all cores if None; see `usable_threads`).
 
     Attributes:
         capacity: how much a step may make.
@@ -95,7 +95,7 @@ class Launcher:
     def __init__(self, device: str, threads: int | None = None) -> None:
         self.device = wp.get_device(device)
         self.capacity = Capacity(self.device)
-        self.threads = 1 if self.device.is_cuda else threads or core_count()
+        self.threads = 1 if self.device.is_cuda else usable_threads(threads)
         self._pool = ThreadPool(self.threads - 1, self.threads <= core_count()) if self.threads > 1 else None
         self._commands: dict[Any, list[_Command]] = {}
         self._all_buffers: list[Buffers] = []

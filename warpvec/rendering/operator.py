@@ -20,6 +20,7 @@ from torch import Tensor
 
 from warpvec.checks import check_count
 from warpvec.config.renderers import check_renderer_settings
+from warpvec.config.rules import MAX_THREADS
 from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import MATTES
@@ -69,7 +70,8 @@ def render(
 
     Raises:
         InputError: the renderer or one of its settings does not exist, or does not draw this degree; the canvas is
-            empty; ``threads`` is less than 1; or the tensors differ in dtype or device or have one without a renderer.
+            empty; ``threads`` is not from 1 to 4096; or the tensors differ in dtype or device or have one without a
+            renderer.
     """
     return _image(_render, scene, height, width, renderer, alpha, threads, settings)
 
@@ -94,7 +96,7 @@ def draw_adjoint(
 ) -> Adjoints:
     """Return the adjoints of ``scene`` for ``adj_image`` = dL/d(image) [h, w, 3], without autograd."""
     _check_kinds(_inputs(scene))
-    thread_count = 0 if threads is None else check_count("threads", threads, 1)
+    thread_count = 0 if threads is None else check_count("threads", threads, 1, MAX_THREADS)
     text = _as_text(renderer, scene.degree, settings)
     with torch.no_grad():
         return _adjoints(_inputs(scene), adj_image, renderer, thread_count, text)
@@ -115,7 +117,7 @@ def _image(
     settings: dict[str, Any],
 ) -> Tensor:
     height, width = check_count("height", height, 1), check_count("width", width, 1)
-    thread_count = 0 if threads is None else check_count("threads", threads, 1)
+    thread_count = 0 if threads is None else check_count("threads", threads, 1, MAX_THREADS)
     inputs = _inputs(scene)
     _check_kinds(inputs)
     drawn_by = (height, width, renderer, thread_count, _as_text(renderer, scene.degree, settings))

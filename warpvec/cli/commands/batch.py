@@ -29,7 +29,12 @@ if TYPE_CHECKING:
 @preset_option
 @background_option
 @click.option("--recursive", is_flag=True, help="Include the images in folders of IN_DIR.")
-@click.option("--jobs", type=click.IntRange(min=1), metavar="N", help="Images at a time [one per GPU, else per core].")
+@click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Images at a time, at most 4 per core [one per GPU, else per core].",
+)
 @click.option("--skip-existing", is_flag=True, help="Skip every image that has an SVG, however it was made.")
 @click.option(
     "--retry", "retries", type=click.IntRange(min=0), default=2, metavar="N",
