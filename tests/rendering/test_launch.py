@@ -122,6 +122,22 @@ def test_exclusive_scan_ends_in_the_total(count: int, device: str) -> None:
     assert read_total(sums, count) == values[:count].sum()
     np.testing.assert_array_equal(sums.numpy()[: count + 1], np.concatenate([[0], values[:count].cumsum()]))
 
+def test_a_launch_of_more_items_than_kernels_can_index_is_refused() -> None:
+    with pytest.raises(InputError, match="scene is too large for the renderer"):
+        Launcher("cpu", 1)(count_visits, 2**31, [1, wp.zeros(1, dtype=int, device="cpu")])
+
+
+@pytest.mark.parametrize("is_read", [True, False])
+def test_a_sum_is_refused_only_if_a_scan_would_wrap_around(is_read: bool, device: str) -> None:
+    largest = 2**31 - 1
+    counts = wp.array([largest - 5, 3, 3, 9], dtype=wp.int32, device=device)
+    if is_read:
+        check_total("counts", counts, 2, largest)
+    check_total("counts", counts, 1, largest, is_read)
+    with pytest.raises(InputError, match="counts needs" + " 2,147,483,648 of" * is_read):
+        check_total("counts", counts, 3, largest, is_read)
+
+
 
 def test_device_names() -> None:
     assert resolve_device("cpu") == "cpu"

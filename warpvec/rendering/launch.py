@@ -125,6 +125,7 @@ class Launcher:
             self._run(kernel, item_count, arguments, chunk or self.chunk_items(item_count))
 
     def _run(self, kernel: Any, item_count: int, arguments: list[Any], chunk: int) -> None:
+        check_entries("a launch", item_count)
         thread_count = min(self.threads, -(-item_count // chunk))
         commands = self._commands.setdefault(kernel, [])
         commands += [_Command(kernel, arguments, self.device) for _ in range(thread_count - len(commands))]
@@ -192,16 +193,46 @@ class Buffers:
         """
         shape = (shape,) if isinstance(shape, int) else shape
         array = self._arrays.get(name)
-        if shape[0] >= _ENTRIES_MAX:
-            size = f"{name} needs {shape[0]:,} of at most {_ENTRIES_MAX - 1:,} entries"
-            remedy = "fit at a smaller size, with fewer curves or, for splat, fewer samples"
-            raise InputError("scene", f"is too large for the renderer ({size})", None, remedy)
+        check_entries(name, shape[0])
         if array is None or array.shape[0] < shape[0] or array.shape[1:] != shape[1:]:
             capacity = (min(int(shape[0] * self._HEADROOM) + 1, _ENTRIES_MAX - 1), *shape[1:])
             array = wp.zeros(capacity, dtype=dtype, device=self._device)
             self._arrays[name] = array
             self.growth += 1
         return array
+
+
+def check_entries(name: str, count: int) -> None:
+    """Refuse an array, or a launch, of ``count`` entries if kernels cannot index that many.
+
+    Raises:
+        InputError: they cannot.
+    """
+    if count >= _ENTRIES_MAX:
+        size = f"{name} needs {count:,} of at most {_ENTRIES_MAX - 1:,} entries"
+        remedy = "fit at a smaller size, with fewer curves or, for splat, fewer samples"
+        raise InputError("scene", f"is too large for the renderer ({size})", None, remedy)
+
+
+def check_total(name: str, counts: wp.array, item_count: int, largest: int, is_read: bool = True) -> None:
+    """Refuse counts whose sum is no 32-bit integer, because a scan of them would wrap around.
+
+    Most scenes cannot reach that sum, however their paths lie. Only for others the counts are added up.
+
+    Args:
+        name: what is counted, for the message.
+        counts: [item_count] or more.
+        item_count: number of counts.
+        largest: the largest value that a count can have.
+        is_read: whether the host may read the counts; if not, a sum that could be too large is refused.
+
+    Raises:
+        InputError: the sum is too large.
+    """
+    bound = item_count * largest
+    if bound >= _ENTRIES_MAX and is_read:
+        bound = int(wp.to_torch(counts)[:item_count].sum(dtype=torch.int64))
+    check_entries(name, bound)
 
 
 def exclusive_scan(buffers: Buffers, name: str, counts: wp.array, item_count: int) -> wp.array:

@@ -6,8 +6,9 @@ import warp as wp
 
 from warpvec.kernels import capacity as capacity_kernels
 from warpvec.kernels import flattening as kernels
+from warpvec.kernels.constants import SEGMENT_CHORDS_MAX
 from warpvec.kernels.lanes import Lanes
-from warpvec.rendering.launch import Launcher, exclusive_scan, read_total
+from warpvec.rendering.launch import Launcher, check_total, exclusive_scan, read_total
 
 
 class Flattening:
@@ -41,6 +42,7 @@ class Flattening:
 
     def _number_vertices(self, chord_count: wp.array, total: int) -> None:
         limit = self._launch.capacity.limit
+        check_total("vertices", chord_count, total, SEGMENT_CHORDS_MAX, limit is None)
         if limit is None:
             self.segment_first_vertex = exclusive_scan(self._buffers, "segment_first_vertex", chord_count, total)
             self.vertex_count = read_total(self.segment_first_vertex, total)
