@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gzip
 import os
 from contextlib import suppress
@@ -23,7 +24,7 @@ def check_writable(path: str | os.PathLike[str], name: str) -> None:
 
     Raises:
         InputError: the path is a folder or not a valid file name, its folder is missing or is a file, or there is no
-            permission to write it.
+            permission to write it, or the system makes no files there.
     """
     target, given = _resolved(path, name), repr(os.fspath(path))
     folder = target.parent
@@ -115,5 +116,15 @@ def _resolved(path: str | os.PathLike[str], name: str) -> Path:
 def _check_permission(target: Path, name: str) -> None:
     if target.exists() and not os.access(target, os.W_OK):
         raise InputError(name, "must be writable", f"the write-protected file {str(target)!r}", "choose another name")
-    if (target.is_file() or not target.exists()) and not os.access(target.parent, os.W_OK | os.X_OK):
+    if target.exists() and not target.is_file():
+        return
+    if not os.access(target.parent, os.W_OK | os.X_OK):
         raise InputError(name, "must be in a folder you may write to", repr(str(target)), "choose another folder")
+    try:
+        with temporary_file(target):
+            pass
+    except OSError as error:  # such as in /proc, where root has every permission
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            return  # there may be space by the end of the fit
+        rule, found = "must be in a folder where files can be made", f"{str(target)!r} ({error.strerror})"
+        raise InputError(name, rule, found, "choose another folder") from None
