@@ -16,7 +16,15 @@ from warpvec.config.rules import MAX_THREADS
 from warpvec.errors import InputError
 from warpvec.rendering import launch as launching
 from warpvec.rendering import thread_pool
-from warpvec.rendering.launch import Buffers, Launcher, exclusive_scan, read_total, resolve_device, start_warp
+from warpvec.rendering.launch import (
+    Buffers,
+    Launcher,
+    check_total,
+    exclusive_scan,
+    read_total,
+    resolve_device,
+    start_warp,
+)
 from warpvec.rendering.operator import render
 
 COUNTS = [0, 1, 2, 63, 64, 65, 127, 129, 5000]
@@ -114,14 +122,6 @@ def test_a_buffer_that_kernels_cannot_index_is_refused() -> None:
         Buffers("cpu").get("pair_key", 2**31, wp.int64)
 
 
-@pytest.mark.parametrize("count", [0, 1, 2, 1000])
-def test_exclusive_scan_ends_in_the_total(count: int, device: str) -> None:
-    buffers = Buffers(device)
-    values = np.random.default_rng(1).integers(0, 9, count + 5).astype(np.int32)
-    sums = exclusive_scan(buffers, "sums", wp.array(values, dtype=wp.int32, device=device), count)
-    assert read_total(sums, count) == values[:count].sum()
-    np.testing.assert_array_equal(sums.numpy()[: count + 1], np.concatenate([[0], values[:count].cumsum()]))
-
 def test_a_launch_of_more_items_than_kernels_can_index_is_refused() -> None:
     with pytest.raises(InputError, match="scene is too large for the renderer"):
         Launcher("cpu", 1)(count_visits, 2**31, [1, wp.zeros(1, dtype=int, device="cpu")])
@@ -137,6 +137,14 @@ def test_a_sum_is_refused_only_if_a_scan_would_wrap_around(is_read: bool, device
     with pytest.raises(InputError, match="counts needs" + " 2,147,483,648 of" * is_read):
         check_total("counts", counts, 3, largest, is_read)
 
+
+@pytest.mark.parametrize("count", [0, 1, 2, 1000])
+def test_exclusive_scan_ends_in_the_total(count: int, device: str) -> None:
+    buffers = Buffers(device)
+    values = np.random.default_rng(1).integers(0, 9, count + 5).astype(np.int32)
+    sums = exclusive_scan(buffers, "sums", wp.array(values, dtype=wp.int32, device=device), count)
+    assert read_total(sums, count) == values[:count].sum()
+    np.testing.assert_array_equal(sums.numpy()[: count + 1], np.concatenate([[0], values[:count].cumsum()]))
 
 
 def test_device_names() -> None:
