@@ -13,7 +13,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit import schedule
-from warpvec.fit.interrupt import deferred_interrupts
+from warpvec.fit.interrupt import deferred_interrupts, hold_signals
 from warpvec.fit.min_area import SmallPaths
 from warpvec.fit.palette import START as PALETTE_START
 from warpvec.fit.palette import Palette, with_pure_colors
@@ -130,6 +130,7 @@ class _Fit:
             self._sort()
             removal_cost = self._step(self._policy.wants_removal_cost(self._iteration + 1, self._iteration_count))
             self._iteration += 1
+            hold_signals()
             self._iteration_count = self._planned_iterations()
             is_last = self._iteration == self._iteration_count
             if is_last:

@@ -152,17 +152,17 @@ def _wait_for_messages(workers: Sequence[_Worker[J, R]]) -> list[_Worker[J, R]]:
 
 @contextmanager
 def _no_interrupts() -> Iterator[None]:
-    """Start processes in this context that never see Ctrl-C, which a terminal sends to all of them.
+    """Start processes in this context that never see Ctrl-C, nor another signal that asks a batch to end.
 
-    The signal is blocked, not ignored: an interrupt of this process is only delayed, and the child prints no message
-    while it starts.
+    Terminals and others send them to all processes of a batch. The signals are blocked, not ignored: an interrupt of
+    this process is only delayed, and the child prints no message while it starts.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
     # The first process that is spawned would start this helper, which unblocks signals.
     resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
     try:
         yield
     finally:

@@ -13,6 +13,7 @@ import click
 from warpvec.cli.arguments import background_option, json_option, preset_option, quiet_option
 from warpvec.cli.options import OPTION_NAMES, file_options, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
+from warpvec.cli.signals import raised_interrupts
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.toml_file import write_settings
 from warpvec.errors import InputError
@@ -102,12 +103,12 @@ def _engine(config: FitConfig, options: dict[str, Any]) -> Engine:
 def _run(
     jobs: Sequence[Job], work: Vectorize, engine: Engine, *, skip_existing: bool, quiet: bool
 ) -> tuple[Tally, bool]:
-    """Run the batch; return its results and whether Ctrl-C ended it. The records are kept either way."""
+    """Run the batch; return its results and whether a signal ended it. The records are kept either way."""
     from warpvec.batch.console import Tally, show_batch
     from warpvec.batch.jobs import remaining, run_batch
     from warpvec.batch.journal import Journal
 
-    with work.target.lock(), closing(Journal(work.target)) as journal:
+    with raised_interrupts(), work.target.lock(), closing(Journal(work.target)) as journal:
         left = remaining(jobs, work, journal, skip_existing=skip_existing)
         tally = Tally(skipped=len(jobs) - len(left), total=len(left))
         try:
