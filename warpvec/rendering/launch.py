@@ -9,6 +9,7 @@ Importing this module has a side effect: in every process that is then forked fr
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,6 +23,7 @@ import warp as wp
 from warpvec.errors import InputError
 from warpvec.kernels.constants import TILE
 from warpvec.rendering.capacity import Capacity
+from warpvec.rendering.kernel_cache import init_warp
 from warpvec.rendering.thread_pool import ThreadPool, core_count, usable_threads
 
 # A smaller chunk is done before a second thread can start on its own.
@@ -38,10 +40,15 @@ if hasattr(os, "register_at_fork"):
 
 @cache
 def start_warp() -> int:
-    """Initialise Warp without output on the terminal, once; return the id of the process that did."""
+    """Initialise Warp, once; return the id of the process that did.
+
+    Nothing is printed, but for a line about a folder for compiled kernels that cannot be written.
+    """
     wp.config.log_level = wp.LOG_ERROR
     with _silent_native_stderr():
-        wp.init()
+        message = init_warp()
+    if message is not None:
+        logging.getLogger("warpvec").warning("%s", message)
     return os.getpid()
 
 
