@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -38,6 +39,8 @@ class Population:
 
     Attributes:
         live: the present paths, in memory that each step overwrites. Adding or removing paths makes new memory.
+        before_use: called before the paths are read or changed otherwise than by a step. A fit on a GPU then takes the
+            steps again for which there was no room.
         serial: position of each path [N] in the order of creation, which the z-order by area does not keep.
     """
 
@@ -47,6 +50,7 @@ class Population:
 
     def __init__(self, scene: Scene, config: FitConfig, half_side: float) -> None:
         start_warp()
+        self.before_use: Callable[[], None] = _do_nothing
         self._half_side = half_side
         self._logit_color = config.color_parameter == "logit"
         self._fixed_background = config.backdrop == "white" or scene.transparent
@@ -85,6 +89,7 @@ class Population:
     def scene(self) -> Scene:
         """The present paths. The object never changes; after a step or another change there is a new one."""
         if self._copy is None:
+            self.before_use()
             live = self.live
             points, color = live.points.clone(), live.color.clone()
             opacity, background = live.opacity.clone(), live.background.clone()
@@ -102,19 +107,25 @@ class Population:
     ) -> None:
         """Take an optimizer step from the adjoints of ``scene``'s values, with learning rates multiplied by ``factor``.
 
-        If ``fits`` [1], on the device, is -1 and not 1, the step changes nothing but the paths' ages.
+        If ``fits`` [1], on the device, is -1 and not 1, the step changes nothing.
         """
         if fits is None:
             self._factor.fill_(factor)
+            self._age += 1
         else:
             torch.mul(fits, factor, out=self._factor)
-        self._age += 1
+            self._age += fits > 0.0
         adjoints = (adj_points.flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
         arrays = [self._strided(values) for values in adjoints]
         rows = len(self) + (0 if self._fixed_background else 1)
         self._launch(self._kernel, rows * self._threads_per_path, [*self._settings, *arrays, *self._arrays])
         self._constrain()
         self._copy = None
+
+    @property
+    def step_count(self) -> int:
+        """Number of steps that have changed the paths; the host waits for the device."""
+        return int(self._age[-1])
 
     @property
     def has_palette(self) -> bool:
@@ -156,6 +167,7 @@ class Population:
 
     def keep(self, rows: Tensor) -> None:
         """Keep the paths ``rows``: a mask, or indices in the new order."""
+        self.before_use()
         self._rows = tuple(values[:, rows].contiguous() for values in self._rows)
         self._age = torch.cat([self._age[:-1][rows], self._age[-1:]])
         self.serial = self.serial[rows]
@@ -165,6 +177,7 @@ class Population:
 
     def sort_by_area(self) -> None:
         """Sort the paths by the area of their bounding boxes, the smallest on top."""
+        self.before_use()
         box = curve_boxes(self.live.points, self.live.degree)
         order = (box[:, 2:] - box[:, :2]).prod(-1).argsort(descending=True, stable=True)
         if not torch.equal(order, torch.arange(len(order), device=order.device)):
@@ -172,6 +185,7 @@ class Population:
 
     def append(self, scene: Scene) -> None:
         """Add the paths of ``scene`` on top, with fresh optimizer state."""
+        self.before_use()
         new = self._fresh_rows(scene)
         added = self._to_scene(new, scene)
         self._rows = tuple(torch.cat(pair, 1) for pair in zip(self._rows, new, strict=True))
@@ -236,6 +250,10 @@ class Population:
 
     def _to_color(self, raw: Tensor) -> Tensor:
         return raw.sigmoid() if self._logit_color else raw.clone()
+
+
+def _do_nothing() -> None:
+    pass
 
 
 def _fresh(raw: Tensor) -> Tensor:

@@ -25,8 +25,9 @@ class Target:
     two together: the more a path lets through, the more its pixels differ between the mattes.
 
     Attributes:
-        fits: [1] float64 on the device. It is 1, or -1 if the last step exceeded the renderer's capacity. The adjoints
-            of such a step are zero, and paths and optimizer state must stay as they are.
+        fits: [1] float64 on the device, or None where every step fits. It is 1, or -1 from the first step on that
+            exceeded the renderer's capacity until :meth:`make_room`. Paths and optimizer state must then stay as they
+            are: such a step has adjoints of zero, and the steps after it belong to paths that have moved on.
     """
 
     def __init__(self, image: Tensor, config: FitConfig, device: str) -> None:
@@ -37,7 +38,8 @@ class Target:
         )
         self._prepared = [(self._renderer.prepare_target(pixels), matte) for pixels, matte in self._views]
         self._steps = [RecordedStep(self._renderer) for _ in self._views]
-        self.fits = self._renderer.fits
+        may_drop = any(step.may_drop for step in self._steps)
+        self.fits = torch.ones_like(self._renderer.fits) if may_drop else None
 
     def fit_step(self, scene: Scene, want_removal_cost: bool) -> Any:
         """Return the loss (mean squared error) of ``scene``, its adjoints and, on request, each path's removal cost.
@@ -47,11 +49,28 @@ class Target:
         paths = (scene.points, scene.color, scene.opacity)
         adjoints = _mean_adjoints(
             [
-                step.take(*paths, scene.background if matte is None else matte, prepared, want_removal_cost)
+                self._take(step, *paths, scene.background if matte is None else matte, prepared, want_removal_cost)
                 for step, (prepared, matte) in zip(self._steps, self._prepared, strict=True)
             ]
         )
         return replace(adjoints, canvas_sums=adjoints.canvas_sums.clone())
+
+    def _take(self, step: RecordedStep, *inputs: Any) -> Any:
+        adjoints = step.take(*inputs)
+        if self.fits is not None:  # the renderer tells of its last drawing only
+            torch.minimum(self.fits, self._renderer.fits, out=self.fits)
+        return adjoints
+
+    def has_dropped(self) -> bool:
+        """Return whether a step has exceeded the capacity since the last :meth:`make_room`; waits for the device."""
+        return self.fits is not None and float(self.fits) < 0.0
+
+    def make_room(self) -> None:
+        """Give the next steps a capacity for the present paths."""
+        if self.fits is not None:
+            self.fits.fill_(1.0)
+        for step in self._steps:
+            step.forget()
 
     def pause_recording(self, is_paused: bool) -> None:
         """Launch each kernel of the next steps by itself, or replay recorded graphs again.
