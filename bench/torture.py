@@ -19,10 +19,12 @@ from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
 
+import torture_corpus
 from torture_case import FAULTS, OK, REFUSED
 from torture_runner import Fault, Torture, Worker
 
 SHARES = {
+    "corpus": 1.0,
     "images": 0.2,
     "svgs": 0.3,
     "checkpoints": 0.15,
@@ -30,7 +32,10 @@ SHARES = {
     "commands": 0.15,
     "batch": 0.15,
 }
-"""Kind -> its share of the time: the larger, the more there is to find. A kind is the module `torture_<kind>`."""
+"""Kind -> its share of the time: the larger, the more there is to find. A kind is the module `torture_<kind>`.
+
+The corpus, which comes first, ends after each of its cases has run once.
+"""
 
 
 def main() -> int:
@@ -40,6 +45,7 @@ def main() -> int:
         return _replay(options.replay, options.folder)
     shares = {kind: SHARES[kind] for kind in options.kinds.split(",")}
     limits = {kind: int(count) for kind, _, count in (part.partition("=") for part in options.cases.split(",") if part)}
+    limits.setdefault("corpus", len(torture_corpus.entries()))
     torture = Torture(shares, options.seed, options.folder, _show)
     start = time.monotonic()
     torture.run(options.workers, 60 * options.minutes, limits)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import json
 import struct
+import tempfile
 import zipfile
 from functools import cache
 from pathlib import Path
@@ -36,8 +37,8 @@ SETTINGS: dict[str, dict[str, Any]] = {
 
 VALUES: tuple[Any, ...] = (
     None, True, False, 0, 1, -1, 3, 8, 9, 2**31, 2**63 - 1, 2**63, -(2**63), 10**40, 0.5, -0.5, 1e308, float("nan"),
-    float("inf"), "", "x", "cpu", "cuda", [], [0], [[]], [None], [{}], {}, {"a": 1}, {"__tensor__": 0}, {"__tensor__": 99},
-    {"__tensor__": -1}, {"__tensor__": "0"}, {"__tensor__": None}, {"__tensor__": {}},
+    float("inf"), "", "x", "cpu", "cuda", [], [0], [[]], [None], [{}], {}, {"a": 1}, {"__tensor__": 0},
+    {"__tensor__": 99}, {"__tensor__": -1}, {"__tensor__": "0"}, {"__tensor__": None}, {"__tensor__": {}},
 )  # fmt: skip
 """What a number, a text or an array in the header is replaced by."""
 
@@ -105,14 +106,17 @@ def checkpoint_of(name: str) -> bytes:
     config, target = _config(name), torch.from_numpy(photo())
     states: list[dict[str, Any]] = []
     fit(target, config, None, saving=Saving(config.iterations - 1, states.append))
-    stream = io.BytesIO()
-    del stream
-    import tempfile
-
+    state = _without_times(states[0])
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "fit.ckpt"
-        write_checkpoint(path, Checkpoint(config, digest(target), states[0]))
+        write_checkpoint(path, Checkpoint(config, digest(target), state))
         return path.read_bytes()
+
+
+def _without_times(state: dict[str, Any]) -> dict[str, Any]:
+    """Return the state of a fit with other numbers in place of the seconds that it took, which differ each time."""
+    history = [{**record, "seconds": float(number)} for number, record in enumerate(state["history"])]
+    return {**state, "seconds": 0.5, "first_seconds": 0.25, "history": history}
 
 
 def _config(name: str) -> Any:
@@ -206,7 +210,7 @@ def _changed_array(array: NDArray[Any], change: str) -> NDArray[Any]:
 
 
 def _damaged_archive(chance: Random, data: bytes) -> bytes:
-    kind = chance.choice(["bytes", "bytes", "claim", "pickle", "members", "stored"])
+    kind = chance.choice(["bytes", "bytes", "claim", "pickle", "members", "stored", "deep"])
     if kind == "bytes":
         return mutate(data, chance, [data])
     header, arrays = unpacked(data)
@@ -217,13 +221,27 @@ def _damaged_archive(chance: Random, data: bytes) -> bytes:
             is_chosen = chance.random() < 0.2
             np.save(member, array.astype(object) if is_chosen and kind == "pickle" else array, allow_pickle=True)
             written = member.getvalue()
+            if name == "header" and kind == "deep":
+                written = _member(_deep_header(chance))
             if is_chosen and kind == "claim":
                 written = _claiming(chance, written, array)
             if is_chosen and kind == "stored":
                 written = mutate(written, chance, [written])
-            archive.writestr(f"{name}.npy" if not is_chosen or kind != "members" else f"../{name}", written)
+            label = f"../{name}" if is_chosen and kind == "members" else f"{name}.npy"
+            archive.writestr(zipfile.ZipInfo(label), written)
         if kind == "members":
-            archive.writestr("big.npy", bytes(chance.choice([0, 10**6, 2**27])))
+            archive.writestr(zipfile.ZipInfo("big.npy"), bytes(chance.choice([0, 10**6, 2**27])))
+    return stream.getvalue()
+
+
+def _deep_header(chance: Random) -> bytes:
+    depth, (opening, closing) = chance.choice([100, 1000, 10**5]), chance.choice([("[", "]"), ('{"a":', "}")])
+    return (opening * depth + "1" + closing * depth * chance.choice([0, 1])).encode()
+
+
+def _member(data: bytes) -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, np.frombuffer(data, np.uint8))
     return stream.getvalue()
 
 

@@ -32,18 +32,20 @@ _FLAGS = frozenset({"gzip", "opaque", "trim", "no_metadata"})
 _SWITCHES = frozenset({"lod", "interior_gradient", "covariance_gradient", "shorten_gap", "compensate", "flat"})
 
 _VALUES = (
-    "0", "1", "-1", "2", "3", "8", "0.5", "1.01", "-0", "1e-9", "1e3", "1e308", "1e309", "-1e308", "nan", "inf", "-inf", "",
-    " ", "x", "auto", "none", "true", "1_000", "0x10", "1" * 400, "9223372036854775807", "9223372036854775808", "5%",
-    "\ud800", "a\nb", "-", "--", "=", "red", "#123", "red,#123", "red,,", "free", "opaque", "white", "learned", "exact",
-    "splat", "sides", "segments", "area", "creation", "replacement", "scaffolding", "cosine", "steps", "logit", "direct",
-    "draft", "default", "best", "bezier-splatting", "cpu", "cuda", "cuda:0", "cuda:-1", "cpu:1", "20k", "1.5M", "30",
+    "0", "1", "-1", "2", "3", "8", "0.5", "1.01", "-0", "1e-9", "1e3", "1e308", "1e309", "-1e308", "nan", "inf",
+    "-inf", "", " ", "x", "auto", "none", "true", "1_000", "0x10", "1" * 400, "9223372036854775807",
+    "9223372036854775808", "5%", "\ud800", "a\nb", "-", "--", "=", "red", "#123", "red,#123", "red,,", "free",
+    "opaque", "white", "learned", "exact", "splat", "sides", "segments", "area", "creation", "replacement",
+    "scaffolding", "cosine", "steps", "logit", "direct", "draft", "default", "best", "bezier-splatting", "cpu", "cuda",
+    "cuda:0", "cuda:-1", "cpu:1", "20k", "1.5M", "30",
 )  # fmt: skip
 
 _FILES = (
     "photo.png", "drawing.svg", "drawing.svgz", "cut.png", "empty", "folder", "missing.png", "-", "", ".", "/dev/null",
-    "/dev/full", "out.svg", "out.svgz", "out.html", "out.png", "folder/out.svg", "missing/out.svg", "loop", "hidden/a.svg",
-    "fit.ckpt", "settings.toml", "a\nb.svg", "-a.svg", "\udcff.svg", "x" * 255, "x" * 256, "../case/out.svg", "out.svg/a",
-    "photo.png/", "=1+1.svg", "http://x.invalid/a.png", "s3://x/a.png", "~/a.svg", "%d.png", "out.gif",
+    "/dev/full", "out.svg", "out.svgz", "out.html", "out.png", "folder/out.svg", "missing/out.svg", "loop",
+    "hidden/a.svg", "fit.ckpt", "settings.toml", "a\nb.svg", "-a.svg", "\udcff.svg", "x" * 255, "x" * 256,
+    "../case/out.svg", "out.svg/a", "photo.png/", "=1+1.svg", "http://x.invalid/a.png", "s3://x/a.png", "~/a.svg",
+    "%d.png", "out.gif",
 )  # fmt: skip
 
 _COMMANDS: dict[str, tuple[int, tuple[str, ...]]] = {
@@ -80,7 +82,7 @@ def case(chance: Random) -> Case:
     chance_of_streams = chance.random()
     if name in ("run", "refine"):
         words += BASE
-    stdin = (b"", _inputs()["photo.png"], _inputs()["drawing.svg"], b"\0" * 1000)[int(4 * chance_of_streams)]
+    stdin = (b"", inputs()["photo.png"], inputs()["drawing.svg"], b"\0" * 1000)[int(4 * chance_of_streams)]
     return Case(f"{words}"[:300], lambda folder: check(words, folder, stdin), repr(words).encode())
 
 
@@ -128,7 +130,7 @@ def _check_message(text: str) -> None:
 
 def write_inputs(folder: Path) -> None:
     """Write files and folders that arguments may name, and go there."""
-    for name, data in _inputs().items():
+    for name, data in inputs().items():
         (folder / name).write_bytes(data)
     (folder / "folder").mkdir()
     (folder / "hidden").mkdir(0o000)
@@ -137,7 +139,8 @@ def write_inputs(folder: Path) -> None:
 
 
 @cache
-def _inputs() -> dict[str, bytes]:
+def inputs() -> dict[str, bytes]:
+    """Return the files that arguments may name."""
     import gzip
 
     import torture_checkpoints as checkpoints
@@ -149,12 +152,16 @@ def _inputs() -> dict[str, bytes]:
         "photo.png": photo, "cut.png": photo[:60], "empty": b"", "drawing.svg": drawing,
         "drawing.svgz": gzip.compress(drawing, mtime=0), "fit.ckpt": checkpoints.checkpoint_of("plain"),
         "settings.toml": b"curves = 8\n", "history.json": b"[]",
+        "deep.json": b"[" * 10**5, "binary": b"\xff\0",
     }  # fmt: skip
 
 
 def _option(chance: Random, command: str, file_options: tuple[str, ...]) -> list[str]:
     if file_options and chance.random() < 0.4:
-        return [chance.choice(file_options), chance.choice([*_FILES, "history.json", "0-3", "2-"])]
+        return [
+            chance.choice(file_options),
+            chance.choice([*_FILES, "history.json", "deep.json", "binary", "0-3", "2-"]),
+        ]
     if command not in ("run", "refine") or chance.random() < 0.1:
         flags = [
             "--json",

@@ -6,6 +6,7 @@ import os
 import struct
 import zlib
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -60,12 +61,17 @@ def _claiming_png(chance: Random) -> bytes:
     """Return a PNG of any size, depth and colour type, whose chunks unpack to any number of zeros."""
     depth, color = chance.choice([1, 2, 4, 8, 16]), chance.choice([0, 2, 3, 4, 6])
     header = struct.pack(">IIBBBBB", *_size(chance), depth, color, 0, 0, chance.choice([0, 1]))
-    zeros = zlib.compress(bytes(chance.choice([0, 100, 10**6, 3 * 10**7])))
-    text = zlib.compress(b"a" * chance.choice([1, 10**6, 10**8]))
+    zeros = _deflated(b"\0", chance.choice([0, 100, 10**6, 3 * 10**7]))
+    text = _deflated(b"a", chance.choice([1, 10**6, 10**8]))
     before = chance.choice([[], [(b"zTXt", b"k\0\0" + text)], [(b"iCCP", b"k\0\0" + text)], [(b"PLTE", bytes(3))]])
     chunks = [(b"IHDR", header), *before, (b"IDAT", zeros), (b"IEND", b"")]
     framed = (struct.pack(">I", len(body)) + name + body + bytes(4) for name, body in chunks)
     return with_checksums(b"\x89PNG\r\n\x1a\n" + b"".join(framed))
+
+
+@cache
+def _deflated(byte: bytes, count: int) -> bytes:
+    return zlib.compress(byte * count)
 
 
 def _claiming_tiff(chance: Random) -> bytes:

@@ -87,7 +87,7 @@ class Worker:
                 self.stop()
         except (EOFError, BrokenPipeError):
             answer = {**case, "outcome": "crash", "detail": f"exit code {process.wait()}"}
-            self._process = None
+            self._forget()
         except _Stopped as stopped:
             answer = {**case, "outcome": stopped.outcome, "detail": str(stopped)}
         return {"peak": self._peak, **answer, "stderr": self._end_of_stderr(), "seconds": time.monotonic() - asked}
@@ -96,12 +96,20 @@ class Worker:
         """End the process and what it started."""
         if self._process is not None:
             _kill(self._process.pid)
-            self._process.wait()
-            self._process = None
+            self._forget()
 
     def keep_input(self, path: Path) -> None:
         """Copy the input of the last case to ``path``."""
         shutil.copyfile(self._folder / "input", path)
+
+    def _forget(self) -> None:
+        """Close what belongs to the process, which has ended or was killed."""
+        assert self._process is not None and self._process.stdin is not None and self._process.stdout is not None
+        self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout, self._stderr):
+            with contextlib.suppress(BrokenPipeError):
+                stream.close()
+        self._process = None
 
     def _start(self) -> subprocess.Popen[bytes]:
         self._folder.mkdir(parents=True, exist_ok=True)

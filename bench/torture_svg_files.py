@@ -122,7 +122,8 @@ def _filters(chance: Random) -> str:
         f'<feGaussianBlur stdDeviation="{big}"/>', f'<feMorphology operator="dilate" radius="{big}"/>',
         f'<feTurbulence baseFrequency="{big}" numOctaves="{big}"/>', f'<feOffset dx="{big}" dy="{big}"/><feTile/>',
         f'<feConvolveMatrix order="{big}" kernelMatrix="{ones}"/>',
-        f'<feFlood x="-{big}" width="{big}" height="{big}"/>', f'<feDisplacementMap scale="{big}" in2="SourceGraphic"/>',
+        f'<feFlood x="-{big}" width="{big}" height="{big}"/>',
+        f'<feDisplacementMap scale="{big}" in2="SourceGraphic"/>',
         f'<feSpecularLighting surfaceScale="{big}"><fePointLight x="{big}"/></feSpecularLighting>',
         f'<feComponentTransfer><feFuncR type="table" tableValues="{ones}"/></feComponentTransfer>',
     ])  # fmt: skip
@@ -144,8 +145,9 @@ def _style_sheets(chance: Random) -> str:
     count = chance.choice([10, 300, 3000])
     rule = chance.choice([
         "g g g g rect{fill:red}", "*{fill:red!important}", ".a,.b,.c{stroke:url(#p)}", "rect:not(:not(.a)){opacity:.5}",
-        "rect + rect ~ rect > a{fill:#123}", '[d*="9"]{fill:red}', "@media all{rect{fill:red}}", "}{", "/*", "@import 'x';",
-        "rect{fill:" + "rgb(" * 50 + "}", "a" * 1000 + "{}", "rect{" + "fill:red;" * 100 + "}", "\\", "rect{fill:var(--a)}",
+        "rect + rect ~ rect > a{fill:#123}", '[d*="9"]{fill:red}', "@media all{rect{fill:red}}", "}{", "/*",
+        "@import 'x';", "rect{fill:" + "rgb(" * 50 + "}", "a" * 1000 + "{}", "rect{" + "fill:red;" * 100 + "}", "\\",
+        "rect{fill:var(--a)}",
     ])  # fmt: skip
     nested = chance.choice([0, 20])
     shapes = '<rect class="a b c" width="9" height="9"/>' * chance.choice([1, 100, 1000])
