@@ -20,7 +20,6 @@ from warpvec.files import make_folder, write_atomic
 from warpvec.inputs import read_stream
 from warpvec.temporary_files import remove_stale_files
 
-
 MAX_FILE_BYTES = 2**31
 """Largest file that is read, above the largest photo and the records of a million."""
 
