@@ -14,7 +14,7 @@ from warpvec.rendering.streams import StepQueue, on_warps_stream
 class FakeEvent:
     """Stands for the end of a step; keeps the order in which steps end and are waited for."""
 
-    log: list[tuple[str, int]] = []  # noqa: RUF012 - all events share it
+    log: list[tuple[str, int]] = []
     made = 0
 
     def __init__(self) -> None:

@@ -107,7 +107,8 @@ class Palette:
                 self._replace_entry(adj_color, visible_area)
             self._switch(adj_color, visible_area)
         elif self._given is None:
-            self._free.grad = torch.zeros_like(self._free).index_add_(0, self._entry, adj_color)
+            # On CUDA this adds in a fixed order, as index_add_ does not; on the CPU both give the same bits.
+            self._free.grad = torch.zeros_like(self._free).index_put_((self._entry,), adj_color, accumulate=True)
             self._optimizer.param_groups[0]["lr"] = ENTRY_RATE * self._config.lr_color * factor
             self._optimizer.step()
             self._free.clamp_(0.0, 1.0)
