@@ -141,8 +141,9 @@ def test_a_file_that_is_removed_before_its_lock_is_made_again(tmp_path: Path, mo
         return lock(handle)
 
     monkeypatch.setattr(temporary_files, "_lock", sweep_first)
-    write_atomic(tmp_path / "out.svg", b"x")
-    assert os.listdir(tmp_path) == ["out.svg"]
+    with temporary_file(tmp_path / "out.svg") as path:
+        assert os.listdir(tmp_path) == [path.name]
+    assert os.listdir(tmp_path) == []
 
 
 def test_a_process_that_ends_removes_its_files_and_creates_no_more(

@@ -90,8 +90,8 @@ def gzip_bytes(data: bytes) -> bytes:
 
 
 def _write_through(path: Path, data: bytes) -> None:
-    """Write a file and flush it to the disk, so that a power cut cannot leave the later rename without its data."""
-    with open(path, "wb", opener=_open_no_link) as file:
+    """Fill an empty file and flush it to the disk, so that a power cut cannot leave the rename without the data."""
+    with open(path, "r+b", opener=_open_no_link) as file:
         file.write(data)
         file.flush()
         os.fsync(file.fileno())

@@ -148,7 +148,10 @@ def test_an_interrupted_batch_ends_in_order(photos: Path, out: Path, number: int
     with _batch(photos, out, "--jobs", "2", *SETTINGS, "--iterations", "100000") as process:
         _wait(lambda: len(_workers(process)) == 2, process)
         workers = _workers(process)
+        for pid in workers:  # which leave the end to the batch
+            os.kill(pid, number)
         time.sleep(0.5)
+        assert _workers(process) == workers
         os.killpg(process.pid, number)
         assert process.stderr is not None
         log = process.stderr.read()
