@@ -38,6 +38,14 @@ def test_usage_errors_are_one_line() -> None:
     assert_refused(invoke("eval", "photo.png"), "SVG")
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such names")
+def test_a_hostile_name_stays_in_its_line(photo: Path, tmp_path: Path) -> None:
+    drawing = tmp_path / "a\nb\x1b[31m.svg"
+    drawing.write_text('<svg xmlns="http://www.w3.org/2000/svg" width="48" height="32"/>')
+    first = invoke("eval", photo, drawing).stdout.splitlines()[0]
+    assert first.isprintable() and r"a\nb\x1b[31m.svg: 0 curves" in first
+
+
 def test_unexpected_failure_is_one_line_with_a_hint(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*arguments: object, **_: object) -> None:
         raise RuntimeError("the reactor\nis hot")

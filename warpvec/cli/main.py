@@ -18,6 +18,7 @@ from typing import Any
 import click
 
 from warpvec import __version__
+from warpvec.checks import in_one_line
 from warpvec.cli.options import OPTION_NAMES
 from warpvec.cli.streams import prepare_streams, settle_stdout
 from warpvec.errors import InputError
@@ -87,7 +88,9 @@ class _Group(click.Group):
             error.show()
             code = error.exit_code
         except click.ClickException as error:
-            click.echo(f"warpvec: error: {' '.join(error.format_message().split())}{_hint(error)}", err=True)
+            click.echo(
+                f"warpvec: error: {in_one_line(' '.join(error.format_message().split()))}{_hint(error)}", err=True
+            )
             code = error.exit_code
         except OSError as error:  # the help, which no command prints, to a stdout that is full
             click.echo(f"warpvec: error: {_exhaustion(error) or error}", err=True)

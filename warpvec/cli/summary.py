@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from warpvec.checks import in_one_line
 from warpvec.vectorization.goal import describe
 
 if TYPE_CHECKING:
@@ -63,4 +64,4 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.append("up to each level: " + ", ".join(parts))
     if metrics.get("goal"):
         lines.append(describe(metrics["goal"]))
-    return "\n".join(lines).format(out="SVG" if out == "-" else out, **metrics)
+    return "\n".join(lines).format(out="SVG" if out == "-" else in_one_line(out), **metrics)

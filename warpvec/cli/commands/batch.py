@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from warpvec.checks import in_one_line
 from warpvec.cli.arguments import background_option, json_option, preset_option, quiet_option
 from warpvec.cli.options import OPTION_NAMES, file_options, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
@@ -79,7 +80,7 @@ def batch(ctx: click.Context, /, source: str, target: str, **options: Any) -> No
         write_settings(options["write_config"], stated(options["preset"], background, options, config))
     tally, interrupted = _run(jobs, work, engine, skip_existing=options["skip_existing"], quiet=options["quiet"])
     if options["as_json"] or not options["quiet"]:
-        click.echo(json.dumps(tally.facts()) if options["as_json"] else f"{target}: {tally.summary()}")
+        click.echo(json.dumps(tally.facts()) if options["as_json"] else f"{in_one_line(target)}: {tally.summary()}")
     ctx.exit(130 if interrupted else min(len(tally.failed), 1))
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from warpvec.checks import in_one_line
 from warpvec.cli.arguments import (
     background_option,
     check_out,
@@ -62,7 +63,7 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options
     config, goal = requested(options["preset"], with_drawing_settings(given, loaded))
     config = refine_config(config, given, goal, loaded)
     for text in loaded.omitted:
-        click.echo(f"warpvec: {drawing}: {text}", err=True)
+        click.echo(in_one_line(f"warpvec: {drawing}: {text}"), err=True)
     from warpvec.cli.progress import show_progress
     from warpvec.image.read import read_image
     from warpvec.rendering.launch import resolve_device

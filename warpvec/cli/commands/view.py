@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from warpvec.checks import in_one_line
 from warpvec.cli.arguments import (
     background_option,
     check_background,
@@ -52,7 +53,7 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
     path = Path(page) if page is not None else Path(tempfile.mkdtemp(prefix="warpvec-")) / f"{name}.html"
     write_page(path, data, photo=photo, history=records, name=name)
     if page is None and not webbrowser.open(path.as_uri()):
-        click.echo(f"no browser could be started; open {path}", err=True)
+        click.echo(f"no browser could be started; open {in_one_line(str(path))}", err=True)
 
 
 def _read_history(path: str) -> Any:
