@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -75,6 +76,18 @@ def test_a_line_that_only_one_file_has_comes_back(tmp_path: Path) -> None:
     (tmp_path / CSV_NAME).unlink()
     Journal(LocalFolder(tmp_path))
     assert [line["input"] for line in _cells(tmp_path)] == ["b/é.png"]
+
+
+@pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r"])
+def test_no_text_of_the_csv_is_a_formula(tmp_path: Path, start: str) -> None:
+    name = f"{start}1+1.png"
+    journal = Journal(LocalFolder(tmp_path))
+    journal.add(replace(DONE, input=name, psnr=-1.5))
+    (cells,) = _cells(tmp_path)
+    assert (cells["input"], cells["psnr"]) == (f"'{name}", "-1.5")
+    journal.close()
+    assert _cells(tmp_path) == [cells]
+    assert Journal(LocalFolder(tmp_path)).get(name, DONE.output) is not None
 
 
 def test_names_that_are_no_text_are_kept(tmp_path: Path) -> None:

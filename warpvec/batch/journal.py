@@ -1,5 +1,7 @@
 """The records of a batch: one line per photo, in JSON to continue from and in CSV for people.
 
+In the CSV, a text that a spreadsheet would take for a formula has an apostrophe before it.
+
 While a batch runs, each photo that ends adds a line to both files. The last line of a photo counts; an incomplete line
 at the end, left by a batch that was killed, does not. When a batch begins and when it ends, both files are written
 anew with one line per photo, so they agree whatever happened before.
@@ -21,6 +23,10 @@ JSON_NAME, CSV_NAME = "batch.jsonl", "batch.csv"
 
 # Where lines cannot be appended, shortest time between two rewrites. A batch that is killed loses at most as much.
 _REWRITE_SECONDS = 5.0
+
+
+_FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
+"""What a spreadsheet skips before a formula, or takes for its start."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,7 +127,12 @@ def _json_line(record: Record) -> str:
 
 
 def _csv_cells(record: Record) -> list[Any]:
-    return [getattr(record, name) for name in _COLUMNS]
+    return [_as_text(getattr(record, name)) for name in _COLUMNS]
+
+
+def _as_text(cell: Any) -> Any:
+    """Keep a spreadsheet from taking a text, such as the name "=1+1.png", for a formula."""
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(_FORMULA_STARTS) else cell
 
 
 def _csv_text(lines: list[Any]) -> str:
