@@ -78,7 +78,7 @@ def test_a_line_that_only_one_file_has_comes_back(tmp_path: Path) -> None:
     assert [line["input"] for line in _cells(tmp_path)] == ["b/é.png"]
 
 
-@pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r"])
+@pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t"])
 def test_no_text_of_the_csv_is_a_formula(tmp_path: Path, start: str) -> None:
     name = f"{start}1+1.png"
     journal = Journal(LocalFolder(tmp_path))
@@ -88,6 +88,12 @@ def test_no_text_of_the_csv_is_a_formula(tmp_path: Path, start: str) -> None:
     journal.close()
     assert _cells(tmp_path) == [cells]
     assert Journal(LocalFolder(tmp_path)).get(name, DONE.output) is not None
+
+
+def test_a_name_with_line_breaks_stays_in_its_line(tmp_path: Path) -> None:
+    Journal(LocalFolder(tmp_path)).add(replace(DONE, input="a\r\nb.png"))
+    (cells,) = _cells(tmp_path)
+    assert cells["input"] == r"a\r\nb.png" and len((tmp_path / CSV_NAME).read_bytes().splitlines()) == 2
 
 
 def test_names_that_are_no_text_are_kept(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """The records of a batch: one line per photo, in JSON to continue from and in CSV for people.
 
-In the CSV, a text that a spreadsheet would take for a formula has an apostrophe before it.
+In the CSV, a text that a spreadsheet would take for a formula has an apostrophe before it, and
+line breaks are escaped.
 
 While a batch runs, each photo that ends adds a line to both files. The last line of a photo counts; an incomplete line
 at the end, left by a batch that was killed, does not. When a batch begins and when it ends, both files are written
@@ -25,7 +26,7 @@ JSON_NAME, CSV_NAME = "batch.jsonl", "batch.csv"
 _REWRITE_SECONDS = 5.0
 
 
-_FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
+_FORMULA_STARTS = ("=", "+", "-", "@", "\t")
 """What a spreadsheet skips before a formula, or takes for its start."""
 
 
@@ -131,8 +132,11 @@ def _csv_cells(record: Record) -> list[Any]:
 
 
 def _as_text(cell: Any) -> Any:
-    """Keep a spreadsheet from taking a text, such as the name "=1+1.png", for a formula."""
-    return f"'{cell}" if isinstance(cell, str) and cell.startswith(_FORMULA_STARTS) else cell
+    """Keep a text in one line, and a spreadsheet from taking it, such as the name "=1+1.png", for a formula."""
+    if not isinstance(cell, str):
+        return cell
+    cell = cell.replace("\r", r"\r").replace("\n", r"\n")
+    return f"'{cell}" if cell.startswith(_FORMULA_STARTS) else cell
 
 
 def _csv_text(lines: list[Any]) -> str:
