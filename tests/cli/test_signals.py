@@ -62,9 +62,9 @@ class Child:
         self._process.send_signal(number)
 
     def end(self) -> tuple[int, str, str]:
-        """Return the exit code and what is left of the output, within ten seconds."""
+        """Return the exit code and what is left of the output, within half a minute."""
         try:
-            stdout, stderr = self._process.communicate(timeout=10)
+            stdout, stderr = self._process.communicate(timeout=30)
         finally:
             self._process.kill()
         return self._process.returncode, stdout, stderr
