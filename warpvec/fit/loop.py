@@ -12,17 +12,26 @@ import torch
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit import schedule
+from warpvec.fit import schedule, state_form
 from warpvec.fit.interrupt import deferred_interrupts, hold_signals
 from warpvec.fit.min_area import SmallPaths
 from warpvec.fit.palette import START as PALETTE_START
 from warpvec.fit.palette import Palette, with_pure_colors
 from warpvec.fit.policies.prefixes import prefix_length, with_prefix
-from warpvec.fit.policies.registry import config_from_start, make_policy
-from warpvec.fit.population import Population
-from warpvec.fit.progress import FitResult, OnProgress, Progress, history_entry
+from warpvec.fit.policies.registry import config_from_start, config_from_state, make_policy
+from warpvec.fit.population import Population, scene_form
+from warpvec.fit.progress import (
+    LOSS_MAX,
+    SECONDS_MAX,
+    FitResult,
+    OnProgress,
+    Progress,
+    check_history,
+    history_entry,
+)
 from warpvec.fit.regularization import Regularization
 from warpvec.fit.state import Saving, State
+from warpvec.fit.state_form import row_count
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import is_transparent
@@ -57,14 +66,15 @@ def fit(
         saving: how often such states are saved, and where.
 
     Raises:
-        InputError: the device does not exist, the policy needs a package that is not installed, or ``start`` does not
-            have the path model of ``config``.
+        InputError: the device does not exist, the policy needs a package that is not installed, ``start`` does not
+            have the path model of ``config``, or ``resume`` is no state of this fit.
     """
     device = resolve_device(config.device)
     with on_warps_stream(device), _single_torch_thread(), torch.no_grad(), deferred_interrupts() as is_interrupted:
-        settings = config if resume is None else FitConfig(**resume["config"])
+        settings = config if resume is None else config_from_state(config, resume, *target.shape[:2])
         run = _Fit(target, settings, device, on_progress, start)
         if resume is not None:
+            run.check(resume)
             run.restore(resume)
         run.saving = saving
         try:
@@ -239,8 +249,42 @@ class _Fit:
             "population": self._population.state(),
         }
 
+    def check(self, state: State) -> None:
+        """Raise InputError unless ``state`` is one that :meth:`state` can have returned in a fit like this one."""
+        self._check_own(state)
+        iteration, curves = state["iteration"], self._config.curves
+        check_history(state["history"], iteration, state["seconds"], curves)
+        count = row_count("population", state["population"], "serial", curves)
+        generation_max = self._policy.check(state["policy"], iteration, count)
+        self._population.check(state["population"], self._palette, iteration, count, generation_max)
+        if state["best"] is not None:
+            scene = state["best"]["scene"]
+            best_count = row_count("best.scene", scene, "points", curves)
+            scene_form(self._population.live, best_count, generation_max).check("best.scene", scene)
+
+    def _check_own(self, state: State) -> None:
+        """Check what is not in the parts of ``state`` that have owners of their own."""
+        is_timed, wanted, part = self._config.time_budget is not None, self._config.iterations, state_form.Part()
+        seconds, loss = state_form.Number(0.0, SECONDS_MAX), state_form.Number(0.0, LOSS_MAX)
+        state_form.check_fields(
+            "",
+            state,
+            config=part,  # `config_from_state` compares it
+            iteration=state_form.Whole(1, wanted - 1),
+            iteration_count=state_form.Whole(2 if is_timed else wanted, wanted),
+            seconds=seconds,
+            first_seconds=seconds,
+            loss=state_form.floats(low=0.0, high=LOSS_MAX),
+            best=state_form.Maybe(state_form.Fields({"loss": loss, "scene": part})),
+            history=state_form.ListOf(part),
+            policy=part,
+            population=part,
+        )
+        state_form.require(state["iteration"] < state["iteration_count"], "iteration", "is not before the last one")
+        state_form.require(state["first_seconds"] <= state["seconds"], "first_seconds", "is more than the whole time")
+
     def restore(self, state: State) -> None:
-        """Continue from ``state``."""
+        """Continue from ``state``, which :meth:`check` has accepted."""
         self._iteration, self._iteration_count = state["iteration"], state["iteration_count"]
         self._start, self._first_seconds = time.perf_counter() - state["seconds"], state["first_seconds"]
         self._loss = state["loss"].to(self._device)

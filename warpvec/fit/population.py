@@ -13,8 +13,10 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit.palette import Palette
+from warpvec.fit.adan import check_averages
+from warpvec.fit.palette import Palette, drawn_colors
 from warpvec.fit.state import State
+from warpvec.fit.state_form import Exactly, Fields, Form, Maybe, Part, Whole, check_fields, floats, require, wholes
 from warpvec.geometry.bezier import curve_boxes
 from warpvec.geometry.scene import Scene
 from warpvec.kernels.adan import BETAS, CLAMPED, EPS, SIGMOID
@@ -28,6 +30,13 @@ _LOGIT_MARGIN = 1e-4
 
 # The planes of a parameter: its values, three averages of its gradient, and the previous gradient.
 _PLANES = 5
+
+POINT_MAX = 1e9
+"""Largest coordinate of a saved path, in pixels: a hundred times as far out as anything is drawn, and within what a
+file can state."""
+
+_UNIT = {"low": -1e-3, "high": 1.001}
+"""Limits of saved colours and opacities: [0, 1], and room for the colours of transparent pixels, which are rounded."""
 
 
 class Population:
@@ -56,6 +65,7 @@ class Population:
         self._fixed_background = config.backdrop == "white" or scene.transparent
         self._opaque = config.opacity == "opaque"
         self._palette: Palette | None = None
+        self._curves = config.curves
         self._rates = (config.lr_points, config.lr_color, config.lr_opacity)
         self._launch = Launcher(str(scene.points.device), threads=1)
         # Parameters and state: points [5, N, 2 P], colour [5, N, 3], opacity [5, N, 1] and background [5, 1, 3].
@@ -153,17 +163,78 @@ class Population:
             "palette": None if self._palette is None else self._palette.state(),
         }
 
+    def check(
+        self, state: State, palette: Palette | None, iteration: int, path_count: int, generation_max: int
+    ) -> None:
+        """Refuse ``state`` unless :meth:`state` can have returned it after ``iteration``.
+
+        Args:
+            palette: the fit's palette, if it has one.
+            path_count: number of paths.
+            generation_max: highest generation of a path.
+
+        Raises:
+            InputError: it cannot.
+        """
+        width = self.live.points.shape[1:].numel()
+        check_fields(
+            "population",
+            state,
+            points=floats(_PLANES, path_count, width),
+            color=floats(_PLANES, path_count, 3),
+            opacity=floats(_PLANES, path_count, 1),
+            background=floats(_PLANES, 1, 3),
+            age=wholes(path_count + 1, high=iteration),
+            serial=wholes(path_count),
+            created=Whole(path_count, self._curves * (iteration + 1)),
+            live=scene_form(self.live, path_count, generation_max),
+            palette=Maybe(Part()) if palette else Exactly(None),
+        )
+        serial = state["serial"].unique()
+        is_possible = len(serial) == path_count and bool((serial < state["created"]).all())
+        require(is_possible, "population.serial", "numbers two paths alike, or has a number of no path")
+        for name in ("color", "background"):
+            if not self._logit_color:
+                floats(*state[name][0].shape, **_UNIT).check(f"population.{name}", state[name][0])
+        for name in ("points", "color", "opacity", "background"):
+            check_averages(f"population.{name}", *state[name][1:])
+        if palette is not None and state["palette"] is not None:
+            palette.check(state["palette"], iteration, path_count, self.live.transparent)
+        self._check_live(state)
+
+    def _check_live(self, state: State) -> None:
+        """Refuse a live scene that is not what the parameters and the palette of ``state`` stand for."""
+        live = Scene(**state["live"])
+        made = self._to_scene((state["points"], state["color"], state["opacity"]), live)
+        own = self._to_color(state["background"][0, 0])
+        background = self.live.background.to(own.device) if self._fixed_background else own
+        color, opacity = made.color, torch.ones_like(made.opacity) if self._opaque else made.opacity
+        if state["palette"] is not None:
+            drawn = drawn_colors(state["palette"]["free"], state["palette"]["entry"])
+            color, background = drawn[:-1], background if live.transparent else drawn[-1]
+        made = replace(live, points=made.points, color=color, opacity=opacity, background=background)
+        for name, value in made.to_dict().items():
+            if isinstance(value, Tensor):
+                is_same = torch.allclose(value, getattr(live, name), rtol=1e-4, atol=1e-4)
+                require(is_same, f"population.live.{name}", "does not go with the parameters of the paths")
+
     def restore(self, state: State, palette: Palette | None) -> None:
-        """Continue from ``state``; ``palette`` is the fit's palette, if it has one."""
+        """Continue from ``state``, which :meth:`check` has accepted; ``palette`` is the fit's palette, if it has one.
+
+        The state keeps memory of its own.
+        """
         device = self.serial.device
         points, color, opacity, self._background, self._age, self.serial = (
-            state[name].to(device) for name in ("points", "color", "opacity", "background", "age", "serial")
+            state[name].to(device, copy=True) for name in ("points", "color", "opacity", "background", "age", "serial")
         )
         self._rows, self._created = (points, color, opacity), state["created"]
         if palette is not None and state["palette"] is not None:
             palette.restore(state["palette"], str(device))
             self._palette = palette
-        self._set_live(Scene(**state["live"]).to(str(device)))
+        live: dict[str, Any] = {
+            name: value.clone() if isinstance(value, Tensor) else value for name, value in state["live"].items()
+        }
+        self._set_live(Scene(**live).to(str(device)))
 
     def keep(self, rows: Tensor) -> None:
         """Keep the paths ``rows``: a mask, or indices in the new order."""
@@ -250,6 +321,20 @@ class Population:
 
     def _to_color(self, raw: Tensor) -> Tensor:
         return raw.sigmoid() if self._logit_color else raw.clone()
+
+
+def scene_form(like: Scene, path_count: int, generation_max: int) -> Form:
+    """Return the form of the fields of a scene of the kind of ``like`` with ``path_count`` paths."""
+    fields: dict[str, Form] = {
+        "points": floats(path_count, *like.points.shape[1:], low=-POINT_MAX, high=POINT_MAX),
+        "color": floats(path_count, 3, **_UNIT),
+        "opacity": floats(path_count, **_UNIT),
+        "background": floats(3, **_UNIT),
+        "generation": wholes(path_count, high=generation_max),
+        "degree": Exactly(like.degree),
+        "transparent": Exactly(like.transparent),
+    }
+    return Fields(fields)
 
 
 def _do_nothing() -> None:
