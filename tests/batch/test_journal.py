@@ -38,7 +38,7 @@ def test_each_record_is_a_line_at_once_and_read_again(tmp_path: Path) -> None:
     first, second = _cells(tmp_path)
     assert (first["psnr"], first["bytes"], first["attempts"], first["error"]) == ("27.5", "1234", "2", "")
     assert "settings" not in first
-    assert (second["psnr"], second["error"]) == ("", FAILED.error)
+    assert (second["psnr"], second["error"]) == ("", FAILED.error.replace("\n", r"\n"))
     again = Journal(LocalFolder(tmp_path))
     assert (again.get("b/é.png", "b/é.svg"), again.get("a.png", "a.svg")) == (DONE, FAILED)
     assert again.get("c.png", "a.svg") is None
