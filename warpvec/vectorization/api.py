@@ -111,7 +111,7 @@ def fit_photo(
     """
     target = reduce_image(photo, config.fit_size)
     pixels = torch.from_numpy(target)
-    state = None if resume is None else _state_of(resume, pixels, config)
+    state = None if resume is None else _state_of(resume, pixels)
     saving = None if checkpoint is None else _saving(checkpoint, every, config, pixels)
     size = (target.shape[0], target.shape[1])
     factors = size[1] / photo.shape[1], size[0] / photo.shape[0]
@@ -127,8 +127,8 @@ def fit_photo(
     return Search(goal, config, fit_once, first).run()
 
 
-def _state_of(checkpoint: Checkpoint, target: Tensor, config: FitConfig) -> State:
-    """Return the state to continue from, with the threads and the device of ``config``.
+def _state_of(checkpoint: Checkpoint, target: Tensor) -> State:
+    """Return the state to continue from.
 
     Raises:
         InputError: the checkpoint is of another photo.
@@ -136,8 +136,7 @@ def _state_of(checkpoint: Checkpoint, target: Tensor, config: FitConfig) -> Stat
     if checkpoint.target_digest != digest(target):
         rule = "must be the photo of the checkpoint, unchanged"
         raise InputError("image", rule, "another one", "give that photo, or start anew without the checkpoint")
-    settings = {**checkpoint.state["config"], "threads": config.threads, "device": config.device}
-    return {**checkpoint.state, "config": settings}
+    return checkpoint.state
 
 
 def _saving(path: str, every: int, config: FitConfig, target: Tensor) -> Saving:
