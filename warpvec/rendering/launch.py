@@ -126,30 +126,35 @@ class Launcher:
         if item_count > 0:
             self._run(kernel, item_count, arguments, item_count)
 
-    def shared(self, kernel: Any, item_count: int, arguments: list[Any], chunk: int | None = None) -> None:
-        """Run a heavy ``kernel`` with its items shared among the threads, ``chunk`` items at a time."""
-        if item_count > 0:
-            self._run(kernel, item_count, arguments, chunk or self.chunk_items(item_count))
+    def shared(
+        self, kernel: Any, item_count: int, arguments: list[Any], chunk: int | None = None, first: int = 0
+    ) -> None:
+        """Run a heavy ``kernel`` on ``item_count`` items from ``first`` on, shared among the threads.
 
-    def _run(self, kernel: Any, item_count: int, arguments: list[Any], chunk: int) -> None:
-        check_entries("a launch", item_count)
+        Each thread takes ``chunk`` items at a time.
+        """
+        if item_count > 0:
+            self._run(kernel, item_count, arguments, chunk or self.chunk_items(item_count), first)
+
+    def _run(self, kernel: Any, item_count: int, arguments: list[Any], chunk: int, first: int = 0) -> None:
+        check_entries("a launch", first + item_count)
         thread_count = min(self.threads, -(-item_count // chunk))
         commands = self._commands.setdefault(kernel, [])
         commands += [_Command(kernel, arguments, self.device) for _ in range(thread_count - len(commands))]
         for command in commands:
             command.update(arguments)
         if thread_count == 1:
-            commands[0].run(0, item_count)
+            commands[0].run(first, item_count)
         else:
-            self._share(commands[:thread_count], item_count, chunk)
+            self._share(commands[:thread_count], item_count, chunk, first)
 
-    def _share(self, commands: list[_Command], item_count: int, chunk: int) -> None:
+    def _share(self, commands: list[_Command], item_count: int, chunk: int, first: int) -> None:
         assert self._pool is not None
         turns = count()
 
         def work(command: _Command) -> None:
-            while (first := next(turns) * chunk) < item_count:
-                command.run(first, min(chunk, item_count - first))
+            while (start := next(turns) * chunk) < item_count:
+                command.run(first + start, min(chunk, item_count - start))
 
         self._pool.call([partial(work, command) for command in commands])
 
@@ -197,13 +202,18 @@ class Buffers:
 
         Raises:
             InputError: kernels cannot index that many entries.
+            RuntimeError: there is not enough memory.
         """
         shape = (shape,) if isinstance(shape, int) else shape
         array = self._arrays.get(name)
         check_entries(name, shape[0])
         if array is None or array.shape[0] < shape[0] or array.shape[1:] != shape[1:]:
             capacity = (min(int(shape[0] * self._HEADROOM) + 1, _ENTRIES_MAX - 1), *shape[1:])
-            array = wp.zeros(capacity, dtype=dtype, device=self._device)
+            try:
+                array = wp.zeros(capacity, dtype=dtype, device=self._device)
+            except RuntimeError:  # torch may keep memory of a GPU that it does not use
+                torch.cuda.empty_cache()
+                array = wp.zeros(capacity, dtype=dtype, device=self._device)
             self._arrays[name] = array
             self.growth += 1
         return array
