@@ -138,3 +138,39 @@ def test_an_error_keeps_its_exit_code() -> None:
     child = Child("hold_signals()", "say('ready')", *lines)
     child.send(signal.SIGTERM)
     assert child.end() == (2, "", "")
+
+
+def test_a_closed_terminal_ends_a_command_in_order(tmp_path: Path) -> None:
+    termios = pytest.importorskip("termios")
+    fcntl = pytest.importorskip("fcntl")
+    body = f"""
+    hold_signals()
+    with deferred_interrupts() as is_interrupted:
+        say("ready")
+        wait_for(is_interrupted)
+    Path({str(tmp_path)!r}, "out.svg").touch()
+    say("summary")
+run_command(command)"""
+
+    def take_terminal() -> None:
+        fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+
+    ours, theirs = os.openpty()
+    with subprocess.Popen(
+        [sys.executable, "-c", START + body],
+        stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True, preexec_fn=take_terminal,
+    ) as process:  # fmt: skip
+        os.close(theirs)
+        assert os.read(ours, 100) == b"ready\r\n"
+        os.close(ours)
+        assert process.wait(timeout=30) == 128 + signal.SIGHUP
+    assert os.listdir(tmp_path) == ["out.svg"]
+
+
+def test_a_missing_stream_is_not_taken_for_the_signals() -> None:
+    code = (
+        START
+        + "    import os; os.write(1, bytes([signal.SIGTERM])); time.sleep(0.3)\nimport signal\nrun_command(command)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], preexec_fn=lambda: os.closerange(0, 2), check=False)
+    assert done.returncode == 0

@@ -23,6 +23,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 
+from warpvec.cli.streams import prepare_streams
 from warpvec.fit import interrupt
 from warpvec.temporary_files import remove_live_files
 
@@ -38,6 +39,7 @@ _SHOW_CURSOR = b"\x1b[?25h"
 
 def run_command(command: Callable[[], None]) -> None:
     """Call ``command``, which ends with SystemExit, and end with the exit code of the first signal if there was one."""
+    prepare_streams()  # before the listener opens files, which would get the numbers of missing streams
     listener = _Listener()
     listener.start()
     code: str | int | None = 0
@@ -75,6 +77,7 @@ class _Listener:
         """Number of the first signal."""
         self._has_result = self._raises = self._has_raised = False
         self._handled = [number for number in SIGNALS if _is_default(number)]
+        self._terminals = [stream for stream in (1, 2) if os.isatty(stream)]
 
     def start(self) -> None:
         """Handle the signals from now on."""
@@ -135,9 +138,18 @@ class _Listener:
     def _listen(self) -> None:
         """Receive the number of each signal from the system."""
         while (number := os.read(self._pipe[0], 1)[0]) != _STOP:
+            self._leave_closed_terminal()
             is_first, self.number = self.number is None, self.number or number
             if not is_first or not (self._has_result or self._raises):
                 _end_now(128 + number)
+
+    def _leave_closed_terminal(self) -> None:
+        """Drop what is printed from now on if the terminal is closed: the command would fail on its summary."""
+        for stream in self._terminals:
+            if not os.isatty(stream):
+                sink = os.open(os.devnull, os.O_WRONLY)
+                os.dup2(sink, stream)
+                os.close(sink)
 
 
 def _end_now(code: int) -> None:
