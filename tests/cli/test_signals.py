@@ -168,9 +168,10 @@ run_command(command)"""
 
 
 def test_a_missing_stream_is_not_taken_for_the_signals() -> None:
-    code = (
-        START
-        + "    import os; os.write(1, bytes([signal.SIGTERM])); time.sleep(0.3)\nimport signal\nrun_command(command)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], preexec_fn=lambda: os.closerange(0, 2), check=False)
+    body = """
+    os.write(1, bytes([signal.SIGTERM]))
+    time.sleep(0.3)
+import os, signal
+run_command(command)"""
+    done = subprocess.run([sys.executable, "-c", START + body], preexec_fn=lambda: os.closerange(0, 2), check=False)
     assert done.returncode == 0
