@@ -11,6 +11,7 @@ import json
 import struct
 import tempfile
 import zipfile
+from copy import deepcopy
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -105,7 +106,7 @@ def checkpoint_of(name: str) -> bytes:
 
     config, target = _config(name), torch.from_numpy(photo())
     states: list[dict[str, Any]] = []
-    fit(target, config, None, saving=Saving(config.iterations - 1, states.append))
+    fit(target, config, None, saving=Saving(config.iterations - 1, lambda state: states.append(deepcopy(state))))
     state = _without_times(states[0])
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "fit.ckpt"

@@ -73,7 +73,7 @@ def case(chance: Random) -> Case:
     good |= {"eval": ["photo.png", "drawing.svg"], "lod": ["drawing.svg"], "help": ["run"]}
     files = good.get(name, [])
     if chance.random() < 0.5:
-        files = [
+        files[:count] = [
             chance.choice(_FILES) for _ in range(chance.choice([count, count, count, count + 1, max(count - 1, 0)]))
         ]
     words = [name, *files]

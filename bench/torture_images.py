@@ -20,9 +20,17 @@ SIDES = (0, 1, 17, 4096, 9999, 10_000, 10_001, 65_535, 3_735_565, 2**31 - 1, 2**
 """Widths and heights that a file may claim: around the limit of 10**8 pixels, and those of 16 and 32 bits."""
 
 
+MAX_FITTED = 2**22
+"""Most samples of a picture that is also fitted: measuring the file takes as long as the picture is large."""
+
+
+_SAMPLES = {0: 1, 2: 3, 4: 2, 6: 4}
+"""Colour type of a PNG -> samples of a pixel."""
+
+
 def case(chance: Random) -> Case:
     """Return the reading of one image, and for a few the fit of it."""
-    make = chance.choices([_damaged_file, _claiming_file, _array], [8, 2, 1])[0]
+    make = chance.choices([_damaged_file, _claiming_file, _array, _large_file], [80, 20, 10, 0.5])[0]
     return make(chance)
 
 
@@ -64,8 +72,27 @@ def _claiming_png(chance: Random) -> bytes:
     zeros = _deflated(b"\0", chance.choice([0, 100, 10**6, 3 * 10**7]))
     text = _deflated(b"a", chance.choice([1, 10**6, 10**8]))
     before = chance.choice([[], [(b"zTXt", b"k\0\0" + text)], [(b"iCCP", b"k\0\0" + text)], [(b"PLTE", bytes(3))]])
-    chunks = [(b"IHDR", header), *before, (b"IDAT", zeros), (b"IEND", b"")]
-    framed = (struct.pack(">I", len(body)) + name + body + bytes(4) for name, body in chunks)
+    return _png(header, [*before, (b"IDAT", zeros)])
+
+
+def _large_file(chance: Random) -> Case:
+    """Return the reading of a whole PNG of the largest size that is allowed, which has few bytes."""
+    color = chance.choice(list(_SAMPLES))
+    data = _large_png(color)
+    return Case(f"largest PNG, colour type {color}", lambda folder: check(data, folder, "from bytes"), data)
+
+
+@cache
+def _large_png(color: int) -> bytes:
+    side = 10_000
+    packer, rows = zlib.compressobj(1), bytes(100 * (1 + side * _SAMPLES[color]))
+    pixels = b"".join([*(packer.compress(rows) for _ in range(side // 100)), packer.flush()])
+    return _png(struct.pack(">IIBBBBB", side, side, 8, color, 0, 0, 0), [(b"IDAT", pixels)])
+
+
+def _png(header: bytes, chunks: list[tuple[bytes, bytes]]) -> bytes:
+    whole = [(b"IHDR", header), *chunks, (b"IEND", b"")]
+    framed = (struct.pack(">I", len(body)) + name + body + bytes(4) for name, body in whole)
     return with_checksums(b"\x89PNG\r\n\x1a\n" + b"".join(framed))
 
 
@@ -114,10 +141,11 @@ def _array(chance: Random) -> Case:
     if len(shape) == 3 and chance.random() < 0.7:
         shape[2] = chance.choice([1, 2, 3, 4])
     kind = chance.choice(["u1", "u2", "u4", "i4", "i8", "f2", "f4", "f8", "?", "c8", "O", "U3", "M8[s]", ">u2", ">f4"])
-    values = random.random(shape) * chance.choice([1, 1, 1, 255, -1])
-    array = values.astype(kind) if kind != "M8[s]" else values.astype("i8").astype(kind)
-    if kind in ("f2", "f4", "f8") and array.size and chance.random() < 0.3:
-        array.flat[chance.randrange(array.size)] = chance.choice([np.nan, np.inf, -np.inf, 1e30, -1e-30])
+    values = np.array(random.random(shape) * chance.choice([1, 1, 1, 255, -1]))
+    if values.size and chance.random() < 0.1:
+        values.flat[chance.randrange(values.size)] = chance.choice([np.nan, np.inf, -np.inf, 1e30, -1e-30])
+    with np.errstate(all="ignore"):
+        array = np.asarray(values.astype("i8" if kind == "M8[s]" else kind).astype(kind))
     if array.ndim > 1 and chance.random() < 0.2:
         array = array[::-1] if chance.random() < 0.5 else np.asfortranarray(array)
     is_fitted = chance.random() < 0.3
@@ -132,7 +160,7 @@ def _read(source: Any, *, fitted: bool = False, background: str | None = None) -
     is_image = pixels.ndim == 3 and pixels.shape[2] in (3, 4) and pixels.dtype == np.float32
     if not (is_image and pixels.size and pixels.min() >= 0 and pixels.max() <= 1):  # NaN fails both comparisons
         raise Wrong(f"read as {pixels.dtype} {pixels.shape}, {pixels.min():g} to {pixels.max():g}")
-    if fitted:
+    if fitted and pixels.size <= MAX_FITTED:
         _fit(source, background)
     return OK
 

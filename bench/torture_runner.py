@@ -63,8 +63,8 @@ class Tally:
 class Worker:
     """A process of `torture_worker`, started again after every fault that may have damaged it."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path, patience: float = 1.0) -> None:
+        self._folder, self._patience = folder, patience
         self._process: subprocess.Popen[bytes] | None = None
 
     def run(self, kind: str, seed: int, number: int) -> dict[str, Any]:
@@ -126,7 +126,7 @@ class Worker:
     def _answer(self, seconds: float) -> dict[str, Any]:
         """Return the next line of the worker, and watch its time and memory until then."""
         assert self._process is not None and self._process.stdout is not None
-        stdout, deadline = self._process.stdout, time.monotonic() + seconds
+        stdout, deadline = self._process.stdout, time.monotonic() + seconds * self._patience
         while b"\n" not in self._received:
             if select.select([stdout], [], [], POLL_SECONDS)[0]:
                 received = os.read(stdout.fileno(), 2**16)
@@ -173,9 +173,18 @@ class Torture:
         seed: the seed of all cases.
         folder: receives a report of every fault, and its input.
         report: called with every fault.
+        patience: factor of all time limits, for a machine that is busy with other work.
     """
 
-    def __init__(self, shares: dict[str, float], seed: int, folder: Path, report: Callable[[Fault], None]) -> None:
+    def __init__(
+        self,
+        shares: dict[str, float],
+        seed: int,
+        folder: Path,
+        report: Callable[[Fault], None],
+        patience: float = 1.0,
+    ) -> None:
+        self._patience = patience
         self._shares, self._seed, self._folder, self._report = shares, seed, folder, report
         self._lock, self._stopping = threading.Lock(), False
         self._numbers: Counter[str] = Counter()
@@ -198,7 +207,7 @@ class Torture:
                 thread.join()
 
     def _work(self, index: int) -> None:
-        worker = Worker(self._folder / f"worker-{index}")
+        worker = Worker(self._folder / f"worker-{index}", self._patience)
         try:
             while (chosen := self._next()) is not None:
                 answer = worker.run(chosen[0], self._seed, chosen[1])

@@ -189,7 +189,7 @@ def _many(chance: Random) -> str:
 
 
 def _long_path(chance: Random) -> str:
-    count = chance.choice([10**3, 10**4, 10**5])
+    count = chance.choice([10**3, 10**4, 30_000])
     unit = chance.choice([
         "l1 1", "c1 2 3 4 5 6", "a9 9 0 1 1 1 1", "a9 9 0 11.5.5", "m1 1z", "z", "1", "-", ".", "1e", "1e9 ", "t1 1",
         "h1v1", "s1 2 3 4", "M0 0h9v9z", "+", ",", "\n", "1e-40 ", "1" * 100 + " ",

@@ -19,8 +19,21 @@ import torture_toml
 from torture_case import OK, REFUSED, Wrong
 from torture_runner import Fault, Torture
 
-CASES = {"images": 1500, "svgs": 250, "checkpoints": 400, "toml": 250, "commands": 250, "batch": 4}
+CASES = {
+    "images": 1500,
+    "svgs": 250,
+    "checkpoints": 400,
+    "toml": 250,
+    "commands": 250,
+    "batch": 4,
+    "options": 100,
+    "disks": 4,
+    "kills": 2,
+}
 """Numbers of cases that together take about a minute and a half on two cores."""
+
+PATIENCE = 5.0
+"""Factor of all time limits: other tests run at the same time. Hangs are found all the same."""
 
 FAKE_KIND = """
 import ctypes, os, tempfile, time
@@ -39,13 +52,13 @@ def fill_the_memory():
     time.sleep(len(data))
 
 def case(chance):
-    return Case("a name", lambda folder: {run} or OK, b"the input", seconds=1.0 if "hang" in __name__ else 30.0)
+    return Case("a name", lambda folder: {run} or OK, b"the input", seconds=0.2 if "hang" in __name__ else 30.0)
 """
 
 BEHAVIOURS = {
     "work": ("None", "ok"), "refuse": ("refuse('must be y')", "refused"), "fail": ("fail()", "exception"),
     "exit": ("exit(3)", "exception"), "say_much": ("refuse('must be\\ny')", "wrong"), "crash": ("os.abort()", "crash"),
-    "end": ("os._exit(0)", "crash"), "hang": ("time.sleep(60)", "hang"), "leave": ("bool(tempfile.mkstemp()) and OK", "wrong"),
+    "end": ("os._exit(0)", "crash"), "hang": ("time.sleep(60)", "hang"), "leave": ("tempfile.mkdtemp() and OK", "wrong"),
     "leave_beside": ("Path('.warpvec-1.tmp').touch()", "wrong"), "fill": ("fill_the_memory()", "memory"),
 }  # fmt: skip
 """Name of a kind -> what its case does, and how that must be counted."""
@@ -53,7 +66,7 @@ BEHAVIOURS = {
 
 def tortured(tmp_path, kinds, limits, seed=0):
     """Run so many cases of the kinds; return the counts of each kind, and the faults."""
-    torture = Torture(dict.fromkeys(kinds, 1.0), seed, tmp_path / "faults", lambda _: None)
+    torture = Torture(dict.fromkeys(kinds, 1.0), seed, tmp_path / "faults", lambda _: None, PATIENCE)
     torture.run(1, 600.0, limits)
     return {kind: tally.outcomes for kind, tally in torture.tallies.items()}, torture.faults
 
