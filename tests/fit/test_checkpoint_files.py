@@ -46,6 +46,7 @@ def test_a_file_holds_what_was_written(tmp_path: Path) -> None:
         elif name != "nested":
             assert found.state[name] == value
     assert found.state["nested"]["tensor"].shape == (0, 2)
+    assert found.state["nested"]["tensor"].stride() == torch.zeros(0, 2).stride()  # Warp takes no others
     found.state["floats"].add_(1.0)  # it has memory of its own
 
 

@@ -243,7 +243,9 @@ def _from_plain(value: Any, arrays: dict[str, Any]) -> Any:
     """Undo `_to_plain`, and take each array out of ``arrays``: two values that shared memory would change together."""
     if isinstance(value, dict) and _TENSOR in value:
         check_fields("array", value, **{_TENSOR: Whole(0, MAX_DIRECTORY)})
-        return torch.from_numpy(arrays.pop(f"array_{value[_TENSOR]}"))
+        array = arrays.pop(f"array_{value[_TENSOR]}")
+        # NumPy's strides of an array without values are zeros, which Warp refuses; torch makes its own.
+        return torch.from_numpy(array.reshape(-1)).reshape(array.shape)
     if isinstance(value, dict):
         return {name: _from_plain(item, arrays) for name, item in value.items()}
     return value
