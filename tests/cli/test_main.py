@@ -116,6 +116,7 @@ def test_eval_refuses_other_files(photo: Path) -> None:
 def test_info_names_versions_devices_and_the_cache() -> None:
     facts = json.loads(invoke("info", "--json").stdout)
     assert {"warpvec", "warp", "torch", "numpy", "resvg", "python", "cpu_count", "devices"} <= set(facts)
+    assert facts["gpu"] == "used" if len(facts["devices"]) > 1 else facts["gpu"].startswith("not used: ")
     assert facts["devices"][0] == "cpu"
     assert facts["kernel_cache_bytes"] >= 0
     assert f"kernel cache: {facts['kernel_cache']}" in invoke("info").stdout

@@ -162,6 +162,7 @@ def test_an_unknown_device_is_named_in_one_line(name: str) -> None:
 
 def test_a_gpu_is_refused_in_a_forked_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    monkeypatch.setattr(torch.cuda, "device_count", lambda: 1)
     monkeypatch.setattr(wp, "get_cuda_device_count", lambda: 1)
     monkeypatch.setattr(launching, "start_warp", lambda: 0)  # Warp was started by the process 0
     for name in ("auto", "cuda", "cuda:0"):

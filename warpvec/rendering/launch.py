@@ -23,6 +23,7 @@ import warp as wp
 from warpvec.errors import InputError
 from warpvec.kernels.constants import TILE
 from warpvec.rendering.capacity import Capacity
+from warpvec.rendering.devices import gpu_count, why_no_gpu
 from warpvec.rendering.kernel_cache import init_warp
 from warpvec.rendering.thread_pool import ThreadPool, core_count, usable_threads
 
@@ -77,13 +78,14 @@ def resolve_device(name: str) -> str:
         InputError: there is no such device, or it is a GPU and this process was forked after Warp started.
     """
     process = start_warp()
-    # A GPU must be visible to Torch and to Warp.
-    gpu_count = wp.get_cuda_device_count() if torch.cuda.is_available() else 0
-    devices = ["cpu", *(f"cuda:{k}" for k in range(gpu_count))]
-    wanted = {"auto": devices[min(gpu_count, 1)], "cuda": "cuda:0"}.get(name, name)
+    usable = gpu_count()
+    devices = ["cpu", *(f"cuda:{k}" for k in range(usable))]
+    wanted = {"auto": devices[min(usable, 1)], "cuda": "cuda:0"}.get(name, name)
     if wanted not in devices:
         rule = f"must be auto or one of {', '.join(devices)} on this machine"
-        raise InputError("device", rule, repr(name), "give one of these")
+        wants_gpu = not usable and name.startswith("cuda")
+        remedy = f"give one of these: {why_no_gpu()}" if wants_gpu else "give one of these"
+        raise InputError("device", rule, repr(name), remedy)
     if wanted != "cpu" and process != os.getpid():
         rule = (
             "must be cpu in a process that was forked after warpvec had started, because CUDA does not survive a fork"

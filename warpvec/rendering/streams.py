@@ -56,8 +56,9 @@ class StepQueue:
     def add(self) -> None:
         """Note that a step has been launched, and wait until at most ``STEPS_AHEAD`` are not done."""
         if self._is_used:
-            self._ends.append(torch.cuda.Event())
-            self._ends[-1].record()
+            end: Any = torch.cuda.Event()  # type: ignore[no-untyped-call]
+            end.record()
+            self._ends.append(end)
             self._wait(STEPS_AHEAD)
 
     def drain(self) -> None:
