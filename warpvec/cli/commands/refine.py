@@ -21,6 +21,7 @@ from warpvec.cli.arguments import (
 )
 from warpvec.cli.options import file_options, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
+from warpvec.cli.side_files import SideFile
 from warpvec.cli.summary import end_fit
 from warpvec.config.toml_file import write_settings
 
@@ -76,7 +77,7 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options
     if options["write_config"] is not None:
         found = stated(options["preset"], options["background"], options, config)
         kept = {name: value for name, value in found.items() if name in given or name not in DECIDED}
-        write_settings(options["write_config"], kept)
+        SideFile("--write-config").attempt(write_settings, options["write_config"], kept)
     with show_progress(sys.stderr, quiet=options["quiet"]) as show:
         result = refine_photo(
             photo, start, config, goal, title=title_of(image), on_progress=show, file_options=file_options(options)
