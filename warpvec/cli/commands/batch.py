@@ -90,14 +90,13 @@ def _engine(config: FitConfig, options: dict[str, Any]) -> Engine:
         from warpvec.batch.engines.ray import RayEngine
 
         return RayEngine(config.device, config.threads or 1, count, retries, options["ray_address"])
-    import torch
-
     from warpvec.batch.engines.local import LocalEngine
+    from warpvec.rendering.devices import gpu_count
     from warpvec.rendering.launch import resolve_device
 
     device = resolve_device(config.device)
     every_gpu = config.device == "auto" and device != "cpu"
-    devices = [f"cuda:{k}" for k in range(torch.cuda.device_count())] if every_gpu else [device]
+    devices = [f"cuda:{k}" for k in range(gpu_count())] if every_gpu else [device]
     return LocalEngine(devices, config.threads, count, retries)
 
 
