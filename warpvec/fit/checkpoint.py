@@ -6,6 +6,7 @@ the header refers to. Reading it executes no code from it.
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import math
@@ -37,9 +38,9 @@ MAX_BYTES = 2**30
 """Largest size of a file, and of its arrays when unpacked, so that no file can fill the memory. A fit of 2**16 paths
 takes 80 MB."""
 
-MAX_HEADER = 2**25
-"""Largest size of the JSON, whose values take up to 30 times as much memory. The history of 100 iterations takes
-1 kB."""
+MAX_HEADER = 2**24
+"""Largest size of the JSON, whose values take up to 30 times as much memory. The history takes 10 bytes an iteration,
+so this is enough for a million iterations."""
 
 MAX_DIRECTORY = 2**16
 """Largest size of the archive's directory, of about 60 bytes an array. A fit has some 30 arrays."""
@@ -113,10 +114,11 @@ def read_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
         if header["format"] != FORMAT:
             raise ValueError("not a checkpoint")
         version = header["version"]
-    except OSError as error:
-        value = f"{label!r} ({error.strerror})"
-        raise InputError("checkpoint", "must be a file", value, "check the path") from error
-    except _DAMAGE_ERRORS as error:
+    except (OSError, *_DAMAGE_ERRORS) as error:
+        # A damaged directory of the archive may lead to a place before the file, which is an invalid argument.
+        if isinstance(error, OSError) and error.errno != errno.EINVAL:
+            value = f"{label!r} ({error.strerror})"
+            raise InputError("checkpoint", "must be a file", value, "check the path") from error
         remedy = "check the path, or start again without it"
         raise InputError("checkpoint", "must be a checkpoint of warpvec", repr(label), remedy) from error
     if version != VERSION:
