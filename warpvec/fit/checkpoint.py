@@ -34,13 +34,13 @@ from warpvec.fit.state_form import Part, Text, Whole, check_fields, require
 FORMAT, VERSION = "warpvec checkpoint", 2
 """The version changes with the content of the state, so that an old file is refused and not misread."""
 
-MAX_BYTES = 2**30
+MAX_BYTES = 2**29
 """Largest size of a file, and of its arrays when unpacked, so that no file can fill the memory. A fit of 2**16 paths
-takes 80 MB."""
+takes 60 MB."""
 
-MAX_HEADER = 2**24
+MAX_HEADER = 2**23
 """Largest size of the JSON, whose values take up to 30 times as much memory. The history takes 10 bytes an iteration,
-so this is enough for a million iterations."""
+so this is enough for half a million iterations."""
 
 MAX_DIRECTORY = 2**16
 """Largest size of the archive's directory, of about 60 bytes an array. A fit has some 30 arrays."""
