@@ -25,6 +25,7 @@ from warpvec.errors import InputError
 from warpvec.geometry.circles import circle_points, circle_sides
 from warpvec.geometry.scene import Scene
 from warpvec.rendering import splat
+from warpvec.rendering.streams import on_warps_stream
 
 HEIGHT, WIDTH = 20, 35
 
@@ -282,6 +283,15 @@ def test_streams_of_the_caller_are_kept_in_order(device: str) -> None:
     assert wp.get_stream(device) is before
     for got, expected in zip(found, want, strict=True):
         torch.testing.assert_close(got, expected, rtol=1e-4, atol=1e-4)
+
+
+def test_a_drawing_within_a_fit_stays_on_warps_stream(device: str) -> None:
+    scene = scene_of(random_scene(8, 30, 100, 200), torch.float32, device)
+    want, before = image_and_gradients(scene), None if device == "cpu" else wp.get_stream(device)
+    with on_warps_stream(device):
+        got = image_and_gradients(scene)
+    assert device == "cpu" or wp.get_stream(device) is before
+    torch.testing.assert_close(got, want, rtol=1e-4, atol=1e-4)
 
 
 def image_and_gradients(scene: Scene) -> list[Tensor]:

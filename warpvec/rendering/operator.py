@@ -153,11 +153,18 @@ def _turn(device: torch.device) -> Iterator[None]:
     """Hold the renderers for one call; on CUDA, let Warp work on torch's current stream."""
     start_warp()
     with _lock:
-        stream = _warp_stream(torch.cuda.current_stream(device)) if device.type == "cuda" else None
+        stream = _stream_to_join(device) if device.type == "cuda" else None
         # This stream waits for Warp's own stream at the start, and Warp's for this one at the end. Calls on different
         # streams share buffers, and so run one after another on the device too.
         with wp.ScopedStream(stream, sync_exit=True):
             yield
+
+
+def _stream_to_join(device: torch.device) -> Any:
+    """Return torch's stream as one of Warp's, or None if torch already works on Warp's own, as it does in a fit."""
+    stream = torch.cuda.current_stream(device)
+    own = wp.device_from_torch(device).stream
+    return None if stream.cuda_stream == own.cuda_stream else _warp_stream(stream)
 
 
 @cache  # Torch takes its streams from a small pool that lives as long as the process does.
