@@ -128,6 +128,8 @@ def read_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
     try:
         return _to_checkpoint(header, arrays)
     except _DAMAGE_ERRORS as error:
+        if isinstance(error, InputError) and error.name == "checkpoint":
+            raise
         value = f"{label!r} (it is damaged: {_brief(str(error))})"
         raise InputError("checkpoint", "must hold a fit", value, "start again without it") from error
 
