@@ -5,9 +5,11 @@ A fit on a GPU records its steps. Here the CPU records them too, with the kernel
 
 from __future__ import annotations
 
+import gc
 from copy import deepcopy
 from dataclasses import fields
 from typing import Any
+from weakref import ref
 
 import pytest
 import torch
@@ -92,3 +94,14 @@ def test_a_fit_whose_steps_are_dropped_ends_the_same(
         assert torch.equal(saved["loss"], expected["loss"])
         assert torch.equal(saved["population"]["age"], expected["population"]["age"])
         assert torch.equal(saved["population"]["points"], expected["population"]["points"])
+
+
+def test_the_memory_of_a_fit_is_free_at_once(device: str, renderers: list[TileRenderer]) -> None:
+    """The memory of a GPU would last until Python looks for cycles of references."""
+    gc.disable()
+    try:
+        fit(small_photo(), settings_of("default", device))
+        alive = ref(renderers.pop())
+        assert alive() is None
+    finally:
+        gc.enable()

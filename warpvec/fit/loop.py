@@ -19,7 +19,7 @@ from warpvec.fit.palette import START as PALETTE_START
 from warpvec.fit.palette import Palette, with_pure_colors
 from warpvec.fit.policies.prefixes import prefix_length, with_prefix
 from warpvec.fit.policies.registry import config_from_start, config_from_state, make_policy
-from warpvec.fit.population import Population, scene_form
+from warpvec.fit.population import Population, do_nothing, scene_form
 from warpvec.fit.progress import (
     LOSS_MAX,
     SECONDS_MAX,
@@ -131,7 +131,6 @@ class _Fit:
         self.saving: Saving | None = None
         first = self._first_paths() if start is None else self._costliest_to_remove(start)
         self._population = Population(self._as_transparent_as_image(first), config, max(height, width) / 2)
-        self._population.before_use = self._take_dropped_steps
         self._queue = StepQueue(device)
         has_palette = config.palette is not None or config.colors > 0
         self._palette = Palette(config, height * width) if has_palette else None
@@ -139,6 +138,13 @@ class _Fit:
     def iterate(self, is_interrupted: Callable[[], bool]) -> None:
         """Run the loop to its end; raise KeyboardInterrupt once ``is_interrupted()``."""
         self._steps_before = self._iteration - self._population.step_count
+        self._population.before_use = self._take_dropped_steps
+        try:
+            self._iterate(is_interrupted)
+        finally:  # a cycle of references would keep the memory of a GPU until Python looks for cycles
+            self._population.before_use = do_nothing
+
+    def _iterate(self, is_interrupted: Callable[[], bool]) -> None:
         while self._iteration < self._iteration_count:
             if is_interrupted():
                 raise KeyboardInterrupt

@@ -59,7 +59,7 @@ class Population:
 
     def __init__(self, scene: Scene, config: FitConfig, half_side: float) -> None:
         start_warp()
-        self.before_use: Callable[[], None] = _do_nothing
+        self.before_use: Callable[[], None] = do_nothing
         self._half_side = half_side
         self._logit_color = config.color_parameter == "logit"
         self._fixed_background = config.backdrop == "white" or scene.transparent
@@ -337,8 +337,8 @@ def scene_form(like: Scene, path_count: int, generation_max: int) -> Form:
     return Fields(fields)
 
 
-def _do_nothing() -> None:
-    pass
+def do_nothing() -> None:
+    """Do nothing: what a population does before its paths are used, unless a fit wants something else."""
 
 
 def _fresh(raw: Tensor) -> Tensor:
