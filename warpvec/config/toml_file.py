@@ -14,6 +14,9 @@ from warpvec.inputs import read_file
 MAX_TOML_BYTES = 2**20
 """Largest file of settings. All settings there are take about 2 kB."""
 
+_NAME_MAX = 100
+"""Most characters of an unknown name in a message."""
+
 
 def read_settings(path: str, known: Collection[str]) -> dict[str, str]:
     """Return the settings in the file ``path``, values as text as on the command line; names may contain hyphens.
@@ -23,7 +26,7 @@ def read_settings(path: str, known: Collection[str]) -> dict[str, str]:
     """
     try:
         found = tomllib.loads(read_file(path, MAX_TOML_BYTES, "config", "a TOML file").decode())
-    except ValueError as error:  # TOML and Unicode errors are ValueErrors
+    except (ValueError, RecursionError) as error:  # TOML and Unicode errors are ValueErrors
         if isinstance(error, InputError):
             raise
         raise InputError("config", "must be a TOML file", f"{path!r} ({error})") from error
@@ -31,11 +34,19 @@ def read_settings(path: str, known: Collection[str]) -> dict[str, str]:
     for name, value in settings.items():
         if name not in known:
             rule = "must be the name of an option of this command"
-            raise InputError(f"{name} in {path!r}", rule, remedy="see --help-all for the names")
+            shown = f"{name[:_NAME_MAX]}..." if len(name) > _NAME_MAX else name
+            raise InputError(f"{shown} in {path!r}", rule, remedy="see --help-all for the names")
         if not isinstance(value, bool | int | float | str):
             rule = "must be a number, a text, true or false"
             raise InputError(f"{name} in {path!r}", rule, repr(value))
-    return {name: str(value) for name, value in settings.items()}
+    return {name: _text(name, value, path) for name, value in settings.items()}
+
+
+def _text(name: str, value: bool | int | float | str, path: str) -> str:
+    try:
+        return str(value)
+    except ValueError as error:  # Python writes no number of thousands of digits; a file may have one as 0xfff...
+        raise InputError(f"{name} in {path!r}", "must be a number of fewer digits", remedy="give another") from error
 
 
 def write_settings(path: str, settings: dict[str, Any]) -> None:
