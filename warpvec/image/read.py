@@ -244,7 +244,9 @@ def _unit_samples(samples: NDArray[Any], name: str) -> NDArray[np.float32]:
     if samples.dtype == np.bool_:
         return samples.astype(np.float32)
     if samples.dtype.kind == "u" and samples.dtype.itemsize <= 2:
-        return np.asarray(samples, np.float32) / np.float32(np.iinfo(samples.dtype).max)
+        unit = samples.astype(np.float32)
+        unit /= np.float32(np.iinfo(samples.dtype).max)  # in place: of the largest image a copy takes 1.6 GB
+        return unit
     return _unit_floats(samples, name)
 
 
@@ -261,11 +263,12 @@ def _unit_floats(samples: NDArray[Any], name: str) -> NDArray[np.float32]:
 
 
 def _visible(samples: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return RGBA [h, w, 4] of ``samples`` [h, w, 2 or 4], with black in place of invisible colours."""
-    alpha = samples[..., -1]
-    pixels = np.empty((*alpha.shape, 4), np.float32)
-    pixels[..., :3], pixels[..., 3] = samples[..., :-1], alpha
-    pixels[alpha == 0] = 0.0
+    """Return RGBA [h, w, 4] of ``samples`` [h, w, 2 or 4], which may change, with black for invisible colours."""
+    pixels = samples
+    if samples.shape[2] == 2:
+        pixels = np.empty((*samples.shape[:2], 4), np.float32)
+        pixels[..., :3], pixels[..., 3] = samples[..., :1], samples[..., 1]
+    pixels *= pixels[..., 3:] != 0
     return pixels
 
 
