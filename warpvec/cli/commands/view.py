@@ -51,7 +51,12 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
 
     name = "drawing" if svg == "-" else Path(svg).stem
     path = Path(page) if page is not None else Path(tempfile.mkdtemp(prefix="warpvec-")) / f"{name}.html"
-    write_page(path, data, photo=photo, history=records, name=name)
+    try:
+        write_page(path, data, photo=photo, history=records, name=name)
+    except BaseException:
+        if page is None:
+            path.parent.rmdir()
+        raise
     if page is None and not webbrowser.open(path.as_uri()):
         click.echo(f"no browser could be started; open {in_one_line(str(path))}", err=True)
 
