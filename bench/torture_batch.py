@@ -46,22 +46,36 @@ def case(chance: Random) -> Case:
     options += ["--retry", chance.choice(["0", "1"])]
     options += chance.choice([[], [], [], ["--quiet"], ["--skip-existing"]])
     old = chance.choices(list(OLD), [12, 1, 1, 1, 1, 1, 1])[0]
-    seed, is_repeated = chance.getrandbits(32), chance.random() < 0.2
+    source = "in/inner\n" if in_folder else "in"
+    inner, count = Random(chance.getrandbits(32)), chance.choice([1, 1, 1, 1, 2])
+    return Case(
+        f"{options}, {old}, {entries}"[:300],
+        lambda folder: check(folder, entries, options, old, inner, source, count),
+        repr((entries, options, old)).encode(),
+        SECONDS,
+    )
 
-    def run(folder: Path) -> str:
-        source = folder / "in"
-        place = source / "inner\n" if in_folder else source
-        place.mkdir(parents=True)
-        (folder / "out").mkdir()
-        OLD[old](folder / "out")
-        inner = Random(seed)
-        for name, kind in entries.items():
-            KINDS[kind](os.fsencode(place) + b"/" + name, inner)
-        for _ in range(1 + is_repeated):
-            outcome = _batch(folder, options)
-        return outcome
 
-    return Case(f"{options}, {old}, {entries}"[:300], run, repr((entries, options, old)).encode(), SECONDS)
+def check(
+    folder: Path,
+    entries: dict[bytes, str],
+    options: list[str],
+    old: str,
+    chance: Random,
+    source: str = "in",
+    count: int = 1,
+) -> str:
+    """Run a batch ``count`` times: ``entries`` are names and `KINDS` of the files in ``source``, ``old`` one of `OLD`.
+
+    Raises:
+        Wrong: exit code, log or records break a rule.
+    """
+    (folder / source).mkdir(parents=True)
+    (folder / "out").mkdir()
+    OLD[old](folder / "out")
+    for name, kind in entries.items():
+        KINDS[kind](os.fsencode(folder / source) + b"/" + name, chance)
+    return [_batch(folder, options) for _ in range(count)][-1]
 
 
 def _batch(folder: Path, options: list[str]) -> str:
@@ -86,7 +100,7 @@ def _check_records(out: Path, code: int) -> None:
     if not (out / "batch.jsonl").is_file():
         return
     records = [json.loads(line) for line in (out / "batch.jsonl").read_text().split("\n") if line]
-    with open(out / "batch.csv", newline="", encoding="utf-8") as stream:
+    with open(out / "batch.csv", newline="", encoding="utf-8", errors="surrogateescape") as stream:
         rows = list(csv.DictReader(stream))
     if len(rows) != len(records):
         raise Wrong(f"{len(rows)} rows in the CSV for {len(records)} records")

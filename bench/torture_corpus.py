@@ -1,7 +1,8 @@
 """Every fault that was ever found, as the smallest input that showed it: `tests/corpus`.
 
 Its folders `images`, `svgs` and `toml` hold files, each of which is read in every way. What is described more briefly
-than it is stored is in JSON: `checkpoints.json` (name of the fit, changes), `commands.json` (arguments).
+than it is stored is in JSON: `checkpoints.json` (name of the fit, changes), `commands.json` (arguments), `batch.json`
+(names and kinds of files), `largest.json` (colour type of a PNG of the largest size).
 """
 
 from __future__ import annotations
@@ -11,8 +12,10 @@ import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from random import Random
 from typing import Any
 
+import torture_batch
 import torture_checkpoints
 import torture_commands
 import torture_images
@@ -40,7 +43,8 @@ def case_at(number: int) -> Case:
     name, entry = entries()[number]
     kind = name.partition("/")[0].partition(":")[0]
     if kind in _DESCRIBED:
-        return Case(name, lambda folder: _DESCRIBED[kind](entry, folder), json.dumps(entry).encode())
+        seconds = torture_batch.SECONDS if kind == "batch" else 20.0
+        return Case(name, lambda folder: _DESCRIBED[kind](entry, folder), json.dumps(entry).encode(), seconds)
     data = entry.read_bytes()
     ways = _FILES[kind]
     return Case(name, lambda folder: _in_every_way(data, folder, ways), data, seconds=20.0 * len(ways))
@@ -73,6 +77,15 @@ def _command(entry: dict[str, Any], folder: Path) -> str:
     return torture_commands.check(entry["words"], folder, torture_commands.inputs()[entry.get("stdin", "empty")])
 
 
+def _batch(entry: dict[str, Any], folder: Path) -> str:
+    names = {os.fsencode(name): kind for name, kind in entry["files"].items()}
+    return torture_batch.check(folder, names, ["--retry", "1"], entry.get("old", "new"), Random(0))
+
+
+def _largest(entry: dict[str, Any], folder: Path) -> str:
+    return torture_images.check(torture_images.largest_png(entry["color"]), folder, "from bytes")
+
+
 def _ways(check: Callable[[bytes, Path, str], str], names: Any) -> list[Callable[[bytes, Path], str]]:
     return [lambda data, folder, name=name: check(data, folder, name) for name in names]  # type: ignore[misc]
 
@@ -82,4 +95,4 @@ _FILES: dict[str, list[Callable[[bytes, Path], str]]] = {
     "svgs": _ways(torture_svgs.check, torture_svgs.READERS),
     "toml": [torture_toml.check],
 }
-_DESCRIBED = {"checkpoints": _checkpoint, "commands": _command}
+_DESCRIBED = {"checkpoints": _checkpoint, "commands": _command, "batch": _batch, "largest": _largest}

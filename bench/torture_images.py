@@ -78,12 +78,13 @@ def _claiming_png(chance: Random) -> bytes:
 def _large_file(chance: Random) -> Case:
     """Return the reading of a whole PNG of the largest size that is allowed, which has few bytes."""
     color = chance.choice(list(_SAMPLES))
-    data = _large_png(color)
+    data = largest_png(color)
     return Case(f"largest PNG, colour type {color}", lambda folder: check(data, folder, "from bytes"), data)
 
 
 @cache
-def _large_png(color: int) -> bytes:
+def largest_png(color: int) -> bytes:
+    """Return a black PNG of the largest size, which has few bytes."""
     side = 10_000
     packer, rows = zlib.compressobj(1), bytes(100 * (1 + side * _SAMPLES[color]))
     pixels = b"".join([*(packer.compress(rows) for _ in range(side // 100)), packer.flush()])

@@ -58,7 +58,8 @@ def case(chance):
 BEHAVIOURS = {
     "work": ("None", "ok"), "refuse": ("refuse('must be y')", "refused"), "fail": ("fail()", "exception"),
     "exit": ("exit(3)", "exception"), "say_much": ("refuse('must be\\ny')", "wrong"), "crash": ("os.abort()", "crash"),
-    "end": ("os._exit(0)", "crash"), "hang": ("time.sleep(60)", "hang"), "leave": ("tempfile.mkdtemp() and OK", "wrong"),
+    "end": ("os._exit(0)", "crash"), "hang": ("time.sleep(60)", "hang"),
+    "leave": ("tempfile.mkdtemp() and OK", "wrong"),
     "leave_beside": ("Path('.warpvec-1.tmp').touch()", "wrong"), "fill": ("fill_the_memory()", "memory"),
 }  # fmt: skip
 """Name of a kind -> what its case does, and how that must be counted."""
