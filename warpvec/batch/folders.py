@@ -115,6 +115,8 @@ class LocalFolder:
         write_atomic(path, data)
 
     def append(self, name: str, data: bytes) -> None:
+        if (self._path / name).is_dir():
+            raise InputError(self._name, "must let a file be written", f"a folder named {name!r}", "move it away")
         with (self._path / name).open("ab", buffering=0) as file:
             file.write(data)
             os.fsync(file.fileno())
