@@ -77,10 +77,13 @@ def in_one_line(text: str) -> str:
 
     File names can hold any of these.
     """
-    escapes = {letter: ascii(letter)[1:-1] for letter in set(text) if not letter.isprintable()}
-    return text.translate(str.maketrans(escapes)) if escapes else text
+    escapes = {ord(letter): ascii(letter)[1:-1] for letter in set(text) if not letter.isprintable()}
+    return text.translate(escapes)
 
 
 def show(value: Any) -> str:
     """Return the repr of ``value`` in one line; arrays print in several."""
-    return " ".join(repr(value).split())
+    try:
+        return " ".join(repr(value).split())
+    except ValueError:  # Python writes no number of more than 4300 digits
+        return "a number of thousands of digits"

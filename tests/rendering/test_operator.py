@@ -210,9 +210,9 @@ def test_threads_change_no_bit() -> None:
         (5, -1, {}, "width must be a whole number of at least 1, got -1; "),
         (16.0, 5, {}, "height must be a whole number of at least 1, got 16.0; "),
         (5, "5", {}, "width must be a whole number of at least 1, got '5'; "),
-        (5, 5, {"threads": -1}, "threads must be a whole number of at least 1, got -1; "),
-        (5, 5, {"threads": 0}, "threads must be a whole number of at least 1, got 0; "),
-        (5, 5, {"threads": 1.5}, "threads must be a whole number of at least 1, got 1.5; "),
+        (5, 5, {"threads": -1}, "threads must be a whole number from 1 to 4096, got -1; "),
+        (5, 5, {"threads": 0}, "threads must be a whole number from 1 to 4096, got 0; "),
+        (5, 5, {"threads": 1.5}, "threads must be a whole number from 1 to 4096, got 1.5; "),
         (5, 5, {"renderer": "fast"}, "renderer must be one of exact, splat, got 'fast'"),
         (5, 5, {"samples": 9}, "samples is not a setting of the renderer exact, which has none"),
         (
@@ -221,7 +221,7 @@ def test_threads_change_no_bit() -> None:
             {"renderer": "splat", "degree": 5},
             "degree is not a setting of the renderer splat, which has samples, ",
         ),
-        (5, 5, {"renderer": "splat", "lines": 0}, "lines must be a whole number of at least 1, got 0; "),
+        (5, 5, {"renderer": "splat", "lines": 0}, "lines must be a whole number from 1 to 1024, got 0; "),
     ],
 )
 def test_bad_arguments_are_told_in_one_line(height: Any, width: Any, options: dict[str, Any], message: str) -> None:
