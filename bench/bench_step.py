@@ -134,7 +134,7 @@ class Bench:
         return {name: _rows(name, laps, stages) for name, laps in (("step", self.step), ("render", self.render))}
 
     def _take_step(self) -> None:
-        self._fit._step(False)
+        self._fit._step(self._fit._iteration, False)
 
     def _draw(self) -> None:
         scene = self._fit._population.scene

@@ -1,7 +1,7 @@
 """Stage 4, compositing: windings, colours and opacities -> the image.
 
-Paths are blended over one another, back to front: C <- C + a (c - C) with a = opacity * coverage. The colour c of a path
-is flat or a gradient (``gradients.py``). A scene without gradients is drawn by kernels that know of none.
+Paths are blended over one another, back to front: C <- C + a (c - C) with a = opacity * coverage. The colour c of a
+path is flat or a gradient (``gradients.py``). A scene without gradients is drawn by kernels that know of none.
 """
 
 from functools import cache

@@ -105,6 +105,7 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
         error_scale: dtype,  # dL/d(squared error), fused only
         stack_chunk: int,  # tiles that share a stack, one after another; 0: every tile has its own
         stack_depth: int,  # entries of a shared stack
+        stack_first: int,  # entries of the tiles before those of this launch, if every tile has its own
         stack: wp.array(dtype=vector),  # [entries, 3, TILE TILE / width] scratch: the colour behind each hit
         # in: winding, out: dL/d(winding)
         slot_winding: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
@@ -120,7 +121,7 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
         end = tile_first_hit[tile + 1]
         begin = tile_first_visible[tile]
         clear_hidden(start, begin, lane, hit_pair, pair_class, pair_slot, slot_winding, pair_sums)
-        entry0 = start + tile
+        entry0 = start + tile - stack_first
         if stack_chunk > 0:
             entry0 = (tile // stack_chunk) * stack_depth
         part0 = lane * tile_vectors

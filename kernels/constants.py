@@ -106,9 +106,5 @@ SPLAT_GROUP = 8
 """Number of neighbouring samples of a line that share a bounding box. The box is tested first: 9 tests for 8 samples
 where it is hit, 1 where it is missed."""
 
-GRADIENT_EXTENT_MIN = 1.0e-3
-"""Length or radius in pixels below which a gradient counts as degenerate: its colours change within one pixel, so it
-shows its end colour, and its derivatives, which grow as 1 / length, would say nothing."""
-
 LENGTH_MIN = 1.0e-30
 """Replaces a length or an opacity of 0 in a division whose numerator is 0 as well."""

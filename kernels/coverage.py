@@ -103,7 +103,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                             middle = fma(mul(add(low, high), spread(half)), spread(dx), spread(v0[0] - dtype(column)))
                             pair = pair0 + column // TILE - box[0]
                             slot = pair_slot[pair]
-                            # A column that only the guard margin includes may lie in a tile that rounding left unmarked.
+                            # A column in the guard margin may lie in a tile that rounding left unmarked.
                             if pair_slot[pair + 1] > slot:
                                 index = (slot * COLUMNS + column % TILE) * blocks + block
                                 area = fnma(part, middle, part)

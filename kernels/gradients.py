@@ -1,7 +1,7 @@
 """Gradient paints: the share t of the end colour in a pixel, and the derivatives of t.
 
-The colour of a path with a gradient is (1 - t) color + t end_color, evaluated at the centre of a pixel, as SVG renderers
-do. With q the vector from the gradient's first point to the pixel:
+The colour of a path with a gradient is (1 - t) color + t end_color, evaluated at the centre of a pixel, as SVG
+renderers do. With q the vector from the gradient's first point to the pixel:
 
 - linear from p1 to p2, d = p2 - p1: t = q . d / |d|^2;
 - radial about c with radius r: t = |q| / r, where c takes the place of p1.
@@ -15,8 +15,8 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warpvec.geometry.gradients import LINEAR
-from warpvec.kernels.constants import GRADIENT_EXTENT_MIN, TILE
+from warpvec.geometry.gradients import EXTENT_MIN, LINEAR
+from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import Lanes
 
 GRADIENT_TERMS = 6
@@ -28,10 +28,10 @@ t, q_x / |q|, q_y / |q| (radial)."""
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return the functions of a gradient at the pixels of a lane value, and ``geometry_adjoint``."""
     dtype, vec2, vec3, vec4, vector = lanes.dtype, lanes.vec2, lanes.vec3, lanes.vec4, lanes.vector
-    mul, fma, sub, spread, root = lanes.mul, lanes.fma, lanes.sub, lanes.spread, lanes.root
+    mul, fma, spread, root = lanes.mul, lanes.fma, lanes.spread, lanes.root
     minimum, maximum, where_less, quotient = lanes.minimum, lanes.maximum, lanes.where_less, lanes.quotient
     zero, half, one, two = (wp.constant(dtype(value)) for value in (0.0, 0.5, 1.0, 2.0))
-    smallest = wp.constant(dtype(GRADIENT_EXTENT_MIN))
+    smallest = wp.constant(dtype(EXTENT_MIN))
     blocks, width = wp.constant(lanes.blocks), wp.constant(lanes.width)
 
     @wp.func

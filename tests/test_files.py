@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gzip
 import os
 import stat
@@ -155,3 +156,16 @@ def test_svgz_is_gzipped_and_reproducible(monkeypatch):
     assert encode_svg(text, "out.svgz") == packed == gzip_bytes(text.encode())
     assert gzip.decompress(packed) == text.encode()
     assert encode_svg(text, "out.svg") == encode_svg(text, "-") == encode_svg(text, "svgz") == text.encode()
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="needs /proc, which only Linux has")
+def test_a_folder_that_makes_no_files_is_refused_before_the_work():
+    assert "where files can be made, got '/proc/out.svg' (No such file or directory)" in refusal("/proc/out.svg")
+
+
+def test_a_disk_that_is_full_before_the_work_is_not_refused(tmp_path, monkeypatch):
+    def fail(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(files, "temporary_file", fail)
+    check_writable(tmp_path / "out.svg", "OUT")

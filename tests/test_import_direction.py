@@ -20,7 +20,8 @@ ROOMS = [
     "rendering svg",
     "kernels config",
     "geometry image",
-    "checks files",
+    "checks files inputs",
+    "temporary_files",
     "errors",
 ]
 """From top to bottom. A room may import those on lower lines, and itself."""

@@ -70,7 +70,7 @@ def test_the_wheel_states_version_licence_and_command(site: Path) -> None:
     assert f"\nVersion: {warpvec.__version__}\n" in metadata
     assert "\nLicense-Expression: Apache-2.0\n" in metadata
     assert (info / "licenses" / "LICENSE").read_bytes() == (ROOT / "LICENSE").read_bytes()
-    assert "warpvec = warpvec.cli.main:main" in (info / "entry_points.txt").read_text(encoding="utf-8")
+    assert "warpvec = warpvec.__main__:main" in (info / "entry_points.txt").read_text(encoding="utf-8")
 
 
 def test_the_sdist_contains_the_kernels_once(wheel: Path) -> None:

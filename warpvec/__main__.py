@@ -1,5 +1,19 @@
-"""Run ``python -m warpvec`` as the command ``warpvec``."""
+"""Run ``python -m warpvec``, and the installed script ``warpvec``."""
 
-from warpvec.cli.main import main
+from warpvec.cli.signals import run_command
 
-main(prog_name="warpvec")
+
+def main() -> None:
+    """Run the command ``warpvec`` with the arguments of the process."""
+    run_command(_command)
+
+
+def _command() -> None:
+    # Imported here, so that a signal during these imports is handled too.
+    from warpvec.cli.main import main
+
+    main(prog_name="warpvec")
+
+
+if __name__ == "__main__":
+    main()

@@ -72,6 +72,18 @@ def as_float(value: Any) -> float:
     return number if math.isfinite(number) else math.nan
 
 
+def in_one_line(text: str) -> str:
+    """Return ``text`` with escapes such as \\n for what would break a line, or move or colour the text of a terminal.
+
+    File names can hold any of these.
+    """
+    escapes = {ord(letter): ascii(letter)[1:-1] for letter in set(text) if not letter.isprintable()}
+    return text.translate(escapes)
+
+
 def show(value: Any) -> str:
     """Return the repr of ``value`` in one line; arrays print in several."""
-    return " ".join(repr(value).split())
+    try:
+        return " ".join(repr(value).split())
+    except ValueError:  # Python writes no number of more than 4300 digits
+        return "a number of thousands of digits"

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+_VALUE_MAX = 500
+"""Most characters of a value in a message: more than any file name has."""
+
 
 class InputError(ValueError):
     """Wrong input. The message is one line: "NAME must be RULE, got VALUE; REMEDY".
@@ -17,7 +20,7 @@ class InputError(ValueError):
 
     def __init__(self, name: str, rule: str, value: str | None = None, remedy: str = "") -> None:
         self.name, self.rule, self.value, self.remedy = name, rule, value, remedy
-        given = "" if value is None else f", got {value}"
+        given = "" if value is None else f", got {_shortened(value)}"
         advice = f"; {remedy}" if remedy else ""
         super().__init__(f"{name} {rule}{given}{advice}")
 
@@ -27,3 +30,11 @@ class InputError(ValueError):
     def renamed(self, names: Mapping[str, str]) -> InputError:
         """Return the same error with the name that ``names`` gives to its argument, such as that of an option."""
         return InputError(names.get(self.name, self.name), self.rule, self.value, self.remedy)
+
+
+def _shortened(value: str) -> str:
+    """Return ``value``, without its middle if that is long: a number can have any number of digits."""
+    if len(value) <= _VALUE_MAX:
+        return value
+    half = _VALUE_MAX // 4
+    return f"{value[:half]}... ({len(value)} characters) ...{value[-half:]}"

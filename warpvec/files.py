@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import gzip
 import os
-import secrets
 from contextlib import suppress
 from pathlib import Path
 
 from warpvec.errors import InputError
+from warpvec.temporary_files import temporary_file
 
 GZIP_LEVEL = 9
 """The slowest level: at these file sizes it takes milliseconds, and a file is written once and read often."""
@@ -23,7 +24,7 @@ def check_writable(path: str | os.PathLike[str], name: str) -> None:
 
     Raises:
         InputError: the path is a folder or not a valid file name, its folder is missing or is a file, or there is no
-            permission to write it.
+            permission to write it, or the system makes no files there.
     """
     target, given = _resolved(path, name), repr(os.fspath(path))
     folder = target.parent
@@ -72,13 +73,9 @@ def write_atomic(path: str | os.PathLike[str], data: bytes) -> None:
     if target.exists() and not target.is_file():
         target.write_bytes(data)
         return
-    temporary = target.with_name(f".warpvec-{secrets.token_hex(8)}.tmp")
-    try:
+    with temporary_file(target) as temporary:
         _write_through(temporary, data)
         os.replace(temporary, target)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
 
 
 def encode_svg(text: str, path: str | os.PathLike[str]) -> bytes:
@@ -93,11 +90,15 @@ def gzip_bytes(data: bytes) -> bytes:
 
 
 def _write_through(path: Path, data: bytes) -> None:
-    """Write a new file and flush it to the disk, so that a power cut cannot leave the later rename without its data."""
-    with path.open("xb") as file:
+    """Fill an empty file and flush it to the disk, so that a power cut cannot leave the rename without the data."""
+    with open(path, "r+b", opener=_open_no_link) as file:
         file.write(data)
         file.flush()
         os.fsync(file.fileno())
+
+
+def _open_no_link(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0))
 
 
 def _resolved(path: str | os.PathLike[str], name: str) -> Path:
@@ -115,5 +116,15 @@ def _resolved(path: str | os.PathLike[str], name: str) -> Path:
 def _check_permission(target: Path, name: str) -> None:
     if target.exists() and not os.access(target, os.W_OK):
         raise InputError(name, "must be writable", f"the write-protected file {str(target)!r}", "choose another name")
-    if (target.is_file() or not target.exists()) and not os.access(target.parent, os.W_OK | os.X_OK):
+    if target.exists() and not target.is_file():
+        return
+    if not os.access(target.parent, os.W_OK | os.X_OK):
         raise InputError(name, "must be in a folder you may write to", repr(str(target)), "choose another folder")
+    try:
+        with temporary_file(target):
+            pass
+    except OSError as error:  # such as in /proc, where root has every permission
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            return  # there may be space by the end of the fit
+        rule, found = "must be in a folder where files can be made", f"{str(target)!r} ({error.strerror})"
+        raise InputError(name, rule, found, "choose another folder") from None

@@ -57,3 +57,18 @@ def test_the_table_shows_the_photo_of_each_worker() -> None:
     assert "iteration 1 of 9 of c.png" in table
     assert "a.png" not in table
     assert "1 of 3, " in table
+
+
+HOSTILE = "a\nb\r\x1b[31m\u2028\u202e\x9bé.png"
+
+
+def test_a_hostile_name_stays_in_its_line() -> None:
+    record, stream = replace(FAILED, input=HOSTILE, error=f"cannot read {HOSTILE}"), StringIO()
+    tally = Tally(skipped=0, total=3)
+    with show_batch(stream, tally) as view:
+        view.show(record, tally)
+        view.update(Job(HOSTILE, "a.svg"), f"tried again: {HOSTILE}")
+        view.show(replace(DONE, input=HOSTILE), tally)
+    lines = stream.getvalue().splitlines()
+    assert len(lines) == 3
+    assert all(line.isprintable() and r"a\nb\r\x1b[31m\u2028\u202e\x9bé.png" in line for line in lines)

@@ -138,6 +138,8 @@ def test_a_job_to_be_tried_again_goes_behind_all_others() -> None:
         (["cpu"], None, 3, 99, [WorkerShare("cpu", 2)] * 3),
         (["cpu"], 5, 3, 99, [WorkerShare("cpu", 5)] * 3),
         (["cpu"], None, 20, 99, [WorkerShare("cpu", 1)] * 20),
+        (["cpu"], None, 5000, 9999, [WorkerShare("cpu", 1)] * 32),
+        (["cpu"], 5000, 5000, 9999, [WorkerShare("cpu", 5000)] * 32),
         (["cpu"], None, None, 2, [WorkerShare("cpu", 4)] * 2),
         (["cpu"], None, 3, 2, [WorkerShare("cpu", 4)] * 2),
         (["cuda:0", "cuda:1"], None, None, 99, [WorkerShare("cuda:0", 4), WorkerShare("cuda:1", 4)]),

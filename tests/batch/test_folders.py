@@ -12,6 +12,7 @@ import pytest
 
 from warpvec.batch.folders import Folder, LocalFolder, RemoteFolder, open_folder
 from warpvec.errors import InputError
+from warpvec.temporary_files import temporary_file
 
 FILES = {"a.png": b"1", "b/c.png": b"22", "b/d/e.jpg": b""}
 HIDDEN = {".hidden.png": b"3", ".folder/f.png": b"4", "b/.g.png": b"5", "b/.h/i.png": b"6"}
@@ -44,6 +45,20 @@ def test_what_is_written_is_read(folder: Folder) -> None:
 def test_a_missing_file_is_an_input_error(folder: Folder) -> None:
     with pytest.raises(InputError, match="b/x.png must be a file you may read"):
         folder.read("b/x.png")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs links and pipes of POSIX")
+def test_what_no_further_attempt_can_read_is_an_input_error(tmp_path: Path) -> None:
+    folder = LocalFolder(tmp_path)
+    (tmp_path / "a.png").symlink_to("b.png")
+    (tmp_path / "b.png").symlink_to("a.png")
+    (tmp_path / "endless.png").symlink_to("/dev/zero")
+    os.mkfifo(tmp_path / "pipe.png")
+    names = folder.names(recursive=False)
+    assert names == ["a.png", "b.png", "endless.png", "pipe.png"]
+    for name in (*names, "a.png/c.png", 300 * "x"):
+        with pytest.raises(InputError, match=f"^{name} must be a file you may read"):
+            folder.read(name)
 
 
 def test_a_pickled_folder_is_the_same(folder: Folder) -> None:
@@ -97,6 +112,15 @@ def test_a_folder_has_one_owner_at_a_time(tmp_path: Path) -> None:
         assert os.listdir(path) == []
 
 
+@pytest.mark.skipif(os.name == "nt", reason="needs locks of files")
+def test_unlocking_removes_what_a_killed_worker_left(tmp_path: Path) -> None:
+    with temporary_file(tmp_path / "a.svg") as path:
+        pass
+    with LocalFolder(tmp_path, "OUT_DIR").lock():
+        path.touch()  # not locked, as after the end of its writer
+    assert os.listdir(tmp_path) == []
+
+
 def test_a_file_cannot_be_locked(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     for name in ("file", "file/below"):
@@ -105,3 +129,9 @@ def test_a_file_cannot_be_locked(tmp_path: Path) -> None:
             LocalFolder(tmp_path / name, "OUT_DIR").lock(),
         ):
             pytest.fail("locked")
+
+
+def test_a_folder_in_place_of_the_records_is_refused(tmp_path):
+    (tmp_path / "batch.csv").mkdir()
+    with pytest.raises(InputError, match="a folder named 'batch.csv'; move it away"):
+        open_folder(str(tmp_path), "OUT_DIR").append("batch.csv", b"a line")

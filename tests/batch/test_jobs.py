@@ -143,15 +143,19 @@ def test_a_killed_batch_goes_on_where_it_was(photos: Path, out: Path) -> None:
     assert sorted(_times(out)) == [f"p{k}.svg" for k in range(4)]
 
 
-def test_an_interrupted_batch_ends_in_order(photos: Path, out: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+def test_an_interrupted_batch_ends_in_order(photos: Path, out: Path, number: int) -> None:
     with _batch(photos, out, "--jobs", "2", *SETTINGS, "--iterations", "100000") as process:
         _wait(lambda: len(_workers(process)) == 2, process)
         workers = _workers(process)
+        for pid in workers:  # which leave the end to the batch
+            os.kill(pid, number)
         time.sleep(0.5)
-        os.killpg(process.pid, signal.SIGINT)
+        assert _workers(process) == workers
+        os.killpg(process.pid, number)
         assert process.stderr is not None
         log = process.stderr.read()
-    assert process.returncode == 130
+    assert process.returncode == 128 + number
     assert log == ""
     assert not any(Path(f"/proc/{pid}").exists() for pid in workers)
     assert os.listdir(out) == []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -37,7 +38,7 @@ def test_each_record_is_a_line_at_once_and_read_again(tmp_path: Path) -> None:
     first, second = _cells(tmp_path)
     assert (first["psnr"], first["bytes"], first["attempts"], first["error"]) == ("27.5", "1234", "2", "")
     assert "settings" not in first
-    assert (second["psnr"], second["error"]) == ("", FAILED.error)
+    assert (second["psnr"], second["error"]) == ("", FAILED.error.replace("\n", r"\n"))
     again = Journal(LocalFolder(tmp_path))
     assert (again.get("b/é.png", "b/é.svg"), again.get("a.png", "a.svg")) == (DONE, FAILED)
     assert again.get("c.png", "a.svg") is None
@@ -75,6 +76,24 @@ def test_a_line_that_only_one_file_has_comes_back(tmp_path: Path) -> None:
     (tmp_path / CSV_NAME).unlink()
     Journal(LocalFolder(tmp_path))
     assert [line["input"] for line in _cells(tmp_path)] == ["b/é.png"]
+
+
+@pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t"])
+def test_no_text_of_the_csv_is_a_formula(tmp_path: Path, start: str) -> None:
+    name = f"{start}1+1.png"
+    journal = Journal(LocalFolder(tmp_path))
+    journal.add(replace(DONE, input=name, psnr=-1.5))
+    (cells,) = _cells(tmp_path)
+    assert (cells["input"], cells["psnr"]) == (f"'{name}", "-1.5")
+    journal.close()
+    assert _cells(tmp_path) == [cells]
+    assert Journal(LocalFolder(tmp_path)).get(name, DONE.output) is not None
+
+
+def test_a_name_with_line_breaks_stays_in_its_line(tmp_path: Path) -> None:
+    Journal(LocalFolder(tmp_path)).add(replace(DONE, input="a\r\nb.png"))
+    (cells,) = _cells(tmp_path)
+    assert cells["input"] == r"a\r\nb.png" and len((tmp_path / CSV_NAME).read_bytes().splitlines()) == 2
 
 
 def test_names_that_are_no_text_are_kept(tmp_path: Path) -> None:

@@ -69,6 +69,20 @@ def _ignore(job: object, text: str) -> None:
     """Ignore the news of a job."""
 
 
+def test_the_handler_of_sigterm_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    def init(**_: object) -> None:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ray does
+
+    for name, stub in (("init", init), ("is_initialized", bool), ("shutdown", bool)):
+        monkeypatch.setattr(ray, name, stub)
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        with RayEngine("cpu", 1, 1, 0, None)._connected():
+            assert signal.getsignal(signal.SIGTERM) is before
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
 class Killer:
     """Kills the first worker that begins ``victim``, while it is at it."""
 

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ import pytest
 from commands import assert_refused, invoke
 from PIL import Image
 
-from warpvec.fit.checkpoint import read_checkpoint
+from warpvec.fit.checkpoint import read_checkpoint, write_checkpoint
 
 SETTINGS = ["--curves", "40", "--initial-curves", "8", "--inflation-gap", "20", "--device", "cpu"]
 LONGER = [*SETTINGS, "--iterations", "1500", "--colors", "12", "--recycle-gap", "10"]
@@ -138,6 +139,18 @@ def test_another_photo_and_damaged_files_are_refused(photo: Path, state: Path) -
         result = invoke("run", photo, out, "--resume", state)
         assert_refused(result, "--resume must be a checkpoint of warpvec", str(state), "check the path, or start again")
     assert_refused(invoke("run", photo, out, "--resume", photo.with_name("none")), "--resume must be a file", "none")
+    assert not out.exists()
+
+
+def test_a_state_that_would_end_in_foreign_memory_is_refused(photo: Path, state: Path) -> None:
+    out, checkpoint = photo.with_name("out.svg"), read_checkpoint(state)
+    population = checkpoint.state["population"]
+    damaged = {**checkpoint.state, "population": {**population, "age": population["age"][:0]}}
+    write_checkpoint(state, replace(checkpoint, state=damaged))
+    result = invoke("run", photo, out, "--resume", state)
+    assert_refused(
+        result, "--resume must hold a whole fit", "population.age", "it is damaged", "start again without it"
+    )
     assert not out.exists()
 
 

@@ -55,16 +55,6 @@ def test_a_full_disk_is_reported_in_one_line_and_damages_no_file(photo: Path, ol
     assert old is None or out.read_bytes() == old
 
 
-@pytest.mark.usefixtures("full_disk")
-@pytest.mark.parametrize("options", [["--checkpoint", "state", "--every", "1"], ["--write-config", "settings.toml"]])
-def test_a_full_disk_while_other_files_are_written_is_reported_too(
-    photo: Path, options: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(photo.parent)
-    assert _line(_run(photo, *options)).startswith("the disk is full")
-    assert os.listdir(photo.parent) == ["photo.png"]
-
-
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full, which only Linux has")
 def test_a_full_device_is_reported_in_one_line(photo: Path) -> None:
     assert _line(invoke("run", photo, "/dev/full", *QUICK, "-q")).startswith("the disk is full")

@@ -38,6 +38,14 @@ def test_usage_errors_are_one_line() -> None:
     assert_refused(invoke("eval", "photo.png"), "SVG")
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such names")
+def test_a_hostile_name_stays_in_its_line(photo: Path, tmp_path: Path) -> None:
+    drawing = tmp_path / "a\nb\x1b[31m.svg"
+    drawing.write_text('<svg xmlns="http://www.w3.org/2000/svg" width="48" height="32"/>')
+    first = invoke("eval", photo, drawing).stdout.splitlines()[0]
+    assert first.isprintable() and r"a\nb\x1b[31m.svg: 0 curves" in first
+
+
 def test_unexpected_failure_is_one_line_with_a_hint(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*arguments: object, **_: object) -> None:
         raise RuntimeError("the reactor\nis hot")
@@ -108,6 +116,7 @@ def test_eval_refuses_other_files(photo: Path) -> None:
 def test_info_names_versions_devices_and_the_cache() -> None:
     facts = json.loads(invoke("info", "--json").stdout)
     assert {"warpvec", "warp", "torch", "numpy", "resvg", "python", "cpu_count", "devices"} <= set(facts)
+    assert facts["gpu"] == "used" if len(facts["devices"]) > 1 else facts["gpu"].startswith("not used: ")
     assert facts["devices"][0] == "cpu"
     assert facts["kernel_cache_bytes"] >= 0
     assert f"kernel cache: {facts['kernel_cache']}" in invoke("info").stdout

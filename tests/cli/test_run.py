@@ -21,6 +21,7 @@ from stubs import stub_fit
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.image.metrics import psnr
+from warpvec.rendering import devices, launch
 from warpvec.vectorization import api
 
 pytestmark = pytest.mark.usefixtures("quick_fit")
@@ -94,6 +95,22 @@ def test_a_summary_has_the_internal_psnr_if_verbose_or_for_splat(photo: Path) ->
     assert "inside the fit (as the exact renderer draws it)" in exact
     assert "inside the fit" not in plain
     assert all("written as cubics" not in text for text in (cubic, exact, plain))
+
+
+@pytest.mark.parametrize("reason", ["there is an NVIDIA GPU, but torch was built without CUDA", devices.NO_HARDWARE])
+def test_a_summary_says_why_auto_chose_the_cpu_if_there_is_a_gpu_or_verbose(
+    reason: str, photo: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(launch, "gpu_count", lambda: 0)
+    monkeypatch.setattr(devices, "why_no_gpu", lambda: reason)
+
+    def place(*options: str) -> str:
+        result = invoke("run", photo, photo.with_name("out.svg"), *options, *QUICK)
+        return re.search(r" iterations in [\d.]+ s on (.*)", result.stdout)[1]
+
+    assert place() == ("cpu" if reason == devices.NO_HARDWARE else f"cpu ({reason})")
+    assert place("--verbose") == f"cpu ({reason})"
+    assert place("--device", "cpu", "--verbose") == "cpu"
 
 
 def test_run_json_is_one_object_and_names_every_measure(photo: Path) -> None:

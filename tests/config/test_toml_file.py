@@ -51,6 +51,9 @@ def test_written_values_are_read_back(path: Path, value: Any) -> None:
         ("curves = 2020-01-01", "curves in .* must be a number"),
         ("curves = ", "config must be a TOML file, got .*settings.toml"),
         ("curves 7", "config must be a TOML file"),
+        ("curves = " + "[" * 5000, "config must be a TOML file"),
+        ("curves = 0x" + "f" * 5000, "curves in .* must be a number of fewer digits"),
+        ("x" * 5000 + " = 1", "x{100}\\.\\.\\. in .* must be the name of an option"),
         ("curves = 7\ncurves = 8", "config must be a TOML file"),
     ],
 )

@@ -31,7 +31,7 @@ def _checkpoint(**state: Any) -> Checkpoint:
 
 def test_a_file_holds_what_was_written(tmp_path: Path) -> None:
     values: dict[str, Any] = {
-        "floats": torch.rand(3, 4), "bytes": torch.arange(5, dtype=torch.uint8), "mask": torch.tensor([True, False]),
+        "floats": torch.rand(3, 4), "bytes": torch.arange(5, dtype=torch.uint8),
         "long": torch.tensor(2**62), "none": None, "text": "ä\n", "number": 0.1, "infinite": float("inf"),
         "list": [{"a": 1}, {"a": 2.5}], "nested": {"tensor": torch.zeros(0, 2)}, "strided": torch.rand(4, 4)[::2, 1],
     }  # fmt: skip
@@ -46,6 +46,7 @@ def test_a_file_holds_what_was_written(tmp_path: Path) -> None:
         elif name != "nested":
             assert found.state[name] == value
     assert found.state["nested"]["tensor"].shape == (0, 2)
+    assert found.state["nested"]["tensor"].stride() == torch.zeros(0, 2).stride()  # Warp takes no others
     found.state["floats"].add_(1.0)  # it has memory of its own
 
 
@@ -80,11 +81,17 @@ def _members(data: bytes) -> dict[str, bytes]:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
-def _archive(members: dict[str, bytes]) -> bytes:
+def _archive(members: dict[str, bytes], compression: int = zipfile.ZIP_DEFLATED) -> bytes:
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(stream, "w", compression) as archive:
         for name, data in members.items():
             archive.writestr(name, data)
+    return stream.getvalue()
+
+
+def _saved(array: Any) -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, array)
     return stream.getvalue()
 
 
@@ -92,9 +99,7 @@ def _with_header(data: bytes, change: Callable[[dict[str, Any]], Any]) -> bytes:
     members = _members(data)
     header = json.loads(np.load(io.BytesIO(members["header.npy"])).tobytes())
     changed = change(header) or header
-    stream = io.BytesIO()
-    np.save(stream, np.frombuffer(json.dumps(changed).encode(), np.uint8))
-    return _archive({**members, "header.npy": stream.getvalue()})
+    return _archive({**members, "header.npy": _saved(np.frombuffer(json.dumps(changed).encode(), np.uint8))})
 
 
 def _with_array(data: bytes, header: bytes) -> bytes:
@@ -108,9 +113,35 @@ def _with_array(data: bytes, header: bytes) -> bytes:
 
 def _bomb(data: bytes) -> bytes:
     """Add an array to a checkpoint that is small in the file but large in memory."""
-    stream = io.BytesIO()
-    np.save(stream, np.zeros(BOMB_BYTES, np.uint8))
-    return _archive({**_members(data), "array_9.npy": stream.getvalue()})
+    return _archive({**_members(data), "array_9.npy": _saved(np.zeros(BOMB_BYTES, np.uint8))})
+
+
+def _with_first(data: bytes, array: Any) -> bytes:
+    """Replace the first array of a checkpoint."""
+    return _archive({**_members(data), "array_0.npy": _saved(array)})
+
+
+def _with_state(data: bytes, change: Callable[[dict[str, Any]], Any]) -> bytes:
+    def changed(header: dict[str, Any]) -> None:
+        change(header["state"])
+
+    return _with_header(data, changed)
+
+
+def _twice(data: bytes) -> bytes:
+    """Add a member that has the name of another one."""
+    stream = io.BytesIO(data)
+    with zipfile.ZipFile(stream, "a") as archive, pytest.warns(UserWarning, match="Duplicate name"):
+        archive.writestr("array_0.npy", _members(data)["array_0.npy"])
+    return stream.getvalue()
+
+
+def _understated(data: bytes) -> bytes:
+    """Add a large array, and let the directory say that it is small."""
+    bomb = bytearray(_bomb(data))
+    entry = bomb.index(b"PK\x01\x02", bomb.rindex(b"array_9.npy") - 46)
+    bomb[entry + 24 : entry + 28] = (1000).to_bytes(4, "little")
+    return bytes(bomb)
 
 
 _IMMENSE = b"{'descr': '<f4', 'fortran_order': False, 'shape': (1000000000000000,)}"
@@ -134,6 +165,23 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
     "an array of objects": lambda data: _with_array(data, b"{'descr': '|O', 'fortran_order': False, 'shape': (5,)}"),
     "an array of code": lambda data: _with_array(data, b"{'descr': __import__('os').system('x')}"),
     "bomb": _bomb,
+    "a bomb that says it is small": _understated,
+    "two arrays of one name": _twice,
+    "a compression without limits": lambda data: _archive(_members(data), zipfile.ZIP_BZIP2),
+    "too many members": lambda data: _archive({**_members(data), **{f"array_{k}.npy": b"" for k in range(2000)}}),
+    "numbers in the other order of bytes": lambda data: _with_first(data, np.zeros(500, ">f4")),
+    "numbers of 16 bits": lambda data: _with_first(data, np.zeros(500, np.float16)),
+    "an array of texts": lambda data: _with_first(data, np.zeros(500, "U1")),
+    "too little data": lambda data: _with_array(data, b"{'descr': '<f4', 'fortran_order': False, 'shape': (501,), }"),
+    "too much data": lambda data: _with_array(data, b"{'descr': '<f4', 'fortran_order': False, 'shape': (499,), }"),
+    "an array no one needs": lambda data: _archive({**_members(data), "array_9.npy": _saved(np.zeros(3, np.float32))}),
+    "one array for two values": lambda data: _with_state(data, lambda state: state.update(c=state["a"])),
+    "an array by its text": lambda data: _with_state(data, lambda state: state.update(a={"__tensor__": "0"})),
+    "a digest that is a number": lambda data: _with_header(data, lambda header: header.update(target_digest=1)),
+    "settings in a list": lambda data: _with_header(data, lambda header: header.update(config=[])),
+    "a preset in the settings": lambda data: _with_header(data, lambda header: header["config"].update(preset="best")),
+    "a state that is a number": lambda data: _with_header(data, lambda header: header.update(state=1)),
+    "more than a checkpoint has": lambda data: _with_header(data, lambda header: header.update(more=1)),
 }  # fmt: skip
 
 
@@ -142,6 +190,30 @@ def whole(tmp_path: Path) -> Path:
     path = tmp_path / "fit"
     write_checkpoint(path, _checkpoint(a=torch.rand(500), b={"c": torch.arange(5)}))
     return path
+
+
+def test_an_array_may_lie_in_memory_in_any_order(whole: Path) -> None:
+    whole.write_bytes(_with_first(whole.read_bytes(), np.arange(6, dtype=np.int64).reshape(3, 2, order="F")))
+    found = read_checkpoint(whole).state["a"]
+    assert torch.equal(found, torch.tensor([[0, 3], [1, 4], [2, 5]]))
+    assert found.is_contiguous()
+
+
+def test_an_immense_file_is_not_read(tmp_path: Path) -> None:
+    with open(tmp_path / "fit", "wb") as file:
+        file.truncate(2**40)
+    with pytest.raises(InputError, match="^checkpoint must be a checkpoint of warpvec"):
+        read_checkpoint(tmp_path / "fit")
+
+
+def test_an_array_is_not_allocated_for_what_its_file_only_claims(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    largest = []
+    empty = np.empty
+    monkeypatch.setattr(checkpoint.np, "empty", lambda shape, dtype: largest.append(shape) or empty(shape, dtype))
+    whole.write_bytes(_with_array(whole.read_bytes(), _IMMENSE[:-1] + b", }"))
+    with pytest.raises(InputError):
+        read_checkpoint(whole)
+    assert all(shape[0] < 10**6 for shape in largest)
 
 
 @pytest.mark.parametrize("damage", DAMAGES)

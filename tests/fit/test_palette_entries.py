@@ -193,3 +193,17 @@ def test_only_visible_pixels_of_a_transparent_image_count() -> None:
     target[5, 5:15, :3] = 0.0
     assert _levels(with_pure_colors(scene, target).color) == [0]
     assert _levels(with_pure_colors(scene, target).background) == [250]
+
+
+def test_many_paths_move_an_entry_by_the_same_bits_every_time(device: str) -> None:
+    count = 20_000
+    color, gradient = torch.rand(count + 1, 3, device=device), torch.randn(count + 1, 3, device=device)
+    found = []
+    for _ in range(3):
+        palette = Palette(FitConfig(colors=2), 100)
+        palette.start(color, torch.ones(count + 1, device=device), False)
+        palette.step(gradient, None, 1.0)
+        found.append(palette.state()["optimizer"]["previous_grad"])
+    own = torch.nn.functional.one_hot(palette.state()["entry"], 2).double()
+    torch.testing.assert_close(found[0], (own.T @ gradient.double()).float(), rtol=1e-4, atol=1e-2)
+    assert all(torch.equal(values, found[0]) for values in found)

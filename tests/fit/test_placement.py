@@ -138,3 +138,9 @@ def test_more_pixels_than_multinomial_takes():
     weights = torch.zeros(2**24 + 5000)
     weights[2**24 + 4321] = weights[77] = 1.0
     assert set(_draw(weights, 20, seeded()).tolist()) == {77, 2**24 + 4321}
+
+
+def test_the_same_positions_are_drawn_every_time(device: str) -> None:
+    residual = torch.rand(700, 900, generator=torch.Generator().manual_seed(3)).to(device)
+    found = [sample_positions(residual, 300, torch.Generator().manual_seed(1)) for _ in range(4)]
+    assert all(torch.equal(positions, found[0]) for positions in found)

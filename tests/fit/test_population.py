@@ -309,12 +309,13 @@ def test_the_background_is_fitted_even_without_paths():
     assert population.scene.points.isfinite().all()
 
 
-def test_a_step_beyond_capacity_changes_only_ages(device):
+def test_a_step_beyond_capacity_changes_nothing(device):
     population = Population(random_scene(5).to(device), FitConfig(), HALF_SIDE)
     fits = torch.ones(1, dtype=torch.float64, device=device)
     population.step(*random_adjoints(population.scene, 0), factor=1.0, fits=fits)
-    before = [value.clone() for value in (*population._rows, population._background)]
+    state = (*population._rows, population._background, population._age)
+    before = [value.clone() for value in state]
     shown = population.scene
     population.step(*random_adjoints(shown, 1), factor=1.0, fits=-fits)
-    assert all(map(torch.equal, (*population._rows, population._background), before))
+    assert all(map(torch.equal, state, before)) and population.step_count == 1
     assert all(torch.equal(getattr(population.scene, name), getattr(shown, name)) for name in NAMES)

@@ -2,16 +2,30 @@
 
 import gc
 import re
+import threading
 import weakref
 
 import numpy as np
 import pytest
 import torch
 import warp as wp
+from svg_files import make_scene
 
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.rules import MAX_THREADS
 from warpvec.errors import InputError
 from warpvec.rendering import launch as launching
-from warpvec.rendering.launch import Buffers, Launcher, exclusive_scan, read_total, resolve_device, start_warp
+from warpvec.rendering import thread_pool
+from warpvec.rendering.launch import (
+    Buffers,
+    Launcher,
+    check_total,
+    exclusive_scan,
+    read_total,
+    resolve_device,
+    start_warp,
+)
+from warpvec.rendering.operator import render
 
 COUNTS = [0, 1, 2, 63, 64, 65, 127, 129, 5000]
 
@@ -108,6 +122,22 @@ def test_a_buffer_that_kernels_cannot_index_is_refused() -> None:
         Buffers("cpu").get("pair_key", 2**31, wp.int64)
 
 
+def test_a_launch_of_more_items_than_kernels_can_index_is_refused() -> None:
+    with pytest.raises(InputError, match="scene is too large for the renderer"):
+        Launcher("cpu", 1)(count_visits, 2**31, [1, wp.zeros(1, dtype=int, device="cpu")])
+
+
+@pytest.mark.parametrize("is_read", [True, False])
+def test_a_sum_is_refused_only_if_a_scan_would_wrap_around(is_read: bool, device: str) -> None:
+    largest = 2**31 - 1
+    counts = wp.array([largest - 5, 3, 3, 9], dtype=wp.int32, device=device)
+    if is_read:
+        check_total("counts", counts, 2, largest)
+    check_total("counts", counts, 1, largest, is_read)
+    with pytest.raises(InputError, match="counts needs" + " 2,147,483,648 of" * is_read):
+        check_total("counts", counts, 3, largest, is_read)
+
+
 @pytest.mark.parametrize("count", [0, 1, 2, 1000])
 def test_exclusive_scan_ends_in_the_total(count: int, device: str) -> None:
     buffers = Buffers(device)
@@ -132,6 +162,7 @@ def test_an_unknown_device_is_named_in_one_line(name: str) -> None:
 
 def test_a_gpu_is_refused_in_a_forked_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    monkeypatch.setattr(torch.cuda, "device_count", lambda: 1)
     monkeypatch.setattr(wp, "get_cuda_device_count", lambda: 1)
     monkeypatch.setattr(launching, "start_warp", lambda: 0)  # Warp was started by the process 0
     for name in ("auto", "cuda", "cuda:0"):
@@ -140,3 +171,18 @@ def test_a_gpu_is_refused_in_a_forked_process(monkeypatch: pytest.MonkeyPatch) -
         ):
             resolve_device(name)
     assert resolve_device("cpu") == "cpu"
+
+
+def test_more_threads_than_the_cores_have_use_for_are_not_started(monkeypatch) -> None:
+    monkeypatch.setattr(thread_pool, "core_count", lambda: 2)
+    before = threading.active_count()
+    launch = Launcher("cpu", MAX_THREADS)
+    assert threading.active_count() - before < 8
+    out = wp.zeros(5000, dtype=int, device="cpu")
+    launch.shared(count_visits, 5000, [1, out], 64)
+    assert (out.numpy() == 1).all()
+    scene = make_scene(4, size=(32, 32))
+    assert torch.equal(render(scene, 32, 32, threads=MAX_THREADS), render(scene, 32, 32, threads=1))
+    for refused in (lambda: render(scene, 32, 32, threads=10**30), lambda: FitConfig(threads=MAX_THREADS + 1)):
+        with pytest.raises(InputError, match="threads must be a whole number from 1 to"):
+            refused()

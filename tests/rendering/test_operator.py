@@ -26,6 +26,7 @@ from warpvec.geometry.circles import circle_points, circle_sides
 from warpvec.geometry.scene import Scene
 from warpvec.rendering import splat
 from warpvec.rendering.operator import _inputs
+from warpvec.rendering.streams import on_warps_stream
 
 HEIGHT, WIDTH = 20, 35
 
@@ -217,9 +218,9 @@ def test_threads_change_no_bit() -> None:
         (5, -1, {}, "width must be a whole number of at least 1, got -1; "),
         (16.0, 5, {}, "height must be a whole number of at least 1, got 16.0; "),
         (5, "5", {}, "width must be a whole number of at least 1, got '5'; "),
-        (5, 5, {"threads": -1}, "threads must be a whole number of at least 1, got -1; "),
-        (5, 5, {"threads": 0}, "threads must be a whole number of at least 1, got 0; "),
-        (5, 5, {"threads": 1.5}, "threads must be a whole number of at least 1, got 1.5; "),
+        (5, 5, {"threads": -1}, "threads must be a whole number from 1 to 4096, got -1; "),
+        (5, 5, {"threads": 0}, "threads must be a whole number from 1 to 4096, got 0; "),
+        (5, 5, {"threads": 1.5}, "threads must be a whole number from 1 to 4096, got 1.5; "),
         (5, 5, {"renderer": "fast"}, "renderer must be one of exact, splat, got 'fast'"),
         (5, 5, {"samples": 9}, "samples is not a setting of the renderer exact, which has none"),
         (
@@ -228,7 +229,7 @@ def test_threads_change_no_bit() -> None:
             {"renderer": "splat", "degree": 5},
             "degree is not a setting of the renderer splat, which has samples, ",
         ),
-        (5, 5, {"renderer": "splat", "lines": 0}, "lines must be a whole number of at least 1, got 0; "),
+        (5, 5, {"renderer": "splat", "lines": 0}, "lines must be a whole number from 1 to 1024, got 0; "),
     ],
 )
 def test_bad_arguments_are_told_in_one_line(height: Any, width: Any, options: dict[str, Any], message: str) -> None:
@@ -295,6 +296,15 @@ def test_streams_of_the_caller_are_kept_in_order(device: str) -> None:
     assert wp.get_stream(device) is before
     for got, expected in zip(found, want, strict=True):
         torch.testing.assert_close(got, expected, rtol=1e-4, atol=1e-4)
+
+
+def test_a_drawing_within_a_fit_stays_on_warps_stream(device: str) -> None:
+    scene = scene_of(random_scene(8, 30, 100, 200), torch.float32, device)
+    want, before = image_and_gradients(scene), None if device == "cpu" else wp.get_stream(device)
+    with on_warps_stream(device):
+        got = image_and_gradients(scene)
+    assert device == "cpu" or wp.get_stream(device) is before
+    torch.testing.assert_close(got, want, rtol=1e-4, atol=1e-4)
 
 
 def image_and_gradients(scene: Scene) -> list[Tensor]:

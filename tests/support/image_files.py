@@ -45,6 +45,29 @@ def png_header(width, height):
     return b"\x89PNG\r\n\x1a\n" + header + png_chunk(b"IDAT", b"")
 
 
+def striped_tiff(samples, rows_per_strip, strip_count, planar=False):
+    """Return an uncompressed TIFF of ``samples`` [h, w, 3] that names only its first ``strip_count`` strips."""
+    height, width, _ = samples.shape
+    planes = [samples[..., k] for k in range(3)] if planar else [samples]
+    strips = [plane[y : y + rows_per_strip].tobytes() for plane in planes for y in range(0, height, rows_per_strip)]
+    sizes = [len(strip) for strip in strips]
+    start = 8 + 2 + 10 * 12 + 4 + 6 + 8 * strip_count
+    offsets = [start + sum(sizes[:k]) for k in range(strip_count)]
+    after = start - 6 - 8 * strip_count
+    entries, values = b"", b""
+    for tag, kind, numbers in [
+        (256, "I", [width]), (257, "I", [height]), (258, "H", [8, 8, 8]), (259, "H", [1]), (262, "H", [2]),
+        (273, "I", offsets), (277, "H", [3]), (278, "I", [rows_per_strip]), (279, "I", sizes[:strip_count]),
+        (284, "H", [1 + planar]),
+    ]:  # fmt: skip
+        data = struct.pack(f"<{len(numbers)}{kind}", *numbers)
+        if len(data) > 4:
+            data, values = struct.pack("<I", after + len(values)), values + data
+        entries += struct.pack("<HHI", tag, {"H": 3, "I": 4}[kind], len(numbers)) + data.ljust(4, b"\0")
+    directory = struct.pack("<H", 10) + entries + bytes(4) + values
+    return b"II*\0" + struct.pack("<I", 8) + directory.ljust(start - 8, b"\0") + b"".join(strips)
+
+
 def fixed(*values):
     return b"".join(struct.pack(">i", round(v * 65536)) for v in values)
 

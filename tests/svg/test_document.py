@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import base64
 import gzip
 import tracemalloc
 
 import numpy as np
 import pytest
+from PIL import Image
 from svg_files import SQUARE, refusal, square_file, svg_file
 
 from warpvec.svg import document as document_module
@@ -55,9 +57,44 @@ def test_other_files_are_not_drawn(element, reference):
     assert f"<{element} href=" in refusal(draw, svg.replace("xlink:href", "href"))
 
 
+def test_no_reference_draws_a_local_file(tmp_path, monkeypatch):
+    """Names that look like fragments and data URLs can be files too: "#p.png", and "p.png" by way of a folder "#"."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("#", "data:", " data:"):
+        (tmp_path / name).mkdir()
+    for name in ("#p.png", "p.png"):
+        Image.new("RGB", (8, 4), "red").save(tmp_path / name)
+    for reference in ("#p.png", "#/../p.png", "#/../p.png,", "data:/../p.png", " data:/../p.png", "&#35;p.png"):
+        image = f'<image width="8" height="4" href="{reference}"/>'
+        assert "<image href=" in refusal(draw, svg_file(image))
+        filtered = image.replace("<image", '<filter id="f"><feImage') + "</filter>"
+        svg = svg_file(filtered + '<rect width="8" height="4" filter="url(#f)"/>')
+        if "/" in reference:
+            assert "<feImage href=" in refusal(draw, svg)
+        else:  # an element that does not exist
+            assert not (draw(svg) == (255, 0, 0)).all(-1).any()
+
+
+def test_embedded_images_are_drawn_and_what_these_refer_to_is_not(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Image.new("RGB", (8, 4), "red").save("p.png")
+    data = base64.b64encode((tmp_path / "p.png").read_bytes()).decode()
+    inner = svg_file('<image width="8" height="4" href="p.png"/><rect width="1" height="1" fill="#00f"/>')
+    nested = base64.b64encode(inner.encode()).decode()
+    for element in ("image", "feImage"):
+        wrap = "{}" if element == "image" else '<filter id="f">{}</filter><rect width="8" height="4" filter="url(#f)"/>'
+        image = wrap.format(f'<{element} x="0" y="0" width="8" height="4" href=" data:image/png;base64,{data}"/>')
+        assert (draw(svg_file(image))[1:3, 1:7] == (255, 0, 0)).all()
+    drawing = draw(svg_file(f'<image width="8" height="4" href="data:image/svg+xml;base64,{nested}"/>'))
+    assert (drawing[0, 0] == (0, 0, 255)).all() and (drawing[1:] == 255).all()
+
+
 def test_references_inside_the_file_are_drawn():
     image = draw(svg_file('<defs><rect id="r" width="8" height="4"/></defs><use href="#r"/><a href="http://x"/>'))
     assert (image == 0).all()
+    square = '<rect id="r" width="8" height="4"/><filter id="f"><feImage href="#r"/></filter>'
+    image = draw(svg_file(square + '<rect width="8" height="4" fill="#fff" filter="url(#f)"/>'))
+    assert (image[1:3, 1:7] == 0).all()
 
 
 def test_deep_nesting_is_refused_before_it_overflows_the_stack():

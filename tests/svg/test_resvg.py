@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
 import numpy as np
 import pytest
+from PIL import Image
 from svg_files import refusal, svg_file
 
 from warpvec.errors import InputError
 from warpvec.svg import measure, resvg
+from warpvec.svg.document import SVG_NAMESPACE as NAMESPACE
+from warpvec.svg.document import parse_svg
 from warpvec.svg.measure import draw
 
 
@@ -25,6 +37,53 @@ def test_files_that_end_the_process_of_resvg_are_refused(content):
     assert "one that resvg can draw" in refusal(draw, svg_file(content, 'width="32" height="24"'))
 
 
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+
+
+def mask_bomb() -> str:
+    """Return a file of 30 nested masks, each drawn twice for the next one, that takes minutes."""
+    masks = "".join(
+        f'<mask id="m{k}">' + 2 * f'<rect width="8" height="4" fill="#fff" mask="url(#m{k + 1})"/>' + "</mask>"
+        for k in range(30)
+    )
+    return svg_file(masks + '<rect width="8" height="4" mask="url(#m0)"/>')
+
+
+BAD_PATH = "M4 5c1 .5 3-1e9 4 1-1 2-3 2-4-1z"
+"""A path that ends the process of resvg if it is drawn in it."""
+
+
+@pytest.mark.parametrize(
+    "namespace", [NAMESPACE, "http://www.w3.org/1999/xlink", "http://www.w3.org/XML/1998/namespace"]
+)
+def test_attributes_that_resvg_takes_for_those_without_a_namespace_are_drawn_in_the_child(namespace):
+    prefix = "xml" if namespace.endswith("1998/namespace") else "n"
+    svg = svg_file(f'<g xmlns:{prefix}="{namespace}"><path {prefix}:d="{BAD_PATH}"/></g>', 'width="32" height="24"')
+    assert "one that resvg can draw" in refusal(draw, svg)
+    other = svg_file(f'<path xmlns:n="{namespace}x" n:d="{BAD_PATH}"/>')
+    assert parse_svg(other if prefix == "n" else svg_file()).plain
+
+
+@pytest.mark.parametrize(
+    "declaration", ['path fill CDATA "red"', 'svg viewBox CDATA "0 0 1e12 1e12"', "svg a CDATA #IMPLIED"]
+)
+def test_files_that_declare_attributes_are_drawn_in_the_child(declaration):
+    svg = svg_file(f'<path d="{BAD_PATH}"/>', 'width="32" height="24"', f"<!DOCTYPE svg [<!ATTLIST {declaration}>]>")
+    assert "one that resvg can draw" in refusal(draw, svg)
+
+
+def test_a_declared_namespace_does_not_hide_an_attribute_or_an_element():
+    for name in ("xmlns:n", "xmlns"):
+        before = f'<!DOCTYPE svg [<!ATTLIST g {name} CDATA "http://x">]>'
+        svg = svg_file('<g><image href="p.png"/></g>', f'xmlns:n="{NAMESPACE}" width="8" height="4"', before)
+        assert "must not declare" in refusal(draw, svg)
+
+
+def test_an_inner_svg_which_has_its_own_scale_is_drawn_in_the_child():
+    inner = '<svg viewBox="0 0 1e-9 1e-9" width="8" height="4"><path d="M1 1c1 2 3 4 4 5z"/></svg>'
+    assert parse_svg(svg_file()).plain and not parse_svg(svg_file(inner)).plain
+
+
 def test_points_that_scale_out_of_reach_are_drawn_in_the_child(monkeypatch):
     drawn = []
     monkeypatch.setattr(
@@ -39,12 +98,7 @@ def test_points_that_scale_out_of_reach_are_drawn_in_the_child(monkeypatch):
 
 def test_files_that_take_too_long_are_refused(monkeypatch):
     monkeypatch.setattr(resvg, "MAX_SECONDS", 1.0)
-    masks = "".join(
-        f'<mask id="m{k}">' + 2 * f'<rect width="8" height="4" fill="#fff" mask="url(#m{k + 1})"/>' + "</mask>"
-        for k in range(30)
-    )
-    svg = svg_file(masks + '<rect width="8" height="4" mask="url(#m0)"/>')
-    assert "not done in 1 s" in refusal(draw, svg)
+    assert "not done in 1 s" in refusal(draw, mask_bomb())
 
 
 def test_the_child_process_draws_the_same():
@@ -54,7 +108,85 @@ def test_the_child_process_draws_the_same():
     assert np.array_equal(draw(svg_file(path + "<switch/>"), transparent=True), draw(svg_file(path), transparent=True))
 
 
+def test_the_child_process_opens_no_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    photo = tmp_path / "p.png"
+    Image.new("RGB", (8, 4), "red").save(photo)
+    for reference in ("p.png", photo, "./p.png"):  # `draw` refuses these before
+        svg = svg_file(f'<image width="8" height="4" href="{reference}"/>')
+        assert (resvg.rasterize(svg, sandboxed=False) == (255, 0, 0)).all()
+        assert (resvg.rasterize(svg) == 255).all()
+
+
+def test_the_child_process_leaves_no_folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    resvg.rasterize(svg_file())
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "missing"))
+    assert resvg.rasterize(svg_file()).shape == (4, 8, 3)
+
+
+def test_files_with_an_image_are_drawn_in_the_child(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(
+        measure, "rasterize", lambda *_, sandboxed, **__: drawn.append(sandboxed) or np.zeros((4, 8, 3))
+    )
+    for name in ("image", "s:image"):
+        content = f'<g xmlns:s="http://www.w3.org/2000/svg"><{name} href="data:,"/></g>'
+        draw(svg_file(content), 8, 4)
+        draw(svg_file(content))
+    assert drawn == [True] * 4
+
+
 def test_a_panic_of_resvg_in_this_process_is_an_input_error():
     svg = svg_file('<circle r="1e30" stroke="red" stroke-dasharray="1"/>')
     with pytest.raises(InputError, match="one that resvg can draw"):
         resvg.rasterize(svg, sandboxed=False)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux ends a process with the one that started it")
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_the_child_process_ends_with_the_one_that_started_it(tmp_path, number):
+    (tmp_path / "bomb.svg").write_text(mask_bomb())
+    program = "from warpvec.svg.resvg import rasterize; rasterize(open('bomb.svg').read())"
+    with subprocess.Popen(
+        [sys.executable, "-c", program], cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE
+    ) as drawing:
+        child = wait_for(lambda: busy_child(drawing.pid))
+        drawing.send_signal(number)
+        drawing.communicate(timeout=20)
+        wait_for(lambda: has_ended(child), seconds=3)
+
+
+def busy_child(pid: int) -> int | None:
+    """Return the child of a process once it has worked for a while, so that it is drawing."""
+    children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    ticks = [int(Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[11]) for child in children]
+    return int(children[0]) if ticks and ticks[0] > 50 else None
+
+
+def has_ended(pid: int) -> bool:
+    stat = Path(f"/proc/{pid}/stat")
+    return not stat.exists() or stat.read_text().rpartition(")")[2].split()[0] == "Z"
+
+
+def wait_for(find, seconds=20.0):
+    end = time.monotonic() + seconds
+    while not (found := find()):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    return found
+
+
+def test_a_child_process_without_the_one_that_started_it_draws_nothing():
+    arguments = {"options": {}, "memory": resvg.MAX_MEMORY, "seconds": 20, "folder": None, "parent": os.getpid() + 1}
+    command = [sys.executable, resvg.resvg_child.__file__, json.dumps(arguments)]
+    done = subprocess.run(command, input=svg_file().encode(), capture_output=True, check=False)
+    assert done.returncode and not done.stdout
+
+
+def test_a_child_process_that_nobody_stops_ends_by_itself():
+    arguments = {"options": {}, "memory": resvg.MAX_MEMORY, "seconds": 1, "folder": None, "parent": os.getpid()}
+    command = [sys.executable, resvg.resvg_child.__file__, json.dumps(arguments)]
+    done = subprocess.run(command, input=mask_bomb().encode(), capture_output=True, check=False, timeout=20)
+    assert done.returncode and not done.stdout

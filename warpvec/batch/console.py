@@ -17,6 +17,7 @@ from rich.text import Text
 
 from warpvec.batch.jobs import Job
 from warpvec.batch.journal import Record
+from warpvec.checks import in_one_line
 
 
 @dataclass
@@ -93,6 +94,10 @@ def show_batch(stream: TextIO, tally: Tally, *, quiet: bool = False) -> Iterator
 
 def describe(record: Record) -> str:
     """Return one line about a photo that has ended."""
+    return in_one_line(_described(record))
+
+
+def _described(record: Record) -> str:
     attempts = f", {record.attempts} attempts" if record.attempts > 1 else ""
     if record.error is not None:
         return f"{record.input}: failed{attempts}: {record.error}"
@@ -110,7 +115,7 @@ class _Lines(View):
 
     def update(self, job: Job, text: str) -> None:
         if text.startswith("tried again"):
-            print(f"{job.input}: {text}", file=self._stream, flush=True)
+            print(in_one_line(f"{job.input}: {text}"), file=self._stream, flush=True)
 
     def show(self, record: Record, tally: Tally) -> None:
         print(f"[{tally.pace()}] {describe(record)}", file=self._stream, flush=True)
@@ -138,6 +143,6 @@ class _Table(View):
         table.add_column(ratio=1, no_wrap=True)
         table.add_column(ratio=2, no_wrap=True)
         for name, state in list(self._states.items()):
-            table.add_row(Text(name), Text(state))
+            table.add_row(Text(in_one_line(name)), Text(in_one_line(state)))
         table.add_row(ProgressBar(self._tally.total, len(self._tally.records)), Text(self._tally.pace()))
         return table

@@ -5,7 +5,9 @@ File names are relative to their folder, with "/" between the parts.
 
 from __future__ import annotations
 
+import errno
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cached_property
@@ -15,6 +17,15 @@ from typing import Any, Protocol
 
 from warpvec.errors import InputError
 from warpvec.files import make_folder, write_atomic
+from warpvec.inputs import read_stream
+from warpvec.temporary_files import remove_stale_files
+
+MAX_FILE_BYTES = 2**31
+"""Largest file that is read, above the largest photo and the records of a million."""
+
+_LASTING_ERRORS = (FileNotFoundError, PermissionError, IsADirectoryError, NotADirectoryError)
+_LASTING_NUMBERS = (errno.ELOOP, errno.ENAMETOOLONG)
+"""Errors of a file that another attempt would not mend; ELOOP is that of links that lead to each other."""
 
 
 class Folder(Protocol):
@@ -90,8 +101,13 @@ class LocalFolder:
         return (self._path / name).is_file()
 
     def read(self, name: str) -> bytes:
+        path = self._path / name
         with _as_input_error(name):
-            return (self._path / name).read_bytes()
+            # A pipe would wait for ever, and a device may have no end.
+            if not stat.S_ISREG(path.stat().st_mode):
+                raise InputError(name, "must be a file you may read", "a pipe, a device or a folder", "remove it")
+            with path.open("rb") as stream:
+                return read_stream(stream, MAX_FILE_BYTES, name, "it")
 
     def write(self, name: str, data: bytes) -> None:
         path = self._path / name
@@ -99,6 +115,8 @@ class LocalFolder:
         write_atomic(path, data)
 
     def append(self, name: str, data: bytes) -> None:
+        if (self._path / name).is_dir():
+            raise InputError(self._name, "must let a file be written", f"a folder named {name!r}", "move it away")
         with (self._path / name).open("ab", buffering=0) as file:
             file.write(data)
             os.fsync(file.fileno())
@@ -112,6 +130,7 @@ class LocalFolder:
             yield
         finally:
             os.close(handle)
+            remove_stale_files(self._path)  # of workers that were killed while they wrote
 
     def _lock_handle(self, handle: int) -> None:
         """Lock the folder itself, which leaves no file, until ``handle`` is closed or the process ends."""
@@ -197,5 +216,7 @@ def _as_input_error(name: str) -> Iterator[None]:
     """Turn errors that another attempt would not mend into an InputError."""
     try:
         yield
-    except (FileNotFoundError, PermissionError, IsADirectoryError) as error:
+    except OSError as error:
+        if not isinstance(error, _LASTING_ERRORS) and error.errno not in _LASTING_NUMBERS:
+            raise
         raise InputError(name, "must be a file you may read", str(error.strerror or error), "check it") from error

@@ -1,5 +1,8 @@
 """The records of a batch: one line per photo, in JSON to continue from and in CSV for people.
 
+In the CSV, a text that a spreadsheet would take for a formula has an apostrophe before it, and
+line breaks are escaped.
+
 While a batch runs, each photo that ends adds a line to both files. The last line of a photo counts; an incomplete line
 at the end, left by a batch that was killed, does not. When a batch begins and when it ends, both files are written
 anew with one line per photo, so they agree whatever happened before.
@@ -21,6 +24,10 @@ JSON_NAME, CSV_NAME = "batch.jsonl", "batch.csv"
 
 # Where lines cannot be appended, shortest time between two rewrites. A batch that is killed loses at most as much.
 _REWRITE_SECONDS = 5.0
+
+
+_FORMULA_STARTS = ("=", "+", "-", "@", "\t")
+"""What a spreadsheet skips before a formula, or takes for its start."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,7 +128,15 @@ def _json_line(record: Record) -> str:
 
 
 def _csv_cells(record: Record) -> list[Any]:
-    return [getattr(record, name) for name in _COLUMNS]
+    return [_as_text(getattr(record, name)) for name in _COLUMNS]
+
+
+def _as_text(cell: Any) -> Any:
+    """Keep a text in one line, and a spreadsheet from taking it, such as the name "=1+1.png", for a formula."""
+    if not isinstance(cell, str):
+        return cell
+    cell = cell.replace("\r", r"\r").replace("\n", r"\n")
+    return f"'{cell}" if cell.startswith(_FORMULA_STARTS) else cell
 
 
 def _csv_text(lines: list[Any]) -> str:

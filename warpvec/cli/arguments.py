@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from warpvec.cli.streams import check_stdout, read_stdin, write_stdout
 from warpvec.errors import InputError
 from warpvec.files import check_writable, encode_svg, write_atomic
+from warpvec.inputs import read_file
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,6 +33,9 @@ so a drawing that was edited by hand is not taken for one of warpvec's."""
 
 _HEAD_BYTES = 4096
 """Number of bytes in which the metadata start. Only a title, which is a file name, comes before them."""
+
+MAX_HISTORY_BYTES = 2**26
+"""Largest file with the history of a fit. A record takes 80 bytes, and comes every ten iterations."""
 
 
 def default_out(source: str) -> str:
@@ -65,6 +69,7 @@ def _is_own_file(path: str) -> bool:
 def check_out(out: str, name: str = "OUT") -> None:
     """Raise InputError unless ``out`` is "-" or an SVG file that can be written; ``name`` is for the message."""
     if out == "-":
+        check_stdout(name)
         return
     _check_file(out, name, (".svg", ".svgz"), "must end in .svg or .svgz, or be - for stdout")
 
@@ -96,49 +101,55 @@ def check_one_stdin(inputs: Mapping[str, str | None]) -> None:
         raise InputError(names[1], rule, "- for both", "save one of them as a file")
 
 
-def read_source(source: str) -> str | bytes:
-    """Return the bytes of stdin if ``source`` is "-", otherwise ``source``, the path of an image."""
-    return sys.stdin.buffer.read() if source == "-" else source
+def read_source(source: str, name: str) -> str | bytes:
+    """Return the bytes of stdin if ``source`` is "-", otherwise ``source``, the path of an image.
+
+    Raises:
+        InputError: stdin cannot be read or is too long; ``name`` is for the message.
+    """
+    from warpvec.image.read import MAX_IMAGE_BYTES  # not above: it loads NumPy and Pillow, which the help does without
+
+    return read_stdin(MAX_IMAGE_BYTES, name) if source == "-" else source
 
 
-def read_photo(image: str, background: str | None) -> NDArray[np.float32]:
-    """Return the pixels of the image that the option --image names, as `read_image` does.
+def read_photo(image: str, background: str | None, name: str = "--image") -> NDArray[np.float32]:
+    """Return the pixels of the image that the argument ``name`` gives, as `read_image` does.
 
     Raises:
         InputError: the image cannot be read, or ``background`` is not a colour.
     """
-    from warpvec.image.read import read_image  # not above: it loads NumPy and Pillow, which the help does without
+    from warpvec.image.read import read_image
 
-    return read_image(read_source(image), background, name="--image")
+    return read_image(read_source(image, name), background, name=name)
 
 
 def read_svg_bytes(path: str, name: str = "SVG") -> bytes:
     """Return the bytes of the SVG file ``path``, or of stdin if it is "-".
 
     Raises:
-        InputError: the file cannot be read; ``name`` is for the message.
+        InputError: the file cannot be read or is too large; ``name`` is for the message.
     """
-    return read_bytes(path, name, "an SVG file")
+    from warpvec.svg.document import MAX_SVG_BYTES
+
+    return _read_bytes(path, MAX_SVG_BYTES, name, "an SVG file")
 
 
-def read_bytes(path: str, name: str, kind: str = "a file") -> bytes:
-    """Return the bytes of the file ``path``, or of stdin if it is "-".
+def read_history_bytes(path: str) -> bytes:
+    """Return the bytes of the file that --history names, or of stdin if it is "-".
 
     Raises:
-        InputError: the file cannot be read; ``name`` and ``kind`` are for the message.
+        InputError: the file cannot be read or is too large.
     """
-    if path == "-":
-        return sys.stdin.buffer.read()
-    try:
-        return Path(path).read_bytes()
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(name, f"must be {kind}", f"{path!r} ({reason})", "check the path") from error
+    return _read_bytes(path, MAX_HISTORY_BYTES, "--history", "a file")
+
+
+def _read_bytes(path: str, limit: int, name: str, kind: str) -> bytes:
+    return read_stdin(limit, name) if path == "-" else read_file(path, limit, name, kind)
 
 
 def write_svg_file(text: str, out: str) -> None:
     """Write the SVG ``text`` to the file ``out``, whole or not at all, gzipped for .svgz; or to stdout for "-"."""
     if out == "-":
-        sys.stdout.buffer.write(text.encode())
+        write_stdout(text.encode())
     else:
         write_atomic(out, encode_svg(text, out))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.cli.progress import show_progress
+from warpvec.cli.side_files import SideFile
 from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
 from warpvec.files import make_folder
@@ -30,6 +31,8 @@ def watch(
 ) -> Iterator[OnProgress]:
     """Yield the callback for a fit of ``photo``, which shows progress on stderr and records frames.
 
+    A frame that cannot be written later, as on a full disk, is a warning and does not end the fit.
+
     Args:
         folder: receives the frames as PNG files, if given.
         video: receives the frames as a video, if given.
@@ -44,8 +47,7 @@ def watch(
             takers.append(_png_writer(folder))
         if video is not None:
             check_video(video)
-            movie = stack.enter_context(Video(video))
-            takers.append(lambda _, image: movie.add(image))
+            takers.append(stack.enter_context(_filmed(video)))
         show = stack.enter_context(show_progress(sys.stderr, quiet=quiet))
         size = fitted_size(photo.shape[0], photo.shape[1], config.fit_size)
         yield _both(show, _recorder(takers, every, size, config)) if takers else show
@@ -76,7 +78,27 @@ def _png_writer(folder: str) -> TakeFrame:
     if not folder:  # pathlib would use the current folder
         raise InputError("--save-frames", "must be a folder or a name for one", "''", "choose another")
     make_folder(folder, "--save-frames")
-    return lambda iteration, image: write_png(Path(folder) / f"frame-{iteration:06}.png", image, "--save-frames")
+    side = SideFile("--save-frames")
+
+    def take(iteration: int, image: NDArray[np.float32]) -> None:
+        side.attempt(write_png, Path(folder) / f"frame-{iteration:06}.png", image, "--save-frames")
+
+    return take
+
+
+@contextmanager
+def _filmed(path: str) -> Iterator[TakeFrame]:
+    """Yield a receiver of frames; put the video of them in place if the block ends without an error."""
+    side = SideFile("--video")
+
+    def take(_: int, image: NDArray[np.float32]) -> None:
+        if not side.has_failed:  # a video cannot be continued after a gap
+            side.attempt(film.add, image)
+
+    with Video(path) as film:
+        yield take
+        if not side.has_failed:
+            side.attempt(film.finish)
 
 
 def _both(first: OnProgress, second: OnProgress) -> OnProgress:

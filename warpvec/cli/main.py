@@ -1,7 +1,7 @@
 """The command ``warpvec``. Each of its commands has a file in ``warpvec/cli/commands``.
 
-Exit codes: 0 done, 1 unexpected failure, 2 wrong input or usage (nothing is written), 130 interrupted (``run`` has
-then saved the best result so far). Messages are one line on stderr. With ``-`` for OUT only the SVG goes to stdout, and
+Exit codes: 0 done, 1 unexpected failure, 2 wrong input or usage (nothing is written), 128 + n ended by the signal n,
+such as 130 by Ctrl-C (``run`` and ``refine`` have then saved the best result so far; see ``signals``). Messages are one line on stderr. With ``-`` for OUT only the SVG goes to stdout, and
 the report to stderr. The commands import Torch and Warp when they run, so that ``--help`` is quick.
 """
 
@@ -18,7 +18,9 @@ from typing import Any
 import click
 
 from warpvec import __version__
+from warpvec.checks import in_one_line
 from warpvec.cli.options import OPTION_NAMES
+from warpvec.cli.streams import prepare_streams, settle_stdout
 from warpvec.errors import InputError
 
 _COMMANDS = {
@@ -66,7 +68,7 @@ class _Group(click.Group):
             return super().invoke(ctx)
         except InputError as error:
             raise click.UsageError(str(error.renamed(OPTION_NAMES))) from error
-        except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
+        except (click.ClickException, click.exceptions.Exit, click.Abort):
             raise
         except Exception as error:
             if ctx.params["debug"]:
@@ -76,6 +78,7 @@ class _Group(click.Group):
             raise click.ClickException(message) from error
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
+        prepare_streams()
         kwargs["standalone_mode"] = False
         try:
             code = super().main(*args, **kwargs)
@@ -85,8 +88,15 @@ class _Group(click.Group):
             error.show()
             code = error.exit_code
         except click.ClickException as error:
-            click.echo(f"warpvec: error: {' '.join(error.format_message().split())}{_hint(error)}", err=True)
+            click.echo(
+                f"warpvec: error: {in_one_line(' '.join(error.format_message().split()))}{_hint(error)}", err=True
+            )
             code = error.exit_code
+        except OSError as error:  # the help, which no command prints, to a stdout that is full
+            click.echo(f"warpvec: error: {_exhaustion(error) or error}", err=True)
+            code = 1
+        finally:
+            settle_stdout()
         sys.exit(code or 0)
 
 
@@ -108,7 +118,9 @@ def _suggestion(args: list[str]) -> str:
 
 
 def _exhaustion(error: Exception) -> str | None:
-    """Return a message if ``error`` means that the disk is full or that memory has run out."""
+    """Return a message if ``error`` means that the disk or memory is full, or that nobody reads the output any more."""
+    if isinstance(error, BrokenPipeError):
+        return "the reader of the output left before all was written"
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
         return f"the disk is full ({error.strerror}); free some space and run again, no file was damaged"
     # Torch has an exception of its own on CUDA; Torch on the CPU and Warp raise RuntimeError with a text.

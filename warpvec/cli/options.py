@@ -58,7 +58,7 @@ SETTINGS: dict[str, dict[str, Setting]] = {
         "time_budget": Setting("Longest time for the optimization, S seconds.", DAILY, "S"),
         "fit_size": Setting("Longest side in pixels of the image that is fitted.", DAILY),
         "device": Setting("Processor: auto, cpu, cuda or cuda:K.", DAILY),
-        "threads": Setting("CPU threads; the result does not depend on them.", DAILY),
+        "threads": Setting("CPU threads, at most 4 per core; the result does not depend on them.", DAILY),
         "seed": Setting("Start of the random numbers; equal seeds give equal files."),
         "renderer": Setting("exact (areas, as SVG viewers draw them) or splat (the paper's Gaussians)."),
     },

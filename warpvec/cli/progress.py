@@ -21,9 +21,9 @@ LINE_SECONDS = 5.0
 
 
 @contextmanager
-def show_progress(stream: TextIO, *, quiet: bool = False) -> Iterator[OnProgress]:
-    """Yield a callback for a fit that shows its progress on ``stream``, or nothing if ``quiet``."""
-    if quiet:
+def show_progress(stream: TextIO | None, *, quiet: bool = False) -> Iterator[OnProgress]:
+    """Yield a callback for a fit that shows its progress on ``stream``, or nothing if ``quiet`` or without a stream."""
+    if quiet or stream is None:
         yield _show_nothing
     elif stream.isatty():
         with _bar(stream) as show:

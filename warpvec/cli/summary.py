@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from warpvec.checks import in_one_line
 from warpvec.vectorization.goal import describe
 
 if TYPE_CHECKING:
@@ -31,9 +32,19 @@ def end_fit(ctx: click.Context, result: Result, out: str, options: dict[str, Any
     """Print the summary of a fit as ``options`` ask for it, and exit with 130 if Ctrl-C ended the fit."""
     if options["as_json"] or not options["quiet"]:
         metrics = {**result.metrics, "history": result.history}
+        if not options["as_json"]:
+            metrics["device"] += _why_on_cpu(result.config.device, metrics["device"], options["verbose"])
         print_summary(metrics, out, options["as_json"], verbose=options["verbose"])
     if result.interrupted:
         ctx.exit(130)  # 128 + SIGINT, as shells have it
+
+
+def _why_on_cpu(wanted: str, device: str, verbose: bool) -> str:
+    """Return why "auto" chose the CPU, in brackets; nothing if the machine has no GPU, except if ``verbose``."""
+    from warpvec.rendering.devices import NO_HARDWARE, why_no_gpu
+
+    reason = why_no_gpu() if (wanted, device) == ("auto", "cpu") else None
+    return "" if reason is None or (reason == NO_HARDWARE and not verbose) else f" ({reason})"
 
 
 def _finite(value: Any) -> Any:
@@ -63,4 +74,4 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.append("up to each level: " + ", ".join(parts))
     if metrics.get("goal"):
         lines.append(describe(metrics["goal"]))
-    return "\n".join(lines).format(out="SVG" if out == "-" else out, **metrics)
+    return "\n".join(lines).format(out="SVG" if out == "-" else in_one_line(out), **metrics)

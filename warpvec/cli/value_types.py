@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import click
 
 from warpvec.config.rules import parse_palette
 from warpvec.errors import InputError
+from warpvec.inputs import read_file
 from warpvec.vectorization.goal import parse_size
+
+MAX_PALETTE_BYTES = 2**24
+"""Largest file of colours. It may be a style sheet or a drawing, of which the colours are taken."""
 
 _HEX_COLOR = re.compile(r"#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b")
 
@@ -96,12 +99,9 @@ def _colors_in(path: str) -> list[str]:
     Raises:
         InputError: the file cannot be read, has no colours, or is a list with a word that is not a colour.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig", errors="replace")
-    except (OSError, ValueError) as error:
-        rule = "must be colours such as red,#a0b1c2, or a file of them"
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError("palette", rule, f"{path!r} (as a file: {reason})") from error
+    kind = "colours such as red,#a0b1c2, or a file of them"
+    text = read_file(path, MAX_PALETTE_BYTES, "palette", kind).decode("utf-8-sig", errors="replace")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
     entries = [entry.split() for entry in re.split(r"[,;\n]", _COMMENT.sub("", text)) if entry.strip()]
     if entries and _is_color_list(entries):
         words = [word for entry in entries for word in entry]

@@ -40,7 +40,7 @@ class FitConfig:
     palette: str | None = None
     """Colours that all fills must come from: CSS names, "#rgb" or "#rrggbb", with commas; stored as "#rrggbb,..."."""
     gradients: float = 0.0
-    """Paths with a linear gradient: their share if this is at most 1, else their number. Those that gain most get one."""
+    """Paths with a linear gradient: their share if this is at most 1, else their number; those that gain most."""
     min_area: float = 0.0
     """Smallest area of a path on the canvas, in square pixels of the full-size image; smaller paths are left out."""
     lod: bool = False
@@ -60,7 +60,8 @@ class FitConfig:
     device: str = "auto"
     """"auto", "cpu", "cuda" or "cuda:K"."""
     threads: int | None = None
-    """CPU threads for the kernels; None for all cores. The result does not depend on it."""
+    """CPU threads for the kernels, of which at most four per core are started; None for all cores. The result does not
+    depend on it."""
 
     # the renderer "splat"
     samples: int = 64

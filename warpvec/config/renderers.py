@@ -15,7 +15,8 @@ RENDERER_SETTINGS: dict[str, tuple[str, ...]] = {
 
 RENDERERS = tuple(RENDERER_SETTINGS)
 
-_COUNT_MIN = {"samples": 2, "lines": 1}
+COUNT_RANGES = {"samples": (2, 1024), "lines": (1, 1024)}
+"""Setting -> its smallest and largest value. A path of a thousand pixels needs no more Gaussians on a line."""
 
 
 def check_renderer_settings(renderer: str, settings: dict[str, Any]) -> dict[str, Any]:
@@ -34,7 +35,7 @@ def check_renderer_settings(renderer: str, settings: dict[str, Any]) -> dict[str
 
 
 def _checked(name: str, value: Any) -> Any:
-    if name in _COUNT_MIN:
-        return check_count(name, value, _COUNT_MIN[name])
+    if name in COUNT_RANGES:
+        return check_count(name, value, *COUNT_RANGES[name])
     check_flag(name, value)
     return value

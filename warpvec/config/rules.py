@@ -17,8 +17,64 @@ BACKDROPS = ("learned", "white")
 POLICIES = ("scaffolding", "replacement")
 OPACITIES = ("free", "opaque")
 
+MAX_THREADS = 4096
+"""Largest number of CPU threads, above the cores of any machine: more must be a mistake. A file of settings or a
+checkpoint may come from a larger machine, so fewer are not refused, but `usable_threads` starts only some of them."""
+
 GROWTH_MIN = 1.01
 """Smallest growth other than 1. With less, an inflation of a hundred paths adds none, which must be a mistake."""
+
+MAX_CURVES = 2**16
+"""Largest number of paths: four times what a goal may ask for. A fit of more takes gigabytes, which no editor opens."""
+
+MAX_SEGMENTS = 256
+"""Largest number of cubics of a path; one of so many has more points than any outline needs."""
+
+MAX_ALL_SEGMENTS = 2**22
+"""Largest number of cubics of all paths, enough for a goal with paths of the most segments; they take gigabytes."""
+
+MAX_GAUSSIANS = 2**26
+"""Largest number of Gaussians of all paths, enough for a goal with the default of a path; they take gigabytes."""
+
+MAX_COUNT = 10**9
+"""Largest count of what takes no memory. A fit of so many iterations takes weeks, and no image has such a side."""
+
+COUNT_RANGES: dict[str, tuple[int, int]] = {
+    "curves": (1, MAX_CURVES), "segments": (2, MAX_SEGMENTS), "fit_size": (1, MAX_COUNT), "iterations": (1, MAX_COUNT),
+    "initial_curves": (1, MAX_COUNT), "inflation_gap": (1, MAX_COUNT), "recycle_gap": (0, MAX_COUNT),
+    "replace_gap": (1, MAX_COUNT), "threads": (1, MAX_THREADS),
+    # float32 has seven digits, and at least one of them is before the point.
+    "precision": (0, 6), "colors": (0, 256), "degree": (2, 12),
+    # The random number generators take a signed 64-bit seed.
+    "seed": (0, 2**63 - 1),
+}  # fmt: skip
+"""Whole-numbered setting -> its smallest and largest value."""
+
+MAX_GROWTH = 1e6
+"""Largest growth, with which a single inflation adds all paths there may be."""
+
+MAX_RADIUS = 1000.0
+"""Largest initial radius, far beyond an image of radius 1. Coordinates of 1e15 would have no decimals to write."""
+
+MAX_RATE = 10.0
+"""Largest learning rate, and factor of one: it moves a point by five images in a step. With far more, values overflow
+or leave the range of what can be written."""
+
+MAX_SECONDS = 1e9
+"""Largest time budget: thirty years. The schedule multiplies it, which must not overflow."""
+
+MAX_WEIGHT = 1e6
+"""Largest weight of a term of the loss. The optimizer squares the gradients, which must be finite in float32."""
+
+NUMBER_RANGES = {
+    "growth": (1.0, MAX_GROWTH), "initial_radius": (0.0, MAX_RADIUS), "radius_decay": (0.0, 1.0),
+    "prune_opacity": (0.0, 1.0), "recycle_share": (0.0, 1.0), "recycle_until": (0.0, 1.0),
+    "lr_points": (0.0, MAX_RATE), "lr_color": (0.0, MAX_RATE), "lr_opacity": (0.0, MAX_RATE),
+    "lr_scale": (0.0, MAX_RATE), "lr_final": (0.0, 1.0), "opacity_weight": (0.0, MAX_WEIGHT),
+    "xing_weight": (0.0, MAX_WEIGHT), "bezier_weight": (0.0, MAX_WEIGHT),
+    "min_area": (0.0, math.inf), "gradients": (0.0, MAX_CURVES),
+}  # fmt: skip
+"""Setting -> its smallest and largest value."""
 
 
 def check_settings(settings: dict[str, Any]) -> dict[str, Any]:
@@ -33,6 +89,7 @@ def check_settings(settings: dict[str, Any]) -> dict[str, Any]:
     _check_choices(checked)
     _check_path_model(checked)
     _check_growth(checked)
+    _check_size(checked)
     if checked["lod"] and (checked["policy"], checked["z_order"]) != ("scaffolding", "creation"):
         raise InputError("lod", "needs policy scaffolding and z_order creation", remedy="set them or leave lod out")
     if checked["palette"] is not None and checked["colors"]:
@@ -72,30 +129,12 @@ def _hex_color(name: str) -> str:
 
 
 def _counts(settings: dict[str, Any]) -> dict[str, int]:
-    ranges: dict[str, tuple[int, int | None]] = {
-        "curves": (1, None), "segments": (2, None), "fit_size": (1, None), "iterations": (1, None),
-        "initial_curves": (1, None), "inflation_gap": (1, None), "recycle_gap": (0, None),
-        "replace_gap": (1, None),
-        # float32 has seven digits, and at least one of them is before the point.
-        "precision": (0, 6), "colors": (0, 256), "degree": (2, 12),
-        # The random number generators take a signed 64-bit seed.
-        "seed": (0, 2**63 - 1),
-    }  # fmt: skip
-    if settings["threads"] is not None:
-        ranges["threads"] = (1, None)
-    return {name: check_count(name, settings[name], *limits) for name, limits in ranges.items()}
+    names = [name for name in COUNT_RANGES if name != "threads" or settings[name] is not None]
+    return {name: check_count(name, settings[name], *COUNT_RANGES[name]) for name in names}
 
 
 def _numbers(settings: dict[str, Any]) -> dict[str, float]:
-    ranges = {
-        "growth": (1.0, math.inf), "initial_radius": (0.0, math.inf), "radius_decay": (0.0, 1.0),
-        "prune_opacity": (0.0, 1.0), "recycle_share": (0.0, 1.0), "recycle_until": (0.0, 1.0),
-        "lr_points": (0.0, math.inf), "lr_color": (0.0, math.inf), "lr_opacity": (0.0, math.inf),
-        "lr_scale": (0.0, math.inf), "lr_final": (0.0, 1.0), "opacity_weight": (0.0, math.inf),
-        "xing_weight": (0.0, math.inf), "bezier_weight": (0.0, math.inf),
-        "min_area": (0.0, math.inf), "gradients": (0.0, math.inf),
-    }  # fmt: skip
-    numbers = {name: check_number(name, settings[name], *limits) for name, limits in ranges.items()}
+    numbers = {name: check_number(name, settings[name], *limits) for name, limits in NUMBER_RANGES.items()}
     if settings["time_budget"] is not None:
         numbers["time_budget"] = _time_budget(settings["time_budget"])
     return numbers
@@ -103,8 +142,8 @@ def _numbers(settings: dict[str, Any]) -> dict[str, float]:
 
 def _time_budget(value: Any) -> float:
     seconds = as_float(value)
-    if not seconds > 0:
-        rule = "must be a finite number of seconds above 0"
+    if not 0 < seconds <= MAX_SECONDS:
+        rule = f"must be a finite number of seconds above 0, and at most {MAX_SECONDS:g}"
         raise InputError("time_budget", rule, show(value), "leave it out for no limit")
     return seconds
 
@@ -139,6 +178,18 @@ def _check_gradients(settings: dict[str, Any]) -> None:
     if settings["palette"] is not None or settings["colors"]:
         rule = "must be 0 with a palette or a number of colours, whose fills are flat"
         raise InputError("gradients", rule, str(settings["gradients"]), "give one of the two")
+
+
+def _check_size(settings: dict[str, Any]) -> None:
+    """Refuse what would fill the memory of most machines, before anything is allocated."""
+    curves, segments = settings["curves"], settings["segments"]
+    if settings["path_model"] == "segments" and curves * segments > MAX_ALL_SEGMENTS:
+        rule = f"times curves must be at most {MAX_ALL_SEGMENTS}"
+        raise InputError("segments", rule, f"{segments} times {curves}", "give fewer of either")
+    samples, lines = settings["samples"], settings["lines"]
+    if settings["renderer"] == "splat" and curves * samples * (lines + 2) > MAX_GAUSSIANS:
+        rule = f"times lines and curves must be at most {MAX_GAUSSIANS} Gaussians"
+        raise InputError("samples", rule, f"{samples} times {lines + 2} times {curves}", "give fewer of any")
 
 
 def _check_growth(settings: dict[str, Any]) -> None:

@@ -5,33 +5,48 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Collection
-from pathlib import Path
 from typing import Any
 
 from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
+from warpvec.inputs import read_file
+
+MAX_TOML_BYTES = 2**20
+"""Largest file of settings. All settings there are take about 2 kB."""
+
+_NAME_MAX = 100
+"""Most characters of an unknown name in a message."""
 
 
 def read_settings(path: str, known: Collection[str]) -> dict[str, str]:
     """Return the settings in the file ``path``, values as text as on the command line; names may contain hyphens.
 
     Raises:
-        InputError: the file cannot be read, is not TOML, or contains a name that is not ``known``.
+        InputError: the file cannot be read, is too large, is not TOML, or contains a name that is not ``known``.
     """
     try:
-        found = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:  # TOML and Unicode errors are ValueErrors
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError("config", "must be a TOML file", f"{path!r} ({reason})") from error
+        found = tomllib.loads(read_file(path, MAX_TOML_BYTES, "config", "a TOML file").decode())
+    except (ValueError, RecursionError) as error:  # TOML and Unicode errors are ValueErrors
+        if isinstance(error, InputError):
+            raise
+        raise InputError("config", "must be a TOML file", f"{path!r} ({error})") from error
     settings = {name.replace("-", "_"): value for name, value in found.items()}
     for name, value in settings.items():
         if name not in known:
             rule = "must be the name of an option of this command"
-            raise InputError(f"{name} in {path!r}", rule, remedy="see --help-all for the names")
+            shown = f"{name[:_NAME_MAX]}..." if len(name) > _NAME_MAX else name
+            raise InputError(f"{shown} in {path!r}", rule, remedy="see --help-all for the names")
         if not isinstance(value, bool | int | float | str):
             rule = "must be a number, a text, true or false"
             raise InputError(f"{name} in {path!r}", rule, repr(value))
-    return {name: str(value) for name, value in settings.items()}
+    return {name: _text(name, value, path) for name, value in settings.items()}
+
+
+def _text(name: str, value: bool | int | float | str, path: str) -> str:
+    try:
+        return str(value)
+    except ValueError as error:  # Python writes no number of thousands of digits; a file may have one as 0xfff...
+        raise InputError(f"{name} in {path!r}", "must be a number of fewer digits", remedy="give another") from error
 
 
 def write_settings(path: str, settings: dict[str, Any]) -> None:

@@ -17,6 +17,7 @@ from torch import Tensor
 from torch.optim.optimizer import ParamsT
 
 from warpvec.errors import InputError
+from warpvec.fit.state_form import check_fields, floats, require, wholes
 from warpvec.kernels.adan import BETAS, EPS, make_kernels
 from warpvec.kernels.lanes import Lanes, make_lanes
 from warpvec.rendering.launch import Launcher, as_warp, start_warp
@@ -25,6 +26,11 @@ from warpvec.rendering.launch import Launcher, as_warp, start_warp
 _add_param_group = unwrap(torch.optim.Optimizer.add_param_group)
 
 _AVERAGES = ("exp_avg", "exp_avg_diff", "exp_avg_sq", "previous_grad")
+
+_RATIO_MAX, _GRADIENT_TINY = 20.0, 1e-15
+"""Averages and the previous gradient are at most the first number times the root of ``exp_avg_sq``, or the second if
+their squares vanish in float32. By Cauchy and Schwarz the largest ratio is 10, that of the first gradient to the root
+of a hundredth of its square. Without this bound a step would not be limited by the learning rate."""
 
 
 class Adan(torch.optim.Optimizer):
@@ -111,6 +117,24 @@ class Adan(torch.optim.Optimizer):
             state.update(zeros)
             state["step"] = torch.zeros(param.shape[:1], dtype=torch.int64, device=param.device)
         return state
+
+
+def check_adan_state(name: str, state: Any, shape: tuple[int, ...], step_max: int) -> None:
+    """Refuse the state of a float32 parameter of ``shape`` unless `Adan` can have made it in ``step_max`` steps.
+
+    Raises:
+        InputError: it cannot.
+    """
+    averages = {average: floats(*shape) for average in _AVERAGES}
+    check_fields(name, state, **averages, step=wholes(shape[0], high=step_max))
+    check_averages(name, *(state[average] for average in _AVERAGES))
+
+
+def check_averages(name: str, exp_avg: Tensor, exp_avg_diff: Tensor, exp_avg_sq: Tensor, previous_grad: Tensor) -> None:
+    """Raise InputError unless these finite values are some that the betas `BETAS` can lead to."""
+    limit = _RATIO_MAX * exp_avg_sq.sqrt() + _GRADIENT_TINY  # NaN below zero
+    for values in (exp_avg, exp_avg_diff, previous_grad):
+        require((values.abs() <= limit).all(), name, "has an optimizer state that no gradients lead to")
 
 
 class _Rows:

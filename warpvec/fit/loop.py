@@ -12,22 +12,32 @@ import torch
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit import schedule
-from warpvec.fit.gradients import GradientChoice
-from warpvec.fit.interrupt import deferred_interrupts
+from warpvec.fit import schedule, state_form
+from warpvec.fit.interrupt import deferred_interrupts, hold_signals
 from warpvec.fit.min_area import SmallPaths
 from warpvec.fit.palette import START as PALETTE_START
 from warpvec.fit.palette import Palette, with_pure_colors
 from warpvec.fit.policies.prefixes import prefix_length, with_prefix
-from warpvec.fit.policies.registry import config_from_start, make_policy
-from warpvec.fit.population import Population
-from warpvec.fit.progress import FitResult, OnProgress, Progress, history_entry
+from warpvec.fit.policies.registry import config_from_start, config_from_state, make_policy
+from warpvec.fit.population import Population, check_scene, do_nothing
+from warpvec.fit.progress import (
+    LOSS_MAX,
+    SECONDS_MAX,
+    FitResult,
+    OnProgress,
+    Progress,
+    check_history,
+    history_entry,
+)
+from warpvec.fit.ramps import GradientChoice
 from warpvec.fit.regularization import Regularization
 from warpvec.fit.state import Saving, State
+from warpvec.fit.state_form import row_count
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import is_transparent
 from warpvec.rendering.launch import resolve_device
+from warpvec.rendering.streams import StepQueue, on_warps_stream
 
 # Iterations between entries of the history. Each entry reads one number back, which drains a GPU's queue.
 _HISTORY_GAP, _HISTORY_GAP_CUDA = 10, 50
@@ -57,14 +67,15 @@ def fit(
         saving: how often such states are saved, and where.
 
     Raises:
-        InputError: the device does not exist, the policy needs a package that is not installed, or ``start`` does not
-            have the path model of ``config``.
+        InputError: the device does not exist, the policy needs a package that is not installed, ``start`` does not
+            have the path model of ``config``, or ``resume`` is no state of this fit.
     """
     device = resolve_device(config.device)
-    with _single_torch_thread(), torch.no_grad(), deferred_interrupts() as is_interrupted:
-        settings = config if resume is None else FitConfig(**resume["config"])
+    with on_warps_stream(device), _single_torch_thread(), torch.no_grad(), deferred_interrupts() as is_interrupted:
+        settings = config if resume is None else config_from_state(config, resume, *target.shape[:2])
         run = _Fit(target, settings, device, on_progress, start)
         if resume is not None:
+            run.check(resume)
             run.restore(resume)
         run.saving = saving
         try:
@@ -112,6 +123,7 @@ class _Fit:
         self._start = time.perf_counter()
         self._iteration = 0
         self._iteration_count = config.iterations
+        self._steps_before = 0  # iterations that the paths know nothing of
         self._first_seconds = 0.0
         self._loss = torch.zeros(())
         self._best: tuple[float, Scene] | None = None
@@ -121,17 +133,28 @@ class _Fit:
         self.saving: Saving | None = None
         first = self._first_paths() if start is None else self._costliest_to_remove(start)
         self._population = Population(self._as_transparent_as_image(first), config, max(height, width) / 2)
+        self._queue = StepQueue(device)
         has_palette = config.palette is not None or config.colors > 0
         self._palette = Palette(config, height * width) if has_palette else None
 
     def iterate(self, is_interrupted: Callable[[], bool]) -> None:
         """Run the loop to its end; raise KeyboardInterrupt once ``is_interrupted()``."""
+        self._steps_before = self._iteration - self._population.step_count
+        self._population.before_use = self._take_dropped_steps
+        try:
+            self._iterate(is_interrupted)
+        finally:  # a cycle of references would keep the memory of a GPU until Python looks for cycles
+            self._population.before_use = do_nothing
+
+    def _iterate(self, is_interrupted: Callable[[], bool]) -> None:
         while self._iteration < self._iteration_count:
             if is_interrupted():
                 raise KeyboardInterrupt
             self._sort()
-            removal_cost = self._step(self._policy.wants_removal_cost(self._iteration + 1, self._iteration_count))
+            wants_removal_cost = self._policy.wants_removal_cost(self._iteration + 1, self._iteration_count)
+            removal_cost = self._step(self._iteration, wants_removal_cost)
             self._iteration += 1
+            hold_signals()
             self._iteration_count = self._planned_iterations()
             is_last = self._iteration == self._iteration_count
             if is_last:
@@ -144,6 +167,7 @@ class _Fit:
     def result(self) -> FitResult:
         """Return the present scene, or the best one before the last change of population if an interrupted fit has
         not become better since."""
+        self._take_dropped_steps()
         if self._palette is not None and not self._population.has_palette:  # interrupted or over before it began
             self._take_palette(self._palette)
         scene, loss = self._population.scene, float(self._loss)
@@ -153,17 +177,21 @@ class _Fit:
             scene = with_pure_colors(scene, self._image)
         return FitResult(scene.cpu(), self.history, self._iteration, self._seconds(), self.interrupted, self._device)
 
-    def _step(self, want_removal_cost: bool) -> Tensor | None:
+    def _step(self, iteration: int, want_removal_cost: bool) -> Tensor | None:
         """Render, differentiate the loss and update the paths; return each path's removal cost [N] on request."""
         scene, config = self._population.live, self._config
-        adjoints = self._target.fit_step(scene, want_removal_cost)
-        if config.lod:
-            count = prefix_length(self._population.prefix_counts, self._iteration)
-            adjoints = with_prefix(adjoints, scene, self._target, count)
+        takes_palette = self._takes_palette(iteration)
+        if want_removal_cost or takes_palette:
+            self._take_dropped_steps(iteration)
+        adjoints = self._differentiate(iteration, want_removal_cost)
+        if takes_palette and self._target.has_dropped():  # the palette cannot leave a step out
+            self._target.make_room()
+            adjoints = self._differentiate(iteration, want_removal_cost)
         adj_opacity = adjoints.opacity.contiguous()
         self._regularization.add_adjoint(scene, adjoints.segments, adj_opacity)
-        factor = schedule.lr_factor(self._iteration, config, self._iteration_count)
-        self._step_palette(adjoints, factor)
+        factor = schedule.lr_factor(iteration, config, self._iteration_count)
+        if takes_palette:
+            self._step_palette(adjoints, factor)
         values = (adjoints.segments, adjoints.color, adj_opacity, adjoints.background)
         self._population.step(*values, factor, self._target.fits)
         if adjoints.end_color is not None:
@@ -171,13 +199,38 @@ class _Fit:
         self._loss = adjoints.loss
         return adjoints.removal_cost if want_removal_cost else None
 
+    def _differentiate(self, iteration: int, want_removal_cost: bool) -> Any:
+        scene = self._population.live
+        adjoints = self._target.fit_step(scene, want_removal_cost)
+        if not self._config.lod:
+            return adjoints
+        count = prefix_length(self._population.prefix_counts, iteration)
+        return with_prefix(adjoints, scene, self._target, count)
+
+    def _take_dropped_steps(self, end: int | None = None) -> None:
+        """Take the steps before ``end`` again that changed nothing because the renderer had no room for the paths.
+
+        Only a recorded step is dropped, and all steps after it, so the paths are still those before it. Taken again,
+        the steps change them as they would have at first.
+        """
+        if self._target.fits is None:
+            return
+        end = self._iteration if end is None else end
+        while (taken := self._steps_before + self._population.step_count) < end:
+            self._target.make_room()
+            for iteration in range(taken, end):
+                self._step(iteration, False)
+
     # Palette
 
+    def _takes_palette(self, iteration: int) -> bool:
+        """Return whether fills come from a palette from ``PALETTE_START`` on, and that is reached."""
+        return self._palette is not None and iteration >= PALETTE_START * self._iteration_count
+
     def _step_palette(self, adjoints: Any, factor: float) -> None:
-        """Take fills from the palette once ``PALETTE_START`` is reached, and step the palette from then on."""
+        """Take fills from the palette, and step the palette from then on."""
         palette, population = self._palette, self._population
-        if palette is None or self._iteration < PALETTE_START * self._iteration_count:
-            return
+        assert palette is not None
         if not population.has_palette:
             self._take_palette(palette)
         else:
@@ -206,8 +259,42 @@ class _Fit:
             "population": self._population.state(),
         }
 
+    def check(self, state: State) -> None:
+        """Raise InputError unless ``state`` is one that :meth:`state` can have returned in a fit like this one."""
+        self._check_own(state)
+        iteration, curves = state["iteration"], self._config.curves
+        check_history(state["history"], iteration, state["seconds"], curves)
+        count = row_count("population", state["population"], "serial", curves)
+        generation_max = self._policy.check(state["policy"], iteration, count)
+        self._population.check(state["population"], self._palette, iteration, count, generation_max)
+        if state["best"] is not None:
+            scene = state["best"]["scene"]
+            best_count = row_count("best.scene", scene, "color", curves)
+            check_scene("best.scene", scene, self._population.live, best_count, generation_max)
+
+    def _check_own(self, state: State) -> None:
+        """Check what is not in the parts of ``state`` that have owners of their own."""
+        is_timed, wanted, part = self._config.time_budget is not None, self._config.iterations, state_form.Part()
+        seconds, loss = state_form.Number(0.0, SECONDS_MAX), state_form.Number(0.0, LOSS_MAX)
+        state_form.check_fields(
+            "",
+            state,
+            config=part,  # `config_from_state` compares it
+            iteration=state_form.Whole(1, wanted - 1),
+            iteration_count=state_form.Whole(2 if is_timed else wanted, wanted),
+            seconds=seconds,
+            first_seconds=seconds,
+            loss=state_form.floats(low=0.0, high=LOSS_MAX),
+            best=state_form.Maybe(state_form.Fields({"loss": loss, "scene": part})),
+            history=state_form.ListOf(part),
+            policy=part,
+            population=part,
+        )
+        state_form.require(state["iteration"] < state["iteration_count"], "iteration", "is not before the last one")
+        state_form.require(state["first_seconds"] <= state["seconds"], "first_seconds", "is more than the whole time")
+
     def restore(self, state: State) -> None:
-        """Continue from ``state``."""
+        """Continue from ``state``, which :meth:`check` has accepted."""
         self._iteration, self._iteration_count = state["iteration"], state["iteration_count"]
         self._start, self._first_seconds = time.perf_counter() - state["seconds"], state["first_seconds"]
         self._loss = state["loss"].to(self._device)
@@ -219,6 +306,7 @@ class _Fit:
 
     def _save(self) -> None:
         if self.saving is not None and self._iteration % self.saving.every == 0:
+            self._take_dropped_steps()
             self.saving.save(self.state())
 
     # Population
@@ -267,6 +355,9 @@ class _Fit:
             self._best = (loss, scene)
 
     def _report(self) -> None:
+        is_entry = self._iteration % self._history_gap == 0 or self._iteration == self._iteration_count
+        if is_entry:
+            self._take_dropped_steps()
         progress = Progress(
             self._iteration,
             self._iteration_count,
@@ -275,7 +366,7 @@ class _Fit:
             self._loss,
             lambda: self._population.scene,
         )
-        if self._iteration % self._history_gap == 0 or self._iteration == self._iteration_count:
+        if is_entry:
             self.history.append(history_entry(progress))
         if self._on_progress is not None:
             self._on_progress(progress)
@@ -285,7 +376,9 @@ class _Fit:
         wanted, budget = self._config.iterations, self._config.time_budget
         if budget is None:
             return wanted
+        self._queue.add()
         if self._iteration == 1:
+            self._queue.drain()
             # The first iteration may have compiled kernels, so it says nothing about the pace.
             self._first_seconds = self._seconds()
             return wanted if self._first_seconds < budget else 1

@@ -44,4 +44,4 @@ class SmallPaths:
         return True
 
     def _are_small(self, population: Population) -> Tensor:
-        return self._target.visible_areas(faint(population.live))[:-1] / FAINT < self._area_min
+        return self._target.visible_areas(faint(population.scene))[:-1] / FAINT < self._area_min

@@ -14,8 +14,9 @@ import torch
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit.adan import Adan
+from warpvec.fit.adan import Adan, check_adan_state
 from warpvec.fit.state import State
+from warpvec.fit.state_form import Exactly, Part, Whole, check_fields, floats, require, wholes
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import is_transparent
 
@@ -89,7 +90,7 @@ class Palette:
     @property
     def color(self) -> Tensor:
         """Colour of each path and the canvas [N + 1, 3], as it is drawn and as an 8-bit file says it."""
-        return ((self._free * 255.0).round() / 255.0)[self._entry]
+        return drawn_colors(self._free, self._entry)
 
     def is_switching(self) -> bool:
         """Return whether :meth:`step` needs the visible areas."""
@@ -107,7 +108,8 @@ class Palette:
                 self._replace_entry(adj_color, visible_area)
             self._switch(adj_color, visible_area)
         elif self._given is None:
-            self._free.grad = torch.zeros_like(self._free).index_add_(0, self._entry, adj_color)
+            # On CUDA this adds in a fixed order, as index_add_ does not; on the CPU both give the same bits.
+            self._free.grad = torch.zeros_like(self._free).index_put_((self._entry,), adj_color, accumulate=True)
             self._optimizer.param_groups[0]["lr"] = ENTRY_RATE * self._config.lr_color * factor
             self._optimizer.step()
             self._free.clamp_(0.0, 1.0)
@@ -126,12 +128,41 @@ class Palette:
         state = {"free": self._free, "entry": self._entry, "steps": self._steps, "transparent": self._transparent}
         return {**state, "optimizer": dict(self._optimizer.state[self._free])}
 
+    def check(self, state: State, iteration: int, path_count: int, transparent: bool) -> None:
+        """Refuse ``state`` unless :meth:`state` can have returned it after ``iteration``.
+
+        Args:
+            path_count: number of paths.
+            transparent: whether the scene is transparent.
+
+        Raises:
+            InputError: it cannot.
+        """
+        name = "population.palette"
+        count = self._config.colors if self._given is None else len(self._given)
+        check_fields(
+            name,
+            state,
+            free=floats(count, 3, low=0.0, high=1.0),
+            entry=wholes(path_count + 1, high=count - 1),
+            steps=Whole(0, iteration),
+            transparent=Exactly(transparent),
+            optimizer=Part(),
+        )
+        if self._given is not None:
+            require(torch.equal(state["free"].cpu(), self._given), f"{name}.free", "is not the palette of the settings")
+            check_fields(f"{name}.optimizer", state["optimizer"])
+        elif state["optimizer"]:  # there is none before the first step
+            check_adan_state(f"{name}.optimizer", state["optimizer"], (count, 3), iteration)
+
     def restore(self, state: State, device: str) -> None:
-        """Continue from ``state``."""
-        self._set_entries(state["free"].to(device))
-        self._entry, self._steps = state["entry"].to(device), state["steps"]
+        """Continue from ``state``, which :meth:`check` has accepted."""
+        self._set_entries(state["free"].to(device, copy=True))
+        self._entry, self._steps = state["entry"].to(device, copy=True), state["steps"]
         self._transparent = state["transparent"]
-        self._optimizer.state[self._free].update({name: v.to(device) for name, v in state["optimizer"].items()})
+        self._optimizer.state[self._free].update(
+            {name: value.to(device, copy=True) for name, value in state["optimizer"].items()}
+        )
 
     def _set_entries(self, free: Tensor) -> None:
         self._free = free
@@ -180,6 +211,11 @@ class Palette:
         self._free[spare] = color
         for values in self._optimizer.state[self._free].values():
             values[spare] = 0
+
+
+def drawn_colors(free: Tensor, entry: Tensor) -> Tensor:
+    """Return the colours [N, 3] of the entries ``free`` [K, 3] at ``entry`` [N], as an 8-bit file says them."""
+    return ((free * 255.0).round() / 255.0)[entry]
 
 
 def with_pure_colors(scene: Scene, target: Tensor) -> Scene:

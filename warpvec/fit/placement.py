@@ -110,7 +110,9 @@ def _draw(weights: Tensor, count: int, generator: torch.Generator) -> Tensor:
     torch.multinomial would stop at 2^24 categories. Sums are in float64; a weight of 0 is never drawn.
     """
     blocks = pad(weights, (0, -len(weights) % BLOCK)).view(-1, BLOCK)
-    block = _invert(blocks.sum(1, dtype=torch.float64).cumsum(0), _uniform((count,), generator))
+    # On CUDA a cumsum of one long row adds in no fixed order.
+    block_ends = blocks.sum(1, dtype=torch.float64).cpu().cumsum(0)
+    block = _invert(block_ends, _uniform((count,), generator)).to(weights.device)
     place = _invert(blocks[block].cumsum(1, dtype=torch.float64), _uniform((count, 1), generator))
     return block * BLOCK + place[:, 0]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -12,11 +13,26 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.fit.adan import check_averages
 from warpvec.fit.gradients import GradientParameters
-from warpvec.fit.palette import Palette
+from warpvec.fit.palette import Palette, drawn_colors
 from warpvec.fit.state import State
+from warpvec.fit.state_form import (
+    Array,
+    Exactly,
+    Fields,
+    Form,
+    Maybe,
+    Part,
+    Whole,
+    check_fields,
+    floats,
+    require,
+    row_count,
+    wholes,
+)
 from warpvec.geometry.bezier import path_boxes
-from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.gradients import RADIAL, Gradients
 from warpvec.geometry.scene import Scene, straightened
 from warpvec.kernels.adan import BETAS, CLAMPED, EPS, SIGMOID
 from warpvec.kernels.constants import TILE
@@ -30,6 +46,16 @@ _LOGIT_MARGIN = 1e-4
 # The planes of a parameter: its values, three averages of its gradient, and the previous gradient.
 _PLANES = 5
 
+POINT_MAX = 1e9
+"""Largest coordinate of a saved path, in pixels: a hundred times as far out as anything is drawn, and within what a
+file can state."""
+
+SEGMENTS_MAX = 2**24
+"""Most segments of a saved fit: four times as many as the settings allow."""
+
+_UNIT = {"low": -1e-3, "high": 1.001}
+"""Limits of saved colours and opacities: [0, 1], and room for the colours of transparent pixels, which are rounded."""
+
 
 class Population:
     """N paths as free parameters, stepped by Adan. ``warpvec/fit/adan.py`` explains the step and the age of a row.
@@ -40,6 +66,8 @@ class Population:
 
     Attributes:
         live: the present paths, in memory that each step overwrites. Adding or removing paths makes new memory.
+        before_use: called before the paths are read or changed otherwise than by a step. A fit on a GPU then takes the
+            steps again for which there was no room.
         serial: position of each path [N] in the order of creation, which the z-order by area does not keep.
     """
 
@@ -49,11 +77,13 @@ class Population:
 
     def __init__(self, scene: Scene, config: FitConfig, half_side: float) -> None:
         start_warp()
+        self.before_use: Callable[[], None] = do_nothing
         self._half_side = half_side
         self._logit_color = config.color_parameter == "logit"
         self._fixed_background = config.backdrop == "white" or scene.transparent
         self._opaque = config.opacity == "opaque"
         self._palette: Palette | None = None
+        self._curves = config.curves
         self._rates = (config.lr_points, config.lr_color, config.lr_opacity)
         self._launch = Launcher(str(scene.segments.device), threads=1)
         # Parameters and state: segments [5, R, 2 M], colour [5, N, 3], opacity [5, N, 1] and background [5, 1, 3].
@@ -91,12 +121,14 @@ class Population:
     def scene(self) -> Scene:
         """The present paths. The object never changes; after a step or another change there is a new one."""
         if self._copy is None:
+            self.before_use()
             live = self.live
             segments, color = live.segments.clone(), live.color.clone()
             opacity, background = live.opacity.clone(), live.background.clone()
             gradients = None if live.gradients is None else live.gradients.map(torch.Tensor.clone)
-            values = {"segments": segments, "color": color, "opacity": opacity, "background": background}
-            self._copy = replace(live, **values, gradients=gradients)
+            self._copy = replace(
+                live, segments=segments, color=color, opacity=opacity, background=background, gradients=gradients
+            )
         return self._copy
 
     def step(
@@ -110,14 +142,16 @@ class Population:
     ) -> None:
         """Take an optimizer step from the adjoints of ``scene``'s values, with learning rates multiplied by ``factor``.
 
-        If ``fits`` [1], on the device, is -1 and not 1, the step changes nothing but the paths' ages.
+        If ``fits`` [1], on the device, is -1 and not 1, the step changes nothing.
         """
         if fits is None:
             self._factor.fill_(factor)
+            self._age += 1
+            self._segment_age += 1
         else:
             torch.mul(fits, factor, out=self._factor)
-        self._age += 1
-        self._segment_age += 1
+            self._age += fits > 0.0
+            self._segment_age += fits > 0.0
         adjoints = (adj_segments.contiguous().flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
         arrays = [self._strided(values) for values in adjoints]
         rows = len(self) + (0 if self._fixed_background else 1)
@@ -148,6 +182,11 @@ class Population:
         self._set_live(replace(self.live, color=color))
 
     @property
+    def step_count(self) -> int:
+        """Number of steps that have changed the paths; the host waits for the device."""
+        return int(self._age[-1])
+
+    @property
     def has_palette(self) -> bool:
         """True if fills come from a palette."""
         return self._palette is not None
@@ -175,26 +214,92 @@ class Population:
             "gradients": None if self._gradients is None else self._gradients.state(),
         }
 
+    def check(
+        self, state: State, palette: Palette | None, iteration: int, path_count: int, generation_max: int
+    ) -> None:
+        """Refuse ``state`` unless :meth:`state` can have returned it after ``iteration``.
+
+        Args:
+            palette: the fit's palette, if it has one.
+            path_count: number of paths.
+            generation_max: highest generation of a path.
+
+        Raises:
+            InputError: it cannot.
+        """
+        rows = row_count("population", state, "segment_age", SEGMENTS_MAX)
+        check_fields(
+            "population",
+            state,
+            segments=floats(_PLANES, rows, 2 * self.live.degree),
+            color=floats(_PLANES, path_count, 3),
+            opacity=floats(_PLANES, path_count, 1),
+            background=floats(_PLANES, 1, 3),
+            segment_age=wholes(rows, high=iteration),
+            age=wholes(path_count + 1, high=iteration),
+            serial=wholes(path_count),
+            created=Whole(path_count, self._curves * (iteration + 1)),
+            live=Part(),
+            palette=Maybe(Part()) if palette else Exactly(None),
+            gradients=Maybe(Part()) if self._config.gradients else Exactly(None),
+        )
+        check_scene("population.live", state["live"], self.live, path_count, generation_max)
+        live = Scene.from_dict(state["live"])
+        require(live.structure.segment_count == rows, "population.live", "has other segments than the parameters")
+        has_both = (live.gradients is None) == (state["gradients"] is None)
+        require(has_both, "population.gradients", "does not go with the paths")
+        if live.gradients is not None:
+            GradientParameters(live.gradients, self._config, self._half_side).check(state["gradients"], iteration)
+        serial = state["serial"].unique()
+        is_possible = len(serial) == path_count and bool((serial < state["created"]).all())
+        require(is_possible, "population.serial", "numbers two paths alike, or has a number of no path")
+        for name in ("color", "background"):
+            if not self._logit_color:
+                floats(*state[name][0].shape, **_UNIT).check(f"population.{name}", state[name][0])
+        for name in ("segments", "color", "opacity", "background"):
+            check_averages(f"population.{name}", *state[name][1:])
+        if palette is not None and state["palette"] is not None:
+            palette.check(state["palette"], iteration, path_count, self.live.transparent)
+        self._check_live(state)
+
+    def _check_live(self, state: State) -> None:
+        """Refuse a live scene that is not what the parameters and the palette of ``state`` stand for."""
+        live = Scene.from_dict(state["live"])
+        made = self._to_scene((state["segments"], state["color"], state["opacity"]), live)
+        own = self._to_color(state["background"][0, 0])
+        background = self.live.background.to(own.device) if self._fixed_background else own
+        color, opacity = made.color, torch.ones_like(made.opacity) if self._opaque else made.opacity
+        if state["palette"] is not None:
+            drawn = drawn_colors(state["palette"]["free"], state["palette"]["entry"])
+            color, background = drawn[:-1], background if live.transparent else drawn[-1]
+        shown = {"segments": made.segments, "color": color, "opacity": opacity, "background": background}
+        for name, value in shown.items():
+            is_same = torch.allclose(value, getattr(live, name), rtol=1e-4, atol=1e-4)
+            require(is_same, f"population.live.{name}", "does not go with the parameters of the paths")
+
     def restore(self, state: State, palette: Palette | None) -> None:
-        """Continue from ``state``; ``palette`` is the fit's palette, if it has one."""
+        """Continue from ``state``, which :meth:`check` has accepted; ``palette`` is the fit's palette, if it has one.
+
+        The state keeps memory of its own.
+        """
         device = self.serial.device
         segments, color, opacity, self._background, self._segment_age, self._age, self.serial = (
-            state[name].to(device)
+            state[name].to(device, copy=True)
             for name in ("segments", "color", "opacity", "background", "segment_age", "age", "serial")
         )
         self._rows, self._created = (segments, color, opacity), state["created"]
         if palette is not None and state["palette"] is not None:
             palette.restore(state["palette"], str(device))
             self._palette = palette
-        live = Scene.from_dict(state["live"]).to(str(device))
-        if state["gradients"] is not None:
-            assert live.gradients is not None
+        live = Scene.from_dict(state["live"]).to(str(device)).copied()
+        if live.gradients is not None:
             self._gradients = GradientParameters(live.gradients, self._config, self._half_side)
             self._gradients.restore(state["gradients"], str(device))
         self._set_live(live)
 
     def keep(self, rows: Tensor) -> None:
         """Keep the paths ``rows``: a mask, or indices in the new order."""
+        self.before_use()
         _, segments = self.live.structure.select(rows)
         chosen = (segments, rows, rows)
         self._rows = tuple(values[:, each].contiguous() for values, each in zip(self._rows, chosen, strict=True))
@@ -209,6 +314,7 @@ class Population:
 
     def sort_by_area(self) -> None:
         """Sort the paths by the area of their bounding boxes, the smallest on top."""
+        self.before_use()
         box = path_boxes(self.live)
         order = (box[:, 2:] - box[:, :2]).prod(-1).argsort(descending=True, stable=True)
         if not torch.equal(order, torch.arange(len(order), device=order.device)):
@@ -216,6 +322,7 @@ class Population:
 
     def append(self, scene: Scene) -> None:
         """Add the paths of ``scene`` on top, with fresh optimizer state."""
+        self.before_use()
         new = self._fresh_rows(scene)
         added = self._to_scene(new, scene)
         ages = self._segment_age.new_zeros(scene.structure.segment_count)
@@ -287,6 +394,53 @@ class Population:
 
     def _to_color(self, raw: Tensor) -> Tensor:
         return raw.sigmoid() if self._logit_color else raw.clone()
+
+
+def check_scene(name: str, value: Any, like: Scene, path_count: int, generation_max: int) -> None:
+    """Refuse ``value`` unless it is the `to_dict` of a scene of the kind of ``like`` with ``path_count`` paths."""
+    rows = row_count(name, value, "segments", SEGMENTS_MAX)
+    loops = 0 if value.get("loop_first_segment") is None else row_count(name, value, "loop_first_segment", SEGMENTS_MAX)
+    is_uniform = like.is_uniform and loops == 0
+    count = like.structure.uniform_count
+    check_fields(
+        name,
+        value,
+        segments=floats(rows, like.degree, 2, low=-POINT_MAX, high=POINT_MAX),
+        uniform_count=Exactly(count) if is_uniform else Exactly(None),
+        loop_first_segment=Exactly(None) if is_uniform else wholes(loops, high=rows),
+        path_first_loop=Exactly(None) if is_uniform else wholes(path_count + 1, high=max(loops - 1, 0)),
+        is_line=Exactly(None) if is_uniform else Maybe(Array(torch.uint8, (rows,), 0, 1)),
+        color=floats(path_count, 3, **_UNIT),
+        opacity=floats(path_count, **_UNIT),
+        background=floats(3, **_UNIT),
+        generation=wholes(path_count, high=generation_max),
+        transparent=Exactly(like.transparent),
+        gradients=Maybe(Fields(gradient_forms(path_count))),
+    )
+    if is_uniform:
+        require(count is not None and rows == count * path_count, f"{name}.segments", "has another number of rows")
+    else:
+        _check_starts(f"{name}.loop_first_segment", value["loop_first_segment"], rows)
+        _check_starts(f"{name}.path_first_loop", value["path_first_loop"], loops - 1)
+
+
+def gradient_forms(path_count: int) -> dict[str, Form]:
+    """Return the forms of the gradients of ``path_count`` paths."""
+    return {
+        "kind": wholes(path_count, high=RADIAL),
+        "geometry": floats(path_count, 4, low=-POINT_MAX, high=POINT_MAX),
+        "end_color": floats(path_count, 3, **_UNIT),
+    }
+
+
+def _check_starts(name: str, starts: Tensor, count: int) -> None:
+    """Refuse ``starts`` unless they divide ``count`` rows into ranges that are not empty."""
+    is_right = len(starts) > 0 and starts[0] == 0 and starts[-1] == count and bool((starts.diff() > 0).all())
+    require(is_right, name, "does not divide the rows")
+
+
+def do_nothing() -> None:
+    """Do nothing: what a population does before its paths are used, unless a fit wants something else."""
 
 
 def _fresh(raw: Tensor) -> Tensor:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 from torch import Tensor
 
+from warpvec.fit.state_form import Fields, Form, ListOf, Number, Whole, require
 from warpvec.geometry.scene import Scene
 from warpvec.image.metrics import psnr_from_mse
 
@@ -54,6 +58,31 @@ def history_entry(progress: Progress) -> dict[str, Any]:
         "psnr": progress.psnr,
         "seconds": progress.seconds,
     }
+
+
+def check_history(history: list[Any], iteration: int, seconds: float, curves: int) -> None:
+    """Refuse a history that a fit of at most ``curves`` paths cannot have after ``iteration`` and ``seconds``.
+
+    Raises:
+        InputError: it cannot.
+    """
+    entry: dict[str, Form] = {
+        "iteration": Whole(1, iteration),
+        "curves": Whole(0, curves),
+        "psnr": Number(psnr_from_mse(LOSS_MAX), math.inf),
+        "seconds": Number(0.0, seconds),
+    }
+    ListOf(Fields(entry)).check("history", history)
+    for name, is_forward in (("iteration", operator.lt), ("seconds", operator.le)):
+        values = [record[name] for record in history]
+        require(all(is_forward(a, b) for a, b in pairwise(values)), "history", "does not run forward")
+
+
+LOSS_MAX = 1.01
+"""Largest mean squared error of values in [0, 1], with room for rounding."""
+
+SECONDS_MAX = 1e9
+"""Longest time of a fit, in seconds: 32 years."""
 
 
 class Pace:

@@ -26,8 +26,9 @@ class Target:
     two together: the more a path lets through, the more its pixels differ between the mattes.
 
     Attributes:
-        fits: [1] float64 on the device. It is 1, or -1 if the last step exceeded the renderer's capacity. The adjoints
-            of such a step are zero, and paths and optimizer state must stay as they are.
+        fits: [1] float64 on the device, or None where every step fits. It is 1, or -1 from the first step on that
+            exceeded the renderer's capacity until :meth:`make_room`. Paths and optimizer state must then stay as they
+            are: such a step has adjoints of zero, and the steps after it belong to paths that have moved on.
     """
 
     def __init__(self, image: Tensor, config: FitConfig, device: str) -> None:
@@ -38,8 +39,9 @@ class Target:
         )
         self._prepared = [(self._renderer.prepare_target(pixels), matte) for pixels, matte in self._views]
         self._steps = [RecordedStep(self._renderer) for _ in self._views]
-        self.fits = self._renderer.fits
         self.error_scale = 1.0 / (3 * height * width)
+        may_drop = any(step.may_drop for step in self._steps)
+        self.fits = torch.ones_like(self._renderer.fits) if may_drop else None
 
     def fit_step(self, scene: Scene, want_removal_cost: bool) -> Any:
         """Return the loss (mean squared error) of ``scene``, its adjoints and, on request, each path's removal cost.
@@ -48,11 +50,28 @@ class Target:
         """
         adjoints = _mean_adjoints(
             [
-                step.take(_over(scene, matte), prepared, want_removal_cost)
+                self._take(step, _over(scene, matte), prepared, want_removal_cost)
                 for step, (prepared, matte) in zip(self._steps, self._prepared, strict=True)
             ]
         )
         return replace(adjoints, canvas_sums=adjoints.canvas_sums.clone())
+
+    def _take(self, step: RecordedStep, *inputs: Any) -> Any:
+        adjoints = step.take(*inputs)
+        if self.fits is not None:  # the renderer tells of its last drawing only
+            torch.minimum(self.fits, self._renderer.fits, out=self.fits)
+        return adjoints
+
+    def has_dropped(self) -> bool:
+        """Return whether a step has exceeded the capacity since the last :meth:`make_room`; waits for the device."""
+        return self.fits is not None and float(self.fits) < 0.0
+
+    def make_room(self) -> None:
+        """Give the next steps a capacity for the present paths."""
+        if self.fits is not None:
+            self.fits.fill_(1.0)
+        for step in self._steps:
+            step.forget()
 
     def pause_recording(self, is_paused: bool) -> None:
         """Launch each kernel of the next steps by itself, or replay recorded graphs again.
@@ -69,7 +88,7 @@ class Target:
         """
         ones = torch.ones_like(self._views[0][0])
         adjoints = self._renderer.adjoint(scene, ones)
-        red = adjoints.color[:, 0] if scene.gradients is None else adjoints.color[:, 0] + adjoints.end_color[:, 0]
+        red = adjoints.color[:, 0] if adjoints.end_color is None else adjoints.color[:, 0] + adjoints.end_color[:, 0]
         return torch.cat([red, adjoints.background[:1]])
 
     def ramp_moments(self, scene: Scene, box: Tensor) -> tuple[Tensor, Tensor]:
@@ -102,12 +121,15 @@ class Target:
         kind = torch.full((len(scene),), LINEAR, dtype=torch.int32, device=box.device)
         probe = replace(scene, gradients=Gradients(kind, geometry.contiguous(), scene.color.clone()))
         adjoints = self._renderer.adjoint(probe, adj_image)
+        assert adjoints.end_color is not None
         total = adjoints.color + adjoints.end_color
         return total, low[:, None] * total + (high - low)[:, None] * adjoints.end_color
 
     def _residual(self, scene: Scene) -> Tensor:
         """Return dL/d(image) [h, w, 3] of the mean squared error, averaged over the mattes."""
-        views = [2.0 * self.error_scale * (self._renderer.render(_over(scene, m)) - pixels) for pixels, m in self._views]
+        views = [
+            2.0 * self.error_scale * (self._renderer.render(_over(scene, m)) - pixels) for pixels, m in self._views
+        ]
         return torch.stack(views).mean(0)
 
     def squared_error(self, scene: Scene) -> Tensor:

@@ -172,26 +172,40 @@ class Scene:
         return replace(self, structure=structure, gradients=self._joined_gradients(other), **tensors)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the scene as tensors, numbers and None by name, without copies; `from_dict` takes it back."""
-        structure = self.structure
+        """Return the scene as tensors, numbers and None by name; `from_dict` takes it back.
+
+        The values are not copied. Numbers of rows are int64, as files have them, and masks uint8.
+        """
+        structure, gradients = self.structure, self.gradients
+        loops = None if self.is_uniform else structure.loop_first_segment.long()
         return {
             **{name: getattr(self, name) for name in ("segments", "color", "opacity", "background", "generation")},
-            "loop_first_segment": structure.loop_first_segment,
-            "path_first_loop": structure.path_first_loop,
-            "is_line": structure.is_line,
             "uniform_count": structure.uniform_count,
+            "loop_first_segment": loops,
+            "path_first_loop": None if self.is_uniform else structure.path_first_loop.long(),
+            "is_line": None if structure.is_line is None else structure.is_line.byte(),
             "transparent": self.transparent,
-            "gradients": None if self.gradients is None else dict(vars(self.gradients)),
+            "gradients": None if gradients is None else {**vars(gradients), "kind": gradients.kind.long()},
         }
 
     @staticmethod
     def from_dict(values: dict[str, Any]) -> Scene:
         """Return the scene whose `to_dict` is ``values``."""
-        names = ("loop_first_segment", "path_first_loop", "is_line", "uniform_count")
-        structure = Structure(**{name: values[name] for name in names})
-        gradients = None if values["gradients"] is None else Gradients(**values["gradients"])
-        own = {name: value for name, value in values.items() if name not in (*names, "gradients")}
-        return Scene(**own, structure=structure, gradients=gradients)
+        own = {name: values[name] for name in ("segments", "color", "opacity", "background", "generation")}
+        if values["uniform_count"] is not None:
+            device = values["segments"].device
+            structure = Structure.uniform(len(values["color"]), values["uniform_count"], device)
+        else:
+            is_line = None if values["is_line"] is None else values["is_line"].bool()
+            structure = Structure(values["loop_first_segment"].int(), values["path_first_loop"].int(), is_line)
+        paints = values["gradients"]
+        gradients = None if paints is None else Gradients(**{**paints, "kind": paints["kind"].int()})
+        return Scene(**own, structure=structure, transparent=values["transparent"], gradients=gradients)
+
+    def copied(self) -> Scene:
+        """Return the scene in memory of its own."""
+        tensors: dict[str, Any] = {name: getattr(self, name).clone() for name in (*_FLOAT_FIELDS, "generation")}
+        return replace(self, gradients=self._map_gradients(torch.Tensor.clone), **tensors)
 
     def _map_gradients(self, change: Callable[[Tensor], Tensor]) -> Gradients | None:
         return None if self.gradients is None else self.gradients.map(change)

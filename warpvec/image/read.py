@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import stat
 import threading
 import warnings
 from collections.abc import Iterator
@@ -24,6 +25,8 @@ from PIL import ExifTags, Image, UnidentifiedImageError
 from warpvec.errors import InputError
 from warpvec.image.colors import parse_color
 from warpvec.image.icc import to_srgb
+from warpvec.image.tiff import check_tiles, silent_libtiff
+from warpvec.inputs import read_stream, too_long
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -32,6 +35,10 @@ ImageSource: TypeAlias = "str | os.PathLike[str] | bytes | Image.Image | NDArray
 
 MAX_PIXELS = 100_000_000
 """Largest image in pixels. As float32 RGB it takes 1.2 GB, which a machine that fits images has."""
+
+MAX_IMAGE_BYTES = 2**30
+"""Largest image file in bytes: more than ``MAX_PIXELS`` of eight bytes, those of RGBA with 16 bits, take uncompressed.
+Stops endless streams and devices."""
 
 # Only these decoders are tried: some of Pillow's others start programs (EPS) or have never been fuzzed.
 _FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF")
@@ -67,8 +74,9 @@ def read_image(source: ImageSource, background: str | None = None, name: str = "
         name: what messages call ``source``.
 
     Raises:
-        InputError: the file does not exist or is not a complete image of these formats, the image has no pixels or more
-            than ``MAX_PIXELS``, an array has the wrong shape, type or range, or ``background`` is not a colour.
+        InputError: the file does not exist, is not a complete image of these formats or has more than
+            ``MAX_IMAGE_BYTES``; the image has no pixels or more than ``MAX_PIXELS``; an array has the wrong shape, type
+            or range; or ``background`` is not a colour.
     """
     backdrop = None if background is None else parse_color(background)
     samples = _unit_samples(_load(source, name), name)
@@ -112,30 +120,39 @@ def _tensor_samples(tensor: Tensor, name: str) -> NDArray[Any]:
 
 
 def _open_file(source: str | os.PathLike[str], name: str) -> BinaryIO:
+    """Open a file of at most ``MAX_IMAGE_BYTES``, or read a pipe or a device as a whole."""
     path = Path(source)
+    label = repr(str(path))
     try:
         stream = path.open("rb")
+        status = os.fstat(stream.fileno())
+        if not stat.S_ISREG(status.st_mode):
+            with stream:
+                return BytesIO(read_stream(stream, MAX_IMAGE_BYTES, name, label))
     except (OSError, ValueError) as error:
-        found = f"{str(path)!r} ({_reason(error)})"
-        raise InputError(name, "must be an image file", found, "check the path") from error
-    if stream.seekable():
-        return stream
-    with stream:
-        return BytesIO(stream.read())
+        if isinstance(error, InputError):
+            raise
+        raise InputError(name, "must be an image file", f"{label} ({_reason(error)})", "check the path") from error
+    if status.st_size > MAX_IMAGE_BYTES:
+        stream.close()
+        raise too_long(MAX_IMAGE_BYTES, name, label)
+    return stream
 
 
 def _decode_stream(stream: BinaryIO, label: str, name: str) -> NDArray[Any]:
-    if not stream.read(1):
-        raise InputError(name, f"must be a {_FORMAT_NAMES} image", f"{label}, which is empty", "export it again")
-    stream.seek(0)
-    with _guarded(label, name), Image.open(stream, formats=_FORMATS) as image:
-        return _upright_samples(image, label, name)
+    with _guarded(label, name):
+        if not stream.read(1):
+            remedy = "export it again"
+            raise InputError(name, f"must be a {_FORMAT_NAMES} image", f"{label}, which is empty", remedy)
+        stream.seek(0)
+        with Image.open(stream, formats=_FORMATS) as image:
+            return _upright_samples(image, label, name)
 
 
 @contextlib.contextmanager
 def _guarded(label: str, name: str) -> Iterator[None]:
     """Run Pillow with ``MAX_PIXELS`` and without warnings; turn its many exceptions for bad bytes into `InputError`."""
-    with _PILLOW_STATE, warnings.catch_warnings():
+    with _PILLOW_STATE, warnings.catch_warnings(), silent_libtiff():
         warnings.simplefilter("ignore")
         warnings.simplefilter("error", Image.DecompressionBombWarning)
         limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, MAX_PIXELS
@@ -178,6 +195,7 @@ def _check_size(width: int, height: int, label: str, name: str) -> None:
 def _upright_samples(image: Image.Image, label: str, name: str) -> NDArray[Any]:
     """Return the samples of a PIL image as an array that ``read_image`` takes."""
     _check_size(*image.size, label, name)
+    check_tiles(image)
     image.load()
     # The tag is read after loading, because the TIFF decoder turns the image itself and then removes the tag.
     # ImageOps.exif_transpose is not used: it rewrites the whole EXIF block and fails on tags that it cannot encode.
@@ -226,7 +244,9 @@ def _unit_samples(samples: NDArray[Any], name: str) -> NDArray[np.float32]:
     if samples.dtype == np.bool_:
         return samples.astype(np.float32)
     if samples.dtype.kind == "u" and samples.dtype.itemsize <= 2:
-        return np.asarray(samples, np.float32) / np.float32(np.iinfo(samples.dtype).max)
+        unit = samples.astype(np.float32)
+        unit /= np.float32(np.iinfo(samples.dtype).max)  # in place: of the largest image a copy takes 1.6 GB
+        return unit
     return _unit_floats(samples, name)
 
 
@@ -243,11 +263,12 @@ def _unit_floats(samples: NDArray[Any], name: str) -> NDArray[np.float32]:
 
 
 def _visible(samples: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return RGBA [h, w, 4] of ``samples`` [h, w, 2 or 4], with black in place of invisible colours."""
-    alpha = samples[..., -1]
-    pixels = np.empty((*alpha.shape, 4), np.float32)
-    pixels[..., :3], pixels[..., 3] = samples[..., :-1], alpha
-    pixels[alpha == 0] = 0.0
+    """Return RGBA [h, w, 4] of ``samples`` [h, w, 2 or 4], which may change, with black for invisible colours."""
+    pixels = samples
+    if samples.shape[2] == 2:
+        pixels = np.empty((*samples.shape[:2], 4), np.float32)
+        pixels[..., :3], pixels[..., 3] = samples[..., :1], samples[..., 1]
+    pixels *= pixels[..., 3:] != 0
     return pixels
 
 

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import os
-import secrets
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
+from typing import Any, BinaryIO, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +18,17 @@ from numpy.typing import NDArray
 from warpvec.errors import InputError
 from warpvec.files import check_writable
 from warpvec.image.alpha import is_transparent, over
+from warpvec.image.animation import GifWriter, WebpWriter
 from warpvec.image.write import to_8_bits
+from warpvec.temporary_files import temporary_file
 
 EXTENSIONS = (".mp4", ".gif", ".webp")
 
 FRAMES_PER_SECOND = 12
 """Frame rate of every video: the 40 frames of a default fit take three seconds."""
+
+
+_FFMPEG_FAILED = "ffmpeg could not write all of it; the disk may be full"
 
 
 def check_video(path: str) -> None:
@@ -38,47 +47,122 @@ def check_video(path: str) -> None:
 
 
 class Video:
-    """A context manager that collects frames and writes the file if the block ends without an error."""
+    """A video that is written while its frames come. A context manager: without `finish` there is no file after it."""
 
     def __init__(self, path: str) -> None:
         self._path = Path(path)
-        self._temporary = self._path.with_name(f".warpvec-{secrets.token_hex(8)}{self._path.suffix.lower()}")
-        self._frames: list[NDArray[np.uint8]] = []
+        self._writer: _Writer | None = None
+        self._files = ExitStack()
 
     def __enter__(self) -> Video:
         return self
 
     def add(self, image: NDArray[np.float32]) -> None:
-        """Append ``image`` [h, w, 3 or 4] in [0, 1]; a transparent one is shown over white."""
-        self._frames.append(to_8_bits(over(image, 1.0) if is_transparent(image) else image))
+        """Append ``image`` [h, w, 3 or 4] in [0, 1]; a transparent one is shown over white.
+
+        Raises:
+            OSError: the video cannot be written. It cannot be continued then.
+        """
+        if self._writer is None:
+            self._temporary = self._files.enter_context(temporary_file(self._path, self._path.suffix.lower()))
+            self._writer = self._files.enter_context(_open_writer(self._temporary))
+        self._writer.add(to_8_bits(over(image, 1.0) if is_transparent(image) else image))
+
+    def finish(self) -> None:
+        """Put the video in place, unless it has no frames.
+
+        Raises:
+            OSError: the video cannot be written.
+        """
+        if self._writer is not None:
+            self._writer.finish()
+            os.replace(self._temporary, self._path)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if kind is not None or not self._frames:
-            return
-        try:
-            _write(self._temporary, self._frames)
-            os.replace(self._temporary, self._path)
-        finally:
-            self._temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # what was left to write after an error
+            self._files.close()
 
 
-def _write(path: Path, frames: list[NDArray[np.uint8]]) -> None:
+class _Writer(Protocol):
+    def add(self, frame: NDArray[np.uint8]) -> None:
+        """Append ``frame`` [h, w, 3]."""
+
+    def finish(self) -> None:
+        """Write what is left."""
+
+
+@contextmanager
+def _open_writer(path: Path) -> Iterator[_Writer]:
     if path.suffix == ".mp4":
-        _write_mp4(path, frames)
+        writer = _Mp4Writer(path)
+        try:
+            yield writer
+        finally:
+            writer.close()
         return
-    import imageio.v3 as iio
-
     duration = round(1000 / FRAMES_PER_SECOND)
-    iio.imwrite(path, np.stack(frames), extension=path.suffix, plugin="pillow", duration=duration, loop=0)
+    with path.open("wb") as stream:
+        yield _Synced(stream, (GifWriter if path.suffix == ".gif" else WebpWriter)(stream, duration))
 
 
-def _write_mp4(path: Path, frames: list[NDArray[np.uint8]]) -> None:
-    import imageio.v2 as iio
+class _Synced:
+    """A writer that brings its file to the disk and closes it, where a full disk is noticed at the latest."""
 
-    with iio.get_writer(path, format="FFMPEG", fps=FRAMES_PER_SECOND, macro_block_size=1) as writer:
-        for frame in frames:
-            # Players expect colour at half the resolution, so an odd side repeats its last row or column.
-            height, width = frame.shape[:2]
-            writer.append_data(np.pad(frame, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge"))  # type: ignore[attr-defined]
+    def __init__(self, stream: BinaryIO, writer: _Writer) -> None:
+        self._stream, self._writer = stream, writer
+        self.add = writer.add
+
+    def finish(self) -> None:
+        self._writer.finish()
+        self._stream.flush()
+        os.fsync(self._stream.fileno())
+        self._stream.close()  # Windows cannot move a file that is open
+
+
+class _Mp4Writer:
+    """Passes frames on to the program ffmpeg, which chooses the encoder: H.264 where it has one."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def add(self, frame: NDArray[np.uint8]) -> None:
+        # Players expect colour at half the resolution, so an odd side repeats its last row or column.
+        height, width = frame.shape[:2]
+        padded = np.pad(frame, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+        process = self._process or self._start(padded.shape[1], padded.shape[0])
+        assert process.stdin is not None
+        try:
+            process.stdin.write(padded.tobytes())
+        except BrokenPipeError as error:
+            raise OSError(_FFMPEG_FAILED) from error
+
+    def finish(self) -> None:
+        self.close()
+        if self._process is not None and self._process.returncode != 0:
+            raise OSError(_FFMPEG_FAILED)
+
+    def close(self) -> None:
+        """Tell ffmpeg that there are no more frames, and wait for its end."""
+        if self._process is not None and self._process.stdin is not None:
+            with suppress(BrokenPipeError):
+                self._process.stdin.close()
+            self._process.wait()
+
+    def _start(self, width: int, height: int) -> subprocess.Popen[bytes]:
+        from imageio_ffmpeg import get_ffmpeg_exe  # type: ignore[import-untyped]
+
+        try:
+            program = get_ffmpeg_exe()
+        except RuntimeError as error:
+            raise OSError(str(error)) from error
+        source = ["-f", "rawvideo", "-s", f"{width}x{height}", "-pix_fmt", "rgb24", "-r", str(FRAMES_PER_SECOND)]
+        options = [*source, "-i", "-", "-an", "-pix_fmt", "yuv420p", "-v", "quiet"]
+        # In a process group of its own, or Ctrl-C in a terminal would end it before the last frame.
+        group: dict[str, Any] = {} if sys.platform == "win32" else {"process_group": 0}
+        silence = subprocess.DEVNULL
+        command = [program, "-y", *options, str(self._path)]
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=silence, stderr=silence, **group)
+        return self._process

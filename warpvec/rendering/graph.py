@@ -3,7 +3,8 @@
 A graph is recorded once for the memory addresses of the inputs, and replayed while they stay the same. A graph cannot
 read counts back (``warpvec/rendering/capacity.py``), so the step before the recording reads them and they determine the
 capacity. Every ``_CHECK_GAP`` replays the host checks whether a step exceeded it; if so, the next step reads its counts
-again. If nothing can be recorded, or if a replay differs from a step that reads its counts, all steps read counts.
+again. A fit looks more often, and takes the steps again that it lost (``fit/loop.py``). If nothing can be recorded, or
+if a replay differs from a step that reads its counts, all steps read counts.
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ class RecordedStep:
         record: whether to record graphs; None: on CUDA, if Warp's memory pool lets graphs allocate.
 
     Attributes:
+        may_drop: whether a step may be dropped because it exceeds its capacity.
         is_paused: while True, steps read their counts and the recording is kept for later, so that
             ``bench/bench_step.py`` can time the stages one by one.
     """
@@ -53,7 +55,7 @@ class RecordedStep:
     def __init__(self, renderer: TileRenderer, record: bool | None = None) -> None:
         self._renderer = renderer
         self._device = wp.device_from_torch(renderer.device)
-        self._record = _can_record(self._device) if record is None else record
+        self._record = self.may_drop = _can_record(self._device) if record is None else record
         self._is_checked = self.is_paused = False
         self._out: Adjoints | None = None
         self._counted: tuple[_Addresses, Counts] | None = None
@@ -85,6 +87,10 @@ class RecordedStep:
             self._renderer.fit_step(*inputs, out=out)
             self._counted = addresses, self._renderer.counts.with_headroom()
         return out
+
+    def forget(self) -> None:
+        """Drop the recording; the next step reads its counts and cannot be dropped."""
+        self._recording = self._counted = None
 
     def _rehearse(self, inputs: _Inputs, out: Adjoints, addresses: _Addresses, limit: Counts) -> None:
         """Take a step with the capacity ``limit``, which brings all buffers to their size, and record another one."""

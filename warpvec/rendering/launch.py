@@ -9,6 +9,7 @@ Importing this module has a side effect: in every process that is then forked fr
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,7 +23,9 @@ import warp as wp
 from warpvec.errors import InputError
 from warpvec.kernels.constants import TILE
 from warpvec.rendering.capacity import Capacity
-from warpvec.rendering.thread_pool import ThreadPool, core_count
+from warpvec.rendering.devices import gpu_count, why_no_gpu
+from warpvec.rendering.kernel_cache import init_warp
+from warpvec.rendering.thread_pool import ThreadPool, core_count, usable_threads
 
 # A smaller chunk is done before a second thread can start on its own.
 _CHUNK_ITEMS_MIN = 64
@@ -38,10 +41,15 @@ if hasattr(os, "register_at_fork"):
 
 @cache
 def start_warp() -> int:
-    """Initialise Warp without output on the terminal, once; return the id of the process that did."""
+    """Initialise Warp, once; return the id of the process that did.
+
+    Nothing is printed, but for a line about a folder for compiled kernels that cannot be written.
+    """
     wp.config.log_level = wp.LOG_ERROR
     with _silent_native_stderr():
-        wp.init()
+        message = init_warp()
+    if message is not None:
+        logging.getLogger("warpvec").warning("%s", message)
     return os.getpid()
 
 
@@ -70,13 +78,14 @@ def resolve_device(name: str) -> str:
         InputError: there is no such device, or it is a GPU and this process was forked after Warp started.
     """
     process = start_warp()
-    # A GPU must be visible to Torch and to Warp.
-    gpu_count = wp.get_cuda_device_count() if torch.cuda.is_available() else 0
-    devices = ["cpu", *(f"cuda:{k}" for k in range(gpu_count))]
-    wanted = {"auto": devices[min(gpu_count, 1)], "cuda": "cuda:0"}.get(name, name)
+    usable = gpu_count()
+    devices = ["cpu", *(f"cuda:{k}" for k in range(usable))]
+    wanted = {"auto": devices[min(usable, 1)], "cuda": "cuda:0"}.get(name, name)
     if wanted not in devices:
         rule = f"must be auto or one of {', '.join(devices)} on this machine"
-        raise InputError("device", rule, repr(name), "give one of these")
+        wants_gpu = not usable and name.startswith("cuda")
+        remedy = f"give one of these: {why_no_gpu()}" if wants_gpu else "give one of these"
+        raise InputError("device", rule, repr(name), remedy)
     if wanted != "cpu" and process != os.getpid():
         rule = (
             "must be cpu in a process that was forked after warpvec had started, because CUDA does not survive a fork"
@@ -86,7 +95,7 @@ def resolve_device(name: str) -> str:
 
 
 class Launcher:
-    """Launches kernels on one device, on ``threads`` CPU threads (all cores if None).
+    """Launches kernels on one device, on ``threads`` CPU threads (all cores if None; see `usable_threads`).
 
     Attributes:
         capacity: how much a step may make.
@@ -95,7 +104,7 @@ class Launcher:
     def __init__(self, device: str, threads: int | None = None) -> None:
         self.device = wp.get_device(device)
         self.capacity = Capacity(self.device)
-        self.threads = 1 if self.device.is_cuda else threads or core_count()
+        self.threads = 1 if self.device.is_cuda else usable_threads(threads)
         self._pool = ThreadPool(self.threads - 1, self.threads <= core_count()) if self.threads > 1 else None
         self._commands: dict[Any, list[_Command]] = {}
         self._all_buffers: list[Buffers] = []
@@ -119,29 +128,35 @@ class Launcher:
         if item_count > 0:
             self._run(kernel, item_count, arguments, item_count)
 
-    def shared(self, kernel: Any, item_count: int, arguments: list[Any], chunk: int | None = None) -> None:
-        """Run a heavy ``kernel`` with its items shared among the threads, ``chunk`` items at a time."""
-        if item_count > 0:
-            self._run(kernel, item_count, arguments, chunk or self.chunk_items(item_count))
+    def shared(
+        self, kernel: Any, item_count: int, arguments: list[Any], chunk: int | None = None, first: int = 0
+    ) -> None:
+        """Run a heavy ``kernel`` on ``item_count`` items from ``first`` on, shared among the threads.
 
-    def _run(self, kernel: Any, item_count: int, arguments: list[Any], chunk: int) -> None:
+        Each thread takes ``chunk`` items at a time.
+        """
+        if item_count > 0:
+            self._run(kernel, item_count, arguments, chunk or self.chunk_items(item_count), first)
+
+    def _run(self, kernel: Any, item_count: int, arguments: list[Any], chunk: int, first: int = 0) -> None:
+        check_entries("a launch", first + item_count)
         thread_count = min(self.threads, -(-item_count // chunk))
         commands = self._commands.setdefault(kernel, [])
         commands += [_Command(kernel, arguments, self.device) for _ in range(thread_count - len(commands))]
         for command in commands:
             command.update(arguments)
         if thread_count == 1:
-            commands[0].run(0, item_count)
+            commands[0].run(first, item_count)
         else:
-            self._share(commands[:thread_count], item_count, chunk)
+            self._share(commands[:thread_count], item_count, chunk, first)
 
-    def _share(self, commands: list[_Command], item_count: int, chunk: int) -> None:
+    def _share(self, commands: list[_Command], item_count: int, chunk: int, first: int) -> None:
         assert self._pool is not None
         turns = count()
 
         def work(command: _Command) -> None:
-            while (first := next(turns) * chunk) < item_count:
-                command.run(first, min(chunk, item_count - first))
+            while (start := next(turns) * chunk) < item_count:
+                command.run(first + start, min(chunk, item_count - start))
 
         self._pool.call([partial(work, command) for command in commands])
 
@@ -189,19 +204,54 @@ class Buffers:
 
         Raises:
             InputError: kernels cannot index that many entries.
+            RuntimeError: there is not enough memory.
         """
         shape = (shape,) if isinstance(shape, int) else shape
         array = self._arrays.get(name)
-        if shape[0] >= _ENTRIES_MAX:
-            size = f"{name} needs {shape[0]:,} of at most {_ENTRIES_MAX - 1:,} entries"
-            remedy = "fit at a smaller size, with fewer curves or, for splat, fewer samples"
-            raise InputError("scene", f"is too large for the renderer ({size})", None, remedy)
+        check_entries(name, shape[0])
         if array is None or array.shape[0] < shape[0] or array.shape[1:] != shape[1:]:
             capacity = (min(int(shape[0] * self._HEADROOM) + 1, _ENTRIES_MAX - 1), *shape[1:])
-            array = wp.zeros(capacity, dtype=dtype, device=self._device)
+            try:
+                array = wp.zeros(capacity, dtype=dtype, device=self._device)
+            except RuntimeError:  # torch may keep memory of a GPU that it does not use
+                torch.cuda.empty_cache()
+                array = wp.zeros(capacity, dtype=dtype, device=self._device)
             self._arrays[name] = array
             self.growth += 1
         return array
+
+
+def check_entries(name: str, count: int) -> None:
+    """Refuse an array, or a launch, of ``count`` entries if kernels cannot index that many.
+
+    Raises:
+        InputError: they cannot.
+    """
+    if count >= _ENTRIES_MAX:
+        size = f"{name} needs {count:,} of at most {_ENTRIES_MAX - 1:,} entries"
+        remedy = "fit at a smaller size, with fewer curves or, for splat, fewer samples"
+        raise InputError("scene", f"is too large for the renderer ({size})", None, remedy)
+
+
+def check_total(name: str, counts: wp.array, item_count: int, largest: int, is_read: bool = True) -> None:
+    """Refuse counts whose sum is no 32-bit integer, because a scan of them would wrap around.
+
+    Most scenes cannot reach that sum, however their paths lie. Only for others the counts are added up.
+
+    Args:
+        name: what is counted, for the message.
+        counts: [item_count] or more.
+        item_count: number of counts.
+        largest: the largest value that a count can have.
+        is_read: whether the host may read the counts; if not, a sum that could be too large is refused.
+
+    Raises:
+        InputError: the sum is too large.
+    """
+    bound = item_count * largest
+    if bound >= _ENTRIES_MAX and is_read:
+        bound = int(wp.to_torch(counts)[:item_count].sum(dtype=torch.int64))
+    check_entries(name, bound)
 
 
 def exclusive_scan(buffers: Buffers, name: str, counts: wp.array, item_count: int) -> wp.array:

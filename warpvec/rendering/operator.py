@@ -20,6 +20,7 @@ from torch import Tensor
 
 from warpvec.checks import check_count
 from warpvec.config.renderers import check_renderer_settings
+from warpvec.config.rules import MAX_THREADS
 from warpvec.errors import InputError
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene
@@ -73,7 +74,8 @@ def render(
 
     Raises:
         InputError: the renderer or one of its settings does not exist, or does not draw this degree; the canvas is
-            empty; ``threads`` is less than 1; or the tensors differ in dtype or device or have one without a renderer.
+            empty; ``threads`` is not from 1 to 4096; or the tensors differ in dtype or device or have one without a
+            renderer.
     """
     return _image(_render, scene, height, width, renderer, alpha, threads, settings)
 
@@ -98,7 +100,7 @@ def draw_adjoint(
 ) -> Adjoints:
     """Return the adjoints of ``scene`` for ``adj_image`` = dL/d(image) [h, w, 3], without autograd."""
     _check_kinds(_inputs(scene)[:_VALUES])
-    thread_count = 0 if threads is None else check_count("threads", threads, 1)
+    thread_count = 0 if threads is None else check_count("threads", threads, 1, MAX_THREADS)
     text = _as_text(renderer, scene.degree, settings)
     with torch.no_grad():
         return _adjoints(scene, adj_image, renderer, thread_count, text)
@@ -135,7 +137,7 @@ def _image(
     settings: dict[str, Any],
 ) -> Tensor:
     height, width = check_count("height", height, 1), check_count("width", width, 1)
-    thread_count = 0 if threads is None else check_count("threads", threads, 1)
+    thread_count = 0 if threads is None else check_count("threads", threads, 1, MAX_THREADS)
     inputs = _inputs(scene)
     _check_kinds(inputs[:_VALUES])
     segment_count = scene.structure.uniform_count or 0
@@ -173,11 +175,18 @@ def _turn(device: torch.device) -> Iterator[None]:
     """Hold the renderers for one call; on CUDA, let Warp work on torch's current stream."""
     start_warp()
     with _lock:
-        stream = _warp_stream(torch.cuda.current_stream(device)) if device.type == "cuda" else None
+        stream = _stream_to_join(device) if device.type == "cuda" else None
         # This stream waits for Warp's own stream at the start, and Warp's for this one at the end. Calls on different
         # streams share buffers, and so run one after another on the device too.
         with wp.ScopedStream(stream, sync_exit=True):
             yield
+
+
+def _stream_to_join(device: torch.device) -> Any:
+    """Return torch's stream as one of Warp's, or None if torch already works on Warp's own, as it does in a fit."""
+    stream = torch.cuda.current_stream(device)
+    own = wp.device_from_torch(device).stream
+    return None if stream.cuda_stream == own.cuda_stream else _warp_stream(stream)
 
 
 @cache  # Torch takes its streams from a small pool that lives as long as the process does.

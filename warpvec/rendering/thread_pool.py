@@ -32,6 +32,9 @@ _STOP = -1
 # Python function would take the GIL from the thread that is waited for.
 _YIELD_CORE = ctypes.cast(ctypes.CDLL(None).sched_yield, ctypes.c_void_p).value if sys.platform != "win32" else 0
 
+_THREADS_PER_CORE_MAX = 4
+"""More threads than cores only take turns. A few per core do no harm; thousands that wait for each other never end."""
+
 Action = Callable[[], None]
 
 
@@ -155,6 +158,11 @@ def _wait_command(words: np.ndarray[Any, Any], index: int, turns: int) -> Any:
     array: Any = wp.array(words, dtype=int, device="cpu", copy=False)
     inputs = [index, 0, turns, array, _YIELD_CORE]
     return wp.launch(make_wait(), dim=1, inputs=inputs, device="cpu", record_tape=False, record_cmd=True)
+
+
+def usable_threads(threads: int | None) -> int:
+    """Return how many threads to start if ``threads`` are asked for (None: one per core): at most four per core."""
+    return min(threads or core_count(), _THREADS_PER_CORE_MAX * core_count())
 
 
 def core_count() -> int:

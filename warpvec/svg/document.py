@@ -27,13 +27,27 @@ MAX_SVG_BYTES = 2**28
 MAX_DEPTH = 100
 """Deepest nesting of elements. resvg overflows its stack, and ends the process, somewhere between 200 and 300."""
 
-_REFERRING_ELEMENTS = frozenset({"image", "feImage", "use"})
+_DATA_URL = re.compile(r"[\x00-\x20]*data:[^,#]*,")
+"""A data URL, as resvg tells it from a path: without a comma, or with one only after a "#", it would be a file."""
+
+_REFERENCES = {
+    "image": _DATA_URL,
+    # A fragment names an element. If there is none, resvg takes it for a file; a name without a slash is then looked
+    # for in the empty folder in which `rasterize` draws.
+    "feImage": re.compile(rf"{_DATA_URL.pattern}|#[^/\\]*\Z"),
+    # resvg looks for the element alone.
+    "use": re.compile(r"\s*(?:#|data:)"),
+}
+"""Element -> the references that resvg draws without opening a file."""
 
 # The cost of drawing these elements and attributes follows from the size of the file and of the picture. Patterns,
 # filters, masks and strokes can ask for any amount of time and memory in a few bytes. So can a style sheet that names
 # them.
 _PLAIN_ELEMENTS = frozenset({"svg", "g", "path", "rect", "title", "desc", "metadata"})
 _PLAIN_ATTRIBUTES = frozenset({"id", "version", "width", "height", "viewBox", "x", "y", "d", "fill", "fill-opacity"})
+
+_DRAWN_NAMESPACES = (f"{SVG_NAMESPACE} ", "http://www.w3.org/1999/xlink ", "http://www.w3.org/XML/1998/namespace ")
+"""resvg takes an attribute of one of these namespaces, here as expat's names begin, for the one without."""
 
 _TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*+>""")
 
@@ -170,6 +184,7 @@ class _Parser:
         parser.StartElementHandler = self._start_element
         parser.EndElementHandler = self._end_element
         parser.EntityDeclHandler = _refuse_entity
+        parser.AttlistDeclHandler = self._declare_attribute
         if self._builder is not None:
             parser.buffer_text = True
             parser.CharacterDataHandler = self._builder.data
@@ -190,15 +205,28 @@ class _Parser:
         if self._builder is not None:
             self._builder.start(tag, {_clark(key) if " " in key else key: v for key, v in attributes.items()})
 
+    def _declare_attribute(self, element: str, name: str, kind: str, default: str | None, is_required: bool) -> None:
+        """Note that resvg, which ignores declarations, may see other attributes than expat does.
+
+        A default namespace would make expat see another element too.
+        """
+        del kind, is_required
+        if default is not None and name.startswith("xmlns"):
+            found = f"one for <{element}>"
+            raise InputError("SVG", "must not declare a default for a namespace", found, "save it as plain SVG")
+        self.document.plain = False
+
     def _collect(self, name: str, attributes: dict[str, str]) -> None:
         document = self.document
         if name == "path":
             document.path_data.append(attributes.get("d", ""))
         elif name == "rect":
             document.rectangles.append(" ".join(attributes.get(side, "0") for side in ("x", "y", "width", "height")))
-        elif name in _REFERRING_ELEMENTS:
+        elif name in _REFERENCES:
             _check_references(name, attributes)
-        document.plain = document.plain and _is_plain(name, attributes)
+        # An inner <svg> has a scale of its own.
+        is_inner = name == "svg" and self._depth > 1
+        document.plain = document.plain and not is_inner and _is_plain(name, attributes)
 
     def _end_element(self, name: str) -> None:
         self._depth -= 1
@@ -232,8 +260,8 @@ def _clark(name: str) -> str:
 
 
 def _is_plain(element: str, attributes: dict[str, str]) -> bool:
-    # Attributes of another namespace have a space in their name and mean nothing to a renderer.
-    names = {name for name in attributes if " " not in name}
+    # Attributes of a namespace have a space in their name; those of most namespaces mean nothing to a renderer.
+    names = {name for name in attributes if " " not in name or name.startswith(_DRAWN_NAMESPACES)}
     return element in _PLAIN_ELEMENTS and names <= _PLAIN_ATTRIBUTES
 
 
@@ -256,7 +284,7 @@ def _refuse_skipped_entity(name: str, is_parameter_entity: bool) -> None:
 def _check_references(element: str, attributes: dict[str, str]) -> None:
     """Refuse links to other files: a link to the original image would score without limit."""
     for name, value in attributes.items():
-        if name.rpartition(" ")[2] == "href" and not value.strip().startswith(("#", "data:")):
+        if name.rpartition(" ")[2] == "href" and not _REFERENCES[element].match(value):
             found = f"<{element} href={value[:80]!r}>"
             raise InputError("SVG", "must not draw other files", found, "embed what it links to")
 

@@ -1,8 +1,8 @@
 """Path data of warpvec's own files: written in few characters, and read back exactly.
 
-A path has its loops one after another, the first one with an absolute start, the others relative to the start of the loop
-before. Numbers are whole *ticks*, units of the last decimal: differences of rounded positions and not rounded differences,
-so that a reader's sums are exact.
+A path has its loops one after another, the first one with an absolute start, the others relative to the start of the
+loop before. Numbers are whole *ticks*, units of the last decimal: differences of rounded positions and not rounded
+differences, so that a reader's sums are exact.
 """
 
 from __future__ import annotations
@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 Ticks = NDArray[np.int64]
 
 _NUMBER = r"(?>-?(?>\d{1,15}(?>\.\d{1,6})?|\.\d{1,6}))"
-_COMMANDS = "|".join(rf"{letter}(?>(?>[ ]?{_NUMBER}){{{count}}})+" for letter, count in zip("cslhv", (6, 4, 2, 1, 1)))
+_ARGUMENTS = {"c": 6, "s": 4, "l": 2, "h": 1, "v": 1}
+_COMMANDS = "|".join(rf"{letter}(?>(?>[ ]?{_NUMBER}){{{count}}})+" for letter, count in _ARGUMENTS.items())
 _LOOP = rf"(?>[ ]?{_NUMBER}){{2}}(?>{_COMMANDS})*z"
 _OWN_DATA = re.compile(rf"M{_LOOP}(?>m{_LOOP})*", re.ASCII)
 _COMMAND = re.compile(rf"([Mmcslhvz])((?>[ ]?{_NUMBER})*)", re.ASCII)
 _OWN_NUMBER = re.compile(_NUMBER, re.ASCII)
-
-_ARGUMENTS = {"c": 6, "s": 4, "l": 2, "h": 1, "v": 1}
 
 
 def format_number(ticks: int, decimals: int) -> str:

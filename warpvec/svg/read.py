@@ -151,7 +151,7 @@ def _own_opacity(path: Element) -> float:
 def _own_gradients(definitions: Element) -> dict[str, _Paint]:
     """Return the fill that refers to each gradient -> its first colour and the rest of it."""
     _expect_attributes(definitions, ("id",))
-    paints = {}
+    paints: dict[str, _Paint] = {}
     for element in definitions:
         kind = next((k for k, (name, _) in GRADIENT_ELEMENTS.items() if name == local_name(element.tag)), None)
         if kind is None:

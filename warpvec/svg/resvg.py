@@ -2,14 +2,20 @@
 
 resvg is native code. Drawings with plain fills only are drawn in this process. All others (with patterns, filters,
 masks, strokes or style sheets) are drawn in a child process with limits on time and memory, because a few bytes can
-take hours, take more memory than there is, or fail an assertion that ends the process.
+take hours, take more memory than there is, or fail an assertion that ends the process. The child can open no file.
 """
 
 from __future__ import annotations
 
 import io
+import json
+import math
+import os
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import numpy as np
@@ -18,6 +24,8 @@ from numpy.typing import NDArray
 from PIL.PngImagePlugin import PngImageFile
 
 from warpvec.errors import InputError
+from warpvec.svg import resvg_child
+from warpvec.svg.resvg_child import MARK, Limits
 
 MAX_SECONDS = 60.0
 """Time limit for rendering in a child process; the largest drawings of editors take some seconds."""
@@ -27,25 +35,6 @@ MAX_MEMORY = 2**32
 
 # The fonts of the system are not loaded: that takes time, they differ between machines, and paths need none.
 _OPTIONS = {"dpi": 96, "skip_system_fonts": True}
-
-# The text arrives on stdin, the PNG leaves on stdout. A message for the user is on stderr, after the mark.
-_CHILD = """
-import sys
-try:
-    import resource
-    resource.setrlimit(resource.RLIMIT_AS, ({memory}, {memory}))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-except (ImportError, ValueError, OSError):
-    pass
-import resvg_py
-text = sys.stdin.buffer.read().decode()
-try:
-    png = resvg_py.svg_to_bytes(text, **{options})
-except BaseException as error:
-    sys.exit("{mark}" + str(error))
-sys.stdout.buffer.write(png)
-"""
-_MARK = "resvg says: "
 
 
 def rasterize(
@@ -80,22 +69,44 @@ def _draw_here(text: str, options: dict[str, Any]) -> bytes:
 
 
 def _draw_in_sandbox(text: str, options: dict[str, Any]) -> bytes:
-    script = _CHILD.format(memory=MAX_MEMORY, options=options, mark=_MARK)
-    try:
-        done = subprocess.run(
-            # -P: modules of the current folder must not replace installed ones.
-            [sys.executable, "-P", "-c", script],
-            input=text.encode(),
-            capture_output=True,
-            timeout=MAX_SECONDS,
-            check=False,
+    with _empty_folder() as folder:
+        limits = Limits(
+            options=options,
+            memory=MAX_MEMORY,
+            seconds=math.ceil(MAX_SECONDS) + 1,
+            folder=folder,
+            parent=os.getpid(),
         )
-    except subprocess.TimeoutExpired:
-        raise _refusal(f"not done in {MAX_SECONDS:g} s") from None
+        try:
+            done = subprocess.run(
+                # -P: modules of the current folder must not replace installed ones.
+                [sys.executable, "-P", resvg_child.__file__, json.dumps(limits)],
+                input=text.encode(),
+                capture_output=True,
+                timeout=MAX_SECONDS,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            raise _refusal(f"not done in {MAX_SECONDS:g} s") from None
     if done.returncode == 0:
         return done.stdout
-    message = done.stderr.decode(errors="replace").rpartition(_MARK)[2]
-    raise _refusal(message if _MARK.encode() in done.stderr else f"it failed with code {done.returncode}")
+    message = done.stderr.decode(errors="replace").rpartition(MARK)[2]
+    raise _refusal(message if MARK.encode() in done.stderr else f"it failed with code {done.returncode}")
+
+
+@contextmanager
+def _empty_folder() -> Iterator[str | None]:
+    """Give the name of a new folder, which is removed at the end; None where no folder can be made."""
+    try:
+        folder = tempfile.mkdtemp(prefix="warpvec-")
+    except OSError:
+        yield None
+        return
+    try:
+        yield folder
+    finally:
+        with suppress(OSError):  # the child removes it where the system lets it
+            os.rmdir(folder)
 
 
 def _refusal(reason: str) -> InputError:

@@ -22,8 +22,8 @@ from warpvec.geometry.structure import Structure
 from warpvec.svg.path_data import format_curves, format_number, format_path
 
 GRADIENT_DECIMALS = 1
-"""Decimals of the ends of gradients: half a step moves a colour by less than a level unless the gradient is shorter than
-13 px from black to white."""
+"""Decimals of the ends of gradients: half a step moves a colour by less than a level unless the gradient is shorter
+than 13 px from black to white."""
 
 GRADIENT_ELEMENTS = {
     LINEAR: ("linearGradient", ("x1", "y1", "x2", "y2")),
@@ -51,11 +51,12 @@ _ILLEGAL_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010f
 def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIMALS) -> Scene:
     """Return the scene as its file will state it, for rendering exactly what is exported.
 
-    Coordinates have ``precision`` decimals, colours 8 bits, opacities ``opacity_decimals`` decimals, ends of gradients ``GRADIENT_DECIMALS``. Colours and
-    opacities outside [0, 1] are clamped. Gradients of one colour become flat. Handles are rounded more coarsely than anchors (to 0.1 px at two decimals),
-    relative to the start of their segment. This saves 9 % of the file at 512 paths and costs 0.003 dB: a handle moves
-    its curve by at most 4/9 of its own move. Paths whose opacity rounds to 0 are removed, as in the file. Quantizing
-    twice changes nothing more. Device and dtype are kept, gradients are not.
+    Coordinates have ``precision`` decimals, colours 8 bits, opacities ``opacity_decimals`` decimals, ends of gradients
+    ``GRADIENT_DECIMALS``. Colours and opacities outside [0, 1] are clamped. Gradients of one colour become flat.
+    Handles are rounded more coarsely than anchors (to 0.1 px at two decimals), relative to the start of their segment.
+    This saves 9 % of the file at 512 paths and costs 0.003 dB: a handle moves its curve by at most 4/9 of its own move.
+    Handles of lines are at thirds. Paths whose opacity rounds to 0 are removed, as in the file. Quantizing twice
+    changes nothing more. Device and dtype are kept, derivatives are not.
 
     Raises:
         ValueError: the paths are not cubic, a value is not finite, or a coordinate is 2**53 units of the last decimal
@@ -89,8 +90,9 @@ def write_svg(
 
     The text has a background rectangle unless the scene is transparent, then one group per run of equal generation (a
     layer in Inkscape, a named group in other editors), with one path per line. Cubics of no length are left out, such
-    as those that pad a path to the segment count of another. Gradients are defined before the background. ``metadata`` is stored as JSON with the version of
-    warpvec; None leaves out that element. The text depends on the arguments alone: it has no dates and no file paths.
+    as those that pad a path to the segment count of another. Gradients stand before the background. ``metadata`` is
+    stored as JSON with the version of warpvec; None leaves out that element. The text depends on the arguments alone:
+    it has no dates and no file paths.
 
     Raises:
         ValueError: as `quantize`, or ``metadata`` cannot be written as JSON.
@@ -236,7 +238,7 @@ def _fills(scene: Scene) -> tuple[list[str], list[str]]:
     fills = _hex_colors(scene.color)
     if scene.gradients is None:
         return fills, []
-    gradients, names = scene.gradients, {}
+    gradients, names = scene.gradients, dict[str, str]()
     ends, places = _hex_colors(gradients.end_color), _ticks(gradients.geometry, 10**GRADIENT_DECIMALS).tolist()
     for row, kind in enumerate(gradients.kind.tolist()):
         if kind != FLAT:
@@ -248,7 +250,9 @@ def _fills(scene: Scene) -> tuple[list[str], list[str]]:
 
 def _gradient(kind: int, geometry: list[int], start: str, end: str) -> str:
     element, sides = GRADIENT_ELEMENTS[kind]
-    places = (f'{side}="{format_number(ticks, GRADIENT_DECIMALS)}"' for side, ticks in zip(sides, geometry, strict=False))
+    places = (
+        f'{side}="{format_number(ticks, GRADIENT_DECIMALS)}"' for side, ticks in zip(sides, geometry, strict=False)
+    )
     stops = f'<stop stop-color="{start}"/><stop offset="1" stop-color="{end}"/>'
     return f'<{element} gradientUnits="userSpaceOnUse" {" ".join(places)}>{stops}</{element}>'
 

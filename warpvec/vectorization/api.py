@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -93,6 +95,7 @@ def fit_photo(
     start: Scene | None = None,
     on_progress: OnProgress | None = None,
     checkpoint: str | None = None,
+    on_checkpoint_error: Callable[[OSError], None] | None = None,
     every: int = 50,
     resume: Checkpoint | None = None,
     file_options: FileOptions = DEFAULT_FILE_OPTIONS,
@@ -103,6 +106,8 @@ def fit_photo(
         goal: requirements on the file; ``config.curves`` is then the most that may be used.
         start: paths to begin with, in pixels of the photo.
         checkpoint: file that receives the state of the fit after every ``every``-th iteration.
+        on_checkpoint_error: called when that file cannot be written, as on a full disk; the fit goes on and tries again
+            the next time. By default Python warns.
         resume: such a state, of this photo and with these settings, to continue from.
         file_options: choices about the file alone.
 
@@ -111,8 +116,8 @@ def fit_photo(
     """
     target = reduce_image(photo, config.fit_size)
     pixels = torch.from_numpy(target)
-    state = None if resume is None else _state_of(resume, pixels, config)
-    saving = None if checkpoint is None else _saving(checkpoint, every, config, pixels)
+    state = None if resume is None else _state_of(resume, pixels)
+    saving = None if checkpoint is None else _saving(checkpoint, every, config, pixels, on_checkpoint_error or _warn)
     size = (target.shape[0], target.shape[1])
     factors = size[1] / photo.shape[1], size[0] / photo.shape[0]
 
@@ -127,8 +132,8 @@ def fit_photo(
     return Search(goal, config, fit_once, first).run()
 
 
-def _state_of(checkpoint: Checkpoint, target: Tensor, config: FitConfig) -> State:
-    """Return the state to continue from, with the threads and the device of ``config``.
+def _state_of(checkpoint: Checkpoint, target: Tensor) -> State:
+    """Return the state to continue from.
 
     Raises:
         InputError: the checkpoint is of another photo.
@@ -136,10 +141,20 @@ def _state_of(checkpoint: Checkpoint, target: Tensor, config: FitConfig) -> Stat
     if checkpoint.target_digest != digest(target):
         rule = "must be the photo of the checkpoint, unchanged"
         raise InputError("image", rule, "another one", "give that photo, or start anew without the checkpoint")
-    settings = {**checkpoint.state["config"], "threads": config.threads, "device": config.device}
-    return {**checkpoint.state, "config": settings}
+    return checkpoint.state
 
 
-def _saving(path: str, every: int, config: FitConfig, target: Tensor) -> Saving:
+def _saving(path: str, every: int, config: FitConfig, target: Tensor, on_error: Callable[[OSError], None]) -> Saving:
     target_digest = digest(target)
-    return Saving(every, lambda state: write_checkpoint(path, Checkpoint(config, target_digest, state)))
+
+    def save(state: State) -> None:
+        try:
+            write_checkpoint(path, Checkpoint(config, target_digest, state))
+        except OSError as error:  # a fit is worth more than its checkpoint
+            on_error(error)
+
+    return Saving(every, save)
+
+
+def _warn(error: OSError) -> None:
+    warnings.warn(f"the checkpoint could not be written ({error}); the fit goes on", RuntimeWarning, stacklevel=2)

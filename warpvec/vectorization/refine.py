@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,9 @@ from warpvec.errors import InputError
 from warpvec.fit.progress import OnProgress
 from warpvec.geometry.scene import Scene
 from warpvec.image.read import ImageSource, read_image
+from warpvec.inputs import read_file
 from warpvec.rendering.launch import resolve_device
+from warpvec.svg.document import MAX_SVG_BYTES
 from warpvec.svg.read import LoadedSvg, read_svg
 from warpvec.vectorization.api import fit_photo, title_of
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
@@ -163,9 +164,7 @@ def _svg_data(svg: str | os.PathLike[str] | bytes) -> bytes:
         return svg
     if isinstance(svg, str) and svg.lstrip().startswith("<"):
         return svg.encode()
-    try:
-        return Path(svg).read_bytes()
-    except (OSError, ValueError, TypeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        value = f"{svg!r} ({reason})"
-        raise InputError("svg", "must be an SVG file, its text or its bytes", value, "check the path") from error
+    kind = "an SVG file, its text or its bytes"
+    if not isinstance(svg, str | os.PathLike):
+        raise InputError("svg", f"must be {kind}", type(svg).__name__, "convert it")
+    return read_file(svg, MAX_SVG_BYTES, "svg", kind)

@@ -15,7 +15,10 @@ from reference.flattening import flatten
 from scenes import ZOO, ZooCase, circle, degenerate_scene, random_scene, rectangle
 from torch import Tensor
 
+from warpvec.errors import InputError
 from warpvec.kernels.constants import COLUMN_GUARD, EMPTY, FULL, PARTIAL, TILE
+from warpvec.rendering.capacity import Counts
+from warpvec.rendering.exact import ExactRenderer
 
 SIZES = [(1, 1), (15, 16), (16, 17), (17, 15), (31, 33), (33, 31), (48, 50), (16, 130), (130, 16)]
 
@@ -177,3 +180,27 @@ def run_on(stages: Stages, points: Tensor) -> Stages:
     stages.flattening.run(array)
     stages.binning.run(stages.flattening, len(points))
     return Stages(points, stages.grid, stages.flattening, stages.binning, stages.coverage)
+
+
+@pytest.mark.parametrize(
+    ("path_count", "pair_count"), [(65_536, "68,719,476,736"), (5_000, "5,242,880,000")], ids=["2^36", "5e9"]
+)
+def test_more_pairs_than_32_bits_count_are_refused(path_count: int, pair_count: str, device: str) -> None:
+    """In 32 bits the first sum would be 0, and the second a number that looks possible."""
+    renderer = ExactRenderer(16_384, 16_384, device=device)
+    points = rectangle(-9, -9, 16_400, 16_400).float().to(renderer.device).repeat(path_count, 1, 1)
+    color, opacity, background = (
+        torch.zeros(size, device=renderer.device) for size in ((path_count, 3), path_count, 3)
+    )
+    with pytest.raises(InputError, match=f"scene is too large for the renderer .* needs {pair_count} of at most"):
+        renderer.render(points, color, opacity, background)
+
+
+def test_a_capacity_is_refused_if_the_pairs_could_be_more_than_32_bits_count(device: str) -> None:
+    """A step with a capacity cannot read its counts, so it cannot tell a sum that wrapped around."""
+    renderer = ExactRenderer(16_384, 16_384, device=device)
+    points = rectangle(5, 5, 9, 9).float().to(renderer.device).repeat(5_000, 1, 1)
+    color, opacity, background = (torch.zeros(size, device=renderer.device) for size in ((5_000, 3), 5_000, 3))
+    renderer.set_capacity(Counts(100_000, 100_000, 100_000, 100_000))
+    with pytest.raises(InputError, match="scene is too large for the renderer"):
+        renderer.render(points, color, opacity, background)

@@ -23,10 +23,12 @@ from oracles import (
 from reference import removal_cost
 from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, random_scene, rectangle
 
+from warpvec.errors import InputError
 from warpvec.kernels.compositing_adjoint import CANVAS_TERMS, TERMS, make_kernels
+from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import make_lanes
 from warpvec.rendering.exact import ExactRenderer
-from warpvec.rendering.launch import Launcher
+from warpvec.rendering.launch import Buffers, Launcher
 
 PAINT = ("color", "opacity", "background")
 
@@ -193,3 +195,35 @@ def test_sums_over_all_tiles(row_count: int, backend: Backend, dtype: torch.dtyp
     launch(stage.gather_canvas, CANVAS_TERMS, [groups, lanes.dtype(0.5), *capacity, wp.from_torch(sums)])
     want = rows.cpu().double().sum(0)[:CANVAS_TERMS] * torch.tensor([1.0, 1.0, 1.0, 0.5])
     torch.testing.assert_close(sums.cpu().double(), want, rtol=torch.finfo(dtype).eps, atol=1e-12)
+
+
+@pytest.mark.parametrize("part", [1, 3, 10])
+@pytest.mark.parametrize("error", [RuntimeError("Failed to allocate"), InputError("scene", "is too large")], ids=str)
+@pytest.mark.parametrize("backend", ["scalar", "cuda"], indirect=True)
+def test_a_stack_without_memory_for_all_tiles_serves_some_at_a_time(
+    part: int, error: Exception, backend: Backend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, entries = random_scene(12, 60, 60, 70), []
+    whole, cut = make_renderer(scene, backend, threads=3), make_renderer(scene, backend, threads=3)
+    want = fit_step(scene, whole, want_removal_cost=True)
+    hits = whole._binning.tile_first_hit.numpy()[: whole.grid.count + 1]
+    memory = max(int(np.diff(hits).max()) + 1, int(hits[-1]) // part)
+    get = Buffers.get
+
+    def get_stack(self: Buffers, name: str, shape: int | tuple[int, ...], dtype: object) -> wp.array:
+        if name == "stack":
+            assert isinstance(shape, int)
+            entries.append(shape // (3 * TILE * TILE))
+            if entries[-1] > memory:
+                raise error
+        return get(self, name, shape, dtype)
+
+    monkeypatch.setattr(Buffers, "get", get_stack)
+    for _ in range(2):
+        got = fit_step(scene, cut, want_removal_cost=True)
+        for name in (*GRADIENTS, "loss", "removal_cost"):
+            assert torch.equal(getattr(got, name), getattr(want, name)), name
+    assert entries[0] > memory >= entries[-1] and entries[-2:] == [entries[-1]] * 2  # it tries no more in vain
+    memory = 2
+    with pytest.raises(type(error)):
+        fit_step(scene, make_renderer(scene, backend), want_removal_cost=True)

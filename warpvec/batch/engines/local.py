@@ -22,6 +22,9 @@ from warpvec.rendering.thread_pool import core_count
 # A worker stops within an iteration of its fit when its pipe closes; compiling kernels takes longer.
 _STOP_SECONDS = 3.0
 
+_WORKERS_PER_CORE_MAX = 4
+"""More workers than cores only take turns, and each holds half a gigabyte. Thousands would fill the memory."""
+
 _CONTEXT = get_context("spawn")
 
 
@@ -31,7 +34,8 @@ class LocalEngine:
     Args:
         devices: the GPUs to use, "cuda:K", or "cpu" alone.
         threads: CPU threads of each worker; None divides the cores among them.
-        jobs: number of workers; None for one per GPU or, on the CPU, as many as the cores have room for.
+        jobs: number of workers; None for one per GPU or, on the CPU, as many as the cores have room for. At
+            most four per core are started.
         retries: number of further attempts at a job that failed or whose worker died.
     """
 
@@ -62,7 +66,7 @@ class LocalEngine:
 def machine_shares(devices: Sequence[str], threads: int | None, jobs: int | None, job_count: int) -> list[WorkerShare]:
     """Return the share of each worker, for at most ``job_count`` workers; the other arguments as in `LocalEngine`."""
     room = core_count() // (threads or 1) if devices[0] == "cpu" else len(devices)
-    count = min(jobs or max(1, room), job_count)
+    count = min(jobs or max(1, room), job_count, max(room, _WORKERS_PER_CORE_MAX * core_count()))
     return [WorkerShare(devices[k % len(devices)], threads or max(1, core_count() // count)) for k in range(count)]
 
 
@@ -148,17 +152,17 @@ def _wait_for_messages(workers: Sequence[_Worker[J, R]]) -> list[_Worker[J, R]]:
 
 @contextmanager
 def _no_interrupts() -> Iterator[None]:
-    """Start processes in this context that never see Ctrl-C, which a terminal sends to all of them.
+    """Start processes in this context that never see Ctrl-C, nor another signal that asks a batch to end.
 
-    The signal is blocked, not ignored: an interrupt of this process is only delayed, and the child prints no message
-    while it starts.
+    Terminals and others send them to all processes of a batch. The signals are blocked, not ignored: an interrupt of
+    this process is only delayed, and the child prints no message while it starts.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
     # The first process that is spawned would start this helper, which unblocks signals.
     resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
     try:
         yield
     finally:

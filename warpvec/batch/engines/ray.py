@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import socket
 import sys
+import threading
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
@@ -72,7 +74,8 @@ class RayEngine:
             yield ray
             return
         try:
-            ray.init(address=self._address or "auto", log_to_driver=False, logging_level="error")
+            with _kept_handlers():
+                ray.init(address=self._address or "auto", log_to_driver=False, logging_level="error")
         except (ConnectionError, ValueError, RuntimeError) as error:
             given = "none" if self._address is None else repr(self._address)
             remedy = "start one with ray start --head, or set RAY_AUTH_TOKEN if it needs that"
@@ -94,6 +97,18 @@ class RayEngine:
             remedy = "use fewer threads or another device, or add machines"
             raise InputError("the Ray cluster", f"must have {needs} for a worker", has, remedy)
         return WorkerShare("cuda" if on_gpu else "cpu", self._threads), min(self._jobs or room, room)
+
+
+@contextmanager
+def _kept_handlers() -> Iterator[None]:
+    """Keep the handler of SIGTERM in this block. That of Ray would end the batch in disorder, with an exit code of its
+    own."""
+    handler = signal.getsignal(signal.SIGTERM)
+    try:
+        yield
+    finally:
+        if threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGTERM, handler)
 
 
 def _import_ray() -> Any:

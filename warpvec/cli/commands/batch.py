@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from warpvec.checks import in_one_line
 from warpvec.cli.arguments import background_option, json_option, preset_option, quiet_option
 from warpvec.cli.options import OPTION_NAMES, file_options, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
+from warpvec.cli.signals import raised_interrupts
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.toml_file import write_settings
 from warpvec.errors import InputError
@@ -29,7 +31,12 @@ if TYPE_CHECKING:
 @preset_option
 @background_option
 @click.option("--recursive", is_flag=True, help="Include the images in folders of IN_DIR.")
-@click.option("--jobs", type=click.IntRange(min=1), metavar="N", help="Images at a time [one per GPU, else per core].")
+@click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Images at a time, at most 4 per core [one per GPU, else per core].",
+)
 @click.option("--skip-existing", is_flag=True, help="Skip every image that has an SVG, however it was made.")
 @click.option(
     "--retry", "retries", type=click.IntRange(min=0), default=2, metavar="N",
@@ -73,7 +80,7 @@ def batch(ctx: click.Context, /, source: str, target: str, **options: Any) -> No
         write_settings(options["write_config"], stated(options["preset"], background, options, config))
     tally, interrupted = _run(jobs, work, engine, skip_existing=options["skip_existing"], quiet=options["quiet"])
     if options["as_json"] or not options["quiet"]:
-        click.echo(json.dumps(tally.facts()) if options["as_json"] else f"{target}: {tally.summary()}")
+        click.echo(json.dumps(tally.facts()) if options["as_json"] else f"{in_one_line(target)}: {tally.summary()}")
     ctx.exit(130 if interrupted else min(len(tally.failed), 1))
 
 
@@ -83,26 +90,25 @@ def _engine(config: FitConfig, options: dict[str, Any]) -> Engine:
         from warpvec.batch.engines.ray import RayEngine
 
         return RayEngine(config.device, config.threads or 1, count, retries, options["ray_address"])
-    import torch
-
     from warpvec.batch.engines.local import LocalEngine
+    from warpvec.rendering.devices import gpu_count
     from warpvec.rendering.launch import resolve_device
 
     device = resolve_device(config.device)
     every_gpu = config.device == "auto" and device != "cpu"
-    devices = [f"cuda:{k}" for k in range(torch.cuda.device_count())] if every_gpu else [device]
+    devices = [f"cuda:{k}" for k in range(gpu_count())] if every_gpu else [device]
     return LocalEngine(devices, config.threads, count, retries)
 
 
 def _run(
     jobs: Sequence[Job], work: Vectorize, engine: Engine, *, skip_existing: bool, quiet: bool
 ) -> tuple[Tally, bool]:
-    """Run the batch; return its results and whether Ctrl-C ended it. The records are kept either way."""
+    """Run the batch; return its results and whether a signal ended it. The records are kept either way."""
     from warpvec.batch.console import Tally, show_batch
     from warpvec.batch.jobs import remaining, run_batch
     from warpvec.batch.journal import Journal
 
-    with work.target.lock(), closing(Journal(work.target)) as journal:
+    with raised_interrupts(), work.target.lock(), closing(Journal(work.target)) as journal:
         left = remaining(jobs, work, journal, skip_existing=skip_existing)
         tally = Tally(skipped=len(jobs) - len(left), total=len(left))
         try:

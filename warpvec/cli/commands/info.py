@@ -37,9 +37,11 @@ def _describe_environment() -> dict[str, Any]:
     import torch
     import warp as wp
 
+    from warpvec.rendering.devices import gpu_count, why_no_gpu
     from warpvec.rendering.launch import start_warp
 
     start_warp()
+    reason = why_no_gpu()
     cache = Path(wp.config.kernel_cache_dir or "")
     return {
         "warpvec": __version__,
@@ -49,7 +51,8 @@ def _describe_environment() -> dict[str, Any]:
         "resvg": resvg_py.__resvg_version__,
         "python": platform.python_version(),
         "cpu_count": os.cpu_count(),
-        "devices": ["cpu", *(f"cuda:{k} {torch.cuda.get_device_name(k)}" for k in range(torch.cuda.device_count()))],
+        "devices": ["cpu", *(f"cuda:{k} {torch.cuda.get_device_name(k)}" for k in range(gpu_count()))],
+        "gpu": "used" if reason is None else f"not used: {reason}",
         "kernel_cache": str(cache),
         "kernel_cache_bytes": sum(file.stat().st_size for file in cache.rglob("*") if file.is_file()),
     }

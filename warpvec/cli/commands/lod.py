@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from warpvec.checks import in_one_line
 from warpvec.cli.arguments import (
     background_option,
     check_background,
@@ -92,7 +93,7 @@ def _write_prefixes(data: bytes, svg: str, echo: bool) -> None:
         check_out(target)
     for target, text in files.items():
         write_svg_file(text, target)
-        click.echo(target, err=not echo)
+        click.echo(in_one_line(target), err=not echo)
 
 
 def _rows(data: bytes, image: str | None, background: str | None) -> list[dict[str, Any]]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from warpvec.checks import in_one_line
 from warpvec.cli.arguments import (
     background_option,
     check_out,
@@ -20,6 +21,7 @@ from warpvec.cli.arguments import (
 )
 from warpvec.cli.options import file_options, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
+from warpvec.cli.side_files import SideFile
 from warpvec.cli.summary import end_fit
 from warpvec.config.toml_file import write_settings
 
@@ -62,20 +64,20 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options
     config, goal = requested(options["preset"], with_drawing_settings(given, loaded))
     config = refine_config(config, given, goal, loaded)
     for text in loaded.omitted:
-        click.echo(f"warpvec: {drawing}: {text}", err=True)
+        click.echo(in_one_line(f"warpvec: {drawing}: {text}"), err=True)
     from warpvec.cli.progress import show_progress
     from warpvec.image.read import read_image
     from warpvec.rendering.launch import resolve_device
     from warpvec.vectorization.api import title_of
 
     resolve_device(config.device)
-    image = read_source(source)
+    image = read_source(source, "IN")
     photo = read_image(image, options["background"], name="IN")
     start = place_on_photo(loaded, photo, "--from")
     if options["write_config"] is not None:
         found = stated(options["preset"], options["background"], options, config)
         kept = {name: value for name, value in found.items() if name in given or name not in DECIDED}
-        write_settings(options["write_config"], kept)
+        SideFile("--write-config").attempt(write_settings, options["write_config"], kept)
     with show_progress(sys.stderr, quiet=options["quiet"]) as show:
         result = refine_photo(
             photo, start, config, goal, title=title_of(image), on_progress=show, file_options=file_options(options)

@@ -20,6 +20,7 @@ from warpvec.cli.arguments import (
 )
 from warpvec.cli.options import file_options, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
+from warpvec.cli.side_files import SideFile
 from warpvec.cli.summary import end_fit
 from warpvec.cli.value_types import WholeNumber
 from warpvec.config.fit_config import MACHINE_SETTINGS
@@ -107,10 +108,14 @@ def _resumed(config: FitConfig, options: dict[str, Any]) -> Checkpoint:
 def _fit(
     source: str, out: str, config: FitConfig, goal: Goal, checkpoint: Checkpoint | None, options: dict[str, Any]
 ) -> Result:
-    """Fit the image and write the SVG, the page and the settings."""
+    """Fit the image and write the SVG, the page and the settings.
+
+    Raises:
+        OSError: the SVG cannot be written. What else cannot is a warning: it is worth less than the fit.
+    """
     from warpvec.image.read import read_image
 
-    image = read_source(source)
+    image = read_source(source, "IN")
     photo = read_image(image, options["background"], name="IN")
     # These imports take seconds. By now most mistakes have been reported.
     from warpvec.cli.frames import watch
@@ -119,18 +124,25 @@ def _fit(
 
     resolve_device(config.device)
     frames, video, every = options["save_frames"], options["video"], options["every"]
+    failure: OSError | None = None
     with watch(photo, config, frames, video, every, quiet=options["quiet"]) as on_progress:
         if options["write_config"] is not None:
-            write_settings(options["write_config"], stated(options["preset"], options["background"], options, config))
+            settings = stated(options["preset"], options["background"], options, config)
+            SideFile("--write-config").attempt(write_settings, options["write_config"], settings)
         result = fit_photo(
             photo, config, title=title_of(image), goal=goal, on_progress=on_progress,
             checkpoint=options["checkpoint"], every=every, resume=checkpoint,
-            file_options=file_options(options),
+            on_checkpoint_error=SideFile("--checkpoint").fail, file_options=file_options(options),
         )  # fmt: skip
-        # Written before the video is finished, which may fail: the fit is worth more than its video.
-        write_svg_file(result.svg(), out)
-        if options["page"] is not None:
-            _write_page(options["page"], result, out)
+        # Written before the video is finished: the fit is worth more than its video.
+        try:
+            write_svg_file(result.svg(), out)
+        except OSError as error:
+            failure = error
+    if options["page"] is not None:
+        SideFile("--report").attempt(_write_page, options["page"], result, out)
+    if failure is not None:  # only now, so that the video and the page are there
+        raise failure
     return result
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from warpvec.checks import in_one_line
 from warpvec.files import check_writable
 
 
@@ -17,4 +18,4 @@ def sample(name: str, out: str | None) -> None:
     target = name if out is None else out
     check_writable(target, "OUT")
     write_sample(name, target)
-    click.echo(target)
+    click.echo(in_one_line(target))

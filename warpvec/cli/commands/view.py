@@ -10,12 +10,13 @@ from typing import Any
 
 import click
 
+from warpvec.checks import in_one_line
 from warpvec.cli.arguments import (
     background_option,
     check_background,
     check_one_stdin,
     check_page,
-    read_bytes,
+    read_history_bytes,
     read_photo,
     read_svg_bytes,
 )
@@ -50,15 +51,20 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
 
     name = "drawing" if svg == "-" else Path(svg).stem
     path = Path(page) if page is not None else Path(tempfile.mkdtemp(prefix="warpvec-")) / f"{name}.html"
-    write_page(path, data, photo=photo, history=records, name=name)
+    try:
+        write_page(path, data, photo=photo, history=records, name=name)
+    except BaseException:
+        if page is None:
+            path.parent.rmdir()
+        raise
     if page is None and not webbrowser.open(path.as_uri()):
-        click.echo(f"no browser could be started; open {path}", err=True)
+        click.echo(f"no browser could be started; open {in_one_line(str(path))}", err=True)
 
 
 def _read_history(path: str) -> Any:
     """Return the records in the output of a command with --json, or in a file with only the list."""
     try:
-        found = json.loads(read_bytes(path, "--history"))
+        found = json.loads(read_history_bytes(path))
         return found.get("history", found) if isinstance(found, dict) else found
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):

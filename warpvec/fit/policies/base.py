@@ -21,8 +21,15 @@ class Policy(Protocol):
     def state(self) -> State:
         """Return everything that :meth:`restore` needs to continue to the same bits."""
 
+    def check(self, state: State, iteration: int, path_count: int) -> int:
+        """Return the highest generation that the fit's ``path_count`` paths may have after ``iteration``.
+
+        Raises:
+            InputError: ``state`` is none that :meth:`state` can have returned then.
+        """
+
     def restore(self, state: State) -> None:
-        """Continue from ``state``."""
+        """Continue from ``state``, which :meth:`check` has accepted."""
 
     def wants_removal_cost(self, iteration: int, iterations: int) -> bool:
         """Return whether :meth:`update` after ``iteration`` (the first is 1) needs each path's removal cost."""

@@ -20,6 +20,7 @@ from warpvec.fit import schedule
 from warpvec.fit.policies.scaffolding import Scaffolding
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
+from warpvec.fit.state_form import Form, Whole
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 
@@ -77,8 +78,11 @@ class PrefixScaffolding(Scaffolding):
         """Return everything that :meth:`restore` needs to continue to the same bits."""
         return {**super().state(), "turn": self._turn}
 
+    def _forms(self, iteration: int) -> dict[str, Form]:
+        return {**super()._forms(iteration), "turn": Whole(0, iteration)}
+
     def restore(self, state: State) -> None:
-        """Continue from ``state``."""
+        """Continue from ``state``, which :meth:`check` has accepted."""
         super().restore(state)
         self._turn = state["turn"]
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from torch import Tensor
 
-from warpvec.config.fit_config import FitConfig
+from warpvec.config.fit_config import MACHINE_SETTINGS, FitConfig
 from warpvec.config.rules import require_scaffolding
 from warpvec.errors import InputError
 from warpvec.fit import schedule
@@ -14,6 +15,7 @@ from warpvec.fit.policies.base import Policy
 from warpvec.fit.policies.prefixes import PrefixScaffolding
 from warpvec.fit.policies.replacement import Replacement
 from warpvec.fit.policies.scaffolding import Scaffolding
+from warpvec.fit.state_form import Part, Whole, damaged, same_settings
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 
@@ -46,3 +48,34 @@ def config_from_start(config: FitConfig, start: Scene, height: int, width: int) 
         rule = f"must have {pieces} curves a path in one loop, as the settings say, for the renderer {config.renderer}"
         raise InputError("start", rule, "other paths", "change path_model or segments, or give the renderer exact")
     return schedule.grow_from(config, len(start), height, width)
+
+
+def config_from_state(config: FitConfig, state: Any, height: int, width: int) -> FitConfig:
+    """Return the settings to continue with: ``config``, or what `config_from_start` once made of it.
+
+    Args:
+        config: the settings of the fit, as its caller gave them. Those in `MACHINE_SETTINGS` may be other ones now.
+        state: the state of a fit of a canvas [height, width], not checked yet. A setting that it lacks has its default.
+
+    Raises:
+        InputError: ``state`` holds other settings.
+    """
+    Part().check("", state)
+    saved = state.get("config")
+    Part().check("config", saved)
+    plain = {**FitConfig().to_dict(), **saved}
+    candidates = [config]
+    if config.policy == "scaffolding":
+        Whole(1, _START_MAX).check("config.initial_curves", plain["initial_curves"])
+        candidates.append(schedule.grow_from(config, plain["initial_curves"], height, width))
+    for candidate in candidates:
+        expected = candidate.to_dict()
+        for name in MACHINE_SETTINGS:
+            expected[name] = plain[name]
+        if plain.keys() == expected.keys() and same_settings(plain, expected):
+            return candidate
+    raise damaged("config", "does not hold the settings of the fit")
+
+
+_START_MAX = 2**31
+"""More paths than a fit can begin with: their control points would take 200 GB."""

@@ -27,8 +27,10 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
 from warpvec.fit import schedule
 from warpvec.fit.placement import colors_at, new_paths
+from warpvec.fit.policies.generator import GeneratorState
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
+from warpvec.fit.state_form import Whole, check_fields
 from warpvec.fit.target import opaque_colors
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.scene import Scene
@@ -126,8 +128,23 @@ class Replacement:
             "missing": self._missing,
         }
 
+    def check(self, state: State, iteration: int, path_count: int) -> int:
+        """Return the highest generation that the fit's ``path_count`` paths may have after ``iteration``.
+
+        Raises:
+            InputError: ``state`` is none that :meth:`state` can have returned then.
+        """
+        check_fields(
+            "policy",
+            state,
+            generator=GeneratorState(self._config.seed),
+            generation=Whole(0, iteration),
+            missing=Whole(0, self._config.curves - path_count),
+        )
+        return int(state["generation"])
+
     def restore(self, state: State) -> None:
-        """Continue from ``state``."""
+        """Continue from ``state``, which :meth:`check` has accepted."""
         self._generator.set_state(state["generator"])
         self._generation, self._missing = state["generation"], state["missing"]
 

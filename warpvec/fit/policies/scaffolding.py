@@ -13,13 +13,18 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit import schedule
 from warpvec.fit.placement import colors_at, new_paths, sample_positions
+from warpvec.fit.policies.generator import GeneratorState
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
+from warpvec.fit.state_form import Form, Whole, check_fields, require
 from warpvec.fit.target import blank_error, opaque_colors
 from warpvec.geometry.scene import Scene
 
 # Opacity of a new path: enough for a useful gradient at once, and too little to hide the paths below.
 _NEW_OPACITY = 0.5
+
+GENERATION_MAX = 999_999_999
+"""Highest number of the first generation: the ids of groups in a file, from which a fit may begin, have nine digits."""
 
 
 class Scaffolding:
@@ -71,8 +76,27 @@ class Scaffolding:
             "first_generation": self._first_generation,
         }
 
+    def check(self, state: State, iteration: int, path_count: int) -> int:
+        """Return the highest generation that the fit's ``path_count`` paths may have after ``iteration``.
+
+        Raises:
+            InputError: ``state`` is none that :meth:`state` can have returned then.
+        """
+        check_fields("policy", state, **self._forms(iteration))
+        generation: int = state["generation"]
+        is_possible = 1 <= path_count <= schedule.population(generation, self._config)
+        require(is_possible, "policy.generation", f"cannot have {path_count} paths")
+        return generation + int(state["first_generation"])
+
+    def _forms(self, iteration: int) -> dict[str, Form]:
+        return {
+            "generator": GeneratorState(self._config.seed),
+            "generation": Whole(0, schedule.inflation_count(self._config) + 1),  # recycled paths are the last one
+            "first_generation": Whole(0, GENERATION_MAX),
+        }
+
     def restore(self, state: State) -> None:
-        """Continue from ``state``."""
+        """Continue from ``state``, which :meth:`check` has accepted."""
         self._generator.set_state(state["generator"])
         self._generation, self._first_generation = state["generation"], state["first_generation"]
 

@@ -11,7 +11,7 @@ from warpvec.kernels import binning as kernels
 from warpvec.kernels import capacity as capacity_kernels
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import Lanes
-from warpvec.rendering.launch import Launcher, exclusive_scan, read_total
+from warpvec.rendering.launch import Launcher, check_total, exclusive_scan, read_total
 from warpvec.rendering.stages.flattening import Flattening
 
 
@@ -72,7 +72,10 @@ class Binning:
         strip_count = get("path_strip_count", path_count + 1, wp.int32)
         pair_count = get("path_pair_count", path_count + 1, wp.int32)
         self._launch(kernel, path_count, [*arguments, self.path_tile_box, strip_count, pair_count])
-        number = self._number_pairs if self._launch.capacity.limit is None else self._admit_pairs
+        is_read = self._launch.capacity.limit is None
+        # A strip has at least one pair, so there are no more strips than pairs.
+        check_total("path_pair_count", pair_count, path_count, self._grid.count, is_read)
+        number = self._number_pairs if is_read else self._admit_pairs
         return number(strip_count, pair_count, path_count)
 
     def _number_pairs(self, strip_count: wp.array, pair_count: wp.array, path_count: int) -> dict[str, wp.array]:

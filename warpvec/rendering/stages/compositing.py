@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 import warp as wp
+from numpy.typing import NDArray
 from torch import Tensor
 
+from warpvec.errors import InputError
 from warpvec.geometry.gradients import Gradients
 from warpvec.kernels import compositing as kernels
 from warpvec.kernels import compositing_adjoint as adjoint_kernels
@@ -93,6 +96,8 @@ class Compositing:
     ) -> None:
         self._launch, self._lanes, self._grid = launch, lanes, grid
         self._transmittance_min = lanes.dtype(transmittance_min)
+        # More have not fitted into memory.
+        self._stack_entries_max = sys.maxsize
         self._buffers = launch.make_buffers()
 
     def find_visible(self, binning: Binning, paint: Paint) -> wp.array:
@@ -131,7 +136,7 @@ class Compositing:
         """
         lanes, grid, get = self._lanes, self._grid, self._buffers.get
         stage = adjoint_kernels.make_kernels(lanes, error_scale is not None, want_curvature, paint.has_gradients)
-        chunk, depth, stack = self._stack(binning)
+        chunk, depth, stack, parts = self._stack(binning)
         terms = TERMS + GRADIENT_TERMS * paint.has_gradients
         pair_sums = get("pair_sums", (binning.pair_count * lanes.reducers, terms), lanes.dtype)
         tile_sums = get("tile_sums", (grid.count * lanes.reducers, TERMS), lanes.dtype)
@@ -139,11 +144,15 @@ class Compositing:
         size = [grid.columns, grid.height, grid.width]
         scale = lanes.dtype(error_scale or 0.0)
         paints = [*paint.arrays, *paint.gradients]
-        arguments = [*_hits(binning, tile_first_visible), *paints, *size, reference, scale, chunk, depth, stack]
-        outputs = [slot_winding, pair_sums, tile_sums]
+        inputs = [*_hits(binning, tile_first_visible), *paints, *size, reference, scale, chunk, depth]
+        outputs = [stack, slot_winding, pair_sums, tile_sums]
         # Chunks are whole tiles, because the scalar lanes of a tile add to the same sums.
         threads, tiles = lanes.tile_threads, self._launch.chunk_items(grid.count)
-        self._launch.shared(stage.composite_adjoint, grid.count * threads, [*arguments, *outputs], tiles * threads)
+        for part in parts:
+            arguments, count = [*inputs, part.first_entry, *outputs], part.end - part.start
+            self._launch.shared(
+                stage.composite_adjoint, count * threads, arguments, tiles * threads, part.start * threads
+            )
         sums = [binning.path_first_pair, binning.pair_class, pair_sums, *paint.gradients[:2]]
         self._launch(stage.gather_paths_adjoint, paint.path_count, [*sums, *adjoints.of_paths(lanes)])
         self._gather_canvas(stage, tile_sums, scale, as_warp(adjoints.canvas_sums, lanes.dtype))
@@ -156,16 +165,62 @@ class Compositing:
         arguments = [group_sums, scale, capacity.flags, capacity.dropped_steps, capacity.fits, canvas_sums]
         self._launch(stage.gather_canvas, CANVAS_TERMS, arguments)
 
-    def _stack(self, binning: Binning) -> tuple[int, int, wp.array]:
-        """Return tiles per chunk (0 on scalar lanes), entries per chunk, and the stack of colours behind each hit."""
+    def _stack(self, binning: Binning) -> tuple[int, int, wp.array, list[_TileRange]]:
+        """Return what holds the colours behind each hit.
+
+        These are: tiles per chunk (0 on scalar lanes), entries per chunk, the stack, and the tiles of each launch.
+        """
         lanes, count = self._lanes, self._grid.count
         if lanes.tile_threads > 1:
-            entries = binning.pair_count + count
-            return 0, 0, self._buffers.get("stack", entries * 3 * TILE * TILE, lanes.vector)
+            return 0, 0, *self._stack_of_all(binning)
         chunk = self._launch.chunk_items(count)
         depth = 1 + _max_hits(binning.tile_first_hit.numpy()[: count + 1])
         size = -(-count // chunk) * depth * 3 * lanes.tile_vectors
-        return chunk, depth, self._buffers.get("stack", size, lanes.vector)
+        return chunk, depth, self._buffers.get("stack", size, lanes.vector), [_TileRange(0, count, 0)]
+
+    def _stack_of_all(self, binning: Binning) -> tuple[wp.array, list[_TileRange]]:
+        """Return a stack for all tiles; if there is too little memory, one for fewer tiles at a time, and which."""
+        count = self._grid.count
+        entry_count = binning.pair_count + count
+        can_cut = self._launch.capacity.limit is None  # else the host does not know the hits of each tile
+        if entry_count <= self._stack_entries_max or not can_cut:
+            try:
+                return self._make_stack(entry_count), [_TileRange(0, count, 0)]
+            except (InputError, RuntimeError):
+                if not can_cut:
+                    raise
+                self._stack_entries_max = entry_count // 2
+        tile_entries = binning.tile_first_hit.numpy()[: count + 1] + np.arange(count + 1)
+        deepest = int(np.diff(tile_entries).max())
+        while True:
+            entry_count = max(self._stack_entries_max, deepest)
+            try:
+                return self._make_stack(entry_count), _tile_ranges(tile_entries, entry_count)
+            except (InputError, RuntimeError):
+                if entry_count == deepest:
+                    raise
+                self._stack_entries_max = entry_count // 2
+
+    def _make_stack(self, entry_count: int) -> wp.array:
+        return self._buffers.get("stack", entry_count * 3 * TILE * TILE, self._lanes.vector)
+
+
+class _TileRange(NamedTuple):
+    """Tiles of one launch, ``end`` excluded, and the entries of the stack for all tiles that lie before theirs."""
+
+    start: int
+    end: int
+    first_entry: int
+
+
+def _tile_ranges(tile_entries: NDArray[np.int64], entry_count: int) -> list[_TileRange]:
+    """Cut the tiles into ranges of at most ``entry_count`` entries; tile t has the entries [t] to [t + 1]."""
+    ranges, start, count = [], 0, len(tile_entries) - 1
+    while start < count:
+        end = int(np.searchsorted(tile_entries, tile_entries[start] + entry_count, "right")) - 1
+        ranges.append(_TileRange(start, end, int(tile_entries[start])))
+        start = end
+    return ranges
 
 
 def _hits(binning: Binning, tile_first_visible: wp.array) -> list[Any]:

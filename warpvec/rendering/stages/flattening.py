@@ -8,8 +8,9 @@ from torch import Tensor
 from warpvec.geometry.structure import Structure
 from warpvec.kernels import capacity as capacity_kernels
 from warpvec.kernels import flattening as kernels
+from warpvec.kernels.constants import SEGMENT_CHORDS_MAX
 from warpvec.kernels.lanes import Lanes
-from warpvec.rendering.launch import Launcher, as_warp, exclusive_scan, read_total
+from warpvec.rendering.launch import Launcher, as_warp, check_total, exclusive_scan, read_total
 
 
 class Flattening:
@@ -67,6 +68,7 @@ class Flattening:
 
     def _number_vertices(self, chord_count: wp.array, total: int) -> None:
         limit = self._launch.capacity.limit
+        check_total("vertices", chord_count, total, SEGMENT_CHORDS_MAX, limit is None)
         if limit is None:
             self.segment_first_vertex = exclusive_scan(self._buffers, "segment_first_vertex", chord_count, total)
             self.vertex_count = read_total(self.segment_first_vertex, total)

@@ -22,7 +22,7 @@ Points = NDArray[np.float64]
 
 
 def to_nonzero(loops: list[Loop]) -> tuple[list[Loop], bool]:
-    """Return the loops of an even-odd path so that the non-zero rule fills the same area, and whether it surely does."""
+    """Return the loops of an even-odd path so that the non-zero rule fills the same area, and whether that is sure."""
     polygons = [_polygon(loop) for loop in loops]
     if len(loops) == 1 and len(loops[0].points) <= 6:
         return loops, True

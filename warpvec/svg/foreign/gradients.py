@@ -90,10 +90,8 @@ def read_gradient(
 
     across, down = viewport
     if local_name(gradient.tag) == "linearGradient":
-        ends = [
-            length(name, default, whole)
-            for name, default, whole in (("x1", "0%", across), ("y1", "0%", down), ("x2", "100%", across), ("y2", "0%", down))
-        ]
+        sides = (("x1", "0%", across), ("y1", "0%", down), ("x2", "100%", across), ("y2", "0%", down))
+        ends = [length(*side) for side in sides]
         first, last, low, high = _two_stops(stops, omitted)
         return first, LinearOrRadial(LINEAR, _linear(np.array(ends).reshape(2, 2), matrix, low, high), last)
     diagonal = math.hypot(across, down) / math.sqrt(2)
@@ -123,9 +121,7 @@ def _linear(ends: Matrix, matrix: Matrix, low: float, high: float) -> tuple[floa
     return float(first[0]), float(first[1]), float(end[0]), float(end[1])
 
 
-def _radial(
-    cx: float, cy: float, r: float, matrix: Matrix, omitted: Counter[str]
-) -> tuple[float, float, float, float]:
+def _radial(cx: float, cy: float, r: float, matrix: Matrix, omitted: Counter[str]) -> tuple[float, float, float, float]:
     center = matrix[:, :2] @ np.array([cx, cy]) + matrix[:, 2]
     with np.errstate(all="ignore"):
         axes = np.linalg.svd(matrix[:, :2], compute_uv=False) if np.isfinite(matrix).all() else np.zeros(2)

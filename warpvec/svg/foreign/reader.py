@@ -33,6 +33,9 @@ from warpvec.svg.units import parse_length, stated_size
 MAX_ELEMENTS = 2**18
 """Largest number of drawn elements, counting each <use>: a few lines of <use> can draw any number of elements."""
 
+MAX_USED_ELEMENTS = 2**16
+"""Largest number of elements that are drawn through <use>, which takes some seconds: 2 kB can ask for any number."""
+
 MAX_REACH = 2.0**24
 """Largest distance of a point from the origin in pixels; up to it float32 tells neighbouring pixels apart."""
 
@@ -81,7 +84,7 @@ class ForeignReader:
         size: width and height of the canvas in pixels.
 
     Raises:
-        InputError: svgelements is missing, or the file states no size or draws more than ``MAX_ELEMENTS``.
+        InputError: svgelements is missing, or the file states no size or draws too many elements.
     """
 
     def __init__(self, root: Element) -> None:
@@ -93,7 +96,7 @@ class ForeignReader:
         self._by_id = {name: element for element in root.iter() if (name := element.get("id"))}
         self._fills = Fills(self._sheet, self._by_id)
         self._in_use: set[str] = set()
-        self._element_count = 0
+        self._element_count = self._used_count = 0
         self._omitted["style rule"] += len(self._sheet.unknown)
         self.size = stated_size(root.attrib)
         self._walk_layers(root)
@@ -260,6 +263,9 @@ class ForeignReader:
 
     def _count(self, state: _State) -> None:
         self._element_count += 1
+        self._used_count += bool(self._in_use)
+        if self._used_count > MAX_USED_ELEMENTS:
+            raise InputError("SVG", f"must draw at most {MAX_USED_ELEMENTS} elements by <use>", "more", "simplify it")
         if self._element_count > MAX_ELEMENTS or state.depth > MAX_USE_DEPTH:
             rule = f"must draw at most {MAX_ELEMENTS} elements, {MAX_USE_DEPTH} deep, counting each <use>"
             raise InputError("SVG", rule, "more", "simplify it")

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from warpvec.errors import InputError
 from warpvec.svg.units import parse_length
 
+
 class Loop(NamedTuple):
     """A closed loop of k cubics.
 

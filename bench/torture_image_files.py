@@ -2,38 +2,17 @@
 
 from __future__ import annotations
 
-import gzip
 import io
+from functools import cache
 
 import numpy as np
-from PIL import Image
-
-NS = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="32" height="24"'
-
-_SVG_CONTENTS = [
-    '<rect id="background" width="32" height="24" fill="#abc"/><g id="layer-1-generation-0">'
-    '<path fill="#12f" d="M4 5c1 .5 3-1 4 1-1 2-3 2-4-1z"/><path fill="#345678" fill-opacity=".5" '
-    'd="M9 9c3-1 5 3 5 5-2 3-5-1-5-5z"/></g><g id="layer-2-generation-3"><path fill="#fff" d="M1 1c5 0 5 5 5 5z"/></g>',
-    '<style>.a,rect.b{fill:#f0f;stroke:red} #c{opacity:50%}</style><g transform="matrix(1 .2 0 1 3 4) rotate(30)">'
-    '<rect class="a" x="5%" y="1mm" width="9" height="8" rx="2"/><circle id="c" cx="9" cy="9" r="5"/></g>'
-    '<ellipse rx="5" ry="20%"/><polygon points="1,2 9,8 3 9"/><polyline points="1 2 3,4"/><line x2="9"/>',
-    '<defs><symbol id="s" viewBox="0 0 9 9"><path d="M1 1A4 5 20 0 1 8 8Q1 9 2 3T4 4S9 1 3 3z"/></symbol></defs>'
-    '<use href="#s" x="3" width="9" height="9"/><svg viewBox="0 0 9 9" preserveAspectRatio="xMinYMax slice">'
-    '<use xlink:href="#s" transform="scale(2)"/></svg><switch><g><path d="M0 0h9v9H0zm2 2v5h5V2z"/></g></switch>',
-    '<linearGradient id="g"><stop offset="20%" stop-color="red"/><stop offset="1" stop-color="#00f8"/></linearGradient>'
-    '<radialGradient id="h" href="#g"/><pattern id="p" width="4" height="4" patternUnits="userSpaceOnUse"><rect '
-    'width="2" height="2"/></pattern><rect width="9" height="9" fill="url(#h)"/><path fill="url(#p) rgb(9,9,9)" '
-    'd="M9 9h9v9z" stroke="hsl(9,9%,9%)" stroke-width="2" stroke-dasharray="1 2"/>',
-    '<mask id="m"><rect width="9" height="9" fill="#fff"/></mask><clipPath id="c"><circle r="9"/></clipPath>'
-    '<filter id="f"><feGaussianBlur stdDeviation="1"/></filter><g mask="url(#m)" opacity=".5"><path '
-    'd="M1 1l9 0 0 9z" clip-path="url(#c)"/><path filter="url(#f)" d="M1 1L9 1 0 9z" style="mix-blend-mode:multiply"/>'
-    '</g><text x="3" y="9">a&amp;b</text><image width="4" height="4" href="data:image/png;base64,iVBORw0KGgo="/>',
-]
+from PIL import Image, ImageCms
 
 
+@cache
 def seeds(kind: str) -> list[bytes]:
-    """Return the files of ``kind``: "png", "jpeg", "webp", "tiff" or "svg"."""
-    return {"png": _pngs, "jpeg": _jpegs, "webp": _webps, "tiff": _tiffs, "svg": _svgs}[kind]()
+    """Return the files of ``kind``, one of `KINDS`."""
+    return _MAKERS[kind]()
 
 
 def _pngs() -> list[bytes]:
@@ -78,9 +57,15 @@ def _tiffs() -> list[bytes]:
     ]  # fmt: skip
 
 
-def _svgs() -> list[bytes]:
-    texts = [f'<?xml version="1.0"?>\n<svg {NS} viewBox="0 0 32 24">{content}</svg>' for content in _SVG_CONTENTS]
-    return [*(text.encode() for text in texts), gzip.compress(texts[0].encode(), mtime=0)]
+def _bmps() -> list[bytes]:
+    return [_encoded("BMP", _pixels(mode)) for mode in ("RGB", "L", "P", "1", "RGBA")]
+
+
+def _gifs() -> list[bytes]:
+    return [
+        _encoded("GIF", _pixels("P")), _encoded("GIF", _pixels("P"), transparency=2), _encoded("GIF", _pixels("1")),
+        _encoded("GIF", _pixels("P"), save_all=True, append_images=[_pixels("P", 1)], disposal=2),
+    ]  # fmt: skip
 
 
 def _pixels(mode: str, seed: int = 0) -> Image.Image:
@@ -89,12 +74,14 @@ def _pixels(mode: str, seed: int = 0) -> Image.Image:
 
 
 def _profile() -> bytes:
-    from image_files import LINEAR_RGB
-
-    return LINEAR_RGB
+    return ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
 
 
 def _encoded(format: str, image: Image.Image, **options: object) -> bytes:
     stream = io.BytesIO()
     image.save(stream, format=format, **options)
     return stream.getvalue()
+
+
+_MAKERS = {"png": _pngs, "jpeg": _jpegs, "webp": _webps, "tiff": _tiffs, "bmp": _bmps, "gif": _gifs}
+KINDS = tuple(_MAKERS)

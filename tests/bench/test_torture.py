@@ -1,0 +1,143 @@
+"""Hostile inputs give a result or an error of one line; and the bench that makes them sees every kind of fault."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import tempfile
+from collections import Counter
+
+import pytest
+import torture_changes
+import torture_checkpoints
+import torture_corpus
+import torture_image_files
+import torture_images
+import torture_svgs
+import torture_toml
+from torture_case import OK, REFUSED, Wrong
+from torture_runner import Fault, Torture
+
+CASES = {
+    "images": 1500,
+    "svgs": 250,
+    "checkpoints": 400,
+    "toml": 250,
+    "commands": 250,
+    "batch": 4,
+    "options": 100,
+    "disks": 4,
+    "kills": 2,
+}
+"""Numbers of cases that together take about a minute and a half on two cores."""
+
+PATIENCE = 5.0
+"""Factor of all time limits: other tests run at the same time. Hangs are found all the same."""
+
+FAKE_KIND = """
+import ctypes, os, tempfile, time
+from pathlib import Path
+from torture_case import OK, Case, Wrong
+from warpvec.errors import InputError
+
+def fail():
+    raise KeyError(1)
+
+def refuse(rule):
+    raise InputError("x", rule)
+
+def fill_the_memory():
+    data = b"x" * (2**31 + 2**28)
+    time.sleep(len(data))
+
+def case(chance):
+    return Case("a name", lambda folder: {run} or OK, b"the input", seconds=0.2 if "hang" in __name__ else 30.0)
+"""
+
+BEHAVIOURS = {
+    "work": ("None", "ok"), "refuse": ("refuse('must be y')", "refused"), "fail": ("fail()", "exception"),
+    "exit": ("exit(3)", "exception"), "say_much": ("refuse('must be\\ny')", "wrong"), "crash": ("os.abort()", "crash"),
+    "end": ("os._exit(0)", "crash"), "hang": ("time.sleep(60)", "hang"),
+    "leave": ("tempfile.mkdtemp() and OK", "wrong"),
+    "leave_beside": ("Path('.warpvec-1.tmp').touch()", "wrong"), "fill": ("fill_the_memory()", "memory"),
+}  # fmt: skip
+"""Name of a kind -> what its case does, and how that must be counted."""
+
+
+def tortured(tmp_path, kinds, limits, seed=0):
+    """Run so many cases of the kinds; return the counts of each kind, and the faults."""
+    torture = Torture(dict.fromkeys(kinds, 1.0), seed, tmp_path / "faults", lambda _: None, PATIENCE)
+    torture.run(1, 600.0, limits)
+    return {kind: tally.outcomes for kind, tally in torture.tallies.items()}, torture.faults
+
+
+def shown(faults: list[Fault]) -> str:
+    return "\n".join(f"{fault.kind} {fault.number}: {fault.outcome} {fault.detail} ({fault.name})" for fault in faults)
+
+
+def test_no_fault_of_the_corpus_is_back(tmp_path):
+    count = len(torture_corpus.entries())
+    counts, faults = tortured(tmp_path, ["corpus"], {"corpus": count})
+    assert not faults, shown(faults)
+    assert counts["corpus"].total() == count > 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", list(CASES))
+def test_hostile_inputs_give_a_result_or_one_line(kind, tmp_path):
+    counts, faults = tortured(tmp_path, [kind], CASES)
+    assert not faults, shown(faults)
+    assert counts[kind].total() == CASES[kind]
+    # Some damage must go unnoticed and some files must be refused, or the cases are no good.
+    assert min(counts[kind][OK], counts[kind][REFUSED]) > CASES[kind] / 25 or kind == "batch"
+
+
+def test_every_kind_of_fault_is_seen_and_kept(tmp_path, monkeypatch):
+    for name, (run, _) in BEHAVIOURS.items():
+        (tmp_path / f"torture_fake_{name}.py").write_text(FAKE_KIND.replace("{run}", run))
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    kinds = [f"fake_{name}" for name in BEHAVIOURS]
+    counts, faults = tortured(tmp_path, kinds, dict.fromkeys(kinds, 1))
+    expected = {f"fake_{name}": Counter([outcome]) for name, (_, outcome) in BEHAVIOURS.items()}
+    assert counts == expected, shown(faults)
+    for fault in faults:
+        path = tmp_path / "faults" / f"{fault.kind}-0-0.json"
+        assert json.loads(path.read_text())["outcome"] == fault.outcome
+        assert path.with_suffix(".input").read_bytes() == b"the input"
+    (crash,) = (fault for fault in faults if fault.kind == "fake_crash")
+    assert "Fatal Python error: Aborted" in crash.stderr
+
+
+def test_a_file_that_is_opened_beside_the_drawing_is_seen(tmp_path, monkeypatch):
+    monkeypatch.setitem(torture_svgs.READERS, "opens", lambda data, folder: (folder / "p.png").read_bytes())
+    with pytest.raises(Wrong, match="p.png was opened"):
+        torture_svgs.check(b"", tmp_path, "opens")
+
+
+def test_words_of_native_code_are_seen(tmp_path, monkeypatch):
+    monkeypatch.setitem(torture_images.WAYS, "talks", lambda data, folder: os.write(2, b"TIFF: ..."))
+    with tempfile.TemporaryFile() as stream:
+        before = os.dup(2)
+        os.dup2(stream.fileno(), 2)
+        try:
+            with pytest.raises(Wrong, match="stderr"):
+                torture_images.check(b"", tmp_path, "talks")
+        finally:
+            os.dup2(before, 2)
+            os.close(before)
+
+
+@pytest.mark.parametrize("module", [torture_images, torture_svgs, torture_checkpoints, torture_toml])
+def test_equal_seeds_give_equal_inputs(module):
+    first, again, other = (
+        [module.case(random.Random(seed + number)).data for number in range(20)] for seed in (0, 0, 100)
+    )
+    assert first == again != other
+
+
+def test_a_changed_png_keeps_its_checksums():
+    (data, *_) = torture_image_files.seeds("png")
+    cut = data.replace(b"IDAT", b"IDAX")
+    assert torture_changes.with_checksums(data) == data
+    assert torture_changes.with_checksums(cut) != cut

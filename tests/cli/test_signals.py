@@ -1,0 +1,177 @@
+"""Signals that end a command: what is kept, what is left, and the exit code. Each case is a process of its own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from warpvec.cli.signals import SIGNALS
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no signals to send to a process")
+
+START = """
+import hashlib, sys, time
+from pathlib import Path
+from warpvec.cli.signals import raised_interrupts, run_command
+from warpvec.fit.interrupt import deferred_interrupts, hold_signals
+from warpvec.temporary_files import temporary_file
+
+def say(word):
+    print(word, flush=True)
+
+def wait_for(is_interrupted):
+    for _ in range(3000):
+        if is_interrupted():
+            return
+        time.sleep(0.01)
+    sys.exit("no signal came")
+
+def command():
+"""
+
+NATIVE = 'hashlib.pbkdf2_hmac("sha256", b"", b"", 10**9)'
+"""Minutes of native code. Python runs no signal handler meanwhile."""
+
+
+class Child:
+    """A process with a command of these lines, which has printed "ready"."""
+
+    def __init__(self, *lines: str, ignored: int | None = None) -> None:
+        def ignore() -> None:
+            if ignored is not None:
+                signal.signal(ignored, signal.SIG_IGN)
+
+        code = START + "".join(f"    {line}\n" for line in lines) + "run_command(command)"
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=ignore
+        )
+        self.expect("ready")
+
+    def expect(self, word: str) -> None:
+        """Wait for a line of the process."""
+        assert self._process.stdout is not None
+        assert self._process.stdout.readline() == f"{word}\n"
+
+    def send(self, number: int) -> None:
+        """Send a signal."""
+        self._process.send_signal(number)
+
+    def end(self) -> tuple[int, str, str]:
+        """Return the exit code and what is left of the output, within half a minute."""
+        try:
+            stdout, stderr = self._process.communicate(timeout=30)
+        finally:
+            self._process.kill()
+        return self._process.returncode, stdout, stderr
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_before_there_is_a_result_a_signal_ends_the_process_and_leaves_nothing(tmp_path: Path, number: int) -> None:
+    child = Child(
+        f"with temporary_file(Path({str(tmp_path)!r}, 'out.svg')):",
+        "    say('ready')",
+        f"    {NATIVE}",
+    )
+    assert len(os.listdir(tmp_path)) == 1
+    child.send(number)
+    assert child.end() == (128 + number, "", "")
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_signal_lets_a_command_with_a_result_write_it(number: int) -> None:
+    child = Child(
+        "with deferred_interrupts() as is_interrupted:",
+        "    hold_signals()",
+        "    say('ready')",
+        "    wait_for(is_interrupted)",
+        "say('written')",
+    )
+    child.send(number)
+    assert child.end() == (128 + number, "written\n", "")
+
+
+def test_the_second_signal_ends_the_process_and_leaves_nothing(tmp_path: Path) -> None:
+    child = Child(
+        "hold_signals()",
+        f"with temporary_file(Path({str(tmp_path)!r}, 'out.svg')), deferred_interrupts() as is_interrupted:",
+        "    say('ready')",
+        "    wait_for(is_interrupted)",
+        "    say('noted')",
+        f"    {NATIVE}",
+    )
+    child.send(signal.SIGTERM)
+    child.expect("noted")
+    child.send(signal.SIGINT)
+    assert child.end() == (130, "", "")
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_signal_that_is_ignored_at_the_start_stays_ignored(number: int) -> None:
+    child = Child("say('ready')", "time.sleep(0.3)", "say('done')", ignored=number)
+    child.send(number)
+    assert child.end() == (0, "done\n", "")
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_batch_gets_a_keyboard_interrupt(number: int) -> None:
+    child = Child(
+        "try:",
+        "    with raised_interrupts():",
+        "        say('ready')",
+        "        time.sleep(30)",
+        "except KeyboardInterrupt:",
+        "    say('stopped')",
+    )
+    child.send(number)
+    assert child.end() == (128 + number, "stopped\n", "")
+
+
+def test_an_error_keeps_its_exit_code() -> None:
+    lines = ("with deferred_interrupts() as is_interrupted:", "    wait_for(is_interrupted)", "sys.exit(2)")
+    child = Child("hold_signals()", "say('ready')", *lines)
+    child.send(signal.SIGTERM)
+    assert child.end() == (2, "", "")
+
+
+def test_a_closed_terminal_ends_a_command_in_order(tmp_path: Path) -> None:
+    termios = pytest.importorskip("termios")
+    fcntl = pytest.importorskip("fcntl")
+    body = f"""
+    hold_signals()
+    with deferred_interrupts() as is_interrupted:
+        say("ready")
+        wait_for(is_interrupted)
+    Path({str(tmp_path)!r}, "out.svg").touch()
+    say("summary")
+run_command(command)"""
+
+    def take_terminal() -> None:
+        fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+
+    ours, theirs = os.openpty()
+    with subprocess.Popen(
+        [sys.executable, "-c", START + body],
+        stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True, preexec_fn=take_terminal,
+    ) as process:  # fmt: skip
+        os.close(theirs)
+        assert os.read(ours, 100) == b"ready\r\n"
+        os.close(ours)
+        assert process.wait(timeout=30) == 128 + signal.SIGHUP
+    assert os.listdir(tmp_path) == ["out.svg"]
+
+
+def test_a_missing_stream_is_not_taken_for_the_signals() -> None:
+    body = """
+    os.write(1, bytes([signal.SIGTERM]))
+    time.sleep(0.3)
+import os, signal
+run_command(command)"""
+    done = subprocess.run([sys.executable, "-c", START + body], preexec_fn=lambda: os.closerange(0, 2), check=False)
+    assert done.returncode == 0

@@ -1,0 +1,93 @@
+"""Draw the SVG on stdin with resvg and write the PNG to stdout, in a process that can do little else.
+
+`warpvec.svg.resvg` runs this file as a script with one argument, the `Limits` as JSON. A message for the user is on
+stderr, after ``MARK``. The limits that a system does not have are left out.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import faulthandler
+import json
+import os
+import signal
+import sys
+from contextlib import suppress
+from typing import Any, TypedDict
+
+MARK = "resvg says: "
+"""What is before the message for the user on stderr."""
+
+
+_PR_SET_PDEATHSIG = 1
+"""Of linux/prctl.h: the signal to get when the thread ends that started this process."""
+
+
+class Limits(TypedDict):
+    """What to draw, and within which limits."""
+
+    options: dict[str, Any]
+    """Keyword arguments of resvg."""
+    memory: int
+    """Address space in bytes."""
+    seconds: int
+    """Time limit, of the clock and of the processor. The starting process ends the drawing before that."""
+    folder: str | None
+    """An empty folder to draw in."""
+    parent: int
+    """Id of the starting process, without which nobody needs the drawing."""
+
+
+def main() -> None:
+    """Draw stdin as the argument says."""
+    limits: Limits = json.loads(sys.argv[1])
+    _end_in_time(limits["seconds"])
+    _end_with_parent(limits["parent"])
+    _limit_resources(RLIMIT_AS=limits["memory"], RLIMIT_CORE=0, RLIMIT_CPU=limits["seconds"])
+    import resvg_py
+
+    text = sys.stdin.buffer.read().decode()
+    _forbid_files(limits["folder"])
+    try:
+        png = resvg_py.svg_to_bytes(text, **limits["options"])
+    except BaseException as error:
+        sys.exit(MARK + str(error))
+    sys.stdout.buffer.write(png)
+
+
+def _end_in_time(seconds: int) -> None:
+    """End this process at the time limit, even if nobody stops it."""
+    # The timer is a thread of native code, which the drawing does not hold up.
+    faulthandler.dump_traceback_later(seconds, exit=True)
+
+
+def _end_with_parent(parent: int) -> None:
+    """End this process when the ``parent`` ends, even if that is killed. Only Linux can do so."""
+    if sys.platform != "linux":
+        return
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it ended before the call, which then has no effect
+        sys.exit("the starting process has ended")
+
+
+def _limit_resources(**values: int) -> None:
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    for name, value in values.items():
+        with suppress(AttributeError, ValueError, OSError):  # macOS does not have all of them
+            resource.setrlimit(getattr(resource, name), (value, value))
+
+
+def _forbid_files(folder: str | None) -> None:
+    """Let nothing be opened from here on, and let relative names be those of an empty folder where that is too much."""
+    if folder is not None:
+        with suppress(OSError):
+            os.chdir(folder)
+            os.rmdir(folder)  # so that it does not stay if both processes are killed; Windows refuses
+    _limit_resources(RLIMIT_NOFILE=0, RLIMIT_FSIZE=0)
+
+
+if __name__ == "__main__":
+    main()

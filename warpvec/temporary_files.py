@@ -1,0 +1,179 @@
+"""Temporary files beside the files that they replace, and the removal of those that dead processes have left.
+
+A writer locks its temporary file (flock). The system releases the lock when the process ends, however it ends, so a
+temporary file without a lock has no writer. Process ids would say less: numbers are used again, and two containers
+have processes of the same number. All processes on one running kernel see each other's locks, and the name of the file
+tells the kernel. Files of other kernels (of another machine on a network share, or from before a restart) and files
+where the system has no locks are removed after a day.
+
+Linux can also write a file without a name (O_TMPFILE), of which a killed process leaves nothing. That alone does not
+do: a file needs a name before it can replace another, the encoders of videos write to names, and network file systems
+have no such files.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import threading
+import time
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+_SAFE_AGE = 24 * 3600.0
+"""Age in seconds at which a file is stale although its lock says nothing: no writer pauses for a day."""
+
+_SWEEP_SECONDS = 0.5
+"""Longest time to look for stale files: enough for 100,000 files on a local disk. A run does not wait longer."""
+
+_LAST_WAIT = 1.0
+"""Longest time in seconds that an ending process waits for a file that is being created. A network may be gone."""
+
+_NAME = re.compile(r"\.warpvec-(?P<kernel>[0-9a-f]{8})-[0-9a-f]{16}\.tmp(\.[a-z0-9]{1,5})?")
+
+# Temporary files that this process has created and not yet removed, and the folders that it has swept.
+_live: set[Path] = set()
+_swept: set[Path] = set()
+
+# Held while a file is created, and for ever by a process that is about to end.
+_creating = threading.Lock()
+
+
+@contextmanager
+def temporary_file(target: Path, suffix: str = "") -> Iterator[Path]:
+    """Yield the path of an empty file in the folder of ``target``, and remove it at the end unless it was moved.
+
+    The first call for a folder also removes the stale temporary files in it. The mode of the file follows the umask.
+
+    Args:
+        target: the file that the temporary one is to replace, with `os.replace`.
+        suffix: end of the name, such as ".mp4", for writers that choose the format by it.
+
+    Raises:
+        OSError: the file cannot be created.
+    """
+    if target.parent not in _swept:
+        _swept.add(target.parent)
+        remove_stale_files(target.parent)
+    file = _TemporaryFile(target.parent, suffix)
+    try:
+        while not file.is_created():
+            file.remove()
+        yield file.path
+    finally:
+        file.remove()
+
+
+def remove_stale_files(folder: Path) -> None:
+    """Remove the temporary files of dead processes from ``folder``, as far as that is possible and quick."""
+    end = time.monotonic() + _SWEEP_SECONDS
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            if (found := _NAME.fullmatch(entry.name)) is not None:
+                with suppress(OSError):
+                    _remove_if_stale(entry.path, is_of_this_kernel=found["kernel"] == _KERNEL)
+            if time.monotonic() > end:
+                return
+
+
+def remove_live_files() -> None:
+    """Remove the temporary files of this process, and let it create no others: it is about to end."""
+    _creating.acquire(timeout=_LAST_WAIT)
+    for path in list(_live):
+        with suppress(OSError):
+            path.unlink()
+
+
+class _TemporaryFile:
+    """A file with a name of its own, locked while it exists."""
+
+    def __init__(self, folder: Path, suffix: str) -> None:
+        self._folder, self._suffix = folder, suffix
+        self._handle: int | None = None
+        self._choose_name()
+
+    def is_created(self) -> bool:
+        """Create the file; return False if another process removed it before it was locked."""
+        self._choose_name()
+        with _creating:
+            _live.add(self.path)
+            self._handle = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+        if fcntl is None:  # Windows cannot move a file that is open
+            self._close()
+            return True
+        has_lock = _lock(self._handle)
+        return has_lock is None or (has_lock and os.fstat(self._handle).st_nlink > 0)
+
+    def remove(self) -> None:
+        """Remove the file if it has not been moved, and release the lock."""
+        with suppress(OSError):
+            self.path.unlink()
+        _live.discard(self.path)
+        self._close()
+
+    def _choose_name(self) -> None:
+        self.path = self._folder / f".warpvec-{_KERNEL}-{os.urandom(8).hex()}.tmp{self._suffix}"
+
+    def _close(self) -> None:
+        handle, self._handle = self._handle, None
+        if handle is not None:
+            os.close(handle)
+
+
+def _remove_if_stale(path: str, *, is_of_this_kernel: bool) -> None:
+    """Remove ``path`` if it is a regular file of this user and its writer is dead; raise OSError if that fails."""
+    facts = os.lstat(path)
+    if not _is_own_file(facts):
+        return
+    is_old = time.time() - facts.st_mtime > _SAFE_AGE
+    if fcntl is None:  # Windows cannot remove a file that is open
+        if is_old:
+            os.unlink(path)
+        return
+    # Network file systems want a file open for writing before they lock it. A link or a pipe that has taken the place
+    # of the file meanwhile is neither followed nor waited for.
+    handle = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
+    try:
+        has_lock = _lock(handle)
+        is_stale = is_old if has_lock is None else has_lock and (is_of_this_kernel or is_old)
+        if is_stale and _is_own_file(os.fstat(handle)):
+            os.unlink(path)
+    finally:
+        os.close(handle)
+
+
+def _is_own_file(facts: os.stat_result) -> bool:
+    return stat.S_ISREG(facts.st_mode) and (not hasattr(os, "geteuid") or facts.st_uid == os.geteuid())
+
+
+def _lock(handle: int) -> bool | None:
+    """Lock an open file; return False if it is locked already, None if the system or the file system has no locks."""
+    if fcntl is None:
+        return None
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return None
+    return True
+
+
+def _kernel() -> str:
+    """Return eight digits that tell the running kernel from others."""
+    try:
+        name = Path("/proc/sys/kernel/random/boot_id").read_text()
+    except OSError:  # not Linux
+        name = os.uname().nodename if hasattr(os, "uname") else ""
+    return f"{zlib.crc32(name.encode()):08x}"
+
+
+_KERNEL = _kernel()
