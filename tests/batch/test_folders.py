@@ -133,5 +133,7 @@ def test_a_file_cannot_be_locked(tmp_path: Path) -> None:
 
 def test_a_folder_in_place_of_the_records_is_refused(tmp_path):
     (tmp_path / "batch.csv").mkdir()
-    with pytest.raises(InputError, match="a folder named 'batch.csv'; move it away"):
-        open_folder(str(tmp_path), "OUT_DIR").append("batch.csv", b"a line")
+    folder = open_folder(str(tmp_path), "OUT_DIR")
+    for put in (folder.append, folder.write):
+        with pytest.raises(InputError, match="a folder named 'batch.csv'; move it away"):
+            put("batch.csv", b"a line")

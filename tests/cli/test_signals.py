@@ -161,8 +161,8 @@ run_command(command)"""
         stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True, preexec_fn=take_terminal,
     ) as process:  # fmt: skip
         os.close(theirs)
-        assert os.read(ours, 100) == b"ready\r\n"
-        os.close(ours)
+        with open(ours, "rb", buffering=0) as terminal:
+            assert terminal.readline() == b"ready\r\n"
         assert process.wait(timeout=30) == 128 + signal.SIGHUP
     assert os.listdir(tmp_path) == ["out.svg"]
 

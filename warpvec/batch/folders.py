@@ -111,15 +111,19 @@ class LocalFolder:
 
     def write(self, name: str, data: bytes) -> None:
         path = self._path / name
+        self._check_is_no_folder(name)
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomic(path, data)
 
     def append(self, name: str, data: bytes) -> None:
-        if (self._path / name).is_dir():
-            raise InputError(self._name, "must let a file be written", f"a folder named {name!r}", "move it away")
+        self._check_is_no_folder(name)
         with (self._path / name).open("ab", buffering=0) as file:
             file.write(data)
             os.fsync(file.fileno())
+
+    def _check_is_no_folder(self, name: str) -> None:
+        if (self._path / name).is_dir():
+            raise InputError(self._name, "must let a file be written", f"a folder named {name!r}", "move it away")
 
     @contextmanager
     def lock(self) -> Iterator[None]:

@@ -1,8 +1,9 @@
 """The command ``warpvec``. Each of its commands has a file in ``warpvec/cli/commands``.
 
 Exit codes: 0 done, 1 unexpected failure, 2 wrong input or usage (nothing is written), 128 + n ended by the signal n,
-such as 130 by Ctrl-C (``run`` and ``refine`` have then saved the best result so far; see ``signals``). Messages are one line on stderr. With ``-`` for OUT only the SVG goes to stdout, and
-the report to stderr. The commands import Torch and Warp when they run, so that ``--help`` is quick.
+such as 130 by Ctrl-C (``run`` and ``refine`` have then saved the best result so far; see ``signals``). Messages are one
+line on stderr. With ``-`` for OUT only the SVG goes to stdout, and the report to stderr. The commands import Torch and
+Warp when they run, so that ``--help`` is quick.
 """
 
 from __future__ import annotations

@@ -57,8 +57,11 @@ MAX_RADIUS = 1000.0
 """Largest initial radius, far beyond an image of radius 1. Coordinates of 1e15 would have no decimals to write."""
 
 MAX_RATE = 10.0
-"""Largest learning rate, and factor of one: it moves a point by five images in a step. With far more, values overflow
-or leave the range of what can be written."""
+"""Largest learning rate, also of the points after the factor: it moves one by five images in a step. With far more,
+values overflow or leave the range of what can be written."""
+
+MAX_SCALE = 1000.0
+"""Largest factor of the learning rates, for presets whose rates are small."""
 
 MAX_SECONDS = 1e9
 """Largest time budget: thirty years. The schedule multiplies it, which must not overflow."""
@@ -70,7 +73,7 @@ NUMBER_RANGES = {
     "growth": (1.0, MAX_GROWTH), "initial_radius": (0.0, MAX_RADIUS), "radius_decay": (0.0, 1.0),
     "prune_opacity": (0.0, 1.0), "recycle_share": (0.0, 1.0), "recycle_until": (0.0, 1.0),
     "lr_points": (0.0, MAX_RATE), "lr_color": (0.0, MAX_RATE), "lr_opacity": (0.0, MAX_RATE),
-    "lr_scale": (0.0, MAX_RATE), "lr_final": (0.0, 1.0), "opacity_weight": (0.0, MAX_WEIGHT),
+    "lr_scale": (0.0, MAX_SCALE), "lr_final": (0.0, 1.0), "opacity_weight": (0.0, MAX_WEIGHT),
     "xing_weight": (0.0, MAX_WEIGHT), "bezier_weight": (0.0, MAX_WEIGHT),
     "min_area": (0.0, math.inf), "gradients": (0.0, MAX_CURVES),
 }  # fmt: skip
@@ -90,6 +93,7 @@ def check_settings(settings: dict[str, Any]) -> dict[str, Any]:
     _check_path_model(checked)
     _check_growth(checked)
     _check_size(checked)
+    _check_rate(checked)
     if checked["lod"] and (checked["policy"], checked["z_order"]) != ("scaffolding", "creation"):
         raise InputError("lod", "needs policy scaffolding and z_order creation", remedy="set them or leave lod out")
     if checked["palette"] is not None and checked["colors"]:
@@ -190,6 +194,12 @@ def _check_size(settings: dict[str, Any]) -> None:
     if settings["renderer"] == "splat" and curves * samples * (lines + 2) > MAX_GAUSSIANS:
         rule = f"times lines and curves must be at most {MAX_GAUSSIANS} Gaussians"
         raise InputError("samples", rule, f"{samples} times {lines + 2} times {curves}", "give fewer of any")
+
+
+def _check_rate(settings: dict[str, Any]) -> None:
+    rate, scale = settings["lr_points"], settings["lr_scale"]
+    if rate * scale > MAX_RATE:
+        raise InputError("lr_scale", f"times lr_points must be at most {MAX_RATE:g}", f"{scale:g} times {rate:g}")
 
 
 def _check_growth(settings: dict[str, Any]) -> None:
