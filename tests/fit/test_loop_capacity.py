@@ -93,7 +93,7 @@ def test_a_fit_whose_steps_are_dropped_ends_the_same(
     for saved, expected in zip(*states, strict=True):
         assert torch.equal(saved["loss"], expected["loss"])
         assert torch.equal(saved["population"]["age"], expected["population"]["age"])
-        assert torch.equal(saved["population"]["points"], expected["population"]["points"])
+        assert torch.equal(saved["population"]["segments"], expected["population"]["segments"])
 
 
 def test_the_memory_of_a_fit_is_free_at_once(device: str, renderers: list[TileRenderer]) -> None:

@@ -167,7 +167,7 @@ class Scene:
     def joined(self, other: Scene) -> Scene:
         """Return these paths and, on top, those of ``other``, over the background of this scene."""
         names = ("segments", "color", "opacity", "generation")
-        tensors = {name: torch.cat([getattr(self, name), getattr(other, name)]) for name in names}
+        tensors: dict[str, Any] = {name: torch.cat([getattr(self, name), getattr(other, name)]) for name in names}
         structure = self.structure.joined(other.structure)
         return replace(self, structure=structure, gradients=self._joined_gradients(other), **tensors)
 
