@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from scenes import SceneTensors
 
 from warpvec.geometry.circles import circle_points
-from warpvec.geometry.scene import Scene
+from warpvec.geometry.gradients import FLAT, RADIAL, Gradients
+from warpvec.geometry.scene import Scene, straightened
+from warpvec.geometry.structure import Structure
 from warpvec.svg.read import read_svg
 from warpvec.svg.write import quantize, write_svg
 
@@ -30,6 +32,8 @@ any_scene = settings(max_examples=100, derandomize=True, deadline=None, database
 coordinates = st.one_of(
     st.sampled_from([0.0, 0.005, 0.05, 24.995, 47.45, -0.015, -30.0, 80.0]), st.floats(-30, 80, width=32)
 )
+# Ends of gradients: those that round to nothing, and those of which nothing can be drawn.
+ends = st.sampled_from([0.0, -3.0, 0.04, 0.06, 1e-3, 7e13, float("nan"), float("inf"), 3e38])
 shares = st.one_of(st.sampled_from([0.0, 1.0, 0.004, 0.005, 0.5, 0.99, 0.996]), st.floats(0, 1, width=32))
 generations = st.sampled_from([0, 0, 1, 2, 11])
 
@@ -101,6 +105,72 @@ def test_our_reader_gives_back_the_quantized_scene(scene, precision):
     for (got,), want in zip(split_into_loops(read.segments, read.structure), quantized.points, strict=True):
         assert np.array_equal(drawn_cubics(got.flatten(0, 1)), drawn_cubics(want))
     assert write_svg(read, SIZE, SIZE, precision=precision) == text
+
+
+@st.composite
+def scenes_of_loops(draw: st.DrawFn) -> Scene:
+    """Draw scenes of up to four paths with several loops, lines and paints; some rows, lines and gradients degenerate.
+
+    A third of the scenes have paths of one loop without lines, as those of a fit.
+    """
+    is_simple = draw(st.sampled_from([True, False, False]))
+    loop_counts = st.just(1) if is_simple else st.integers(1, 3)
+    counts = [
+        draw(st.lists(st.integers(1, 4), min_size=k, max_size=k)) for k in draw(st.lists(loop_counts, max_size=4))
+    ]
+    count, rows = len(counts), sum(map(sum, counts))
+    is_line = None if is_simple else torch.tensor(draw(st.lists(st.booleans(), min_size=rows, max_size=rows))).bool()
+    structure = Structure.of_loops(counts, is_line)
+    kind = torch.tensor(draw(st.lists(st.integers(FLAT, RADIAL), min_size=count, max_size=count)), dtype=torch.int32)
+    geometry = floats(draw, (count, 4), st.one_of(coordinates, ends))
+    gradients = draw(st.sampled_from([None, Gradients(kind, geometry, floats(draw, (count, 3), shares))]))
+    return Scene(
+        segments=straightened(floats(draw, (rows, 3, 2), coordinates), structure),
+        structure=structure,
+        color=floats(draw, (count, 3), shares),
+        opacity=floats(draw, (count,), shares),
+        background=floats(draw, (3,), shares),
+        generation=torch.tensor([draw(generations) for _ in range(count)], dtype=torch.int64),
+        gradients=gradients,
+    )
+
+
+def drawn_rows(scene: Scene) -> list[list[tuple[NDArray[np.float64], list[bool]]]]:
+    """Return anchor, handles and end [k, 4, 2] of each row of each loop of each path, and whether it is a line.
+
+    Rows of no length are left out.
+    """
+    structure = scene.structure
+    ends = scene.segments[structure.segment_next.long(), :1]
+    is_line = torch.zeros(len(ends), dtype=torch.bool) if structure.is_line is None else structure.is_line
+    rows = torch.cat([scene.segments, ends, is_line[:, None, None].expand(-1, 1, 2)], 1).double()
+    drawn = [
+        [loop[(loop[:, :4] != loop[:, :1]).any(2).any(1)] for loop in p] for p in split_into_loops(rows, structure)
+    ]
+    return [[(loop[:, :4].numpy(), loop[:, 4, 0].bool().tolist()) for loop in path] for path in drawn]
+
+
+@any_scene
+@given(scenes_of_loops(), st.integers(0, 4))
+def test_loops_lines_and_gradients_are_read_back_and_written_to_the_same_bytes(scene, precision):
+    text = write_svg(scene, SIZE, SIZE, precision=precision)
+    quantized, drawing = quantize(scene, precision), read_svg(text)
+    read = drawing.scene
+    assert drawing.omitted == [] and drawing.precision is not None
+    for name in ("color", "opacity", "background", "generation"):
+        assert torch.equal(getattr(read, name), getattr(quantized, name)), name
+    for got_path, want_path in zip(drawn_rows(read), drawn_rows(quantized), strict=True):
+        for (got, got_lines), (want, want_lines) in zip(got_path, want_path, strict=True):
+            assert np.array_equal(got, want) and got_lines == want_lines
+    assert (read.gradients is None) == (quantized.gradients is None)
+    if read.gradients is not None and quantized.gradients is not None:
+        for name, value in vars(quantized.gradients).items():
+            assert torch.equal(getattr(read.gradients, name), value), name
+        assert not quantized.gradients.is_degenerate().any()
+    assert write_svg(read, SIZE, SIZE, precision=precision) == text
+    again = quantize(quantized, precision)
+    assert torch.equal(again.segments, quantized.segments)
+    assert write_svg(quantized, SIZE, SIZE, precision=precision) == text
 
 
 @any_scene

@@ -58,10 +58,15 @@ class Gradients:
         return len(self.kind)
 
     def is_degenerate(self) -> Tensor:
-        """Return a mask [N] of the gradients that show their end colour alone; False for flat paths."""
-        length = (self.geometry[:, 2:] - self.geometry[:, :2]).norm(dim=1)
-        size = torch.where(self.kind == RADIAL, self.geometry[:, 2], length)
-        return (self.kind != FLAT) & ~(size >= EXTENT_MIN)
+        """Return a mask [N] of the gradients that show their end colour alone; False for flat paths.
+
+        These are shorter than ``EXTENT_MIN`` or not finite.
+        """
+        start, end = self.geometry[:, :2], self.geometry[:, 2:]
+        squared = (end - start).square().sum(1)
+        is_line = (squared >= EXTENT_MIN**2) & squared.isfinite()
+        is_disk = (end[:, 0] >= EXTENT_MIN) & end[:, 0].isfinite() & start.sum(1).isfinite()
+        return (self.kind != FLAT) & ~torch.where(self.kind == RADIAL, is_disk, is_line)
 
     def map(self, change: Callable[[Tensor], Tensor]) -> Gradients:
         """Return the paints with each tensor replaced by what ``change`` makes of it."""

@@ -31,19 +31,26 @@ def format_number(ticks: int, decimals: int) -> str:
     return "-" + text if ticks < 0 else text
 
 
-def format_curves(ticks: Ticks, decimals: int) -> list[str]:
-    """Return the data of paths of one loop of S cubics each, with control points ``ticks`` [N, 3 S, 2].
+def format_curves(ticks: Ticks, first: NDArray[np.int64], decimals: int) -> list[str]:
+    """Return the data of paths of one loop of cubics each.
 
     Cubics of no length are left out.
+
+    Args:
+        ticks: control points [R, 3, 2] of the cubics of all paths.
+        first: first row of each path [N + 1]; the last entry is R.
+        decimals: of the numbers.
     """
-    anchor = ticks[:, ::3]
-    control = np.stack([ticks[:, 1::3], ticks[:, 2::3], np.roll(anchor, -1, axis=1)], axis=2)
-    relative = (control - anchor[:, :, None]).reshape(len(ticks), anchor.shape[1], 6)
-    drawn = (relative != 0).any(axis=2)
+    anchor, start = ticks[:, 0], first[:-1]
+    following = np.roll(anchor, -1, axis=0)
+    following[first[1:] - 1] = anchor[start]
+    relative = (np.stack([ticks[:, 1], ticks[:, 2], following], axis=1) - anchor[:, None]).reshape(-1, 6)
+    drawn = (relative != 0).any(axis=1)
+    counts = np.add.reduceat(drawn, start, dtype=np.int64)
     # A path that is a single point keeps one cubic, because "c" needs arguments.
-    drawn[:, 0] |= ~drawn.any(axis=1)
-    heads = _number_lists(ticks[:, 0].ravel(), np.full(len(ticks), 2), decimals)
-    tails = _number_lists(relative[drawn].ravel(), 6 * drawn.sum(axis=1), decimals)
+    drawn[start[counts == 0]] = True
+    heads = _number_lists(anchor[start].ravel(), np.full(len(start), 2), decimals)
+    tails = _number_lists(relative[drawn].ravel(), 6 * np.maximum(counts, 1), decimals)
     return [f"M{head}c{tail}z" for head, tail in zip(heads, tails, strict=True)]
 
 

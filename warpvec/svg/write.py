@@ -59,10 +59,10 @@ def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIM
     changes nothing more. Device and dtype are kept, derivatives are not.
 
     Raises:
-        ValueError: the paths are not cubic, a value is not finite, or a coordinate is 2**53 units of the last decimal
-            or more.
+        ValueError: the paths are not cubic, a value is not finite (except for the ends of a gradient, which then
+            shows its end colour), or a coordinate is 2**53 units of the last decimal or more.
     """
-    scene = scene.detach()
+    scene = _with_needed_gradients(scene.detach())
     _check_cubic(scene)
     _check_finite(scene, precision)
     quantized = replace(
@@ -126,6 +126,12 @@ def _check_finite(scene: Scene, precision: int) -> None:
             raise ValueError(f"{name} of a scene must be finite to be written; check what made it")
     if len(scene) and scene.segments.abs().max().double() * 10**precision >= MAX_TICKS:
         raise ValueError(f"points must be within 2**53 steps of 1e-{precision} of the origin to be written")
+    if scene.gradients is None:
+        return
+    if not torch.isfinite(scene.gradients.end_color).all():
+        raise ValueError("end colours of gradients must be finite to be written; check what made them")
+    if scene.gradients.geometry.abs().max().double() * 10**GRADIENT_DECIMALS >= MAX_TICKS:
+        raise ValueError(f"ends of gradients must be within 2**53 steps of 1e-{GRADIENT_DECIMALS} to be written")
 
 
 def _ticks(values: Tensor, per_unit: int) -> Tensor:
@@ -220,10 +226,17 @@ def _path_elements(scene: Scene, precision: int, opacity_decimals: int, fills: l
 
 
 def _path_data(scene: Scene, precision: int) -> list[str]:
+    """Return the ``d`` of each path.
+
+    The choice between the two forms depends only on what a reader of the file finds as well, so that a file that is
+    read and written again has the same bytes: not on rows of no length, which are left out.
+    """
     ticks, structure = _ticks(scene.segments, 10**precision).numpy(), scene.structure
-    if structure.uniform_count is not None:
-        return format_curves(ticks.reshape(len(scene), 3 * structure.uniform_count, 2), precision)
     is_line = np.zeros(len(ticks), np.bool_) if structure.is_line is None else structure.is_line.numpy()
+    ends = ticks[structure.segment_next.numpy(), 0]
+    has_lines = bool((is_line & (ends != ticks[:, 0]).any(1)).any())
+    if structure.loop_count == len(scene) and not has_lines:
+        return format_curves(ticks, structure.loop_first_segment.numpy().astype(np.int64), precision)
     rows, loops = structure.loop_first_segment.tolist(), structure.path_first_loop.tolist()
     parts = [(ticks[start:stop], is_line[start:stop]) for start, stop in pairwise(rows)]
     return [format_path(parts[start:stop], precision) for start, stop in pairwise(loops)]
