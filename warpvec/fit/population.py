@@ -15,6 +15,7 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.adan import check_averages
 from warpvec.fit.gradients import GradientParameters
+from warpvec.fit.node_state import carried_averages
 from warpvec.fit.palette import Palette, drawn_colors
 from warpvec.fit.state import State
 from warpvec.fit.state_form import (
@@ -31,6 +32,7 @@ from warpvec.fit.state_form import (
     row_count,
     wholes,
 )
+from warpvec.geometry import nodes
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.gradients import RADIAL, Gradients
 from warpvec.geometry.scene import Scene, straightened
@@ -336,6 +338,35 @@ class Population:
         if self._gradients is not None:
             self._gradients.append(added.gradients or Gradients.flat(added.color))
         self._set_live(self.live.joined(added))
+
+    def split(self, rows: Tensor, t: Tensor | float = 0.5) -> None:
+        """Divide the segments ``rows`` [K] at ``t``, as `warpvec.geometry.nodes.split` does."""
+        self._edit_nodes(nodes.split(self.scene, rows, t))
+
+    def merge(self, rows: Tensor) -> tuple[Tensor, Tensor]:
+        """Drop the anchors at the start of ``rows`` [K], as `warpvec.geometry.nodes.merge` does.
+
+        Return how far apart the outlines are [K], and the area between them [K].
+        """
+        return self._edit_nodes(nodes.merge(self.scene, rows))
+
+    def to_line(self, rows: Tensor) -> tuple[Tensor, Tensor]:
+        """Make the segments ``rows`` [K] straight lines; return distances and areas as `merge` does."""
+        return self._edit_nodes(nodes.to_line(self.scene, rows))
+
+    def to_curve(self, rows: Tensor) -> None:
+        """Give the segments ``rows`` [K] handles that are free to move."""
+        self._edit_nodes(nodes.to_curve(self.scene, rows))
+
+    def _edit_nodes(self, edit: nodes.Edit) -> tuple[Tensor, Tensor]:
+        """Take the segments of ``edit``. Their state follows from that of the segments that they come from."""
+        state, age = carried_averages(self._rows[0][1:], self._segment_age, edit)
+        fresh = (edit.scene.segments / self._half_side).flatten(1)
+        raw = torch.where(edit.is_fresh[:, None], fresh, self._rows[0][0, edit.source[:, 0]])
+        self._rows = (torch.cat([raw[None], state]), *self._rows[1:])
+        self._segment_age = age
+        self._set_live(replace(self.live, segments=edit.scene.segments, structure=edit.scene.structure))
+        return edit.distance, edit.area
 
     def _set_live(self, scene: Scene) -> None:
         """Make ``scene``, which shares no memory, the live one, and prepare the step's arguments for its memory."""

@@ -1,0 +1,274 @@
+"""Add and remove the anchors of a scene of cubics, and turn segments into lines and back.
+
+Every operation changes many rows at once and leaves all others as they are, to the bit. An `Edit` also tells an
+optimizer how the gradients of the new points follow from those of the old ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import torch
+from torch import Tensor
+
+from warpvec.errors import InputError
+from warpvec.geometry.closest_cubic import closest_cubic, compared, thirds
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
+
+
+@dataclass(frozen=True)
+class Edit:
+    """A scene with other segments: R' rows instead of R.
+
+    Attributes:
+        scene: the new scene, outside autograd.
+        source: the two old rows that each new row comes from [R', 2] (int64). All rows but merged ones come from one,
+            which is then stated twice.
+        is_fresh: the new rows that differ from their first source [R'] (bool).
+        weights: share of each old point's gradient in that of each new point [R', 2, 3, 3], none negative: the entry
+            [r, k, j, i] is for point j of row r and point i of row source[r, k].
+        distance: how far apart the old and the new outline are at most at each given row [K], in pixels.
+        area: area between the two outlines at each given row [K], in square pixels.
+    """
+
+    scene: Scene
+    source: Tensor
+    is_fresh: Tensor
+    weights: Tensor
+    distance: Tensor
+    area: Tensor
+
+
+@torch.no_grad()
+def split(scene: Scene, rows: Tensor, t: Tensor | float = 0.5) -> Edit:
+    """Divide segments by new anchors, by de Casteljau's construction. The outline stays the same.
+
+    Args:
+        scene: a scene of cubics.
+        rows: rows to divide [K]; a row that occurs several times gets as many anchors.
+        t: parameters of the anchors [K] inside (0, 1), or one for all.
+
+    Raises:
+        InputError: a row does not exist, a parameter is outside (0, 1), or two of a row are equal.
+    """
+    rows, count = _checked_rows(scene, rows), scene.structure.segment_count
+    t = torch.as_tensor(t, dtype=torch.float64, device=rows.device).expand(len(rows))
+    if not bool(((t > 0.0) & (t < 1.0)).all()):
+        raise InputError("t", "must be between 0 and 1, both excluded", str(t.tolist()), "leave the ends out")
+    order = t.argsort(stable=True)
+    order = order[rows[order].argsort(stable=True)]
+    cut, t = rows[order], t[order]
+    if bool(((cut[1:] == cut[:-1]) & (t[1:] == t[:-1])).any()):
+        raise InputError("t", "must differ where a row is divided several times", str(t.tolist()), "give each once")
+    piece_counts = 1 + cut.bincount(minlength=count)
+    source = torch.arange(count, device=rows.device).repeat_interleave(piece_counts)
+    added = cut + torch.arange(1, len(cut) + 1, device=rows.device)
+    start, stop = torch.zeros_like(source, dtype=torch.float64), torch.ones_like(source, dtype=torch.float64)
+    start[added], stop[added - 1] = t, t
+    structure = _restructured(scene.structure, piece_counts, source)
+    is_fresh = (piece_counts > 1)[source]
+    segments = _pieces(_control(scene, source), start, stop).to(scene.segments.dtype)
+    new = _changed(scene, source, is_fresh, segments, structure)
+    weights = torch.where(is_fresh[:, None, None], _split_weights(start, stop, _lines(structure)), _identity(source))
+    nothing = torch.zeros(len(rows), dtype=torch.float64, device=rows.device)
+    return Edit(new, _twice(source), is_fresh, _first_of_two(weights), nothing, nothing.clone())
+
+
+@torch.no_grad()
+def merge(scene: Scene, rows: Tensor) -> Edit:
+    """Drop the anchors at the start of ``rows`` [K]: each becomes one segment with the row before it in its loop.
+
+    The new handles are those of least squares, as in `warpvec.geometry.closest_cubic.closest_cubic`. Two lines become a
+    line, unless it would be alone in its loop.
+
+    Raises:
+        InputError: a row does not exist, occurs twice, is alone in its loop, or follows another one of ``rows``.
+    """
+    rows, structure = _checked_rows(scene, rows), scene.structure
+    kept = torch.ones(structure.segment_count, dtype=torch.bool, device=rows.device)
+    kept[rows] = False
+    before = structure.segment_previous.long()[rows]
+    _check_once(rows)
+    if not bool(kept[before].all()):
+        problem = "must not follow each other, nor be alone in their loop"
+        raise InputError("rows", problem, _listed(rows[~kept[before]]), "merge every other row, then the rest")
+    source = kept.nonzero().flatten()
+    place = kept.cumsum(0)[before] - 1
+    others = source.clone()
+    others[place] = rows
+    new_structure = _restructured(structure, kept.long(), source)
+    first, second = _control(scene, before), _control(scene, rows)
+    is_line = _merged_lines(new_structure, structure, place, before, rows)
+    found = closest_cubic(first, second, is_line)
+    is_fresh, segments = torch.zeros_like(source, dtype=torch.bool), scene.segments[source].detach()
+    is_fresh[place] = True
+    segments[place, 1:] = found.handles.to(segments.dtype)
+    if new_structure.is_line is not None:
+        new_structure.is_line[place] = is_line
+    new = _changed(scene, source, is_fresh, segments, new_structure)
+    weights = _first_of_two(_identity(source))
+    weights[place] = _merge_weights(found.share)
+    return Edit(new, torch.stack([source, others], 1), is_fresh, weights, found.distance, found.area)
+
+
+@torch.no_grad()
+def to_line(scene: Scene, rows: Tensor) -> Edit:
+    """Make the segments ``rows`` [K] straight lines.
+
+    Raises:
+        InputError: a row does not exist, occurs twice, or is alone in its loop.
+    """
+    rows, structure = _checked_rows(scene, rows), scene.structure
+    alone = structure.segment_next.long()[rows] == rows
+    if bool(alone.any()):
+        raise InputError("rows", "must not be alone in their loop", _listed(rows[alone]), "leave them curves")
+    curves, segments = _control(scene, rows), scene.segments.detach().clone()
+    segments[rows, 1:] = thirds(curves[:, 0], curves[:, 3]).to(segments.dtype)
+    third = torch.eye(3, dtype=torch.float64, device=rows.device)
+    third[0] = third.new_tensor([1.0, 2.0 / 3.0, 1.0 / 3.0])  # the handles follow the anchors
+    third[1:] = 0.0
+    return _reformed(scene, rows, segments, True, third)
+
+
+@torch.no_grad()
+def to_curve(scene: Scene, rows: Tensor) -> Edit:
+    """Give the segments ``rows`` [K] handles that are free to move. The outline stays the same.
+
+    Raises:
+        InputError: a row does not exist, or occurs twice.
+    """
+    rows = _checked_rows(scene, rows)
+    # A quarter of a line's gradient is at each of the four points of a cubic, if it is the same all along.
+    quarter = torch.eye(3, dtype=torch.float64, device=rows.device)
+    quarter[0, 0], quarter[1:, 0] = 0.75, 0.25
+    return _reformed(scene, rows, scene.segments.detach().clone(), False, quarter)
+
+
+def _reformed(scene: Scene, rows: Tensor, segments: Tensor, is_line: bool, changed: Tensor) -> Edit:
+    """Return the scene with other ``segments``, whose ``rows`` are lines or not, and gradients ``changed`` [3, 3]."""
+    _check_once(rows)
+    lines = _lines(scene.structure).clone()
+    is_fresh = torch.zeros_like(lines)
+    is_fresh[rows] = lines[rows] != is_line
+    lines[rows] = is_line
+    old = scene.structure
+    mask = lines if bool(lines.any()) else None
+    structure = Structure(old.loop_first_segment, old.path_first_loop, mask, None if is_line else old.uniform_count)
+    source = torch.arange(len(lines), device=rows.device)
+    new = _changed(scene, source, is_fresh, segments, structure)
+    weights = torch.where(is_fresh[:, None, None], changed, _identity(source))
+    distance, area = compared(_control(scene, rows), _control(new, rows))
+    return Edit(new, _twice(source), is_fresh, _first_of_two(weights), distance, area)
+
+
+def _checked_rows(scene: Scene, rows: Tensor) -> Tensor:
+    """Return ``rows`` in int64, if all exist in the scene of cubics."""
+    if scene.degree != 3:
+        raise InputError("scene", "must be of cubics", f"degree {scene.degree}", "convert it by to_cubics")
+    rows, count = rows.to(scene.segments.device, torch.int64), scene.structure.segment_count
+    if rows.dim() != 1 or not bool(((rows >= 0) & (rows < count)).all()):
+        raise InputError("rows", f"must be a list of numbers from 0 to {count - 1}", str(rows.tolist()), "leave it out")
+    return rows
+
+
+def _check_once(rows: Tensor) -> None:
+    distinct = len(set(rows.tolist()))
+    if distinct != len(rows):
+        raise InputError("rows", "must occur once", _listed(rows), "leave the others out")
+
+
+def _listed(rows: Tensor) -> str:
+    return ", ".join(map(str, rows[:5].tolist())) + (", ..." if len(rows) > 5 else "")
+
+
+def _lines(structure: Structure) -> Tensor:
+    """Return which rows are lines [R]."""
+    if structure.is_line is not None:
+        return structure.is_line
+    return torch.zeros(structure.segment_count, dtype=torch.bool, device=structure.loop_first_segment.device)
+
+
+def _control(scene: Scene, rows: Tensor) -> Tensor:
+    """Return the four control points [K, 4, 2] of ``rows`` (float64)."""
+    following = scene.structure.segment_next.long()[rows]
+    return torch.cat([scene.segments[rows], scene.segments[following, :1]], 1).double().detach()
+
+
+def _restructured(structure: Structure, counts: Tensor, source: Tensor) -> Structure:
+    """Return the structure in which old row r has become ``counts[r]`` rows, all of them like their ``source``."""
+    ends = torch.nn.functional.pad(counts.cumsum(0), (1, 0)).int()
+    is_line = None if structure.is_line is None else structure.is_line[source]
+    return Structure(ends[structure.loop_first_segment.long()], structure.path_first_loop, is_line)
+
+
+def _changed(scene: Scene, source: Tensor, is_fresh: Tensor, segments: Tensor, structure: Structure) -> Scene:
+    """Return the scene with ``segments`` in the fresh rows, and lines that are straight to the last bit."""
+    straight = thirds(segments[:, 0], segments[structure.segment_next.long(), 0])
+    lines = torch.cat([segments[:, :1], straight], 1)
+    segments = torch.where((is_fresh & _lines(structure))[:, None, None], lines, segments)
+    kept = torch.where(is_fresh[:, None, None], segments, scene.segments[source].detach())
+    return replace(scene.detach(), segments=kept, structure=structure)
+
+
+def _pieces(control: Tensor, start: Tensor, stop: Tensor) -> Tensor:
+    """Return anchor and handles [K, 3, 2] of the piece of each cubic [K, 4, 2] from ``start`` to ``stop`` [K]."""
+    u, v = start[:, None, None], stop[:, None, None]
+    at_start, both = _reduced(_reduced(control, u), u), _reduced(_reduced(control, u), v)
+    anchor, leaving = _reduced(at_start, u), _reduced(at_start, v)
+    return torch.cat([anchor, leaving, _reduced(both, v)], 1)
+
+
+def _reduced(points: Tensor, t: Tensor) -> Tensor:
+    """Take a step of de Casteljau's construction; it is exact at 0 and 1."""
+    return (1.0 - t) * points[:, :-1] + t * points[:, 1:]
+
+
+def _split_weights(start: Tensor, stop: Tensor, is_line: Tensor) -> Tensor:
+    """Return the weights [R', 3, 3] of the row's own points in the gradients of its piece.
+
+    The gradient of a point sums that of the outline near it, so a piece gets its share of it. Along a curve the two
+    handles tell the gradient of the outline, along a line the anchor does. Half of an anchor's gradient is from the
+    segment before, which stays.
+    """
+    share = stop - start
+    before = torch.nn.functional.pad(share[:-1], (1, 0))
+    weights = torch.zeros(len(share), 3, 3, dtype=torch.float64, device=share.device)
+    is_first, near = start == 0.0, share + before
+    weights[:, 0, 0] = torch.where(is_first, 0.5 + 0.5 * share, torch.where(is_line, 0.5 * near, 0.0))
+    weights[:, 0, 1] = torch.where(is_first | is_line, 0.0, near * (1.0 - start))
+    weights[:, 0, 2] = torch.where(is_first | is_line, 0.0, near * start)
+    for j, place in enumerate((start, stop), 1):
+        weights[:, j, 1], weights[:, j, 2] = share * (1.0 - place), share * place
+    return weights
+
+
+def _merge_weights(t: Tensor) -> Tensor:
+    """Return the weights [K, 2, 3, 3] of two segments' points in the gradients of the one that replaces them.
+
+    It passes the anchor between them at ``t`` [K]. The weights are the derivatives of the points that de Casteljau's
+    construction makes of the one segment.
+    """
+    s, zero, one = 1.0 - t, torch.zeros_like(t), torch.ones_like(t)
+    first = [[one, s, s * s], [zero, t, 2 * s * t], [zero, zero, t * t]]
+    second = [[s**3, zero, zero], [3 * s * s * t, s * s, zero], [3 * s * t * t, 2 * s * t, s]]
+    return torch.stack([torch.stack([torch.stack(row, -1) for row in part], -2) for part in (first, second)], 1)
+
+
+def _merged_lines(structure: Structure, old: Structure, place: Tensor, before: Tensor, rows: Tensor) -> Tensor:
+    """Return which of the merged segments [K] are lines."""
+    lines = _lines(old)
+    return lines[before] & lines[rows] & (structure.segment_next.long()[place] != place)
+
+
+def _identity(source: Tensor) -> Tensor:
+    return torch.eye(3, dtype=torch.float64, device=source.device).expand(len(source), 3, 3)
+
+
+def _twice(source: Tensor) -> Tensor:
+    return torch.stack([source, source], 1)
+
+
+def _first_of_two(weights: Tensor) -> Tensor:
+    """Return weights [R', 2, 3, 3] that take all from the first source."""
+    return torch.stack([weights, torch.zeros_like(weights)], 1)
