@@ -64,8 +64,9 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         """Return t before it is clamped; 1 for a degenerate gradient."""
         if slope[2] > zero:
             return mul(root(fma(qy, qy, spread(qx * qx))), spread(slope[2]))
-        start = wp.where(slope[0] == zero and slope[1] == zero, one, qx * slope[0])
-        return fma(qy, spread(slope[1]), spread(start))
+        if slope[0] == zero and slope[1] == zero:
+            return spread(one)
+        return fma(qy, spread(slope[1]), spread(qx * slope[0]))
 
     @wp.func
     def share(free: vector):
@@ -83,7 +84,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         """Return 1 / |q| of a radial gradient, 0 at its centre; 1 for a linear one."""
         if slope[2] > zero:
             length = root(fma(qy, qy, spread(qx * qx)))
-            return where_less(spread(zero), length, quotient(spread(one), maximum(length, spread(smallest))), length)
+            return where_less(spread(zero), length, quotient(spread(one), length), length)
         return spread(one)
 
     @wp.func

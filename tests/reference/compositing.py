@@ -10,7 +10,7 @@ def composite(coverage: Tensor, color: Tensor, opacity: Tensor, background: Tens
 
     Args:
         coverage: area of each path in each pixel [N, h, w], in [0, 1].
-        color: fill [N, 3].
+        color: fill [N, 3], or in each pixel [N, h, w, 3].
         opacity: fill opacity [N].
         background: background colour [3].
     """
