@@ -56,7 +56,7 @@ def painted_scene(
 
 
 def reference_image(scene: Scene, renderer: ExactRenderer, rows: list[int] | None = None) -> Tensor:
-    """Return the reference's image of a scene, or of its paths ``rows``, with the chords that ``renderer`` drew last."""
+    """Return the reference's image of a scene, or of its paths ``rows``, with the chords of the last drawing."""
     first = torch.from_numpy(renderer._flattening.segment_first_vertex.numpy()[: len(scene.segments) + 1].copy())
     counts = [[loop.tolist() for loop in path] for path in split_into_loops(first.diff(), scene.structure)]
     loops = [[loop.flatten(0, 1) for loop in path] for path in split_into_loops(scene.segments, scene.structure)]
