@@ -39,3 +39,16 @@ def test_active_and_linked_content_is_removed_and_omissions_are_named() -> None:
         '<left-out name="text"/><left-out name="foreignObject"/><left-out name="use"/>'
         '<metadata>{"a": 1}</metadata><path></path></svg>'
     )
+
+
+def test_gradients_keep_their_geometry_and_the_name_of_their_template() -> None:
+    gradients = (
+        '<linearGradient id="a" x1="0" gradientUnits="userSpaceOnUse" gradientTransform="rotate(9)" spreadMethod="pad">'
+        '<stop offset=".5" stop-color="red" stop-opacity=".5"/></linearGradient>'
+    )
+    linked = '<radialGradient id="b" fx="1" fy="2" x:href="{}"/>'
+    svg = f'<svg {NS} xmlns:x="http://www.w3.org/1999/xlink" width="9" height="9">{gradients}{linked}</svg>'
+    clean = sanitize(svg.format(" #a"))[1]
+    assert gradients.replace("/></l", "></stop></l") in clean
+    assert '<radialGradient id="b" fx="1" fy="2" template="#a">' in clean and "href" not in clean
+    assert "template" not in sanitize(svg.format("javascript:a()"))[1]

@@ -54,16 +54,6 @@ def test_another_programs_file_is_shown_edited_and_saved(open_page) -> None:
     assert file_facts(viewer.saved())["paths"] == 0
 
 
-def test_a_gradient_is_shown_as_its_middle_colour(open_page) -> None:
-    viewer = open_page(
-        f'<svg {NS} width="40" height="20"><linearGradient id="fade"><stop stop-color="#fff"/>'
-        '<stop offset=".5" style="stop-color:#e63"/><stop offset="1"/></linearGradient>'
-        '<rect width="40" height="20" fill="url(#fade)"/></svg>'
-    )
-    assert viewer.color(20, 10) == (0xEE, 0x66, 0x33)
-    assert "gradients" in viewer.text("message")
-
-
 @pytest.mark.parametrize("empty", ["", '<text>only text</text><path d="nonsense" fill="url(#no)"/>'])
 def test_a_file_without_paths_opens_and_takes_a_stroke(open_page, empty: str) -> None:
     viewer = open_page(f'<svg {NS} width="60" height="40">{empty}</svg>')

@@ -9,8 +9,9 @@ from warpvec.svg.document import SVG_NAMESPACE, Document, SvgSource, local_name,
 INKSCAPE_NAMESPACE = "http://www.inkscape.org/namespaces/inkscape"
 
 _SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
-_CONTAINERS = frozenset({"svg", "g", "a", "switch", "defs", "linearGradient", "radialGradient", "stop"})
-_KEPT = _SHAPES | _CONTAINERS
+_CONTAINERS = frozenset({"svg", "g", "a", "switch", "defs", "stop"})
+_GRADIENTS = frozenset({"linearGradient", "radialGradient"})
+_KEPT = _SHAPES | _CONTAINERS | _GRADIENTS
 _TEXTS = {"title": "title", "metadata": "metadata", "style": "css"}
 # These draw nothing by themselves, so they are left out without a note.
 _SILENT = frozenset(
@@ -20,11 +21,13 @@ _SILENT = frozenset(
 _GEOMETRY = "d points x y width height viewBox rx ry cx cy r x1 y1 x2 y2 transform"
 _STYLE = (
     "fill fill-opacity fill-rule stroke stroke-width stroke-opacity stroke-dasharray opacity display visibility"
-    " clip-path mask filter stop-color"
+    " clip-path mask filter stop-color stop-opacity"
 )
+_REFERENCES = ("href", "{http://www.w3.org/1999/xlink}href")
+_GRADIENT = "gradientUnits gradientTransform spreadMethod offset fx fy"
 # A browser applies "style" even in a document that it only parses, and reports an error where a policy forbids it.
 _RENAMED = {f"{{{INKSCAPE_NAMESPACE}}}label": "label", "style": "css"}
-_ATTRIBUTES = {name: name for name in f"id class {_GEOMETRY} {_STYLE}".split()} | _RENAMED
+_ATTRIBUTES = {name: name for name in f"id class {_GEOMETRY} {_STYLE} {_GRADIENT}".split()} | _RENAMED
 
 
 def sanitize(svg: SvgSource) -> tuple[Document, str]:
@@ -32,7 +35,7 @@ def sanitize(svg: SvgSource) -> tuple[Document, str]:
 
     The text has no event handlers, scripts, references or entities. An element that is left out although it draws
     something becomes ``<left-out name="..."/>``. Style sheets and style attributes are named ``css``, Inkscape's labels
-    ``label``.
+    ``label``, and the gradient of the same file that a gradient takes its stops from ``template``.
 
     Raises:
         InputError: ``svg`` is not an SVG, or is refused as unsafe.
@@ -62,7 +65,7 @@ class _Sanitizer:
             self._skipped_depth += 1
             return
         declared = "" if self._open else f' xmlns="{SVG_NAMESPACE}"'
-        self.parts.append(f"<{written}{declared}{_known_attributes(attributes)}>")
+        self.parts.append(f"<{written}{declared}{_known_attributes(written, attributes)}>")
         self._open.append(written)
 
     def data(self, text: str) -> None:
@@ -76,7 +79,10 @@ class _Sanitizer:
             self.parts.append(f"</{self._open.pop()}>")
 
 
-def _known_attributes(attributes: dict[str, str]) -> str:
+def _known_attributes(element: str, attributes: dict[str, str]) -> str:
     """Return the text of the known attributes. All but Inkscape's label have no namespace."""
     known = {_ATTRIBUTES[name]: value for name, value in attributes.items() if name in _ATTRIBUTES}
+    reference = next((attributes[name].strip() for name in _REFERENCES if name in attributes), "")
+    if element in _GRADIENTS and reference.startswith("#"):
+        known["template"] = reference
     return "".join(f" {name}={quoteattr(value)}" for name, value in known.items())

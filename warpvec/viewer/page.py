@@ -38,8 +38,8 @@ HISTORY_KEYS = ("iteration", "curves", "psnr", "seconds")
 
 # In the order in which they are joined. Whatever is used while the page starts must be defined before its use.
 _SCRIPTS = (
-    "paths", "pen", "basics", "read", "save", "raster", "measure", "history", "edit", "brush", "gesture", "stage",
-    "tools", "app", "charts", "levels", "panel", "keys", "main",
+    "paths", "pen", "basics", "gradients", "read", "save", "raster", "measure", "history", "edit", "brush", "gesture",
+    "stage", "tools", "app", "charts", "levels", "panel", "keys", "main",
 )  # fmt: skip
 
 

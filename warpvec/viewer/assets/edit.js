@@ -79,12 +79,12 @@ class Editor {
 function transformed(item, matrix) {
   const scale = Math.sqrt(Math.abs(matrix[0] * matrix[3] - matrix[1] * matrix[2]));
   const stroke = item.stroke && { ...item.stroke, width: item.stroke.width * scale };
-  return { shape: transformShape(item.shape, matrix), stroke };
+  return { shape: transformShape(item.shape, matrix), fill: transformFill(item.fill, matrix), stroke };
 }
 
-function painted(item, { fill, opacity }) {
-  const paint = { opacity: opacity ?? item.opacity, fill: item.fill, stroke: item.stroke };
-  if (fill && item.fill) paint.fill = fill;
+/** Returns the paint of an item after a change; `fill` is for the first colour of a gradient, `endFill` for its last. */
+function painted(item, { fill, endFill, opacity }) {
+  const paint = { opacity: opacity ?? item.opacity, fill: recolored(item.fill, fill, endFill), stroke: item.stroke };
   if (fill && item.stroke && !item.fill) paint.stroke = { ...item.stroke, color: fill };
   return paint;
 }

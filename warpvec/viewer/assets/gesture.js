@@ -23,7 +23,7 @@ class Gesture {
     this.app.stage.request();
   }
 
-  /** Changes the {fill} or {opacity} of the selection. */
+  /** Changes the {fill}, {endFill} or {opacity} of the selection. */
   paint(change) {
     for (const item of this.before.items.keys()) Object.assign(item, painted(item, change));
     this.repainted = true;

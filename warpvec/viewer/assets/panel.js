@@ -60,7 +60,7 @@ class Panel {
     const { app } = this;
     const follow = (id, label, read) => {
       onInput(id, (value) => {
-        Object.assign(app.brush, read(value));
+        if (id !== "end") Object.assign(app.brush, read(value));
         app.begin(label);
         app.gesture?.paint(read(value));
         this.request();
@@ -68,6 +68,7 @@ class Panel {
       find(id).addEventListener("change", () => app.end());
     };
     follow("fill", "Recolour", (fill) => ({ fill }));
+    follow("end", "Recolour", (endFill) => ({ endFill }));
     follow("opacity", "Opacity", (value) => ({ opacity: Number(value) }));
     onInput("width", (value) => {
       app.brush.width = Number(value);
@@ -133,11 +134,16 @@ class Panel {
     const { app } = this;
     const count = app.selection.size;
     const [first] = app.selection;
-    const paint = first ? { fill: first.fill ?? first.stroke.color, opacity: first.opacity } : app.brush;
+    const { fill, opacity } = first ? { fill: first.fill ?? first.stroke.color, opacity: first.opacity } : app.brush;
+    const gradient = [...app.selection].find((item) => isGradient(item.fill));
     const text = count ? `${count.toLocaleString("en")} of ${app.pathCount.toLocaleString("en")} paths selected` : "Nothing selected";
     find("selected").textContent = count === 1 ? `${text}: ${first.layer.name}` : text;
-    setValue("fill", paint.fill, paint.fill);
-    setValue("opacity", paint.opacity, paint.opacity.toFixed(2));
+    const [start] = endColors(fill);
+    const [, end] = endColors(gradient?.fill ?? start);
+    setValue("fill", start, start);
+    setValue("end", end, end);
+    find("end-field").hidden = !gradient;
+    setValue("opacity", opacity, opacity.toFixed(2));
     setValue("width", app.brush.width, `${app.brush.width} px`);
     find("brush-level").selectedIndex = app.drawing.layers.indexOf(app.brush.layer);
     find("filter").selectedIndex = app.drawing.layers.indexOf(app.filter) + 1;

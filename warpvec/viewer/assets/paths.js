@@ -1,7 +1,8 @@
 /* Path data: reads that of any SVG as cubics, and writes cubics in the short form of warpvec.
  *
  * A shape is {subpaths, d, box, path2d} and is never changed, so that undo can keep it. A subpath is
- * {points, closed}; points are 2 * (3 * segments + 1) numbers: x, y of anchor, handle, handle, anchor, ... */
+ * {points, closed, kinds}; points are 2 * (3 * segments + 1) numbers: x, y of anchor, handle, handle, anchor, ... A kind
+ * for each segment says how to write it: "l" a line, "s" a cubic whose handle mirrors the one before, else "c". */
 
 const NUMBER = "[-+]?(?:\\d+\\.?\\d*|\\.\\d+)(?:[eE][-+]?\\d+)?";
 const NUMBERS = new RegExp(NUMBER, "g");
@@ -11,12 +12,11 @@ const ARC = new RegExp([NUMBER, NUMBER, NUMBER, "[01]", "[01]", NUMBER, NUMBER].
 const COMMAND = /([MLHVCSQTAZ])([^MLHVCSQTAZ]*)/gi;
 const ARGUMENTS = { M: 2, L: 2, H: 1, V: 1, C: 6, S: 4, Q: 4, T: 2, A: 7 };
 
-/** Returns the shape of path data, transformed by `matrix` [a, b, c, d, e, f]. */
-function parseShape(d, matrix = null) {
+/** Returns the shape of path data. */
+function parseShape(d) {
   const pen = new Pen();
   for (const [, letter, text] of d.matchAll(COMMAND)) pen.command(letter, text);
-  const shape = makeShape(pen.finished(), d);
-  return matrix ? transformShape(shape, matrix) : shape;
+  return makeShape(pen.finished(), d);
 }
 
 /** Returns a shape of `subpaths`; `d` is its original text, null if it has to be written anew. */
@@ -25,13 +25,13 @@ function makeShape(subpaths, d = null) {
 }
 
 function transformShape(shape, [a, b, c, d, e, f]) {
-  const moved = shape.subpaths.map(({ points, closed }) => {
+  const moved = shape.subpaths.map(({ points, ...rest }) => {
     const result = new Float64Array(points.length);
     for (let i = 0; i < points.length; i += 2) {
       result[i] = a * points[i] + c * points[i + 1] + e;
       result[i + 1] = b * points[i] + d * points[i + 1] + f;
     }
-    return { points: result, closed };
+    return { points: result, ...rest };
   });
   return makeShape(moved);
 }
@@ -49,24 +49,60 @@ function path2dOf(shape) {
   return path;
 }
 
-/** Returns path data with `decimals`: an absolute start and one run of relative cubics for each subpath. */
+/** Returns path data with `decimals`, as warpvec/svg/path_data.py writes it: only the first start is absolute. */
 function writeShape(shape, decimals) {
-  return shape.d ?? shape.subpaths.map((subpath) => writeSubpath(subpath, 10 ** decimals)).join("");
+  if (shape.d !== null) return shape.d;
+  const perUnit = 10 ** decimals;
+  let at = null;
+  let text = "";
+  for (const subpath of shape.subpaths) {
+    const { points, closed } = subpath;
+    const start = [toTicks(points[0], perUnit), toTicks(points[1], perUnit)];
+    const move = at ? [start[0] - at[0], start[1] - at[1]] : start;
+    text += (at ? "m" : "M") + numberList(move, perUnit) + writeSegments(subpath, perUnit) + (closed ? "z" : "");
+    at = closed ? start : [...points.slice(-2)].map((value) => toTicks(value, perUnit));
+  }
+  return text;
 }
 
-/** Writes differences of rounded anchors, so that a reader's sum is exact; moving a path keeps its handles' offsets. */
-function writeSubpath({ points: p, closed }, perUnit) {
-  const ticks = (value) => Math.round(value * perUnit) + 0;
+function toTicks(value, perUnit) {
+  return Math.round(value * perUnit) + 0;
+}
+
+function writeSegments(subpath, perUnit) {
+  const segments = relativeSegments(subpath, perUnit).filter(({ ticks }) => ticks.some((value) => value !== 0));
+  if (subpath.closed && segments.at(-1)?.kind === "l") segments.pop(); // "z" draws it
+  if (!segments.length) return subpath.kinds?.[0] === "l" ? "" : "c0 0 0 0 0 0";
+  let text = "";
+  let last = "";
+  let mirrored = [0, 0];
+  for (const { kind, ticks } of segments) {
+    const isSmooth = kind === "s" && ticks[0] === mirrored[0] && ticks[1] === mirrored[1];
+    const [letter, values] = kind === "l" ? writeLine(ticks) : isSmooth ? ["s", ticks.slice(2)] : ["c", ticks];
+    const words = numberList(values, perUnit);
+    text += letter === last ? (words[0] === "-" ? words : ` ${words}`) : letter + words;
+    last = letter;
+    mirrored = kind === "l" ? [0, 0] : [ticks[4] - ticks[2], ticks[5] - ticks[3]];
+  }
+  return text;
+}
+
+function writeLine([x, y]) {
+  return y === 0 ? ["h", [x]] : x === 0 ? ["v", [y]] : ["l", [x, y]];
+}
+
+/** Returns kind and ticks of each segment relative to its anchor: differences of rounded anchors, so that a reader's sum
+ * is exact, and rounded offsets of handles, so that moving a path keeps them. */
+function relativeSegments({ points: p, kinds = [] }, perUnit) {
   const segments = [];
   for (let i = 0; i + 7 < p.length; i += 6) {
     const [x, y] = [p[i], p[i + 1]];
-    const end = [ticks(p[i + 6]) - ticks(x), ticks(p[i + 7]) - ticks(y)];
-    const segment = [p[i + 2] - x, p[i + 3] - y, p[i + 4] - x, p[i + 5] - y].map(ticks).concat(end);
-    if (segment.some((value) => value !== 0)) segments.push(...segment);
+    const end = [p[i + 6], p[i + 7]].map((value, axis) => toTicks(value, perUnit) - toTicks(p[i + axis], perUnit));
+    const handles = [p[i + 2] - x, p[i + 3] - y, p[i + 4] - x, p[i + 5] - y].map((value) => toTicks(value, perUnit));
+    const kind = kinds[i / 6] ?? "c";
+    segments.push({ kind, ticks: kind === "l" ? end : [...handles, ...end] });
   }
-  const start = numberList([ticks(p[0]), ticks(p[1])], perUnit);
-  const curves = numberList(segments.length ? segments : [0, 0, 0, 0, 0, 0], perUnit);
-  return `M${start}c${curves}${closed ? "z" : ""}`;
+  return segments;
 }
 
 /** Joins numbers; no space is needed before a minus, nor before a point if the last number contains one. */

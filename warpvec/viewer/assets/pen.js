@@ -4,6 +4,7 @@ class Pen {
   constructor() {
     this.subpaths = [];
     this.points = null;
+    this.kinds = [];
     [this.x, this.y, this.startX, this.startY] = [0, 0, 0, 0];
     // The last handle, which a smooth command mirrors, and the kind of its curve.
     [this.handleX, this.handleY, this.handleOf] = [0, 0, ""];
@@ -32,7 +33,7 @@ class Pen {
     else if (name === "H") this.line(n[0] + x, this.y);
     else if (name === "V") this.line(this.x, n[0] + y);
     else if (name === "C") this.cubic(n[0] + x, n[1] + y, n[2] + x, n[3] + y, n[4] + x, n[5] + y);
-    else if (name === "S") this.cubic(...this.mirrored("C"), n[0] + x, n[1] + y, n[2] + x, n[3] + y);
+    else if (name === "S") this.cubic(...this.mirrored("C"), n[0] + x, n[1] + y, n[2] + x, n[3] + y, "s");
     else if (name === "Q") this.quadratic(n[0] + x, n[1] + y, n[2] + x, n[3] + y);
     else if (name === "T") this.quadratic(...this.mirrored("Q"), n[0] + x, n[1] + y);
     else this.arc(n[0], n[1], n[2], n[3], n[4], n[5] + x, n[6] + y);
@@ -46,12 +47,13 @@ class Pen {
 
   line(x, y) {
     const [dx, dy] = [(x - this.x) / 3, (y - this.y) / 3];
-    this.cubic(this.x + dx, this.y + dy, x - dx, y - dy, x, y);
+    this.cubic(this.x + dx, this.y + dy, x - dx, y - dy, x, y, "l");
     this.handleOf = "";
   }
 
-  cubic(x1, y1, x2, y2, x, y) {
+  cubic(x1, y1, x2, y2, x, y, kind = "c") {
     this.points ??= [this.x, this.y];
+    this.kinds.push(kind);
     this.points.push(x1, y1, x2, y2, x, y);
     [this.handleX, this.handleY, this.handleOf, this.x, this.y] = [x2, y2, "C", x, y];
   }
@@ -118,11 +120,11 @@ class Pen {
   }
 
   finish(closed) {
-    const p = this.points;
-    this.points = null;
+    const { points: p, kinds } = this;
+    [this.points, this.kinds] = [null, []];
     if (!p || !p.every(Number.isFinite)) return;
     if (closed) p.splice(-2, 2, p[0], p[1]);
-    this.subpaths.push({ points: Float64Array.from(p), closed });
+    this.subpaths.push({ points: Float64Array.from(p), closed, kinds });
   }
 
   finished() {

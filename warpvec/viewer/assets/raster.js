@@ -16,10 +16,7 @@ function paintItems(context, items, palette, window) {
     if (window && !boxesMeet(item.shape.box, window)) continue;
     context.globalAlpha = item.opacity;
     const color = palette.colorOf(item);
-    if (item.fill) {
-      context.fillStyle = color ?? item.fill;
-      context.fill(path2dOf(item.shape), item.rule);
-    }
+    if (item.fill) fillPath(context, path2dOf(item.shape), item.rule, color ?? item.fill);
     if (item.stroke) {
       context.strokeStyle = color ?? item.stroke.color;
       context.lineWidth = item.stroke.width;

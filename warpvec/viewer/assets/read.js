@@ -3,7 +3,7 @@
  *
  * A drawing is {width, height, box, title, metadata, settings, background, layers, notes}. A layer is {key, id, name,
  * generation, items, version, visible}; its version grows with each change. An item is {layer, shape, fill, opacity,
- * rule, stroke}; fill is "#rrggbb" or null. */
+ * rule, stroke}; fill is as in gradients.js. */
 
 const MAX_LAYERS = 64;
 const LAYER_ID = /^layer-\d+-generation-(\d+)$/;
@@ -16,10 +16,11 @@ function readDrawing(text) {
   const parsed = new DOMParser().parseFromString(text, "image/svg+xml");
   const root = parsed.documentElement;
   if (root.localName !== "svg") throw new Error("This is not an SVG file.");
-  const reader = new Reader(parsed);
+  const size = readSize(root);
+  const reader = new Reader(parsed, size.box);
   const metadata = childText(root, "metadata");
   return {
-    ...readSize(root),
+    ...size,
     title: childText(root, "title"),
     metadata,
     settings: parseObject(metadata),
@@ -52,11 +53,11 @@ function readSize(root) {
 }
 
 class Reader {
-  constructor(parsed) {
+  constructor(parsed, box) {
     this.notes = new Map();
     this.colors = new Map();
     this.styles = collectStyles(parsed);
-    this.gradients = new Map([...parsed.querySelectorAll("linearGradient, radialGradient")].map((g) => [g.id, g]));
+    this.gradients = new GradientReader(parsed, this, box);
     this.scratch = document.createElement("canvas").getContext("2d");
   }
 
@@ -64,9 +65,11 @@ class Reader {
   background(root) {
     const rect = [...root.children].find((element) => element.localName === "rect" && element.id === "background");
     if (!rect) return null;
+    const context = this.inherit(rect, initialContext());
+    // One with a gradient is an item like others.
+    if (context?.fill?.reference) return null;
     this.backgroundElement = rect;
-    const { fill, fillOpacity } = this.inherit(rect, initialContext());
-    return fill ? { fill, opacity: fillOpacity } : null;
+    return context?.fill ? { fill: context.fill, opacity: context.fillOpacity } : null;
   }
 
   /** Returns a layer for each top-level group, and for each run of other elements between them. */
@@ -104,10 +107,13 @@ class Reader {
   }
 
   addItem(d, context, layer, verbatim) {
-    const { fill, stroke, matrix } = context;
+    const { matrix } = context;
     const moved = matrix !== IDENTITY;
-    const parsed = parseShape(d, moved ? matrix : null);
-    if (!parsed.subpaths.length || (!fill && !stroke)) return;
+    const plain = parseShape(d);
+    const fill = context.fill?.reference ? this.gradientFill(context.fill, plain.box, matrix) : context.fill;
+    const stroke = this.oneColor(context.stroke);
+    if (!plain.subpaths.length || (!fill && !stroke)) return;
+    const parsed = moved ? transformShape(plain, matrix) : plain;
     const scale = Math.sqrt(Math.abs(matrix[0] * matrix[3] - matrix[1] * matrix[2]));
     layer.items.push({
       layer,
@@ -153,19 +159,25 @@ class Reader {
     return this.styles.get(element)?.get(name) ?? element.getAttribute(name);
   }
 
+  /** Returns "#rrggbb", null, or {reference} to a gradient, which depends on the shape. */
   paint(value, inherited) {
     if (value === null || value === "inherit" || value === undefined) return inherited;
     if (value === "none" || value === "transparent") return null;
     const reference = value.match(/^url\(\s*["']?#([^"')]+)/);
     if (!reference) return this.color(value) ?? inherited;
-    this.note("gradients and patterns, shown as one colour");
-    return this.middleColor(this.gradients.get(reference[1])) ?? "#808080";
+    return { reference: reference[1] };
   }
 
-  middleColor(gradient) {
-    const stops = gradient ? [...gradient.querySelectorAll("stop")] : [];
-    const stop = stops[Math.floor(stops.length / 2)];
-    return stop ? this.color(this.property(stop, "stop-color") ?? "#000000") : null;
+  gradientFill(paint, box, matrix) {
+    return this.gradients.fill(paint.reference, box, matrix) ?? this.oneColor(paint);
+  }
+
+  /** Returns the middle colour of a paint by reference, and any other paint as it is. */
+  oneColor(paint) {
+    if (!paint?.reference) return paint;
+    this.note("gradients and patterns, shown as one colour");
+    const stops = this.gradients.stops(this.gradients.chain(paint.reference));
+    return stops[Math.floor(stops.length / 2)]?.color ?? "#808080";
   }
 
   /** Returns "#rrggbb" for any CSS colour, as the browser reads it; null for anything else. */

@@ -7,14 +7,18 @@ const INKSCAPE = "http://www.inkscape.org/namespaces/inkscape";
 function writeDrawing(drawing) {
   const decimals = decimalsFor(drawing.box);
   const [x, y, width, height] = drawing.box.map((value) => formatNumber(value));
+  const layers = drawing.layers.filter((layer) => layer.items.length);
+  const items = layers.flatMap((layer) => layer.items);
+  const gradients = nameGradients(items, layers.map(({ id }) => id), decimals);
   const size = ["width", "height"].map((name) => drawing[name] && ` ${name}="${escapeXml(drawing[name])}"`);
   const lines = [
     '<?xml version="1.0" encoding="UTF-8"?>',
     `<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="${INKSCAPE}"` +
       `${size.filter(Boolean).join("")} viewBox="${x} ${y} ${width} ${height}">`,
     ...writeDescription(drawing),
+    ...gradients.lines,
     ...writeBackground(drawing, [x, y, width, height]),
-    ...drawing.layers.filter((layer) => layer.items.length).flatMap((layer, i) => writeLayer(layer, i + 1, decimals)),
+    ...layers.flatMap((layer, i) => writeLayer(layer, i + 1, decimals, gradients.names)),
     "</svg>",
   ];
   return `${lines.join("\n")}\n`;
@@ -37,19 +41,20 @@ function writeBackground({ background }, [x, y, width, height]) {
   return [`<rect id="background"${corner} width="${width}" height="${height}" ${paint}/>`];
 }
 
-function writeLayer(layer, number, decimals) {
+function writeLayer(layer, number, decimals, names) {
   const count = `${layer.items.length} ${layer.items.length === 1 ? "path" : "paths"}`;
   const id = layer.id || `level-${layer.key + 1}`;
   const label = LAYER_ID.test(id) ? `Layer ${number}: generation ${layer.generation}, ${count}` : layer.name;
   return [
     `<g id="${escapeXml(id)}" inkscape:groupmode="layer" inkscape:label="${escapeXml(label)}">`,
-    ...layer.items.map((item) => writeItem(item, decimals)),
+    ...layer.items.map((item) => writeItem(item, decimals, names)),
     "</g>",
   ];
 }
 
-function writeItem({ shape, fill, opacity, rule, stroke }, decimals) {
-  const paint = fill ? `fill="${shortColor(fill)}"${writeOpacity("fill-opacity", opacity)}` : 'fill="none"';
+function writeItem({ shape, fill, opacity, rule, stroke }, decimals, names) {
+  const color = isGradient(fill) ? `url(#${names.get(fill)})` : fill && shortColor(fill);
+  const paint = fill ? `fill="${color}"${writeOpacity("fill-opacity", opacity)}` : 'fill="none"';
   const evenOdd = rule === "evenodd" ? ' fill-rule="evenodd"' : "";
   return `<path ${paint}${evenOdd}${writeStroke(stroke, opacity)} d="${escapeXml(writeShape(shape, decimals))}"/>`;
 }
@@ -61,7 +66,7 @@ function writeStroke(stroke, opacity) {
 }
 
 function writeOpacity(name, opacity) {
-  const text = formatNumber(opacity, 2);
+  const text = formatNumber(opacity, 4);
   return text === "1" ? "" : ` ${name}="${text}"`;
 }
 

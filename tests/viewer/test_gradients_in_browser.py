@@ -1,0 +1,226 @@
+"""The page with gradients, holes and straight lines: what it shows, edits and saves, in a real Chromium."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+import torch
+from browser import NEEDS_BROWSER, Viewer, browser_fixture, open_page_fixture  # noqa: F401  (fixtures)
+
+from warpvec.geometry.gradients import LINEAR, RADIAL, Gradients
+from warpvec.geometry.scene import Scene, straightened
+from warpvec.geometry.structure import Structure
+from warpvec.image.metrics import psnr
+from warpvec.svg.measure import draw
+from warpvec.svg.read import read_svg
+from warpvec.svg.write import write_svg
+
+pytestmark = NEEDS_BROWSER
+
+NS = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
+WIDTH, HEIGHT = 240, 160
+
+
+def scene() -> Scene:
+    """Return a square with a square hole and a linear gradient, a round one with a radial gradient, and a triangle."""
+    outer, inner = [(10, 10), (110, 10), (110, 110), (10, 110)], [(35, 35), (35, 85), (85, 85), (85, 35)]
+    triangle = [(60, 120), (160.25, 125), (110, 150.5)]
+    loops = [corners(outer), corners(inner), circle(170, 60, 50), circle(170, 60, -20), corners(triangle)]
+    is_line = torch.tensor([True] * 8 + [False] * 8 + [True] * 3)
+    structure = Structure.of_loops([[4, 4], [4, 4], [3]], is_line)
+    gradients = Gradients(
+        torch.tensor([LINEAR, RADIAL, 0], dtype=torch.int32),
+        torch.tensor([[20.5, 20, 100, 60], [170, 60, 45.5, 0], [0, 0, 0, 0]]),
+        torch.tensor([[0, 0, 1.0], [0, 0.6, 0.4], [1, 0.8, 0]]),
+    )
+    color = torch.tensor([[1.0, 0, 0], [1, 1, 1], [1, 0.8, 0]])
+    return Scene(
+        straightened(torch.cat(loops), structure), structure, color, torch.tensor([1.0, 0.8, 1.0]),
+        torch.full((3,), 0.6), torch.tensor([0, 0, 1]), gradients=gradients,
+    )  # fmt: skip
+
+
+def corners(points: list[tuple[float, float]]) -> torch.Tensor:
+    return torch.tensor(points, dtype=torch.float32)[:, None].repeat(1, 3, 1)
+
+
+def circle(x: float, y: float, r: float) -> torch.Tensor:
+    """Return a circle, which runs the other way if ``r`` is negative."""
+    angle = torch.arange(4) * torch.pi / 2 * (1 if r > 0 else -1)
+    anchor = torch.stack([angle.cos(), angle.sin()], -1)
+    tangent = 0.55 * anchor.roll(-1, 0)
+    row = torch.stack([anchor, anchor + tangent, anchor.roll(-1, 0) + 0.55 * anchor], 1)
+    return torch.tensor([x, y]) + abs(r) * row
+
+
+DRAWING = write_svg(scene(), WIDTH, HEIGHT, title="Mixed", metadata={"seed": 7})
+
+GRID = [(x, y) for x in range(5, WIDTH, 10) for y in range(5, HEIGHT, 10)]
+
+
+def assert_shows(viewer: Viewer, svg: str) -> None:
+    """Assert that the page shows what resvg draws for ``svg``, but for edges, where it may be anything in between."""
+    image = draw(svg).astype(int)
+    near = np.stack([np.roll(image, shift, (0, 1)) for shift in ((1, 0), (-1, 0), (0, 1), (0, -1))])
+    is_flat = [np.abs(near[:, y, x] - image[y, x]).max() <= 6 for x, y in GRID]
+    points = [point for point, flat in zip(GRID, is_flat, strict=True) if flat]
+    assert len(points) > 0.8 * len(GRID)
+    shown = np.array(viewer.colors([(x + 0.5, y + 0.5) for x, y in points]))
+    assert np.abs(shown - image[[y for _, y in points], [x for x, _ in points]]).max() <= 6
+
+
+def assert_same_scene(svg: str, expected: Scene) -> None:
+    """Assert that ``svg`` is read exactly, as warpvec's own file, and is ``expected``."""
+    loaded = read_svg(svg)
+    assert loaded.precision is not None and not loaded.omitted
+    want = read_svg(write_svg(expected, WIDTH, HEIGHT)).scene
+    for name in ("segments", "color", "opacity", "background", "generation"):
+        assert torch.equal(getattr(loaded.scene, name), getattr(want, name)), name
+    for name in ("loop_first_segment", "path_first_loop", "is_line"):
+        assert torch.equal(getattr(loaded.scene.structure, name), getattr(want.structure, name)), name
+    gradients, others = loaded.scene.gradients, want.gradients
+    assert gradients is not None and others is not None
+    for name, value in vars(others).items():
+        assert torch.equal(getattr(gradients, name), value), name
+
+
+def test_a_drawing_with_holes_lines_and_gradients_is_shown_and_saved_as_it_is(open_page) -> None:
+    viewer = open_page(DRAWING)
+    assert viewer.text("message") == ""
+    assert_shows(viewer, DRAWING)
+    saved = viewer.saved()
+    body = saved[saved.index("<defs>") :]
+    assert body == DRAWING[DRAWING.index("<defs>") :]
+    assert_same_scene(saved, scene())
+
+
+def test_holes_are_not_part_of_a_path(open_page) -> None:
+    viewer = open_page(DRAWING)
+    assert viewer.click(20, 60) == "1 of 3 paths selected: Generation 0"
+    assert viewer.click(60, 60) == "Nothing selected"
+    assert viewer.click(170, 60) == "Nothing selected"
+    viewer.drag((5, 5), (115, 115))
+    assert viewer.selected() == "1 of 3 paths selected: Generation 0"
+    viewer.press("Delete")
+    saved = viewer.saved()
+    assert saved.count("<linearGradient") == 0 and saved.count("<radialGradient") == 1
+    viewer.press("Control+z")
+    assert_same_scene(viewer.saved(), scene())
+
+
+def test_both_colours_of_a_gradient_are_changed_undone_and_saved_exactly(open_page) -> None:
+    viewer = open_page(DRAWING)
+    assert not viewer.page.locator("#end").is_visible()
+    viewer.click(20, 60)
+    assert (viewer.text("fill-text"), viewer.text("end-text")) == ("#ff0000", "#0000ff")
+    viewer.slide("end", "#ffff00")
+    viewer.click(135, 60)
+    viewer.slide("fill", "#102030")
+    assert (viewer.text("fill-text"), viewer.text("end-text")) == ("#102030", "#009966")
+    expected = scene()
+    expected.color[1] = torch.tensor([16, 32, 48]) / 255
+    assert expected.gradients is not None
+    expected.gradients.end_color[0] = torch.tensor([1.0, 1.0, 0.0])
+    saved = viewer.saved()
+    assert_same_scene(saved, expected)
+    assert_shows(viewer, saved)
+    viewer.press("Control+z", "Control+z")
+    assert viewer.page.locator("#undo").is_disabled()
+    assert_same_scene(viewer.saved(), scene())
+    viewer.press("Control+Shift+z", "Control+Shift+z")
+    assert viewer.saved() == saved
+    # A flat path has one colour; together with a gradient it has the first.
+    viewer.press("Escape")
+    viewer.click(110, 140)
+    assert not viewer.page.locator("#end").is_visible()
+    viewer.press("Control+a")
+    viewer.slide("fill", "#00ff00")
+    viewer.slide("end", "#ff0000")
+    assert re.findall(r'fill="(#[^"]*)"', viewer.saved())[1:] == ["#0f0"]
+    assert re.findall(r'<stop[^>]*stop-color="([^"]*)"', viewer.saved()) == ["#0f0", "#f00"] * 2
+
+
+def test_a_moved_path_keeps_its_lines_loops_and_gradient(open_page) -> None:
+    viewer = open_page(DRAWING)
+    viewer.press("Control+a", "Shift+ArrowRight", *["ArrowDown"] * 3)
+    saved = viewer.saved()
+    assert_same_scene(saved, scene().moved(10, 3))
+    assert_shows(viewer, saved)
+    viewer.press("Control+z")
+    viewer.slide("scale", "50")
+    viewer.press_button("scale-apply")
+    assert_shows(viewer, viewer.saved())
+
+
+def stretch(viewer: Viewer, start: tuple[float, float], stop: tuple[float, float]) -> None:
+    """Drag a corner of the selection without keeping the proportions."""
+    viewer.page.mouse.move(*viewer.at(*start))
+    viewer.page.mouse.down()
+    viewer.page.keyboard.down("Shift")
+    viewer.page.mouse.move(*viewer.at(*stop), steps=4)
+    viewer.page.mouse.up()
+    viewer.page.keyboard.up("Shift")
+    viewer.settle()
+
+
+def test_a_gradient_follows_a_drag_and_stretches_with_its_path(open_page) -> None:
+    viewer = open_page(DRAWING)
+    viewer.click(135, 60)
+    stretch(viewer, (220, 110), (236, 70))  # the circle and its gradient become ellipses
+    saved = viewer.saved()
+    assert "gradientTransform" in saved
+    assert_shows(viewer, saved)
+    viewer.press("Control+z")
+    viewer.click(20, 60)
+    stretch(viewer, (110, 110), (110, 60))
+    assert_shows(viewer, viewer.saved())
+
+
+FOREIGN = f"""<svg {NS} viewBox="0 0 240 160" width="240">
+<defs><linearGradient id="stops"><stop stop-color="#fff"/><stop offset="30%" style="stop-color:#e63"/>
+<stop offset="1" stop-color="#024" stop-opacity=".5"/></linearGradient>
+<linearGradient id="turned" xlink:href="#stops" gradientTransform="rotate(30)"/>
+<radialGradient id="focal" href="#stops" cx="180" cy="45" r="38" fx="165" fy="35" gradientUnits="userSpaceOnUse"/>
+<radialGradient id="oval" xlink:href="#stops" cx="30%"/>
+<linearGradient id="point" xlink:href="#stops" x1=".5" x2=".5"/></defs>
+<rect x="10" y="10" width="120" height="70" fill="url(#turned)"/>
+<g transform="rotate(5)"><circle cx="180" cy="45" r="40" style="fill:url(#focal)"/></g>
+<g transform="translate(20 90) scale(1.5 1)" fill="url(#oval)"><ellipse cx="40" cy="30" rx="38" ry="28"/></g>
+<path d="M150 100h80v50h-80z" fill="url(#point)" fill-opacity=".7"/></svg>"""
+
+
+def test_gradients_of_other_programs_are_shown_and_saved(open_page) -> None:
+    viewer = open_page(FOREIGN)
+    assert viewer.text("message") == ""
+    assert_shows(viewer, FOREIGN)
+    assert psnr(draw(viewer.saved()), draw(FOREIGN)) > 42
+    viewer.click(190, 130)
+    viewer.press("Delete")
+    viewer.press("Control+z", "Control+a", "ArrowLeft", "ArrowRight")
+    assert psnr(draw(viewer.saved()), draw(FOREIGN)) > 42
+
+
+@pytest.mark.parametrize(
+    ("gradient", "color"),
+    [
+        ('<linearGradient id="g"><stop stop-color="#e63"/></linearGradient>', (0xEE, 0x66, 0x33)),
+        ('<pattern id="g"><path d="M0 0h9v9z"/></pattern>', (0x80, 0x80, 0x80)),
+        ('<linearGradient id="g" href="#h"/><linearGradient id="h" href="#g"/>', (0x80, 0x80, 0x80)),
+        ('<linearGradient id="g" href="http://e.org/#h"/>', (0x80, 0x80, 0x80)),
+    ],
+)
+def test_what_is_no_gradient_is_one_colour(open_page, gradient: str, color: tuple[int, ...]) -> None:
+    viewer = open_page(
+        f'<svg {NS} width="40" height="20">{gradient}<rect width="40" height="20" fill="url(#g)"/></svg>'
+    )
+    assert viewer.color(20, 10) == color
+    assert ("gradients" in viewer.text("message")) == (color == (0x80, 0x80, 0x80))
+
+
+def test_gradients_take_no_name_of_a_layer(open_page) -> None:
+    viewer = open_page(DRAWING.replace("layer-1-generation-0", "g1").replace("url(#g1)", "url(#g2)"))
+    saved = viewer.saved()
+    identifiers = re.findall(r' id="([^"]*)"', saved)
+    assert len(identifiers) == len(set(identifiers)) and "g1" in identifiers
