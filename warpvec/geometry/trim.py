@@ -93,12 +93,12 @@ def _trimmed(path: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np
     closed = np.concatenate([path, path[:1]])
     curves = np.stack([closed[start : start + 4] for start in range(0, len(path), 3)])
     for axis in (0, 1):
-        curves = _cut(curves, axis, 0.0, -1.0)
-        curves = _cut(curves, axis, size[axis], 1.0)
+        curves = cut_at(curves, axis, 0.0, -1.0)
+        curves = cut_at(curves, axis, size[axis], 1.0)
     return np.clip(_with_near_handles(curves, size), 0.0, size)[:, :3].reshape(-1, 2)
 
 
-def _cut(curves: Curves, axis: int, bound: float, side: float) -> Curves:
+def cut_at(curves: Curves, axis: int, bound: float, side: float) -> Curves:
     """Replace each part beyond the line at ``bound`` of ``axis`` by a part of that line.
 
     ``side`` is 1 where greater coordinates are outside, -1 where smaller ones are.

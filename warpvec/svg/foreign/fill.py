@@ -1,4 +1,4 @@
-"""Read the fills of an SVG: one colour and opacity, or a gradient."""
+"""Read the paints of fills and strokes of an SVG: one colour and opacity, or a gradient."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from dataclasses import dataclass, replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.geometry.loops import Color, LinearOrRadial
+from warpvec.geometry.loops import Color
 from warpvec.svg.document import local_name
-from warpvec.svg.foreign.gradients import chain, read_gradient
-from warpvec.svg.foreign.shapes import load_parser
+from warpvec.svg.foreign.bands import Painted, painted
+from warpvec.svg.foreign.gradients import Space, Stop, chain, lies_nowhere, read_gradient
+from warpvec.svg.foreign.shapes import Loop, load_parser
+from warpvec.svg.foreign.skia import Combiner
 from warpvec.svg.foreign.style import INHERITED, Properties, StyleSheet
 from warpvec.svg.units import NUMBER
 
@@ -38,13 +39,13 @@ class Fill:
         color: sRGB-encoded, in [0, 1]; of a gradient its mean.
         opacity: in [0, 1]; of a gradient its mean.
         gradient: the element of a gradient that shows more than one colour.
-        stops: offset and fill of its stops.
+        stops: its stops.
     """
 
     color: Color
     opacity: float
     gradient: Element | None = None
-    stops: tuple[tuple[float, Fill], ...] = ()
+    stops: tuple[Stop, ...] = ()
 
 
 class Fills:
@@ -54,19 +55,23 @@ class Fills:
         self._sheet = sheet
         self._by_id = by_id
 
-    def read(self, properties: Properties, omitted: Counter[str]) -> Fill | None:
-        """Return the fill that ``properties`` state, None without one; count in ``omitted`` what it does not show."""
-        url = _URL.fullmatch(properties["fill"])
+    def read(self, properties: Properties, omitted: Counter[str], role: str = "fill") -> Fill | None:
+        """Return the paint that ``properties`` state for ``role``, "fill" or "stroke"; None without one.
+
+        ``omitted`` counts what it does not show.
+        """
+        text, opacity = properties[role], properties[f"{role}-opacity"]
+        url = _URL.fullmatch(text)
         if url is None:
-            fill = self._flat(properties["fill"], properties)
-            omitted["fill of unknown colour"] += fill is None and properties["fill"] not in _NO_FILL
-            return _scaled(fill, properties["fill-opacity"])
+            fill = self._flat(text, properties)
+            omitted[f"{role} of unknown colour"] += fill is None and text not in _NO_FILL
+            return _scaled(fill, opacity)
         server = self._by_id.get(url[1])
         name = "" if server is None else local_name(server.tag)
         if server is not None and name.endswith("Gradient"):
-            return _scaled(self._gradient(server), properties["fill-opacity"])
-        omitted["pattern fill" if name == "pattern" else "reference to nothing"] += 1
-        return _scaled(self._flat(url[2] or "none", properties), properties["fill-opacity"])
+            return _scaled(self._gradient(server, omitted), opacity)
+        omitted[f"pattern {role}" if name == "pattern" else "reference to nothing"] += 1
+        return _scaled(self._flat(url[2] or "none", properties), opacity)
 
     def _flat(self, text: str, properties: Properties) -> Fill | None:
         if text in _NO_FILL:
@@ -74,26 +79,35 @@ class Fills:
         return read_color(properties["color"] if text.lower() == "currentcolor" else text)
 
     def placed(
-        self,
-        fill: Fill,
-        matrix: NDArray[np.float64],
-        box: tuple[float, float, float, float],
-        viewport: tuple[float, float],
-        omitted: Counter[str],
-    ) -> tuple[Color, LinearOrRadial | None]:
-        """Return the first colour of ``fill``, and its gradient in pixels; the arguments are as in `read_gradient`."""
-        if fill.gradient is None:
-            return fill.color, None
-        return read_gradient(fill.gradient, list(fill.stops), self._by_id, matrix, box, viewport, omitted)
+        self, fill: Fill, loops: list[Loop], is_opaque: bool, space: Space, combiner: Combiner, omitted: Counter[str]
+    ) -> list[Painted]:
+        """Return the parts of a shape, with the paint of each: one part unless a gradient needs several.
 
-    def _gradient(self, gradient: Element) -> Fill | None:
+        Args:
+            fill: the paint of the shape.
+            loops: its loops in pixels.
+            is_opaque: whether parts may overlap.
+            space: where gradients lie.
+            combiner: cuts discs.
+            omitted: counts what the result does not show.
+        """
+        if fill.gradient is None:
+            return [Painted(loops, fill.color, None)]
+        if lies_nowhere(fill.gradient, self._by_id, space):
+            omitted["gradient on a box without area"] += 1
+            return []
+        ramp = read_gradient(fill.gradient, list(fill.stops), self._by_id, space, omitted)
+        return painted(loops, ramp, is_opaque, space.size, combiner, omitted)
+
+    def _gradient(self, gradient: Element, omitted: Counter[str]) -> Fill | None:
         """Return a gradient, with the mean over the length of its vector, taken of premultiplied colours."""
         stops = self._stops(gradient)
         if not stops:
             return None
-        shown = gradient if len({fill.color for _, fill in stops}) > 1 else None
-        offsets = np.maximum.accumulate([offset for offset, _ in stops])
-        values = np.array([[*(c * fill.opacity for c in fill.color), fill.opacity] for _, fill in stops])
+        omitted["gradient with translucent stops"] += len({round(stop.opacity, 3) for stop in stops}) > 1
+        shown = gradient if len({stop.color for stop in stops}) > 1 else None
+        offsets = np.maximum.accumulate([stop.offset for stop in stops])
+        values = np.array([[*(c * stop.opacity for c in stop.color), stop.opacity] for stop in stops])
         spans = np.diff(offsets, prepend=0.0, append=1.0)
         middles = (np.concatenate([values[:1], values]) + np.concatenate([values, values[-1:]])) / 2
         *color, opacity = (spans[:, None] * middles).sum(0).tolist()
@@ -102,18 +116,19 @@ class Fills:
         mean = (color[0] / opacity, color[1] / opacity, color[2] / opacity)
         return Fill(mean, opacity, shown, tuple(stops))
 
-    def _stops(self, gradient: Element) -> list[tuple[float, Fill]]:
-        """Return offset and fill of each stop; without stops, those of the gradient that this one refers to."""
+    def _stops(self, gradient: Element) -> list[Stop]:
+        """Return the stops of a gradient; without stops, those of the gradient that this one refers to."""
         for element in chain(gradient, self._by_id):
             stops = [child for child in element if local_name(child.tag) == "stop"]
             if stops:
                 return [self._stop(stop) for stop in stops]
         return []
 
-    def _stop(self, stop: Element) -> tuple[float, Fill]:
+    def _stop(self, stop: Element) -> Stop:
         properties = self._sheet.properties(stop, dict(INHERITED))
         fill = _scaled(self._flat(properties["stop-color"], properties), properties["stop-opacity"])
-        return fraction(stop.get("offset", "0"), 0.0), fill or Fill((0.0, 0.0, 0.0), 0.0)
+        fill = fill or Fill((0.0, 0.0, 0.0), 0.0)
+        return Stop(fraction(stop.get("offset", "0"), 0.0), fill.color, fill.opacity)
 
 
 def fraction(text: str, default: float = 1.0) -> float:

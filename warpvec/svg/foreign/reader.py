@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from dataclasses import dataclass, replace
+import re
+from dataclasses import replace
 from types import SimpleNamespace
 from xml.etree.ElementTree import Element
 
@@ -13,20 +13,12 @@ from numpy.typing import NDArray
 from warpvec.errors import InputError
 from warpvec.geometry.loops import Color, Outline
 from warpvec.svg.document import local_name
-from warpvec.svg.foreign.fill import Fill, Fills, fraction
-from warpvec.svg.foreign.fill_rule import to_nonzero
-from warpvec.svg.foreign.shapes import (
-    SHAPES,
-    Loop,
-    apply,
-    bounding_box,
-    compose,
-    load_parser,
-    read_loops,
-    read_matrix,
-    shape_data,
-)
-from warpvec.svg.foreign.style import INHERITED, Properties, StyleSheet
+from warpvec.svg.foreign.clip import Clips
+from warpvec.svg.foreign.fill import Fills, fraction
+from warpvec.svg.foreign.painter import Painter
+from warpvec.svg.foreign.shapes import SHAPES, compose, load_parser, read_matrix
+from warpvec.svg.foreign.state import State
+from warpvec.svg.foreign.style import INHERITED, StyleSheet
 from warpvec.svg.layers import layer_level
 from warpvec.svg.units import parse_length, stated_size
 
@@ -35,9 +27,6 @@ MAX_ELEMENTS = 2**18
 
 MAX_USED_ELEMENTS = 2**16
 """Largest number of elements that are drawn through <use>, which takes some seconds: 2 kB can ask for any number."""
-
-MAX_REACH = 2.0**24
-"""Largest distance of a point from the origin in pixels; up to it float32 tells neighbouring pixels apart."""
 
 MAX_USE_DEPTH = 150
 """Deepest nesting of elements, through <use> as well. Each takes a few of the thousand calls that Python can nest."""
@@ -49,38 +38,32 @@ _OMITTED_ELEMENTS = {
     "canvas": "canvas", "iframe": "frame", "animate": "animation", "animateTransform": "animation",
     "animateMotion": "animation", "set": "animation",
 }  # fmt: skip
-_EFFECTS = {"clip-path": "clip path", "mask": "mask", "filter": "filter"}
+_EFFECTS = {"mask": "mask", "filter": "filter"}
 _REMARKS = {
     "group opacity": "given to each of its paths, which shows where they overlap",
-    "even-odd fill that crosses itself": "filled by the non-zero rule",
-    "gradient of several stops": "two stops were fitted to it",
+    "self-crossing even-odd fill": "filled by the non-zero rule",
+    "gradient of several stops": "reduced to two",
+    "gradient part": "drawn apart, because a path has two stops",
+    "steep radial gradient": "drawn in rings",
+    "gradient out of reach": "its last colour was taken",
     "repeating gradient": "drawn once",
-    "translucent gradient stop": "given the mean opacity",
+    "non-scaling stroke": "scaled with the drawing",
+    "stated length of a path": "ignored",
+    "gradient with translucent stops": "given the mean opacity",
     "gradient with a focus": "centred",
     "elliptic gradient": "made round",
     "broken path": "kept as far as it can be read",
 }
 """Kind of omission -> what was done instead. Everything else is left out."""
 
-
-@dataclass(frozen=True)
-class _State:
-    """State that an element inherits from its ancestors."""
-
-    matrix: NDArray[np.float64]
-    properties: Properties
-    opacity: float
-    generation: int
-    viewport: tuple[float, float]
-    depth: int = 0
+_HEAD = re.compile(r"(.*?)((?: (?:beyond|of|on|out|to|with) .*)?)")
+"""The part of a kind of omission that takes the plural, and the rest."""
 
 
 class ForeignReader:
     """A walk over the tree ``root`` as a renderer does it, which notes what it leaves out.
 
     Attributes:
-        outlines: the filled shapes, from bottom to top.
-        background: colour of the rectangle that covers the canvas, None without one.
         size: width and height of the canvas in pixels.
 
     Raises:
@@ -89,17 +72,26 @@ class ForeignReader:
 
     def __init__(self, root: Element) -> None:
         load_parser()
-        self.outlines: list[Outline] = []
-        self.background: Color | None = None
-        self._omitted: Counter[str] = Counter()
+        self.size = stated_size(root.attrib)
         self._sheet = StyleSheet(root)
         self._by_id = {name: element for element in root.iter() if (name := element.get("id"))}
-        self._fills = Fills(self._sheet, self._by_id)
+        self._painter = Painter(Fills(self._sheet, self._by_id), self.size)
+        self._omitted = self._painter.omitted
+        self._clips = Clips(self._by_id, self.size)
         self._in_use: set[str] = set()
         self._element_count = self._used_count = 0
         self._omitted["style rule"] += len(self._sheet.unknown)
-        self.size = stated_size(root.attrib)
         self._walk_layers(root)
+
+    @property
+    def outlines(self) -> list[Outline]:
+        """The filled shapes and strokes, from bottom to top."""
+        return self._painter.outlines
+
+    @property
+    def background(self) -> Color | None:
+        """Colour of the rectangle that covers the canvas, None without one."""
+        return self._painter.background
 
     @property
     def omitted(self) -> list[str]:
@@ -113,7 +105,7 @@ class ForeignReader:
             return
         matrix, viewport = self._view(root, *self.size)
         opacity = fraction(properties["opacity"])
-        state = _State(matrix, properties, opacity, 0, viewport)
+        state = State(matrix, properties, opacity, 0, viewport)
         layer_index = 0
         for child in root:
             if local_name(child.tag) == "g":
@@ -121,7 +113,7 @@ class ForeignReader:
                 layer_index += 1
             self._visit(child, state)
 
-    def _visit(self, element: Element, above: _State) -> None:
+    def _visit(self, element: Element, above: State) -> None:
         name = local_name(element.tag)
         if name in _OMITTED_ELEMENTS:
             self._omitted[_OMITTED_ELEMENTS[name]] += 1
@@ -131,7 +123,9 @@ class ForeignReader:
         properties = self._sheet.properties(element, above.properties)
         if properties["display"] == "none":
             return
-        self._note_effects(properties)
+        for effect, what in _EFFECTS.items():
+            self._omitted[what] += properties[effect] != "none"
+        self._omitted["blend mode"] += properties["mix-blend-mode"] != "normal"
         state = replace(
             above,
             matrix=self._moved(above.matrix, properties["transform"]),
@@ -139,12 +133,15 @@ class ForeignReader:
             opacity=above.opacity * fraction(properties["opacity"]),
             depth=above.depth + 1,
         )
+        before, background = len(self.outlines), self.background
         if name in SHAPES:
-            self._add_shape(element, name, state)
+            self._painter.draw(name, element.attrib, state)
         else:
             self._visit_group(element, name, state)
+        covered = self.background is not None and background is None
+        self._omitted["clip path"] += self._clips.cut(properties["clip-path"], state, self.outlines[before:], covered)
 
-    def _visit_group(self, element: Element, name: str, state: _State) -> None:
+    def _visit_group(self, element: Element, name: str, state: State) -> None:
         before = len(self.outlines)
         if name == "use":
             self._visit_target(element, state)
@@ -154,13 +151,13 @@ class ForeignReader:
         translucent = 0 < fraction(state.properties["opacity"]) < 1
         self._omitted["group opacity"] += translucent and len(self.outlines) > before + 1
 
-    def _visit_children(self, element: Element, name: str, state: _State) -> None:
+    def _visit_children(self, element: Element, name: str, state: State) -> None:
         for child in element:
             self._visit(child, state)
             if name == "switch" and local_name(child.tag) in _DRAWN:
                 return
 
-    def _visit_target(self, use: Element, state: _State) -> None:
+    def _visit_target(self, use: Element, state: State) -> None:
         """Visit the element that <use> refers to, at the place of <use>; a symbol is drawn like an <svg>."""
         href = next((value for key, value in use.attrib.items() if key.rpartition("}")[2] == "href"), "").strip()
         target = self._by_id.get(href[1:])
@@ -178,54 +175,6 @@ class ForeignReader:
             self._visit(target, state)
         self._in_use.remove(href)
 
-    def _add_shape(self, element: Element, name: str, state: _State) -> None:
-        properties = state.properties
-        if properties["visibility"] != "visible":
-            return
-        self._note_strokes(properties)
-        fill = self._fills.read(properties, self._omitted)
-        opacity = 0.0 if fill is None else fill.opacity * state.opacity
-        loops, complete = read_loops(shape_data(name, element.attrib, *state.viewport)) if opacity > 0 else ([], True)
-        self._omitted["broken path"] += not complete
-        if fill is None or not loops:
-            return
-        points = apply(state.matrix, np.concatenate([loop.points for loop in loops]))
-        if not (np.abs(points) <= MAX_REACH).all():
-            self._omitted[f"path beyond {MAX_REACH:.0f} pixels"] += 1
-        elif fill.gradient is None and self._is_canvas(name, points, opacity):
-            self.background = fill.color
-        else:
-            self._add_outline(loops, fill, opacity, state)
-
-    def _add_outline(self, loops: list[Loop], fill: Fill, opacity: float, state: _State) -> None:
-        if state.properties["fill-rule"] == "evenodd":
-            loops, is_same = to_nonzero(loops)
-            self._omitted["even-odd fill that crosses itself"] += not is_same
-        points = apply(state.matrix, np.concatenate([loop.points for loop in loops]))
-        is_line = np.concatenate([loop.is_line for loop in loops])
-        counts = tuple(len(loop.is_line) for loop in loops)
-        color, gradient = self._fills.placed(fill, state.matrix, bounding_box(loops), state.viewport, self._omitted)
-        self.outlines.append(Outline(points, color, opacity, state.generation, counts, is_line, gradient))
-
-    def _is_canvas(self, name: str, points: NDArray[np.float64], opacity: float) -> bool:
-        """Return whether a shape is the lowest and covers the canvas, so that it is the background and not a path."""
-        if self.outlines or name != "rect" or opacity < 1 or len(points) != 12:
-            return False
-        corners = points[::3]
-        upright = (np.sort(corners, 0)[[0, 2]] == np.sort(corners, 0)[[1, 3]]).all()
-        return bool(upright and (corners.min(0) <= 0).all() and (corners.max(0) >= self.size).all())
-
-    def _note_strokes(self, properties: Properties) -> None:
-        width = properties["stroke-width"]
-        drawn = properties["stroke"] != "none" and fraction(properties["stroke-opacity"]) > 0
-        self._omitted["stroke"] += drawn and (parse_length(width, 1.0) > 0 or not width[:1].isdigit())
-        self._omitted["marker"] += any(properties[f"marker-{place}"] != "none" for place in ("start", "mid", "end"))
-
-    def _note_effects(self, properties: Properties) -> None:
-        for name, what in _EFFECTS.items():
-            self._omitted[what] += properties[name] != "none"
-        self._omitted["blend mode"] += properties["mix-blend-mode"] != "normal"
-
     def _moved(self, matrix: NDArray[np.float64], transform: str) -> NDArray[np.float64]:
         try:
             return compose(matrix, read_matrix(transform))
@@ -233,7 +182,7 @@ class ForeignReader:
             self._omitted["broken transform"] += 1
             return matrix
 
-    def _placed(self, element: Element, state: _State, use: Element | None = None) -> _State:
+    def _placed(self, element: Element, state: State, use: Element | None = None) -> State:
         """Return the state inside a nested <svg>, or inside a <symbol> of the size that its <use> states."""
         sizes = {**element.attrib, **({} if use is None else use.attrib)}
         width, height = (
@@ -261,7 +210,7 @@ class ForeignReader:
             self._omitted["broken view box"] += 1
             return np.eye(2, 3), (width, height)
 
-    def _count(self, state: _State) -> None:
+    def _count(self, state: State) -> None:
         self._element_count += 1
         self._used_count += bool(self._in_use)
         if self._used_count > MAX_USED_ELEMENTS:
@@ -275,5 +224,6 @@ def _remark(what: str, count: int) -> str:
     done = _REMARKS.get(what, "left out")
     if count == 1:
         return f"1 {what}: {done}"
-    plural = what + ("es" if what.endswith("x") else "s")
+    head, tail = _HEAD.fullmatch(what).groups()  # type: ignore[union-attr]
+    plural = head + ("es" if head.endswith("x") else "s") + tail
     return f"{count} {plural}: {done.replace('its ', 'their ').replace('colour was', 'colours were')}"

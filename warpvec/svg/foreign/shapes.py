@@ -34,6 +34,20 @@ class Loop(NamedTuple):
     is_line: NDArray[np.bool_]
 
 
+class Subpath(NamedTuple):
+    """A line of k cubics, open or closed, as path data draws it.
+
+    Attributes:
+        points: control points [3 k + 1, 2]; the last one is the end.
+        is_line: the cubics that are straight lines [k].
+        is_closed: whether "z" ends it, so that a stroke joins its ends.
+    """
+
+    points: NDArray[np.float64]
+    is_line: NDArray[np.bool_]
+    is_closed: bool
+
+
 SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
 
 _READABLE = re.compile(r"\s*+(?:[Mm][MLHVCSQTAZmlhvcsqtaz0-9eE+\-.,\s]*+)?", re.ASCII)
@@ -58,12 +72,13 @@ def load_parser() -> ModuleType:
 
 
 def shape_data(name: str, attributes: Mapping[str, str], width: float, height: float) -> str:
-    """Return path data of the shape ``name`` in a viewport of ``width`` x ``height`` units; "" if it has no inside."""
+    """Return path data of the shape ``name`` in a viewport of ``width`` x ``height`` units; "" if it draws nothing."""
     if name == "path":
         return attributes.get("d", "")
     if name in ("polygon", "polyline"):
-        return f"M{attributes.get('points', '')}z"
-    wholes = {"x": width, "cx": width, "rx": width, "width": width, "r": math.hypot(width, height) / math.sqrt(2)}
+        return f"M{attributes.get('points', '')}{'z' if name == 'polygon' else ''}"
+    wholes = dict.fromkeys(("x", "cx", "rx", "width", "x1", "x2"), width)
+    wholes["r"] = math.hypot(width, height) / math.sqrt(2)
     sizes = {key: parse_length(attributes.get(key, ""), wholes.get(key, height)) for key in _LENGTHS}
     # A missing radius is that of the other axis.
     sizes |= {key: sizes[other] for key, other in (("rx", "ry"), ("ry", "rx")) if not attributes.get(key)}
@@ -72,32 +87,39 @@ def shape_data(name: str, attributes: Mapping[str, str], width: float, height: f
     if name in ("circle", "ellipse"):
         rx, ry = (sizes["r"], sizes["r"]) if name == "circle" else (sizes["rx"], sizes["ry"])
         return _ellipse(sizes["cx"], sizes["cy"], rx, ry)
-    return ""
+    return f"M{sizes['x1']!r},{sizes['y1']!r}L{sizes['x2']!r},{sizes['y2']!r}"
 
 
-def read_loops(data: str) -> tuple[list[Loop], bool]:
-    """Return the closed subpaths of path data that enclose an area, and whether the data could be read to its end.
+def read_subpaths(data: str) -> tuple[list[Subpath], bool]:
+    """Return the subpaths of path data, and whether the data could be read to its end.
 
     The data counts up to its first error, as SVG draws it (SVG 1.1, appendix F.2).
     """
     readable = _READABLE.match(data)
     text = readable[0] if readable else ""
     path = load_parser().Path()
-    subpaths: list[list[_Cubic]] = []
+    drawn: list[_Drawn] = []
     complete = len(text) == len(data)
     try:
         path.parse(_usual_numbers(text))
     except Exception:
         complete = False
     try:
-        for cubics, begins in _drawn(path):
-            if begins or not subpaths:
-                subpaths.append([])
-            subpaths[-1] += cubics
+        _collect(path, drawn)
     except Exception:
         complete = False
-    loops = [_closed(cubics) for cubics in subpaths if cubics]
-    return [loop for loop in loops if _has_inside(loop)], complete
+    return [_subpath(cubics, is_closed) for cubics, is_closed in drawn if cubics], complete
+
+
+def closed_loops(subpaths: list[Subpath]) -> list[Loop]:
+    """Return the loops that a fill of ``subpaths`` has: open ones are closed, those without an inside are left out."""
+    loops = [_loop(subpath) for subpath in subpaths]
+    return [loop for loop in loops if _has_inside(loop)]
+
+
+def closed_loop(cubics: list[Cubic]) -> Loop:
+    """Return the loop of consecutive ``cubics``."""
+    return _loop(_subpath(cubics, True))
 
 
 def reversed_loop(loop: Loop) -> Loop:
@@ -106,11 +128,25 @@ def reversed_loop(loop: Loop) -> Loop:
     return Loop(points, loop.is_line[::-1])
 
 
-def bounding_box(loops: list[Loop]) -> tuple[float, float, float, float]:
-    """Return left, top, right and bottom of the curves."""
-    rows = np.concatenate([loop.points.reshape(-1, 3, 2) for loop in loops])
-    ends = np.concatenate([np.roll(loop.points[::3], -1, axis=0) for loop in loops])
-    a, b, c, d = rows[:, 0], rows[:, 1], rows[:, 2], ends
+def moved(loops: list[Loop], matrix: NDArray[np.float64]) -> list[Loop]:
+    """Return ``loops`` transformed by ``matrix`` [2, 3]."""
+    return [Loop(apply(matrix, loop.points), loop.is_line) for loop in loops]
+
+
+def curves_of(loop: Loop) -> NDArray[np.float64]:
+    """Return the control points [k, 4, 2] of the cubics of ``loop``, ends included."""
+    rows = loop.points.reshape(-1, 3, 2)
+    return np.concatenate([rows, np.roll(rows[:, :1], -1, axis=0)], 1)
+
+
+def open_curves(subpath: Subpath) -> NDArray[np.float64]:
+    """Return the control points [k, 4, 2] of the cubics of ``subpath``, ends included."""
+    return np.concatenate([subpath.points[:-1].reshape(-1, 3, 2), subpath.points[3::3, None]], 1)
+
+
+def bounding_box(curves: NDArray[np.float64]) -> tuple[float, float, float, float]:
+    """Return left, top, right and bottom of cubics with the control points ``curves`` [k, 4, 2]."""
+    a, b, c, d = np.moveaxis(curves, 1, 0)
     # The derivative is 3 ((d - a + 3 b - 3 c) t^2 + 2 (a - 2 b + c) t + b - a).
     square, linear, constant = d - a + 3.0 * (b - c), 2.0 * (a - 2.0 * b + c), b - a
     with np.errstate(all="ignore"):
@@ -118,8 +154,8 @@ def bounding_box(loops: list[Loop]) -> tuple[float, float, float, float]:
         # Citardauq's form of one root is exact where the other one cancels.
         q = -0.5 * (linear + np.where(linear < 0.0, -root, root))
         found = [np.nan_to_num(t, nan=0.0, posinf=0.0, neginf=0.0) for t in (q / square, constant / q)]
-    inside = [np.clip(t, 0.0, 1.0) for t in found]
-    extremes = [(1 - t) ** 3 * a + 3 * (1 - t) ** 2 * t * b + 3 * (1 - t) * t**2 * c + t**3 * d for t in inside]
+        inside = [np.clip(t, 0.0, 1.0) for t in found]
+        extremes = [(1 - t) ** 3 * a + 3 * (1 - t) ** 2 * t * b + 3 * (1 - t) * t**2 * c + t**3 * d for t in inside]
     candidates = np.concatenate([a, d, *extremes])
     (left, top), (right, bottom) = candidates.min(0).tolist(), candidates.max(0).tolist()
     return left, top, right, bottom
@@ -161,7 +197,7 @@ def compose(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[n
 # Largest angle for one cubic: its error for a quarter of a circle is 0.03 % of the radius.
 _ARC = math.pi / 2
 
-_LENGTHS = ("x", "y", "width", "height", "rx", "ry", "cx", "cy", "r")
+_LENGTHS = ("x", "y", "width", "height", "rx", "ry", "cx", "cy", "r", "x1", "y1", "x2", "y2")
 
 
 def _rectangle(x: float, y: float, width: float, height: float, rx: float, ry: float) -> str:
@@ -187,19 +223,31 @@ def _usual_numbers(text: str) -> str:
     return re.sub(r"(\d)\.(?!\d)", r"\1 ", re.sub(r"(\d)\.(?=[eE])", r"\1", text))
 
 
-_Cubic = tuple[list[complex], bool]
+Cubic = tuple[list[complex], bool]
 """The four control points x + iy of a cubic, and whether it is a line."""
 
+_Drawn = tuple[list[Cubic], bool]
+"""The cubics of a subpath, and whether it is closed."""
 
-def _drawn(path: Iterable[Any]) -> Iterator[tuple[list[_Cubic], bool]]:
-    """Yield the cubics of each segment, and whether it starts a subpath. A segment after a close does not."""
-    begins = True
+
+def _collect(path: Iterable[Any], drawn: list[_Drawn]) -> None:
+    """Add the subpaths of ``path`` to ``drawn``, as far as its segments can be read.
+
+    What follows a close without a move starts where the closed subpath did.
+    """
+    is_begun = False
     for segment in path:
         kind = type(segment).__name__
-        if kind != "Move":
-            is_line = kind not in ("CubicBezier", "QuadraticBezier", "Arc")
-            yield [(cubic, is_line) for cubic in _cubics(segment, kind)], begins
-        begins = kind == "Move"
+        if kind == "Move":
+            is_begun = False
+            continue
+        if not is_begun:
+            drawn.append(([], False))
+        is_line = kind not in ("CubicBezier", "QuadraticBezier", "Arc")
+        drawn[-1][0].extend((cubic, is_line) for cubic in _cubics(segment, kind))
+        is_begun = kind != "Close"
+        if kind == "Close":
+            drawn[-1] = drawn[-1][0], True
 
 
 def _cubics(segment: Any, kind: str) -> Iterator[list[complex]]:
@@ -212,23 +260,39 @@ def _cubics(segment: Any, kind: str) -> Iterator[list[complex]]:
         handle = complex(segment.control.x, segment.control.y)
         yield [ends[0], *(end + 2 / 3 * (handle - end) for end in ends), ends[1]]
     elif kind == "Arc":
-        for curve in segment.as_cubic_curves(max(math.ceil(abs(segment.sweep) / _ARC - _SAME), 1)):
-            yield from _cubics(curve, "CubicBezier")
+        count = max(math.ceil(abs(segment.sweep) / _ARC - _SAME), 1)
+        longer = _arm_factor(abs(segment.sweep) / count)
+        for curve in segment.as_cubic_curves(count):
+            ((start, *handles, end),) = _cubics(curve, "CubicBezier")
+            yield [start, start + longer * (handles[0] - start), end + longer * (handles[1] - end), end]
     else:
         yield [ends[0], (2 * ends[0] + ends[1]) / 3, (ends[0] + 2 * ends[1]) / 3, ends[1]]
 
 
-def _closed(cubics: list[_Cubic]) -> Loop:
-    """Return the loop of ``cubics``, without those of no length, with a closing line if one is missing."""
+def _arm_factor(angle: float) -> float:
+    """Return by how much the handles of svgelements' cubic for an arc of ``angle`` must grow.
+
+    Its handles, which other programs use for half an arc, miss a quarter of a circle by 0.2 % of the radius. These miss
+    it by 0.03 %, and are what resvg and browsers draw.
+    """
+    own = math.sin(angle) * (math.sqrt(4 + 3 * math.tan(angle / 2) ** 2) - 1) / 3
+    return 4 / 3 * math.tan(angle / 4) / own if own > _SAME else 1.0
+
+
+def _subpath(cubics: list[Cubic], is_closed: bool) -> Subpath:
+    """Return the subpath of ``cubics``, without those of no length; one is kept if there is no other."""
     values, is_line = np.array([points for points, _ in cubics]), np.array([line for _, line in cubics])
     drawn = (values[:, 1:] != values[:, :1]).any(1)
-    start, end = values[0, 0], values[-1, 3]
     rows = drawn if drawn.any() else np.arange(len(drawn)) == 0
-    kept = values[rows, :3].ravel()
-    points, is_line = np.stack([kept.real, kept.imag], -1), is_line[rows]
-    if abs(end - start) > _SAME * np.abs(values).max():
-        closing = _line(np.array([end.real, end.imag]), points[0])
-        return Loop(np.concatenate([points, closing]), np.append(is_line, True))
+    kept = np.append(values[rows, :3].ravel(), values[-1, 3])
+    return Subpath(np.stack([kept.real, kept.imag], -1), is_line[rows], is_closed)
+
+
+def _loop(subpath: Subpath) -> Loop:
+    """Return ``subpath`` with a closing line if one is missing."""
+    points, end, is_line = subpath.points[:-1], subpath.points[-1], subpath.is_line
+    if np.hypot(*(end - points[0])) > _SAME * np.abs(subpath.points).max():
+        return Loop(np.concatenate([points, _line(end, points[0])]), np.append(is_line, True))
     return Loop(points, is_line)
 
 

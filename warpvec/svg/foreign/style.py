@@ -15,13 +15,15 @@ from warpvec.svg.document import local_name
 INHERITED = {
     "fill": "black", "fill-opacity": "1", "fill-rule": "nonzero", "stroke": "none", "stroke-width": "1",
     "stroke-opacity": "1", "color": "black", "visibility": "visible", "marker-start": "none", "marker-mid": "none",
-    "marker-end": "none",
+    "marker-end": "none", "stroke-linecap": "butt", "stroke-linejoin": "miter", "stroke-miterlimit": "4",
+    "stroke-dasharray": "none", "stroke-dashoffset": "0", "paint-order": "normal", "clip-rule": "nonzero",
 }  # fmt: skip
 """Properties that children inherit (SVG 1.1, appendix N), with their initial values."""
 
 OWN = {
     "opacity": "1", "display": "inline", "clip-path": "none", "mask": "none", "filter": "none",
     "mix-blend-mode": "normal", "transform": "none", "stop-color": "black", "stop-opacity": "1",
+    "vector-effect": "none",
 }  # fmt: skip
 """Properties that children do not inherit, with their initial values."""
 

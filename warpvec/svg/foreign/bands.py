@@ -1,0 +1,368 @@
+"""Paint shapes with gradients of any stops by paths of two stops each.
+
+A path has a gradient of two stops. Where that does not show a ramp within a level, a linear one is cut at its stops:
+each band of the shape is a path with the gradient between two stops. A band reaches a little below the next one, which
+is painted over it, so that no seam shows. A radial ramp becomes discs, one upon the other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.geometry.gradients import EXTENT_MIN, LINEAR, RADIAL
+from warpvec.geometry.loops import Color, LinearOrRadial
+from warpvec.geometry.trim import cut_at
+from warpvec.svg.foreign.discs import disc_in
+from warpvec.svg.foreign.shapes import Loop, bounding_box, curves_of
+from warpvec.svg.foreign.skia import Combiner
+
+MAX_BANDS = 16
+"""Most paths that one shape becomes. Ramps that need more, such as spectra, get two fitted stops."""
+
+_LEVEL = 1.0 / 255.0
+
+_EXACT = 0.75 * _LEVEL
+"""Largest difference from a ramp that is not worth a remark."""
+
+_CLOSE = 1.5 * _LEVEL
+"""Largest difference of two fitted stops from a ramp for which a shape is not cut: about 48 dB."""
+
+_RING_CLOSE = 2.5 * _LEVEL
+"""Largest difference in a ring of a radial ramp that is too steep for one disc; it is largest at the ring's edges."""
+
+_RINGS_MAX = 5
+"""Most discs for one stop of such a ramp."""
+
+_OVERLAP = 0.01
+"""How far a band reaches below the next one, as a fraction of the longer side: a pixel where that side has 100."""
+
+_SAMPLES = 129
+"""Number of places at which two stops are fitted to a ramp, and compared with it."""
+
+_ENDS_MAX = 12
+"""Most stops that are tried as the ends of two fitted stops."""
+
+_PERIODS_MAX = 32
+"""Most repetitions of a ramp that are told apart."""
+
+_REACH = 2.0**24
+"""Largest coordinate of a gradient in pixels, where float32 still tells neighbouring pixels apart."""
+
+Array = NDArray[np.float64]
+
+
+class Ramp(NamedTuple):
+    """The colours along a gradient.
+
+    Attributes:
+        kind: ``LINEAR`` or ``RADIAL``.
+        geometry: x1, y1, x2, y2, or cx, cy, r, 0, in pixels.
+        offsets: of its stops [K], not decreasing.
+        colors: sRGB-encoded [K, 3].
+        spread: "pad", "repeat" or "reflect".
+    """
+
+    kind: int
+    geometry: tuple[float, float, float, float]
+    offsets: Array
+    colors: Array
+    spread: str = "pad"
+
+
+class Painted(NamedTuple):
+    """A part of a shape, in pixels, and its paint: a colour, or a gradient that starts with it."""
+
+    loops: list[Loop]
+    color: Color
+    gradient: LinearOrRadial | None
+
+
+class _Piece(NamedTuple):
+    """A straight part of a ramp."""
+
+    start: float
+    end: float
+    first: Array
+    last: Array
+
+
+def painted(
+    loops: list[Loop],
+    ramp: Ramp,
+    is_opaque: bool,
+    size: tuple[float, float],
+    combiner: Combiner,
+    omitted: Counter[str],
+) -> list[Painted]:
+    """Return the parts of a shape, from bottom to top, that show ``ramp`` on it.
+
+    Args:
+        loops: those of the shape, in pixels.
+        ramp: its colours.
+        is_opaque: whether parts may overlap.
+        size: width and height of the canvas; what lies beyond it does not count.
+        combiner: cuts discs.
+        omitted: counts what the parts do not show.
+    """
+    if not np.isfinite(ramp.geometry).all() or np.abs(ramp.geometry).max() > _REACH:
+        omitted["gradient out of reach"] += 1
+        return [Painted(loops, _color(ramp.colors[-1]), None)]
+    x, y, z, w = ramp.geometry
+    if (math.hypot(z - x, w - y) if ramp.kind == LINEAR else z) < EXTENT_MIN:
+        return [Painted(loops, _color(ramp.colors[-1]), None)]
+    low, high = (_linear_range if ramp.kind == LINEAR else _radial_range)(loops, ramp.geometry, size)
+    ramp = _unrolled(ramp, low, high, omitted)
+    pieces = _merged(_pieces(ramp, low, high))
+    if len(pieces) == 1 and _fits_one(ramp.kind, pieces[0]):
+        return [Painted(loops, *_paint(ramp, pieces[0]))]
+    fitted, error = _fitted(ramp, low, high)
+    parts: list[Painted] | None = None
+    if error > _CLOSE and len(pieces) <= MAX_BANDS:
+        parts = _bands(loops, ramp, pieces, is_opaque, size) if ramp.kind == LINEAR else None
+        if ramp.kind == RADIAL and is_opaque:
+            parts = _discs(loops, ramp, pieces, combiner, omitted)
+    omitted["gradient of several stops"] += parts is None
+    if parts is None:
+        return [Painted(loops, *_paint(ramp, fitted))]
+    omitted["gradient part"] += len(parts) - 1
+    return parts
+
+
+def _unrolled(ramp: Ramp, low: float, high: float, omitted: Counter[str]) -> Ramp:
+    """Return a ramp that pads and is the same from ``low`` to ``high``."""
+    first, last = math.floor(low), math.ceil(high)
+    if ramp.spread not in ("repeat", "reflect"):
+        return ramp
+    if last - first > _PERIODS_MAX:
+        omitted["repeating gradient"] += 1
+        return ramp
+    offsets = np.concatenate([[0.0], ramp.offsets, [1.0]])
+    colors = np.concatenate([ramp.colors[:1], ramp.colors, ramp.colors[-1:]])
+    turns = [ramp.spread == "reflect" and period % 2 == 1 for period in range(first, last)]
+    forth, back = offsets, 1.0 - offsets[::-1]
+    places = [first + period + (back if turn else forth) for period, turn in enumerate(turns)]
+    shades = [colors[::-1] if turn else colors for turn in turns]
+    return ramp._replace(offsets=np.concatenate(places), colors=np.concatenate(shades))
+
+
+def _linear_range(loops: list[Loop], geometry: tuple[float, ...], size: tuple[float, float]) -> tuple[float, float]:
+    """Return the least and the largest offset that the visible part of a shape may show."""
+    start, along = np.array(geometry[:2]), np.subtract(geometry[2:], geometry[:2])
+    along = along / (along @ along)
+    curves = np.concatenate([curves_of(loop) for loop in loops])
+    offsets = (curves - start) @ along
+    low, _, high, _ = bounding_box(np.stack([offsets, offsets], -1))
+    corners = (_corners(0.0, 0.0, *size) - start) @ along
+    inner = max(low, float(corners.min())), min(high, float(corners.max()))
+    return inner if inner[0] < inner[1] else (low, high)
+
+
+def _radial_range(loops: list[Loop], geometry: tuple[float, ...], size: tuple[float, float]) -> tuple[float, float]:
+    center, radius = np.array(geometry[:2]), geometry[2]
+    curves = np.concatenate([curves_of(loop) for loop in loops])
+    left, top, right, bottom = bounding_box(curves)
+    box = np.array([max(left, 0.0), max(top, 0.0), min(right, size[0]), min(bottom, size[1])])
+    if (box[2:] <= box[:2]).any():
+        box = np.array([left, top, right, bottom])
+    near = np.clip(center, box[:2], box[2:])
+    far = np.hypot(*(_corners(*box.tolist()) - center).T).max()
+    reach = np.hypot(*(curves.reshape(-1, 2) - center).T).max()
+    return float(np.hypot(*(near - center))) / radius, float(min(far, reach)) / radius
+
+
+def _corners(left: float, top: float, right: float, bottom: float) -> Array:
+    return np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
+
+
+def _pieces(ramp: Ramp, low: float, high: float) -> list[_Piece]:
+    """Return the straight parts of ``ramp`` between ``low`` and ``high``.
+
+    A flat part that padding draws is left out, but for that around the centre of a radial ramp.
+    """
+    offsets = np.concatenate([[min(low, ramp.offsets[0])], ramp.offsets, [max(high, ramp.offsets[-1])]])
+    colors = np.concatenate([ramp.colors[:1], ramp.colors, ramp.colors[-1:]])
+    margin = 1e-9 * max(high - low, 1e-9)
+    pieces = [
+        _Piece(float(a), float(b), colors[row], colors[row + 1])
+        for row, (a, b) in enumerate(pairwise(offsets))
+        if b > a and b > low + margin and a < high - margin
+    ]
+    if not pieces:
+        return [_Piece(low, high, ramp.colors[-1], ramp.colors[-1])]
+    if len(pieces) > 1 and ramp.kind == LINEAR and _is_flat(pieces[0]) and _joins(pieces[0], pieces[1]):
+        pieces.pop(0)
+    if len(pieces) > 1 and _is_flat(pieces[-1]) and _joins(pieces[-2], pieces[-1]):
+        pieces.pop()
+    return pieces
+
+
+def _is_flat(piece: _Piece) -> bool:
+    return bool((piece.first == piece.last).all())
+
+
+def _joins(before: _Piece, after: _Piece) -> bool:
+    return bool((before.last == after.first).all())
+
+
+def _merged(pieces: list[_Piece]) -> list[_Piece]:
+    """Return ``pieces`` with those joined that one straight part shows."""
+    merged = [pieces[0]]
+    inner: list[tuple[float, Array]] = []
+    for piece in pieces[1:]:
+        last = merged[-1]
+        tried = [*inner, (piece.start, piece.first)]
+        longer = _Piece(last.start, piece.end, last.first, piece.last)
+        if _joins(last, piece) and all(_difference(longer, *each) <= _EXACT for each in tried):
+            merged[-1], inner = longer, tried
+        else:
+            merged.append(piece)
+            inner = []
+    return merged
+
+
+def _difference(piece: _Piece, place: float, color: Array) -> float:
+    share = (place - piece.start) / (piece.end - piece.start)
+    return float(np.abs((1.0 - share) * piece.first + share * piece.last - color).max())
+
+
+def _fits_one(kind: int, piece: _Piece) -> bool:
+    """Return whether one gradient shows ``piece``: a radial one starts at its centre, whose colour must exist."""
+    return kind == LINEAR or bool(np.abs(_central(piece) - _clipped(_central(piece))).max() <= _EXACT)
+
+
+def _central(piece: _Piece) -> Array:
+    """Return the colour in the centre that goes on from a part of a radial ramp."""
+    return piece.first - (piece.last - piece.first) * piece.start / (piece.end - piece.start)
+
+
+def _paint(ramp: Ramp, piece: _Piece) -> tuple[Color, LinearOrRadial | None]:
+    """Return the first colour and the gradient of two stops that continue ``piece``."""
+    first, last = piece.first, piece.last
+    x, y, z, w = ramp.geometry
+    if ramp.kind == RADIAL:
+        first, geometry = _clipped(_central(piece)), (x, y, z * piece.end, 0.0)
+    else:
+        places = [(x + t * (z - x), y + t * (w - y)) for t in (piece.start, piece.end)]
+        geometry = (*places[0], *places[1])
+    if (first == last).all():
+        return _color(first), None
+    return _color(first), LinearOrRadial(ramp.kind, geometry, _color(last))
+
+
+def _fitted(ramp: Ramp, low: float, high: float) -> tuple[_Piece, float]:
+    """Return the straight part, padded, that is closest to ``ramp`` over its area, and the largest difference.
+
+    Its ends are at stops, or at the ends of what is visible.
+    """
+    low = 0.0 if ramp.kind == RADIAL else low
+    t = np.linspace(low, high, _SAMPLES)
+    shown = np.stack([np.interp(t, ramp.offsets, channel) for channel in ramp.colors.T], 1)
+    weight = np.sqrt(t / t[-1])[:, None] if ramp.kind == RADIAL else np.ones((len(t), 1))
+    inner = np.unique(ramp.offsets[(ramp.offsets > low) & (ramp.offsets < high)])[:_ENDS_MAX]
+    ends = [low, *inner.tolist(), high]
+    best, least = None, math.inf
+    for i, start in enumerate(ends if ramp.kind == LINEAR else ends[:1]):
+        for end in ends[i + 1 :]:
+            share = np.clip((t - start) / (end - start), 0.0, 1.0)[:, None]
+            basis = np.hstack([1.0 - share, share])
+            fitted = _clipped(np.linalg.lstsq(weight * basis, weight * shown, rcond=None)[0])
+            residual = basis @ fitted - shown
+            loss = float((weight * residual**2).sum())
+            if loss < least:
+                best, least, error = _Piece(start, end, *fitted), loss, float(np.abs(residual).max())
+    if best is None:
+        return _Piece(low, low + 1.0, shown[-1], shown[-1]), math.inf
+    return best, error
+
+
+def _bands(
+    loops: list[Loop], ramp: Ramp, pieces: list[_Piece], is_opaque: bool, size: tuple[float, float]
+) -> list[Painted]:
+    """Return the bands of a shape between the stops of a linear ramp."""
+    start, along = np.array(ramp.geometry[:2]), np.subtract(ramp.geometry[2:], ramp.geometry[:2])
+    length = float(np.hypot(*along))
+    across, down = along / length
+    frame = np.array([[across, down], [-down, across]])
+    origin, overlap = float(frame[0] @ start), _OVERLAP * max(size) if is_opaque else 0.0
+    parts = []
+    for row, piece in enumerate(pieces):
+        low = origin + piece.start * length if row else -math.inf
+        high = origin + piece.end * length + overlap if row + 1 < len(pieces) else math.inf
+        band = [part for loop in loops if (part := _between(loop, frame, low, high)) is not None]
+        if band:
+            parts.append(Painted(band, *_paint(ramp, piece)))
+    return parts
+
+
+def _between(loop: Loop, frame: Array, low: float, high: float) -> Loop | None:
+    """Return the part of ``loop`` whose first coordinate in ``frame`` [2, 2] is from ``low`` to ``high``."""
+    whole = curves = curves_of(loop) @ frame.T
+    if low > -math.inf:
+        curves = cut_at(curves, 0, low, -1.0)
+    if high < math.inf and len(curves):
+        curves = cut_at(curves, 0, high, 1.0)
+    if curves is whole:
+        return loop
+    if not len(curves):
+        return None
+    thirds = np.stack([(2.0 * curves[:, 0] + curves[:, 3]) / 3.0, (curves[:, 0] + 2.0 * curves[:, 3]) / 3.0], 1)
+    is_line: NDArray[np.bool_] = np.all(np.abs(curves[:, 1:3] - thirds) < 1e-6, (1, 2))
+    return Loop((curves[:, :3] @ frame).reshape(-1, 2), is_line)
+
+
+def _discs(
+    loops: list[Loop], ramp: Ramp, pieces: list[_Piece], combiner: Combiner, omitted: Counter[str]
+) -> list[Painted] | None:
+    """Return the shape in the outermost colours of a radial ramp, and the discs on it; None if one cannot be cut."""
+    rings = [_rings(piece) for piece in reversed(pieces)]
+    steps = [step for ring, _ in rings for step in ring]
+    parts = [Painted(loops, *_paint(ramp, steps[0]))]
+    x, y, radius, _ = ramp.geometry
+    for step in steps[1:] if len(steps) <= MAX_BANDS else ():
+        disc = disc_in(loops, x, y, radius * step.end, combiner)
+        if disc is None:
+            return None
+        if disc:
+            parts.append(Painted(disc, *_paint(ramp, step)))
+    omitted["steep radial gradient"] += max(error for _, error in rings) > _RING_CLOSE
+    return parts if len(steps) <= MAX_BANDS else None
+
+
+def _rings(piece: _Piece) -> tuple[list[_Piece], float]:
+    """Return parts, from the outside, that one disc each shows, and their largest difference from ``piece``.
+
+    There are several if the colours change too fast for one disc.
+    """
+    for count in range(1, _RINGS_MAX + 1):
+        edges = np.linspace(piece.start, piece.end, count + 1)
+        rings = [_ring(piece, low, high) for low, high in pairwise(edges.tolist())]
+        worst = max(error for _, error in rings)
+        if worst <= _RING_CLOSE:
+            break
+    return [ring for ring, _ in reversed(rings)], worst
+
+
+def _ring(piece: _Piece, low: float, high: float) -> tuple[_Piece, float]:
+    """Return the part of ``piece`` from ``low`` to ``high`` as a disc can show it, and its largest difference."""
+    slope = (piece.last - piece.first) / (piece.end - piece.start)
+    ends = [piece.first + slope * (at - piece.start) for at in (low, high)]
+    center = _clipped(_central(piece))
+    middle = (low + high) / 2
+    last = _clipped(center + (sum(ends) / 2 - center) * high / middle)
+    shown = _Piece(0.0, high, center, last)
+    return shown, max(_difference(shown, at, color) for at, color in zip((low, high), ends, strict=True))
+
+
+def _clipped(color: Array) -> Array:
+    return np.clip(color, 0.0, 1.0)
+
+
+def _color(values: Array) -> Color:
+    red, green, blue = values.tolist()
+    return red, green, blue

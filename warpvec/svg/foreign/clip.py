@@ -1,0 +1,122 @@
+"""Tell clip paths that cut something from those that do not, such as the frame that drawing programs put around all."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from xml.etree.ElementTree import Element
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.geometry.loops import Outline
+from warpvec.svg.document import local_name
+from warpvec.svg.foreign.polygons import polygon_of, winding
+from warpvec.svg.foreign.shapes import (
+    SHAPES,
+    Loop,
+    bounding_box,
+    closed_loops,
+    compose,
+    curves_of,
+    moved,
+    read_matrix,
+    read_subpaths,
+    shape_data,
+)
+from warpvec.svg.foreign.state import State
+
+_URL = re.compile(r"url\(\s*[\"']?#([^\"')\s]*)[\"']?\s*\)")
+
+_SHAPES_MAX = 64
+"""Most shapes of a clip path that are looked at."""
+
+_MARGIN = 1e-6
+"""Pixels by which a box may reach beyond a clip path: the rounding of transforms."""
+
+
+class Clips:
+    """The clip paths of a document, whose elements are ``by_id``, on a canvas of ``size`` pixels."""
+
+    def __init__(self, by_id: Mapping[str, Element], size: tuple[float, float]) -> None:
+        self._by_id = by_id
+        self._size = size
+
+    def cut(self, clip_path: str, state: State, outlines: Sequence[Outline], covers_canvas: bool) -> bool:
+        """Return whether a clip path may hide a part of what is on the canvas.
+
+        Args:
+            clip_path: the property of an element.
+            state: that of the element.
+            outlines: what was drawn of it, in pixels.
+            covers_canvas: whether the element is the background.
+        """
+        if clip_path == "none" or not (outlines or covers_canvas):
+            return False
+        box = (0.0, 0.0, *self._size) if covers_canvas else self._visible_box(outlines)
+        url = _URL.fullmatch(clip_path)
+        clip = None if url is None else self._by_id.get(url[1])
+        if clip is None or local_name(clip.tag) != "clipPath" or clip.get("clip-path", "none") != "none":
+            return True
+        if clip.get("clipPathUnits") == "objectBoundingBox" or len(clip) > _SHAPES_MAX:
+            return True
+        try:
+            return not any(_contains(loops, box) for loops in self._shapes(clip, state))
+        except ValueError:
+            return True
+
+    def _visible_box(self, outlines: Sequence[Outline]) -> tuple[float, float, float, float]:
+        curves = np.concatenate([curves_of(loop) for outline in outlines for loop in _loops(outline)])
+        left, top, right, bottom = bounding_box(curves)
+        return max(left, 0.0), max(top, 0.0), min(right, self._size[0]), min(bottom, self._size[1])
+
+    def _shapes(self, clip: Element, state: State) -> list[list[Loop]]:
+        """Return the loops in pixels of each shape in ``clip``.
+
+        Raises:
+            ValueError: a transform cannot be read.
+        """
+        outer = compose(state.matrix, read_matrix(clip.get("transform", "")))
+        shapes = [shape for shape in clip if local_name(shape.tag) in SHAPES and shape.get("clip-path") is None]
+        return [self._shape(shape, outer, state.viewport) for shape in shapes]
+
+    def _shape(self, shape: Element, outer: NDArray[np.float64], viewport: tuple[float, float]) -> list[Loop]:
+        subpaths, _ = read_subpaths(shape_data(local_name(shape.tag), shape.attrib, *viewport))
+        return moved(closed_loops(subpaths), compose(outer, read_matrix(shape.get("transform", ""))))
+
+
+def _loops(outline: Outline) -> list[Loop]:
+    stops = 3 * np.cumsum(outline.counts)[:-1]
+    return [Loop(points, np.zeros(len(points) // 3, np.bool_)) for points in np.split(outline.points, stops)]
+
+
+def _contains(loops: list[Loop], box: tuple[float, float, float, float]) -> bool:
+    """Return whether a shape contains all of ``box``: no edge of it runs through, and it runs around the middle.
+
+    With several loops that is said of either fill rule if they run around the middle once.
+    """
+    left, top, right, bottom = box
+    if not (left < right and top < bottom):
+        return True
+    low, high = np.array([left, top]) + _MARGIN, np.array([right, bottom]) - _MARGIN
+    polygons = [polygon_of(loop) for loop in loops]
+    if not all(np.isfinite(polygon).all() for polygon in polygons):
+        return False
+    if any(_run_through(polygon, np.roll(polygon, -1, 0), low, high).any() for polygon in polygons):
+        return False
+    return abs(sum(winding(polygon, (low + high) / 2) for polygon in polygons)) == 1
+
+
+def _run_through(
+    start: NDArray[np.float64], end: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Return which edges [K] from ``start`` to ``end`` [K, 2] have a point inside the box (Liang and Barsky)."""
+    step = end - start
+    with np.errstate(all="ignore"):
+        first, second = (low - start) / step, (high - start) / step
+    is_still = step == 0.0
+    inside = (start > low) & (start < high)
+    enter = np.where(is_still, np.where(inside, -np.inf, np.inf), np.minimum(first, second)).max(1)
+    leave = np.where(is_still, np.where(inside, np.inf, -np.inf), np.maximum(first, second)).min(1)
+    crosses: NDArray[np.bool_] = np.maximum(enter, 0.0) < np.minimum(leave, 1.0)
+    return crosses
