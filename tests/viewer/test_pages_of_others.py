@@ -54,6 +54,19 @@ def test_another_programs_file_is_shown_edited_and_saved(open_page) -> None:
     assert file_facts(viewer.saved())["paths"] == 0
 
 
+def test_the_ends_and_corners_of_strokes_are_kept(open_page) -> None:
+    svg = (
+        f'<svg {NS} width="120" height="60"><g fill="none" stroke="#a40" stroke-width="12" stroke-linecap="round">'
+        '<path d="M15 15h30v30" style="stroke-linejoin:bevel"/><path stroke-linecap="square" d="M70 15h30"/>'
+        '<path stroke-miterlimit="12" d="M70 45h30l-30 8"/></g></svg>'
+    )
+    viewer = open_page(svg)
+    image = draw(svg)
+    points = [(10, 15), (65, 10), (49, 11), (110, 46)]
+    assert viewer.colors([(x + 0.5, y + 0.5) for x, y in points]) == [tuple(image[y, x].tolist()) for x, y in points]
+    assert np.array_equal(draw(viewer.saved()), image)
+
+
 @pytest.mark.parametrize("empty", ["", '<text>only text</text><path d="nonsense" fill="url(#no)"/>'])
 def test_a_file_without_paths_opens_and_takes_a_stroke(open_page, empty: str) -> None:
     viewer = open_page(f'<svg {NS} width="60" height="40">{empty}</svg>')

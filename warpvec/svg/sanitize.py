@@ -20,8 +20,8 @@ _SILENT = frozenset(
 
 _GEOMETRY = "d points x y width height viewBox rx ry cx cy r x1 y1 x2 y2 transform"
 _STYLE = (
-    "fill fill-opacity fill-rule stroke stroke-width stroke-opacity stroke-dasharray opacity display visibility"
-    " clip-path mask filter stop-color stop-opacity"
+    "fill fill-opacity fill-rule stroke stroke-width stroke-opacity stroke-dasharray stroke-linecap stroke-linejoin"
+    " stroke-miterlimit opacity display visibility clip-path mask filter stop-color stop-opacity"
 )
 _REFERENCES = ("href", "{http://www.w3.org/1999/xlink}href")
 _GRADIENT = "gradientUnits gradientTransform spreadMethod offset fx fy"

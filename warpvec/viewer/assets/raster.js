@@ -19,7 +19,8 @@ function paintItems(context, items, palette, window) {
     if (item.fill) fillPath(context, path2dOf(item.shape), item.rule, color ?? item.fill);
     if (item.stroke) {
       context.strokeStyle = color ?? item.stroke.color;
-      context.lineWidth = item.stroke.width;
+      const { width, cap, join, limit } = item.stroke;
+      Object.assign(context, { lineWidth: width, lineCap: cap, lineJoin: join, miterLimit: limit });
       context.stroke(path2dOf(item.shape));
     }
   }

@@ -10,6 +10,7 @@ const LAYER_ID = /^layer-\d+-generation-(\d+)$/;
 const IDENTITY = [1, 0, 0, 1, 0, 0];
 const CONTAINERS = new Set(["g", "a", "svg", "switch"]);
 const INVISIBLE = new Set(["title", "metadata", "css", "defs", "linearGradient", "radialGradient"]);
+const PLAIN_STROKE = { cap: "butt", join: "miter", limit: 4 };
 const EFFECTS = ["clip-path", "mask", "filter", "stroke-dasharray"];
 
 function readDrawing(text) {
@@ -121,7 +122,7 @@ class Reader {
       fill,
       opacity: context.opacity * (fill ? context.fillOpacity : context.strokeOpacity),
       rule: context.rule,
-      stroke: stroke && { color: stroke, width: context.strokeWidth * scale },
+      stroke: stroke && { color: stroke, width: context.strokeWidth * scale, ...context.strokeShape },
     });
   }
 
@@ -141,6 +142,11 @@ class Reader {
       fill: this.paint(own("fill"), parent.fill),
       stroke: this.paint(own("stroke"), parent.stroke),
       strokeWidth: number("stroke-width", parent.strokeWidth),
+      strokeShape: {
+        cap: known(own("stroke-linecap"), ["butt", "round", "square"]) ?? parent.strokeShape.cap,
+        join: known(own("stroke-linejoin"), ["miter", "round", "bevel"]) ?? parent.strokeShape.join,
+        limit: Math.max(number("stroke-miterlimit", parent.strokeShape.limit), 1),
+      },
       fillOpacity: clamp01(number("fill-opacity", parent.fillOpacity)),
       strokeOpacity: clamp01(number("stroke-opacity", parent.strokeOpacity)),
       rule: { evenodd: "evenodd", nonzero: "nonzero" }[own("fill-rule")] ?? parent.rule,
@@ -199,7 +205,7 @@ class Reader {
 
 function initialContext() {
   return {
-    matrix: IDENTITY, fill: "#000000", stroke: null, strokeWidth: 1, fillOpacity: 1, strokeOpacity: 1,
+    matrix: IDENTITY, fill: "#000000", stroke: null, strokeWidth: 1, strokeShape: PLAIN_STROKE, fillOpacity: 1, strokeOpacity: 1,
     rule: "nonzero", opacity: 1, groupOpacity: 1,
   };
 }
@@ -245,6 +251,10 @@ function opaqueColor(text) {
 
 function hexColor(channels) {
   return `#${channels.map((level) => Math.round(level).toString(16).padStart(2, "0")).join("")}`;
+}
+
+function known(value, choices) {
+  return choices.find((choice) => choice === value);
 }
 
 function clamp01(value) {

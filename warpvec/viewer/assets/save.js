@@ -62,7 +62,10 @@ function writeItem({ shape, fill, opacity, rule, stroke }, decimals, names) {
 function writeStroke(stroke, opacity) {
   if (!stroke) return "";
   const width = formatNumber(stroke.width, 3);
-  return ` stroke="${shortColor(stroke.color)}" stroke-width="${width}"${writeOpacity("stroke-opacity", opacity)}`;
+  const names = { cap: "stroke-linecap", join: "stroke-linejoin", limit: "stroke-miterlimit" };
+  const special = Object.keys(names).filter((name) => stroke[name] !== PLAIN_STROKE[name]);
+  const shape = special.map((name) => ` ${names[name]}="${stroke[name]}"`).join("");
+  return ` stroke="${shortColor(stroke.color)}" stroke-width="${width}"${shape}${writeOpacity("stroke-opacity", opacity)}`;
 }
 
 function writeOpacity(name, opacity) {
