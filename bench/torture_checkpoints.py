@@ -31,6 +31,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "area": {"z_order": "area", "flat": True},
     "growing": {"initial_curves": 2, "inflation_gap": 2, "recycle_gap": 2, "iterations": 8},
     "replacement": {"policy": "replacement", "replace_gap": 2, "iterations": 8},
+    "gradients": {"gradients": 0.5, "iterations": 8},
     "splat": {"renderer": "splat", "samples": 8, "lines": 4},
     "sides": {"renderer": "splat", "path_model": "sides", "degree": 3, "samples": 8, "lines": 4},
 }
@@ -84,7 +85,7 @@ def check(data: bytes, folder: Path, name: str) -> str:
     checkpoint = read_checkpoint(path)
     result = fit_photo(photo(), _config(name), resume=checkpoint)
     text = result.svg()
-    if "nan" in text.partition("<metadata")[0] or not np.isfinite(result.scene.points.numpy()).all():
+    if "nan" in text.partition("<metadata")[0] or not np.isfinite(result.scene.segments.numpy()).all():
         raise Wrong("a file of points that are not finite")
     return OK
 

@@ -52,9 +52,7 @@ def _crashed(photo: Pixels, config: FitConfig, path: Path, iteration: int, every
 
 def _assert_same(resumed: Result, whole: Result) -> None:
     assert resumed.svg() == whole.svg()
-    for name, value in whole.fitted.scene.to_dict().items():
-        other = resumed.fitted.scene.to_dict()[name]
-        assert torch.equal(other, value) if isinstance(value, torch.Tensor) else other == value, name
+    torch.testing.assert_close(resumed.fitted.scene.to_dict(), whole.fitted.scene.to_dict(), rtol=0, atol=0)
     assert resumed.fitted.iterations == whole.fitted.iterations
     for entry, other in zip(whole.history, resumed.history, strict=True):
         assert entry | {"seconds": 0} == other | {"seconds": 0}
@@ -77,11 +75,14 @@ FITS: dict[str, dict[str, Any]] = {
     "flat": {"flat": True},
     "reduced": {"fit_size": 30},
     "levels": {"lod": True},
+    "gradients": {"gradients": 0.3, "recycle_gap": 2},
+    "opaque gradients": {"gradients": 9, "opacity": "opaque", "z_order": "area"},
+    "levels of gradients": {"gradients": 0.6, "lod": True},
 }
 
 
 # Transparent images take another way through the renderer, the palette and the levels.
-TRANSPARENT = ("default", "palette", "levels", "splat", "replacement")
+TRANSPARENT = ("default", "palette", "levels", "splat", "replacement", "gradients")
 
 
 @pytest.mark.parametrize(
@@ -107,6 +108,17 @@ def test_a_fit_resumes_from_any_iteration(tmp_path: Path) -> None:
         state = _crashed(_photo(), config, tmp_path / "fit", iteration, 1)
         assert state.state["iteration"] == iteration - 1
         _assert_same(fit_photo(_photo(), config, resume=state), whole)
+
+
+@pytest.mark.parametrize("iteration", [8, 9, 20, 32, 33])
+def test_a_fit_resumes_before_and_after_a_choice_of_gradients(iteration: int, tmp_path: Path) -> None:
+    """Gradients are chosen after iterations 8 and 32; the checkpoint of an iteration holds the choice after it."""
+    config = make_config(**QUICK, gradients=0.3, recycle_gap=3)
+    whole = fit_photo(_photo(), config)
+    assert "url(#g7)" in whole.svg() and "url(#g8)" not in whole.svg()
+    state = _crashed(_photo(), config, tmp_path / "fit", iteration, 1)
+    assert (state.state["population"]["gradients"] is None) == (iteration == 8)
+    _assert_same(fit_photo(_photo(), config, resume=state), whole)
 
 
 def test_a_fit_may_crash_twice_and_resume_on_other_threads(tmp_path: Path) -> None:

@@ -245,9 +245,12 @@ def test_a_flipped_bit_is_found_or_changes_nothing(whole: Path) -> None:
     assert found > 0.5 * len(places)
 
 
-def test_a_file_of_an_older_version_is_refused_in_one_line(whole: Path) -> None:
-    whole.write_bytes(_with_header(whole.read_bytes(), lambda header: {**header, "version": 1}))
-    expected = "^checkpoint must have version 2, got version 1 in .*, written by warpvec [0-9.]+; continue with that"
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_file_of_an_older_version_is_refused_in_one_line(version: int, whole: Path) -> None:
+    whole.write_bytes(_with_header(whole.read_bytes(), lambda header: {**header, "version": version}))
+    expected = (
+        f"^checkpoint must have version 3, got version {version} in .*, written by warpvec [0-9.]+; continue with that"
+    )
     with pytest.raises(InputError, match=expected) as caught:
         read_checkpoint(whole)
     assert "\n" not in str(caught.value)

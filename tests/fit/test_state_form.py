@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 import torch
 from logo import logo
+from paints import painted_scene, values_of, with_values
 from torch import Tensor
 
 from warpvec.config.fit_config import MACHINE_SETTINGS, FitConfig
@@ -24,6 +25,7 @@ from warpvec.config.presets import make_config
 from warpvec.errors import InputError
 from warpvec.fit.loop import fit
 from warpvec.fit.state import Saving, State
+from warpvec.geometry.scene import Scene, straightened
 
 QUICK: dict[str, Any] = {
     "curves": 12,
@@ -44,6 +46,8 @@ KINDS: dict[str, dict[str, Any]] = {
     "transparent palette": {"colors": 3},
     "timed": {"time_budget": 1e6},
     "refined levels": {"lod": True, "recycle_gap": 2},
+    "gradients": {"gradients": 0.5, "recycle_gap": 3},
+    "refined drawing": {"recycle_gap": 5},
 }
 
 REFUSAL = re.compile("checkpoint must hold a whole fit, got one whose .* [(]it is damaged[)]; start again without it")
@@ -61,12 +65,25 @@ class Case:
         pixels = logo().astype(np.float32)[::4, ::4] / 255.0
         self.target = torch.from_numpy(pixels if "transparent" in kind else np.ascontiguousarray(pixels[..., :3]))
         self.config = make_config(**{**QUICK, **KINDS[kind]})
-        start = fit(self.target, self.config).scene if kind == "refined levels" else None
+        start = self._start()
         if start is not None:
             self.config = replace(self.config, curves=20)
         states: list[State] = []
         fit(self.target, self.config, start=start, saving=Saving(16, lambda state: states.append(copy.deepcopy(state))))
         self.state = states[0]
+
+    def _start(self) -> Scene | None:
+        """Return what a refining fit begins with."""
+        if self.kind == "refined levels":
+            return fit(self.target, self.config).scene
+        if self.kind != "refined drawing":
+            return None
+        scene = painted_scene(0, 9, *self.target.shape[:2])
+        is_line = torch.arange(len(scene.segments)) % 4 == 0
+        structure = replace(scene.structure, is_line=is_line)
+        values = [value.float() for value in values_of(scene)]
+        drawing = with_values(scene, [straightened(values[0], structure), *values[1:]])
+        return replace(drawing, structure=structure, generation=torch.zeros_like(scene.generation))
 
     def refusal(self, path: Path, change: Change) -> str | None:
         """Return the error of a fit of the changed state; None if it runs to its end, to finite paths."""
@@ -76,7 +93,7 @@ class Case:
             message = str(error)
         else:
             assert result.iterations == self.config.iterations
-            assert torch.isfinite(result.scene.points).all()
+            assert torch.isfinite(result.scene.segments).all()
             assert torch.isfinite(result.scene.color).all()
             return None
         assert REFUSAL.fullmatch(message), message
@@ -171,10 +188,18 @@ def _is_free(path: Path, name: str, value: Any) -> bool:
     """Return whether the change ``name`` leaves a state that a fit can have."""
     if len(path) == 2 and path[0] == "config":  # settings of the machine, and defaults that are left out
         return path[1] in MACHINE_SETTINGS or (name == "removed" and FitConfig().to_dict()[path[1]] == value)
+    if name == "none" and path[-1:] in [
+        ("is_line",),
+        ("gradients",),
+    ]:  # any path may be curved, and any best scene flat
+        return path[-1] == "is_line" or path[0] == "best"
     return (path, name) in [((), "none"), ((), "removed"), (("best",), "none"), (("history", 0), "removed")]
 
 
-@pytest.mark.parametrize("kind", ["default", "replacement", "transparent palette", "refined levels"])
+FORMS = ["default", "replacement", "transparent palette", "refined levels", "gradients", "refined drawing"]
+
+
+@pytest.mark.parametrize("kind", FORMS)
 def test_a_state_of_another_form_is_refused(kind: str) -> None:
     case, accepted = _case(kind), []
     for path, value in _places(case.state):
@@ -194,7 +219,7 @@ def _planes(state: State) -> Iterator[tuple[Path, int]]:
                 yield path, row
 
 
-@pytest.mark.parametrize("kind", ["default", "given palette", "replacement", "splat", "transparent"])
+@pytest.mark.parametrize("kind", ["default", "given palette", "replacement", "splat", "transparent", "refined drawing"])
 def test_a_value_that_could_be_true_is_refused_or_runs_to_the_end(kind: str) -> None:
     case = _case(kind)
     is_run = [
@@ -204,11 +229,11 @@ def test_a_value_that_could_be_true_is_refused_or_runs_to_the_end(kind: str) -> 
     assert sum(is_run) < 0.3 * len(is_run)
 
 
-@pytest.mark.parametrize("kind", ["default", "palette"])
+@pytest.mark.parametrize("kind", ["default", "palette", "gradients", "refined drawing"])
 def test_a_state_may_be_resumed_twice(kind: str) -> None:
     case = _case(kind)
     first, second = (fit(case.target, case.config, resume=case.state).scene for _ in range(2))
-    assert torch.equal(first.points, second.points)
+    assert torch.equal(first.segments, second.segments)
 
 
 def _generator(at: int, number: int) -> Change:
@@ -248,13 +273,26 @@ IMPOSSIBLE: dict[str, tuple[str, Path, Change]] = {
     "a palette without a setting": ("default", ("population", "palette"), lambda _: {}),
     "translucent paths": ("palette", ("population", "live", "opacity"), lambda opacity: opacity * 0.5),
     "colours from no palette": ("palette", ("population", "live", "color"), lambda color: 1.0 - color),
-    "paths elsewhere": ("default", ("population", "live", "points"), lambda points: points + 1.0),
+    "paths elsewhere": ("default", ("population", "live", "segments"), lambda points: points + 1.0),
     "a history beyond the present": ("default", ("history", 0, "iteration"), lambda _: 17),
     "a history of the future": ("default", ("history", 0, "seconds"), lambda _: 1e8),
     "the history twice": ("default", ("history",), lambda entries: entries * 2),
-    "gradients without squares": ("default", ("population", "points"), lambda planes: planes * PLANES),
+    "gradients without squares": ("default", ("population", "segments"), lambda planes: planes * PLANES),
     "other settings": ("default", ("config", "lr_color"), lambda rate: 2.0 * rate),
     "other growth": ("refined levels", ("config", "initial_radius"), lambda radius: 2.0 * radius),
+}  # fmt: skip
+PAINTS = ("population", "live", "gradients")
+STEPPED = ("population", "gradients")
+IMPOSSIBLE |= {
+    "an empty loop": ("refined drawing", ("population", "live", "loop_first_segment"), _with(0, 1)),
+    "a path without a loop": ("refined drawing", ("population", "live", "path_first_loop"), _with(0, 1)),
+    "loops that begin late": ("refined drawing", ("best", "scene", "loop_first_segment"), _with(1, 0)),
+    "loops of no row": ("refined drawing", ("population", "live", "loop_first_segment"), lambda rows: rows + 1),
+    "a paint of no kind": ("gradients", (*PAINTS, "kind"), _with(3, 0)),
+    "a gradient that is no number": ("gradients", (*PAINTS, "geometry"), _with(math.nan, 0)),
+    "gradients of the future": ("gradients", (*STEPPED, "geometry", "steps", "step"), lambda n: n + 16),
+    "steps without squares": ("gradients", (*STEPPED, "end_color", "steps", "exp_avg_sq"), lambda v: v * 0.0),
+    "gradients elsewhere": ("gradients", (*STEPPED, "geometry", "value"), lambda ends: ends + 0.1),
 }  # fmt: skip
 PLANES = torch.tensor([1.0, 1.0, 1.0, 0.0, 1.0])[:, None, None]
 

@@ -81,6 +81,7 @@ def test_what_is_not_drawn_behind_opaque_gradients_changes_no_other_derivative(b
     scene, adj_image = opaque_stack().to(backend.device), cotangent().to(backend.device)
     all_drawn, few_drawn = (make_renderer(backend, transmittance_min=least) for least in (0.0, 1e-4))
     torch.testing.assert_close(few_drawn.render(scene), all_drawn.render(scene), rtol=0, atol=1e-15)
+    few_drawn.adjoint(painted_scene(1, 20, HEIGHT, WIDTH).to(backend.device), adj_image)  # fills the buffers
     want, got = all_drawn.adjoint(scene, adj_image), few_drawn.adjoint(scene, adj_image)
     for name in ("color", "background", "end_color", "geometry"):
         torch.testing.assert_close(getattr(got, name), getattr(want, name), rtol=1e-12, atol=1e-13)
@@ -117,7 +118,7 @@ DEGENERATE: dict[str, tuple[int, tuple[float, float, float, float]]] = {
     "longer than any number": (LINEAR, (-1e300, 1.0, 1e300, 11.2)),
     "radius 0": (RADIAL, (20.3, 11.2, 0.0, 0.0)),
     "a negative radius": (RADIAL, (20.3, 11.2, -5.0, 0.0)),
-    "a small radius": (RADIAL, (20.3, 11.2, 0.99 * EXTENT_MIN, 0.0)),
+    "a small radius about a pixel's centre": (RADIAL, (20.5, 11.5, 0.99 * EXTENT_MIN, 0.0)),
     "a radius that is no number": (RADIAL, (20.3, 11.2, NAN, 0.0)),
     "an infinite radius": (RADIAL, (20.3, 11.2, INF, 0.0)),
     "a centre that is no number": (RADIAL, (NAN, 11.2, 5.0, 0.0)),

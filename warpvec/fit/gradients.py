@@ -10,8 +10,10 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.adan import Adan, check_adan_state
 from warpvec.fit.state import State
-from warpvec.fit.state_form import Part, check_fields
+from warpvec.fit.state_form import Fields, Part, check_fields, floats, require
 from warpvec.geometry.gradients import FLAT, Gradients
+
+_NAMES = ("end_color", "geometry")
 
 
 class GradientParameters:
@@ -23,7 +25,7 @@ class GradientParameters:
 
     def __init__(self, gradients: Gradients, config: FitConfig, half_side: float) -> None:
         self._half_side, self._rates = half_side, (config.lr_color, config.lr_points)
-        self._set(gradients.map(torch.Tensor.clone), None)
+        self._set(gradients.map(torch.Tensor.clone), self._raw(gradients), None)
 
     def step(self, adj_end_color: Tensor, adj_geometry: Tensor, factor: float, fits: Tensor | None) -> None:
         """Take an optimizer step with learning rates multiplied by ``factor``; if ``fits`` is -1, move nothing."""
@@ -40,7 +42,8 @@ class GradientParameters:
 
     def keep(self, rows: Tensor) -> None:
         """Keep the paths ``rows``: a mask, or indices in the new order."""
-        self._set(self.live.map(lambda value: value[rows]), self._map_state(lambda value: value[rows]))
+        params = [param[rows] for param in self._params]
+        self._set(self.live.map(lambda value: value[rows]), params, self._map_state(lambda value: value[rows]))
 
     def append(self, gradients: Gradients) -> None:
         """Add the gradients of new paths, with fresh optimizer state."""
@@ -48,7 +51,8 @@ class GradientParameters:
         def extended(value: Tensor) -> Tensor:
             return torch.cat([value, value.new_zeros(len(gradients), *value.shape[1:])])
 
-        self._set(self.live.joined(gradients), self._map_state(extended))
+        params = [torch.cat(pair) for pair in zip(self._params, self._raw(gradients), strict=True)]
+        self._set(self.live.joined(gradients), params, self._map_state(extended))
 
     def replace_rows(self, rows: Tensor, gradients: Gradients) -> None:
         """Take the entries ``rows`` (indices) from ``gradients``, those of all paths, with fresh optimizer state."""
@@ -58,40 +62,47 @@ class GradientParameters:
             value[rows] = 0
             return value
 
-        self._set(gradients.map(torch.Tensor.clone), self._map_state(cleared))
+        params = [param.clone() for param in self._params]
+        for param, values in zip(params, self._raw(gradients), strict=True):
+            param[rows] = values[rows]
+        self._set(gradients.map(torch.Tensor.clone), params, self._map_state(cleared))
 
     def state(self) -> State:
-        """Return everything that :meth:`restore` needs to continue to the same bits."""
-        end_color, geometry = (dict(self._optimizer.state[param]) for param in self._params)
-        return {"end_color": end_color, "geometry": geometry}
+        """Return everything that :meth:`restore` needs to continue to the same bits, beside the present paints."""
+        parts = zip(_NAMES, self._params, strict=True)
+        return {name: {"value": param, "steps": dict(self._optimizer.state[param])} for name, param in parts}
 
     def check(self, state: State, iteration: int) -> None:
-        """Refuse ``state`` unless :meth:`state` can have returned it for the present paths after ``iteration``.
+        """Refuse ``state`` unless :meth:`state` can have returned it for the present paints after ``iteration``.
 
         Raises:
             InputError: it cannot.
         """
-        count = len(self.live)
-        forms = {"end_color": 3, "geometry": 4}
-        check_fields("population.gradients", state, **{name: Part() for name in forms})
-        for name, width in forms.items():
-            part, label = state[name], f"population.gradients.{name}"
-            if not part:
-                continue  # they have not been stepped since they were made
-            check_adan_state(label, part, (count, width), iteration)
+        check_fields("population.gradients", state, **{name: Part() for name in _NAMES})
+        for name, shown in zip(_NAMES, self._raw(self.live), strict=True):
+            label, part = f"population.gradients.{name}", state[name]
+            Fields({"value": floats(*shown.shape), "steps": Part()}).check(label, part)
+            is_same = torch.allclose(part["value"], shown.cpu(), rtol=1e-4, atol=1e-4)
+            require(is_same, label, "does not go with the paints of the paths")
+            if part["steps"]:  # there are none before the first step
+                check_adan_state(f"{label}.steps", part["steps"], tuple(shown.shape), iteration)
 
     def restore(self, state: State, device: str) -> None:
         """Continue from ``state``, which :meth:`check` has accepted, with the present paints."""
-        parts = (state[name] for name in ("end_color", "geometry"))
+        params = [state[name]["value"].to(device, copy=True) for name in _NAMES]
+        parts = [state[name]["steps"] for name in _NAMES]
         states = [{name: value.to(device, copy=True) for name, value in part.items()} for part in parts]
-        self._set(self.live, states)
+        self._set(self.live, params, states)
 
-    def _set(self, gradients: Gradients, states: list[dict[str, Tensor]] | None) -> None:
-        self.live = gradients.map(torch.Tensor.contiguous)
-        self._params = [gradients.end_color.clone(), gradients.geometry / self._half_side]
-        groups = [{"params": [param], "lr": rate} for param, rate in zip(self._params, self._rates, strict=True)]
+    def _raw(self, gradients: Gradients) -> list[Tensor]:
+        """Return the parameters that stand for ``gradients``."""
+        return [gradients.end_color.clone(), gradients.geometry / self._half_side]
+
+    def _set(self, live: Gradients, params: list[Tensor], states: list[dict[str, Tensor]] | None) -> None:
+        self.live, self._params = live.map(torch.Tensor.contiguous), params
+        groups = [{"params": [param], "lr": rate} for param, rate in zip(params, self._rates, strict=True)]
         self._optimizer = Adan(groups)
-        for param, state in zip(self._params, states or [{}, {}], strict=True):
+        for param, state in zip(params, states or [{}, {}], strict=True):
             self._optimizer.state[param].update(state)
 
     def _map_state(self, change: Callable[[Tensor], Tensor]) -> list[dict[str, Tensor]]:

@@ -84,6 +84,7 @@ class Population:
         self._logit_color = config.color_parameter == "logit"
         self._fixed_background = config.backdrop == "white" or scene.transparent
         self._opaque = config.opacity == "opaque"
+        self._is_splat = config.renderer == "splat"
         self._palette: Palette | None = None
         self._curves = config.curves
         self._rates = (config.lr_points, config.lr_color, config.lr_opacity)
@@ -243,11 +244,12 @@ class Population:
             created=Whole(path_count, self._curves * (iteration + 1)),
             live=Part(),
             palette=Maybe(Part()) if palette else Exactly(None),
-            gradients=Maybe(Part()) if self._config.gradients else Exactly(None),
+            gradients=Exactly(None) if palette or self._is_splat else Maybe(Part()),
         )
         check_scene("population.live", state["live"], self.live, path_count, generation_max)
         live = Scene.from_dict(state["live"])
         require(live.structure.segment_count == rows, "population.live", "has other segments than the parameters")
+        require(live.is_uniform or not self._is_splat, "population.live", "has paths that are not drawn as splats")
         has_both = (live.gradients is None) == (state["gradients"] is None)
         require(has_both, "population.gradients", "does not go with the paths")
         if live.gradients is not None:

@@ -11,6 +11,7 @@ import torch
 import warp as wp
 from torch import Tensor
 
+from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
 from warpvec.kernels.constants import TRANSMITTANCE_MIN
 from warpvec.rendering.capacity import Counts
@@ -59,6 +60,10 @@ class SplatRenderer(TileRenderer):
         self._ones = torch.ones(0)
 
     def _cover(self, scene: Scene) -> Hits:
+        if scene.gradients is not None:
+            raise InputError(
+                "scene", "must have flat fills for the renderer splat", "gradients", "render it with exact"
+            )
         self._splatting.run(scene.points, scene.opacity)
         self._binning.bin_splats(self._splatting, len(scene))
         self._coverage.run(self._splatting, self._binning, scene.opacity)

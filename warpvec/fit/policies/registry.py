@@ -47,6 +47,9 @@ def config_from_start(config: FitConfig, start: Scene, height: int, width: int) 
     if config.renderer != "exact" and not (start.is_uniform and start.piece_count == pieces):
         rule = f"must have {pieces} curves a path in one loop, as the settings say, for the renderer {config.renderer}"
         raise InputError("start", rule, "other paths", "change path_model or segments, or give the renderer exact")
+    if start.gradients is not None and (config.renderer != "exact" or config.palette is not None or config.colors):
+        rule = "must have flat fills for the renderer splat, a palette or a number of colours"
+        raise InputError("start", rule, "gradients", "give the renderer exact and no palette")
     return schedule.grow_from(config, len(start), height, width)
 
 
