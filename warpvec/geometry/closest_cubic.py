@@ -7,9 +7,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from warpvec.geometry.bezier import bernstein
-
-_SAMPLES = 24
+_SAMPLES = 16
 """Points along each old cubic that the new one is fitted to."""
 
 _ROUNDS, _STEPS = 8, 2
@@ -22,6 +20,12 @@ needed; with 0, the handles could jump."""
 
 _DENSITY = 4
 """Points compared for each one fitted."""
+
+_PAIRS = torch.tensor([[0, 1], [1, 2]])
+"""Place of the entries of a symmetric 2 x 2 matrix in a list of three."""
+
+_CHUNK = 512
+"""Pairs that are fitted at a time. More of them are slower, because they do not fit in the caches."""
 
 _SHARE_MIN = 1e-3
 """Least share of the new cubic's parameters that either old one gets at the start."""
@@ -59,6 +63,13 @@ def closest_cubic(first: Tensor, second: Tensor, is_line: Tensor) -> Replacement
 
     Everything is computed in the dtype of the points; float64 is expected.
     """
+    parts = zip(*(values.split(_CHUNK) for values in (first, second, is_line)), strict=True)
+    found = [_replaced(*part) for part in parts]
+    names = Replacement.__dataclass_fields__
+    return Replacement(**{name: torch.cat([getattr(each, name) for each in found]) for name in names})
+
+
+def _replaced(first: Tensor, second: Tensor, is_line: Tensor) -> Replacement:
     points, weights = _sampled(first, second)
     candidates = _handle_share(first, second), _length_share(first, second)
     share = torch.cat(candidates).clamp(_SHARE_MIN, 1.0 - _SHARE_MIN)
@@ -83,7 +94,7 @@ def area_between(old: Tensor, new: Tensor) -> Tensor:
 def compared(old: Tensor, new: Tensor) -> tuple[Tensor, Tensor]:
     """Return the distance and the area [K] between cubics [K, 4, 2] at equal parameters."""
     parameters = torch.linspace(0.0, 1.0, 2 * _SAMPLES + 1, dtype=old.dtype, device=old.device)
-    weights = bernstein(3, parameters)
+    weights = _cubic_weights(parameters)
     return ((weights @ (new - old)).norm(dim=-1).amax(1), area_between(weights @ old, weights @ new))
 
 
@@ -99,7 +110,7 @@ def _cross(a: Tensor, b: Tensor) -> Tensor:
 def _sampled(first: Tensor, second: Tensor) -> tuple[Tensor, Tensor]:
     """Return points along both [K, 2 S + 1, 2], and the length that each stands for, of 1 in all [K, 2 S + 1]."""
     parameters = torch.linspace(0.0, 1.0, _SAMPLES + 1, dtype=first.dtype, device=first.device)
-    weights = bernstein(3, parameters)
+    weights = _cubic_weights(parameters)
     points = torch.cat([weights @ first, (weights @ second)[:, 1:]], 1)
     steps = (points[:, 1:] - points[:, :-1]).norm(dim=-1)
     lengths = torch.nn.functional.pad(steps, (1, 0)) + torch.nn.functional.pad(steps, (0, 1))
@@ -157,18 +168,21 @@ def _least_squares(points: Tensor, weights: Tensor, parameters: Tensor, normals:
     Distances along the ``normals`` [K, 2 S + 1, 2] count in full, others only a little, because the parameters follow
     in that direction.
     """
-    basis = bernstein(3, parameters)
+    basis = _cubic_weights(parameters)
     rest = points - basis[..., [0, 3]] @ torch.stack([points[:, 0], points[:, -1]], 1)
-    # The unknowns are x, y of both handles; each point gives its distances along x, y, and the normal.
-    across = normals.square().sum(-1, keepdim=True)  # 0 where there is no normal yet
-    axes = torch.eye(2, dtype=points.dtype, device=points.device) * (1.0 - across * (1.0 - _ALONG))[..., None].sqrt()
-    directions = torch.cat([axes, normals[:, :, None]], 2)  # [K, P, 3, 2]
-    rows = (basis[..., None, 1:3, None] * directions[..., None, :]).flatten(-2) * weights.sqrt()[..., None, None]
-    values = (directions * rest[..., None, :]).sum(-1) * weights.sqrt()[..., None]
-    rows, values = rows.flatten(1, 2), values.flatten(1, 2)[..., None]
+    inner, across = basis[..., 1:3], normals.square().sum(-1, keepdim=True)  # 0 where there is no normal yet
+    along = weights[..., None] * (1.0 - across * (1.0 - _ALONG))
+    extra = weights[..., None] * (1.0 - _ALONG) * normals
+    # Each point weighs x and y by the matrix [[xx, xy], [xy, yy]].
+    xx, xy = along + extra[..., :1] * normals[..., :1], extra[..., :1] * normals[..., 1:]
+    yy = along + extra[..., 1:] * normals[..., 1:]
+    products = torch.cat([inner * inner[..., :1], inner[..., 1:] * inner[..., 1:]], -1).mT  # of both handles' weights
+    sums = products @ torch.cat([xx, xy, yy], -1)  # [K, 3, 3]
+    normal = sums[:, _PAIRS][:, :, :, _PAIRS].transpose(2, 3).reshape(-1, 4, 4)
+    weighted = torch.cat([xx * rest[..., :1] + xy * rest[..., 1:], xy * rest[..., :1] + yy * rest[..., 1:]], -1)
     ridge = _RIDGE * torch.eye(4, dtype=points.dtype, device=points.device)
-    right = rows.mT @ values + _RIDGE * straight.flatten(1)[..., None]
-    return torch.linalg.solve(rows.mT @ rows + ridge, right).reshape(-1, 2, 2)
+    right = (inner.mT @ weighted + _RIDGE * straight).reshape(-1, 4, 1)
+    return torch.linalg.solve(normal + ridge, right).reshape(-1, 2, 2)
 
 
 def _closer(control: Tensor, parameters: Tensor, points: Tensor) -> Tensor:
@@ -184,7 +198,7 @@ def _corresponding(first: Tensor, second: Tensor, control: Tensor, parameters: T
     part = torch.arange(_DENSITY, dtype=first.dtype, device=first.device) / _DENSITY
     between = parameters[:, :-1, None] + part * parameters.diff(dim=1)[..., None]
     dense = torch.cat([between.flatten(1), parameters[:, -1:]], 1)
-    weights = bernstein(3, torch.linspace(0.0, 1.0, _SAMPLES * _DENSITY + 1, dtype=first.dtype, device=first.device))
+    weights = _cubic_weights(torch.linspace(0.0, 1.0, _SAMPLES * _DENSITY + 1, dtype=first.dtype, device=first.device))
     return torch.cat([weights @ first, (weights @ second)[:, 1:]], 1), _on_cubic(control, dense)
 
 
@@ -193,9 +207,18 @@ def _control(points: Tensor, handles: Tensor) -> Tensor:
     return torch.cat([points[:, :1], handles, points[:, -1:]], 1)
 
 
+def _cubic_weights(t: Tensor) -> Tensor:
+    """Return the weights [..., 4] of the control points of cubics at ``t`` [...]."""
+    s = 1.0 - t
+    st = 3.0 * s * t
+    return torch.stack([s * s * s, st * s, st * t, t * t * t], -1)
+
+
 def _on_cubic(control: Tensor, parameters: Tensor) -> Tensor:
-    return bernstein(3, parameters) @ control
+    return _cubic_weights(parameters) @ control
 
 
 def _slope(control: Tensor, parameters: Tensor) -> Tensor:
-    return bernstein(2, parameters) @ (3.0 * (control[:, 1:] - control[:, :-1]))
+    """Return the derivatives of cubics at their parameters."""
+    t, s = parameters, 1.0 - parameters
+    return torch.stack([s * s, 2.0 * s * t, t * t], -1) @ (3.0 * (control[:, 1:] - control[:, :-1]))
