@@ -338,7 +338,7 @@ class _Fit:
         has_changed = self._policy.update(
             self._population, iteration, iterations, removal_cost, self._target.squared_error
         )
-        self._gradients.update(self._population, iteration, iterations)
+        self._gradients.update(self._population, iteration, iterations, has_changed or has_cut)
         if has_changed or has_cut:
             self._remember(before)
 

@@ -101,10 +101,14 @@ class GradientChoice:
     def __init__(self, target: Target, config: FitConfig) -> None:
         self._target, self._config = target, config
 
-    def update(self, population: Population, iteration: int, iterations: int) -> None:
-        """Choose paths if that is due after ``iteration`` of ``iterations``."""
-        begin, end = (round(share * iterations) for share in (CHOICE_BEGIN, CHOICE_END))
-        is_due = (begin <= iteration <= end and (iteration - begin) % CHOICE_GAP == 0) or iteration == end
+    def update(self, population: Population, iteration: int, iterations: int, has_changed: bool) -> None:
+        """Choose paths if that is due after ``iteration`` of ``iterations``.
+
+        From ``CHOICE_END`` on that is so if the population ``has_changed``, as new paths are flat.
+        """
+        begin, end = (min(round(share * iterations), iterations - 1) for share in (CHOICE_BEGIN, CHOICE_END))
+        is_regular = begin <= iteration <= end and (iteration - begin) % CHOICE_GAP == 0
+        is_due = is_regular or iteration == end or (has_changed and iteration > end)
         if not self._config.gradients or not is_due:
             return
         scene = population.scene

@@ -92,7 +92,7 @@ class Target:
         return torch.cat([red, adjoints.background[:1]])
 
     def ramp_moments(self, scene: Scene, box: Tensor) -> tuple[Tensor, Tensor]:
-        """Measure the moments of each path's visible pixels, for ``warpvec.fit.gradients``.
+        """Measure the moments of each path's visible pixels, for ``warpvec.fit.ramps``.
 
         With w the visible share of the path in a pixel at (x, y), and g the adjoint of the image in each channel:
 
