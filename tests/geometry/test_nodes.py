@@ -133,6 +133,9 @@ def test_a_split_scene_is_the_same_picture(seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_merging_a_split_gives_the_first_segment_back(seed: int, dtype: torch.dtype) -> None:
     scene = mixed_scene(seed, dtype)
+    if seed == 0:
+        scene.segments[::3] = scene.segments[::3, :1]  # curves that look like lines
+        scene = replace(scene, segments=straightened(scene.segments, scene.structure))
     rows = some_rows(scene, seed)
     there = split(scene, rows, parameters(rows, seed))
     back = merge(there.scene, new_rows(rows))

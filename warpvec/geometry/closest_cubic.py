@@ -24,6 +24,10 @@ _DENSITY = 4
 _PAIRS = torch.tensor([[0, 1], [1, 2]])
 """Place of the entries of a symmetric 2 x 2 matrix in a list of three."""
 
+_GAIN_MIN = 1e-10
+"""Least gain in squared pixels for which a solution replaces an earlier one. Many cubics are the same straight line;
+the first one found is the one that was split."""
+
 _CHUNK = 512
 """Pairs that are fitted at a time. More of them are slower, because they do not fit in the caches."""
 
@@ -76,7 +80,7 @@ def _replaced(first: Tensor, second: Tensor, is_line: Tensor) -> Replacement:
     twice = points.repeat(2, 1, 1), weights.repeat(2, 1), is_line.repeat(2)
     handles, parameters, error = _fitted(twice[0], twice[1], twice[2], share)
     count = len(first)
-    is_later = (error[count:] < error[:count])[:, None]
+    is_later = (error[count:] < error[:count] - _GAIN_MIN)[:, None]
     handles = torch.where(is_later[..., None], handles[count:], handles[:count])
     parameters = torch.where(is_later, parameters[count:], parameters[:count])
     share = parameters[:, _SAMPLES].clamp(_SHARE_MIN, 1.0 - _SHARE_MIN)
@@ -155,8 +159,8 @@ def _fitted(points: Tensor, weights: Tensor, is_line: Tensor, share: Tensor) -> 
 
 
 def _better(a: tuple[Tensor, Tensor, Tensor], b: tuple[Tensor, Tensor, Tensor]) -> tuple[Tensor, Tensor, Tensor]:
-    """Return the handles, parameters and errors [K] of ``b`` where its error is smaller, else those of ``a``."""
-    is_better = b[2] < a[2]
+    """Return the handles, parameters and errors [K] of ``b`` where it is clearly better, else those of ``a``."""
+    is_better = b[2] < a[2] - _GAIN_MIN
     shapes = (is_better[:, None, None], is_better[:, None], is_better)
     handles, parameters, error = (torch.where(mask, y, x) for mask, x, y in zip(shapes, a, b, strict=True))
     return handles, parameters, error
