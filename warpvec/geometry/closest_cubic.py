@@ -67,7 +67,7 @@ def closest_cubic(first: Tensor, second: Tensor, is_line: Tensor) -> Replacement
 
     Everything is computed in the dtype of the points; float64 is expected.
     """
-    parts = zip(*(values.split(_CHUNK) for values in (first, second, is_line)), strict=True)
+    parts = zip(*(torch.split(values, _CHUNK) for values in (first, second, is_line)), strict=True)
     found = [_replaced(*part) for part in parts]
     names = Replacement.__dataclass_fields__
     return Replacement(**{name: torch.cat([getattr(each, name) for each in found]) for name in names})
