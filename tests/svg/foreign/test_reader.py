@@ -19,6 +19,7 @@ FOREIGN = {
     "numbers with a bare point": '<path d="M1.e1,+10.L5e1 10. 50,50" fill="#00f"/>',
     "smooth curves": '<path d="M10 30C10 10 30 10 30 30S50 50 50 30L50 60 10 60z"/>'
     '<path d="M2 2q10 0 10 10t10 10L2 22z"/>',
+    "smooth curves of another degree": '<path d="M5 40q5-40 20-20s30 10 30 30z"/><path d="M5 50c5-40 20 0 20 9t30-30z"/>',
     "round rectangle": '<rect x="5" y="5" width="40" height="30" rx="8" fill="green"/>'
     '<rect y="40" width="9" height="20" rx="30"/>',
     "percentages": '<rect width="50%" height="25%"/><circle cx="50%" cy="60%" r="10%"/>',

@@ -31,8 +31,8 @@ _URL = re.compile(r"url\(\s*[\"']?#([^\"')\s]*)[\"']?\s*\)")
 _SHAPES_MAX = 64
 """Most shapes of a clip path that are looked at."""
 
-_MARGIN = 1e-6
-"""Pixels by which a box may reach beyond a clip path: the rounding of transforms."""
+_MARGIN = 1e-4
+"""By how much of the longer side a box may reach beyond a clip path: rounded frames, a tenth of a pixel of 1000."""
 
 
 class Clips:
@@ -61,7 +61,7 @@ class Clips:
         if clip.get("clipPathUnits") == "objectBoundingBox" or len(clip) > _SHAPES_MAX:
             return True
         try:
-            return not any(_contains(loops, box) for loops in self._shapes(clip, state))
+            return not any(_contains(loops, box, _MARGIN * max(self._size)) for loops in self._shapes(clip, state))
         except ValueError:
             return True
 
@@ -90,15 +90,15 @@ def _loops(outline: Outline) -> list[Loop]:
     return [Loop(points, np.zeros(len(points) // 3, np.bool_)) for points in np.split(outline.points, stops)]
 
 
-def _contains(loops: list[Loop], box: tuple[float, float, float, float]) -> bool:
-    """Return whether a shape contains all of ``box``: no edge of it runs through, and it runs around the middle.
+def _contains(loops: list[Loop], box: tuple[float, float, float, float], margin: float) -> bool:
+    """Return whether a shape contains ``box`` less a ``margin``: it runs around the middle, and no edge runs through.
 
     With several loops that is said of either fill rule if they run around the middle once.
     """
     left, top, right, bottom = box
     if not (left < right and top < bottom):
         return True
-    low, high = np.array([left, top]) + _MARGIN, np.array([right, bottom]) - _MARGIN
+    low, high = np.array([left, top]) + margin, np.array([right, bottom]) - margin
     polygons = [polygon_of(loop) for loop in loops]
     if not all(np.isfinite(polygon).all() for polygon in polygons):
         return False

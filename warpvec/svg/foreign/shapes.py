@@ -52,6 +52,10 @@ SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "po
 
 _READABLE = re.compile(r"\s*+(?:[Mm][MLHVCSQTAZmlhvcsqtaz0-9eE+\-.,\s]*+)?", re.ASCII)
 
+_ARGUMENTS = "[^MLHVCSQTAZmlhvcsqtaz]*+"
+_QUADRATIC_TO_CUBIC = re.compile(f"([QqTt]{_ARGUMENTS})(?=[Ss])")
+_CUBIC_TO_QUADRATIC = re.compile(f"([CcSs]{_ARGUMENTS})(?=[Tt])")
+
 # Two ends are the same if they are closer than this fraction of the largest coordinate: sums of decimals in float64 are
 # off by 1e-16 of it per step.
 _SAME = 1e-12
@@ -101,7 +105,7 @@ def read_subpaths(data: str) -> tuple[list[Subpath], bool]:
     drawn: list[_Drawn] = []
     complete = len(text) == len(data)
     try:
-        path.parse(_usual_numbers(text))
+        path.parse(_without_false_mirrors(_usual_numbers(text)))
     except Exception:
         complete = False
     try:
@@ -216,6 +220,14 @@ def _rectangle(x: float, y: float, width: float, height: float, rx: float, ry: f
 def _ellipse(cx: float, cy: float, rx: float, ry: float) -> str:
     arc = f"a{rx!r},{ry!r} 0 0 1 "
     return f"M{cx - rx!r},{cy!r}{arc}{2 * rx!r},0{arc}{-2 * rx!r},0z" if rx > 0 and ry > 0 else ""
+
+
+def _without_false_mirrors(data: str) -> str:
+    """Part "s" from a quadratic before it, and "t" from a cubic, by a line of no length.
+
+    svgelements mirrors their handles; SVG has no handle there to mirror.
+    """
+    return _QUADRATIC_TO_CUBIC.sub(r"\1l0 0", _CUBIC_TO_QUADRATIC.sub(r"\1l0 0", data))
 
 
 def _usual_numbers(text: str) -> str:

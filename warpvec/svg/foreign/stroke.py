@@ -14,7 +14,7 @@ from warpvec.svg.foreign.skia import read_path, skia_path
 from warpvec.svg.foreign.style import Properties
 from warpvec.svg.units import parse_length
 
-RESOLUTION = 4096.0
+RESOLUTION = 2048.0
 """Units of the longer side of the canvas in which strokes are made. Skia's outlines are within a quarter of a unit."""
 
 MAX_DASHES = 2**16
