@@ -58,6 +58,6 @@ def test_more_crossings_than_can_be_taken_apart_soon_are_named():
 
 def test_examining_many_paths_ends(monkeypatch):
     pytest.importorskip("pathops")
-    monkeypatch.setattr(skia, "MAX_PAIRS", 75)
+    monkeypatch.setattr(skia, "MAX_EFFORT", 2**15)
     drawing = read_svg(square_file(STAR * 5))
     assert drawing.omitted == ["4 self-crossing even-odd fills: filled by the non-zero rule"]

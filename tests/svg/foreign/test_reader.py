@@ -19,7 +19,8 @@ FOREIGN = {
     "numbers with a bare point": '<path d="M1.e1,+10.L5e1 10. 50,50" fill="#00f"/>',
     "smooth curves": '<path d="M10 30C10 10 30 10 30 30S50 50 50 30L50 60 10 60z"/>'
     '<path d="M2 2q10 0 10 10t10 10L2 22z"/>',
-    "smooth curves of another degree": '<path d="M5 40q5-40 20-20s30 10 30 30z"/><path d="M5 50c5-40 20 0 20 9t30-30z"/>',
+    "smooth curves of another degree":
+    '<path d="M5 40q5-40 20-20s30 10 30 30z"/><path d="M5 50c5-40 20 0 20 9t30-30z"/>',
     "round rectangle": '<rect x="5" y="5" width="40" height="30" rx="8" fill="green"/>'
     '<rect y="40" width="9" height="20" rx="30"/>',
     "percentages": '<rect width="50%" height="25%"/><circle cx="50%" cy="60%" r="10%"/>',
@@ -172,6 +173,8 @@ def test_more_curves_than_a_scene_holds_are_refused_while_they_are_read(monkeypa
     wave = "M0 0" + "l1 2 1-2" * 30 + "z"
     assert len(read_svg(square_file(f'<path d="{wave}"/>')).scene) == 1
     assert "at most 100 curves" in refusal(read_svg, square_file(f'<path d="{wave}"/>' * 2))
+    line = "M0 0" + "h1" * 150
+    assert "at most 100 curves" in refusal(read_svg, square_file(f'<path d="{line}"/>' * 2))
 
 
 def test_elements_of_any_other_namespace_are_ignored():

@@ -31,6 +31,9 @@ _URL = re.compile(r"url\(\s*[\"']?#([^\"')\s]*)[\"']?\s*\)")
 _SHAPES_MAX = 64
 """Most shapes of a clip path that are looked at."""
 
+_CURVES_MAX = 256
+"""Most curves of such a shape. Frames have four; a file may ask for them at each of its elements."""
+
 _MARGIN = 1e-4
 """By how much of the longer side a box may reach beyond a clip path: rounded frames, a tenth of a pixel of 1000."""
 
@@ -41,6 +44,7 @@ class Clips:
     def __init__(self, by_id: Mapping[str, Element], size: tuple[float, float]) -> None:
         self._by_id = by_id
         self._size = size
+        self._read: dict[str, list[Loop]] = {}
 
     def cut(self, clip_path: str, state: State, outlines: Sequence[Outline], covers_canvas: bool) -> bool:
         """Return whether a clip path may hide a part of what is on the canvas.
@@ -78,11 +82,14 @@ class Clips:
         """
         outer = compose(state.matrix, read_matrix(clip.get("transform", "")))
         shapes = [shape for shape in clip if local_name(shape.tag) in SHAPES and shape.get("clip-path") is None]
-        return [self._shape(shape, outer, state.viewport) for shape in shapes]
+        return [loops for shape in shapes if (loops := self._shape(shape, outer, state.viewport))]
 
     def _shape(self, shape: Element, outer: NDArray[np.float64], viewport: tuple[float, float]) -> list[Loop]:
-        subpaths, _ = read_subpaths(shape_data(local_name(shape.tag), shape.attrib, *viewport))
-        return moved(closed_loops(subpaths), compose(outer, read_matrix(shape.get("transform", ""))))
+        data = shape_data(local_name(shape.tag), shape.attrib, *viewport)
+        if data not in self._read:
+            loops = closed_loops(read_subpaths(data)[0])
+            self._read[data] = loops if sum(len(loop.is_line) for loop in loops) <= _CURVES_MAX else []
+        return moved(self._read[data], compose(outer, read_matrix(shape.get("transform", ""))))
 
 
 def _loops(outline: Outline) -> list[Loop]:

@@ -57,7 +57,7 @@ class Painter:
         self._combiner = Combiner()
         self._curve_count = 0
         self._dash_count = 0.0
-        self._read: tuple[str, list[Subpath], bool] = ("", [], True)
+        self._read: dict[str, tuple[list[Subpath], bool]] = {}
 
     def draw(self, name: str, attributes: Mapping[str, str], state: State) -> None:
         """Draw the shape ``name``."""
@@ -102,11 +102,13 @@ class Painter:
         return stroke, paint
 
     def _subpaths(self, data: str) -> list[Subpath]:
-        """Return the subpaths of ``data``; those of the last path are kept, as <use> may draw it again and again."""
-        if data != self._read[0]:
-            self._read = (data, *read_subpaths(data))
-        self.omitted["broken path"] += not self._read[2]
-        return self._read[1]
+        """Return the subpaths of ``data``, which are kept because <use> may draw them again and again."""
+        if data not in self._read:
+            self._read[data] = read_subpaths(data)
+        subpaths, complete = self._read[data]
+        self.omitted["broken path"] += not complete
+        self._count(sum(len(subpath.is_line) for subpath in subpaths))
+        return subpaths
 
     def _add_fill(self, name: str, subpaths: list[Subpath], fill: Fill, space: Space, state: State) -> None:
         loops = closed_loops(subpaths)
@@ -158,11 +160,19 @@ class Painter:
             points = np.concatenate([loop.points for loop in part.loops])
             is_line = np.concatenate([loop.is_line for loop in part.loops])
             counts = tuple(len(loop.is_line) for loop in part.loops)
-            self._curve_count += len(is_line)
-            if self._curve_count > loop_limits.MAX_CUBICS:
-                rule = f"must have at most {loop_limits.MAX_CUBICS} curves"
-                raise InputError("SVG", rule, "more", "simplify it")
+            self._count(len(is_line))
             self.outlines.append(Outline(points, part.color, opacity, state.generation, counts, is_line, part.gradient))
+
+    def _count(self, curves: int) -> None:
+        """Count curves that are read and curves that are drawn.
+
+        Raises:
+            InputError: they are more than twice as many as a scene may have.
+        """
+        self._curve_count += curves
+        if self._curve_count > 2 * loop_limits.MAX_CUBICS:
+            rule = f"must have at most {loop_limits.MAX_CUBICS} curves"
+            raise InputError("SVG", rule, "more", "simplify it")
 
     def _is_canvas(self, name: str, points: NDArray[np.float64], opacity: float) -> bool:
         """Return whether a shape is the lowest and covers the canvas, so that it is the background and not a path."""

@@ -21,8 +21,11 @@ from warpvec.svg.foreign.shapes import Cubic, Loop, Subpath, closed_loop
 _SPAN = 4096.0
 """Units that the larger extent of shapes has when they are combined. Skia drops what is smaller than about 1e-3."""
 
-MAX_PAIRS = 2**28
-"""Pairs of straight pieces that are compared for one file, which takes some 20 s."""
+MAX_EFFORT = 2**28
+"""Pairs of straight pieces that are compared for one file, which takes some 20 s; other work counts as pairs."""
+
+_CALL_EFFORT, _CROSSING_EFFORT = 2**14, 2**10
+"""Pairs that take as long as a call of Skia, and as what it does at a crossing."""
 
 _PIECES_MAX = 3000
 """Most straight pieces of shapes that are examined: every piece is compared with every other one."""
@@ -68,17 +71,17 @@ class Combiner:
 
     def __init__(self) -> None:
         self.skia = load_skia()
-        self._pairs_left = MAX_PAIRS
+        self._effort_left = MAX_EFFORT
 
     def crossing_count(self, loops: Sequence[Loop]) -> int | None:
         """Return how many pairs of pieces of ``loops`` cross; None if there are too many pieces to tell."""
         polygons = [polygon_of(loop) for loop in loops]
         piece_count = sum(map(len, polygons))
-        if piece_count > _PIECES_MAX or piece_count**2 > self._pairs_left:
+        if piece_count > _PIECES_MAX or piece_count**2 > self._effort_left:
             return None
         if not all(np.isfinite(polygon).all() for polygon in polygons):
             return None
-        self._pairs_left -= piece_count**2
+        self._effort_left -= piece_count**2
         return crossing_count(polygons)
 
     def even_odd(self, loops: list[Loop]) -> list[Loop] | None:
@@ -105,8 +108,10 @@ class Combiner:
         if self.skia is None or not loops:
             return None
         count = self.crossing_count(loops)
-        if count is None or count > _CROSSINGS_MAX:
+        effort = _CALL_EFFORT + _CROSSING_EFFORT * (count or 0)
+        if count is None or count > _CROSSINGS_MAX or effort > self._effort_left:
             return None
+        self._effort_left -= effort
         points = np.concatenate([loop.points for loop in loops])
         low, scale = points.min(0), _SPAN / max(float(np.ptp(points, axis=0).max()), 1e-9)
         paths = [skia_path([_scaled(loop, low, scale) for loop in shape], self.skia) for shape in shapes]
