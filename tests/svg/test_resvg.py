@@ -84,6 +84,41 @@ def test_an_inner_svg_which_has_its_own_scale_is_drawn_in_the_child():
     assert parse_svg(svg_file()).plain and not parse_svg(svg_file(inner)).plain
 
 
+STOPS = '<stop stop-color="#fff"/><stop offset="1" stop-color="#00f"/>'
+ENDS = 'id="g1" gradientUnits="userSpaceOnUse" cx="1" cy="2" r="3"'
+
+
+def test_gradients_of_two_stops_are_drawn_here():
+    gradient = f"<defs><radialGradient {ENDS}>{STOPS}</radialGradient></defs>"
+    assert parse_svg(svg_file(f'{gradient}<path fill="url(#g1)" d="M1 1c1 2 3 4 4 5z"/>')).plain
+
+
+@pytest.mark.parametrize(
+    "gradient",
+    [
+        f'<radialGradient {ENDS} href="#g2">{STOPS}</radialGradient>',
+        f'<radialGradient {ENDS} n:href="#g2" xmlns:n="http://www.w3.org/1999/xlink">{STOPS}</radialGradient>',
+        f'<radialGradient {ENDS} gradientTransform="scale(0)">{STOPS}</radialGradient>',
+        f'<radialGradient {ENDS} spreadMethod="repeat">{STOPS}</radialGradient>',
+        f"<radialGradient {ENDS}>{STOPS}{STOPS}</radialGradient>",
+        f'<radialGradient {ENDS}><linearGradient id="g2">{STOPS}</linearGradient>{STOPS}</radialGradient>',
+        f'<pattern id="g1" width="1" height="1">{STOPS}</pattern>',
+    ],
+)
+def test_gradients_that_could_cost_more_are_drawn_in_the_child(gradient):
+    assert not parse_svg(svg_file(f"<defs>{gradient}</defs>")).plain
+
+
+@pytest.mark.parametrize("number", ["1e-45", "1e39", "-3e38", "NaN", "inf", "", "50%", "1e38%", "9007199254740993"])
+def test_hostile_gradients_are_drawn_without_an_error(number):
+    for units in ("userSpaceOnUse", "objectBoundingBox"):
+        ends = [f'<linearGradient id="g1" x1="{number}" x2="3"', f'<radialGradient id="g1" cx="{number}" r="{number}"']
+        for end in ends:
+            kind = end[1:].split()[0]
+            svg = svg_file(f'{end} gradientUnits="{units}">{STOPS}</{kind}><path fill="url(#g1)" d="M0 0h8v4z"/>')
+            assert parse_svg(svg).plain and draw(svg).shape == (4, 8, 3)
+
+
 def test_points_that_scale_out_of_reach_are_drawn_in_the_child(monkeypatch):
     drawn = []
     monkeypatch.setattr(
