@@ -78,22 +78,33 @@ def test_a_goal_is_followed_from_the_drawing(photo: Path, drawing: Path) -> None
     assert len(read_svg(out.read_bytes()).scene) > 20
 
 
-def test_a_foreign_drawing_is_refined_and_its_strokes_are_reported(photo: Path) -> None:
+def test_a_foreign_drawing_is_refined_and_what_it_cannot_hold_is_reported(photo: Path) -> None:
     foreign, out = photo.with_name("foreign.svg"), photo.with_name("out.svg")
-    foreign.write_text(FOREIGN)
+    foreign.write_text(FOREIGN.replace("</svg>", "<text>a</text></svg>"))
     result = refine(photo, foreign, out, "--curves", 12)
     assert result.exit_code == 0, result.stderr
-    assert re.search(r"^warpvec: .*foreign\.svg: 1 stroke", result.stderr, re.MULTILINE)
+    assert re.search(r"^warpvec: .*foreign\.svg: 1 text", result.stderr, re.MULTILINE)
     assert quality(photo, out) > quality(photo, foreign) + 1.0
     assert read_svg(out.read_bytes()).scene.generation.unique().tolist()[:2] == [0, 1]
 
 
-def test_a_drawing_of_another_size_is_scaled(photo: Path) -> None:
+def test_the_file_has_the_size_and_units_of_the_drawing(photo: Path) -> None:
     foreign, out = photo.with_name("foreign.svg"), photo.with_name("out.svg")
     foreign.write_text(FOREIGN.replace('width="96" height="64">', 'width="48" height="32" viewBox="0 0 96 64">', 1))
-    assert refine(photo, foreign, out, "--iterations", 1).exit_code == 0
-    circle = read_svg(out.read_bytes()).scene.select(torch.tensor([0])).segments
-    assert abs(float(circle[..., 0].mean()) - 30.0) < 3.0
+    assert refine(photo, foreign, out, "--iterations", 30).exit_code == 0
+    loaded = read_svg(out.read_bytes())
+    assert (loaded.width, loaded.height) == (48, 32)
+    circle = loaded.scene.select(torch.tensor([0])).segments
+    assert abs(float(circle[..., 0].mean()) - 15.0) < 3.0
+    assert quality(photo, out) > quality(photo, foreign)
+
+
+def test_without_iterations_an_own_file_keeps_its_bytes(photo: Path, drawing: Path) -> None:
+    out = photo.with_name("out.svg")
+    result = refine(photo, drawing, out, "--iterations", 0)
+    assert result.exit_code == 0, result.stderr
+    assert out.read_bytes() == drawing.read_bytes()
+    assert re.search(r"PSNR (\d+\.\d+) dB.*, before \1 dB", result.stdout)
 
 
 @pytest.mark.parametrize(

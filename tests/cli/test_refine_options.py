@@ -33,7 +33,11 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[FitConfig, Goal]]:
         found.append((config, goal))
         raise LookupError
 
+    def record_polish(image: Any, start: Any, config: FitConfig, *_: Any) -> None:
+        record(image, config, goal=Goal())
+
     monkeypatch.setattr(refining, "fit_photo", record)
+    monkeypatch.setattr(refining, "polish_photo", record_polish)
     return found
 
 
@@ -41,11 +45,13 @@ def _refine(photo: Path, *options: object):
     return invoke("refine", photo, photo.with_name("out.svg"), "--from", photo.with_name("drawing.svg"), *options)
 
 
-def test_without_a_goal_it_has_the_iterations_and_rates_of_a_correction(photo: Path, asked: Any) -> None:
+def test_without_a_goal_it_has_the_iterations_and_with_recycling_the_rates_of_a_correction(
+    photo: Path, asked: Any
+) -> None:
     for options in ([], ["--preset", "draft"], ["--iterations", 30, "--recycle-gap", 7, "--precision", 3]):
         _refine(photo, *options)
-    first = FitConfig(curves=8, iterations=500, recycle_gap=0, precision=1, lr_scale=0.4)
-    draft = make_config("draft", curves=8, iterations=500, recycle_gap=0, precision=1, lr_scale=0.4)
+    first = FitConfig(curves=8, iterations=500, recycle_gap=0, precision=1)
+    draft = make_config("draft", curves=8, iterations=500, recycle_gap=0, precision=1)
     given = FitConfig(curves=8, iterations=30, recycle_gap=7, precision=3, lr_scale=0.4)
     assert asked == [(first, Goal()), (draft, Goal()), (given, Goal())]
 
@@ -84,7 +90,8 @@ def test_a_written_file_asks_for_the_same(photo: Path, asked: Any, options: list
     ("options", "words"),
     [
         (["--segments", "7"], ["--segments must be 4, as in the SVG, got 7; leave it out"]),
-        (["--iterations", "0"], ["--iterations must be", "got 0"]),
+        (["--iterations", "-1"], ["--iterations"]),
+        (["--iterations", "0", "--max-bytes", "9k"], ["--iterations must be", "got 0"]),
         (["--max-bytes", "9k", "--policy", "replacement"], ["--policy must be scaffolding to meet a goal"]),
         (["--preset", "paper"], ["--path-model must be segments", "got 'sides'", "another preset"]),
         (["--preset", "bezier-splatting", "--path-model", "segments"], ["--policy must be scaffolding"]),

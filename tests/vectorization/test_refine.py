@@ -7,11 +7,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+import torch
 from short_fits import Photo
 
 import warpvec
+from warpvec.geometry.joints import Joints
+from warpvec.svg.measure import draw
+from warpvec.svg.read import read_svg
 
 SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="8" height="8"><path d="M1 1H7V7H1z" fill="red"/></svg>'
+
+DISC = '<svg xmlns="http://www.w3.org/2000/svg" width="8" height="8"><circle cx="4" cy="4" r="3"/></svg>'
 
 
 def test_refine_begins_with_the_paths_of_a_file(tmp_path: Path) -> None:
@@ -35,10 +41,52 @@ def test_refine_begins_with_the_paths_of_a_file(tmp_path: Path) -> None:
         ('<svg xmlns="http://www.w3.org/2000/svg" width="8" height="8"/>', {}, "svg must contain filled paths"),
         ("<svg", {}, "svg must be well-formed XML"),
         (SQUARE, {}, "svg must have the proportions of the photo, 48 x 32, got 8 x 8"),
-        (SQUARE, {"segments": 7}, "segments must be 4, as in the SVG, got 7"),
+        (DISC, {"segments": 7}, "segments must be 4, as in the SVG, got 7"),
         (SQUARE, {"preset": "paper"}, "path_model must be segments to refine a drawing, got 'sides'"),
     ],
 )
 def test_refine_refuses_what_does_not_match(photo: Photo, svg: str, settings: dict[str, Any], message: str) -> None:
     with pytest.raises(warpvec.InputError, match="^" + message):
         warpvec.refine(photo, svg, **settings)
+
+
+def _wavy(size: int) -> str:
+    """Return a drawing of a translucent path with corners, smooth nodes and lines over an opaque disc."""
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{size}" height="{size}">'
+        '<circle cx="30" cy="34" r="22" fill="#c62"/>'
+        '<path fill="#26c" fill-opacity=".6"'
+        ' d="M12 12 H40 C46 12 52 18 52 24 V50 C44 44 40 56 30 50 C20 44 14 30 12 12z"/>'
+        "</svg>"
+    )
+
+
+def _moved(svg: str) -> str:
+    """Return the drawing with each path a little off, and in other colours."""
+    return (
+        svg.replace('cx="30"', 'cx="31.5"').replace("V50", "V51.5").replace("C46 12", "C47 12").replace("#c62", "#b63")
+    )
+
+
+@pytest.mark.parametrize("iterations", [1, 10, 60])
+def test_a_drawing_gets_no_worse_and_keeps_its_structure(iterations: int) -> None:
+    right, start = _wavy(64), _moved(_wavy(64))
+    photo = draw(right, 64, 64)
+    result = warpvec.refine(photo, start, iterations=iterations, threads=1)
+    before, after = read_svg(start).scene, read_svg(result.svg()).scene
+    assert result.metrics["psnr"] >= result.metrics["start_psnr"]
+    if iterations == 60:
+        assert result.metrics["psnr"] > result.metrics["start_psnr"] + 8.0
+    assert after.opacity[0] == 1.0
+    first, second = Joints.of(before), Joints.of(after)
+    assert torch.equal(first.is_line, second.is_line)
+    assert torch.equal(first.is_smooth, second.is_smooth)
+    assert first.is_smooth.any()
+    assert not first.is_smooth.all()
+
+
+def test_a_drawing_that_is_right_stays_as_it_is() -> None:
+    photo = draw(_wavy(64), 64, 64)
+    for iterations in (1, 10, 100):
+        result = warpvec.refine(photo, _wavy(64), iterations=iterations, threads=1)
+        assert result.metrics["psnr"] >= result.metrics["start_psnr"] > 45.0

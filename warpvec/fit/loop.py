@@ -71,7 +71,7 @@ def fit(
             have the path model of ``config``, or ``resume`` is no state of this fit.
     """
     device = resolve_device(config.device)
-    with on_warps_stream(device), _single_torch_thread(), torch.no_grad(), deferred_interrupts() as is_interrupted:
+    with on_warps_stream(device), single_torch_thread(), torch.no_grad(), deferred_interrupts() as is_interrupted:
         settings = config if resume is None else config_from_state(config, resume, *target.shape[:2])
         run = _Fit(target, settings, device, on_progress, start)
         if resume is not None:
@@ -86,7 +86,7 @@ def fit(
 
 
 @contextmanager
-def _single_torch_thread() -> Iterator[None]:
+def single_torch_thread() -> Iterator[None]:
     """Run torch on one thread: its sums depend on the number of threads, and results must not."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)

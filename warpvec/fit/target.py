@@ -91,6 +91,16 @@ class Target:
         red = adjoints.color[:, 0] if adjoints.end_color is None else adjoints.color[:, 0] + adjoints.end_color[:, 0]
         return torch.cat([red, adjoints.background[:1]])
 
+    def random_adjoints(self, scene: Scene, generator: torch.Generator) -> Iterator[Any]:
+        """Yield the adjoints of ``scene`` for an image of random signs, over each matte if there are any.
+
+        They are scaled so that the sum of their squares over the mattes is, like the loss, a mean over these.
+        """
+        shape, share = self._views[0][0].shape, len(self._views) ** -0.5
+        for _, matte in self._views:
+            signs = torch.randint(0, 2, shape, generator=generator, dtype=torch.int8).to(scene.segments)
+            yield self._renderer.adjoint(_over(scene, matte), share * (2.0 * signs - 1.0))
+
     def ramp_moments(self, scene: Scene, box: Tensor) -> tuple[Tensor, Tensor]:
         """Measure the moments of each path's visible pixels, for ``warpvec.fit.ramps``.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import replace
 from typing import Any
@@ -14,6 +15,7 @@ from warpvec.config.presets import make_config
 from warpvec.config.rules import require_scaffolding
 from warpvec.errors import InputError
 from warpvec.fit.progress import OnProgress
+from warpvec.geometry.joints import with_lines, without_kinds
 from warpvec.geometry.scene import Scene
 from warpvec.image.read import ImageSource, read_image
 from warpvec.inputs import read_file
@@ -21,8 +23,10 @@ from warpvec.rendering.launch import resolve_device
 from warpvec.svg.document import MAX_SVG_BYTES
 from warpvec.svg.read import LoadedSvg, read_svg
 from warpvec.vectorization.api import fit_photo, title_of
+from warpvec.vectorization.file_form import FileForm, description_of
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import CORRECTION_RATE, Goal, with_curves
+from warpvec.vectorization.polishing import polish_photo
 from warpvec.vectorization.result import Result
 
 ITERATIONS = 500
@@ -41,30 +45,36 @@ def refine(
     target_psnr: float | None = None,
     metadata: bool = True,
     trim: bool = False,
+    free: bool = False,
     on_progress: OnProgress | None = None,
     **settings: Any,
 ) -> Result:
     """Fit the paths of ``svg`` to ``image``.
 
+    Unless paths are added or removed, the drawing keeps its structure, and the file is never worse than the drawing:
+    see `warpvec.fit.polish.polish`. Its size and units are those of the drawing.
+
     Args:
         image: the photo, as `warpvec.vectorize` takes it.
-        svg: a path, or the text or the bytes of a file: warpvec's own, or any of filled paths. Strokes are left out,
-            gradients become one colour, and holes drawn by the even-odd rule may be filled. Its layers stay.
+        svg: a path, or the text or the bytes of a file: warpvec's own, or any of filled paths. What it cannot
+            hold is left out. Its layers stay.
         curves: number of paths, by default as many as there are. New ones are added on top, where the picture is
             worst; those with the lowest removal cost are removed. "auto" and goals as in `warpvec.vectorize`.
+        free: let smooth nodes become corners, lines curves, opaque paths translucent, and paths cross themselves.
         preset, background, max_bytes, gzip, target_psnr, metadata, trim, on_progress: as in `warpvec.vectorize`.
         settings: fields of `warpvec.FitConfig` that replace those of the preset. ``recycle_gap`` is 0 by default,
-            ``precision`` that of the file, and ``iterations`` 500 without a goal.
+            ``precision`` that of the file, and ``iterations`` 500 without a goal; 0 writes the drawing as it was read.
 
     Raises:
         InputError: the photo or the SVG cannot be read, they do not match, or a setting is wrong.
     """
-    drawing = read_drawing(_svg_data(svg))
+    data = _svg_data(svg)
+    drawing = read_drawing(data)
     goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=curves == "auto")
     given = settings if curves is None else {**settings, "curves": curves}
+    settings, is_fitted = (settings, True) if goal else without_zero_iterations(settings)
     config = make_config(preset, **with_curves(with_drawing_settings(settings, drawing), curves, goal))
     config = refine_config(config, given, goal, drawing)
-    file_options = FileOptions(metadata=metadata, trim=trim)
     resolve_device(config.device)
     photo = read_image(image, background, name="image")
     return refine_photo(
@@ -74,8 +84,29 @@ def refine(
         goal,
         title=title_of(image),
         on_progress=on_progress,
-        file_options=file_options,
+        file_options=FileOptions(metadata=metadata, trim=trim),
+        form=form_of(drawing, data, config, photo),
+        iterations=None if is_fitted else 0,
+        free=free,
     )
+
+
+def without_zero_iterations(given: dict[str, Any]) -> tuple[dict[str, Any], bool]:
+    """Return the ``given`` settings without ``iterations`` of 0, which no fit has, and whether there is a fit."""
+    if given.get("iterations") != 0:
+        return given, True
+    return {name: value for name, value in given.items() if name != "iterations"}, False
+
+
+def form_of(drawing: LoadedSvg, data: bytes, config: FitConfig, photo: NDArray[np.float32]) -> FileForm:
+    """Return the size, units, title and metadata that the file keeps of a drawing given as ``data``.
+
+    A drawing whose sides are not whole numbers gets those of the photo. Units larger than a pixel get more decimals.
+    """
+    is_whole = drawing.width.is_integer() and drawing.height.is_integer()
+    size = (int(drawing.height), int(drawing.width)) if is_whole else (photo.shape[0], photo.shape[1])
+    more = max(0, math.ceil(math.log10(photo.shape[1] / size[1]) - 1e-9)) if drawing.precision is None else 0
+    return FileForm(size, config.precision + more, *description_of(data))
 
 
 def read_drawing(data: bytes, name: str = "svg") -> LoadedSvg:
@@ -149,13 +180,35 @@ def refine_photo(
     title: str | None = None,
     on_progress: OnProgress | None = None,
     file_options: FileOptions = DEFAULT_FILE_OPTIONS,
+    form: FileForm | None = None,
+    iterations: int | None = None,
+    free: bool = False,
 ) -> Result:
-    """Fit from ``start``, in pixels of the photo, with small steps. A goal's search sets the steps by itself."""
+    """Fit from ``start``, in pixels of the photo: as `polish` does if the paths stay the same, else with small steps.
+
+    A goal's search sets the steps by itself.
+
+    Args:
+        form: what the file keeps of the drawing.
+        iterations: instead of those of ``config``.
+        free: as in `refine`.
+    """
+    if keeps_structure(config, start, goal) or iterations == 0:
+        count = config.iterations if iterations is None else iterations
+        start = without_kinds(start) if free else with_lines(start) if count else start
+        return polish_photo(photo, start, config, count, title, on_progress, file_options, form, free)
     if not goal:
         config = replace(config, lr_scale=CORRECTION_RATE * config.lr_scale)
     return fit_photo(
         photo, config, title=title, goal=goal, start=start, on_progress=on_progress, file_options=file_options
     )
+
+
+def keeps_structure(config: FitConfig, start: Scene, goal: Goal) -> bool:
+    """Return whether the settings only move what ``start`` has: no other paths or paints, no palette, no levels."""
+    adds_nothing = not goal and config.curves == len(start) and config.recycle_gap == 0 and not config.gradients
+    is_plain = config.palette is None and config.colors == 0 and not config.lod and config.z_order == "creation"
+    return adds_nothing and is_plain and config.renderer == "exact" and config.min_area == 0
 
 
 def _svg_data(svg: str | os.PathLike[str] | bytes) -> bytes:

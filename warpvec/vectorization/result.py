@@ -32,6 +32,7 @@ from warpvec.rendering.draw import draw_exactly, draw_pixels
 from warpvec.svg.layers import prefixes, read_layers
 from warpvec.svg.measure import draw, draw_like, evaluate, file_facts
 from warpvec.svg.write import quantize, write_svg
+from warpvec.vectorization.file_form import FileForm
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import Goal, Trial
 
@@ -50,6 +51,9 @@ class Result:
         title: title of the SVG, None for none.
         goal_facts: the goal, if there was one, and whether the file meets it; see `warpvec.vectorization.goal`.
         file_options: choices about the file.
+        form: what the file keeps of the file of a drawing; None for units of a pixel and the settings of the fit.
+        keeps_paths: whether paths that cannot be seen stay.
+        start_psnr: PSNR in dB of the drawing that the fit began with, None without one.
     """
 
     photo: NDArray[np.float32]
@@ -59,6 +63,9 @@ class Result:
     title: str | None = None
     goal_facts: dict[str, Any] | None = None
     file_options: FileOptions = DEFAULT_FILE_OPTIONS
+    form: FileForm | None = None
+    keeps_paths: bool = False
+    start_psnr: float | None = None
 
     def __repr__(self) -> str:
         height, width = self.photo.shape[:2]
@@ -80,11 +87,25 @@ class Result:
     @cached_property
     def scene(self) -> Scene:
         """The scene in the file: cubics in pixels of the photo, rounded to the file's precision."""
-        scene = quantize(self._cubics[0], self.config.precision)
-        scene = self._without_small(self._without_invisible(scene))
+        scene = self._rounded(self._cubics[0])
+        if not self.keeps_paths:
+            scene = self._without_small(self._without_invisible(scene))
         if not self.file_options.trim:
             return scene
-        return quantize(trim(scene, *self.photo.shape[:2]), self.config.precision)
+        return self._rounded(trim(scene, *self.photo.shape[:2]))
+
+    def _rounded(self, scene: Scene) -> Scene:
+        if self.form is None:
+            return quantize(scene, self.config.precision)
+        across, down = self._units
+        return quantize(scene.scaled(across, down), self.form.precision).scaled(1.0 / across, 1.0 / down)
+
+    @property
+    def _units(self) -> tuple[float, float]:
+        """The file's units per pixel of the photo, across and down."""
+        (height, width) = self.photo.shape[:2]
+        rows, columns = (height, width) if self.form is None else self.form.size
+        return columns / width, rows / height
 
     @cached_property
     def _cubics(self) -> tuple[Scene, float]:
@@ -161,6 +182,7 @@ class Result:
         return {
             **evaluate(self.svg(), self.photo),
             "renderer": self.config.renderer,
+            "start_psnr": self.start_psnr,
             "internal_psnr": self._internal_psnr(),
             "degree": self.fitted.scene.degree,
             "conversion_px": self._cubics[1],
@@ -231,9 +253,14 @@ class Result:
         return psnr(round_to_8_bits(self.soft_image()), reduce_image(self.photo, self.config.fit_size))
 
     @cached_property
+    def file_psnr(self) -> float:
+        """PSNR in dB of the file against the photo, as resvg draws it."""
+        return self._file_psnr(self.svg())
+
+    @cached_property
     def _text(self) -> str:
-        height, width = self.photo.shape[:2]
+        form = self.form or FileForm((self.photo.shape[0], self.photo.shape[1]), self.config.precision, self.title)
         settings = {name: value for name, value in self.config.to_dict().items() if name not in MACHINE_SETTINGS}
-        metadata = settings if self.file_options.metadata else None
-        precision = self.config.precision
-        return write_svg(self.scene, width, height, precision=precision, title=self.title, metadata=metadata)
+        metadata = (form.metadata or settings) if self.file_options.metadata else None
+        scene, (rows, columns) = self.scene.scaled(*self._units), form.size
+        return write_svg(scene, columns, rows, precision=form.precision, title=form.title, metadata=metadata)

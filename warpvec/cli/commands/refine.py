@@ -19,7 +19,7 @@ from warpvec.cli.arguments import (
     verbose_option,
     write_svg_file,
 )
-from warpvec.cli.options import file_options, requested, stated
+from warpvec.cli.options import GOALS, file_options, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
 from warpvec.cli.side_files import SideFile
 from warpvec.cli.summary import end_fit
@@ -38,30 +38,40 @@ DECIDED = ("curves", "iterations", "precision", "recycle_gap", "segments")
 @json_option
 @verbose_option
 @quiet_option
+@click.option("--free", is_flag=True, help="Let corners, lines, opacities and crossings change too.")
 @click.pass_context
-def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options: Any) -> None:
+def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: bool, **options: Any) -> None:
     """Fit the paths of the file SVG to the image IN and write them to OUT.
 
-    SVG is a file of warpvec, or any file of filled paths: strokes are left out, gradients become one colour, and holes
-    drawn by the even-odd rule may be filled; each is reported. The layers stay. If --curves is above the number of
-    paths, new ones are added on top where the picture is worst; if it is below, those that matter least are removed.
-    By default --recycle-gap is 0 and, without a goal, --iterations is 500 and the learning rates are 0.4 times those of
-    a run.
+    SVG is a file of warpvec, or any file of filled paths; what it has beside these is reported. The file has the size,
+    the layers and the paths of the drawing: lines stay lines, smooth nodes smooth, opaque paths opaque, and no path
+    crosses itself more often; --free lifts these bounds. The file is never worse than the drawing. --iterations 0
+    writes the drawing as it was read.
 
-    --flat, --initial-curves, --initial-radius and --radius-decay are not used.
+    If --curves is above the number of paths, new ones are added on top where the picture is worst; if it is below,
+    those that matter least are removed. With these, a goal, --recycle-gap, --gradients, --colors, --palette, --lod or
+    --min-area the fit is that of run from the drawing on, with 0.4 times its learning rates, and without these bounds.
+
+    --flat, --initial-curves, --initial-radius and --radius-decay are not used. Without such options, the only learning
+    rate that is used is --lr-scale, and no weight of the loss is.
     """
     check_out(out)
     from warpvec.vectorization.refine import (
+        form_of,
         place_on_photo,
         read_drawing,
         refine_config,
         refine_photo,
         with_drawing_settings,
+        without_zero_iterations,
     )
 
-    loaded = read_drawing(read_svg_bytes(drawing, "--from"), "--from")
+    data = read_svg_bytes(drawing, "--from")
+    loaded = read_drawing(data, "--from")
     given = {name: value for name, value in options.items() if value is not None}
-    config, goal = requested(options["preset"], with_drawing_settings(given, loaded))
+    has_goal = any(options[name] for name in GOALS) or options["curves"] == "auto"
+    kept_given, is_fitted = (given, True) if has_goal else without_zero_iterations(given)
+    config, goal = requested(options["preset"], with_drawing_settings(kept_given, loaded))
     config = refine_config(config, given, goal, loaded)
     for text in loaded.omitted:
         click.echo(in_one_line(f"warpvec: {drawing}: {text}"), err=True)
@@ -80,7 +90,16 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, **options
         SideFile("--write-config").attempt(write_settings, options["write_config"], kept)
     with show_progress(sys.stderr, quiet=options["quiet"]) as show:
         result = refine_photo(
-            photo, start, config, goal, title=title_of(image), on_progress=show, file_options=file_options(options)
+            photo,
+            start,
+            config,
+            goal,
+            title=title_of(image),
+            on_progress=show,
+            file_options=file_options(options),
+            form=form_of(loaded, data, config, photo),
+            iterations=None if is_fitted else 0,
+            free=free,
         )
     write_svg_file(result.svg(), out)
     end_fit(ctx, result, out, options)

@@ -1,0 +1,205 @@
+"""Fit a drawing to an image without changing its structure, never to a worse one."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import torch
+from torch import Tensor
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.fit.descent import MOMENTUM_SHARE, Descent
+from warpvec.fit.drawing import Drawing, Evaluation
+from warpvec.fit.interrupt import deferred_interrupts, hold_signals
+from warpvec.fit.loop import single_torch_thread
+from warpvec.fit.progress import FitResult, OnProgress, Progress, history_entry
+from warpvec.fit.target import Target
+from warpvec.geometry.crossings import crossings_of_rows
+from warpvec.geometry.scene import Scene
+from warpvec.rendering.launch import resolve_device
+from warpvec.rendering.streams import on_warps_stream
+
+CHECK_GAP = 5
+"""Iterations between two looks for paths that have folded over. These go back to how they were at the look before."""
+
+UNFOLDING_MAX = 8
+"""Times that the part that goes back grows by its neighbours before the whole path goes back."""
+
+HISTORY_GAP = 10
+"""Iterations between entries of the history."""
+
+
+def polish(
+    target: Tensor,
+    start: Scene,
+    config: FitConfig,
+    on_progress: OnProgress | None = None,
+    *,
+    iterations: int,
+    free: bool = False,
+) -> FitResult:
+    """Fit ``start`` to ``target`` [h, w, 3 or 4] and keep its structure; the loss of the result is at most its own.
+
+    Lines stay lines, smooth nodes smooth, opaque paths opaque, and no path crosses itself more often than before.
+    Regularizers, learning rates (except ``lr_scale``) and the schedule of ``config`` are not used.
+
+    Args:
+        target: the image, sRGB-encoded in [0, 1], with straight alpha if it has four channels.
+        start: the cubic drawing, in pixels of the target.
+        config: settings of the run.
+        on_progress: called after every iteration.
+        iterations: evaluations of the loss; 0 returns ``start``.
+        free: let smooth nodes become corners, opaque paths translucent, and paths cross themselves.
+
+    Raises:
+        InputError: the device does not exist.
+    """
+    device = resolve_device(config.device)
+    with on_warps_stream(device), single_torch_thread(), torch.no_grad(), deferred_interrupts() as is_interrupted:
+        run = _Polish(target.to(device, torch.float32), start.to(device), config, device, free)
+        run.on_progress = on_progress
+        try:
+            run.take(iterations, is_interrupted)
+        except KeyboardInterrupt:
+            run.interrupted = True
+        except _OutOfTime:
+            pass
+        return run.result()
+
+
+class _Polish:
+    def __init__(self, image: Tensor, start: Scene, config: FitConfig, device: str, free: bool) -> None:
+        self._config, self._device, self._free = config, device, free
+        self._begin = time.perf_counter()
+        self._start = start
+        compared = Target(image, config, device)
+        self._drawing = Drawing(start, compared, config, free=free)
+        self._start_loss = float(compared.fit_step(start, False).loss)
+        self._crossings = crossings_of_rows(start)
+        self._safe = self._drawing.start
+        self._best: Evaluation | None = None
+        self._iteration = 0
+        self.iteration_count = 0
+        self.on_progress: OnProgress | None = None
+        self.history: list[dict[str, float]] = []
+        self.interrupted = False
+
+    def take(self, iterations: int, is_interrupted: Callable[[], bool]) -> None:
+        """Take so many iterations; raise KeyboardInterrupt once ``is_interrupted()``."""
+        self.iteration_count = iterations
+        if iterations == 0:
+            return
+        descent = Descent(self._drawing, self._drawing.start, self._config.seed, self._config.lr_scale)
+        for found in descent.with_momentum(max(1, round(MOMENTUM_SHARE * iterations))):
+            self._see(found, is_interrupted)
+            if self._iteration % CHECK_GAP == 0:
+                self._take_back(descent, found.x)
+        while self._iteration < self.iteration_count:
+            self._unfold_best(descent)
+            before = self._iteration
+            for found in descent.by_curvature(self.iteration_count - self._iteration):
+                self._see(found, is_interrupted)
+                if self._iteration % CHECK_GAP == 0:
+                    if self._folds(self._best_x).any():
+                        break
+                    self._safe = self._best_x
+            else:
+                break  # nothing improves it any more
+            if self._iteration == before:
+                break
+
+    def result(self) -> FitResult:
+        """Return the best scene so far, which is the start itself if none is better."""
+        if self._best is not None:
+            self._unfold_best()
+        is_better = self._best is not None and self._best.loss < self._start_loss
+        scene = self._drawing.scene(self._best_x) if is_better else self._start
+        return FitResult(scene.cpu(), self.history, self._iteration, self._seconds(), self.interrupted, self._device)
+
+    @property
+    def _best_x(self) -> Tensor:
+        return self._drawing.start if self._best is None else self._best.x
+
+    def _see(self, found: Evaluation, is_interrupted: Callable[[], bool]) -> None:
+        """Count and report an iteration, and keep it if it is the best."""
+        if self._best is None or found.loss < self._best.loss:
+            self._best = found
+        self._iteration += 1
+        hold_signals()
+        self._report(found)
+        budget = self._config.time_budget
+        if is_interrupted():
+            raise KeyboardInterrupt
+        if budget is not None and self._seconds() > budget:
+            raise _OutOfTime
+
+    def _folds(self, x: Tensor) -> Tensor:
+        """Return the segments [R] (bool) that cross in paths that cross themselves more often than at the start."""
+        structure = self._start.structure
+        if self._free:
+            return torch.zeros(structure.segment_count, dtype=torch.bool, device=x.device)
+        found = crossings_of_rows(self._drawing.scene(x))
+        return (found > self._crossings) & (found > 0)
+
+    def _take_back(self, descent: Descent | None, x: Tensor) -> Tensor:
+        """Return ``x`` with folded parts as they were at the last look, and tell ``descent``.
+
+        These are the segments that cross, and more of their neighbours until there is no fold, which the last look
+        had none of.
+        """
+        folds = self._folds(x)
+        if folds.any():
+            structure = self._start.structure
+            following, preceding = structure.segment_next.long(), structure.segment_previous.long()
+            back = folds
+            for _ in range(UNFOLDING_MAX):
+                back = back | back[following] | back[preceding]
+                points = self._drawing.points_of(back)
+                taken = torch.where(points, self._safe, x)
+                folds = self._folds(taken)
+                if not folds.any():
+                    break
+                back = back | folds
+            else:
+                owner = structure.segment_path.long()
+                whole = torch.zeros(len(self._start), dtype=torch.bool, device=x.device)
+                whole[owner[back]] = True
+                points = self._drawing.points_of(whole[owner])
+                taken = torch.where(points, self._safe, x)
+            x = taken
+            if descent is not None:
+                descent.take_back(x, points)
+        elif descent is not None:
+            descent.take_back(x, torch.zeros_like(self._drawing.is_free))
+        self._safe = x
+        return x
+
+    def _unfold_best(self, descent: Descent | None = None) -> None:
+        """Undo the folds of the best values, and continue from these."""
+        before = self._best_x
+        x = self._take_back(descent, before)
+        if x is not before:
+            self._best = self._drawing.evaluate(x)
+
+    def _report(self, found: Evaluation) -> None:
+        loss = torch.tensor(found.loss)
+        progress = Progress(
+            self._iteration,
+            self.iteration_count,
+            len(self._start),
+            self._seconds(),
+            loss,
+            lambda: self._drawing.scene(found.x),
+        )
+        if self._iteration % HISTORY_GAP == 0 or self._iteration == self.iteration_count:
+            self.history.append(history_entry(progress))
+        if self.on_progress is not None:
+            self.on_progress(progress)
+
+    def _seconds(self) -> float:
+        return time.perf_counter() - self._begin
+
+
+class _OutOfTime(Exception):
+    """The time budget is spent."""

@@ -1,0 +1,124 @@
+"""The kinds of the nodes and segments of a drawing: corners, smooth nodes and straight lines, and how to keep them.
+
+A node is the anchor of a row. It is *smooth* if the outline does not change its direction there.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import torch
+from torch import Tensor
+
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
+
+SMOOTH_DEGREES = 1.0
+"""Largest change of direction at a smooth node."""
+
+HANDLE_ERROR, ROUNDING_DEGREES_MAX = 0.07, 3.0
+"""A file may state handles with an error of so many pixels (one decimal, in both directions). A node counts as smooth
+if its direction changes by that much more, but by no more than the second number more."""
+
+STRAIGHT = 0.05
+"""A curve whose handles lie within so many pixels of the thirds of its chord is a line. Tracers write all lines so."""
+
+_LENGTH_MIN = 1e-3
+"""Handles that are shorter, in pixels, have no direction."""
+
+
+def with_lines(scene: Scene) -> Scene:
+    """Return the cubic ``scene`` with every straight curve marked as a line; a uniform scene stays uniform."""
+    if scene.is_uniform or scene.degree != 3:
+        return scene
+    structure, segments = scene.structure, scene.segments
+    start, end = segments[:, 0], segments[structure.segment_next.long(), 0]
+    thirds = [start + (end - start) * share for share in (1 / 3, 2 / 3)]
+    off = torch.stack([(segments[:, k + 1] - thirds[k]).norm(dim=1) for k in (0, 1)]).amax(0)
+    is_line = off < STRAIGHT
+    if structure.is_line is not None:
+        is_line |= structure.is_line
+    return replace(scene, structure=_with_mask(structure, is_line if is_line.any() else None))
+
+
+def without_kinds(scene: Scene) -> Scene:
+    """Return ``scene`` with lines as curves that happen to be straight."""
+    return scene if scene.is_uniform else replace(scene, structure=_with_mask(scene.structure, None))
+
+
+def _with_mask(structure: Structure, is_line: Tensor | None) -> Structure:
+    return Structure(structure.loop_first_segment, structure.path_first_loop, is_line, structure.uniform_count)
+
+
+@dataclass(frozen=True)
+class Joints:
+    """The nodes of a cubic scene, with handles relative to them, and what must stay as it is.
+
+    Attributes:
+        following, preceding: row of the next and the previous node [R].
+        is_line: rows that are lines [R].
+        is_smooth: smooth nodes with a handle on at least one side [R].
+    """
+
+    following: Tensor
+    preceding: Tensor
+    is_line: Tensor
+    is_smooth: Tensor
+
+    @staticmethod
+    def of(scene: Scene, *, keep: bool = True) -> Joints:
+        """Return the nodes of ``scene``; without ``keep``, none counts as smooth."""
+        structure = scene.structure
+        following, preceding = structure.segment_next.long(), structure.segment_previous.long()
+        none = torch.zeros(len(scene.segments), dtype=torch.bool, device=scene.segments.device)
+        is_line = none if structure.is_line is None else structure.is_line
+        free = Joints(following, preceding, is_line, none)
+        return replace(free, is_smooth=free._smooth(scene)) if keep else free
+
+    def values(self, scene: Scene) -> tuple[Tensor, Tensor, Tensor]:
+        """Return the anchors, and the leaving and arriving handles relative to them, each [R, 2]."""
+        anchor = scene.segments[:, 0]
+        arriving = (scene.segments[:, 2] - anchor[self.following])[self.preceding]
+        return anchor, scene.segments[:, 1] - anchor, arriving
+
+    def segments(self, anchor: Tensor, leaving: Tensor, arriving: Tensor) -> Tensor:
+        """Return the control points [R, 3, 2] with these `values`, after lines and smooth nodes are made so again.
+
+        The handles of a smooth node are projected onto their mean direction, or onto that of the line beside it.
+        """
+        leaving, arriving = self._aligned(anchor, leaving, arriving)
+        end = anchor[self.following]
+        chord, is_line = end - anchor, self.is_line[:, None]
+        first = torch.where(is_line, anchor + chord / 3.0, anchor + leaving)
+        second = torch.where(is_line, anchor + chord * 2.0 / 3.0, end + arriving[self.following])
+        return torch.stack([anchor, first, second], 1)
+
+    def _aligned(self, anchor: Tensor, leaving: Tensor, arriving: Tensor) -> tuple[Tensor, Tensor]:
+        ahead, behind = self._directions(anchor, leaving, arriving)
+        mean = torch.where(self.is_line[:, None], ahead, ahead + behind)
+        mean = _unit(torch.where(self.is_line[self.preceding][:, None], behind, mean))
+        smooth = self.is_smooth[:, None]
+        forward = (leaving * mean).sum(1, keepdim=True).clamp_min(0.0)
+        backward = (arriving * mean).sum(1, keepdim=True).clamp_max(0.0)
+        return torch.where(smooth, forward * mean, leaving), torch.where(smooth, backward * mean, arriving)
+
+    def _directions(self, anchor: Tensor, leaving: Tensor, arriving: Tensor) -> tuple[Tensor, Tensor]:
+        """Return where the outline goes to after, and comes from before, each node [R, 2], with lengths in pixels."""
+        chord, is_line = anchor[self.following] - anchor, self.is_line[:, None]
+        ahead = torch.where(is_line, chord, leaving)
+        behind = torch.where(is_line[self.preceding], chord[self.preceding], -arriving)
+        return ahead, behind
+
+    def _smooth(self, scene: Scene) -> Tensor:
+        ahead, behind = self._directions(*self.values(scene))
+        lengths = torch.stack([ahead.norm(dim=1), behind.norm(dim=1)])
+        rounding = (HANDLE_ERROR / lengths.amin(0).clamp_min(1e-9)).clamp_max(math.radians(ROUNDING_DEGREES_MAX))
+        cosine = (_unit(ahead) * _unit(behind)).sum(1)
+        is_straight = cosine > (math.radians(SMOOTH_DEGREES) + rounding).cos()
+        has_handle = ~(self.is_line & self.is_line[self.preceding])
+        return is_straight & has_handle & (lengths.amin(0) > _LENGTH_MIN)
+
+
+def _unit(vectors: Tensor) -> Tensor:
+    return vectors / vectors.norm(dim=1, keepdim=True).clamp_min(1e-6)
