@@ -36,10 +36,18 @@ def area(polygon: Points) -> float:
 
 
 def winding(polygon: Points, point: Points) -> int:
-    """Return how often ``polygon`` runs around ``point``."""
-    (x0, y0), (x1, y1) = (polygon - point).T, (np.roll(polygon, -1, axis=0) - point).T
+    """Return how often ``polygon`` runs around ``point`` [2]."""
+    return int(windings([polygon], point[None])[0])
+
+
+def windings(polygons: list[Points], points: Points) -> NDArray[np.int64]:
+    """Return how often ``polygons`` together run around each of ``points`` [P, 2]."""
+    start = np.concatenate(polygons)
+    end = np.concatenate([np.roll(polygon, -1, axis=0) for polygon in polygons])
+    (x0, y0), (x1, y1) = (np.moveaxis(ends - points[:, None], -1, 0) for ends in (start, end))
     side = x0 * y1 - x1 * y0
-    return int(((y0 <= 0) & (y1 > 0) & (side > 0)).sum() - ((y0 > 0) & (y1 <= 0) & (side < 0)).sum())
+    turns: NDArray[np.int64] = ((y0 <= 0) & (y1 > 0) & (side > 0)).sum(1) - ((y0 > 0) & (y1 <= 0) & (side < 0)).sum(1)
+    return turns
 
 
 def distance(polygon: Points, point: Points) -> float:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.svg.foreign.polygons import crossing_count, polygon_of, winding
+from warpvec.svg.foreign.polygons import crossing_count, polygon_of, windings
 from warpvec.svg.foreign.shapes import Cubic, Loop, Subpath, closed_loop
 
 _SPAN = 4096.0
@@ -129,14 +129,13 @@ def _scaled(loop: Loop, low: NDArray[np.float64], scale: float) -> Subpath:
 
 def _is_same(even_odd: list[Loop], nonzero: list[Loop]) -> bool:
     """Return whether two notations of a shape agree, at random places."""
+    if not nonzero:
+        return False
     before, after = ([polygon_of(loop) for loop in loops] for loops in (even_odd, nonzero))
     points = np.concatenate(before)
     places = np.random.default_rng(0).uniform(points.min(0), points.max(0), (_TRIALS, 2))
-    misses = 0
-    for place in places:
-        is_inside = sum(winding(polygon, place) for polygon in before) % 2 == 1
-        misses += is_inside != (sum(winding(polygon, place) for polygon in after) != 0)
-    return misses <= _MISSES_MAX
+    differs = (windings(before, places) % 2 == 1) != (windings(after, places) != 0)
+    return int(differs.sum()) <= _MISSES_MAX
 
 
 def _add(path: Any, subpath: Subpath) -> None:
