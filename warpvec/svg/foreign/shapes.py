@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from types import ModuleType
 from typing import Any
 
@@ -47,6 +48,30 @@ def load_parser() -> ModuleType:
     return svgelements
 
 
+@cache
+def _path_class() -> Any:
+    """Return the Path of svgelements with a start of its subpath that is kept, and not searched for at every "z".
+
+    The search goes back to the last move, so that 30 kB of "z" would take a minute.
+    """
+    parser = load_parser()
+
+    class Path(parser.Path):  # type: ignore[name-defined, misc]
+        seen_count, last_move = 0, None
+
+        @property
+        def z_point(self) -> Any:
+            for segment in self._segments[self.seen_count :]:
+                self.last_move = segment if isinstance(segment, parser.Move) else self.last_move
+            self.seen_count = len(self._segments)
+            return super().z_point if self.last_move is None else self.last_move.end
+
+        def _validate_close(self, index: int) -> None:
+            """Keep the end of a "z", which is `z_point` already; the original searches for it once more."""
+
+    return Path
+
+
 def shape_data(name: str, attributes: Mapping[str, str], width: float, height: float) -> str:
     """Return path data of the shape ``name`` in a viewport of ``width`` x ``height`` units; "" if it has no inside."""
     if name == "path":
@@ -72,7 +97,7 @@ def read_loops(data: str) -> tuple[list[Loop], bool]:
     """
     readable = _READABLE.match(data)
     text = readable[0] if readable else ""
-    path = load_parser().Path()
+    path = _path_class()()
     subpaths: list[list[list[complex]]] = []
     complete = len(text) == len(data)
     try:
