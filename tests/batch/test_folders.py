@@ -131,9 +131,18 @@ def test_a_file_cannot_be_locked(tmp_path: Path) -> None:
             pytest.fail("locked")
 
 
-def test_a_folder_in_place_of_the_records_is_refused(tmp_path):
+def test_a_folder_in_place_of_the_records_is_refused(tmp_path: Path) -> None:
     (tmp_path / "batch.csv").mkdir()
     folder = open_folder(str(tmp_path), "OUT_DIR")
     for put in (folder.append, folder.write):
         with pytest.raises(InputError, match="a folder named 'batch.csv'; move it away"):
             put("batch.csv", b"a line")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has other limits")
+def test_a_name_that_is_too_long_is_no_file_and_cannot_be_written(tmp_path: Path) -> None:
+    """The SVG of a photo may have a longer name than the photo; no further attempt would help."""
+    folder, name = LocalFolder(tmp_path, "OUT_DIR"), 251 * "x" + ".svgz"
+    assert not folder.exists(name)
+    with pytest.raises(InputError, match="^x+.svgz must be a file you may write, got File name too long"):
+        folder.write(name, b"an SVG")

@@ -104,7 +104,9 @@ def test_names_that_are_no_text_are_kept(tmp_path: Path) -> None:
     assert record.input == _cells(tmp_path)[0]["input"] == name
 
 
-@pytest.mark.parametrize("line", ["{}", "[1]", "nonsense", '{"input": "a", "output": "b", "settings": {}, "more": 1}'])
+@pytest.mark.parametrize(
+    "line", ["{}", "[1]", "nonsense", '{"input": "a", "output": "b", "settings": {}, "more": 1}', 10_000 * "["]
+)
 def test_records_of_another_version_are_refused(tmp_path: Path, line: str) -> None:
     (tmp_path / JSON_NAME).write_text(line + "\n")
     with pytest.raises(InputError, match=f"{JSON_NAME}, got another in line 1"):

@@ -54,7 +54,11 @@ class Folder(Protocol):
         """
 
     def write(self, name: str, data: bytes) -> None:
-        """Write a file, whole or not at all, and create the folders it is in."""
+        """Write a file, whole or not at all, and create the folders it is in.
+
+        Raises:
+            InputError: no file of that name may be written.
+        """
 
     def append(self, name: str, data: bytes) -> None:
         """Append ``data`` to a file in one write, which is on the disk when this returns."""
@@ -98,7 +102,7 @@ class LocalFolder:
         return sorted(found)
 
     def exists(self, name: str) -> bool:
-        return (self._path / name).is_file()
+        return os.path.isfile(self._path / name)  # unlike pathlib, it takes a name that is too long
 
     def read(self, name: str) -> bytes:
         path = self._path / name
@@ -112,8 +116,9 @@ class LocalFolder:
     def write(self, name: str, data: bytes) -> None:
         path = self._path / name
         self._check_is_no_folder(name)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomic(path, data)
+        with _as_input_error(name, "write"):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_atomic(path, data)
 
     def append(self, name: str, data: bytes) -> None:
         self._check_is_no_folder(name)
@@ -122,7 +127,7 @@ class LocalFolder:
             os.fsync(file.fileno())
 
     def _check_is_no_folder(self, name: str) -> None:
-        if (self._path / name).is_dir():
+        if os.path.isdir(self._path / name):
             raise InputError(self._name, "must let a file be written", f"a folder named {name!r}", "move it away")
 
     @contextmanager
@@ -216,11 +221,11 @@ class RemoteFolder:
 
 
 @contextmanager
-def _as_input_error(name: str) -> Iterator[None]:
+def _as_input_error(name: str, verb: str = "read") -> Iterator[None]:
     """Turn errors that another attempt would not mend into an InputError."""
     try:
         yield
     except OSError as error:
         if not isinstance(error, _LASTING_ERRORS) and error.errno not in _LASTING_NUMBERS:
             raise
-        raise InputError(name, "must be a file you may read", str(error.strerror or error), "check it") from error
+        raise InputError(name, f"must be a file you may {verb}", str(error.strerror or error), "check it") from error

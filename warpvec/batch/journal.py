@@ -117,7 +117,7 @@ class Journal:
 def _parse(line: str, number: int) -> Record:
     try:
         return Record(**json.loads(line))
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, RecursionError) as error:
         value = f"another in line {number} ({error})"
         remedy = "move the file away, or choose another folder"
         raise InputError("OUT_DIR", f"must have records of this version in {JSON_NAME}", value, remedy) from error

@@ -22,7 +22,7 @@ from warpvec.svg.document import MAX_SVG_BYTES
 from warpvec.svg.read import LoadedSvg, read_svg
 from warpvec.vectorization.api import fit_photo, title_of
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
-from warpvec.vectorization.goal import CORRECTION_RATE, Goal, with_curves
+from warpvec.vectorization.goal import CORRECTION_RATE, Goal, is_auto, with_curves
 from warpvec.vectorization.result import Result
 
 ITERATIONS = 500
@@ -60,7 +60,7 @@ def refine(
         InputError: the photo or the SVG cannot be read, they do not match, or a setting is wrong.
     """
     drawing = read_drawing(_svg_data(svg))
-    goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=curves == "auto")
+    goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=is_auto(curves))
     given = settings if curves is None else {**settings, "curves": curves}
     config = make_config(preset, **with_curves(with_drawing_settings(settings, drawing), curves, goal))
     config = refine_config(config, given, goal, drawing)
