@@ -182,3 +182,13 @@ def test_import_is_light():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"
+
+
+@pytest.mark.parametrize(
+    ("channel_count", "words"), [(4, "at most 10 pixels if it has alpha"), (2, "at most 10 pixels")]
+)
+def test_images_with_alpha_have_a_limit_of_their_own(channel_count, words, monkeypatch):
+    monkeypatch.setattr(image_module, "MAX_ALPHA_PIXELS", 10)
+    assert words in complaint(read_image, np.zeros((3, 4, channel_count), np.uint8))
+    assert "if it has alpha" in complaint(read_image, encode(np.zeros((3, 4, 4), np.uint8)))
+    assert read_image(np.zeros((3, 4, 3), np.uint8)).shape == (3, 4, 3)

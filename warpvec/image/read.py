@@ -40,6 +40,9 @@ MAX_IMAGE_BYTES = 2**30
 """Largest image file in bytes: more than ``MAX_PIXELS`` of eight bytes, those of RGBA with 16 bits, take uncompressed.
 Stops endless streams and devices."""
 
+MAX_ALPHA_PIXELS = 75_000_000
+"""Largest image with alpha: as many samples as the largest RGB image has, so that it takes no more memory."""
+
 # Only these decoders are tried: some of Pillow's others start programs (EPS) or have never been fuzzed.
 _FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF")
 _FORMAT_NAMES = "PNG, JPEG, WebP, TIFF, BMP or GIF"
@@ -75,7 +78,8 @@ def read_image(source: ImageSource, background: str | None = None, name: str = "
 
     Raises:
         InputError: the file does not exist, is not a complete image of these formats or has more than
-            ``MAX_IMAGE_BYTES``; the image has no pixels or more than ``MAX_PIXELS``; an array has the wrong shape, type
+            ``MAX_IMAGE_BYTES``; the image has no pixels, more than ``MAX_PIXELS``, or, if it has alpha, more than
+            ``MAX_ALPHA_PIXELS``; an array has the wrong shape, type
             or range; or ``background`` is not a colour.
     """
     backdrop = None if background is None else parse_color(background)
@@ -192,9 +196,17 @@ def _check_size(width: int, height: int, label: str, name: str) -> None:
         raise _too_large(f"{width} x {height}", label, name)
 
 
+def _check_alpha_size(width: int, height: int, label: str, name: str) -> None:
+    if width * height > MAX_ALPHA_PIXELS:
+        rule = f"must have at most {MAX_ALPHA_PIXELS} pixels if it has alpha"
+        raise InputError(name, rule, f"{width} x {height} in {label}", "reduce it first")
+
+
 def _upright_samples(image: Image.Image, label: str, name: str) -> NDArray[Any]:
     """Return the samples of a PIL image as an array that ``read_image`` takes."""
     _check_size(*image.size, label, name)
+    if image.has_transparency_data:
+        _check_alpha_size(*image.size, label, name)
     check_tiles(image)
     image.load()
     # The tag is read after loading, because the TIFF decoder turns the image itself and then removes the tag.
@@ -241,6 +253,8 @@ def _unit_samples(samples: NDArray[Any], name: str) -> NDArray[np.float32]:
         remedy = "put channels last, which is not guessed, and take one image of a batch"
         raise InputError(name, "must have shape [h, w] or [h, w, 1 to 4]", str(list(samples.shape)), remedy)
     _check_size(samples.shape[1], samples.shape[0], "this array", name)
+    if samples.shape[2] in (2, 4):
+        _check_alpha_size(samples.shape[1], samples.shape[0], "this array", name)
     if samples.dtype == np.bool_:
         return samples.astype(np.float32)
     if samples.dtype.kind == "u" and samples.dtype.itemsize <= 2:
