@@ -85,7 +85,7 @@ def _large_file(chance: Random) -> Case:
 @cache
 def largest_png(color: int) -> bytes:
     """Return a black PNG of the largest size, which has few bytes."""
-    side = 10_000
+    side = 8_600 if color in (4, 6) else 10_000  # below the limits of pictures with alpha and without
     packer, rows = zlib.compressobj(1), bytes(100 * (1 + side * _SAMPLES[color]))
     pixels = b"".join([*(packer.compress(rows) for _ in range(side // 100)), packer.flush()])
     return _png(struct.pack(">IIBBBBB", side, side, 8, color, 0, 0, 0), [(b"IDAT", pixels)])

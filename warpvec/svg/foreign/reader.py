@@ -22,7 +22,7 @@ from warpvec.svg.units import parse_length, stated_size
 MAX_ELEMENTS = 2**18
 """Largest number of drawn elements, counting each <use>: a few lines of <use> can draw any number of elements."""
 
-MAX_USED_ELEMENTS = 2**16
+MAX_USED_ELEMENTS = 2**15
 """Largest number of elements that are drawn through <use>, which takes some seconds: 2 kB can ask for any number."""
 
 MAX_REACH = 2.0**24
