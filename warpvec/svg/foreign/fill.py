@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
@@ -45,6 +45,9 @@ class Fills:
     def __init__(self, sheet: StyleSheet, by_id: Mapping[str, Element]) -> None:
         self._sheet = sheet
         self._by_id = by_id
+        # Thousands of paths may share a gradient of thousands of stops.
+        self._own_stops: dict[Element, list[Element]] = {}
+        self._means: dict[Element, Fill | None] = {}
 
     def read(self, properties: Properties, omitted: Counter[str]) -> Fill | None:
         """Return the fill that ``properties`` state, None without one; count in ``omitted`` what it does not show."""
@@ -67,29 +70,30 @@ class Fills:
         return read_color(properties["color"] if text.lower() == "currentcolor" else text)
 
     def _mean(self, gradient: Element) -> Fill | None:
-        """Return the mean over the length of the gradient vector, taken of premultiplied colours."""
-        stops = self._stops(gradient)
-        if not stops:
-            return None
+        """Return the mean over the length of the gradient vector; without stops, that of the gradient referred to."""
+        for _ in range(_TEMPLATES):
+            if gradient not in self._own_stops:
+                self._own_stops[gradient] = [child for child in gradient if local_name(child.tag) == "stop"]
+            if self._own_stops[gradient]:
+                if gradient not in self._means:
+                    self._means[gradient] = self._mean_of_stops(self._own_stops[gradient])
+                return self._means[gradient]
+            href = next((v for key, v in gradient.attrib.items() if key.rpartition("}")[2] == "href"), "")
+            template = self._by_id.get(href.strip()[1:])
+            if template is None:
+                break
+            gradient = template
+        return None
+
+    def _mean_of_stops(self, elements: Sequence[Element]) -> Fill | None:
+        """Return the mean of one stop or more, taken of premultiplied colours."""
+        stops = [self._stop(element) for element in elements]
         offsets = np.maximum.accumulate([offset for offset, _ in stops])
         values = np.array([[*(c * fill.opacity for c in fill.color), fill.opacity] for _, fill in stops])
         spans = np.diff(offsets, prepend=0.0, append=1.0)
         middles = (np.concatenate([values[:1], values]) + np.concatenate([values, values[-1:]])) / 2
         *color, opacity = (spans[:, None] * middles).sum(0).tolist()
         return Fill((color[0] / opacity, color[1] / opacity, color[2] / opacity), opacity) if opacity else None
-
-    def _stops(self, gradient: Element) -> list[tuple[float, Fill]]:
-        """Return offset and fill of each stop; without stops, those of the gradient that this one refers to."""
-        for _ in range(_TEMPLATES):
-            stops = [child for child in gradient if local_name(child.tag) == "stop"]
-            if stops:
-                return [self._stop(stop) for stop in stops]
-            href = next((v for key, v in gradient.attrib.items() if key.rpartition("}")[2] == "href"), "")
-            template = self._by_id.get(href.strip()[1:])
-            if template is None:
-                break
-            gradient = template
-        return []
 
     def _stop(self, stop: Element) -> tuple[float, Fill]:
         properties = self._sheet.properties(stop, dict(INHERITED))
