@@ -129,3 +129,9 @@ def test_text_is_text_whatever_encoding_it_declares():
 def test_entities_of_a_file_to_read_are_refused():
     assert "entities" in refusal(read_svg, '<!DOCTYPE svg [<!ENTITY a "b">]>' + square_file("&a;"))
     assert "entities" in refusal(read_svg, '<!DOCTYPE svg SYSTEM "a.dtd">' + square_file("&a;"))
+
+
+def test_more_elements_than_any_drawing_has_are_refused(monkeypatch):
+    monkeypatch.setattr(document_module, "MAX_ELEMENTS", 10)
+    assert len(document_module.parse_svg(square_file("<path/>" * 8)).path_data) == 8
+    assert "at most 10 elements" in refusal(document_module.parse_svg, square_file("<path/>" * 11))

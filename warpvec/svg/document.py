@@ -1,8 +1,8 @@
 """One pass over SVG text: check that it is safe, and collect what the other modules need.
 
 SVG files come from anywhere, so every module reads them through `parse_svg`, before another parser or native code sees
-them. Allowed are ``MAX_SVG_BYTES`` of text and ``MAX_DEPTH`` nested elements. Entities and references to other files
-are refused.
+them. Allowed are ``MAX_SVG_BYTES`` of text and ``MAX_ELEMENTS`` elements, ``MAX_DEPTH`` deep. Entities and references
+to other files are refused.
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ MAX_SVG_BYTES = 2**28
 
 MAX_DEPTH = 100
 """Deepest nesting of elements. resvg overflows its stack, and ends the process, somewhere between 200 and 300."""
+
+MAX_ELEMENTS = 2**20
+"""Most elements, far above any drawing of an editor: a million take 4 s and, as a tree, 300 MB."""
 
 _DATA_URL = re.compile(r"[\x00-\x20]*data:[^,#]*,")
 """A data URL, as resvg tells it from a path: without a comma, or with one only after a "#", it would be a file."""
@@ -161,7 +164,7 @@ class _Parser:
     def __init__(self, text: str, builder: Builder | None) -> None:
         self.document = Document(text)
         self._builder = builder
-        self._depth = 0
+        self._depth = self._element_count = 0
         self._root_start = 0
         self._group: tuple[int, str | None, int] | None = None  # start, id, and number of paths before it
         self._names: dict[str, tuple[str, str]] = {}  # a name in expat's form -> "{namespace}name", local SVG name
@@ -200,6 +203,9 @@ class _Parser:
             self._group = self._expat.CurrentByteIndex, attributes.get("id"), len(self.document.path_data)
         elif self._depth == MAX_DEPTH:
             raise InputError("SVG", f"must nest at most {MAX_DEPTH} elements", "deeper ones", "ungroup it")
+        self._element_count += 1
+        if self._element_count > MAX_ELEMENTS:
+            raise InputError("SVG", f"must have at most {MAX_ELEMENTS} elements", "more", "simplify it")
         self._depth += 1
         self._collect(local, attributes)
         if self._builder is not None:

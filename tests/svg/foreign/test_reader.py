@@ -147,6 +147,7 @@ def test_more_elements_than_can_be_read_soon_are_refused(monkeypatch):
     "content",
     [
         '<path d="' + "M1 1h2v2z" * 20 + '"/>',
+        '<path d="M1 1' + "z" * 40 + '"/>',
         '<polygon points="' + "1,2 " * 20 + '"/>',
         '<path d="M0 0h9v9z"/>' * 10,
         '<defs><path id="a" d="' + "M1 1h2v2z" * 3 + '"/></defs>' + '<use href="#a"/>' * 8,

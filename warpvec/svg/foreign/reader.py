@@ -25,7 +25,8 @@ MAX_ELEMENTS = 2**15
 take the longest, 0.3 ms each, so that all take 10 s."""
 
 MAX_NUMBERS = 2**20
-"""Largest number of coordinates of all drawn elements, counting each <use>. One takes 4 to 11 microseconds."""
+"""Largest number of coordinates and commands of all drawn elements, counting each <use>. One takes 4 to 8
+microseconds."""
 
 _LETTERS_PER_NUMBER = 16
 """Letters of any attribute that take as long as a coordinate; matrices take the longest, 0.5 microseconds each."""
@@ -39,7 +40,7 @@ MAX_REACH = 2.0**24
 MAX_USE_DEPTH = 150
 """Deepest nesting of elements, through <use> as well. Each takes a few of the thousand calls that Python can nest."""
 
-_NUMBER = re.compile(NUMBER)
+_NUMBER = re.compile(rf"{NUMBER}|[A-Za-z]")
 _GROUPS = frozenset({"g", "a", "svg", "switch"})
 _DRAWN = SHAPES | _GROUPS | {"use"}
 _OMITTED_ELEMENTS = {
