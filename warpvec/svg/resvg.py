@@ -30,8 +30,12 @@ from warpvec.svg.resvg_child import MARK, Limits
 MAX_SECONDS = 60.0
 """Time limit for rendering in a child process; the largest drawings of editors take some seconds."""
 
-MAX_MEMORY = 2**32
-"""Address space of the child process in bytes, where the system can limit it: four canvases of the largest size."""
+MAX_MEMORY = 2**31
+"""Address space of the child process in bytes, where the system can limit it: four canvases of the largest size, which
+are enough for a drawing with one layer (3.6 canvases), and for two (8.5) up to 60 megapixels."""
+
+_BAND_PIXELS = 4_000_000
+"""Pixels of a drawing that are converted at a time."""
 
 # The fonts of the system are not loaded: that takes time, they differ between machines, and paths need none.
 _OPTIONS = {"dpi": 96, "skip_system_fonts": True}
@@ -53,7 +57,18 @@ def rasterize(
     png = (_draw_in_sandbox if sandboxed else _draw_here)(text, options)
     # Not Image.open, which would warn about large images.
     with PngImageFile(io.BytesIO(png)) as image:
-        return np.array(image.convert("RGBA" if transparent else "RGB"))
+        return _pixels(image, "RGBA" if transparent else "RGB")
+
+
+def _pixels(image: PngImageFile, mode: str) -> NDArray[np.uint8]:
+    """Return the pixels [h, w, c] of ``image`` in ``mode``. They are copied in bands: Pillow makes several copies."""
+    image.load()
+    pixels = np.empty((image.height, image.width, len(mode)), np.uint8)
+    row_count = max(1, _BAND_PIXELS // image.width)
+    for top in range(0, image.height, row_count):
+        bottom = min(top + row_count, image.height)
+        pixels[top:bottom] = np.asarray(image.crop((0, top, image.width, bottom)).convert(mode))
+    return pixels
 
 
 def _draw_here(text: str, options: dict[str, Any]) -> bytes:
