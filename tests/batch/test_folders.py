@@ -47,6 +47,12 @@ def test_a_missing_file_is_an_input_error(folder: Folder) -> None:
         folder.read("b/x.png")
 
 
+def test_a_file_is_read_up_to_the_limit(folder: Folder) -> None:
+    assert folder.read("b/c.png", 2) == b"22"
+    with pytest.raises(InputError, match="^b/c.png must have at most 1 bytes"):
+        folder.read("b/c.png", 1)
+
+
 @pytest.mark.skipif(os.name == "nt", reason="needs links and pipes of POSIX")
 def test_what_no_further_attempt_can_read_is_an_input_error(tmp_path: Path) -> None:
     folder = LocalFolder(tmp_path)

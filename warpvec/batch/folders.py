@@ -17,11 +17,11 @@ from typing import Any, Protocol
 
 from warpvec.errors import InputError
 from warpvec.files import make_folder, write_atomic
-from warpvec.inputs import read_stream
+from warpvec.inputs import read_stream, too_long
 from warpvec.temporary_files import remove_stale_files
 
 MAX_FILE_BYTES = 2**31
-"""Largest file that is read, above the largest photo and the records of a million."""
+"""Largest file that is read unless another limit is given, above the records of a million photos."""
 
 _LASTING_ERRORS = (FileNotFoundError, PermissionError, IsADirectoryError, NotADirectoryError)
 _LASTING_NUMBERS = (errno.ELOOP, errno.ENAMETOOLONG)
@@ -46,11 +46,11 @@ class Folder(Protocol):
     def exists(self, name: str) -> bool:
         """Return whether there is a file ``name``."""
 
-    def read(self, name: str) -> bytes:
+    def read(self, name: str, limit: int = MAX_FILE_BYTES) -> bytes:
         """Return the bytes of a file.
 
         Raises:
-            InputError: it does not exist or may not be read.
+            InputError: it does not exist, may not be read, or has more than ``limit`` bytes.
         """
 
     def write(self, name: str, data: bytes) -> None:
@@ -104,14 +104,14 @@ class LocalFolder:
     def exists(self, name: str) -> bool:
         return os.path.isfile(self._path / name)  # unlike pathlib, it takes a name that is too long
 
-    def read(self, name: str) -> bytes:
+    def read(self, name: str, limit: int = MAX_FILE_BYTES) -> bytes:
         path = self._path / name
         with _as_input_error(name):
             # A pipe would wait for ever, and a device may have no end.
             if not stat.S_ISREG(path.stat().st_mode):
                 raise InputError(name, "must be a file you may read", "a pipe, a device or a folder", "remove it")
             with path.open("rb") as stream:
-                return read_stream(stream, MAX_FILE_BYTES, name, "it")
+                return read_stream(stream, limit, name, "it")
 
     def write(self, name: str, data: bytes) -> None:
         path = self._path / name
@@ -199,9 +199,12 @@ class RemoteFolder:
     def exists(self, name: str) -> bool:
         return bool(self._root[0].isfile(self._path(name)))
 
-    def read(self, name: str) -> bytes:
+    def read(self, name: str, limit: int = MAX_FILE_BYTES) -> bytes:
+        system, path = self._root[0], self._path(name)
         with _as_input_error(name):
-            data: bytes = self._root[0].cat_file(self._path(name))
+            if (system.size(path) or 0) > limit:  # None if the store does not tell
+                raise too_long(limit, name, "it")
+            data: bytes = system.cat_file(path)
             return data
 
     def write(self, name: str, data: bytes) -> None:
