@@ -135,3 +135,24 @@ def test_more_elements_than_any_drawing_has_are_refused(monkeypatch):
     monkeypatch.setattr(document_module, "MAX_ELEMENTS", 10)
     assert len(document_module.parse_svg(square_file("<path/>" * 8)).path_data) == 8
     assert "at most 10 elements" in refusal(document_module.parse_svg, square_file("<path/>" * 11))
+
+
+def test_a_long_text_is_refused_as_bytes_of_that_length_are(monkeypatch):
+    monkeypatch.setattr(document_module, "MAX_SVG_BYTES", 1000)
+    for text in (square_file(" " * 1000), square_file("<desc>" + 400 * "\u20ac" + "</desc>")):
+        assert "at most 1000 bytes" in refusal(file_facts, text) == refusal(file_facts, text.encode())
+
+
+def test_a_long_namespace_is_refused_before_it_is_repeated_for_every_name():
+    namespace = 'xmlns{}="http://' + "a" * 10**6 + '"'
+    for form, names in ((":n", "n:a{}=''"), ("", "a{}=''")):
+        attributes = " ".join(names.format(number) for number in range(500))
+        assert "namespaces" in refusal(file_facts, square_file(f"<a {namespace.format(form)} {attributes}/>"))
+
+
+def test_more_attributes_than_any_element_has_are_refused():
+    def with_attributes(count: int) -> str:
+        return square_file("<path " + " ".join(f"a{number}=''" for number in range(count)) + "/>")
+
+    assert file_facts(with_attributes(document_module.MAX_ATTRIBUTES))["paths"] == 1
+    assert "attributes" in refusal(file_facts, with_attributes(document_module.MAX_ATTRIBUTES + 1))

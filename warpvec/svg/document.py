@@ -21,14 +21,21 @@ from warpvec.svg.units import NUMBER
 
 SVG_NAMESPACE = "http://www.w3.org/2000/svg"
 
-MAX_SVG_BYTES = 2**28
-"""Largest text in bytes, far above any drawing of an editor. Stops a small gzip file from filling the memory."""
+MAX_SVG_BYTES = 2**27
+"""Largest text in bytes: the largest drawing that warpvec fits, of 2^22 segments of 30 bytes each. To check and measure
+any such text takes less than 20 s and 1 GB."""
 
 MAX_DEPTH = 100
 """Deepest nesting of elements. resvg overflows its stack, and ends the process, somewhere between 200 and 300."""
 
-MAX_ELEMENTS = 2**20
-"""Most elements, far above any drawing of an editor: a million take 4 s and, as a tree, 300 MB."""
+MAX_ELEMENTS = 2**19
+"""Most elements, eight times as many as warpvec draws: with a name each, as a tree, they take 5 s and 400 MB."""
+
+MAX_ATTRIBUTES = 1000
+"""Most attributes of an element, above any that SVG knows. The parser makes a string of each, with its namespace."""
+
+MAX_NAMESPACE = 1000
+"""Longest namespace in characters. The parser repeats it for each name that is in it: a megabyte takes gigabytes."""
 
 _DATA_URL = re.compile(r"[\x00-\x20]*data:[^,#]*,")
 """A data URL, as resvg tells it from a path: without a comma, or with one only after a "#", it would be a file."""
@@ -51,6 +58,8 @@ _PLAIN_ATTRIBUTES = frozenset({"id", "version", "width", "height", "viewBox", "x
 
 _DRAWN_NAMESPACES = (f"{SVG_NAMESPACE} ", "http://www.w3.org/1999/xlink ", "http://www.w3.org/XML/1998/namespace ")
 """resvg takes an attribute of one of these namespaces, here as expat's names begin, for the one without."""
+
+_NUMBER = re.compile(NUMBER)
 
 _TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*+>""")
 
@@ -98,8 +107,8 @@ class Document:
 
         The bound of a shape is the sum of the absolute values of its numbers.
         """
-        shapes = (re.findall(NUMBER, numbers) for numbers in (*self.path_data, *self.rectangles))
-        return max((math.fsum(abs(float(word)) for word in shape) for shape in shapes), default=0.0)
+        shapes = (_NUMBER.finditer(numbers) for numbers in (*self.path_data, *self.rectangles))
+        return max((math.fsum(abs(float(match[0])) for match in shape) for shape in shapes), default=0.0)
 
 
 SvgSource = str | bytes | Document
@@ -138,9 +147,10 @@ def read_text(svg: str | bytes) -> str:
     """Return the text of an SVG given as text, or as the bytes of an ``.svg`` or ``.svgz`` file.
 
     Raises:
-        InputError: the bytes are more than ``MAX_SVG_BYTES``, not UTF-8, or a damaged gzip file.
+        InputError: the text has more than ``MAX_SVG_BYTES``, or the bytes are not UTF-8, or a damaged gzip file.
     """
     if isinstance(svg, str):
+        _check_size(len(svg))  # a character takes a byte or more; `_Parser` counts those
         return svg
     try:
         data = _gunzip(svg) if svg.startswith(b"\x1f\x8b") else svg
@@ -173,6 +183,7 @@ class _Parser:
     def run(self) -> Document:
         try:
             self._data = self.document.text.encode()
+            _check_size(len(self._data))
             self._expat.Parse(self._data, True)
         except (expat.ExpatError, UnicodeEncodeError) as error:
             raise InputError("SVG", "must be well-formed XML", str(error), "save it again from its editor") from None
@@ -186,6 +197,7 @@ class _Parser:
         parser = expat.ParserCreate("utf-8", namespace_separator=" ")
         parser.StartElementHandler = self._start_element
         parser.EndElementHandler = self._end_element
+        parser.StartNamespaceDeclHandler = _check_namespace
         parser.EntityDeclHandler = _refuse_entity
         parser.AttlistDeclHandler = self._declare_attribute
         if self._builder is not None:
@@ -206,6 +218,9 @@ class _Parser:
         self._element_count += 1
         if self._element_count > MAX_ELEMENTS:
             raise InputError("SVG", f"must have at most {MAX_ELEMENTS} elements", "more", "simplify it")
+        if len(attributes) > MAX_ATTRIBUTES:
+            rule = f"must have at most {MAX_ATTRIBUTES} attributes in an element"
+            raise InputError("SVG", rule, str(len(attributes)), "save it as plain SVG")
         self._depth += 1
         self._collect(local, attributes)
         if self._builder is not None:
@@ -275,6 +290,13 @@ def _check_root(element: str) -> None:
     if element != "svg":
         found = f"<{element}>" if element else "an element of another namespace"
         raise InputError("SVG", "must have <svg> as its outermost element", found, "give an SVG file")
+
+
+def _check_namespace(prefix: str | None, namespace: str | None) -> None:
+    del prefix
+    if namespace is not None and len(namespace) > MAX_NAMESPACE:
+        rule = f"must have namespaces of at most {MAX_NAMESPACE} characters"
+        raise InputError("SVG", rule, str(len(namespace)), "save it as plain SVG")
 
 
 def _refuse_entity(name: str, *_: object) -> None:
