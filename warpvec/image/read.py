@@ -33,14 +33,14 @@ if TYPE_CHECKING:
 
 ImageSource: TypeAlias = "str | os.PathLike[str] | bytes | Image.Image | NDArray[Any] | Tensor"
 
-MAX_PIXELS = 100_000_000
-"""Largest image in pixels. As float32 RGB it takes 1.2 GB, which a machine that fits images has."""
+MAX_PIXELS = 50_000_000
+"""Largest image in pixels, four times a photo of a phone: a run that fits and measures it takes less than 2 GB."""
 
 MAX_IMAGE_BYTES = 2**30
 """Largest image file in bytes: more than ``MAX_PIXELS`` of eight bytes, those of RGBA with 16 bits, take uncompressed.
 Stops endless streams and devices."""
 
-MAX_ALPHA_PIXELS = 75_000_000
+MAX_ALPHA_PIXELS = 37_500_000
 """Largest image with alpha: as many samples as the largest RGB image has, so that it takes no more memory."""
 
 # Only these decoders are tried: some of Pillow's others start programs (EPS) or have never been fuzzed.
@@ -99,6 +99,8 @@ def _load(source: ImageSource, name: str) -> NDArray[Any]:
         with _guarded("this PIL image", name):
             return _upright_samples(source, "this PIL image", name)
     if isinstance(source, bytes | bytearray | memoryview):
+        if memoryview(source).nbytes > MAX_IMAGE_BYTES:
+            raise too_long(MAX_IMAGE_BYTES, name, f"these {len(source)} bytes")
         return _decode_stream(BytesIO(source), f"these {len(source)} bytes", name)
     if isinstance(source, str | os.PathLike):
         with _open_file(source, name) as stream:
