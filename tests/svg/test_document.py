@@ -156,3 +156,16 @@ def test_more_attributes_than_any_element_has_are_refused():
 
     assert file_facts(with_attributes(document_module.MAX_ATTRIBUTES))["paths"] == 1
     assert "attributes" in refusal(file_facts, with_attributes(document_module.MAX_ATTRIBUTES + 1))
+
+
+def test_attributes_are_counted_before_they_fill_the_memory(monkeypatch):
+    tag = square_file("<path " + " ".join(f"a{number}=''" for number in range(100_000)) + "/>")
+    tracemalloc.start()
+    try:
+        assert "attributes" in refusal(file_facts, tag)
+        assert tracemalloc.get_traced_memory()[1] < 5_000_000
+    finally:
+        tracemalloc.stop()
+    monkeypatch.setattr(document_module, "MAX_ALL_ATTRIBUTES", 50)
+    declared = "<!DOCTYPE svg [<!ATTLIST a b CDATA 'c'>]>"
+    assert "at most 50 attributes" in refusal(file_facts, svg_file("<a/>" * 60, before=declared))

@@ -13,6 +13,7 @@ import math
 import re
 import zlib
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Protocol
 from xml.parsers import expat
 
@@ -33,6 +34,9 @@ MAX_ELEMENTS = 2**19
 
 MAX_ATTRIBUTES = 1000
 """Most attributes of an element, above any that SVG knows. The parser makes a string of each, with its namespace."""
+
+MAX_ALL_ATTRIBUTES = 2**22
+"""Most attributes of all elements, with those that a document type adds to each: they take 3 s."""
 
 MAX_NAMESPACE = 1000
 """Longest namespace in characters. The parser repeats it for each name that is in it: a megabyte takes gigabytes."""
@@ -62,6 +66,11 @@ _DRAWN_NAMESPACES = (f"{SVG_NAMESPACE} ", "http://www.w3.org/1999/xlink ", "http
 _NUMBER = re.compile(NUMBER)
 
 _TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*+>""")
+
+_LONG_TAG = re.compile(rb"<[^<!?/][^<]{%d}" % (5 * MAX_ATTRIBUTES))
+"""The start of a tag that has room for too many attributes; " a=''" is the shortest. No tag holds a "<"."""
+
+_VALUE = re.compile(rb"""=\s*+(?>"[^"]*"|'[^']*')""")
 
 
 @dataclass(frozen=True)
@@ -174,7 +183,7 @@ class _Parser:
     def __init__(self, text: str, builder: Builder | None) -> None:
         self.document = Document(text)
         self._builder = builder
-        self._depth = self._element_count = 0
+        self._depth = self._element_count = self._attribute_count = 0
         self._root_start = 0
         self._group: tuple[int, str | None, int] | None = None  # start, id, and number of paths before it
         self._names: dict[str, tuple[str, str]] = {}  # a name in expat's form -> "{namespace}name", local SVG name
@@ -184,6 +193,7 @@ class _Parser:
         try:
             self._data = self.document.text.encode()
             _check_size(len(self._data))
+            _check_attributes(self._data)
             self._expat.Parse(self._data, True)
         except (expat.ExpatError, UnicodeEncodeError) as error:
             raise InputError("SVG", "must be well-formed XML", str(error), "save it again from its editor") from None
@@ -218,9 +228,9 @@ class _Parser:
         self._element_count += 1
         if self._element_count > MAX_ELEMENTS:
             raise InputError("SVG", f"must have at most {MAX_ELEMENTS} elements", "more", "simplify it")
-        if len(attributes) > MAX_ATTRIBUTES:
-            rule = f"must have at most {MAX_ATTRIBUTES} attributes in an element"
-            raise InputError("SVG", rule, str(len(attributes)), "save it as plain SVG")
+        self._attribute_count += len(attributes)
+        if self._attribute_count > MAX_ALL_ATTRIBUTES:
+            raise InputError("SVG", f"must have at most {MAX_ALL_ATTRIBUTES} attributes", "more", "simplify it")
         self._depth += 1
         self._collect(local, attributes)
         if self._builder is not None:
@@ -290,6 +300,16 @@ def _check_root(element: str) -> None:
     if element != "svg":
         found = f"<{element}>" if element else "an element of another namespace"
         raise InputError("SVG", "must have <svg> as its outermost element", found, "give an SVG file")
+
+
+def _check_attributes(data: bytes) -> None:
+    """Refuse too many attributes before the parser makes a list of them."""
+    for match in _LONG_TAG.finditer(data):
+        tag = _TAG.match(data, match.start())
+        values = _VALUE.finditer(data, match.start(), tag.end() if tag else match.end())
+        if sum(1 for _ in islice(values, MAX_ATTRIBUTES + 1)) > MAX_ATTRIBUTES:
+            rule = f"must have at most {MAX_ATTRIBUTES} attributes in an element"
+            raise InputError("SVG", rule, "more", "save it as plain SVG")
 
 
 def _check_namespace(prefix: str | None, namespace: str | None) -> None:
