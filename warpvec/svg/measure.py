@@ -35,7 +35,13 @@ _NUMBERS = re.compile(NUMBER)
 # number is skipped and not a digit, so that the time stays linear.
 _ARC = re.compile(f"({_GAP.join([NUMBER] * 3 + ['[01]'] * 2 + [NUMBER] * 2)})|{NUMBER}")
 
-_COMMAND = re.compile(r"([MLHVCSQTAZ])([^MLHVCSQTAZ]*+)", re.IGNORECASE)
+# A command without numbers draws nothing. Closing a path is one of these.
+_COMMAND = re.compile(r"([MLHVCSQTA])([^MLHVCSQTAZ\d]*+\d[^MLHVCSQTAZ]*+)", re.IGNORECASE)
+
+_LETTERS = "MLHVCSQTAmlhvcsqta"
+
+MAX_COMMANDS = 2**23
+"""Most commands in the paths of a file, twice the segments of the largest fit: to count their segments takes 7 s."""
 
 _NUMBERS_PER_SEGMENT = {"L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2}
 
@@ -71,10 +77,12 @@ def file_facts(svg: SvgSource) -> FileFacts:
     A segment is one curve, line or arc of a path. Closing a path does not count.
 
     Raises:
-        InputError: ``svg`` is not an SVG, or is refused as unsafe.
+        InputError: ``svg`` is not an SVG, is refused as unsafe, or has more than ``MAX_COMMANDS`` commands.
     """
     document = parse_svg(svg)
     data, path_data = document.text.encode(), document.path_data
+    if sum(numbers.count(letter) for numbers in path_data for letter in _LETTERS) > MAX_COMMANDS:
+        raise InputError("SVG", f"must have at most {MAX_COMMANDS} commands in its paths", "more", "simplify it")
     segment_count = sum(map(count_segments, path_data))
     return FileFacts(paths=len(path_data), segments=segment_count, bytes=len(data), gzip_bytes=len(gzip_bytes(data)))
 
@@ -123,15 +131,13 @@ def draw(
 
 def count_segments(path_data: str) -> int:
     """Count the lines, curves and arcs of any SVG path data. Closing a path does not count."""
-    return sum(_count_of_command(letter.upper(), numbers) for letter, numbers in _COMMAND.findall(path_data))
+    return sum(_count_of_command(match[1].upper(), match[2]) for match in _COMMAND.finditer(path_data))
 
 
 def _count_of_command(letter: str, numbers: str) -> int:
-    if letter == "Z":
-        return 0
     if letter == "A":
         return sum(match[1] is not None for match in _ARC.finditer(numbers))
-    count = len(_NUMBERS.findall(numbers))
+    count = sum(1 for _ in _NUMBERS.finditer(numbers))
     # The pairs after the first one of a move are lines.
     return max(count // 2 - 1, 0) if letter == "M" else count // _NUMBERS_PER_SEGMENT[letter]
 
