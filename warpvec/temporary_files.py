@@ -19,7 +19,7 @@ import stat
 import threading
 import time
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -42,6 +42,9 @@ _NAME = re.compile(r"\.warpvec-(?P<kernel>[0-9a-f]{8})-[0-9a-f]{16}\.tmp(\.[a-z0
 # Temporary files that this process has created and not yet removed, and the folders that it has swept.
 _live: set[Path] = set()
 _swept: set[Path] = set()
+
+# What else a process does before it ends without a word to Python.
+_last_steps: list[Callable[[], None]] = []
 
 # Held while a file is created, and for ever by a process that is about to end.
 _creating = threading.Lock()
@@ -87,9 +90,22 @@ def remove_stale_files(folder: Path) -> None:
 def remove_live_files() -> None:
     """Remove the temporary files of this process, and let it create no others: it is about to end."""
     _creating.acquire(timeout=_LAST_WAIT)
+    for step in list(_last_steps):
+        with suppress(OSError):
+            step()
     for path in list(_live):
         with suppress(OSError):
             path.unlink()
+
+
+@contextmanager
+def at_abrupt_end(step: Callable[[], None]) -> Iterator[None]:
+    """Let `remove_live_files` also call ``step`` while this block lasts. It may do so from another thread."""
+    _last_steps.append(step)
+    try:
+        yield
+    finally:
+        _last_steps.remove(step)
 
 
 class _TemporaryFile:
