@@ -14,13 +14,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from svg_files import refusal, svg_file
+from svg_files import make_scene, refusal, svg_file
 
 from warpvec.errors import InputError
 from warpvec.svg import measure, resvg
 from warpvec.svg.document import SVG_NAMESPACE as NAMESPACE
 from warpvec.svg.document import parse_svg
 from warpvec.svg.measure import draw
+from warpvec.svg.write import write_svg
 
 
 @pytest.mark.parametrize(
@@ -94,6 +95,27 @@ def test_points_that_scale_out_of_reach_are_drawn_in_the_child(monkeypatch):
         draw(svg_file(path, f'width="8" height="4" viewBox="{box}"'), 8, 4)
     draw(svg_file(path + '<rect width="1e9" height="1"/>'), 8, 4)
     assert drawn == [False, True, True, False, True]
+
+
+def test_shapes_that_paint_the_canvas_many_times_are_drawn_in_the_child(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(
+        measure, "rasterize", lambda *_, sandboxed, **__: drawn.append(sandboxed) or np.zeros((512, 768, 3))
+    )
+    size = 'width="1024" height="1024"'
+    loop = '<path d="M0 0c9 9 20 {0} {0} {0} 9-9-9-9-{0}-{0}z" fill-opacity=".5"/>'
+    for content in (
+        '<rect width="1024" height="1024" fill-opacity=".5"/>' * 2000,
+        '<path d="M0 0H1024V1024H0z"/>' * 2000,
+        '<path d="M0 0' + "V1024h.5V0h.5" * 2000 + 'z"/>',
+        '<path d="M0 0c' + "0 0 0 1024 0 1024 0 0 0-1024 0-1024" * 5000 + 'z"/>',
+        (loop.format(1024) + loop.format(9)) * 5000,
+    ):
+        draw(svg_file(content, size))
+    assert drawn == [True] * 5
+    draw(svg_file(loop.format(9) * 4096, size))
+    draw(write_svg(make_scene(1000), 768, 512), 768, 512)
+    assert drawn[5:] == [False] * 2
 
 
 def test_files_that_take_too_long_are_refused(monkeypatch):

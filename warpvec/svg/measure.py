@@ -24,6 +24,13 @@ from warpvec.svg.units import NUMBER, check_pixels, parse_length, stated_size, v
 MAX_REACH = 2.0**24
 """Largest distance of a point from the origin in pixels; resvg ends the process somewhere between 3e8 and 1e9."""
 
+MAX_COST, MAX_COST_PER_PIXEL = 2**29, 32
+"""Pixels that may be painted in this process, which has no time limit: as many, and as many for each pixel of the
+rendering. A pixel takes up to 17 ns. warpvec paints a picture with 4,096 paths 5 to 20 times over."""
+
+EDGE_COST = 100
+"""Painted pixels that take as long as one row of one segment: stripes of half a pixel take the longest."""
+
 MAX_STRETCH = 1.05
 """Largest ratio of two sides' scales that counts as rounding: one pixel of a 2 x 1 icon would be half of it."""
 
@@ -37,6 +44,8 @@ _ARC = re.compile(f"({_GAP.join([NUMBER] * 3 + ['[01]'] * 2 + [NUMBER] * 2)})|{N
 
 # A command without numbers draws nothing. Closing a path is one of these.
 _COMMAND = re.compile(r"([MLHVCSQTA])([^MLHVCSQTAZ\d]*+\d[^MLHVCSQTAZ]*+)", re.IGNORECASE)
+
+_OWN_DATA = re.compile(r"M[^A-Za-z]*+c[^A-Za-z]*+z")
 
 _LETTERS = "MLHVCSQTAmlhvcsqta"
 
@@ -197,4 +206,36 @@ def _is_harmless(document: Document, width: float, height: float) -> bool:
     left, top, *sides = view_box(document.root)
     unit_count = min(sides) or min(parse_length(document.root.get(name, ""), 0.0) for name in ("width", "height"))
     scale = max(width, height) / unit_count if unit_count else math.inf
+    most = MAX_COST + MAX_COST_PER_PIXEL * width * height
+    if len(document.text) > most / EDGE_COST or _cost(document, width, height, scale) > most:
+        return False
     return (document.reach() + abs(left) + abs(top)) * scale <= MAX_REACH
+
+
+def _cost(document: Document, width: float, height: float, scale: float) -> float:
+    """Return an upper bound of what it costs to draw the paths and rectangles, in painted pixels.
+
+    A shape that is not of the form of warpvec's own paths counts as large as the rendering.
+    """
+    cost = len(document.rectangles) * width * height
+    for numbers in document.path_data:
+        points = _own_points(numbers)
+        if points is None:
+            cost += height * (width + EDGE_COST * sum(1 for _ in _NUMBERS.finditer(numbers)))
+        else:
+            across, down = np.minimum(np.ptp(points, axis=0) * scale + 2, (width, height))
+            cost += down * (across + EDGE_COST * len(points) / 3)
+    return float(cost)
+
+
+def _own_points(path_data: str) -> NDArray[np.float64] | None:
+    """Return the control points [n, 2] of one closed loop of relative cubics, None for other path data."""
+    if not _OWN_DATA.fullmatch(path_data):
+        return None
+    numbers = np.array([float(match[0]) for match in _NUMBERS.finditer(path_data)])
+    if len(numbers) % 6 != 2:
+        return None
+    start, cubics = numbers[:2], numbers[2:].reshape(-1, 3, 2)
+    stops = start + np.cumsum(cubics[:, 2], axis=0)
+    starts = np.concatenate([start[None], stops[:-1]]) if len(stops) else stops
+    return np.concatenate([start[None], (starts[:, None] + cubics).reshape(-1, 2)])
