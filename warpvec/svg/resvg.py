@@ -13,9 +13,6 @@ import math
 import os
 import subprocess
 import sys
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from typing import Any
 
 import numpy as np
@@ -84,44 +81,22 @@ def _draw_here(text: str, options: dict[str, Any]) -> bytes:
 
 
 def _draw_in_sandbox(text: str, options: dict[str, Any]) -> bytes:
-    with _empty_folder() as folder:
-        limits = Limits(
-            options=options,
-            memory=MAX_MEMORY,
-            seconds=math.ceil(MAX_SECONDS) + 1,
-            folder=folder,
-            parent=os.getpid(),
+    limits = Limits(options=options, memory=MAX_MEMORY, seconds=math.ceil(MAX_SECONDS) + 1, parent=os.getpid())
+    try:
+        done = subprocess.run(
+            # -P: modules of the current folder must not replace installed ones.
+            [sys.executable, "-P", resvg_child.__file__, json.dumps(limits)],
+            input=text.encode(),
+            capture_output=True,
+            timeout=MAX_SECONDS,
+            check=False,
         )
-        try:
-            done = subprocess.run(
-                # -P: modules of the current folder must not replace installed ones.
-                [sys.executable, "-P", resvg_child.__file__, json.dumps(limits)],
-                input=text.encode(),
-                capture_output=True,
-                timeout=MAX_SECONDS,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            raise _refusal(f"not done in {MAX_SECONDS:g} s") from None
+    except subprocess.TimeoutExpired:
+        raise _refusal(f"not done in {MAX_SECONDS:g} s") from None
     if done.returncode == 0:
         return done.stdout
     message = done.stderr.decode(errors="replace").rpartition(MARK)[2]
     raise _refusal(message if MARK.encode() in done.stderr else f"it failed with code {done.returncode}")
-
-
-@contextmanager
-def _empty_folder() -> Iterator[str | None]:
-    """Give the name of a new folder, which is removed at the end; None where no folder can be made."""
-    try:
-        folder = tempfile.mkdtemp(prefix="warpvec-")
-    except OSError:
-        yield None
-        return
-    try:
-        yield folder
-    finally:
-        with suppress(OSError):  # the child removes it where the system lets it
-            os.rmdir(folder)
 
 
 def _refusal(reason: str) -> InputError:
