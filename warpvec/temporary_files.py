@@ -34,14 +34,19 @@ _SAFE_AGE = 24 * 3600.0
 _SWEEP_SECONDS = 0.5
 """Longest time to look for stale files: enough for 100,000 files on a local disk. A run does not wait longer."""
 
+_SWEEP_PAUSE = 600.0
+"""Time in seconds between two looks for stale files in one folder."""
+
 _LAST_WAIT = 1.0
 """Longest time in seconds that an ending process waits for a file that is being created. A network may be gone."""
 
 _NAME = re.compile(r"\.warpvec-(?P<kernel>[0-9a-f]{8})-[0-9a-f]{16}\.tmp(\.[a-z0-9]{1,5})?")
 
-# Temporary files that this process has created and not yet removed, and the folders that it has swept.
+# Temporary files that this process has created and not yet removed.
 _live: set[Path] = set()
-_swept: set[Path] = set()
+
+# Folder -> time (monotonic) at which this process last swept it.
+_swept: dict[Path, float] = {}
 
 # What else a process does before it ends without a word to Python.
 _last_steps: list[Callable[[], None]] = []
@@ -54,7 +59,8 @@ _creating = threading.Lock()
 def temporary_file(target: Path, suffix: str = "") -> Iterator[Path]:
     """Yield the path of an empty file in the folder of ``target``, and remove it at the end unless it was moved.
 
-    The first call for a folder also removes the stale temporary files in it. The mode of the file follows the umask.
+    The first call for a folder in `_SWEEP_PAUSE` also removes the stale temporary files in it. The mode of the file
+    follows the umask.
 
     Args:
         target: the file that the temporary one is to replace, with `os.replace`.
@@ -63,9 +69,7 @@ def temporary_file(target: Path, suffix: str = "") -> Iterator[Path]:
     Raises:
         OSError: the file cannot be created.
     """
-    if target.parent not in _swept:
-        _swept.add(target.parent)
-        remove_stale_files(target.parent)
+    _sweep_at_times(target.parent)
     file = _TemporaryFile(target.parent, suffix)
     try:
         while not file.is_created():
@@ -73,6 +77,17 @@ def temporary_file(target: Path, suffix: str = "") -> Iterator[Path]:
         yield file.path
     finally:
         file.remove()
+
+
+def _sweep_at_times(folder: Path) -> None:
+    """Remove stale files from ``folder`` unless that was done less than ``_SWEEP_PAUSE`` ago."""
+    now = time.monotonic()
+    for other, swept in list(_swept.items()):
+        if now - swept > _SWEEP_PAUSE:
+            _swept.pop(other, None)
+    if folder not in _swept:
+        _swept[folder] = now
+        remove_stale_files(folder)
 
 
 def remove_stale_files(folder: Path) -> None:
