@@ -187,7 +187,7 @@ def _read_arrays(path: Path) -> dict[str, Any]:
 def _check_directory(file: IO[bytes], size: int) -> None:
     """Raise ValueError unless the archive of ``size`` bytes is small enough, and has a small directory at its end.
 
-    The directory is small if it is of few members: `zipfile` reads all of it at once.
+    The directory is small if the archive has few members: `zipfile` reads all of it at once.
     """
     end = struct.Struct("<4s4H2LH")
     if not end.size <= size <= MAX_BYTES:
