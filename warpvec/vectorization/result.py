@@ -227,7 +227,8 @@ class Result:
 
     def _internal_psnr(self) -> float:
         if self.config.renderer == "exact":
-            return psnr(draw_8_bits(self.scene, *self.photo.shape[:2], self.config.threads), self.photo)
+            height, width = self.photo.shape[:2]
+            return psnr(draw_8_bits(self.scene, height, width, self.config.threads), self.photo)
         return psnr(round_to_8_bits(self.soft_image()), reduce_image(self.photo, self.config.fit_size))
 
     @cached_property
