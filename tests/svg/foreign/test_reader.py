@@ -134,8 +134,8 @@ def test_omissions_are_named_and_counted(content):
 def test_more_use_than_a_drawing_needs_is_refused(monkeypatch):
     levels = "".join(f'<g id="a{i + 1}">' + f'<use href="#a{i}"/>' * 10 + "</g>" for i in range(9))
     text = square_file(f'<defs><path id="a0"/>{levels}</defs><use href="#a9"/>')
-    monkeypatch.setattr(reader, "MAX_USED_ELEMENTS", 1000)
-    assert "at most 1000 elements by <use>" in refusal(read_svg, text)
+    monkeypatch.setattr(reader, "MAX_ELEMENTS", 1000)
+    assert "at most 1000 elements, " in refusal(read_svg, text)
 
 
 def test_more_elements_than_can_be_read_soon_are_refused(monkeypatch):

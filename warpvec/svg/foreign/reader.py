@@ -31,9 +31,6 @@ microseconds."""
 _LETTERS_PER_NUMBER = 16
 """Letters of any attribute that take as long as a coordinate; matrices take the longest, 0.5 microseconds each."""
 
-MAX_USED_ELEMENTS = 2**15
-"""Largest number of elements that are drawn through <use>, which takes some seconds: 2 kB can ask for any number."""
-
 MAX_REACH = 2.0**24
 """Largest distance of a point from the origin in pixels; up to it float32 tells neighbouring pixels apart."""
 
@@ -92,7 +89,7 @@ class ForeignReader:
         self._by_id = {name: element for element in root.iter() if (name := element.get("id"))}
         self._fills = Fills(self._sheet, self._by_id)
         self._in_use: set[str] = set()
-        self._element_count = self._used_count = self._number_count = 0
+        self._element_count = self._number_count = 0
         self._omitted["style rule"] += len(self._sheet.unknown)
         self.size = stated_size(root.attrib)
         self._walk_layers(root)
@@ -255,9 +252,6 @@ class ForeignReader:
         Read again by a <use>, it counts again.
         """
         self._element_count += 1
-        self._used_count += bool(self._in_use)
-        if self._used_count > MAX_USED_ELEMENTS:
-            raise InputError("SVG", f"must draw at most {MAX_USED_ELEMENTS} elements by <use>", "more", "simplify it")
         if self._element_count > MAX_ELEMENTS or state.depth > MAX_USE_DEPTH:
             rule = f"must draw at most {MAX_ELEMENTS} elements, {MAX_USE_DEPTH} deep, counting each <use>"
             raise InputError("SVG", rule, "more", "simplify it")
