@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -173,3 +174,21 @@ def test_a_folder_is_swept_again_after_some_minutes(tmp_path: Path, monkeypatch:
     with temporary_file(tmp_path / "b.svg"):
         pass
     assert list(temporary_files._swept) == [tmp_path]
+
+
+def test_a_file_is_written_through_the_handle_that_locks_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A Windows share refuses every other handle."""
+    opened: list[str] = []
+    monkeypatch.setattr(temporary_files.os, "open", _noting(os.open, opened))
+    monkeypatch.setattr("builtins.open", _noting(open, opened))
+    write_atomic(tmp_path / "out.svg", b"content")
+    assert (tmp_path / "out.svg").read_bytes() == b"content"
+    assert len([path for path in opened if ".warpvec-" in path]) == 1
+
+
+def _noting(opener: Any, opened: list[str]) -> Any:
+    def call(path: Any, *arguments: Any, **options: Any) -> Any:
+        opened.append(str(path))
+        return opener(path, *arguments, **options)
+
+    return call

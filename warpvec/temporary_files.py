@@ -22,6 +22,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 try:
     import fcntl
@@ -42,8 +43,8 @@ _LAST_WAIT = 1.0
 
 _NAME = re.compile(r"\.warpvec-(?P<kernel>[0-9a-f]{8})-[0-9a-f]{16}\.tmp(\.[a-z0-9]{1,5})?")
 
-# Temporary files that this process has created and not yet removed.
-_live: set[Path] = set()
+# Temporary files that this process has created and not yet removed, and the handles that hold their locks.
+_live: dict[Path, int | None] = {}
 
 # Folder -> time (monotonic) at which this process last swept it.
 _swept: dict[Path, float] = {}
@@ -77,6 +78,18 @@ def temporary_file(target: Path, suffix: str = "") -> Iterator[Path]:
         yield file.path
     finally:
         file.remove()
+
+
+def open_temporary_file(path: Path) -> BinaryIO:
+    """Open a file that `temporary_file` has yielded for writing.
+
+    It is the same open file that holds the lock: Windows shares refuse to write a locked file through another one.
+
+    Raises:
+        OSError: it cannot be opened.
+    """
+    handle = _live[path]
+    return open(path, "r+b") if handle is None else os.fdopen(os.dup(handle), "r+b")
 
 
 def _sweep_at_times(folder: Path) -> None:
@@ -135,10 +148,12 @@ class _TemporaryFile:
         """Create the file; return False if another process removed it before it was locked."""
         self._choose_name()
         with _creating:
-            _live.add(self.path)
+            _live[self.path] = None
             self._handle = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+            _live[self.path] = self._handle
         if fcntl is None:  # Windows cannot move a file that is open
             self._close()
+            _live[self.path] = None
             return True
         has_lock = _lock(self._handle)
         return has_lock is None or (has_lock and os.fstat(self._handle).st_nlink > 0)
@@ -147,8 +162,8 @@ class _TemporaryFile:
         """Remove the file if it has not been moved, and release the lock."""
         with suppress(OSError):
             self.path.unlink()
-        _live.discard(self.path)
         self._close()
+        _live.pop(self.path, None)
 
     def _choose_name(self) -> None:
         self.path = self._folder / f".warpvec-{_KERNEL}-{os.urandom(8).hex()}.tmp{self._suffix}"
