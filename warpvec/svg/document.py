@@ -39,7 +39,7 @@ MAX_ALL_ATTRIBUTES = 2**22
 """Most attributes of all elements, with those that a document type adds to each: they take 3 s."""
 
 MAX_NAMESPACE = 1000
-"""Longest namespace in characters. The parser repeats it for each name that is in it: a megabyte takes gigabytes."""
+"""Longest namespace in bytes. The parser repeats it for each name that is in it: a megabyte takes gigabytes."""
 
 _DATA_URL = re.compile(r"[\x00-\x20]*data:[^,#]*,")
 """A data URL, as resvg tells it from a path: without a comma, or with one only after a "#", it would be a file."""
@@ -69,6 +69,8 @@ _TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*+>""")
 
 _LONG_TAG = re.compile(rb"<[^<!?/][^<]{%d}" % (5 * MAX_ATTRIBUTES))
 """The start of a tag that has room for too many attributes; " a=''" is the shortest. No tag holds a "<"."""
+
+_NAMESPACE = re.compile(rb"""(?<=\s)xmlns[^\s="'<>]*+\s*+=\s*+(?:"([^"<]*+)|'([^'<]*+))""")
 
 _VALUE = re.compile(rb"""=\s*+(?>"[^"]*"|'[^']*')""")
 
@@ -194,6 +196,7 @@ class _Parser:
             self._data = self.document.text.encode()
             _check_size(len(self._data))
             _check_attributes(self._data)
+            _check_namespaces(self._data)
             self._expat.Parse(self._data, True)
         except (expat.ExpatError, UnicodeEncodeError) as error:
             raise InputError("SVG", "must be well-formed XML", str(error), "save it again from its editor") from None
@@ -207,7 +210,6 @@ class _Parser:
         parser = expat.ParserCreate("utf-8", namespace_separator=" ")
         parser.StartElementHandler = self._start_element
         parser.EndElementHandler = self._end_element
-        parser.StartNamespaceDeclHandler = _check_namespace
         parser.EntityDeclHandler = _refuse_entity
         parser.AttlistDeclHandler = self._declare_attribute
         if self._builder is not None:
@@ -312,11 +314,12 @@ def _check_attributes(data: bytes) -> None:
             raise InputError("SVG", rule, "more", "save it as plain SVG")
 
 
-def _check_namespace(prefix: str | None, namespace: str | None) -> None:
-    del prefix
-    if namespace is not None and len(namespace) > MAX_NAMESPACE:
-        rule = f"must have namespaces of at most {MAX_NAMESPACE} characters"
-        raise InputError("SVG", rule, str(len(namespace)), "save it as plain SVG")
+def _check_namespaces(data: bytes) -> None:
+    """Refuse long namespaces. A handler of the parser would be called too late: it goes on to the end of the tag."""
+    for match in _NAMESPACE.finditer(data):
+        if match.end() - match.start(match.lastindex or 0) > MAX_NAMESPACE:
+            rule = f"must have namespaces of at most {MAX_NAMESPACE} bytes"
+            raise InputError("SVG", rule, "a longer one", "save it as plain SVG")
 
 
 def _refuse_entity(name: str, *_: object) -> None:
