@@ -14,6 +14,10 @@ from pathlib import Path
 OK, REFUSED = "ok", "refused"
 """The two good outcomes: warpvec did the work, or said in one line why it does not (`InputError`, exit code 2)."""
 
+MAX_MEMORY = 2**31
+"""Largest resident memory of a process in bytes; more is a fault. Torch reserves more than it uses, so that the address
+space says nothing."""
+
 FAULTS = ("exception", "crash", "hang", "memory", "wrong")
 """The bad outcomes. "wrong" is a rule that was broken without an error: a file left over, a message of two lines."""
 

@@ -29,7 +29,7 @@ from random import Random
 
 import numpy as np
 from PIL import Image
-from torture_case import OK, REFUSED, Case, Wrong
+from torture_case import MAX_MEMORY, OK, REFUSED, Case, Wrong
 
 FILES = {
     "OUT": "out.svg",
@@ -53,9 +53,6 @@ MAX_FREE = 2**17
 
 RUN_SECONDS = 120.0
 """A run that takes longer hangs."""
-
-MEMORY_BYTES = 2 * 10**9
-"""Address space that may be resident. Torch reserves more than it uses, so only the resident memory is measured."""
 
 ENDLESS = {
     "zeros as image": ["eval", "/dev/zero", "{svg}"],
@@ -250,7 +247,7 @@ def check_endless(folder: Path, name: str) -> str:
         code, stderr, peak = _measured(words, stdin)
     if code != 2 or stderr.count("\n") != 1:
         raise Wrong(f"exit code {code}: {stderr}")
-    if peak > MEMORY_BYTES:
+    if peak > MAX_MEMORY:
         raise Wrong(f"{peak >> 20} MB")
     return REFUSED
 

@@ -28,13 +28,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from torture_case import OK, REFUSED, Case
+from torture_case import MAX_MEMORY, OK, REFUSED, Case
 
 SECONDS = 20.0
 """Time limit of a case; longer is a hang. Cases with the largest numbers of paths have ten times as much."""
-
-MAX_MEMORY = 2**31
-"""Largest resident memory of a case in bytes."""
 
 SMALL = {
     "curves": "8", "iterations": "3", "threads": "1", "fit_size": "32", "samples": "8", "lines": "4",

@@ -18,8 +18,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from torture_case import FAULTS
-from torture_worker import MAX_MEMORY
+from torture_case import FAULTS, MAX_MEMORY
 
 POLL_SECONDS = 0.1
 """Time between two looks at the memory of a worker and the processes that it started."""

@@ -22,13 +22,13 @@ import warnings
 from pathlib import Path
 from typing import Any, TextIO
 
-from torture_case import OK, REFUSED, Case, Wrong
-
-MAX_MEMORY = 2**31
-"""Largest resident memory of a process in bytes; more is a fault."""
+from torture_case import MAX_MEMORY, OK, REFUSED, Case, Wrong
 
 ADDRESS_SPACE = 2**34
 """Address space of a worker in bytes, so that a fault cannot take the memory of the machine from the other worker."""
+
+DRAWING_SECONDS = 8.0
+"""Limit of one drawing, in place of the 60 s of `warpvec.svg.resvg`: a bomb is stopped by it and is no hang."""
 
 MAX_MESSAGE = 500
 """Longest message of an `InputError`; it is read as one line."""
@@ -128,10 +128,6 @@ def _prepare(folder: Path) -> None:
 
     resvg.MAX_SECONDS = DRAWING_SECONDS
     warnings.simplefilter("error")
-
-
-DRAWING_SECONDS = 8.0
-"""Limit of one drawing, in place of the 60 s of `warpvec.svg.resvg`: a bomb is stopped by it and is no hang."""
 
 
 def _send(answers: TextIO, message: dict[str, Any]) -> None:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -30,7 +31,7 @@ OTHER_KERNEL = ".warpvec-00000000-0123456789abcdef.tmp"
 
 @pytest.fixture(autouse=True)
 def _no_folder_is_swept_yet(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(temporary_files, "_swept", set())
+    monkeypatch.setattr(temporary_files, "_swept", {})
 
 
 def start_writer(folder: Path, suffix: str = "") -> tuple[subprocess.Popen[str], Path]:
@@ -159,3 +160,35 @@ def test_a_process_that_ends_removes_its_files_and_creates_no_more(
         assert os.listdir(tmp_path) == []
     temporary_files._creating.release()
     thread.join()
+
+
+def test_a_folder_is_swept_again_after_some_minutes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    swept: list[Path] = []
+    monkeypatch.setattr(temporary_files, "remove_stale_files", swept.append)
+    for later in (0.0, 1.0, 10_000.0):
+        now = 50_000.0 + later
+        monkeypatch.setattr(temporary_files.time, "monotonic", lambda now=now: now)
+        with temporary_file(tmp_path / "a.svg"):
+            pass
+    assert swept == [tmp_path, tmp_path]
+    with temporary_file(tmp_path / "b.svg"):
+        pass
+    assert list(temporary_files._swept) == [tmp_path]
+
+
+def test_a_file_is_written_through_the_handle_that_locks_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A Windows share refuses every other handle."""
+    opened: list[str] = []
+    monkeypatch.setattr(temporary_files.os, "open", _noting(os.open, opened))
+    monkeypatch.setattr("builtins.open", _noting(open, opened))
+    write_atomic(tmp_path / "out.svg", b"content")
+    assert (tmp_path / "out.svg").read_bytes() == b"content"
+    assert len([path for path in opened if ".warpvec-" in path]) == 1
+
+
+def _noting(opener: Any, opened: list[str]) -> Any:
+    def call(path: Any, *arguments: Any, **options: Any) -> Any:
+        opened.append(str(path))
+        return opener(path, *arguments, **options)
+
+    return call

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from warpvec.errors import InputError
-from warpvec.temporary_files import temporary_file
+from warpvec.temporary_files import open_temporary_file, temporary_file
 
 GZIP_LEVEL = 9
 """The slowest level: at these file sizes it takes milliseconds, and a file is written once and read often."""
@@ -91,14 +91,10 @@ def gzip_bytes(data: bytes) -> bytes:
 
 def _write_through(path: Path, data: bytes) -> None:
     """Fill an empty file and flush it to the disk, so that a power cut cannot leave the rename without the data."""
-    with open(path, "r+b", opener=_open_no_link) as file:
+    with open_temporary_file(path) as file:
         file.write(data)
         file.flush()
         os.fsync(file.fileno())
-
-
-def _open_no_link(path: str, flags: int) -> int:
-    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0))
 
 
 def _resolved(path: str | os.PathLike[str], name: str) -> Path:
@@ -121,8 +117,8 @@ def _check_permission(target: Path, name: str) -> None:
     if not os.access(target.parent, os.W_OK | os.X_OK):
         raise InputError(name, "must be in a folder you may write to", repr(str(target)), "choose another folder")
     try:
-        with temporary_file(target):
-            pass
+        with temporary_file(target) as temporary, open_temporary_file(temporary) as file:
+            file.write(b"0")
     except OSError as error:  # such as in /proc, where root has every permission
         if error.errno in (errno.ENOSPC, errno.EDQUOT):
             return  # there may be space by the end of the fit

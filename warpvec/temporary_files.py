@@ -19,9 +19,10 @@ import stat
 import threading
 import time
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 try:
     import fcntl
@@ -34,14 +35,22 @@ _SAFE_AGE = 24 * 3600.0
 _SWEEP_SECONDS = 0.5
 """Longest time to look for stale files: enough for 100,000 files on a local disk. A run does not wait longer."""
 
+_SWEEP_PAUSE = 600.0
+"""Time in seconds between two looks for stale files in one folder."""
+
 _LAST_WAIT = 1.0
 """Longest time in seconds that an ending process waits for a file that is being created. A network may be gone."""
 
 _NAME = re.compile(r"\.warpvec-(?P<kernel>[0-9a-f]{8})-[0-9a-f]{16}\.tmp(\.[a-z0-9]{1,5})?")
 
-# Temporary files that this process has created and not yet removed, and the folders that it has swept.
-_live: set[Path] = set()
-_swept: set[Path] = set()
+# Temporary files that this process has created and not yet removed, and the handles that hold their locks.
+_live: dict[Path, int | None] = {}
+
+# Folder -> time (monotonic) at which this process last swept it.
+_swept: dict[Path, float] = {}
+
+# What else a process does before it ends without a word to Python.
+_last_steps: list[Callable[[], None]] = []
 
 # Held while a file is created, and for ever by a process that is about to end.
 _creating = threading.Lock()
@@ -51,7 +60,8 @@ _creating = threading.Lock()
 def temporary_file(target: Path, suffix: str = "") -> Iterator[Path]:
     """Yield the path of an empty file in the folder of ``target``, and remove it at the end unless it was moved.
 
-    The first call for a folder also removes the stale temporary files in it. The mode of the file follows the umask.
+    The first call for a folder in `_SWEEP_PAUSE` also removes the stale temporary files in it. The mode of the file
+    follows the umask.
 
     Args:
         target: the file that the temporary one is to replace, with `os.replace`.
@@ -60,9 +70,7 @@ def temporary_file(target: Path, suffix: str = "") -> Iterator[Path]:
     Raises:
         OSError: the file cannot be created.
     """
-    if target.parent not in _swept:
-        _swept.add(target.parent)
-        remove_stale_files(target.parent)
+    _sweep_at_times(target.parent)
     file = _TemporaryFile(target.parent, suffix)
     try:
         while not file.is_created():
@@ -70,6 +78,29 @@ def temporary_file(target: Path, suffix: str = "") -> Iterator[Path]:
         yield file.path
     finally:
         file.remove()
+
+
+def open_temporary_file(path: Path) -> BinaryIO:
+    """Open a file that `temporary_file` has yielded for writing.
+
+    It is the same open file that holds the lock: Windows shares refuse to write a locked file through another one.
+
+    Raises:
+        OSError: it cannot be opened.
+    """
+    handle = _live[path]
+    return open(path, "r+b") if handle is None else os.fdopen(os.dup(handle), "r+b")
+
+
+def _sweep_at_times(folder: Path) -> None:
+    """Remove stale files from ``folder`` unless that was done less than ``_SWEEP_PAUSE`` ago."""
+    now = time.monotonic()
+    for other, swept in list(_swept.items()):
+        if now - swept > _SWEEP_PAUSE:
+            _swept.pop(other, None)
+    if folder not in _swept:
+        _swept[folder] = now
+        remove_stale_files(folder)
 
 
 def remove_stale_files(folder: Path) -> None:
@@ -87,9 +118,22 @@ def remove_stale_files(folder: Path) -> None:
 def remove_live_files() -> None:
     """Remove the temporary files of this process, and let it create no others: it is about to end."""
     _creating.acquire(timeout=_LAST_WAIT)
+    for step in list(_last_steps):
+        with suppress(OSError):
+            step()
     for path in list(_live):
         with suppress(OSError):
             path.unlink()
+
+
+@contextmanager
+def at_abrupt_end(step: Callable[[], None]) -> Iterator[None]:
+    """Let `remove_live_files` also call ``step`` while this block lasts. It may do so from another thread."""
+    _last_steps.append(step)
+    try:
+        yield
+    finally:
+        _last_steps.remove(step)
 
 
 class _TemporaryFile:
@@ -104,10 +148,12 @@ class _TemporaryFile:
         """Create the file; return False if another process removed it before it was locked."""
         self._choose_name()
         with _creating:
-            _live.add(self.path)
+            _live[self.path] = None
             self._handle = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+            _live[self.path] = self._handle
         if fcntl is None:  # Windows cannot move a file that is open
             self._close()
+            _live[self.path] = None
             return True
         has_lock = _lock(self._handle)
         return has_lock is None or (has_lock and os.fstat(self._handle).st_nlink > 0)
@@ -116,8 +162,8 @@ class _TemporaryFile:
         """Remove the file if it has not been moved, and release the lock."""
         with suppress(OSError):
             self.path.unlink()
-        _live.discard(self.path)
         self._close()
+        _live.pop(self.path, None)
 
     def _choose_name(self) -> None:
         self.path = self._folder / f".warpvec-{_KERNEL}-{os.urandom(8).hex()}.tmp{self._suffix}"

@@ -59,6 +59,12 @@ def test_the_table_shows_the_photo_of_each_worker() -> None:
     assert "1 of 3, " in table
 
 
+def test_a_closed_stream_shows_nothing() -> None:
+    tally = Tally(skipped=0, total=1)
+    with show_batch(None, tally) as view:
+        view.show(DONE, tally)
+
+
 HOSTILE = "a\nb\r\x1b[31m\u2028\u202e\x9bé.png"
 
 

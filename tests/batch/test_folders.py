@@ -47,6 +47,12 @@ def test_a_missing_file_is_an_input_error(folder: Folder) -> None:
         folder.read("b/x.png")
 
 
+def test_a_file_is_read_up_to_the_limit(folder: Folder) -> None:
+    assert folder.read("b/c.png", 2) == b"22"
+    with pytest.raises(InputError, match="^b/c.png must have at most 1 bytes"):
+        folder.read("b/c.png", 1)
+
+
 @pytest.mark.skipif(os.name == "nt", reason="needs links and pipes of POSIX")
 def test_what_no_further_attempt_can_read_is_an_input_error(tmp_path: Path) -> None:
     folder = LocalFolder(tmp_path)
@@ -131,9 +137,18 @@ def test_a_file_cannot_be_locked(tmp_path: Path) -> None:
             pytest.fail("locked")
 
 
-def test_a_folder_in_place_of_the_records_is_refused(tmp_path):
+def test_a_folder_in_place_of_the_records_is_refused(tmp_path: Path) -> None:
     (tmp_path / "batch.csv").mkdir()
     folder = open_folder(str(tmp_path), "OUT_DIR")
     for put in (folder.append, folder.write):
         with pytest.raises(InputError, match="a folder named 'batch.csv'; move it away"):
             put("batch.csv", b"a line")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has other limits")
+def test_a_name_that_is_too_long_is_no_file_and_cannot_be_written(tmp_path: Path) -> None:
+    """The SVG of a photo may have a longer name than the photo; no further attempt would help."""
+    folder, name = LocalFolder(tmp_path, "OUT_DIR"), 251 * "x" + ".svgz"
+    assert not folder.exists(name)
+    with pytest.raises(InputError, match="^x+.svgz must be a file you may write, got File name too long"):
+        folder.write(name, b"an SVG")

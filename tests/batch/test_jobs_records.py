@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import json
 from collections.abc import Iterator
 from dataclasses import replace
@@ -149,6 +150,17 @@ def test_a_batch_writes_its_settings(work: Vectorize, tmp_path: Path, monkeypatc
     invoke("batch", *folders, "--svgz", "--curves", 9, "--background", "#fff", "--write-config", settings)
     invoke("batch", *folders, "--svgz", "--config", settings)
     assert asked == [(FitConfig(curves=9), "#fff", Goal(gzip=True))] * 2
+
+
+def test_a_batch_goes_on_without_its_settings(work: Vectorize, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("warpvec.cli.commands.batch.write_settings", fail)
+    monkeypatch.setattr("warpvec.cli.commands.batch._engine", lambda *_: Failing("tried"))
+    result = invoke("batch", tmp_path / "in", tmp_path / "out", "--write-config", tmp_path / "a.toml")
+    assert "warning: --write-config could not be written (No space left on device); going on\n" in result.stderr
+    assert '"error": "tried"' in (tmp_path / "out" / JSON_NAME).read_text()
 
 
 def test_the_time_left_of_a_second_fit_is_from_its_own_clock(monkeypatch: pytest.MonkeyPatch) -> None:

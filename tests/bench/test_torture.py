@@ -20,17 +20,17 @@ from torture_case import OK, REFUSED, Wrong
 from torture_runner import Fault, Torture
 
 CASES = {
-    "images": 1500,
+    "images": 600,
     "svgs": 250,
     "checkpoints": 400,
-    "toml": 250,
+    "toml": 150,
     "commands": 250,
-    "batch": 4,
+    "batch": 2,
     "options": 100,
-    "disks": 4,
-    "kills": 2,
+    "disks": 2,
+    "kills": 1,
 }
-"""Numbers of cases that together take about a minute and a half on two cores."""
+"""Numbers of cases that together take about a minute on two cores."""
 
 PATIENCE = 5.0
 """Factor of all time limits: other tests run at the same time. Hangs are found all the same."""
@@ -77,7 +77,8 @@ def shown(faults: list[Fault]) -> str:
 
 
 def test_no_fault_of_the_corpus_is_back(tmp_path):
-    count = len(torture_corpus.entries())
+    # Those of the largest pictures come last. They take 2 GB, too much for tests that run side by side.
+    count = sum(not name.startswith("largest") for name, _ in torture_corpus.entries())
     counts, faults = tortured(tmp_path, ["corpus"], {"corpus": count})
     assert not faults, shown(faults)
     assert counts["corpus"].total() == count > 10
@@ -90,7 +91,7 @@ def test_hostile_inputs_give_a_result_or_one_line(kind, tmp_path):
     assert not faults, shown(faults)
     assert counts[kind].total() == CASES[kind]
     # Some damage must go unnoticed and some files must be refused, or the cases are no good.
-    assert min(counts[kind][OK], counts[kind][REFUSED]) > CASES[kind] / 25 or kind == "batch"
+    assert min(counts[kind][OK], counts[kind][REFUSED]) > CASES[kind] / 25 or CASES[kind] < 10
 
 
 def test_every_kind_of_fault_is_seen_and_kept(tmp_path, monkeypatch):

@@ -43,6 +43,9 @@ def full_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(files.os, "fsync", fail)
 
 
+REMEDY = "free some space and run again"
+
+
 @pytest.mark.usefixtures("full_disk")
 @pytest.mark.parametrize("old", [None, b"older"])
 def test_a_full_disk_is_reported_in_one_line_and_damages_no_file(photo: Path, old: bytes | None) -> None:
@@ -50,14 +53,15 @@ def test_a_full_disk_is_reported_in_one_line_and_damages_no_file(photo: Path, ol
     if old is not None:
         out.write_bytes(old)
     line = _line(_run(photo))
-    assert line.startswith("the disk is full (No space left on device); free some space")
+    assert line == f"the disk is full (No space left on device), {str(out)!r} could not be written; {REMEDY}"
     assert sorted(os.listdir(photo.parent)) == (["photo.png"] if old is None else ["out.svg", "photo.png"])
     assert old is None or out.read_bytes() == old
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full, which only Linux has")
 def test_a_full_device_is_reported_in_one_line(photo: Path) -> None:
-    assert _line(invoke("run", photo, "/dev/full", *QUICK, "-q")).startswith("the disk is full")
+    line = _line(invoke("run", photo, "/dev/full", *QUICK, "-q"))
+    assert line == f"the disk is full (No space left on device), '/dev/full' could not be written; {REMEDY}"
 
 
 def _immense_in_torch() -> Any:

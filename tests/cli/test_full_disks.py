@@ -60,7 +60,8 @@ def test_the_other_files_are_whole(full: str, file: str, photo: Path, disk: Path
     assert [name for name, place in places.items() if not is_whole(name, place)] == [full]
     if full == "OUT":
         assert result.exit_code == 1
-        assert result.stderr.startswith("warpvec: error: the disk is full (No space left on device); free some space")
+        assert result.stderr.startswith("warpvec: error: the disk is full (No space left on device), ")
+        assert file in result.stderr
         assert result.stderr.count("\n") == 1
     else:
         reason = "ffmpeg could not write all of it; the disk may be full" if file.endswith(".mp4") else None

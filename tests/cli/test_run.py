@@ -111,6 +111,11 @@ def test_a_summary_says_why_auto_chose_the_cpu_if_there_is_a_gpu_or_verbose(
     assert place() == ("cpu" if reason == devices.NO_HARDWARE else f"cpu ({reason})")
     assert place("--verbose") == f"cpu ({reason})"
     assert place("--device", "cpu", "--verbose") == "cpu"
+    metrics = json.loads(invoke("run", photo, photo.with_name("out.svg"), "--json", *QUICK).stdout)
+    assert (metrics["device"], metrics.get("device_reason")) == (
+        "cpu",
+        None if reason == devices.NO_HARDWARE else reason,
+    )
 
 
 def test_run_json_is_one_object_and_names_every_measure(photo: Path) -> None:
@@ -229,7 +234,7 @@ def test_options_reach_the_fit_and_the_preset_decides_the_rest(
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--curves", "0"], ["--curves must be", "at least 1", "got 0"]),
+        (["--curves", "0"], ["--curves must be a whole number from 1 to ", "got 0"]),
         (["--curves", "many"], ["--curves must be a whole number or auto, got 'many'"]),
         (["--fit-size", "0"], ["--fit-size must be", "got 0"]),
         (["--iterations", "-1"], ["--iterations must be"]),

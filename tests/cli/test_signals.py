@@ -175,3 +175,42 @@ import os, signal
 run_command(command)"""
     done = subprocess.run([sys.executable, "-c", START + body], preexec_fn=lambda: os.closerange(0, 2), check=False)
     assert done.returncode == 0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads the state of a process in /proc")
+def test_a_signal_ends_the_encoder_of_a_video(tmp_path: Path) -> None:
+    pytest.importorskip("imageio_ffmpeg", reason="the extra video is not installed")
+    encoder, number = tmp_path / "encoder", tmp_path / "number"
+    encoder.write_text(f"#!/bin/sh\necho $$ > {number}\nexec sleep 60\n")
+    encoder.chmod(0o700)
+    child = Child(
+        "import os, numpy",
+        "from warpvec.image.video import Video",
+        f"os.environ['IMAGEIO_FFMPEG_EXE'] = {str(encoder)!r}",
+        f"with Video({str(tmp_path / 'fit.mp4')!r}) as video:",
+        "    video.add(numpy.zeros((2, 2, 3), numpy.float32))",
+        f"    while not Path({str(number)!r}).exists() or not Path({str(number)!r}).read_text(): time.sleep(0.01)",
+        "    say('ready')",
+        f"    {NATIVE}",
+    )
+    child.send(signal.SIGTERM)
+    assert child.end() == (128 + signal.SIGTERM, "", "")
+    process = Path("/proc") / number.read_text().strip() / "stat"
+    assert not process.exists() or process.read_text().rpartition(")")[2].split()[0] == "Z"
+    assert sorted(os.listdir(tmp_path)) == ["encoder", "number"]
+
+
+def test_a_signal_removes_the_temporary_folder_of_kernels(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    child = Child(
+        "import os",
+        f"os.environ.update(TMPDIR={str(tmp_path)!r}, WARP_CACHE_PATH={str(tmp_path / 'file')!r})",
+        "from warpvec.rendering.launch import start_warp",
+        "start_warp()",
+        "assert len(os.listdir(os.environ['TMPDIR'])) == 2",
+        "say('ready')",
+        NATIVE,
+    )
+    child.send(signal.SIGTERM)
+    assert child.end()[0] == 128 + signal.SIGTERM
+    assert os.listdir(tmp_path) == ["file"]

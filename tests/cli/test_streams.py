@@ -66,7 +66,7 @@ def test_a_full_stdout_is_one_line(photo: Path) -> None:
     for arguments in (["--help"], ["run", photo, "-", *QUICK, "-q"]):
         code, stderr = _shell(">/dev/full", *arguments)
         assert code == 1
-        assert stderr.startswith("warpvec: error: the disk is full (No space left on device)")
+        assert stderr.startswith("warpvec: error: the disk is full (No space left on device), ")
         assert stderr.count("\n") == 1
 
 

@@ -75,6 +75,11 @@ def test_unreadable_files_are_reported_in_one_line(path: Path, data: bytes | Non
         read_settings(str(path / "missing"), KNOWN)
 
 
+def test_a_name_of_many_dots_is_refused_before_it_is_read(path: Path) -> None:
+    with pytest.raises(InputError, match="^config must have at most"):
+        _read(path, ".".join("a" * 10_000) + " = 1")
+
+
 def test_a_file_that_cannot_be_written_is_an_input_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="^write_config must be in an existing folder"):
         write_settings(str(tmp_path / "missing" / "settings.toml"), {"curves": 1})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import os
@@ -55,6 +56,19 @@ def test_a_digest_tells_pixels_and_shapes_apart() -> None:
     digests = {digest(target), digest(target + 1e-7), digest(target.reshape(6, 4, 3)), digest(target.flip(1))}
     assert len(digests) == 4
     assert digest(target.transpose(0, 1).contiguous().transpose(0, 1)) == digest(target)
+
+
+@pytest.mark.parametrize("limit", ["MAX_BYTES", "MAX_HEADER"])
+def test_what_could_not_be_read_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limit: str) -> None:
+    path, state = tmp_path / "fit", {"noise": torch.rand(3000), "list": list(range(3000))}
+    monkeypatch.setattr(checkpoint, limit, 12_000)
+    with pytest.raises(OSError, match="too many for a checkpoint") as caught:
+        write_checkpoint(path, _checkpoint(**state))
+    assert caught.value.errno == errno.EFBIG
+    assert not path.exists()
+    monkeypatch.setattr(checkpoint, limit, 40_000)
+    write_checkpoint(path, _checkpoint(**state))
+    assert read_checkpoint(path).state["list"] == state["list"]
 
 
 def test_a_crash_while_a_file_is_written_leaves_the_older_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

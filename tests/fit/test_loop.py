@@ -1,5 +1,6 @@
 """The fit on small pictures: populations, reproducibility, interrupts, time budgets, presets and renderers."""
 
+import json
 import math
 
 import pytest
@@ -11,6 +12,7 @@ from warpvec.config.presets import make_config
 from warpvec.config.rules import POLICIES
 from warpvec.errors import InputError
 from warpvec.fit import loop
+from warpvec.fit.checkpoint import MAX_HEADER
 from warpvec.fit.loop import fit
 from warpvec.fit.population import Population
 from warpvec.fit.regularization import Regularization
@@ -262,6 +264,21 @@ def test_fit_on_every_device(device):
 def test_history_ends_with_the_last_iteration():
     result = run(iterations=33)
     assert [entry["iteration"] for entry in result.history] == [10, 20, 30, 33]
+
+
+def test_history_of_a_long_fit_keeps_fewer_iterations(monkeypatch):
+    monkeypatch.setattr(loop, "HISTORY_MAX", 4)
+    whole = run(iterations=33, lr_scale=0.5)
+    monkeypatch.setattr(loop, "HISTORY_MAX", 3)
+    thinned = run(iterations=33, lr_scale=0.5)
+    assert [entry["iteration"] for entry in whole.history] == [10, 20, 30, 33]
+    assert [entry["iteration"] for entry in thinned.history] == [20, 33]
+    assert torch.equal(whole.scene.points, thinned.scene.points)
+
+
+def test_a_history_of_the_most_entries_fits_into_a_checkpoint():
+    entry = {"iteration": 10**9, "curves": 2**16, "psnr": 30.123456789012345, "seconds": 1000000.1234567891}
+    assert len(json.dumps([entry] * loop.HISTORY_MAX)) < 0.8 * MAX_HEADER
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 30), (30, 1), (17, 16)])

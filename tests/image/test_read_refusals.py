@@ -133,6 +133,7 @@ def test_files_and_devices_are_limited(tmp_path, monkeypatch):
     path = tmp_path / "large.png"
     path.write_bytes(encode(RGB) + bytes(3000))
     assert "must have at most 3000 bytes, got more in" in complaint(read_image, path)
+    assert "must have at most 3000 bytes, got more in" in complaint(read_image, path.read_bytes())
     if os.path.exists("/dev/zero"):
         assert "must have at most 3000 bytes, got more in '/dev/zero'" in complaint(read_image, "/dev/zero")
 
@@ -142,7 +143,7 @@ def test_a_file_that_opens_but_cannot_be_read_is_refused():
     assert "'/proc/self/mem', which cannot be decoded (Input/output error)" in complaint(read_image, "/proc/self/mem")
 
 
-@pytest.mark.parametrize("size", [(10_001, 10_000), (15_000, 15_000), (100_000, 100_000)])
+@pytest.mark.parametrize("size", [(10_001, 5_000), (15_000, 15_000), (100_000, 100_000)])
 def test_too_many_pixels_are_refused_from_the_header(size):
     message = complaint(read_image, png_header(*size))
     assert str(MAX_PIXELS) in message
@@ -150,7 +151,7 @@ def test_too_many_pixels_are_refused_from_the_header(size):
 
 
 def test_limit_itself_passes_the_header_check():
-    assert "pixels," not in complaint(read_image, png_header(10_000, 10_000))
+    assert "pixels," not in complaint(read_image, png_header(10_000, 5_000))
 
 
 def test_limit_holds_for_pil_images_and_restores_that_of_pillow(monkeypatch):
@@ -182,3 +183,13 @@ def test_import_is_light():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"
+
+
+@pytest.mark.parametrize(
+    ("channel_count", "words"), [(4, "at most 10 pixels if it has alpha"), (2, "at most 10 pixels")]
+)
+def test_images_with_alpha_have_a_limit_of_their_own(channel_count, words, monkeypatch):
+    monkeypatch.setattr(image_module, "MAX_ALPHA_PIXELS", 10)
+    assert words in complaint(read_image, np.zeros((3, 4, channel_count), np.uint8))
+    assert "if it has alpha" in complaint(read_image, encode(np.zeros((3, 4, 4), np.uint8)))
+    assert read_image(np.zeros((3, 4, 3), np.uint8)).shape == (3, 4, 3)

@@ -7,6 +7,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+from warpvec.rendering import kernel_cache
+
 START = """
 import os
 import sys
@@ -16,6 +20,11 @@ from warpvec.rendering.launch import start_warp
 def fail(folder):
     raise OSError(28, "No space left on device")
 
+def no_folder(**_):
+    raise FileNotFoundError("no temporary folder")
+
+if "nowhere" in sys.argv:
+    kernel_cache.tempfile.mkdtemp = no_folder
 if "full" in sys.argv:
     kernel_cache._check_room = fail
 start_warp()
@@ -24,6 +33,8 @@ import warp
 print(warp.config.kernel_cache_dir)
 print(*sorted(os.listdir(warp.config.kernel_cache_dir)))
 print(os.environ["WARP_CACHE_PATH"])
+if "compile" in sys.argv:
+    os.mkdir(os.path.join(warp.config.kernel_cache_dir, "wp_other"))
 """
 
 
@@ -31,9 +42,7 @@ def start(cache: Path, temporary: Path, *arguments: str) -> tuple[list[str], str
     """Start Warp in a process of its own; return what that prints on stdout, in lines, and on stderr."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "WARP_CACHE_PATH": str(cache)}
     command = [sys.executable, "-c", START, *arguments]
-    done = subprocess.run(
-        command, env={**environment, "TMPDIR": str(temporary)}, capture_output=True, check=True, text=True
-    )
+    done = subprocess.run(command, env={**environment, "TMPDIR": str(temporary)}, capture_output=True, text=True)
     return done.stdout.split("\n"), done.stderr
 
 
@@ -53,3 +62,30 @@ def test_the_kernels_of_a_folder_that_cannot_be_written_are_used_without_a_word(
     (used, kernels, *_), message = start(tmp_path, tmp_path, "full")
     assert Path(used) != Path(own) and kernels == "wp_kernel" and not message
     assert (Path(own) / "wp_kernel").is_dir() and not list(tmp_path.glob("warpvec-*"))
+
+
+def test_kernels_that_are_compiled_all_the_same_are_told_at_the_end(tmp_path: Path) -> None:
+    (own, *_), _ = start(tmp_path, tmp_path)
+    (Path(own) / "wp_kernel").mkdir()
+    _, message = start(tmp_path, tmp_path, "full", "compile")
+    assert message.count("\n") == 1 and "so this run compiles its own" in message
+
+
+def test_no_place_for_kernels_at_all_is_wrong_input(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    _, message = start(tmp_path / "file", tmp_path, "nowhere")
+    assert "InputError: WARP_CACHE_PATH must name a folder" in message
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no locks of folders")
+def test_the_folders_of_killed_processes_are_removed(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    for name in ("dead", "alive", "new"):
+        (tmp_path / f"warpvec-kernels-{name}" / "1.0").mkdir(parents=True)
+        if name != "new":
+            os.utime(tmp_path / f"warpvec-kernels-{name}", (0, 0))
+    handle = kernel_cache._lock(tmp_path / "warpvec-kernels-alive")
+    assert handle is not None
+    start(tmp_path / "file", tmp_path)
+    os.close(handle)
+    assert sorted(path.name for path in tmp_path.glob("warpvec-*")) == ["warpvec-kernels-alive", "warpvec-kernels-new"]

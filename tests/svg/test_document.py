@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import time
 import tracemalloc
 
 import numpy as np
@@ -129,3 +130,46 @@ def test_text_is_text_whatever_encoding_it_declares():
 def test_entities_of_a_file_to_read_are_refused():
     assert "entities" in refusal(read_svg, '<!DOCTYPE svg [<!ENTITY a "b">]>' + square_file("&a;"))
     assert "entities" in refusal(read_svg, '<!DOCTYPE svg SYSTEM "a.dtd">' + square_file("&a;"))
+
+
+def test_more_elements_than_any_drawing_has_are_refused(monkeypatch):
+    monkeypatch.setattr(document_module, "MAX_ELEMENTS", 10)
+    assert len(document_module.parse_svg(square_file("<path/>" * 8)).path_data) == 8
+    assert "at most 10 elements" in refusal(document_module.parse_svg, square_file("<path/>" * 11))
+
+
+def test_a_long_text_is_refused_as_bytes_of_that_length_are(monkeypatch):
+    monkeypatch.setattr(document_module, "MAX_SVG_BYTES", 1000)
+    for text in (square_file(" " * 1000), square_file("<desc>" + 400 * "\u20ac" + "</desc>")):
+        assert "at most 1000 bytes" in refusal(file_facts, text) == refusal(file_facts, text.encode())
+
+
+def test_a_long_namespace_is_refused_before_it_is_repeated_for_every_name():
+    attributes = " ".join(f"n:a{number}=''" for number in range(900))
+    for quote in "'", '"':
+        namespace = f"xmlns:n\t = {quote}http://{'a' * 10**6}{quote}"
+        start = time.process_time()
+        assert "namespaces" in refusal(file_facts, square_file(f"<a {namespace} {attributes}/>"))
+        assert time.process_time() - start < 0.2  # repeated for every name it takes 3 s and 1 GB
+    assert file_facts(square_file(f"<a xmlns:n='{'a' * document_module.MAX_NAMESPACE}' {attributes}/>"))
+
+
+def test_more_attributes_than_any_element_has_are_refused():
+    def with_attributes(count: int) -> str:
+        return square_file("<path " + " ".join(f"a{number}=''" for number in range(count)) + "/>")
+
+    assert file_facts(with_attributes(document_module.MAX_ATTRIBUTES))["paths"] == 1
+    assert "attributes" in refusal(file_facts, with_attributes(document_module.MAX_ATTRIBUTES + 1))
+
+
+def test_attributes_are_counted_before_they_fill_the_memory(monkeypatch):
+    tag = square_file("<path " + " ".join(f"a{number}=''" for number in range(100_000)) + "/>")
+    tracemalloc.start()
+    try:
+        assert "attributes" in refusal(file_facts, tag)
+        assert tracemalloc.get_traced_memory()[1] < 5_000_000
+    finally:
+        tracemalloc.stop()
+    monkeypatch.setattr(document_module, "MAX_ALL_ATTRIBUTES", 50)
+    declared = "<!DOCTYPE svg [<!ATTLIST a b CDATA 'c'>]>"
+    assert "at most 50 attributes" in refusal(file_facts, svg_file("<a/>" * 60, before=declared))

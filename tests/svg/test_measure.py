@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import gzip
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
 from svg_files import refusal, svg_file
 
 from warpvec.svg import document as document_module
+from warpvec.svg import measure
 from warpvec.svg.document import parse_svg
 from warpvec.svg.measure import draw, draw_like, evaluate, file_facts, file_quality
 
@@ -83,6 +85,24 @@ def test_facts_of_a_file_and_of_its_gzip_are_the_same():
 def test_paths_with_a_namespace_prefix_are_counted_and_those_of_other_namespaces_are_not():
     svg = '<s:svg xmlns:s="http://www.w3.org/2000/svg"><s:path d="M0 0"/><x:path xmlns:x="http://x"/></s:svg>'
     assert file_facts(svg)["paths"] == 1
+
+
+@pytest.mark.parametrize("unit", ["z", "h", "h1", "1 ", "a1 1 0 0 0 1 1 "])
+def test_the_segments_of_a_long_path_are_counted_in_little_memory(unit):
+    svg = svg_file(f'<path d="M0 0 {unit * 50_000}"/>')
+    tracemalloc.start()
+    try:
+        segment_count = file_facts(svg)["segments"]
+        assert tracemalloc.get_traced_memory()[1] < 5 * len(svg) + 500_000
+    finally:
+        tracemalloc.stop()
+    assert segment_count == {"z": 0, "h": 0, "1 ": 25_000}.get(unit, 50_000)
+
+
+def test_more_commands_than_can_be_counted_soon_are_refused(monkeypatch):
+    monkeypatch.setattr(measure, "MAX_COMMANDS", 50)
+    assert file_facts(svg_file('<path d="M0 0' + "h1" * 49 + 'z"/>'))["segments"] == 49
+    assert "at most 50 commands" in refusal(file_facts, svg_file(('<path d="M0 0' + "h1" * 25 + '"/>') * 2))
 
 
 def test_evaluate_parses_a_file_once(monkeypatch):

@@ -7,20 +7,20 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
-from svg_files import refusal, svg_file
+from svg_files import make_scene, refusal, svg_file
 
 from warpvec.errors import InputError
 from warpvec.svg import measure, resvg
 from warpvec.svg.document import SVG_NAMESPACE as NAMESPACE
 from warpvec.svg.document import parse_svg
 from warpvec.svg.measure import draw
+from warpvec.svg.write import write_svg
 
 
 @pytest.mark.parametrize(
@@ -131,6 +131,27 @@ def test_points_that_scale_out_of_reach_are_drawn_in_the_child(monkeypatch):
     assert drawn == [False, True, True, False, True]
 
 
+def test_shapes_that_paint_the_canvas_many_times_are_drawn_in_the_child(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(
+        measure, "rasterize", lambda *_, sandboxed, **__: drawn.append(sandboxed) or np.zeros((512, 768, 3))
+    )
+    size = 'width="1024" height="1024"'
+    loop = '<path d="M0 0c9 9 20 {0} {0} {0} 9-9-9-9-{0}-{0}z" fill-opacity=".5"/>'
+    for content in (
+        '<rect width="1024" height="1024" fill-opacity=".5"/>' * 2000,
+        '<path d="M0 0H1024V1024H0z"/>' * 2000,
+        '<path d="M0 0' + "V1024h.5V0h.5" * 2000 + 'z"/>',
+        '<path d="M0 0c' + "0 0 0 1024 0 1024 0 0 0-1024 0-1024" * 5000 + 'z"/>',
+        (loop.format(1024) + loop.format(9)) * 5000,
+    ):
+        draw(svg_file(content, size))
+    assert drawn == [True] * 5
+    draw(svg_file(loop.format(9) * 4096, size))
+    draw(write_svg(make_scene(1000), 768, 512), 768, 512)
+    assert drawn[5:] == [False] * 2
+
+
 def test_files_that_take_too_long_are_refused(monkeypatch):
     monkeypatch.setattr(resvg, "MAX_SECONDS", 1.0)
     assert "not done in 1 s" in refusal(draw, mask_bomb())
@@ -153,12 +174,11 @@ def test_the_child_process_opens_no_file(tmp_path, monkeypatch):
         assert (resvg.rasterize(svg) == 255).all()
 
 
-def test_the_child_process_leaves_no_folder(tmp_path, monkeypatch):
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    resvg.rasterize(svg_file())
-    assert not list(tmp_path.iterdir())
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "missing"))
+def test_drawing_in_the_child_makes_no_folder():
+    made = []
+    sys.addaudithook(lambda event, arguments: made.append(arguments) if event == "os.mkdir" else None)
     assert resvg.rasterize(svg_file()).shape == (4, 8, 3)
+    assert not made
 
 
 def test_files_with_an_image_are_drawn_in_the_child(monkeypatch):
@@ -214,14 +234,14 @@ def wait_for(find, seconds=20.0):
 
 
 def test_a_child_process_without_the_one_that_started_it_draws_nothing():
-    arguments = {"options": {}, "memory": resvg.MAX_MEMORY, "seconds": 20, "folder": None, "parent": os.getpid() + 1}
+    arguments = {"options": {}, "memory": resvg.MAX_MEMORY, "seconds": 20, "parent": os.getpid() + 1}
     command = [sys.executable, resvg.resvg_child.__file__, json.dumps(arguments)]
     done = subprocess.run(command, input=svg_file().encode(), capture_output=True, check=False)
     assert done.returncode and not done.stdout
 
 
 def test_a_child_process_that_nobody_stops_ends_by_itself():
-    arguments = {"options": {}, "memory": resvg.MAX_MEMORY, "seconds": 1, "folder": None, "parent": os.getpid()}
+    arguments = {"options": {}, "memory": resvg.MAX_MEMORY, "seconds": 1, "parent": os.getpid()}
     command = [sys.executable, resvg.resvg_child.__file__, json.dumps(arguments)]
     done = subprocess.run(command, input=mask_bomb().encode(), capture_output=True, check=False, timeout=20)
     assert done.returncode and not done.stdout

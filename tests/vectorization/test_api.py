@@ -65,6 +65,8 @@ def test_on_progress_is_called_after_every_iteration(photo: Photo) -> None:
     ("arguments", "message"),
     [
         ({"curves": 0}, "curves must be"),
+        ({"curves": np.array([1, 2])}, "curves must be"),
+        ({"max_bytes": 10**400}, "max_bytes must be"),
         ({"preset": "fast"}, "preset must be one of"),
         ({"tempo": 1}, "tempo is not a setting"),
         ({"device": "gpu"}, "device must be .*, got 'gpu'"),

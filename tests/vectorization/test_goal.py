@@ -57,6 +57,7 @@ def test_a_text_that_is_not_a_size_is_refused_in_one_line(text: str) -> None:
     ("field", "value"),
     [
         ("max_bytes", 0), ("max_bytes", 1.5), ("max_bytes", True), ("max_bytes", "80k"), ("target_psnr", 0.0),
+        ("max_bytes", 10**400), ("target_psnr", 10**400),
         ("target_psnr", 100.5), ("target_psnr", math.nan), ("target_psnr", "30"), ("target_psnr", True), ("gzip", 1),
     ],
 )  # fmt: skip

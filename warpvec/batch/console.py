@@ -80,9 +80,9 @@ class View:
 
 
 @contextmanager
-def show_batch(stream: TextIO, tally: Tally, *, quiet: bool = False) -> Iterator[View]:
-    """Show the batch on ``stream`` until the context ends."""
-    if quiet or not tally.total:
+def show_batch(stream: TextIO | None, tally: Tally, *, quiet: bool = False) -> Iterator[View]:
+    """Show the batch on ``stream`` until the context ends; None is a stream that is closed."""
+    if stream is None or quiet or not tally.total:
         yield View()
     elif stream.isatty():
         table = _Table(tally)

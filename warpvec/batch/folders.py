@@ -17,11 +17,11 @@ from typing import Any, Protocol
 
 from warpvec.errors import InputError
 from warpvec.files import make_folder, write_atomic
-from warpvec.inputs import read_stream
+from warpvec.inputs import read_stream, too_long
 from warpvec.temporary_files import remove_stale_files
 
 MAX_FILE_BYTES = 2**31
-"""Largest file that is read, above the largest photo and the records of a million."""
+"""Largest file that is read unless another limit is given, above the records of a million photos."""
 
 _LASTING_ERRORS = (FileNotFoundError, PermissionError, IsADirectoryError, NotADirectoryError)
 _LASTING_NUMBERS = (errno.ELOOP, errno.ENAMETOOLONG)
@@ -46,15 +46,19 @@ class Folder(Protocol):
     def exists(self, name: str) -> bool:
         """Return whether there is a file ``name``."""
 
-    def read(self, name: str) -> bytes:
+    def read(self, name: str, limit: int = MAX_FILE_BYTES) -> bytes:
         """Return the bytes of a file.
 
         Raises:
-            InputError: it does not exist or may not be read.
+            InputError: it does not exist, may not be read, or has more than ``limit`` bytes.
         """
 
     def write(self, name: str, data: bytes) -> None:
-        """Write a file, whole or not at all, and create the folders it is in."""
+        """Write a file, whole or not at all, and create the folders it is in.
+
+        Raises:
+            InputError: no file of that name may be written.
+        """
 
     def append(self, name: str, data: bytes) -> None:
         """Append ``data`` to a file in one write, which is on the disk when this returns."""
@@ -98,22 +102,23 @@ class LocalFolder:
         return sorted(found)
 
     def exists(self, name: str) -> bool:
-        return (self._path / name).is_file()
+        return os.path.isfile(self._path / name)  # unlike pathlib, it takes a name that is too long
 
-    def read(self, name: str) -> bytes:
+    def read(self, name: str, limit: int = MAX_FILE_BYTES) -> bytes:
         path = self._path / name
         with _as_input_error(name):
             # A pipe would wait for ever, and a device may have no end.
             if not stat.S_ISREG(path.stat().st_mode):
                 raise InputError(name, "must be a file you may read", "a pipe, a device or a folder", "remove it")
             with path.open("rb") as stream:
-                return read_stream(stream, MAX_FILE_BYTES, name, "it")
+                return read_stream(stream, limit, name, "it")
 
     def write(self, name: str, data: bytes) -> None:
         path = self._path / name
         self._check_is_no_folder(name)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomic(path, data)
+        with _as_input_error(name, "write"):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_atomic(path, data)
 
     def append(self, name: str, data: bytes) -> None:
         self._check_is_no_folder(name)
@@ -122,7 +127,7 @@ class LocalFolder:
             os.fsync(file.fileno())
 
     def _check_is_no_folder(self, name: str) -> None:
-        if (self._path / name).is_dir():
+        if os.path.isdir(self._path / name):
             raise InputError(self._name, "must let a file be written", f"a folder named {name!r}", "move it away")
 
     @contextmanager
@@ -194,9 +199,12 @@ class RemoteFolder:
     def exists(self, name: str) -> bool:
         return bool(self._root[0].isfile(self._path(name)))
 
-    def read(self, name: str) -> bytes:
+    def read(self, name: str, limit: int = MAX_FILE_BYTES) -> bytes:
+        system, path = self._root[0], self._path(name)
         with _as_input_error(name):
-            data: bytes = self._root[0].cat_file(self._path(name))
+            if (system.size(path) or 0) > limit:  # None if the store does not tell
+                raise too_long(limit, name, "it")
+            data: bytes = system.cat_file(path)
             return data
 
     def write(self, name: str, data: bytes) -> None:
@@ -216,11 +224,11 @@ class RemoteFolder:
 
 
 @contextmanager
-def _as_input_error(name: str) -> Iterator[None]:
+def _as_input_error(name: str, verb: str = "read") -> Iterator[None]:
     """Turn errors that another attempt would not mend into an InputError."""
     try:
         yield
     except OSError as error:
         if not isinstance(error, _LASTING_ERRORS) and error.errno not in _LASTING_NUMBERS:
             raise
-        raise InputError(name, "must be a file you may read", str(error.strerror or error), "check it") from error
+        raise InputError(name, f"must be a file you may {verb}", str(error.strerror or error), "check it") from error

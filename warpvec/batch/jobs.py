@@ -86,6 +86,8 @@ def remaining(jobs: Sequence[Job], work: Vectorize, journal: Journal, *, skip_ex
 
 
 def _is_recorded(job: Job, work: Vectorize, journal: Journal) -> bool:
+    from warpvec.image.read import MAX_IMAGE_BYTES
+
     record = journal.get(job.input, job.output)
     if (
         job.error is not None
@@ -95,7 +97,7 @@ def _is_recorded(job: Job, work: Vectorize, journal: Journal) -> bool:
     ):
         return False
     try:
-        return record.key == work.key(work.source.read(job.input))
+        return record.key == work.key(work.source.read(job.input, MAX_IMAGE_BYTES))
     except (InputError, OSError):  # the worker will report it
         return False
 
@@ -144,11 +146,11 @@ class Vectorize:
 
     def _vectorize(self, job: Job, share: WorkerShare, report: Report) -> Record:
         from warpvec.files import encode_svg
-        from warpvec.image.read import read_image
+        from warpvec.image.read import MAX_IMAGE_BYTES, read_image
         from warpvec.vectorization.api import fit_photo
 
         start = time.perf_counter()
-        data = self.source.read(job.input)
+        data = self.source.read(job.input, MAX_IMAGE_BYTES)
         photo = read_image(data, self.background, name=job.input)
         config = replace(self.config, device=share.device, threads=share.threads)
         title = PurePosixPath(job.input).stem

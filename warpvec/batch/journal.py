@@ -1,7 +1,8 @@
 """The records of a batch: one line per photo, in JSON to continue from and in CSV for people.
 
-In the CSV, a text that a spreadsheet would take for a formula has an apostrophe before it, and
-line breaks are escaped.
+In the CSV, a text that a spreadsheet would take for a formula has an apostrophe before it, and line breaks and other
+control characters are escaped. All texts are in quotes, so that one with a semicolon stays in its cell where semicolons
+separate cells.
 
 While a batch runs, each photo that ends adds a line to both files. The last line of a photo counts; an incomplete line
 at the end, left by a batch that was killed, does not. When a batch begins and when it ends, both files are written
@@ -13,11 +14,13 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import time
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 from warpvec.batch.folders import Folder
+from warpvec.checks import in_one_line
 from warpvec.errors import InputError
 
 JSON_NAME, CSV_NAME = "batch.jsonl", "batch.csv"
@@ -25,9 +28,11 @@ JSON_NAME, CSV_NAME = "batch.jsonl", "batch.csv"
 # Where lines cannot be appended, shortest time between two rewrites. A batch that is killed loses at most as much.
 _REWRITE_SECONDS = 5.0
 
+_FORMULA_STARTS = ("=", "+", "-", "@")
+"""A spreadsheet takes a text for a formula if it begins with one of these."""
 
-_FORMULA_STARTS = ("=", "+", "-", "@", "\t")
-"""What a spreadsheet skips before a formula, or takes for its start."""
+# All but the characters in which Python keeps the bytes of a name that is no text.
+_TEXT = re.compile("[^\udc80-\udcff]+")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,7 +122,7 @@ class Journal:
 def _parse(line: str, number: int) -> Record:
     try:
         return Record(**json.loads(line))
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, RecursionError) as error:
         value = f"another in line {number} ({error})"
         remedy = "move the file away, or choose another folder"
         raise InputError("OUT_DIR", f"must have records of this version in {JSON_NAME}", value, remedy) from error
@@ -135,13 +140,13 @@ def _as_text(cell: Any) -> Any:
     """Keep a text in one line, and a spreadsheet from taking it, such as the name "=1+1.png", for a formula."""
     if not isinstance(cell, str):
         return cell
-    cell = cell.replace("\r", r"\r").replace("\n", r"\n")
+    cell = _TEXT.sub(lambda found: in_one_line(found[0]), cell)
     return f"'{cell}" if cell.startswith(_FORMULA_STARTS) else cell
 
 
 def _csv_text(lines: list[Any]) -> str:
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(lines)
+    csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC).writerows(lines)
     return text.getvalue()
 
 

@@ -148,8 +148,17 @@ def _read_bytes(path: str, limit: int, name: str, kind: str) -> bytes:
 
 
 def write_svg_file(text: str, out: str) -> None:
-    """Write the SVG ``text`` to the file ``out``, whole or not at all, gzipped for .svgz; or to stdout for "-"."""
-    if out == "-":
-        write_stdout(text.encode())
-    else:
-        write_atomic(out, encode_svg(text, out))
+    """Write the SVG ``text`` to the file ``out``, whole or not at all, gzipped for .svgz; or to stdout for "-".
+
+    Raises:
+        OSError: it cannot be written; the error has the file's name.
+    """
+    try:
+        if out == "-":
+            write_stdout(text.encode())
+        else:
+            write_atomic(out, encode_svg(text, out))
+    except BrokenPipeError:
+        raise
+    except OSError as error:  # with the name, which the message says
+        raise OSError(error.errno, error.strerror, "stdout" if out == "-" else out) from error

@@ -9,6 +9,7 @@ Warp when they run, so that ``--help`` is quick.
 from __future__ import annotations
 
 import errno
+import os
 import shlex
 import sys
 from difflib import get_close_matches
@@ -111,7 +112,7 @@ def _hint(error: click.ClickException) -> str:
 def _suggestion(args: list[str]) -> str:
     """Return a hint for arguments that do not start with a command."""
     path = Path(args[0])
-    command = _COMMAND_OF_SUFFIX.get(path.suffix.lower()) or ("run" if path.is_file() else None)
+    command = _COMMAND_OF_SUFFIX.get(path.suffix.lower()) or ("run" if os.path.isfile(path) else None)
     if command is not None:
         return f"did you mean `{shlex.join(['warpvec', command, *args])}`?"
     similar = get_close_matches(args[0], _COMMANDS, n=1)
@@ -123,7 +124,8 @@ def _exhaustion(error: Exception) -> str | None:
     if isinstance(error, BrokenPipeError):
         return "the reader of the output left before all was written"
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return f"the disk is full ({error.strerror}); free some space and run again, no file was damaged"
+        lost = f"{error.filename!r} could not be written" if error.filename else "no file was damaged"
+        return f"the disk is full ({error.strerror}), {lost}; free some space and run again"
     # Torch has an exception of its own on CUDA; Torch on the CPU and Warp raise RuntimeError with a text.
     exhausted = isinstance(error, MemoryError) or type(error).__name__ == "OutOfMemoryError"
     if exhausted or (isinstance(error, RuntimeError) and "allocate" in str(error)):

@@ -23,6 +23,7 @@ _INPUTS = {"source": "IN", "drawing": "--from", "resume": "--resume", "config_fi
 _OUTPUTS = {
     "out": "OUT",
     "checkpoint": "--checkpoint",
+    "save_frames": "--save-frames",
     "video": "--video",
     "page": "--report",
     "write_config": "--write-config",

@@ -32,19 +32,22 @@ def end_fit(ctx: click.Context, result: Result, out: str, options: dict[str, Any
     """Print the summary of a fit as ``options`` ask for it, and exit with 130 if Ctrl-C ended the fit."""
     if options["as_json"] or not options["quiet"]:
         metrics = {**result.metrics, "history": result.history}
-        if not options["as_json"]:
-            metrics["device"] += _why_on_cpu(result.config.device, metrics["device"], options["verbose"])
+        reason = _why_on_cpu(result.config.device, metrics["device"], options["verbose"])
+        if reason is not None and options["as_json"]:
+            metrics["device_reason"] = reason
+        elif reason is not None:
+            metrics["device"] += f" ({reason})"
         print_summary(metrics, out, options["as_json"], verbose=options["verbose"])
     if result.interrupted:
         ctx.exit(130)  # 128 + SIGINT, as shells have it
 
 
-def _why_on_cpu(wanted: str, device: str, verbose: bool) -> str:
-    """Return why "auto" chose the CPU, in brackets; nothing if the machine has no GPU, except if ``verbose``."""
+def _why_on_cpu(wanted: str, device: str, verbose: bool) -> str | None:
+    """Return why "auto" chose the CPU; None if it did not, or if the machine has no GPU, except if ``verbose``."""
     from warpvec.rendering.devices import NO_HARDWARE, why_no_gpu
 
     reason = why_no_gpu() if (wanted, device) == ("auto", "cpu") else None
-    return "" if reason is None or (reason == NO_HARDWARE and not verbose) else f" ({reason})"
+    return None if reason == NO_HARDWARE and not verbose else reason
 
 
 def _finite(value: Any) -> Any:

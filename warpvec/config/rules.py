@@ -31,7 +31,7 @@ MAX_SEGMENTS = 256
 """Largest number of cubics of a path; one of so many has more points than any outline needs."""
 
 MAX_ALL_SEGMENTS = 2**22
-"""Largest number of cubics of all paths, enough for a goal with paths of the most segments; they take gigabytes."""
+"""Largest number of cubics of all paths together: they take gigabytes. A goal may have paths of the most segments."""
 
 MAX_GAUSSIANS = 2**26
 """Largest number of Gaussians of all paths, enough for a goal with the default of a path; they take gigabytes."""

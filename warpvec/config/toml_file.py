@@ -11,8 +11,9 @@ from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
 from warpvec.inputs import read_file
 
-MAX_TOML_BYTES = 2**20
-"""Largest file of settings. All settings there are take about 2 kB."""
+MAX_TOML_BYTES = 2**14
+"""Largest file of settings. All settings there are take about 2 kB. The time of Python's reader grows with the square
+of a name's dots: 80 kB of them take 23 s."""
 
 _NAME_MAX = 100
 """Most characters of an unknown name in a message."""

@@ -39,8 +39,11 @@ MAX_BYTES = 2**29
 takes 60 MB."""
 
 MAX_HEADER = 2**23
-"""Largest size of the JSON, whose values take up to 30 times as much memory. The history takes 10 bytes an iteration,
-so this is enough for half a million iterations."""
+"""Largest size of the JSON, whose values take up to 30 times as much memory. The history has up to 50,000 entries of
+105 bytes each; see `HISTORY_MAX`."""
+
+_OVERHEAD = 1.001
+"""Largest size of an archive divided by that of its arrays, which may be incompressible."""
 
 MAX_DIRECTORY = 2**16
 """Largest size of the archive's directory, of about 60 bytes an array. A fit has some 30 arrays."""
@@ -83,7 +86,7 @@ def write_checkpoint(path: str | os.PathLike[str], checkpoint: Checkpoint) -> No
     """Write ``path``, completely or not at all.
 
     Raises:
-        OSError: the file cannot be written.
+        OSError: the file cannot be written, or `read_checkpoint` would refuse it as too large.
     """
     arrays: list[Tensor] = []
     header = {
@@ -97,6 +100,9 @@ def write_checkpoint(path: str | os.PathLike[str], checkpoint: Checkpoint) -> No
     buffer = io.BytesIO()
     named: dict[str, Any] = {f"array_{k}": value.detach().cpu().numpy() for k, value in enumerate(arrays)}
     named["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
+    size = sum(array.nbytes for array in named.values())
+    if size * _OVERHEAD > MAX_BYTES or named["header"].nbytes > MAX_HEADER:
+        raise OSError(errno.EFBIG, f"{size} bytes are too many for a checkpoint, give fewer paths", os.fspath(path))
     np.savez_compressed(buffer, **named)
     write_atomic(path, buffer.getvalue())
 
@@ -181,7 +187,7 @@ def _read_arrays(path: Path) -> dict[str, Any]:
 def _check_directory(file: IO[bytes], size: int) -> None:
     """Raise ValueError unless the archive of ``size`` bytes is small enough, and has a small directory at its end.
 
-    The directory is small if it is of few members: `zipfile` reads all of it at once.
+    The directory is small if the archive has few members: `zipfile` reads all of it at once.
     """
     end = struct.Struct("<4s4H2LH")
     if not end.size <= size <= MAX_BYTES:

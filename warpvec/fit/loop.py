@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -39,8 +40,13 @@ from warpvec.image.alpha import is_transparent
 from warpvec.rendering.launch import resolve_device
 from warpvec.rendering.streams import StepQueue, on_warps_stream
 
-# Iterations between entries of the history. Each entry reads one number back, which drains a GPU's queue.
+# Iterations between entries of the history of most fits, and between two checks of a GPU for steps without room. Each
+# reads one number back, which drains the queue of a GPU.
 _HISTORY_GAP, _HISTORY_GAP_CUDA = 10, 50
+
+HISTORY_MAX = 50_000
+"""Most entries of a history, those of half a million iterations on the CPU. Longer fits have longer gaps: a checkpoint
+holds the history, and one whose history is too large for its reader would be written in vain."""
 
 
 def fit(
@@ -127,7 +133,8 @@ class _Fit:
         self._first_seconds = 0.0
         self._loss = torch.zeros(())
         self._best: tuple[float, Scene] | None = None
-        self._history_gap = _HISTORY_GAP if device == "cpu" else _HISTORY_GAP_CUDA
+        self._check_gap = _HISTORY_GAP if device == "cpu" else _HISTORY_GAP_CUDA
+        self._history_gap = self._check_gap * math.ceil(config.iterations / (self._check_gap * HISTORY_MAX))
         self.history: list[dict[str, float]] = []
         self.interrupted = False
         self.saving: Saving | None = None
@@ -355,8 +362,8 @@ class _Fit:
             self._best = (loss, scene)
 
     def _report(self) -> None:
-        is_entry = self._iteration % self._history_gap == 0 or self._iteration == self._iteration_count
-        if is_entry:
+        is_last = self._iteration == self._iteration_count
+        if is_last or self._iteration % self._check_gap == 0:
             self._take_dropped_steps()
         progress = Progress(
             self._iteration,
@@ -366,7 +373,7 @@ class _Fit:
             self._loss,
             lambda: self._population.scene,
         )
-        if is_entry:
+        if is_last or self._iteration % self._history_gap == 0:
             self.history.append(history_entry(progress))
         if self._on_progress is not None:
             self._on_progress(progress)

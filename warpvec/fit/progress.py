@@ -15,6 +15,12 @@ from warpvec.fit.state_form import Fields, Form, ListOf, Number, Whole, require
 from warpvec.geometry.scene import Scene
 from warpvec.image.metrics import psnr_from_mse
 
+LOSS_MAX = 1.01
+"""Largest mean squared error of values in [0, 1], with room for rounding."""
+
+SECONDS_MAX = 1e9
+"""Longest time of a fit, in seconds: 32 years."""
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -76,13 +82,6 @@ def check_history(history: list[Any], iteration: int, seconds: float, curves: in
     for name, is_forward in (("iteration", operator.lt), ("seconds", operator.le)):
         values = [record[name] for record in history]
         require(all(is_forward(a, b) for a, b in pairwise(values)), "history", "does not run forward")
-
-
-LOSS_MAX = 1.01
-"""Largest mean squared error of values in [0, 1], with room for rounding."""
-
-SECONDS_MAX = 1e9
-"""Longest time of a fit, in seconds: 32 years."""
 
 
 class Pace:

@@ -33,12 +33,15 @@ if TYPE_CHECKING:
 
 ImageSource: TypeAlias = "str | os.PathLike[str] | bytes | Image.Image | NDArray[Any] | Tensor"
 
-MAX_PIXELS = 100_000_000
-"""Largest image in pixels. As float32 RGB it takes 1.2 GB, which a machine that fits images has."""
+MAX_PIXELS = 50_000_000
+"""Largest image in pixels, four times a photo of a phone: a run that fits and measures it takes less than 2 GB."""
 
 MAX_IMAGE_BYTES = 2**30
 """Largest image file in bytes: more than ``MAX_PIXELS`` of eight bytes, those of RGBA with 16 bits, take uncompressed.
 Stops endless streams and devices."""
+
+MAX_ALPHA_PIXELS = 37_500_000
+"""Largest image with alpha: as many samples as the largest RGB image has, so that it takes no more memory."""
 
 # Only these decoders are tried: some of Pillow's others start programs (EPS) or have never been fuzzed.
 _FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF")
@@ -75,7 +78,8 @@ def read_image(source: ImageSource, background: str | None = None, name: str = "
 
     Raises:
         InputError: the file does not exist, is not a complete image of these formats or has more than
-            ``MAX_IMAGE_BYTES``; the image has no pixels or more than ``MAX_PIXELS``; an array has the wrong shape, type
+            ``MAX_IMAGE_BYTES``; the image has no pixels, more than ``MAX_PIXELS``, or, if it has alpha, more than
+            ``MAX_ALPHA_PIXELS``; an array has the wrong shape, type
             or range; or ``background`` is not a colour.
     """
     backdrop = None if background is None else parse_color(background)
@@ -95,6 +99,8 @@ def _load(source: ImageSource, name: str) -> NDArray[Any]:
         with _guarded("this PIL image", name):
             return _upright_samples(source, "this PIL image", name)
     if isinstance(source, bytes | bytearray | memoryview):
+        if memoryview(source).nbytes > MAX_IMAGE_BYTES:
+            raise too_long(MAX_IMAGE_BYTES, name, f"these {len(source)} bytes")
         return _decode_stream(BytesIO(source), f"these {len(source)} bytes", name)
     if isinstance(source, str | os.PathLike):
         with _open_file(source, name) as stream:
@@ -192,9 +198,17 @@ def _check_size(width: int, height: int, label: str, name: str) -> None:
         raise _too_large(f"{width} x {height}", label, name)
 
 
+def _check_alpha_size(width: int, height: int, label: str, name: str) -> None:
+    if width * height > MAX_ALPHA_PIXELS:
+        rule = f"must have at most {MAX_ALPHA_PIXELS} pixels if it has alpha"
+        raise InputError(name, rule, f"{width} x {height} in {label}", "reduce it first")
+
+
 def _upright_samples(image: Image.Image, label: str, name: str) -> NDArray[Any]:
     """Return the samples of a PIL image as an array that ``read_image`` takes."""
     _check_size(*image.size, label, name)
+    if image.has_transparency_data:
+        _check_alpha_size(*image.size, label, name)
     check_tiles(image)
     image.load()
     # The tag is read after loading, because the TIFF decoder turns the image itself and then removes the tag.
@@ -241,6 +255,8 @@ def _unit_samples(samples: NDArray[Any], name: str) -> NDArray[np.float32]:
         remedy = "put channels last, which is not guessed, and take one image of a batch"
         raise InputError(name, "must have shape [h, w] or [h, w, 1 to 4]", str(list(samples.shape)), remedy)
     _check_size(samples.shape[1], samples.shape[0], "this array", name)
+    if samples.shape[2] in (2, 4):
+        _check_alpha_size(samples.shape[1], samples.shape[0], "this array", name)
     if samples.dtype == np.bool_:
         return samples.astype(np.float32)
     if samples.dtype.kind == "u" and samples.dtype.itemsize <= 2:

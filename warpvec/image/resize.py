@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from warpvec.image.alpha import is_transparent, premultiplied, straight
+from warpvec.image.alpha import is_transparent, straight
 
 
 def reduce_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.float32]:
@@ -19,10 +19,16 @@ def reduce_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.f
     size = fitted_size(height, width, longest_side)[::-1]
     if size == (width, height):
         return pixels
-    filtered = premultiplied(pixels) if is_transparent(pixels) else pixels
-    channels = [Image.fromarray(np.ascontiguousarray(filtered[..., c])) for c in range(pixels.shape[2])]
-    reduced = np.stack([np.asarray(c.resize(size, Image.Resampling.LANCZOS)) for c in channels], -1)
+    # One channel at a time: the largest image would take 1 GB more at once.
+    channels = (Image.fromarray(_channel(pixels, index)) for index in range(pixels.shape[2]))
+    reduced = np.stack([np.asarray(channel.resize(size, Image.Resampling.LANCZOS)) for channel in channels], -1)
     return straight(reduced) if is_transparent(pixels) else reduced.clip(0.0, 1.0)
+
+
+def _channel(pixels: NDArray[np.float32], index: int) -> NDArray[np.float32]:
+    """Return a channel [h, w] of ``pixels``, a colour premultiplied."""
+    channel = np.ascontiguousarray(pixels[..., index])
+    return channel * pixels[..., 3] if is_transparent(pixels) and index < 3 else channel
 
 
 def fitted_size(height: int, width: int, longest_side: int) -> tuple[int, int]:

@@ -1,8 +1,8 @@
 """One pass over SVG text: check that it is safe, and collect what the other modules need.
 
 SVG files come from anywhere, so every module reads them through `parse_svg`, before another parser or native code sees
-them. Allowed are ``MAX_SVG_BYTES`` of text and ``MAX_DEPTH`` nested elements. Entities and references to other files
-are refused.
+them. Allowed are ``MAX_SVG_BYTES`` of text and ``MAX_ELEMENTS`` elements, ``MAX_DEPTH`` deep. Entities and references
+to other files are refused.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import math
 import re
 import zlib
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Protocol
 from xml.parsers import expat
 
@@ -21,11 +22,24 @@ from warpvec.svg.units import NUMBER
 
 SVG_NAMESPACE = "http://www.w3.org/2000/svg"
 
-MAX_SVG_BYTES = 2**28
-"""Largest text in bytes, far above any drawing of an editor. Stops a small gzip file from filling the memory."""
+MAX_SVG_BYTES = 2**27
+"""Largest text in bytes: the largest drawing that warpvec fits, of 2^22 segments of 30 bytes each. To check and measure
+any such text takes less than 20 s and 1 GB."""
 
 MAX_DEPTH = 100
 """Deepest nesting of elements. resvg overflows its stack, and ends the process, somewhere between 200 and 300."""
+
+MAX_ELEMENTS = 2**19
+"""Most elements, eight times as many as warpvec draws: with a name each, as a tree, they take 5 s and 400 MB."""
+
+MAX_ATTRIBUTES = 1000
+"""Most attributes of an element, above any that SVG knows. The parser makes a string of each, with its namespace."""
+
+MAX_ALL_ATTRIBUTES = 2**22
+"""Most attributes of all elements, with those that a document type adds to each: they take 3 s."""
+
+MAX_NAMESPACE = 1000
+"""Longest namespace in bytes. The parser repeats it for each name that is in it: a megabyte takes gigabytes."""
 
 _DATA_URL = re.compile(r"[\x00-\x20]*data:[^,#]*,")
 """A data URL, as resvg tells it from a path: without a comma, or with one only after a "#", it would be a file."""
@@ -33,7 +47,7 @@ _DATA_URL = re.compile(r"[\x00-\x20]*data:[^,#]*,")
 _REFERENCES = {
     "image": _DATA_URL,
     # A fragment names an element. If there is none, resvg takes it for a file; a name without a slash is then looked
-    # for in the empty folder in which `rasterize` draws.
+    # for in the root of the file system, and on most systems not even there; see `resvg_child`.
     "feImage": re.compile(rf"{_DATA_URL.pattern}|#[^/\\]*\Z"),
     # resvg looks for the element alone.
     "use": re.compile(r"\s*(?:#|data:)"),
@@ -57,7 +71,16 @@ _PLAIN_STOPS = 2
 _DRAWN_NAMESPACES = (f"{SVG_NAMESPACE} ", "http://www.w3.org/1999/xlink ", "http://www.w3.org/XML/1998/namespace ")
 """resvg takes an attribute of one of these namespaces, here as expat's names begin, for the one without."""
 
+_NUMBER = re.compile(NUMBER)
+
 _TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*+>""")
+
+_LONG_TAG = re.compile(rb"<[^<!?/][^<]{%d}" % (5 * MAX_ATTRIBUTES))
+"""The start of a tag that has room for too many attributes; " a=''" is the shortest. No tag holds a "<"."""
+
+_NAMESPACE = re.compile(rb"""(?<=\s)xmlns[^\s="'<>]*+\s*+=\s*+(?:"([^"<]*+)|'([^'<]*+))""")
+
+_VALUE = re.compile(rb"""=\s*+(?>"[^"]*"|'[^']*')""")
 
 
 @dataclass(frozen=True)
@@ -104,8 +127,8 @@ class Document:
 
         The bound of a shape is the sum of the absolute values of its numbers.
         """
-        shapes = (re.findall(NUMBER, numbers) for numbers in (*self.path_data, *self.rectangles))
-        return max((math.fsum(abs(float(word)) for word in shape) for shape in shapes), default=0.0)
+        shapes = (_NUMBER.finditer(numbers) for numbers in (*self.path_data, *self.rectangles))
+        return max((math.fsum(abs(float(match[0])) for match in shape) for shape in shapes), default=0.0)
 
 
 SvgSource = str | bytes | Document
@@ -144,9 +167,10 @@ def read_text(svg: str | bytes) -> str:
     """Return the text of an SVG given as text, or as the bytes of an ``.svg`` or ``.svgz`` file.
 
     Raises:
-        InputError: the bytes are more than ``MAX_SVG_BYTES``, not UTF-8, or a damaged gzip file.
+        InputError: the text has more than ``MAX_SVG_BYTES``, or the bytes are not UTF-8, or a damaged gzip file.
     """
     if isinstance(svg, str):
+        _check_size(len(svg))  # a character takes a byte or more; `_Parser` counts those
         return svg
     try:
         data = _gunzip(svg) if svg.startswith(b"\x1f\x8b") else svg
@@ -170,7 +194,7 @@ class _Parser:
     def __init__(self, text: str, builder: Builder | None) -> None:
         self.document = Document(text)
         self._builder = builder
-        self._depth = 0
+        self._depth = self._element_count = self._attribute_count = 0
         self._stops_left = 0  # stops that the gradient may still have
         self._root_start = 0
         self._group: tuple[int, str | None, int] | None = None  # start, id, and number of paths before it
@@ -180,6 +204,9 @@ class _Parser:
     def run(self) -> Document:
         try:
             self._data = self.document.text.encode()
+            _check_size(len(self._data))
+            _check_attributes(self._data)
+            _check_namespaces(self._data)
             self._expat.Parse(self._data, True)
         except (expat.ExpatError, UnicodeEncodeError) as error:
             raise InputError("SVG", "must be well-formed XML", str(error), "save it again from its editor") from None
@@ -210,6 +237,12 @@ class _Parser:
             self._group = self._expat.CurrentByteIndex, attributes.get("id"), len(self.document.path_data)
         elif self._depth == MAX_DEPTH:
             raise InputError("SVG", f"must nest at most {MAX_DEPTH} elements", "deeper ones", "ungroup it")
+        self._element_count += 1
+        if self._element_count > MAX_ELEMENTS:
+            raise InputError("SVG", f"must have at most {MAX_ELEMENTS} elements", "more", "simplify it")
+        self._attribute_count += len(attributes)
+        if self._attribute_count > MAX_ALL_ATTRIBUTES:
+            raise InputError("SVG", f"must have at most {MAX_ALL_ATTRIBUTES} attributes", "more", "simplify it")
         self._depth += 1
         self._collect(local, attributes)
         if self._builder is not None:
@@ -286,6 +319,24 @@ def _check_root(element: str) -> None:
     if element != "svg":
         found = f"<{element}>" if element else "an element of another namespace"
         raise InputError("SVG", "must have <svg> as its outermost element", found, "give an SVG file")
+
+
+def _check_attributes(data: bytes) -> None:
+    """Refuse too many attributes before the parser makes a list of them."""
+    for match in _LONG_TAG.finditer(data):
+        tag = _TAG.match(data, match.start())
+        values = _VALUE.finditer(data, match.start(), tag.end() if tag else match.end())
+        if sum(1 for _ in islice(values, MAX_ATTRIBUTES + 1)) > MAX_ATTRIBUTES:
+            rule = f"must have at most {MAX_ATTRIBUTES} attributes in an element"
+            raise InputError("SVG", rule, "more", "save it as plain SVG")
+
+
+def _check_namespaces(data: bytes) -> None:
+    """Refuse long namespaces. A handler of the parser would be called too late: it goes on to the end of the tag."""
+    for match in _NAMESPACE.finditer(data):
+        if match.end() - match.start(match.lastindex or 0) > MAX_NAMESPACE:
+            rule = f"must have namespaces of at most {MAX_NAMESPACE} bytes"
+            raise InputError("SVG", rule, "a longer one", "save it as plain SVG")
 
 
 def _refuse_entity(name: str, *_: object) -> None:

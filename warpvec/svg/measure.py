@@ -24,6 +24,13 @@ from warpvec.svg.units import NUMBER, check_pixels, parse_length, stated_size, v
 MAX_REACH = 2.0**24
 """Largest distance of a point from the origin in pixels; resvg ends the process somewhere between 3e8 and 1e9."""
 
+MAX_COST, MAX_COST_PER_PIXEL = 2**29, 32
+"""Pixels that may be painted in this process, which has no time limit: as many, and as many for each pixel of the
+rendering. A pixel takes up to 17 ns. warpvec paints a picture with 4,096 paths 5 to 20 times over."""
+
+EDGE_COST = 100
+"""Painted pixels that take as long as one row of one segment: stripes of half a pixel take the longest."""
+
 MAX_STRETCH = 1.05
 """Largest ratio of two sides' scales that counts as rounding: one pixel of a 2 x 1 icon would be half of it."""
 
@@ -35,7 +42,15 @@ _NUMBERS = re.compile(NUMBER)
 # number is skipped and not a digit, so that the time stays linear.
 _ARC = re.compile(f"({_GAP.join([NUMBER] * 3 + ['[01]'] * 2 + [NUMBER] * 2)})|{NUMBER}")
 
-_COMMAND = re.compile(r"([MLHVCSQTAZ])([^MLHVCSQTAZ]*+)", re.IGNORECASE)
+# A command without numbers draws nothing. Closing a path is one of these.
+_COMMAND = re.compile(r"([MLHVCSQTA])([^MLHVCSQTAZ\d]*+\d[^MLHVCSQTAZ]*+)", re.IGNORECASE)
+
+_OWN_DATA = re.compile(r"M[^A-Za-z]*+c[^A-Za-z]*+z")
+
+_LETTERS = "MLHVCSQTAmlhvcsqta"
+
+MAX_COMMANDS = 2**23
+"""Most commands in the paths of a file, twice the segments of the largest fit: to count their segments takes 7 s."""
 
 _NUMBERS_PER_SEGMENT = {"L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2}
 
@@ -71,10 +86,12 @@ def file_facts(svg: SvgSource) -> FileFacts:
     A segment is one curve, line or arc of a path. Closing a path does not count.
 
     Raises:
-        InputError: ``svg`` is not an SVG, or is refused as unsafe.
+        InputError: ``svg`` is not an SVG, is refused as unsafe, or has more than ``MAX_COMMANDS`` commands.
     """
     document = parse_svg(svg)
     data, path_data = document.text.encode(), document.path_data
+    if sum(numbers.count(letter) for numbers in path_data for letter in _LETTERS) > MAX_COMMANDS:
+        raise InputError("SVG", f"must have at most {MAX_COMMANDS} commands in its paths", "more", "simplify it")
     segment_count = sum(map(count_segments, path_data))
     return FileFacts(paths=len(path_data), segments=segment_count, bytes=len(data), gzip_bytes=len(gzip_bytes(data)))
 
@@ -123,15 +140,13 @@ def draw(
 
 def count_segments(path_data: str) -> int:
     """Count the lines, curves and arcs of any SVG path data. Closing a path does not count."""
-    return sum(_count_of_command(letter.upper(), numbers) for letter, numbers in _COMMAND.findall(path_data))
+    return sum(_count_of_command(match[1].upper(), match[2]) for match in _COMMAND.finditer(path_data))
 
 
 def _count_of_command(letter: str, numbers: str) -> int:
-    if letter == "Z":
-        return 0
     if letter == "A":
         return sum(match[1] is not None for match in _ARC.finditer(numbers))
-    count = len(_NUMBERS.findall(numbers))
+    count = sum(1 for _ in _NUMBERS.finditer(numbers))
     # The pairs after the first one of a move are lines.
     return max(count // 2 - 1, 0) if letter == "M" else count // _NUMBERS_PER_SEGMENT[letter]
 
@@ -191,4 +206,36 @@ def _is_harmless(document: Document, width: float, height: float) -> bool:
     left, top, *sides = view_box(document.root)
     unit_count = min(sides) or min(parse_length(document.root.get(name, ""), 0.0) for name in ("width", "height"))
     scale = max(width, height) / unit_count if unit_count else math.inf
+    most = MAX_COST + MAX_COST_PER_PIXEL * width * height
+    if len(document.text) > most / EDGE_COST or _cost(document, width, height, scale) > most:
+        return False
     return (document.reach() + abs(left) + abs(top)) * scale <= MAX_REACH
+
+
+def _cost(document: Document, width: float, height: float, scale: float) -> float:
+    """Return an upper bound of what it costs to draw the paths and rectangles, in painted pixels.
+
+    A shape that is not of the form of warpvec's own paths counts as large as the rendering.
+    """
+    cost = len(document.rectangles) * width * height
+    for numbers in document.path_data:
+        points = _own_points(numbers)
+        if points is None:
+            cost += height * (width + EDGE_COST * sum(1 for _ in _NUMBERS.finditer(numbers)))
+        else:
+            across, down = np.minimum(np.ptp(points, axis=0) * scale + 2, (width, height))
+            cost += down * (across + EDGE_COST * len(points) / 3)
+    return float(cost)
+
+
+def _own_points(path_data: str) -> NDArray[np.float64] | None:
+    """Return the control points [n, 2] of one closed loop of relative cubics, None for other path data."""
+    if not _OWN_DATA.fullmatch(path_data):
+        return None
+    numbers = np.array([float(match[0]) for match in _NUMBERS.finditer(path_data)])
+    if len(numbers) % 6 != 2:
+        return None
+    start, cubics = numbers[:2], numbers[2:].reshape(-1, 3, 2)
+    stops = start + np.cumsum(cubics[:, 2], axis=0)
+    starts = np.concatenate([start[None], stops[:-1]]) if len(stops) else stops
+    return np.concatenate([start[None], (starts[:, None] + cubics).reshape(-1, 2)])

@@ -13,9 +13,6 @@ import math
 import os
 import subprocess
 import sys
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from typing import Any
 
 import numpy as np
@@ -30,8 +27,12 @@ from warpvec.svg.resvg_child import MARK, Limits
 MAX_SECONDS = 60.0
 """Time limit for rendering in a child process; the largest drawings of editors take some seconds."""
 
-MAX_MEMORY = 2**32
-"""Address space of the child process in bytes, where the system can limit it: four canvases of the largest size."""
+MAX_MEMORY = 2**31
+"""Address space of the child process in bytes, where the system can limit it: four canvases of the largest size, which
+are enough for a drawing with one layer (3.6 canvases), and for two (8.5) up to 60 megapixels."""
+
+_BAND_PIXELS = 4_000_000
+"""Pixels of a drawing that are converted at a time."""
 
 # The fonts of the system are not loaded: that takes time, they differ between machines, and paths need none.
 _OPTIONS = {"dpi": 96, "skip_system_fonts": True}
@@ -53,7 +54,18 @@ def rasterize(
     png = (_draw_in_sandbox if sandboxed else _draw_here)(text, options)
     # Not Image.open, which would warn about large images.
     with PngImageFile(io.BytesIO(png)) as image:
-        return np.array(image.convert("RGBA" if transparent else "RGB"))
+        return _pixels(image, "RGBA" if transparent else "RGB")
+
+
+def _pixels(image: PngImageFile, mode: str) -> NDArray[np.uint8]:
+    """Return the pixels [h, w, c] of ``image`` in ``mode``. They are copied in bands: Pillow makes several copies."""
+    image.load()
+    pixels = np.empty((image.height, image.width, len(mode)), np.uint8)
+    row_count = max(1, _BAND_PIXELS // image.width)
+    for top in range(0, image.height, row_count):
+        bottom = min(top + row_count, image.height)
+        pixels[top:bottom] = np.asarray(image.crop((0, top, image.width, bottom)).convert(mode))
+    return pixels
 
 
 def _draw_here(text: str, options: dict[str, Any]) -> bytes:
@@ -69,44 +81,22 @@ def _draw_here(text: str, options: dict[str, Any]) -> bytes:
 
 
 def _draw_in_sandbox(text: str, options: dict[str, Any]) -> bytes:
-    with _empty_folder() as folder:
-        limits = Limits(
-            options=options,
-            memory=MAX_MEMORY,
-            seconds=math.ceil(MAX_SECONDS) + 1,
-            folder=folder,
-            parent=os.getpid(),
+    limits = Limits(options=options, memory=MAX_MEMORY, seconds=math.ceil(MAX_SECONDS) + 1, parent=os.getpid())
+    try:
+        done = subprocess.run(
+            # -P: modules of the current folder must not replace installed ones.
+            [sys.executable, "-P", resvg_child.__file__, json.dumps(limits)],
+            input=text.encode(),
+            capture_output=True,
+            timeout=MAX_SECONDS,
+            check=False,
         )
-        try:
-            done = subprocess.run(
-                # -P: modules of the current folder must not replace installed ones.
-                [sys.executable, "-P", resvg_child.__file__, json.dumps(limits)],
-                input=text.encode(),
-                capture_output=True,
-                timeout=MAX_SECONDS,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            raise _refusal(f"not done in {MAX_SECONDS:g} s") from None
+    except subprocess.TimeoutExpired:
+        raise _refusal(f"not done in {MAX_SECONDS:g} s") from None
     if done.returncode == 0:
         return done.stdout
     message = done.stderr.decode(errors="replace").rpartition(MARK)[2]
     raise _refusal(message if MARK.encode() in done.stderr else f"it failed with code {done.returncode}")
-
-
-@contextmanager
-def _empty_folder() -> Iterator[str | None]:
-    """Give the name of a new folder, which is removed at the end; None where no folder can be made."""
-    try:
-        folder = tempfile.mkdtemp(prefix="warpvec-")
-    except OSError:
-        yield None
-        return
-    try:
-        yield folder
-    finally:
-        with suppress(OSError):  # the child removes it where the system lets it
-            os.rmdir(folder)
 
 
 def _refusal(reason: str) -> InputError:

@@ -32,8 +32,6 @@ class Limits(TypedDict):
     """Address space in bytes."""
     seconds: int
     """Time limit, of the clock and of the processor. The starting process ends the drawing before that."""
-    folder: str | None
-    """An empty folder to draw in."""
     parent: int
     """Id of the starting process, without which nobody needs the drawing."""
 
@@ -47,7 +45,7 @@ def main() -> None:
     import resvg_py
 
     text = sys.stdin.buffer.read().decode()
-    _forbid_files(limits["folder"])
+    _forbid_files()
     try:
         png = resvg_py.svg_to_bytes(text, **limits["options"])
     except BaseException as error:
@@ -80,12 +78,12 @@ def _limit_resources(**values: int) -> None:
             resource.setrlimit(getattr(resource, name), (value, value))
 
 
-def _forbid_files(folder: str | None) -> None:
-    """Let nothing be opened from here on, and let relative names be those of an empty folder where that is too much."""
-    if folder is not None:
-        with suppress(OSError):
-            os.chdir(folder)
-            os.rmdir(folder)  # so that it does not stay if both processes are killed; Windows refuses
+def _forbid_files() -> None:
+    """Let nothing be opened from here on.
+
+    Where a system has no such limit, names without a slash are those of the root, where users write no files.
+    """
+    os.chdir(os.path.abspath(os.sep))
     _limit_resources(RLIMIT_NOFILE=0, RLIMIT_FSIZE=0)
 
 

@@ -10,7 +10,7 @@ NUMBER = r"(?>[-+]?(?>\d+\.?\d*|\.\d+)(?>[eE][-+]?\d+)?)"
 """Regular expression of an SVG number. It is atomic, because digits that could be split would cost exponential time."""
 
 MAX_PIXELS = 2**27
-"""Largest rendering, above the largest image (100 megapixels). resvg aborts the process if it cannot allocate."""
+"""Largest rendering, above the largest image. resvg aborts the process if it cannot allocate."""
 
 # CSS pixels per unit of length (CSS 2.1, section 4.3.2); em and ex at resvg's font size of 16.
 _PIXELS_PER_UNIT = {

@@ -27,7 +27,7 @@ from warpvec.image.resize import reduce_image
 from warpvec.rendering.launch import resolve_device
 from warpvec.svg.measure import evaluate
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
-from warpvec.vectorization.goal import Goal, with_curves
+from warpvec.vectorization.goal import Goal, is_auto, with_curves
 from warpvec.vectorization.result import Result
 from warpvec.vectorization.search import Search
 
@@ -67,7 +67,7 @@ def vectorize(
     Raises:
         InputError: the image cannot be read, or a setting is wrong.
     """
-    goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=curves == "auto")
+    goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=is_auto(curves))
     config = make_config(preset, **with_curves(settings, curves, goal))
     file_options = FileOptions(metadata=metadata, trim=trim)
     resolve_device(config.device)  # report an unknown device before reading the image

@@ -64,6 +64,9 @@ AUTO_USED_MIN = 0.5
 HOPELESS_GAIN = 0.2
 """If more paths gain less than these decibels per doubling, no number of paths reaches the target."""
 
+MAX_FILE_BYTES = 10**12
+"""Largest size that a file may be asked to have, above any file; larger numbers would overflow in the search."""
+
 _SIZE = re.compile(r"([0-9]+(?:\.[0-9]*)?)\s*(k|m)?b?", re.IGNORECASE)
 _UNITS = {"": 1, "k": 1_000, "m": 1_000_000}
 
@@ -88,7 +91,7 @@ class Goal:
     def __post_init__(self) -> None:
         check_flag("gzip", self.gzip)
         if self.max_bytes is not None:
-            object.__setattr__(self, "max_bytes", check_count("max_bytes", self.max_bytes, 1))
+            object.__setattr__(self, "max_bytes", check_count("max_bytes", self.max_bytes, 1, MAX_FILE_BYTES))
         if self.target_psnr is not None:
             object.__setattr__(self, "target_psnr", _check_psnr(self.target_psnr))
 
@@ -96,11 +99,16 @@ class Goal:
         return self.auto or self.max_bytes is not None or self.target_psnr is not None
 
 
+def is_auto(curves: Any) -> bool:
+    """Return whether ``curves`` asks for as many paths as pay; arrays compare by element and do not."""
+    return isinstance(curves, str) and curves == "auto"
+
+
 def with_curves(settings: dict[str, Any], curves: int | str | None, goal: Goal) -> dict[str, Any]:
     """Return ``settings`` with the number of paths: ``curves`` itself, or the most that the search may use."""
-    if isinstance(curves, str) and curves != "auto":
+    if isinstance(curves, str) and not is_auto(curves):
         raise InputError("curves", "must be a whole number or auto", repr(curves), "give one of these")
-    if curves is None or curves == "auto":
+    if curves is None or is_auto(curves):
         return {**settings, "curves": CURVES_MAX} if goal else settings
     return {**settings, "curves": curves}
 

@@ -25,7 +25,7 @@ from warpvec.svg.read import LoadedSvg, read_svg
 from warpvec.vectorization.api import fit_photo, title_of
 from warpvec.vectorization.file_form import FileForm, description_of
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
-from warpvec.vectorization.goal import CORRECTION_RATE, Goal, with_curves
+from warpvec.vectorization.goal import CORRECTION_RATE, Goal, is_auto, with_curves
 from warpvec.vectorization.polishing import polish_photo
 from warpvec.vectorization.result import Result
 
@@ -70,7 +70,7 @@ def refine(
     """
     data = _svg_data(svg)
     drawing = read_drawing(data)
-    goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=curves == "auto")
+    goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=is_auto(curves))
     given = settings if curves is None else {**settings, "curves": curves}
     settings, is_fitted = (settings, True) if goal else without_zero_iterations(settings)
     config = make_config(preset, **with_curves(with_drawing_settings(settings, drawing), curves, goal))

@@ -28,7 +28,7 @@ from warpvec.geometry.trim import trim
 from warpvec.image.metrics import psnr
 from warpvec.image.resize import reduce_image
 from warpvec.image.write import round_to_8_bits, write_png
-from warpvec.rendering.draw import draw_exactly, draw_pixels
+from warpvec.rendering.draw import draw_8_bits, draw_exactly, draw_pixels
 from warpvec.svg.layers import prefixes, read_layers
 from warpvec.svg.measure import draw, draw_like, evaluate, file_facts
 from warpvec.svg.write import quantize, write_svg
@@ -249,7 +249,8 @@ class Result:
 
     def _internal_psnr(self) -> float:
         if self.config.renderer == "exact":
-            return psnr(round_to_8_bits(self.render()), self.photo)
+            height, width = self.photo.shape[:2]
+            return psnr(draw_8_bits(self.scene, height, width, self.config.threads), self.photo)
         return psnr(round_to_8_bits(self.soft_image()), reduce_image(self.photo, self.config.fit_size))
 
     @cached_property

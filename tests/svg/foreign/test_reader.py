@@ -7,7 +7,7 @@ from svg_files import SQUARE, refusal, square_file
 
 from warpvec.geometry import loops
 from warpvec.image.metrics import psnr
-from warpvec.svg.foreign import reader
+from warpvec.svg.foreign import fill, reader
 from warpvec.svg.measure import draw
 from warpvec.svg.read import read_svg
 from warpvec.svg.write import write_svg
@@ -154,13 +154,40 @@ def test_omissions_are_named_and_counted(content):
 def test_more_use_than_a_drawing_needs_is_refused(monkeypatch):
     levels = "".join(f'<g id="a{i + 1}">' + f'<use href="#a{i}"/>' * 10 + "</g>" for i in range(9))
     text = square_file(f'<defs><path id="a0"/>{levels}</defs><use href="#a9"/>')
-    monkeypatch.setattr(reader, "MAX_USED_ELEMENTS", 1000)
-    assert "at most 1000 elements by <use>" in refusal(read_svg, text)
+    monkeypatch.setattr(reader, "MAX_ELEMENTS", 1000)
+    assert "at most 1000 elements, " in refusal(read_svg, text)
 
 
 def test_more_elements_than_can_be_read_soon_are_refused(monkeypatch):
     monkeypatch.setattr(reader, "MAX_ELEMENTS", 10)
     assert "at most 10 elements" in refusal(read_svg, square_file('<path d="M0 0h9v9z"/>' * 11))
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        '<path d="' + "M1 1h2v2z" * 20 + '"/>',
+        '<path d="M1 1' + "z" * 40 + '"/>',
+        '<polygon points="' + "1,2 " * 20 + '"/>',
+        '<path d="M0 0h9v9z"/>' * 10,
+        '<defs><path id="a" d="' + "M1 1h2v2z" * 3 + '"/></defs>' + '<use href="#a"/>' * 8,
+        f'<g transform="{"scale(1)" * 1000}"/>',
+    ],
+)
+def test_more_numbers_and_text_than_can_be_read_soon_are_refused(content, monkeypatch):
+    read_svg(square_file(content))
+    monkeypatch.setattr(reader, "MAX_NUMBERS", 30)
+    assert "at most 30 numbers" in refusal(read_svg, square_file(content))
+
+
+def test_a_gradient_of_many_stops_is_read_once(monkeypatch):
+    colors = []
+    monkeypatch.setattr(fill, "read_color", lambda text: colors.append(text) or fill.Fill((0.0, 0.0, 0.0), 1.0))
+    stops = '<stop offset="0" stop-color="red"/>' * 10
+    gradients = "".join(f'<linearGradient id="b{k}" href="#a"/>' for k in range(5))
+    paths = "".join(f'<path fill="url(#b{k})" d="M0 0h9v9z"/>' * 5 for k in range(5))
+    read_svg(square_file(f'<linearGradient id="a">{stops}</linearGradient>{gradients}{paths}'))
+    assert colors == ["red"] * 10
 
 
 def test_use_of_use_is_followed_only_so_deep():

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
+import svgelements
 from svg_files import SQUARE, square_file
 
+from warpvec.svg.foreign import shapes
 from warpvec.svg.read import read_svg
 
 
@@ -15,3 +17,14 @@ def test_arcs_and_numbers_out_of_reach_are_named(data):
     drawing = read_svg(square_file(f'<path d="{data}"/>' + SQUARE))
     assert drawing.scene.segments.isfinite().all()
     assert drawing.omitted
+
+
+def test_a_path_is_not_searched_for_its_start_at_every_end_of_a_subpath(monkeypatch):
+    text = square_file('<path d="M3 4h9v9zl5 5h5zzm9 9h5v5Zh1M30 30h9v9z"/>')
+    with monkeypatch.context() as patch:
+        patch.setattr(shapes, "_path_class", lambda: svgelements.Path)
+        expected = read_svg(text).scene.points
+    # Both search back to the last move, so that thousands of subpaths would take minutes.
+    monkeypatch.setattr(svgelements.Path, "z_point", property(lambda path: 1 / 0))
+    monkeypatch.setattr(svgelements.Path, "_validate_close", lambda path, index: 1 / 0)
+    assert read_svg(text).scene.points.equal(expected)

@@ -6,6 +6,7 @@ only once it runs, so that no job waits for a machine that is gone while others 
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import signal
@@ -53,8 +54,8 @@ class RayEngine:
             RuntimeError: workers die before they start.
         """
         queue = Queue(jobs, self._retries, notify)
-        # Ray prints messages of its daemons to stdout, which is kept for the result.
-        with redirect_stdout(sys.stderr), self._connected() as ray:
+        # Ray prints messages of its daemons to stdout, which is kept for the result. A closed stderr is None.
+        with redirect_stdout(sys.stderr or io.StringIO()), self._connected() as ray:
             share, count = self._plan(ray)
             workers = _Workers(ray, work, share, notify)
             try:

@@ -14,6 +14,7 @@ from warpvec.checks import in_one_line
 from warpvec.cli.arguments import background_option, json_option, preset_option, quiet_option
 from warpvec.cli.options import OPTION_NAMES, file_options, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
+from warpvec.cli.side_files import SideFile
 from warpvec.cli.signals import raised_interrupts
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.toml_file import write_settings
@@ -77,7 +78,8 @@ def batch(ctx: click.Context, /, source: str, target: str, **options: Any) -> No
     jobs = find_jobs(work.source.names(options["recursive"]), suffix, keep_suffix=options["keep_suffix"])
     engine = _engine(config, options)
     if options["write_config"] is not None:
-        write_settings(options["write_config"], stated(options["preset"], background, options, config))
+        settings = stated(options["preset"], background, options, config)
+        SideFile("--write-config").attempt(write_settings, options["write_config"], settings)
     tally, interrupted = _run(jobs, work, engine, skip_existing=options["skip_existing"], quiet=options["quiet"])
     if options["as_json"] or not options["quiet"]:
         click.echo(json.dumps(tally.facts()) if options["as_json"] else f"{in_one_line(target)}: {tally.summary()}")

@@ -19,6 +19,9 @@ from warpvec.fit.state_form import Part, Whole, damaged, same_settings
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 
+_START_MAX = 2**31
+"""More paths than a fit can begin with: their control points would take 200 GB."""
+
 POLICIES: dict[str, Callable[[Tensor, FitConfig, int], Policy]] = {
     "scaffolding": Scaffolding,
     "replacement": Replacement,
@@ -78,7 +81,3 @@ def config_from_state(config: FitConfig, state: Any, height: int, width: int) ->
         if plain.keys() == expected.keys() and same_settings(plain, expected):
             return candidate
     raise damaged("config", "does not hold the settings of the fit")
-
-
-_START_MAX = 2**31
-"""More paths than a fit can begin with: their control points would take 200 GB."""

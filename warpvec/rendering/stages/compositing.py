@@ -96,7 +96,7 @@ class Compositing:
     ) -> None:
         self._launch, self._lanes, self._grid = launch, lanes, grid
         self._transmittance_min = lanes.dtype(transmittance_min)
-        # More have not fitted into memory.
+        # Lowered when memory was too small for more entries.
         self._stack_entries_max = sys.maxsize
         self._buffers = launch.make_buffers()
 

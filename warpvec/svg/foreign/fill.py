@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from warpvec.errors import InputError
 from warpvec.geometry.loops import Color
 from warpvec.svg.document import local_name
 from warpvec.svg.foreign.bands import Painted, painted
@@ -21,6 +22,9 @@ from warpvec.svg.foreign.style import INHERITED, Properties, StyleSheet
 from warpvec.svg.units import NUMBER
 
 _URL = re.compile(r"url\(\s*[\"']?#([^\"')\s]*)[\"']?\s*\)\s*(.*)", re.DOTALL)
+
+MAX_STOPS = 256
+"""Most stops of a gradient; editors make some tens. Each path reads all stops of its gradient."""
 
 # CSS separates values by commas or by spaces, with a slash before the alpha; svgelements knows commas only.
 _FUNCTION = re.compile(r"(rgba?|hsla?)\(\s*([^()]*?)\s*\)")
@@ -54,6 +58,8 @@ class Fills:
     def __init__(self, sheet: StyleSheet, by_id: Mapping[str, Element]) -> None:
         self._sheet = sheet
         self._by_id = by_id
+        # Thousands of paths may share a gradient.
+        self._stops_of: dict[Element, list[Stop]] = {}
 
     def read(self, properties: Properties, omitted: Counter[str], role: str = "fill") -> Fill | None:
         """Return the paint that ``properties`` state for ``role``, "fill" or "stroke"; None without one.
@@ -101,7 +107,9 @@ class Fills:
 
     def _gradient(self, gradient: Element, omitted: Counter[str]) -> Fill | None:
         """Return a gradient, with the mean over the length of its vector, taken of premultiplied colours."""
-        stops = self._stops(gradient)
+        if gradient not in self._stops_of:
+            self._stops_of[gradient] = self._stops(gradient)
+        stops = self._stops_of[gradient]
         if not stops:
             return None
         omitted["gradient with translucent stops"] += len({round(stop.opacity, 3) for stop in stops}) > 1
@@ -120,6 +128,10 @@ class Fills:
         """Return the stops of a gradient; without stops, those of the gradient that this one refers to."""
         for element in chain(gradient, self._by_id):
             stops = [child for child in element if local_name(child.tag) == "stop"]
+            if len(stops) > MAX_STOPS:
+                raise InputError(
+                    "SVG", f"must have at most {MAX_STOPS} stops a gradient", str(len(stops)), "simplify it"
+                )
             if stops:
                 return [self._stop(stop) for stop in stops]
         return []

@@ -20,17 +20,23 @@ from warpvec.svg.foreign.shapes import SHAPES, compose, load_parser, read_matrix
 from warpvec.svg.foreign.state import State
 from warpvec.svg.foreign.style import INHERITED, StyleSheet
 from warpvec.svg.layers import layer_level
-from warpvec.svg.units import parse_length, stated_size
+from warpvec.svg.units import NUMBER, parse_length, stated_size
 
-MAX_ELEMENTS = 2**18
-"""Largest number of drawn elements, counting each <use>: a few lines of <use> can draw any number of elements."""
+MAX_ELEMENTS = 2**15
+"""Largest number of drawn elements, counting each <use>: a few lines of <use> can draw any number of elements. Ellipses
+take the longest, 0.3 ms each, so that all take 10 s."""
 
-MAX_USED_ELEMENTS = 2**16
-"""Largest number of elements that are drawn through <use>, which takes some seconds: 2 kB can ask for any number."""
+MAX_NUMBERS = 2**20
+"""Largest number of coordinates and commands of all drawn elements, counting each <use>. One takes 4 to 8
+microseconds."""
+
+_LETTERS_PER_NUMBER = 16
+"""Letters of any attribute that take as long as a coordinate; matrices take the longest, 0.5 microseconds each."""
 
 MAX_USE_DEPTH = 150
 """Deepest nesting of elements, through <use> as well. Each takes a few of the thousand calls that Python can nest."""
 
+_NUMBER = re.compile(rf"{NUMBER}|[A-Za-z]")
 _GROUPS = frozenset({"g", "a", "svg", "switch"})
 _DRAWN = SHAPES | _GROUPS | {"use"}
 _OMITTED_ELEMENTS = {
@@ -79,7 +85,7 @@ class ForeignReader:
         self._omitted = self._painter.omitted
         self._clips = Clips(self._by_id, self.size)
         self._in_use: set[str] = set()
-        self._element_count = self._used_count = 0
+        self._element_count = self._number_count = 0
         self._omitted["style rule"] += len(self._sheet.unknown)
         self._walk_layers(root)
 
@@ -119,7 +125,7 @@ class ForeignReader:
             self._omitted[_OMITTED_ELEMENTS[name]] += 1
         if name not in _DRAWN:
             return
-        self._count(above)
+        self._count(element, above)
         properties = self._sheet.properties(element, above.properties)
         if properties["display"] == "none":
             return
@@ -210,13 +216,20 @@ class ForeignReader:
             self._omitted["broken view box"] += 1
             return np.eye(2, 3), (width, height)
 
-    def _count(self, state: State) -> None:
+    def _count(self, element: Element, state: State) -> None:
+        """Count what is drawn before it is read, and raise InputError if that is too much.
+
+        Read again by a <use>, it counts again.
+        """
         self._element_count += 1
-        self._used_count += bool(self._in_use)
-        if self._used_count > MAX_USED_ELEMENTS:
-            raise InputError("SVG", f"must draw at most {MAX_USED_ELEMENTS} elements by <use>", "more", "simplify it")
         if self._element_count > MAX_ELEMENTS or state.depth > MAX_USE_DEPTH:
             rule = f"must draw at most {MAX_ELEMENTS} elements, {MAX_USE_DEPTH} deep, counting each <use>"
+            raise InputError("SVG", rule, "more", "simplify it")
+        self._number_count += sum(map(len, element.attrib.values())) // _LETTERS_PER_NUMBER
+        for name in ("d", "points"):
+            self._number_count += sum(1 for _ in _NUMBER.finditer(element.get(name, "")))
+        if self._number_count > MAX_NUMBERS:
+            rule = f"must draw at most {MAX_NUMBERS} numbers, counting each <use>"
             raise InputError("SVG", rule, "more", "simplify it")
 
 

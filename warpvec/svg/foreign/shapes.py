@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -75,6 +76,30 @@ def load_parser() -> ModuleType:
     return svgelements
 
 
+@cache
+def _path_class() -> Any:
+    """Return the Path of svgelements with a start of its subpath that is kept, and not searched for at every "z".
+
+    The search goes back to the last move, so that 30 kB of "z" would take a minute.
+    """
+    parser = load_parser()
+
+    class Path(parser.Path):  # type: ignore[name-defined, misc]
+        seen_count, last_move = 0, None
+
+        @property
+        def z_point(self) -> Any:
+            for segment in self._segments[self.seen_count :]:
+                self.last_move = segment if isinstance(segment, parser.Move) else self.last_move
+            self.seen_count = len(self._segments)
+            return super().z_point if self.last_move is None else self.last_move.end
+
+        def _validate_close(self, index: int) -> None:
+            """Keep the end of a "z", which is `z_point` already; the original searches for it once more."""
+
+    return Path
+
+
 def shape_data(name: str, attributes: Mapping[str, str], width: float, height: float) -> str:
     """Return path data of the shape ``name`` in a viewport of ``width`` x ``height`` units; "" if it draws nothing."""
     if name == "path":
@@ -101,7 +126,7 @@ def read_subpaths(data: str) -> tuple[list[Subpath], bool]:
     """
     readable = _READABLE.match(data)
     text = readable[0] if readable else ""
-    path = load_parser().Path()
+    path = _path_class()()
     drawn: list[_Drawn] = []
     complete = len(text) == len(data)
     try:
@@ -317,4 +342,5 @@ def _has_inside(loop: Loop) -> bool:
 
 
 def _line(start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.stack([start, (2 * start + end) / 3, (start + 2 * end) / 3])
+    with np.errstate(all="ignore"):  # the reader checks the points
+        return np.stack([start, (2 * start + end) / 3, (start + 2 * end) / 3])

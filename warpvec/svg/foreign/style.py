@@ -58,8 +58,9 @@ class StyleSheet:
     def _add(self, text: str) -> None:
         for rule in _COMMENT.sub("", text).split("}"):
             selectors, brace, body = rule.partition("{")
+            declarations = _declarations(body)  # once: a rule may have thousands of selectors
             for selector in selectors.split(",") if brace else ():
-                self._declare(selector.strip(), _declarations(body))
+                self._declare(selector.strip(), declarations)
 
     def _declare(self, selector: str, declarations: Properties) -> None:
         if _KNOWN_SELECTOR.fullmatch(selector):
