@@ -62,7 +62,7 @@ def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIM
         ValueError: the paths are not cubic, a value is not finite (except for the ends of a gradient, which then
             shows its end colour), or a coordinate is 2**53 units of the last decimal or more.
     """
-    scene = _with_needed_gradients(scene.detach())
+    scene = _with_needed_gradients(_without_far_gradients(scene.detach()))
     _check_cubic(scene)
     _check_finite(scene, precision)
     quantized = replace(
@@ -130,8 +130,6 @@ def _check_finite(scene: Scene, precision: int) -> None:
         return
     if not torch.isfinite(scene.gradients.end_color).all():
         raise ValueError("end colours of gradients must be finite to be written; check what made them")
-    if scene.gradients.geometry.abs().max().double() * 10**GRADIENT_DECIMALS >= MAX_TICKS:
-        raise ValueError(f"ends of gradients must be within 2**53 steps of 1e-{GRADIENT_DECIMALS} to be written")
 
 
 def _ticks(values: Tensor, per_unit: int) -> Tensor:
@@ -156,6 +154,25 @@ def _rounded_segments(segments: Tensor, structure: Structure, precision: int) ->
     step = 10 ** (precision - min(precision, max(precision - 1, MIN_HANDLE_DECIMALS)))
     rounded = (anchor + ((ticks - anchor) / step).round() * step) / 10**precision
     return straightened(rounded, structure).to(segments.dtype)
+
+
+def _without_far_gradients(scene: Scene) -> Scene:
+    """Return ``scene`` with gradients that end too far out to be written made flat, in their colour at the path."""
+    gradients = scene.gradients
+    if gradients is None:
+        return scene
+    geometry = gradients.geometry.double()
+    is_far = geometry.abs().amax(1) * 10**GRADIENT_DECIMALS >= MAX_TICKS
+    is_far &= (gradients.kind != FLAT) & ~gradients.is_degenerate()
+    if not is_far.any():
+        return scene
+    anchor = scene.segments[scene.structure.path_first_segment[:-1].long(), 0].double()
+    along, axis = anchor - geometry[:, :2], geometry[:, 2:] - geometry[:, :2]
+    linear, radial = (along * axis).sum(1) / axis.square().sum(1), along.norm(dim=1) / geometry[:, 2]
+    share = torch.where(gradients.kind == RADIAL, radial, linear).clamp(0.0, 1.0)[:, None].to(scene.color)
+    shown = torch.where(is_far[:, None], torch.lerp(scene.color, gradients.end_color, share), scene.color)
+    kind = torch.where(is_far, FLAT, gradients.kind)
+    return replace(scene, color=shown, gradients=replace(gradients, kind=kind))
 
 
 def _rounded_gradients(gradients: Gradients | None) -> Gradients | None:

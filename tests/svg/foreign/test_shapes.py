@@ -23,8 +23,8 @@ def test_a_path_is_not_searched_for_its_start_at_every_end_of_a_subpath(monkeypa
     text = square_file('<path d="M3 4h9v9zl5 5h5zzm9 9h5v5Zh1M30 30h9v9z"/>')
     with monkeypatch.context() as patch:
         patch.setattr(shapes, "_path_class", lambda: svgelements.Path)
-        expected = read_svg(text).scene.points
+        expected = read_svg(text).scene.segments
     # Both search back to the last move, so that thousands of subpaths would take minutes.
     monkeypatch.setattr(svgelements.Path, "z_point", property(lambda path: 1 / 0))
     monkeypatch.setattr(svgelements.Path, "_validate_close", lambda path, index: 1 / 0)
-    assert read_svg(text).scene.points.equal(expected)
+    assert read_svg(text).scene.segments.equal(expected)

@@ -107,9 +107,7 @@ class Fills:
 
     def _gradient(self, gradient: Element, omitted: Counter[str]) -> Fill | None:
         """Return a gradient, with the mean over the length of its vector, taken of premultiplied colours."""
-        if gradient not in self._stops_of:
-            self._stops_of[gradient] = self._stops(gradient)
-        stops = self._stops_of[gradient]
+        stops = self._stops(gradient)
         if not stops:
             return None
         omitted["gradient with translucent stops"] += len({round(stop.opacity, 3) for stop in stops}) > 1
@@ -133,7 +131,9 @@ class Fills:
                     "SVG", f"must have at most {MAX_STOPS} stops a gradient", str(len(stops)), "simplify it"
                 )
             if stops:
-                return [self._stop(stop) for stop in stops]
+                if element not in self._stops_of:
+                    self._stops_of[element] = [self._stop(stop) for stop in stops]
+                return self._stops_of[element]
         return []
 
     def _stop(self, stop: Element) -> Stop:
