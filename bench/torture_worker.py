@@ -27,9 +27,6 @@ from torture_case import MAX_MEMORY, OK, REFUSED, Case, Wrong
 ADDRESS_SPACE = 2**34
 """Address space of a worker in bytes, so that a fault cannot take the memory of the machine from the other worker."""
 
-DRAWING_SECONDS = 8.0
-"""Limit of one drawing, in place of the 60 s of `warpvec.svg.resvg`: a bomb is stopped by it and is no hang."""
-
 MAX_MESSAGE = 500
 """Longest message of an `InputError`; it is read as one line."""
 
@@ -124,9 +121,6 @@ def _prepare(folder: Path) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (ADDRESS_SPACE, ADDRESS_SPACE))
     # Writing with no reader must be an error and not the end; huge files must not fill the disk.
     resource.setrlimit(resource.RLIMIT_FSIZE, (2**31, 2**31))
-    import warpvec.svg.resvg as resvg
-
-    resvg.MAX_SECONDS = DRAWING_SECONDS
     warnings.simplefilter("error")
 
 

@@ -47,7 +47,7 @@ def test_the_worst_values_end_well() -> None:
     ]
     python = [("seed", 10**5000), ("curves", 10**400), ("lr_points", 1e308), ("fit_size", 10**12), ("threads", 2**63)]
     calls = [torture_options.Setup("python", "vectorize", (pair,)) for pair in python]
-    calls.append(torture_options.Setup("python", "vectorize", (("curves", 2**16), ("segments", 256))))
+    calls.append(torture_options.Setup("python", "vectorize", (("curves", 2**15), ("segments", 256))))
     faults: list[str] = []
     counts, _, _ = torture_options.run_all(
         iter([*texts, *calls, *torture_options.pairs(random.Random(1), 20)]),

@@ -57,6 +57,13 @@ def test_two_names_for_one_file_are_refused(folder: Path, arguments: list[str], 
     assert _contents(folder) == before
 
 
+def test_a_file_is_no_folder_for_another(folder: Path) -> None:
+    before = _contents(folder)
+    refused = invoke("run", "photo.png", "o.svg", "--save-frames", "o.svg/frames")
+    assert_refused(refused, "--save-frames must not be inside of OUT", "'o.svg/frames'")
+    assert _contents(folder) == before
+
+
 def test_a_drawing_and_a_file_of_settings_may_be_replaced(folder: Path) -> None:
     (folder / "a.toml").write_text("curves = 3")
     options = ["--from", "drawing.svg", "--config", "a.toml", "--write-config", "./a.toml", "--iterations", "1", "-q"]

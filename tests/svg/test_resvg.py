@@ -26,6 +26,8 @@ from warpvec.svg.write import write_svg
 @pytest.mark.parametrize(
     "content",
     [
+        '<path d="M0 0' + "z" * 100_000 + '"/>',
+        '<path d="M0 0' + "z Z\n" * 100_000 + '"/>',
         # resvg panics while it unwinds, with a file that has only paths.
         '<path d="M4 5c1 .5 3-1e9 4 1-1 2-3 2-4-1z"/>',
         '<circle r="1e30" stroke="red" stroke-dasharray="1"/>',

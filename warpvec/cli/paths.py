@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from pathlib import Path
 
 from warpvec.errors import InputError
 
@@ -18,7 +19,8 @@ def check_distinct_files(paths: Mapping[str, str | None]) -> None:
         paths: name on the command line -> path, None if not given; the files that are read come first.
 
     Raises:
-        InputError: two names lead to one file, perhaps through symbolic links.
+        InputError: two names lead to one file, perhaps through symbolic links, or one file would be a folder for
+            another.
     """
     names: dict[str, str] = {}
     for name, path in paths.items():
@@ -28,6 +30,11 @@ def check_distinct_files(paths: Mapping[str, str | None]) -> None:
         other = names.setdefault(resolved, name)
         if other != name and (other, name) not in _IN_PLACE:
             raise InputError(name, f"must be another file than {other}", f"{path!r} for both", "choose another name")
+    for resolved, name in names.items():
+        other = next((names[folder] for folder in map(str, Path(resolved).parents) if folder in names), None)
+        if other is not None:
+            found = f"{paths[name]!r} inside of {paths[other]!r}"
+            raise InputError(name, f"must not be inside of {other}, which is a file", found, "choose another name")
 
 
 def _resolved(path: str) -> str | None:

@@ -24,8 +24,8 @@ checkpoint may come from a larger machine, so fewer are not refused, but `usable
 GROWTH_MIN = 1.01
 """Smallest growth other than 1. With less, an inflation of a hundred paths adds none, which must be a mistake."""
 
-MAX_CURVES = 2**16
-"""Largest number of paths: four times what a goal may ask for. A fit of more takes gigabytes, which no editor opens."""
+MAX_CURVES = 2**15
+"""Largest number of paths: twice what a goal may ask for. Twice as many take 2 GB on the smallest picture."""
 
 MAX_SEGMENTS = 256
 """Largest number of cubics of a path; one of so many has more points than any outline needs."""

@@ -47,6 +47,9 @@ _COMMAND = re.compile(r"([MLHVCSQTA])([^MLHVCSQTAZ\d]*+\d[^MLHVCSQTAZ]*+)", re.I
 
 _OWN_DATA = re.compile(r"M[^A-Za-z]*+c[^A-Za-z]*+z")
 
+_CLOSED_AGAIN = re.compile(r"[zZ][\s,]*+[zZ]")
+"""resvg calls itself for each of these and ends the process when its stack overflows, at some 10,000."""
+
 _LETTERS = "MLHVCSQTAmlhvcsqta"
 
 MAX_COMMANDS = 2**23
@@ -207,6 +210,8 @@ def _is_harmless(document: Document, width: float, height: float) -> bool:
     unit_count = min(sides) or min(parse_length(document.root.get(name, ""), 0.0) for name in ("width", "height"))
     scale = max(width, height) / unit_count if unit_count else math.inf
     most = MAX_COST + MAX_COST_PER_PIXEL * width * height
+    if any(map(_CLOSED_AGAIN.search, document.path_data)):
+        return False
     if len(document.text) > most / EDGE_COST or _cost(document, width, height, scale) > most:
         return False
     return (document.reach() + abs(left) + abs(top)) * scale <= MAX_REACH

@@ -24,8 +24,9 @@ from warpvec.errors import InputError
 from warpvec.svg import resvg_child
 from warpvec.svg.resvg_child import MARK, Limits
 
-MAX_SECONDS = 60.0
-"""Time limit for rendering in a child process; the largest drawings of editors take some seconds."""
+MAX_SECONDS = 15.0
+"""Time limit for rendering in a child process; the largest drawings of editors take some seconds, and so does
+the largest canvas."""
 
 MAX_MEMORY = 2**31
 """Address space of the child process in bytes, where the system can limit it: four canvases of the largest size, which
