@@ -73,7 +73,7 @@ class Journal:
 
     def __init__(self, folder: Folder) -> None:
         self._folder = folder
-        text = folder.read(JSON_NAME).decode() if folder.exists(JSON_NAME) else ""
+        text = folder.read(JSON_NAME).decode(errors="replace") if folder.exists(JSON_NAME) else ""
         # After the last line break there can only be an incomplete line.
         records = [_parse(line, number) for number, line in enumerate(text.split("\n")[:-1], 1)]
         self._records: dict[tuple[str, str], Record] = {}
@@ -121,6 +121,8 @@ class Journal:
 
 def _parse(line: str, number: int) -> Record:
     try:
+        if "\ufffd" in line:  # `_json_line` writes ASCII only
+            raise ValueError("bytes that are no text")
         return Record(**json.loads(line))
     except (TypeError, ValueError, RecursionError) as error:
         value = f"another in line {number} ({error})"

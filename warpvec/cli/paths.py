@@ -30,11 +30,10 @@ def check_distinct_files(paths: Mapping[str, str | None]) -> None:
         other = names.setdefault(resolved, name)
         if other != name and (other, name) not in _IN_PLACE:
             raise InputError(name, f"must be another file than {other}", f"{path!r} for both", "choose another name")
-    for resolved, name in names.items():
-        other = next((names[folder] for folder in map(str, Path(resolved).parents) if folder in names), None)
-        if other is not None:
-            found = f"{paths[name]!r} inside of {paths[other]!r}"
-            raise InputError(name, f"must not be inside of {other}, which is a file", found, "choose another name")
+    for inner, name in names.items():
+        for outer in (names[folder] for folder in map(str, Path(inner).parents) if folder in names):
+            found = f"{paths[name]!r} inside of {paths[outer]!r}"
+            raise InputError(name, f"must not be inside of {outer}, which is a file", found, "choose another name")
 
 
 def _resolved(path: str) -> str | None:
