@@ -20,6 +20,7 @@ from warpvec.fit.visibility import (
     without_invisible,
 )
 from warpvec.geometry.circles import circle_points
+from warpvec.geometry.gradients import LINEAR, RADIAL, Gradients
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.operator import render
 from warpvec.svg.measure import draw
@@ -82,6 +83,16 @@ def test_areas_of_rectangles_are_exact() -> None:
     np.testing.assert_allclose(canvas_areas(scene, HEIGHT, WIDTH), [63.0, 100.0, 85.0, 0.0], rtol=1e-4)
     seen = [0.5 * (63.0 - 0.5 * 5 * 6), 0.25 * 100.0, 0.5 * 85.0, 0.0]
     np.testing.assert_allclose(visible_areas(scene, HEIGHT, WIDTH), seen, rtol=1e-4)
+
+
+@pytest.mark.parametrize(("kind", "geometry"), [(LINEAR, (-90.0, 0.0, -80.0, 0.0)), (RADIAL, (30.0, 20.0, 9.0, 0.0))])
+def test_areas_do_not_depend_on_the_paint(kind: int, geometry: tuple[float, ...]) -> None:
+    """The linear gradient shows its last colour alone, which it continues beyond its end."""
+    scene = _blobs(3, 12)
+    kinds, ends = torch.full((12,), kind, dtype=torch.int32), torch.tensor(geometry).expand(12, 4).contiguous()
+    shaded = replace(scene, gradients=Gradients(kinds, ends, torch.rand(12, 3)))
+    for measure in (visible_areas, canvas_areas):
+        np.testing.assert_allclose(measure(shaded, HEIGHT, WIDTH), measure(scene, HEIGHT, WIDTH), rtol=1e-4, atol=1e-3)
 
 
 def test_areas_of_no_paths_are_empty() -> None:
