@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import torch
 from short_fits import Photo
 
 import warpvec
+from warpvec.geometry import crossings
 from warpvec.geometry.joints import Joints
 from warpvec.svg.measure import draw
 from warpvec.svg.read import read_svg
@@ -83,6 +85,38 @@ def test_a_drawing_gets_no_worse_and_keeps_its_structure(iterations: int) -> Non
     assert torch.equal(first.is_smooth, second.is_smooth)
     assert first.is_smooth.any()
     assert not first.is_smooth.all()
+
+
+def _outline(points: torch.Tensor) -> str:
+    """Return a drawing of one path through ``points`` [n, 2], or of cubics with control points [n, 6]."""
+    letter = "L" if points.shape[1] == 2 else "C"
+    data = "M1 1" + "".join(letter + " ".join(f"{v:.2f}" for v in row) for row in points.tolist())
+    return f'<svg xmlns="http://www.w3.org/2000/svg" width="64" height="64"><path fill="#26c" d="{data}z"/></svg>'
+
+
+def test_huge_paths_are_not_looked_at_for_folds(monkeypatch: pytest.MonkeyPatch) -> None:
+    compared: list[int] = []
+    monkeypatch.setattr(
+        crossings, "_crossings", lambda start, end, loop: compared.append(loop.numel()) or torch.zeros_like(loop)
+    )
+    angle = torch.linspace(0, 2 * math.pi, 600)
+    polygon = 32 + 28 * torch.stack([angle.cos(), angle.sin()], 1)
+    scribble = 64 * torch.rand(500, 6, generator=torch.Generator().manual_seed(0))
+    photo = draw(_wavy(64), 64, 64)
+    for points in (polygon, scribble):
+        warpvec.refine(photo, _outline(points), iterations=5, threads=1)
+    assert not compared
+    warpvec.refine(photo, _outline(polygon[::10]), iterations=5, threads=1)
+    assert compared
+
+
+def test_a_path_that_starts_with_many_crossings_is_not_looked_at_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks: list[int] = []
+    count = crossings._crossings
+    monkeypatch.setattr(crossings, "_crossings", lambda *given: looks.append(1) or count(*given))
+    scribble = 64 * torch.rand(60, 6, generator=torch.Generator().manual_seed(0))
+    warpvec.refine(draw(_wavy(64), 64, 64), _outline(scribble), iterations=20, threads=1)
+    assert len(looks) == 1
 
 
 def test_a_drawing_that_is_right_stays_as_it_is() -> None:

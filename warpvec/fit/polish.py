@@ -26,6 +26,13 @@ CHECK_GAP = 5
 UNFOLDING_MAX = 8
 """Times that the part that goes back grows by its neighbours before the whole path goes back."""
 
+SEGMENTS_GUARDED_MAX = 128
+"""Segments of the largest path that is looked at for folds. The time of a look grows with the square of this number:
+a path of 128 takes 30 ms, one of 1,000 takes 2 s, far more than an iteration."""
+
+CROSSINGS_GUARDED_MAX = 256
+"""A path that starts with more crossings is not looked at for folds: it is a scribble, where one more is not seen."""
+
 HISTORY_GAP = 10
 """Iterations between entries of the history."""
 
@@ -42,6 +49,7 @@ def polish(
     """Fit ``start`` to ``target`` [h, w, 3 or 4] and keep its structure; the loss of the result is at most its own.
 
     Lines stay lines, smooth nodes smooth, opaque paths opaque, and no path crosses itself more often than before.
+    Paths of more than ``SEGMENTS_GUARDED_MAX`` segments or ``CROSSINGS_GUARDED_MAX`` crossings may cross themselves.
     Regularizers, learning rates (except ``lr_scale``) and the schedule of ``config`` are not used.
 
     Args:
@@ -70,13 +78,15 @@ def polish(
 
 class _Polish:
     def __init__(self, image: Tensor, start: Scene, config: FitConfig, device: str, free: bool) -> None:
-        self._config, self._device, self._free = config, device, free
+        self._config, self._device = config, device
         self._begin = time.perf_counter()
         self._start = start
         compared = Target(image, config, device)
         self._drawing = Drawing(start, compared, config, free=free)
         self._start_loss = float(compared.fit_step(start, False).loss)
-        self._crossings = crossings_of_rows(start)
+        self._is_guarded = _small_paths(start) & (not free)
+        self._crossings = crossings_of_rows(start, self._is_guarded)
+        self._is_guarded &= _sums_of_paths(start, self._crossings) <= 2 * CROSSINGS_GUARDED_MAX
         self._safe = self._drawing.start
         self._best: Evaluation | None = None
         self._iteration = 0
@@ -136,10 +146,7 @@ class _Polish:
 
     def _folds(self, x: Tensor) -> Tensor:
         """Return the segments [R] (bool) that cross in paths that cross themselves more often than at the start."""
-        structure = self._start.structure
-        if self._free:
-            return torch.zeros(structure.segment_count, dtype=torch.bool, device=x.device)
-        found = crossings_of_rows(self._drawing.scene(x))
+        found = crossings_of_rows(self._drawing.scene(x), self._is_guarded)
         return (found > self._crossings) & (found > 0)
 
     def _take_back(self, descent: Descent | None, x: Tensor) -> Tensor:
@@ -199,6 +206,17 @@ class _Polish:
 
     def _seconds(self) -> float:
         return time.perf_counter() - self._begin
+
+
+def _small_paths(scene: Scene) -> Tensor:
+    """Return which paths [N] (bool) have few enough segments to be looked at for folds."""
+    return scene.structure.path_first_segment.diff() <= SEGMENTS_GUARDED_MAX
+
+
+def _sums_of_paths(scene: Scene, row_count: Tensor) -> Tensor:
+    """Return the sum of a number of each segment [R] over each path [N]."""
+    total = torch.zeros(len(scene), dtype=row_count.dtype, device=row_count.device)
+    return total.index_add_(0, scene.structure.segment_path.long(), row_count)
 
 
 class _OutOfTime(Exception):

@@ -27,10 +27,15 @@ def self_crossings(scene: Scene) -> Tensor:
     return total.index_add_(0, structure.segment_path.long(), found) // 2
 
 
-def crossings_of_rows(scene: Scene) -> Tensor:
+def crossings_of_rows(scene: Scene, is_counted: Tensor | None = None) -> Tensor:
     """Return how often each segment [R] crosses another one of its path, or itself, which counts twice.
 
-    A crossing of a loop with itself counts if it cuts off ``FOLD_MIN`` or more.
+    A crossing of a loop with itself counts if it cuts off ``FOLD_MIN`` or more. The time grows with the square of the
+    number of segments of a path.
+
+    Args:
+        scene: the drawing, in pixels.
+        is_counted: paths [N] (bool) to look at, by default all; segments of others get 0.
     """
     loops = scene.structure.loop_first_segment.long().diff()
     loop = torch.arange(len(loops), device=loops.device).repeat_interleave(loops * CHORDS).reshape(-1, CHORDS)
@@ -39,8 +44,9 @@ def crossings_of_rows(scene: Scene) -> Tensor:
     first = scene.structure.path_first_segment.long()
     counts = first.diff()
     found = torch.zeros(len(starts), dtype=torch.int64, device=starts.device)
-    for count in sorted(set(counts.tolist())):
-        paths = (counts == count).nonzero().flatten()
+    looked_at = torch.ones_like(counts, dtype=torch.bool) if is_counted is None else is_counted
+    for count in sorted(set(counts[looked_at].tolist())):
+        paths = (looked_at & (counts == count)).nonzero().flatten()
         step = max(1, _PAIRS_MAX // (count * CHORDS) ** 2)
         for some in (paths[k : k + step] for k in range(0, len(paths), step)):
             rows = first[some, None] + torch.arange(count, device=first.device)
@@ -76,10 +82,12 @@ def _cut_off(start: Tensor, end: Tensor, loop: Tensor, path: Tensor, low: Tensor
 
     It is infinite if the chords are of two loops.
     """
-    sums = torch.nn.functional.pad(_cross(start, end).cumsum(1), (1, 0))  # [K, E + 1]
+    parts = _cross(start, end)
+    sums = torch.nn.functional.pad(parts.cumsum(1), (1, 0))  # [K, E + 1]
     inner = sums[path, high] - sums[path, low + 1] + _cross(start[path, high], start[path, low + 1])
-    same = loop[path] == loop[path, low][:, None]
-    whole = (_cross(start, end)[path] * same).sum(1)
+    first = loop.min()
+    areas = parts.new_zeros(int(loop.max() - first) + 1).index_add_(0, (loop - first).flatten(), parts.flatten())
+    whole = areas[loop[path, low] - first]
     smaller = 0.5 * torch.minimum(inner.abs(), (whole - inner).abs())
     return torch.where(loop[path, low] == loop[path, high], smaller, torch.inf)
 

@@ -60,7 +60,8 @@ def refine(
             hold is left out. Its layers stay.
         curves: number of paths, by default as many as there are. New ones are added on top, where the picture is
             worst; those with the lowest removal cost are removed. "auto" and goals as in `warpvec.vectorize`.
-        free: let smooth nodes become corners, lines curves, opaque paths translucent, and paths cross themselves.
+        free: let smooth nodes become corners, lines curves, opaque paths translucent, and paths cross themselves, which
+            only paths of more than 128 segments, or 256 crossings in the drawing, may do else.
         preset, background, max_bytes, gzip, target_psnr, metadata, trim, on_progress: as in `warpvec.vectorize`.
         settings: fields of `warpvec.FitConfig` that replace those of the preset. ``recycle_gap`` is 0 by default,
             ``precision`` that of the file, and ``iterations`` 500 without a goal; 0 writes the drawing as it was read.

@@ -44,9 +44,9 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     """Fit the paths of the file SVG to the image IN and write them to OUT.
 
     SVG is a file of warpvec, or any file of filled paths; what it has beside these is reported. The file has the size,
-    the layers and the paths of the drawing: lines stay lines, smooth nodes smooth, opaque paths opaque, and no path
-    crosses itself more often; --free lifts these bounds. The file is never worse than the drawing. --iterations 0
-    writes the drawing as it was read.
+    the layers and the paths of the drawing: lines stay lines, smooth nodes smooth, opaque paths opaque, and no path of
+    up to 128 segments crosses itself more often; --free lifts these bounds. The file is never worse than the drawing.
+    --iterations 0 writes the drawing as it was read.
 
     If --curves is above the number of paths, new ones are added on top where the picture is worst; if it is below,
     those that matter least are removed. With these, a goal, --recycle-gap, --gradients, --colors, --palette, --lod or
