@@ -35,6 +35,8 @@ def test_a_run_after_it_compiles_nothing(tmp_path: Path) -> None:
     settings = ["--curves", 20, "--device", "cpu", "--quiet"]
     warpvec(cache, "run", photo, tmp_path / "a.svg", "--iterations", 60, "--recycle-gap", 10, *settings)
     warpvec(cache, "run", photo, tmp_path / "b.svg", "--preset", "paper", "--iterations", 5, *settings)
+    ramps = ["--gradients", 8, "--iterations", 60, "--recycle-gap", 10]
+    warpvec(cache, "run", photo, tmp_path / "c.svg", *ramps, *settings)
     assert modules(cache) == compiled
 
 

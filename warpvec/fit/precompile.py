@@ -18,6 +18,7 @@ from warpvec.rendering.launch import resolve_device
 _SHORT = {"curves": 4, "initial_curves": 2, "iterations": 8, "inflation_gap": 1, "time_budget": None}
 _KINDS = (
     {"preset": "default", "recycle_gap": 1, "recycle_share": 0.5},
+    {"preset": "default", "recycle_gap": 1, "recycle_share": 0.5, "gradients": 1.0},
     {"preset": "paper", "samples": 2, "lines": 1},
     {"preset": "paper", "samples": 2, "lines": 1, "covariance_gradient": True},
 )
