@@ -17,10 +17,12 @@ _NAMES = ("end_color", "geometry")
 
 
 class GradientParameters:
-    """The gradients of N paths as free parameters, stepped by Adan. Geometry is in units of half the longer side.
+    """The gradients of N paths as free parameters, stepped by Adan.
+
+    The parameters of the geometry are in units of half the longer side.
 
     Attributes:
-        live: the present gradients, in memory that each step overwrites.
+        live: the present gradients, in pixels, in memory that each step overwrites.
     """
 
     def __init__(self, gradients: Gradients, config: FitConfig, half_side: float) -> None:
@@ -28,16 +30,18 @@ class GradientParameters:
         self._set(gradients.map(torch.Tensor.clone), self._raw(gradients), None)
 
     def step(self, adj_end_color: Tensor, adj_geometry: Tensor, factor: float, fits: Tensor | None) -> None:
-        """Take an optimizer step with learning rates multiplied by ``factor``; if ``fits`` is -1, move nothing."""
-        before = None if fits is None else [param.clone() for param in self._params]
+        """Take an optimizer step with learning rates multiplied by ``factor``.
+
+        If ``fits`` [1], on the device, is -1 and not 1, the step changes nothing.
+        """
+        before = None if fits is None else self._copies()
         self._params[0].grad, self._params[1].grad = adj_end_color.contiguous(), adj_geometry * self._half_side
         for group, rate in zip(self._optimizer.param_groups, self._rates, strict=True):
             group["lr"] = rate * factor
         self._optimizer.step()
         self._params[0].clamp_(0.0, 1.0)
         if fits is not None and before is not None:
-            for param, old in zip(self._params, before, strict=True):
-                torch.where(fits > 0.0, param, old, out=param)
+            self._put_back(before, fits > 0.0)
         self._show()
 
     def keep(self, rows: Tensor) -> None:
@@ -108,6 +112,19 @@ class GradientParameters:
     def _map_state(self, change: Callable[[Tensor], Tensor]) -> list[dict[str, Tensor]]:
         states = (self._optimizer.state[param] for param in self._params)
         return [{name: change(value) for name, value in state.items()} for state in states]
+
+    def _copies(self) -> list[tuple[Tensor, dict[str, Tensor]]]:
+        """Return copies of each parameter and of its optimizer state."""
+        states = self._map_state(torch.Tensor.clone)
+        return [(param.clone(), state) for param, state in zip(self._params, states, strict=True)]
+
+    def _put_back(self, before: list[tuple[Tensor, dict[str, Tensor]]], is_kept: Tensor) -> None:
+        """Undo a step unless it ``is_kept`` [1], in the same memory and without a look at the device."""
+        for param, (old_param, old_state) in zip(self._params, before, strict=True):
+            torch.where(is_kept, param, old_param, out=param)
+            for name, value in self._optimizer.state[param].items():
+                old = old_state.get(name, torch.zeros_like(value))  # the first step makes the state, from zeros
+                torch.where(is_kept, value, old, out=value)
 
     def _show(self) -> None:
         is_painted = (self.live.kind != FLAT)[:, None]
