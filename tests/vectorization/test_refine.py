@@ -87,6 +87,15 @@ def test_a_drawing_gets_no_worse_and_keeps_its_structure(iterations: int) -> Non
     assert not first.is_smooth.all()
 
 
+@pytest.mark.parametrize("iterations", [0, 10])
+def test_translucent_paths_become_opaque_if_asked_for(iterations: int) -> None:
+    photo = draw(_wavy(64), 64, 64)
+    result = warpvec.refine(photo, _wavy(64), iterations=iterations, threads=1, opacity="opaque")
+    assert read_svg(result.svg()).scene.opacity.tolist() == [1.0, 1.0]
+    assert result.metrics["start_psnr"] > 45.0  # of the drawing that came in
+    assert result.metrics["psnr"] < 30.0
+
+
 def _outline(points: torch.Tensor) -> str:
     """Return a drawing of one path through ``points`` [n, 2], or of cubics with control points [n, 6]."""
     letter = "L" if points.shape[1] == 2 else "C"

@@ -31,7 +31,8 @@ def polish_photo(
 ) -> Result:
     """Fit ``start``, in pixels of the ``photo``, and return the file that resvg draws best: the fitted one or its own.
 
-    Without iterations the file keeps the title and the settings that it states.
+    Without iterations the file keeps the title and the settings that it states. If ``config`` asks for opaque paths,
+    ``start`` is made opaque before; the file may then be worse than the drawing was.
     """
     target = reduce_image(photo, config.fit_size)
     size = (target.shape[0], target.shape[1])
@@ -41,6 +42,9 @@ def polish_photo(
         reduced = replace(reduced, background=torch.zeros_like(reduced.background), transparent=True)
     else:
         reduced = _over_white(reduced)
+    given = reduced
+    if config.opacity == "opaque":
+        reduced = replace(reduced, opacity=torch.ones_like(reduced.opacity))
     if form is not None and iterations:
         form = form._replace(title=title, metadata=None)
     fitted = polish(pixels, reduced, config, on_progress, iterations=iterations, free=free)
@@ -48,6 +52,8 @@ def polish_photo(
     first = replace(result, fitted=replace(fitted, scene=reduced))
     before = first.file_psnr
     is_better = iterations > 0 and result.file_psnr >= before
+    if not torch.equal(given.opacity, reduced.opacity):
+        before = replace(first, fitted=replace(fitted, scene=given)).file_psnr
     return replace(result if is_better else first, start_psnr=before)
 
 
