@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 from svg_files import square_file
 
+from warpvec.geometry.gradients import LINEAR
 from warpvec.image.metrics import psnr
+from warpvec.svg.foreign import fill
 from warpvec.svg.measure import draw
 from warpvec.svg.read import LoadedSvg, read_svg
 from warpvec.svg.write import write_svg
@@ -110,6 +112,32 @@ def test_more_stops_than_paths_are_worth_are_reduced_and_named():
     drawing = read_svg(square_file(linear(spectrum) + SQUARE + LEAF))
     assert len(drawing.scene) == 2
     assert drawing.omitted == ["2 gradients of several stops: reduced to two"]
+
+
+@pytest.mark.parametrize(
+    ("effort", "remark"),
+    [
+        (5 + 70, "gradient of several stops: reduced to two"),  # five stops and their fits, no bands
+        (5 + 2, "gradient of several stops: reduced to two"),  # one fit
+        (4, "gradient beyond the limit of stops: given its mean colour"),
+    ],
+)
+def test_work_on_gradients_is_limited_for_the_whole_file(effort, remark, monkeypatch):
+    pytest.importorskip("pathops")
+    plain = linear(TWO).replace('"g"', '"p"') + SQUARE.replace("#g", "#p")
+    bands = 5 + 3 * 10 + 4 * 60
+    monkeypatch.setattr(fill, "RAMP_EFFORT", bands + effort)
+    drawing = read_svg(square_file(linear(FIVE) + 2 * SQUARE + plain))
+    parts = "3 gradient parts: drawn apart, because a path has two stops"
+    assert sorted(drawing.omitted) == sorted([parts, f"1 {remark}"])
+    assert len(drawing.scene) == 4 + 1 + 1
+    assert drawing.scene.gradients.kind[-1] == LINEAR  # two stops cost nothing
+
+
+def test_stops_count_each_time_that_they_are_repeated(monkeypatch):
+    monkeypatch.setattr(fill, "RAMP_EFFORT", 100)
+    drawing = read_svg(square_file(linear(FIVE, 'x2=".04" spreadMethod="reflect"') + 2 * SQUARE))
+    assert drawing.omitted == ["2 gradients beyond the limit of stops: given their mean colour"]
 
 
 @pytest.mark.parametrize("attributes", ['fx="0.2"', 'fr="20%"'])

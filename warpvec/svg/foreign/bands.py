@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from warpvec.geometry.gradients import EXTENT_MIN, LINEAR, RADIAL
 from warpvec.geometry.loops import Color, LinearOrRadial
 from warpvec.geometry.trim import cut_at
+from warpvec.svg.foreign.budget import Budget
 from warpvec.svg.foreign.discs import disc_in
 from warpvec.svg.foreign.shapes import Loop, bounding_box, curves_of
 from warpvec.svg.foreign.skia import Combiner
@@ -50,6 +51,13 @@ _ENDS_MAX = 12
 
 _PERIODS_MAX = 32
 """Most repetitions of a ramp that are told apart."""
+
+RAMP_EFFORT = 2**19
+"""Stops that are read for one file, which takes some 5 s; other work on gradients counts as stops. Thousands of shapes
+may each show a ramp of thousands of stops."""
+
+_FIT_EFFORT, _BAND_EFFORT = 3, 60
+"""Stops that take as long as fitting two stops once, and as making a band or a disc: 30 and 600 microseconds."""
 
 _REACH = 2.0**24
 """Largest coordinate of a gradient in pixels, where float32 still tells neighbouring pixels apart."""
@@ -98,9 +106,12 @@ def painted(
     is_opaque: bool,
     size: tuple[float, float],
     combiner: Combiner,
+    budget: Budget,
     omitted: Counter[str],
-) -> list[Painted]:
-    """Return the parts of a shape, from bottom to top, that show ``ramp`` on it.
+) -> list[Painted] | None:
+    """Return the parts of a shape, from bottom to top, that show ``ramp`` on it; None if ``budget`` does not allow it.
+
+    If there is only little of it left, a ramp gets two stops.
 
     Args:
         loops: those of the shape, in pixels.
@@ -108,6 +119,7 @@ def painted(
         is_opaque: whether parts may overlap.
         size: width and height of the canvas; what lies beyond it does not count.
         combiner: cuts discs.
+        budget: ``RAMP_EFFORT`` for a file.
         omitted: counts what the parts do not show.
     """
     if not np.isfinite(ramp.geometry).all() or np.abs(ramp.geometry).max() > _REACH:
@@ -117,13 +129,17 @@ def painted(
     if (math.hypot(z - x, w - y) if ramp.kind == LINEAR else z) < EXTENT_MIN:
         return [Painted(loops, _color(ramp.colors[-1]), None)]
     low, high = (_linear_range if ramp.kind == LINEAR else _radial_range)(loops, ramp.geometry, size)
+    stop_count = len(ramp.offsets) * max(len(_periods(ramp, low, high)), 1)
+    if stop_count > 2 and not budget.takes(stop_count):
+        return None
     ramp = _unrolled(ramp, low, high, omitted)
     pieces = _merged(_pieces(ramp, low, high))
     if len(pieces) == 1 and _fits_one(ramp.kind, pieces[0]):
         return [Painted(loops, *_paint(ramp, pieces[0]))]
-    fitted, error = _fitted(ramp, low, high)
+    fitted, error = _fitted(ramp, low, high, budget)
     parts: list[Painted] | None = None
-    if error > _CLOSE and len(pieces) <= MAX_BANDS:
+    band_count = len(pieces) if ramp.kind == LINEAR else min(_RINGS_MAX * len(pieces), MAX_BANDS)
+    if error > _CLOSE and len(pieces) <= MAX_BANDS and budget.takes(_BAND_EFFORT * band_count):
         parts = _bands(loops, ramp, pieces, is_opaque, size) if ramp.kind == LINEAR else None
         if ramp.kind == RADIAL and is_opaque:
             parts = _discs(loops, ramp, pieces, combiner, omitted)
@@ -134,19 +150,24 @@ def painted(
     return parts
 
 
+def _periods(ramp: Ramp, low: float, high: float) -> range:
+    """Return which repetitions of ``ramp`` show from ``low`` to ``high``; none if it pads, or if there are too many."""
+    first, last = math.floor(low), math.ceil(high)
+    repeats = ramp.spread in ("repeat", "reflect") and last - first <= _PERIODS_MAX
+    return range(first, last) if repeats else range(0)
+
+
 def _unrolled(ramp: Ramp, low: float, high: float, omitted: Counter[str]) -> Ramp:
     """Return a ramp that pads and is the same from ``low`` to ``high``."""
-    first, last = math.floor(low), math.ceil(high)
-    if ramp.spread not in ("repeat", "reflect"):
-        return ramp
-    if last - first > _PERIODS_MAX:
-        omitted["repeating gradient"] += 1
+    periods = _periods(ramp, low, high)
+    if not periods:
+        omitted["repeating gradient"] += ramp.spread in ("repeat", "reflect")
         return ramp
     offsets = np.concatenate([[0.0], ramp.offsets, [1.0]])
     colors = np.concatenate([ramp.colors[:1], ramp.colors, ramp.colors[-1:]])
-    turns = [ramp.spread == "reflect" and period % 2 == 1 for period in range(first, last)]
+    turns = [ramp.spread == "reflect" and period % 2 == 1 for period in periods]
     forth, back = offsets, 1.0 - offsets[::-1]
-    places = [first + period + (back if turn else forth) for period, turn in enumerate(turns)]
+    places = [periods[0] + period + (back if turn else forth) for period, turn in enumerate(turns)]
     shades = [colors[::-1] if turn else colors for turn in turns]
     return ramp._replace(offsets=np.concatenate(places), colors=np.concatenate(shades))
 
@@ -212,23 +233,23 @@ def _joins(before: _Piece, after: _Piece) -> bool:
 
 def _merged(pieces: list[_Piece]) -> list[_Piece]:
     """Return ``pieces`` with those joined that one straight part shows."""
-    merged = [pieces[0]]
-    inner: list[tuple[float, Array]] = []
-    for piece in pieces[1:]:
+    starts, firsts = np.array([piece.start for piece in pieces]), np.array([piece.first for piece in pieces])
+    merged, run = [pieces[0]], 1
+    for row, piece in enumerate(pieces[1:], 1):
         last = merged[-1]
-        tried = [*inner, (piece.start, piece.first)]
         longer = _Piece(last.start, piece.end, last.first, piece.last)
-        if _joins(last, piece) and all(_difference(longer, *each) <= _EXACT for each in tried):
-            merged[-1], inner = longer, tried
+        if _joins(last, piece) and _difference(longer, starts[run : row + 1], firsts[run : row + 1]) <= _EXACT:
+            merged[-1] = longer
         else:
             merged.append(piece)
-            inner = []
+            run = row + 1
     return merged
 
 
-def _difference(piece: _Piece, place: float, color: Array) -> float:
-    share = (place - piece.start) / (piece.end - piece.start)
-    return float(np.abs((1.0 - share) * piece.first + share * piece.last - color).max())
+def _difference(piece: _Piece, places: Array | float, colors: Array) -> float:
+    """Return the largest difference of ``piece`` at ``places`` [K] from ``colors`` [K, 3]."""
+    share = (np.reshape(places, (-1, 1)) - piece.start) / (piece.end - piece.start)
+    return float(np.abs((1.0 - share) * piece.first + share * piece.last - colors).max())
 
 
 def _fits_one(kind: int, piece: _Piece) -> bool:
@@ -255,17 +276,18 @@ def _paint(ramp: Ramp, piece: _Piece) -> tuple[Color, LinearOrRadial | None]:
     return _color(first), LinearOrRadial(ramp.kind, geometry, _color(last))
 
 
-def _fitted(ramp: Ramp, low: float, high: float) -> tuple[_Piece, float]:
+def _fitted(ramp: Ramp, low: float, high: float, budget: Budget) -> tuple[_Piece, float]:
     """Return the straight part, padded, that is closest to ``ramp`` over its area, and the largest difference.
 
-    Its ends are at stops, or at the ends of what is visible.
+    Its ends are at stops, or at the ends of what is visible; at these alone if ``budget`` allows no more.
     """
     low = 0.0 if ramp.kind == RADIAL else low
     t = np.linspace(low, high, _SAMPLES)
     shown = np.stack([np.interp(t, ramp.offsets, channel) for channel in ramp.colors.T], 1)
     weight = np.sqrt(t / t[-1])[:, None] if ramp.kind == RADIAL else np.ones((len(t), 1))
     inner = np.unique(ramp.offsets[(ramp.offsets > low) & (ramp.offsets < high)])[:_ENDS_MAX]
-    ends = [low, *inner.tolist(), high]
+    fit_count = math.comb(len(inner) + 2, 2) if ramp.kind == LINEAR else len(inner) + 1
+    ends = [low, *inner.tolist(), high] if budget.takes(_FIT_EFFORT * fit_count) else [low, high]
     best, least = None, math.inf
     for i, start in enumerate(ends if ramp.kind == LINEAR else ends[:1]):
         for end in ends[i + 1 :]:

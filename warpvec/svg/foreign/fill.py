@@ -14,7 +14,8 @@ import numpy as np
 from warpvec.errors import InputError
 from warpvec.geometry.loops import Color
 from warpvec.svg.document import local_name
-from warpvec.svg.foreign.bands import Painted, painted
+from warpvec.svg.foreign.bands import RAMP_EFFORT, Painted, painted
+from warpvec.svg.foreign.budget import Budget
 from warpvec.svg.foreign.gradients import Space, Stop, chain, lies_nowhere, read_gradient
 from warpvec.svg.foreign.shapes import Loop, load_parser
 from warpvec.svg.foreign.skia import Combiner
@@ -60,6 +61,8 @@ class Fills:
         self._by_id = by_id
         # Thousands of paths may share a gradient.
         self._stops_of: dict[Element, list[Stop]] = {}
+        self._gradients: dict[Element, tuple[Fill | None, bool]] = {}
+        self._budget = Budget(RAMP_EFFORT)
 
     def read(self, properties: Properties, omitted: Counter[str], role: str = "fill") -> Fill | None:
         """Return the paint that ``properties`` state for ``role``, "fill" or "stroke"; None without one.
@@ -103,24 +106,21 @@ class Fills:
             omitted["gradient on a box without area"] += 1
             return []
         ramp = read_gradient(fill.gradient, list(fill.stops), self._by_id, space, omitted)
-        return painted(loops, ramp, is_opaque, space.size, combiner, omitted)
+        parts = painted(loops, ramp, is_opaque, space.size, combiner, self._budget, omitted)
+        if parts is None:
+            omitted["gradient beyond the limit of stops"] += 1
+            return [Painted(loops, fill.color, None)]
+        return parts
 
     def _gradient(self, gradient: Element, omitted: Counter[str]) -> Fill | None:
-        """Return a gradient, with the mean over the length of its vector, taken of premultiplied colours."""
-        stops = self._stops(gradient)
-        if not stops:
-            return None
-        omitted["gradient with translucent stops"] += len({round(stop.opacity, 3) for stop in stops}) > 1
-        shown = gradient if len({stop.color for stop in stops}) > 1 else None
-        offsets = np.maximum.accumulate([stop.offset for stop in stops])
-        values = np.array([[*(c * stop.opacity for c in stop.color), stop.opacity] for stop in stops])
-        spans = np.diff(offsets, prepend=0.0, append=1.0)
-        middles = (np.concatenate([values[:1], values]) + np.concatenate([values, values[-1:]])) / 2
-        *color, opacity = (spans[:, None] * middles).sum(0).tolist()
-        if not opacity:
-            return None
-        mean = (color[0] / opacity, color[1] / opacity, color[2] / opacity)
-        return Fill(mean, opacity, shown, tuple(stops))
+        """Return a gradient, which is kept because thousands of shapes may have it."""
+        if gradient not in self._gradients:
+            stops = self._stops(gradient)
+            is_mixed = len({round(stop.opacity, 3) for stop in stops}) > 1
+            self._gradients[gradient] = _mean(gradient, stops), is_mixed
+        fill, is_mixed = self._gradients[gradient]
+        omitted["gradient with translucent stops"] += is_mixed
+        return fill
 
     def _stops(self, gradient: Element) -> list[Stop]:
         """Return the stops of a gradient; without stops, those of the gradient that this one refers to."""
@@ -141,6 +141,22 @@ class Fills:
         fill = _scaled(self._flat(properties["stop-color"], properties), properties["stop-opacity"])
         fill = fill or Fill((0.0, 0.0, 0.0), 0.0)
         return Stop(fraction(stop.get("offset", "0"), 0.0), fill.color, fill.opacity)
+
+
+def _mean(gradient: Element, stops: list[Stop]) -> Fill | None:
+    """Return a gradient with the mean over the length of its vector, taken of premultiplied colours."""
+    if not stops:
+        return None
+    shown = gradient if len({stop.color for stop in stops}) > 1 else None
+    offsets = np.maximum.accumulate([stop.offset for stop in stops])
+    values = np.array([[*(c * stop.opacity for c in stop.color), stop.opacity] for stop in stops])
+    spans = np.diff(offsets, prepend=0.0, append=1.0)
+    middles = (np.concatenate([values[:1], values]) + np.concatenate([values, values[-1:]])) / 2
+    *color, opacity = (spans[:, None] * middles).sum(0).tolist()
+    if not opacity:
+        return None
+    mean = (color[0] / opacity, color[1] / opacity, color[2] / opacity)
+    return Fill(mean, opacity, shown, tuple(stops))
 
 
 def fraction(text: str, default: float = 1.0) -> float:

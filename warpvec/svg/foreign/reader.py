@@ -49,6 +49,7 @@ _REMARKS = {
     "group opacity": "given to each of its paths, which shows where they overlap",
     "self-crossing even-odd fill": "filled by the non-zero rule",
     "gradient of several stops": "reduced to two",
+    "gradient beyond the limit of stops": "given its mean colour",
     "gradient part": "drawn apart, because a path has two stops",
     "steep radial gradient": "drawn in rings",
     "gradient out of reach": "its last colour was taken",
