@@ -181,6 +181,14 @@ def test_a_file_without_metadata_is_smaller_by_that_alone(photo: Photo) -> None:
 
 
 @pytest.mark.usefixtures("quick_fit")
+@pytest.mark.parametrize("gradients", [0, 3])
+def test_metadata_name_gradients_only_where_they_were_asked_for(photo: Photo, gradients: float) -> None:
+    result = vectorize_briefly(photo, gradients=gradients)
+    found = re.search("<metadata>(.*)</metadata>", result.svg())
+    assert found is not None and ("gradients" in found[1]) == (gradients > 0)
+
+
+@pytest.mark.usefixtures("quick_fit")
 def test_a_trimmed_file_has_its_points_on_the_canvas(photo: Photo) -> None:
     scenes = []
     for trim in (False, True):

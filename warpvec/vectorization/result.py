@@ -261,7 +261,11 @@ class Result:
     @cached_property
     def _text(self) -> str:
         form = self.form or FileForm((self.photo.shape[0], self.photo.shape[1]), self.config.precision, self.title)
-        settings = {name: value for name, value in self.config.to_dict().items() if name not in MACHINE_SETTINGS}
-        metadata = (form.metadata or settings) if self.file_options.metadata else None
+        metadata = (form.metadata or self._settings()) if self.file_options.metadata else None
         scene, (rows, columns) = self.scene.scaled(*self._units), form.size
         return write_svg(scene, columns, rows, precision=form.precision, title=form.title, metadata=metadata)
+
+    def _settings(self) -> dict[str, Any]:
+        """Return the settings that the file states. Without gradients it is silent about them, which saves bytes."""
+        left_out = MACHINE_SETTINGS if self.config.gradients else (*MACHINE_SETTINGS, "gradients")
+        return {name: value for name, value in self.config.to_dict().items() if name not in left_out}
