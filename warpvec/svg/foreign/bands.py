@@ -204,7 +204,8 @@ def _corners(left: float, top: float, right: float, bottom: float) -> Array:
 def _pieces(ramp: Ramp, low: float, high: float) -> list[_Piece]:
     """Return the straight parts of ``ramp`` between ``low`` and ``high``.
 
-    A flat part that padding draws is left out, but for that around the centre of a radial ramp.
+    A flat part at either end is left out where padding with the next colour draws the same. The part around the centre
+    of a radial ramp is kept.
     """
     offsets = np.concatenate([[min(low, ramp.offsets[0])], ramp.offsets, [max(high, ramp.offsets[-1])]])
     colors = np.concatenate([ramp.colors[:1], ramp.colors, ramp.colors[-1:]])

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from warpvec.geometry.loops import Outline
 from warpvec.svg.document import local_name
+from warpvec.svg.foreign.budget import Budget
 from warpvec.svg.foreign.polygons import polygon_of, winding
 from warpvec.svg.foreign.shapes import (
     SHAPES,
@@ -34,6 +35,14 @@ _SHAPES_MAX = 64
 _CURVES_MAX = 256
 """Most curves of such a shape. Frames have four; a file may ask for them at each of its elements."""
 
+CLIP_EFFORT = 2**22
+"""Curves that are compared for one file, which takes some 6 s; other work counts as curves. It suffices for a frame
+around each of `reader.MAX_ELEMENTS` elements."""
+
+_SHAPE_EFFORT, _LOOP_EFFORT, _OUTLINE_EFFORT = 80, 32, 8
+"""Curves that take as long as placing a shape of a clip path, as one of its loops, and as measuring a drawn outline:
+120, 50 and 12 microseconds."""
+
 _MARGIN = 1e-4
 """By how much of the longer side a box may reach beyond a clip path: rounded frames, a tenth of a pixel of 1000."""
 
@@ -45,9 +54,10 @@ class Clips:
         self._by_id = by_id
         self._size = size
         self._read: dict[str, list[Loop]] = {}
+        self._budget = Budget(CLIP_EFFORT)
 
     def cut(self, clip_path: str, state: State, outlines: Sequence[Outline], covers_canvas: bool) -> bool:
-        """Return whether a clip path may hide a part of what is on the canvas.
+        """Return whether a clip path may hide a part of what is on the canvas, or ``CLIP_EFFORT`` is used up.
 
         Args:
             clip_path: the property of an element.
@@ -57,13 +67,15 @@ class Clips:
         """
         if clip_path == "none" or not (outlines or covers_canvas):
             return False
-        box = (0.0, 0.0, *self._size) if covers_canvas else self._visible_box(outlines)
         url = _URL.fullmatch(clip_path)
         clip = None if url is None else self._by_id.get(url[1])
         if clip is None or local_name(clip.tag) != "clipPath" or clip.get("clip-path", "none") != "none":
             return True
         if clip.get("clipPathUnits") == "objectBoundingBox" or len(clip) > _SHAPES_MAX:
             return True
+        if not self._budget.takes(_OUTLINE_EFFORT * len(outlines)):
+            return True
+        box = (0.0, 0.0, *self._size) if covers_canvas else self._visible_box(outlines)
         try:
             return not any(_contains(loops, box, _MARGIN * max(self._size)) for loops in self._shapes(clip, state))
         except ValueError:
@@ -89,7 +101,11 @@ class Clips:
         if data not in self._read:
             loops = closed_loops(read_subpaths(data)[0])
             self._read[data] = loops if sum(len(loop.is_line) for loop in loops) <= _CURVES_MAX else []
-        return moved(self._read[data], compose(outer, read_matrix(shape.get("transform", ""))))
+        loops = self._read[data]
+        effort = _SHAPE_EFFORT + _LOOP_EFFORT * len(loops) + sum(len(loop.is_line) for loop in loops)
+        if not self._budget.takes(effort):
+            return []
+        return moved(loops, compose(outer, read_matrix(shape.get("transform", ""))))
 
 
 def _loops(outline: Outline) -> list[Loop]:
@@ -100,7 +116,7 @@ def _loops(outline: Outline) -> list[Loop]:
 def _contains(loops: list[Loop], box: tuple[float, float, float, float], margin: float) -> bool:
     """Return whether a shape contains ``box`` less a ``margin``: it runs around the middle, and no edge runs through.
 
-    With several loops that is said of either fill rule if they run around the middle once.
+    Several loops contain it if they run around the middle once in sum. That holds for either fill rule.
     """
     left, top, right, bottom = box
     if not (left < right and top < bottom):

@@ -1,8 +1,8 @@
 """Turn the shapes of SVG into closed loops of cubics, with the help of svgelements.
 
 Of the SVG readers in Python, picosvg is the best maintained, but it is made for icon fonts: it does not know style
-sheets, units, percentages, ``href`` without a prefix or numbers like "1.", and it runs two native libraries on files
-that may be hostile. svgelements is one Python file and reads all of these. Its own walk over the tree passes positions
+sheets, units, percentages, ``href`` without a prefix or numbers like "1.", and it hands the whole file to lxml, one
+more native library. svgelements is one Python file and reads all of these. Its own walk over the tree passes positions
 on to children and draws the content of masks and symbols, so `warpvec.svg.foreign.reader` walks the tree, and
 svgelements reads path data, transforms, view boxes and colours only.
 """
