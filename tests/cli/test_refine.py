@@ -107,6 +107,19 @@ def test_without_iterations_an_own_file_keeps_its_bytes(photo: Path, drawing: Pa
     assert re.search(r"PSNR (\d+\.\d+) dB.*, before \1 dB", result.stdout)
 
 
+def test_without_iterations_lines_stay_lines_even_if_they_are_free(photo: Path) -> None:
+    foreign = photo.with_name("foreign.svg")
+    foreign.write_text(FOREIGN)
+    files = [photo.with_name("kept.svg"), photo.with_name("free.svg")]
+    for out, options in zip(files, ([], ["--free"]), strict=True):
+        result = refine(photo, foreign, out, "--iterations", 0, *options)
+        assert result.exit_code == 0, result.stderr
+    kept, free = (read_svg(path.read_bytes()).scene.structure.is_line for path in files)
+    assert kept is not None
+    assert free is not None
+    assert torch.equal(kept, free)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

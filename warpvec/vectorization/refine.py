@@ -65,6 +65,7 @@ def refine(
         preset, background, max_bytes, gzip, target_psnr, metadata, trim, on_progress: as in `warpvec.vectorize`.
         settings: fields of `warpvec.FitConfig` that replace those of the preset. ``recycle_gap`` is 0 by default,
             ``precision`` that of the file, and ``iterations`` 500 without a goal; 0 writes the drawing as it was read.
+            ``opacity="opaque"`` first makes every path opaque, which may make the drawing worse.
 
     Raises:
         InputError: the photo or the SVG cannot be read, they do not match, or a setting is wrong.
@@ -146,7 +147,7 @@ def refine_config(config: FitConfig, given: dict[str, Any], goal: Goal, drawing:
     """Return ``config`` with the number of iterations and paths that are not ``given`` and that no goal decides.
 
     Raises:
-        InputError: fits with these settings cannot begin with a drawing.
+        InputError: fits with these settings cannot begin with a drawing, or need iterations and have none.
     """
     if config.path_model != "segments":
         remedy = "give segments, or another preset"
@@ -154,8 +155,20 @@ def refine_config(config: FitConfig, given: dict[str, Any], goal: Goal, drawing:
     require_scaffolding(config.policy, "to refine a drawing")
     if goal:
         return config
+    if given.get("iterations") == 0:
+        _require_no_change(config, given, drawing)
     defaults: dict[str, Any] = {"iterations": ITERATIONS, "curves": max(1, len(drawing.scene))}
     return replace(config, **{name: value for name, value in defaults.items() if name not in given})
+
+
+def _require_no_change(config: FitConfig, given: dict[str, Any], drawing: LoadedSvg) -> None:
+    """Refuse ``given`` settings that change the paths or paints of the drawing, which only iterations do."""
+    asked = {name: getattr(config, name) for name in ("colors", "palette", "gradients", "lod", "min_area")}
+    if given.get("curves", len(drawing.scene)) != len(drawing.scene):
+        asked = {"curves": config.curves, **asked}
+    for name, value in asked.items():
+        if value:
+            raise InputError(name, "must not be given with 0 iterations", remedy="leave it out, or give iterations")
 
 
 def place_on_photo(drawing: LoadedSvg, photo: NDArray[np.float32], name: str = "svg") -> Scene:
@@ -196,7 +209,8 @@ def refine_photo(
     """
     if keeps_structure(config, start, goal) or iterations == 0:
         count = config.iterations if iterations is None else iterations
-        start = without_kinds(start) if free else with_lines(start) if count else start
+        if count:
+            start = without_kinds(start) if free else with_lines(start)
         return polish_photo(photo, start, config, count, title, on_progress, file_options, form, free)
     if not goal:
         config = replace(config, lr_scale=CORRECTION_RATE * config.lr_scale)
