@@ -152,8 +152,8 @@ class _Polish:
     def _take_back(self, descent: Descent | None, x: Tensor) -> Tensor:
         """Return ``x`` with folded parts as they were at the last look, and tell ``descent``.
 
-        These are the segments that cross, and more of their neighbours until there is no fold, which the last look
-        had none of.
+        These are the segments that cross, and more and more of their neighbours until nothing is folded. At the
+        latest whole paths go back, and at the last look no path was folded.
         """
         folds = self._folds(x)
         if folds.any():

@@ -32,7 +32,8 @@ def to_cubics(scene: Scene, tolerance: float = 0.05) -> tuple[Scene, float]:
     Paths with fewer cubics than others end in cubics of zero length at their first point.
 
     A scene of cubics is returned unchanged. Otherwise everything is computed in float64 and then rounded to the dtype
-    of the scene; the deviation does not include that rounding. Gradients are not kept.
+    of the scene; the deviation does not include that rounding. Torch does not
+    differentiate through it.
     """
     if scene.degree == 3:
         return scene, 0.0

@@ -18,8 +18,8 @@ SMOOTH_DEGREES = 1.0
 """Largest change of direction at a smooth node."""
 
 HANDLE_ERROR, ROUNDING_DEGREES_MAX = 0.07, 3.0
-"""A file may state handles with an error of so many pixels (one decimal, in both directions). A node counts as smooth
-if its direction changes by that much more, but by no more than the second number more."""
+"""A file may state handles with an error of so many pixels (one decimal, in both directions). The angle that
+such an error can make is added to `SMOOTH_DEGREES`, but at most so many degrees as the second number."""
 
 STRAIGHT = 0.05
 """A curve whose handles lie within so many pixels of the thirds of its chord is a line. Tracers write all lines so."""

@@ -35,7 +35,8 @@ def trim(scene: Scene, height: int, width: int) -> Scene:
 
     Each loop is cut along the four edges in turn. Each part outside an edge is replaced by a straight line along the
     edge, which keeps the winding numbers inside, and with them the filled area. Paths that lie wholly outside are
-    gone. Paths that lie wholly inside stay as they are. Gradients are not kept.
+    gone. Paths that lie wholly inside stay as they are. Torch does not differentiate
+    through it.
     """
     scene = scene.detach()
     size = np.array([width, height], np.float64)

@@ -43,7 +43,7 @@ DECIDED = ("curves", "iterations", "precision", "recycle_gap", "segments")
 def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: bool, **options: Any) -> None:
     """Fit the paths of the file SVG to the image IN and write them to OUT.
 
-    SVG is a file of warpvec, or any file of filled paths; what it has beside these is reported. The file has the size,
+    SVG is a file of warpvec, or any file of filled paths. Other content is left out, and a warning names it. OUT has the size,
     the layers and the paths of the drawing: lines stay lines, smooth nodes smooth, opaque paths opaque, and no path of
     up to 128 segments crosses itself more often; --free lifts these bounds. The file is never worse than the drawing.
     --iterations 0 writes the drawing as it was read. --opaque first makes every path opaque, which may make it worse.
