@@ -7,7 +7,7 @@ from svg_files import SQUARE, refusal, square_file
 
 from warpvec.geometry import loops
 from warpvec.image.metrics import psnr
-from warpvec.svg.foreign import fill, reader
+from warpvec.svg.foreign import clip, fill, reader
 from warpvec.svg.measure import draw
 from warpvec.svg.read import read_svg
 from warpvec.svg.write import write_svg
@@ -149,6 +149,29 @@ OMITTED = {
 @pytest.mark.parametrize("content", OMITTED)
 def test_omissions_are_named_and_counted(content):
     assert ", ".join(read_svg(square_file(content)).omitted) == OMITTED[content]
+
+
+@pytest.mark.parametrize(
+    ("frame", "allowed"),
+    [
+        ("M-9-9H90V90H-9z", 3),  # a shape of one loop of four curves
+        ("M-9-9H90" + "v1" * 96 + "H-9z", 2),  # longer
+        ("M-9-9H90V90H-9z" + "M99 99h9v9z" * 4, 1),  # several loops
+    ],
+)
+def test_clip_paths_are_compared_with_limited_effort(frame, allowed, monkeypatch):
+    content = f'<clipPath id="m"><path d="{frame}"/></clipPath>' + f'<g clip-path="url(#m)">{SQUARE}</g>' * 4
+    assert read_svg(square_file(content)).omitted == []
+    monkeypatch.setattr(clip, "CLIP_EFFORT", 3 * (80 + 32 + 4 + 8) + 100)
+    left_out = 4 - allowed
+    assert read_svg(square_file(content)).omitted == [f"{left_out} clip path{'s' * (left_out > 1)}: left out"]
+
+
+def test_outlines_in_many_nested_clip_paths_are_measured_with_limited_effort(monkeypatch):
+    nested = '<g clip-path="url(#m)">' * 5 + 20 * SQUARE + "</g>" * 5
+    monkeypatch.setattr(clip, "CLIP_EFFORT", 3 * (80 + 32 + 4 + 8 * 20) + 100)
+    content = '<clipPath id="m"><path d="M-9-9H90V90H-9z"/></clipPath>' + nested
+    assert read_svg(square_file(content)).omitted == ["2 clip paths: left out"]
 
 
 def test_more_use_than_a_drawing_needs_is_refused(monkeypatch):
