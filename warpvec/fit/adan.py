@@ -1,6 +1,7 @@
 """Adan for torch parameters whose rows have an age each; the update is a kernel.
 
-The fit's paths are stepped by ``warpvec/fit/population.py`` with the same update; this class steps palettes and gradients.
+The fit's paths are stepped by ``warpvec/fit/population.py`` with the same update; this class steps palettes
+and gradients.
 """
 
 from __future__ import annotations

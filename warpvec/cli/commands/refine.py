@@ -43,7 +43,7 @@ DECIDED = ("curves", "iterations", "precision", "recycle_gap", "segments")
 def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: bool, **options: Any) -> None:
     """Fit the paths of the file SVG to the image IN and write them to OUT.
 
-    SVG is a file of warpvec, or any file of filled paths. Other content is left out, and a warning names it. OUT has the size,
+    SVG is a file of warpvec, or any file of filled paths. Content of other kinds is reported. OUT has the size,
     the layers and the paths of the drawing: lines stay lines, smooth nodes smooth, opaque paths opaque, and no path of
     up to 128 segments crosses itself more often; --free lifts these bounds. The file is never worse than the drawing.
     --iterations 0 writes the drawing as it was read. --opaque first makes every path opaque, which may make it worse.
@@ -52,8 +52,8 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     those that matter least are removed. With these, a goal, --recycle-gap, --gradients, --colors, --palette, --lod or
     --min-area the fit is that of run from the drawing on, with 0.4 times its learning rates, and without these bounds.
 
-    --flat, --initial-curves, --initial-radius and --radius-decay are not used. Without such options, the only learning
-    rate that is used is --lr-scale, and no weight of the loss is.
+    --flat, --initial-curves, --initial-radius and --radius-decay are never used. A fit that keeps the paths of the
+    drawing uses --lr-scale, but no other learning rate and no weight of the loss.
     """
     check_out(out)
     from warpvec.vectorization.refine import (
