@@ -123,4 +123,4 @@ def test_a_drawing_that_is_missing_is_that_of_from(photo: Path) -> None:
 
 def test_the_help_names_the_settings_that_are_not_used() -> None:
     text = " ".join(invoke("refine", "--help-all").stdout.split())
-    assert "--flat, --initial-curves, --initial-radius and --radius-decay are not used" in text
+    assert "--flat, --initial-curves, --initial-radius and --radius-decay are never used" in text
