@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 import torch
-import warp as wp
 from backends import Backend
 from oracles import Stages, precisions, run_stages
 from reference.coverage import signed_coverage
@@ -16,6 +15,8 @@ from scenes import ZOO, ZooCase, circle, degenerate_scene, random_scene, rectang
 from torch import Tensor
 
 from warpvec.errors import InputError
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
 from warpvec.kernels.constants import COLUMN_GUARD, EMPTY, FULL, PARTIAL, TILE
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.exact import ExactRenderer
@@ -176,8 +177,8 @@ def test_buffers_follow_a_scene_that_grows_and_shrinks() -> None:
 
 def run_on(stages: Stages, points: Tensor) -> Stages:
     """Run the same stages on other paths."""
-    array = wp.from_torch(points.contiguous(), dtype=wp.vec2d)
-    stages.flattening.run(array)
+    structure = Structure.uniform(points.shape[0], points.shape[1] // 3)
+    stages.flattening.run(points.reshape(-1, 3, 2).contiguous(), structure)
     stages.binning.run(stages.flattening, len(points))
     return Stages(points, stages.grid, stages.flattening, stages.binning, stages.coverage)
 
@@ -193,7 +194,7 @@ def test_more_pairs_than_32_bits_count_are_refused(path_count: int, pair_count: 
         torch.zeros(size, device=renderer.device) for size in ((path_count, 3), path_count, 3)
     )
     with pytest.raises(InputError, match=f"scene is too large for the renderer .* needs {pair_count} of at most"):
-        renderer.render(points, color, opacity, background)
+        renderer.render(Scene.uniform(points, color, opacity, background, opacity.long()))
 
 
 def test_a_capacity_is_refused_if_the_pairs_could_be_more_than_32_bits_count(device: str) -> None:
@@ -203,4 +204,4 @@ def test_a_capacity_is_refused_if_the_pairs_could_be_more_than_32_bits_count(dev
     color, opacity, background = (torch.zeros(size, device=renderer.device) for size in ((5_000, 3), 5_000, 3))
     renderer.set_capacity(Counts(100_000, 100_000, 100_000, 100_000))
     with pytest.raises(InputError, match="scene is too large for the renderer"):
-        renderer.render(points, color, opacity, background)
+        renderer.render(Scene.uniform(points, color, opacity, background, opacity.long()))

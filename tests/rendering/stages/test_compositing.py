@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 import torch
 from backends import Backend
@@ -129,12 +131,14 @@ def test_a_deep_stack(dtype: torch.dtype) -> None:
 def test_inputs_need_not_be_contiguous() -> None:
     scene = random_scene(2, 6, 20, 30)
     renderer = make_renderer(scene)
-    strided = [torch.stack([tensor, tensor], -1)[..., 0] for tensor in inputs(scene, renderer)]
-    assert not strided[0].is_contiguous()
-    assert torch.equal(renderer.render(*strided), render(scene, renderer))
+    dense = inputs(scene, renderer)
+    names = ("segments", "color", "opacity", "background")
+    strided = replace(dense, **{n: torch.stack([getattr(dense, n)] * 2, -1)[..., 0] for n in names})
+    assert not strided.segments.is_contiguous()
+    assert torch.equal(renderer.render(strided), render(scene, renderer))
     adj_image = cotangent(scene).transpose(0, 1).contiguous().transpose(0, 1)
-    got, want = renderer.adjoint(*strided, adj_image), renderer.adjoint(*strided, adj_image.contiguous())
-    assert torch.equal(got.points, want.points) and torch.equal(got.color, want.color)
+    got, want = renderer.adjoint(strided, adj_image), renderer.adjoint(strided, adj_image.contiguous())
+    assert torch.equal(got.segments, want.segments) and torch.equal(got.color, want.color)
 
 
 def join(lower: SceneTensors, upper: SceneTensors) -> SceneTensors:

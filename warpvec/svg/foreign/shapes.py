@@ -177,8 +177,8 @@ def bounding_box(curves: NDArray[np.float64]) -> tuple[float, float, float, floa
     """Return left, top, right and bottom of cubics with the control points ``curves`` [k, 4, 2]."""
     a, b, c, d = np.moveaxis(curves, 1, 0)
     # The derivative is 3 ((d - a + 3 b - 3 c) t^2 + 2 (a - 2 b + c) t + b - a).
-    square, linear, constant = d - a + 3.0 * (b - c), 2.0 * (a - 2.0 * b + c), b - a
     with np.errstate(all="ignore"):
+        square, linear, constant = d - a + 3.0 * (b - c), 2.0 * (a - 2.0 * b + c), b - a
         root = np.sqrt(linear * linear - 4.0 * square * constant)
         # Citardauq's form of one root is exact where the other one cancels.
         q = -0.5 * (linear + np.where(linear < 0.0, -root, root))
