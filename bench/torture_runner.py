@@ -244,11 +244,10 @@ def family(pid: int) -> list[int]:
     """Return ``pid`` and all processes that it started, directly or not."""
     found = [pid]
     for parent in found:
-        for path in Path(f"/proc/{parent}/task").glob("*/children"):
-            try:
-                found += map(int, path.read_text().split())
-            except OSError:  # ended meanwhile
-                continue
+        with contextlib.suppress(OSError):  # it, or one of its threads, ended meanwhile
+            for path in list(Path(f"/proc/{parent}/task").glob("*/children")):
+                with contextlib.suppress(OSError):
+                    found += map(int, path.read_text().split())
     return found
 
 
