@@ -1,4 +1,4 @@
-"""What Pillow leaves out for TIFF files: missing strips are an error, and libtiff does not write to stderr."""
+"""Refuse TIFF files with missing strips, and keep libtiff from writing to stderr: Pillow does neither."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the file of a refined drawing keeps of the drawing's own file."""
+"""Keep properties of the drawing's own file, such as its size and title, in the file of the refined drawing."""
 
 from __future__ import annotations
 

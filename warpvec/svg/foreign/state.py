@@ -1,4 +1,4 @@
-"""What an element of an SVG inherits from those around it."""
+"""The state that an element of an SVG inherits from those around it."""
 
 from __future__ import annotations
 
