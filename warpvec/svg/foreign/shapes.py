@@ -328,7 +328,9 @@ def _subpath(cubics: list[Cubic], is_closed: bool) -> Subpath:
 def _loop(subpath: Subpath) -> Loop:
     """Return ``subpath`` with a closing line if one is missing."""
     points, end, is_line = subpath.points[:-1], subpath.points[-1], subpath.is_line
-    if np.hypot(*(end - points[0])) > _SAME * np.abs(subpath.points).max():
+    with np.errstate(all="ignore"):  # the reader checks the points
+        is_open = np.hypot(*(end - points[0])) > _SAME * np.abs(subpath.points).max()
+    if is_open:
         return Loop(np.concatenate([points, _line(end, points[0])]), np.append(is_line, True))
     return Loop(points, is_line)
 
