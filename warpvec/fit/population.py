@@ -125,13 +125,7 @@ class Population:
         """The present paths. The object never changes; after a step or another change there is a new one."""
         if self._copy is None:
             self.before_use()
-            live = self.live
-            segments, color = live.segments.clone(), live.color.clone()
-            opacity, background = live.opacity.clone(), live.background.clone()
-            gradients = None if live.gradients is None else live.gradients.map(torch.Tensor.clone)
-            self._copy = replace(
-                live, segments=segments, color=color, opacity=opacity, background=background, gradients=gradients
-            )
+            self._copy = self.live.copied()
         return self._copy
 
     def step(
@@ -264,11 +258,10 @@ class Population:
             check_averages(f"population.{name}", *state[name][1:])
         if palette is not None and state["palette"] is not None:
             palette.check(state["palette"], iteration, path_count, self.live.transparent)
-        self._check_live(state)
+        self._check_live(live, state)
 
-    def _check_live(self, state: State) -> None:
-        """Refuse a live scene that is not what the parameters and the palette of ``state`` stand for."""
-        live = Scene.from_dict(state["live"])
+    def _check_live(self, live: Scene, state: State) -> None:
+        """Refuse a ``live`` scene that is not what the parameters and the palette of ``state`` stand for."""
         made = self._to_scene((state["segments"], state["color"], state["opacity"]), live)
         own = self._to_color(state["background"][0, 0])
         background = self.live.background.to(own.device) if self._fixed_background else own

@@ -112,12 +112,14 @@ class GradientChoice:
         if not self._config.gradients or not is_due:
             return
         scene = population.scene
-        is_flat = torch.ones_like(scene.opacity) if scene.gradients is None else scene.gradients.kind == FLAT
+        is_flat = scene.opacity.new_ones(len(scene), dtype=torch.bool)
+        if scene.gradients is not None:
+            is_flat = scene.gradients.kind == FLAT
         count = self._wanted(len(scene)) - (len(scene) - int(is_flat.sum()))
         if count <= 0:
             return
         ramps = best_ramps(scene, self._target)
-        rows = ramps.gain.masked_fill(is_flat == 0, -1.0).topk(min(count, len(scene))).indices
+        rows = ramps.gain.masked_fill(~is_flat, -1.0).topk(min(count, len(scene))).indices
         rows = rows[ramps.gain[rows] > 0.0].sort().values
         if len(rows):
             population.paint(rows, with_ramps(scene, rows, ramps))

@@ -20,12 +20,17 @@ def bernstein(degree: int, t: Tensor) -> Tensor:
 _BOX_SAMPLES = 17
 
 
+def whole_curves(scene: Scene) -> Tensor:
+    """Return the control points [R, M + 1, 2] of each segment, its end included."""
+    ends = scene.segments[scene.structure.segment_next.long(), :1]
+    return torch.cat([scene.segments, ends], 1)
+
+
 def path_boxes(scene: Scene) -> Tensor:
     """Return left, top, right and bottom [N, 4] of the paths of ``scene``, from sample points along the curves."""
-    structure, segments = scene.structure, scene.segments
-    ends = segments[structure.segment_next.long(), :1]
+    segments = scene.segments
     parameters = torch.linspace(0.0, 1.0, _BOX_SAMPLES, dtype=segments.dtype, device=segments.device)
-    outline = bernstein(scene.degree, parameters) @ torch.cat([segments, ends], 1)
+    outline = bernstein(scene.degree, parameters) @ whole_curves(scene)
     return torch.cat([_least(outline.amin(1), scene), -_least(-outline.amax(1), scene)], -1)
 
 

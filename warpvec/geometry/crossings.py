@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from warpvec.geometry.bezier import bernstein
+from warpvec.geometry.bezier import bernstein, whole_curves
 from warpvec.geometry.scene import Scene
 
 CHORDS = 8
@@ -56,9 +56,8 @@ def crossings_of_rows(scene: Scene, is_counted: Tensor | None = None) -> Tensor:
 
 
 def _chords(scene: Scene) -> Tensor:
-    ends = scene.segments[scene.structure.segment_next.long(), :1]
     parameters = torch.arange(CHORDS, dtype=scene.segments.dtype, device=scene.segments.device) / CHORDS
-    return bernstein(scene.degree, parameters) @ torch.cat([scene.segments, ends], 1)
+    return bernstein(scene.degree, parameters) @ whole_curves(scene)
 
 
 def _crossings(start: Tensor, end: Tensor, loop: Tensor) -> Tensor:

@@ -12,7 +12,6 @@ import torch
 from torch import Tensor
 
 from warpvec.geometry.scene import Scene
-from warpvec.geometry.structure import Structure
 
 SMOOTH_DEGREES = 1.0
 """Largest change of direction at a smooth node."""
@@ -39,16 +38,12 @@ def with_lines(scene: Scene) -> Scene:
     is_line = off < STRAIGHT
     if structure.is_line is not None:
         is_line |= structure.is_line
-    return replace(scene, structure=_with_mask(structure, is_line if is_line.any() else None))
+    return replace(scene, structure=replace(structure, is_line=is_line if is_line.any() else None))
 
 
 def without_kinds(scene: Scene) -> Scene:
     """Return ``scene`` with lines as curves that happen to be straight."""
-    return scene if scene.is_uniform else replace(scene, structure=_with_mask(scene.structure, None))
-
-
-def _with_mask(structure: Structure, is_line: Tensor | None) -> Structure:
-    return Structure(structure.loop_first_segment, structure.path_first_loop, is_line, structure.uniform_count)
+    return scene if scene.is_uniform else replace(scene, structure=replace(scene.structure, is_line=None))
 
 
 @dataclass(frozen=True)

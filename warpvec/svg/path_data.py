@@ -20,7 +20,8 @@ _COMMANDS = "|".join(rf"{letter}(?>(?>[ ]?{_NUMBER}){{{count}}})+" for letter, c
 _LOOP = rf"(?>[ ]?{_NUMBER}){{2}}(?>{_COMMANDS})*z"
 _OWN_DATA = re.compile(rf"M{_LOOP}(?>m{_LOOP})*", re.ASCII)
 _COMMAND = re.compile(rf"([Mmcslhvz])((?>[ ]?{_NUMBER})*)", re.ASCII)
-_OWN_NUMBER = re.compile(_NUMBER, re.ASCII)
+OWN_NUMBER = re.compile(_NUMBER, re.ASCII)
+"""A number as warpvec writes it."""
 
 
 def format_number(ticks: int, decimals: int) -> str:
@@ -76,7 +77,7 @@ def is_own_data(data: str) -> bool:
 
 def decimals_of(data: str) -> int:
     """Return the largest number of decimals in own ``data``."""
-    return max((len(word.rpartition(".")[2]) for word in _OWN_NUMBER.findall(data) if "." in word), default=0)
+    return max((len(word.rpartition(".")[2]) for word in OWN_NUMBER.findall(data) if "." in word), default=0)
 
 
 def read_loops(data: str, decimals: int) -> list[tuple[Ticks, NDArray[np.bool_]]]:
@@ -160,7 +161,7 @@ def _command(relative: Ticks, is_line: bool, mirrored: Ticks) -> tuple[str, Tick
 
 
 def _ticks_of(numbers: str, decimals: int) -> Ticks:
-    values = np.array(_OWN_NUMBER.findall(numbers), np.float64) * 10**decimals
+    values = np.array(OWN_NUMBER.findall(numbers), np.float64) * 10**decimals
     return values.round().astype(np.int64)
 
 

@@ -19,7 +19,7 @@ from warpvec.geometry.loops import Color, LinearOrRadial, Outline, make_scene
 from warpvec.geometry.scene import Scene
 from warpvec.svg.document import local_name, parse_svg, read_text
 from warpvec.svg.layers import layer_level
-from warpvec.svg.path_data import decimals_of, is_own_data, read_loops
+from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops
 from warpvec.svg.units import check_pixels, stated_size
 from warpvec.svg.write import COLOR_LEVELS, GRADIENT_ELEMENTS, MAX_TICKS
 
@@ -28,8 +28,6 @@ _Paint = tuple[Color, LinearOrRadial | None]
 MAX_CHARACTERS = 2**26
 """Longest text. A path of four cubics takes about 80 characters, so this is a hundred times what warpvec fits."""
 
-_NUMBER = r"(?>-?(?>\d{1,15}(?>\.\d{1,6})?|\.\d{1,6}))"
-_OWN_NUMBER = re.compile(_NUMBER, re.ASCII)
 _OWN_OPACITY = re.compile(r"0|1|\.\d{1,6}|0\.\d{1,6}", re.ASCII)
 _OWN_COLOR = re.compile(r"#(?>[0-9a-f]{6}|[0-9a-f]{3})")
 _UNDRAWN = frozenset({"title", "desc", "metadata"})
@@ -160,7 +158,7 @@ def _own_gradients(definitions: Element) -> dict[str, _Paint]:
         _expect_attributes(element, ("id", "gradientUnits", *sides))
         _expect(element.get("gradientUnits") == "userSpaceOnUse" and len(element) == 2)
         numbers = [element.get(side, "") for side in sides]
-        _expect(all(_OWN_NUMBER.fullmatch(number) for number in numbers))
+        _expect(all(OWN_NUMBER.fullmatch(number) for number in numbers))
         first, last = (_own_stop(stop, offset) for stop, offset in zip(element, (None, "1"), strict=True))
         x, y, z, w = [*(float(number) for number in numbers), 0.0][:4]
         paints[f"url(#{element.get('id')})"] = first, LinearOrRadial(kind, (x, y, z, w), last)
