@@ -21,7 +21,6 @@ MAX_CUBICS = 2**22
 
 Color = tuple[float, float, float]
 
-WHITE: Color = (1.0, 1.0, 1.0)
 BLACK: Color = (0.0, 0.0, 0.0)
 
 
