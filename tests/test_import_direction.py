@@ -16,6 +16,7 @@ ROOMS = [
     "cli",
     "batch viewer",
     "vectorization",
+    "flat",
     "fit",
     "rendering svg",
     "kernels config",

@@ -1,0 +1,1 @@
+"""Flat art: find the regions of a logo, an icon or a drawing, and their outlines as few clean paths."""
