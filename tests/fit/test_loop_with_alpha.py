@@ -76,8 +76,6 @@ def test_the_hidden_colour_has_no_influence():
 
 @pytest.mark.parametrize("settings", [{"renderer": "splat"}, {"preset": "bezier-splatting"}, {"backdrop": "white"}])
 def test_every_renderer_and_policy_takes_alpha(settings):
-    if settings.get("preset") == "bezier-splatting":
-        pytest.importorskip("scipy")
     fitted = warpvec.vectorize(logo(), 12, iterations=25, fit_size=60, device="cpu", **settings)
     assert fitted.scene.transparent
     assert fitted.soft_image().shape == (45, 60, 4)

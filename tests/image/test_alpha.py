@@ -212,8 +212,6 @@ def test_paint_around_a_shape_has_its_colour():
 
 @pytest.mark.parametrize("policy", ["scaffolding", "replacement"])
 def test_new_paths_have_visible_colours(policy: str):
-    if policy == "replacement":
-        pytest.importorskip("scipy")
     target = torch.zeros(40, 56, 4)
     target[10:30, 10:40] = torch.tensor([0.9, 0.2, 0.1, 0.3])
     config = make_config("draft", policy=policy, curves=16, iterations=20, replace_gap=1, color_parameter="direct")

@@ -73,8 +73,8 @@ def fit(
         saving: how often such states are saved, and where.
 
     Raises:
-        InputError: the device does not exist, the policy needs a package that is not installed, ``start`` does not
-            have the path model of ``config``, or ``resume`` is no state of this fit.
+        InputError: the device does not exist, ``start`` does not have the path model of ``config``, or ``resume`` is no
+            state of this fit.
     """
     device = resolve_device(config.device)
     with on_warps_stream(device), single_torch_thread(), torch.no_grad(), deferred_interrupts() as is_interrupted:

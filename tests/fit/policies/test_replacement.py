@@ -13,9 +13,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
-from warpvec.errors import InputError
 from warpvec.fit.loop import fit
-from warpvec.fit.policies import replacement
 from warpvec.fit.policies.replacement import Replacement, overlap_scores, region_centers, removable
 from warpvec.fit.population import Population
 from warpvec.geometry.circles import circle_points
@@ -266,10 +264,3 @@ def test_seed_decides_and_threads_do_not() -> None:
     scenes = [fit(picture(), config_of(**settings)).scene for settings in ({}, {"threads": 2}, {"seed": 1})]
     assert torch.equal(scenes[0].points, scenes[1].points)
     assert not torch.equal(scenes[0].points, scenes[2].points)
-
-
-def test_a_missing_scipy_is_reported_before_the_fit_starts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(replacement, "find_spec", lambda name: None)
-    with pytest.raises(InputError, match="policy replacement needs SciPy.*warpvec\\[baseline\\]") as caught:
-        fit(picture(), config_of(), lambda progress: pytest.fail("it started"))
-    assert "\n" not in str(caught.value)

@@ -16,7 +16,6 @@ counts of all their levels, not only from that of the weightiest level.
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.util import find_spec
 
 import numpy as np
 import torch
@@ -24,7 +23,6 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.errors import InputError
 from warpvec.fit import schedule
 from warpvec.fit.placement import colors_at, new_paths
 from warpvec.fit.policies.generator import GeneratorState
@@ -77,16 +75,9 @@ _COMPARED_ROWS = 256
 
 
 class Replacement:
-    """Bezier Splatting's policy for ``image`` [h, w, 3 or 4].
-
-    Raises:
-        InputError: SciPy, which finds the connected regions, is not installed.
-    """
+    """Bezier Splatting's policy for ``image`` [h, w, 3 or 4]."""
 
     def __init__(self, image: Tensor, config: FitConfig, first_generation: int = 0) -> None:
-        if find_spec("scipy") is None:
-            rule = "replacement needs SciPy, which is not installed"
-            raise InputError("policy", rule, None, "pip install 'warpvec[baseline]'")
         self._colors, self._config = opaque_colors(image), config
         self._height, self._width = image.shape[:2]
         self._generator = torch.Generator().manual_seed(config.seed)
