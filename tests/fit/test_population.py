@@ -108,7 +108,7 @@ class Reference:
 def form(request, monkeypatch):
     """Run a test with the CPU's form of the kernel and with CUDA's, in which many threads share a path."""
     if request.param == "scalar":
-        monkeypatch.setattr("warpvec.fit.population.TILE", 1)
+        monkeypatch.setattr("warpvec.fit.population_step.TILE", 1)
 
 
 def assert_shows(population, reference):

@@ -20,7 +20,8 @@ from warpvec.fit.palette import START as PALETTE_START
 from warpvec.fit.palette import Palette, with_pure_colors
 from warpvec.fit.policies.prefixes import prefix_length, with_prefix
 from warpvec.fit.policies.registry import config_from_start, config_from_state, make_policy
-from warpvec.fit.population import Population, check_scene, do_nothing
+from warpvec.fit.population import Population, do_nothing
+from warpvec.fit.population_state import check_scene
 from warpvec.fit.progress import (
     LOSS_MAX,
     SECONDS_MAX,

@@ -1,0 +1,58 @@
+"""How paths become free parameters, and parameters paths."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from torch import Tensor
+
+from warpvec.geometry.scene import Scene
+
+PLANES = 5
+"""Planes of a parameter: its values, three averages of its gradient, and the previous gradient."""
+
+_LOGIT_MARGIN = 1e-4
+"""Opacities and logit colours stay this far from 0 and 1, where the logit is infinite."""
+
+
+@dataclass(frozen=True)
+class Parametrization:
+    """The units of the parameters. Opacities are logits.
+
+    Attributes:
+        half_side: half the canvas's longer side in pixels, the unit of points.
+        logit_color: whether colours are logits, or themselves.
+    """
+
+    half_side: float
+    logit_color: bool
+
+    def fresh_rows(self, scene: Scene) -> tuple[Tensor, ...]:
+        """Return planes for segments [5, R, 2 M], colours [5, N, 3] and opacities [5, N, 1], with a state of zeros."""
+        opacity = scene.opacity.logit(_LOGIT_MARGIN)[:, None]
+        return tuple(fresh_planes(raw) for raw in (self.raw_segments(scene), self.raw_color(scene.color), opacity))
+
+    def raw_segments(self, scene: Scene) -> Tensor:
+        """Return the parameters [R, 2 M] of the segments of ``scene``."""
+        return (scene.segments / self.half_side).flatten(1)
+
+    def raw_color(self, color: Tensor) -> Tensor:
+        """Return the parameters of ``color`` [..., 3]."""
+        return color.logit(_LOGIT_MARGIN) if self.logit_color else color
+
+    def to_color(self, raw: Tensor) -> Tensor:
+        """Return the colours that ``raw`` stands for, in memory of their own."""
+        return raw.sigmoid() if self.logit_color else raw.clone()
+
+    def to_scene(self, rows: tuple[Tensor, ...], scene: Scene) -> Scene:
+        """Return the scene that the parameters in ``rows`` stand for, in the shapes of ``scene``."""
+        segments, color, opacity = (values[0] for values in rows)
+        segments = (segments * self.half_side).reshape(scene.segments.shape)
+        return replace(scene, segments=segments, color=self.to_color(color), opacity=opacity[:, 0].sigmoid())
+
+
+def fresh_planes(raw: Tensor) -> Tensor:
+    """Return planes [5, rows, width]: the parameters ``raw`` [rows, width] and a state of zeros."""
+    rows = raw.new_zeros(PLANES, *raw.shape)
+    rows[0] = raw
+    return rows
