@@ -16,6 +16,10 @@ LENGTH_MIN = 1.0e-3
 """Length or radius in pixels below which a gradient is evaluated as if it had this one, to divide by no zero."""
 
 
+FIELDS = ("color", "opacity", "kind", "geometry", "end_color")
+"""Arrays of paints, one row a paint."""
+
+
 @dataclass(frozen=True, eq=False)
 class Paints:
     """K paints: flat, or gradients of two stops that continue beyond their ends.
@@ -37,14 +41,13 @@ class Paints:
     def __len__(self) -> int:
         return len(self.color)
 
-    @staticmethod
-    def flat(values: Floats) -> Paints:
-        """Return flat paints of premultiplied sRGB and alpha [K, 4]."""
-        opacity = values[:, 3]
-        color = np.clip(values[:, :3] / np.maximum(opacity, 1.0e-6)[:, None], 0.0, 1.0) * (opacity > 0)[:, None]
-        count = len(values)
-        kind, geometry = np.full(count, FLAT, np.int32), np.zeros((count, 4), np.float32)
-        return Paints(color.astype(np.float32), opacity.astype(np.float32), kind, geometry, color.astype(np.float32))
+    def joined(self, other: Paints) -> Paints:
+        """Return these paints and those of ``other``."""
+        return Paints(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in FIELDS))
+
+    def select(self, index: Integers) -> Paints:
+        """Return the paints ``index`` [N]."""
+        return Paints(*(getattr(self, name)[index] for name in FIELDS))
 
     def at(self, index: Integers, x: Floats, y: Floats) -> Floats:
         """Return premultiplied sRGB and alpha [..., 4] of the paints ``index`` [...] at places ``x``, ``y`` [...]."""

@@ -7,9 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.assignment import assign
+from warpvec.flat.denoising import Tolerances, measure_tolerances
+from warpvec.flat.paint_fitting import fit_paints
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import NONE, grow_seeds, without_small
-from warpvec.flat.unmixing import best_mixes, nearest_labels
+from warpvec.flat.region_merging import merge_regions
+from warpvec.flat.thin_parts import add_thin_parts
+from warpvec.geometry.gradients import FLAT
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
@@ -17,8 +22,8 @@ Integers = NDArray[np.int32]
 AREA_MIN = 4.0
 """Areas of fewer pixels are specks."""
 
-STEP = 2.5 / 255
-"""Largest difference of neighbours in one area: steep gradients change so much in a pixel, and edges change more."""
+CLEAN_SEED_AREA, NOISY_SEED_AREA = 4, 12
+"""Smaller areas of pure pixels are not trusted: one square of two pixels in clean pictures, more in noisy ones."""
 
 BORDER_SHARE_MIN = 0.5
 """Share of the picture's border that the canvas of an opaque picture has at least."""
@@ -72,46 +77,49 @@ def find_regions(image: Floats, min_area: float = AREA_MIN) -> Regions:
         image: picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
         min_area: areas of fewer pixels are left out.
     """
-    picture = premultiplied(image)
-    labels = without_small(grow_seeds(picture, STEP), min_area)
-    if labels.max() < 0:
-        labels[...] = 0
-    count = labels.max() + 1
-    values = np.stack([np.median(picture[labels == index], 0) for index in range(count)])
-    paints = Paints.flat(np.round(values * 255).astype(np.float32) / 255)
-    label, other, share = _assigned(picture, labels, paints)
+    picture, straight = premultiplied(image), with_alpha(image)
+    tolerances = measure_tolerances(picture)
+    seeds = find_seeds(picture, tolerances)
+    paints = fit_paints(straight, seeds, tolerances)
+    canvas = find_canvas(seeds, paints)
+    assignment = assign(picture, seeds, paints, tolerances, canvas)
+    paints = add_thin_parts(picture, assignment, paints, tolerances, min_area, canvas)
+    assignment, paints = merge_regions(picture, assignment, paints, tolerances, min_area, canvas)
+    canvas = find_canvas(assignment.label, paints)
     return Regions(
-        label, other, share, paints.color, paints.opacity, paints.kind, paints.geometry, paints.end_color,
-        _canvas(label, paints),
+        assignment.label, assignment.other, assignment.share, paints.color, paints.opacity, paints.kind,
+        paints.geometry, paints.end_color, canvas,
     )  # fmt: skip
+
+
+def with_alpha(image: Floats) -> Floats:
+    """Return ``image`` [h, w, 3 or 4] with an alpha channel [h, w, 4]."""
+    if image.shape[-1] == 4:
+        return image.astype(np.float32)
+    return np.concatenate([image, np.ones((*image.shape[:2], 1), np.float32)], -1).astype(np.float32)
 
 
 def premultiplied(image: Floats) -> Floats:
     """Return ``image`` [h, w, 3 or 4] as premultiplied RGBA [h, w, 4]."""
-    alpha = image[..., 3:] if image.shape[-1] == 4 else np.ones((*image.shape[:2], 1), np.float32)
-    return np.concatenate([image[..., :3] * alpha, alpha], -1).astype(np.float32)
+    result = with_alpha(image)
+    result[..., :3] *= result[..., 3:]
+    return result
 
 
-def _assigned(picture: Floats, labels: Integers, paints: Paints) -> tuple[Integers, Integers, Floats]:
-    """Return label, other and share of all pixels, from the labels of the pure ones."""
-    from scipy import ndimage
-
-    rows, columns = (place.astype(np.int32) for place in np.nonzero(labels == NONE))
-    nearest = ndimage.distance_transform_edt(labels == NONE, return_distances=False, return_indices=True)
-    label = labels[tuple(nearest)]
-    other, share = label.copy(), np.ones(label.shape, np.float32)
-    candidates = nearest_labels(labels, rows, columns)
-    candidates[:, 0] = np.where(candidates[:, 0] == NONE, label[rows, columns], candidates[:, 0])
-    mixes = best_mixes(picture, paints, candidates, rows, columns)
-    label[rows, columns], other[rows, columns], share[rows, columns] = mixes.label, mixes.other, mixes.share
-    return label, other, share
+def find_seeds(picture: Floats, tolerances: Tolerances) -> Integers:
+    """Return the areas of pure pixels [h, w]; one area of all pixels if there are none."""
+    is_noisy = tolerances.noise > 0
+    seeds = grow_seeds(picture @ tolerances.metric, tolerances.step, 3 if is_noisy else 2)
+    seeds = without_small(seeds, NOISY_SEED_AREA if is_noisy else CLEAN_SEED_AREA)
+    return seeds if (seeds != NONE).any() else np.zeros_like(seeds)
 
 
-def _canvas(label: Integers, paints: Paints) -> int | None:
-    """Return the region behind all others, or None."""
+def find_canvas(label: Integers, paints: Paints) -> int | None:
+    """Return the region of the map ``label`` [h, w] behind all others, or None."""
     border = np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]])
-    count = np.bincount(border, minlength=len(paints))
+    count = np.bincount(border[border != NONE], minlength=len(paints))
     clear = np.where(paints.opacity == 0, count, 0)
     if clear.any():
         return int(clear.argmax())
-    return int(count.argmax()) if count.max() >= BORDER_SHARE_MIN * len(border) else None
+    is_most = count.max() >= BORDER_SHARE_MIN * len(border) and paints.kind[count.argmax()] == FLAT
+    return int(count.argmax()) if is_most else None

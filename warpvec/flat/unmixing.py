@@ -15,10 +15,23 @@ Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
 
 CANDIDATE_COUNT = 4
-"""Nearest regions of a pixel whose mixes in pairs are compared. More than four hardly meet within two pixels."""
+"""Nearest regions of a pixel whose mixes are compared. More than four hardly meet within three pixels."""
 
 RADIUS = 3
 """Largest distance in pixels, along each axis, of a region that can have a share in a pixel."""
+
+DISTANCE_COST = 0.25 / 255
+"""Residual that a mix with a region at one pixel more of squared distance must save: where colours lie on one line,
+many pairs explain a pixel, and the nearest do in truth."""
+
+TRIPLE_GAIN = 0.5
+"""Three regions are taken for a pixel if they leave less than this part of the residual of two."""
+
+FAR_SHARE_MAX = 0.45
+"""Largest share of the canvas where it is not near: it shines through the seam of two regions that abut, which leaves
+at most a quarter, and a bit more where three do."""
+
+TINY = 1.0e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +42,7 @@ class Mixes:
         label: region with the larger share [N].
         other: region with the rest [N].
         share: share of ``label`` [N], in [0.5, 1].
-        residual: root mean square over the channels of what the mix does not explain [N].
+        residual: root of the mean square of what the mix does not explain [N].
     """
 
     label: Integers
@@ -38,51 +51,122 @@ class Mixes:
     residual: Floats
 
 
-def nearest_labels(labels: Integers, rows: Integers, columns: Integers, radius: int = RADIUS) -> Integers:
-    """Return up to ``CANDIDATE_COUNT`` different labels [N, C] near pixels, nearest first, filled up with ``NONE``."""
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Regions near N pixels, nearest first.
+
+    Attributes:
+        label: regions [N, C], filled up with ``NONE``.
+        squared: squared distances in pixels [N, C].
+    """
+
+    label: Integers
+    squared: Floats
+
+
+def nearest_labels(labels: Integers, rows: Integers, columns: Integers, radius: int = RADIUS) -> Candidates:
+    """Return the ``CANDIDATE_COUNT`` nearest different labels of the map ``labels`` [h, w] to N pixels."""
     steps = np.arange(-radius, radius + 1)
     dy, dx = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
     order = np.argsort(dy**2 + dx**2, kind="stable")
+    squared = (dy**2 + dx**2)[order].astype(np.float32)
     padded = np.pad(labels, radius, constant_values=NONE)
-    window = padded[rows[:, None] + dy[order] + radius, columns[:, None] + dx[order] + radius]
-    found = np.full((len(rows), CANDIDATE_COUNT), NONE, np.int32)
+    place = (rows + radius) * padded.shape[1] + columns + radius
+    window = padded.ravel()[place[:, None] + (dy * padded.shape[1] + dx)[order]]
+    label = np.full((len(rows), CANDIDATE_COUNT), NONE, np.int32)
+    distance = np.zeros((len(rows), CANDIDATE_COUNT), np.float32)
     row = np.arange(len(rows))
     for slot in range(CANDIDATE_COUNT):
         first = (window != NONE).argmax(1)
-        found[:, slot] = window[row, first]
-        window[window == found[:, slot, None]] = NONE
-    return found
+        label[:, slot], distance[:, slot] = window[row, first], squared[first]
+        window[window == label[:, slot, None]] = NONE
+    return Candidates(label, distance)
 
 
-def best_mixes(picture: Floats, paints: Paints, candidates: Integers, rows: Integers, columns: Integers) -> Mixes:
-    """Return the mix of two of ``candidates`` [N, C] that comes closest to each pixel, by least squares."""
-    color = picture[rows, columns]
-    x, y = ((place + 0.5).astype(np.float32) for place in (columns, rows))
-    values = [paints.at(np.maximum(candidates[:, slot], 0), x, y) for slot in range(candidates.shape[1])]
-    best = Mixes(
-        candidates[:, 0].copy(), candidates[:, 0].copy(), np.ones(len(rows), np.float32), _rms(color - values[0])
-    )
-    for first, second in combinations(range(candidates.shape[1]), 2):
-        difference = values[first] - values[second]
-        squared = np.maximum((difference**2).sum(-1), 1.0e-9)
-        share = np.clip(((color - values[second]) * difference).sum(-1) / squared, 0.0, 1.0)
-        residual = _rms(color - values[second] - share[:, None] * difference)
-        is_better = (candidates[:, second] != NONE) & (residual < best.residual)
-        best.label[is_better] = candidates[is_better, first]
-        best.other[is_better] = candidates[is_better, second]
-        best.share[is_better] = share[is_better]
-        best.residual[is_better] = residual[is_better]
-    return _larger_first(best)
+def best_mixes(color: Floats, values: Floats, candidates: Candidates) -> Mixes:
+    """Return the mix of two candidates that comes closest to each of N pixels, by least squares.
+
+    Args:
+        color: colours of the pixels [N, D].
+        values: colours of the candidates there [N, C, D].
+        candidates: the regions.
+    """
+    label = candidates.label
+    share = np.ones(len(color), np.float32)
+    residual = _rms(color - values[:, 0])
+    first_best, second_best = label[:, 0].copy(), label[:, 0].copy()
+    cost = residual + DISTANCE_COST * candidates.squared[:, 0]
+    for first, second in combinations(range(label.shape[1]), 2):
+        usable = np.nonzero(label[:, second] != NONE)[0]
+        one, two = values[usable, first], values[usable, second]
+        part, rest = _pair(color[usable], one, two)
+        new_cost = rest + DISTANCE_COST * (candidates.squared[usable, first] + candidates.squared[usable, second])
+        is_better = new_cost < cost[usable]
+        chosen = usable[is_better]
+        cost[chosen], share[chosen], residual[chosen] = new_cost[is_better], part[is_better], rest[is_better]
+        first_best[chosen], second_best[chosen] = label[chosen, first], label[chosen, second]
+    return _larger_first(first_best, second_best, share, residual)
+
+
+def _pair(color: Floats, one: Floats, two: Floats) -> tuple[Floats, Floats]:
+    """Return the share of ``one`` [N], in [0, 1], and the residual [N] of the best mixes of two colours [N, D]."""
+    difference = one - two
+    squared = np.maximum((difference**2).sum(-1), TINY)
+    share = np.clip(((color - two) * difference).sum(-1) / squared, 0.0, 1.0)
+    return share, _rms(color - two - share[:, None] * difference)
+
+
+def explain_by_three(
+    mixes: Mixes, color: Floats, values: Floats, candidates: Candidates, far: NDArray[np.bool_]
+) -> Mixes:
+    """Return ``mixes`` with those replaced that a mix of three candidates explains better.
+
+    The two larger of the three shares are kept. ``far`` [N, C] are candidates that may have the least share only.
+    """
+    label, other, share, residual = (array.copy() for array in (mixes.label, mixes.other, mixes.share, mixes.residual))
+    row = np.arange(len(color))
+    limit = residual * TRIPLE_GAIN
+    for triple in combinations(range(candidates.label.shape[1]), 3):
+        chosen = list(triple)
+        shares, rest = triple_shares(color, values[:, chosen])
+        possible = (candidates.label[:, chosen] != NONE).all(1) & (shares >= 0).all(1)
+        possible &= (np.where(far[:, chosen], shares, 0) <= FAR_SHARE_MAX).all(1)
+        order = np.argsort(-np.where(far[:, chosen], shares - 1, shares), 1)
+        most, next_most = shares[row, order[:, 0]], shares[row, order[:, 1]]
+        is_better = possible & (rest < limit)
+        picked = candidates.label[:, chosen]
+        label[is_better], other[is_better] = picked[row, order[:, 0]][is_better], picked[row, order[:, 1]][is_better]
+        share[is_better] = (most / np.maximum(most + next_most, TINY))[is_better]
+        residual[is_better] = rest[is_better]
+        limit = np.where(is_better, rest, limit)
+    return _larger_first(label, other, share, residual)
+
+
+def triple_shares(color: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Return the shares [N, 3], with sum 1, of three colours [N, 3, D] in ``color`` [N, D], and the residual [N]."""
+    one, two = values[:, 0] - values[:, 2], values[:, 1] - values[:, 2]
+    rest = color - values[:, 2]
+    aa, bb, ab = (one * one).sum(-1), (two * two).sum(-1), (one * two).sum(-1)
+    ac, bc = (one * rest).sum(-1), (two * rest).sum(-1)
+    determinant = aa * bb - ab * ab
+    flat = determinant < 1.0e-3 * aa * bb + TINY
+    determinant = np.where(flat, 1.0, determinant)
+    first, second = (ac * bb - bc * ab) / determinant, (bc * aa - ac * ab) / determinant
+    residual = _rms(rest - first[:, None] * one - second[:, None] * two)
+    shares = np.stack([first, second, 1 - first - second], 1)
+    shares[flat] = -1.0
+    return shares, residual
 
 
 def _rms(values: Floats) -> Floats:
-    return np.sqrt((values**2).mean(-1))
+    squares: Floats = np.sqrt((values**2).mean(-1))
+    return squares
 
 
-def _larger_first(mixes: Mixes) -> Mixes:
+def _larger_first(first: Integers, second: Integers, share: Floats, residual: Floats) -> Mixes:
     """Return the mixes with the larger share named first."""
-    swap = mixes.share < 0.5
-    label, other = np.where(swap, mixes.other, mixes.label), np.where(swap, mixes.label, mixes.other)
-    share = np.where(swap, 1.0 - mixes.share, mixes.share).astype(np.float32)
+    swap = share < 0.5
+    label, other = np.where(swap, second, first), np.where(swap, first, second)
+    share = np.where(swap, 1.0 - share, share).astype(np.float32)
     other = np.where(share >= 1.0, label, other)
-    return Mixes(label.astype(np.int32), other.astype(np.int32), share, mixes.residual)
+    return Mixes(label.astype(np.int32), other.astype(np.int32), share, residual.astype(np.float32))

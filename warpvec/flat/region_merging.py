@@ -1,0 +1,109 @@
+"""Areas of one paint become one region, and specks go."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.assignment import Assignment, unmix
+from warpvec.flat.denoising import Tolerances
+from warpvec.flat.paints import Paints
+from warpvec.flat.region_growing import NONE, linked_areas
+from warpvec.geometry.gradients import FLAT
+
+Floats = NDArray[np.float32]
+Integers = NDArray[np.int32]
+Mask = NDArray[np.bool_]
+
+SMALL_AREA = 64
+"""Colours of smaller areas are less certain."""
+
+SMALL_POOL = 2.0
+"""Multiple of the tolerance within which the colour of a small area is that of a larger one."""
+
+PURE_STEP = 3.5 / 255
+"""In noisy pictures, colours closer to white or black in each channel are white or black."""
+
+NEAR = 3
+"""Distance in pixels, along each axis, within which the part of a region is looked for that a pixel has a share of."""
+
+
+def pool_paints(paints: Paints, area: NDArray[np.intp], tolerances: Tolerances) -> Integers:
+    """Return for each of K paints the number of the paint that it is drawn with: that of the largest area alike."""
+    values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity]).astype(np.float32)
+    seen = values @ tolerances.metric
+    pool = np.arange(len(paints), dtype=np.int32)
+    leaders: list[int] = []
+    for index in np.argsort(-area, kind="stable").tolist():
+        if paints.kind[index] != FLAT:
+            continue
+        limit = tolerances.pool * (SMALL_POOL if area[index] < SMALL_AREA else 1)
+        distance = np.abs(seen[leaders] - seen[index]).max(-1)
+        alike = (distance <= limit) & ((paints.opacity[leaders] > 0) == (paints.opacity[index] > 0))
+        if alike.any():
+            pool[index] = leaders[int(np.where(alike, distance, np.inf).argmin())]
+        else:
+            leaders.append(index)
+    return pool
+
+
+def merge_regions(
+    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, min_area: float, canvas: int | None
+) -> tuple[Assignment, Paints]:
+    """Return regions that are connected, of at least ``min_area`` pixels, and of other paints than their neighbours."""
+    area = np.bincount(assignment.label.ravel(), minlength=len(paints))
+    pool = pool_paints(paints, area, tolerances)
+    for part in (assignment.label, assignment.other):
+        part[...] = pool[part]
+    assignment.anchors[...] = np.append(pool, NONE)[assignment.anchors]
+    _drop_specks(picture, assignment, paints, tolerances, min_area, canvas)
+    return _split(assignment, paints)
+
+
+def _drop_specks(
+    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, min_area: float, canvas: int | None
+) -> None:
+    """Give the pixels of areas smaller than ``min_area`` to the regions around."""
+    areas = areas_of(assignment.label)
+    size = np.bincount(areas.ravel())
+    speck = (size < min_area)[areas]
+    if not speck.any() or speck.all():
+        return
+    assignment.anchors[speck] = NONE
+    assignment.is_pure[speck] = False
+    unmix(assignment, speck, picture, paints, tolerances, canvas)
+
+
+def areas_of(label: Integers) -> Integers:
+    """Return the connected areas [h, w] of equal ``label`` [h, w]."""
+    right, below = label[:, 1:] == label[:, :-1], label[1:] == label[:-1]
+    return linked_areas(np.ones(label.shape, bool), right, below)
+
+
+def _split(assignment: Assignment, paints: Paints) -> tuple[Assignment, Paints]:
+    """Make a region of each connected area, and find the areas that the shares of pixels belong to."""
+    label, other = assignment.label, assignment.other
+    areas = areas_of(label)
+    first = np.zeros(areas.max() + 1, np.int32)
+    first[areas.ravel()] = label.ravel()
+    new_other = areas.copy()
+    rows, columns = np.nonzero(other != label)
+    new_other[rows, columns] = _nearest_area(areas, label, rows, columns, other[rows, columns])
+    share = np.where(new_other == areas, np.float32(1), assignment.share)
+    anchors = np.where(assignment.anchors == label, areas, NONE)
+    result = Assignment(anchors, assignment.is_pure, areas, new_other, share, assignment.residual)
+    return result, paints.select(first)
+
+
+def _nearest_area(
+    areas: Integers, label: Integers, rows: NDArray[np.intp], columns: NDArray[np.intp], wanted: Integers
+) -> Integers:
+    """Return the area [N] of the label ``wanted`` [N] nearest to each pixel, or the pixel's own if none is near."""
+    steps = np.arange(-NEAR, NEAR + 1)
+    dy, dx = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
+    order = np.argsort(dy**2 + dx**2, kind="stable")
+    width = label.shape[1] + 2 * NEAR
+    place = ((rows + NEAR) * width + columns + NEAR)[:, None] + (dy * width + dx)[order]
+    fits = np.pad(label, NEAR, constant_values=NONE).ravel()[place] == wanted[:, None]
+    nearest = np.pad(areas, NEAR).ravel()[place[np.arange(len(rows)), fits.argmax(1)]]
+    return np.where(fits.any(1), nearest, areas[rows, columns]).astype(np.int32)
