@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -13,8 +12,10 @@ import torch
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit import schedule, state_form
+from warpvec.fit import schedule
+from warpvec.fit.clock import Clock
 from warpvec.fit.interrupt import deferred_interrupts, hold_signals
+from warpvec.fit.loop_state import check_loop
 from warpvec.fit.min_area import SmallPaths
 from warpvec.fit.palette import START as PALETTE_START
 from warpvec.fit.palette import Palette, with_pure_colors
@@ -22,24 +23,17 @@ from warpvec.fit.policies.prefixes import prefix_length, with_prefix
 from warpvec.fit.policies.registry import config_from_start, config_from_state, make_policy
 from warpvec.fit.population import Population, do_nothing
 from warpvec.fit.population_state import check_scene
-from warpvec.fit.progress import (
-    LOSS_MAX,
-    SECONDS_MAX,
-    FitResult,
-    OnProgress,
-    Progress,
-    check_history,
-    history_entry,
-)
+from warpvec.fit.progress import FitResult, OnProgress, Progress, check_history, history_entry
 from warpvec.fit.ramps import GradientChoice
 from warpvec.fit.regularization import Regularization
+from warpvec.fit.start import first_paths, given_paths
 from warpvec.fit.state import Saving, State
 from warpvec.fit.state_form import row_count
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import is_transparent
 from warpvec.rendering.launch import resolve_device
-from warpvec.rendering.streams import StepQueue, on_warps_stream
+from warpvec.rendering.streams import on_warps_stream
 
 # Iterations between entries of the history of most fits, and between two checks of a GPU for steps without room. Each
 # reads one number back, which drains the queue of a GPU.
@@ -127,11 +121,10 @@ class _Fit:
         self._regularization = Regularization(height, width, config, device, config.point_degree)
         self._small_paths = SmallPaths(self._target, config)
         self._gradients = GradientChoice(self._target, config)
-        self._start = time.perf_counter()
+        self._clock = Clock(config, device)
         self._iteration = 0
         self._iteration_count = config.iterations
         self._steps_before = 0  # iterations that the paths know nothing of
-        self._first_seconds = 0.0
         self._loss = torch.zeros(())
         self._best: tuple[float, Scene] | None = None
         self._check_gap = _HISTORY_GAP if device == "cpu" else _HISTORY_GAP_CUDA
@@ -139,9 +132,11 @@ class _Fit:
         self.history: list[dict[str, float]] = []
         self.interrupted = False
         self.saving: Saving | None = None
-        first = self._first_paths() if start is None else self._costliest_to_remove(start)
-        self._population = Population(self._as_transparent_as_image(first), config, max(height, width) / 2)
-        self._queue = StepQueue(device)
+        if start is None:
+            first = first_paths(self._image, config, self._policy)
+        else:
+            first = given_paths(self._image, config, self._target, start)
+        self._population = Population(first, config, max(height, width) / 2)
         has_palette = config.palette is not None or config.colors > 0
         self._palette = Palette(config, height * width) if has_palette else None
 
@@ -163,7 +158,7 @@ class _Fit:
             removal_cost = self._step(self._iteration, wants_removal_cost)
             self._iteration += 1
             hold_signals()
-            self._iteration_count = self._planned_iterations()
+            self._iteration_count = self._clock.planned_iterations(self._iteration)
             is_last = self._iteration == self._iteration_count
             if is_last:
                 self._sort()
@@ -183,7 +178,8 @@ class _Fit:
             scene = self._best[1]
         if self._config.colors > 0:
             scene = with_pure_colors(scene, self._image)
-        return FitResult(scene.cpu(), self.history, self._iteration, self._seconds(), self.interrupted, self._device)
+        seconds = self._clock.seconds()
+        return FitResult(scene.cpu(), self.history, self._iteration, seconds, self.interrupted, self._device)
 
     def _step(self, iteration: int, want_removal_cost: bool) -> Tensor | None:
         """Render, differentiate the loss and update the paths; return each path's removal cost [N] on request."""
@@ -258,8 +254,8 @@ class _Fit:
             "config": self._config.to_dict(),
             "iteration": self._iteration,
             "iteration_count": self._iteration_count,
-            "seconds": self._seconds(),
-            "first_seconds": self._first_seconds,
+            "seconds": self._clock.seconds(),
+            "first_seconds": self._clock.first_seconds,
             "loss": self._loss,
             "best": best,
             "history": self.history,
@@ -269,7 +265,7 @@ class _Fit:
 
     def check(self, state: State) -> None:
         """Raise InputError unless ``state`` is one that :meth:`state` can have returned in a fit like this one."""
-        self._check_own(state)
+        check_loop(state, self._config)
         iteration, curves = state["iteration"], self._config.curves
         check_history(state["history"], iteration, state["seconds"], curves)
         count = row_count("population", state["population"], "serial", curves)
@@ -280,31 +276,10 @@ class _Fit:
             best_count = row_count("best.scene", scene, "color", curves)
             check_scene("best.scene", scene, self._population.live, best_count, generation_max)
 
-    def _check_own(self, state: State) -> None:
-        """Check what is not in the parts of ``state`` that have owners of their own."""
-        is_timed, wanted, part = self._config.time_budget is not None, self._config.iterations, state_form.Part()
-        seconds, loss = state_form.Number(0.0, SECONDS_MAX), state_form.Number(0.0, LOSS_MAX)
-        state_form.check_fields(
-            "",
-            state,
-            config=part,  # `config_from_state` compares it
-            iteration=state_form.Whole(1, wanted - 1),
-            iteration_count=state_form.Whole(2 if is_timed else wanted, wanted),
-            seconds=seconds,
-            first_seconds=seconds,
-            loss=state_form.floats(low=0.0, high=LOSS_MAX),
-            best=state_form.Maybe(state_form.Fields({"loss": loss, "scene": part})),
-            history=state_form.ListOf(part),
-            policy=part,
-            population=part,
-        )
-        state_form.require(state["iteration"] < state["iteration_count"], "iteration", "is not before the last one")
-        state_form.require(state["first_seconds"] <= state["seconds"], "first_seconds", "is more than the whole time")
-
     def restore(self, state: State) -> None:
         """Continue from ``state``, which :meth:`check` has accepted."""
         self._iteration, self._iteration_count = state["iteration"], state["iteration_count"]
-        self._start, self._first_seconds = time.perf_counter() - state["seconds"], state["first_seconds"]
+        self._clock.resume(state["seconds"], state["first_seconds"])
         self._loss = state["loss"].to(self._device)
         best = state["best"]
         self._best = None if best is None else (best["loss"], Scene.from_dict(best["scene"]).to(self._device))
@@ -318,24 +293,6 @@ class _Fit:
             self.saving.save(self.state())
 
     # Population
-
-    def _first_paths(self) -> Scene:
-        learned = self._config.backdrop == "learned"
-        return self._policy.first_paths(self._image[..., :3].mean((0, 1)) if learned else self._image.new_ones(3))
-
-    def _as_transparent_as_image(self, scene: Scene) -> Scene:
-        """Return ``scene`` without a visible canvas if the image has alpha, else with one."""
-        if is_transparent(self._image):
-            return replace(scene, background=torch.zeros_like(scene.background), transparent=True)
-        return replace(scene, transparent=False)
-
-    def _costliest_to_remove(self, scene: Scene) -> Scene:
-        """Return the N paths of ``scene`` with the highest removal cost, or all if there are no more than N."""
-        scene = scene.to(self._device)
-        if len(scene) <= self._config.curves:
-            return scene
-        removal_cost = self._target.fit_step(scene, True).removal_cost
-        return scene.select(removal_cost.topk(self._config.curves).indices.sort().values)
 
     def _change_population(self, removal_cost: Tensor | None) -> None:
         before = self._population.live
@@ -370,7 +327,7 @@ class _Fit:
             self._iteration,
             self._iteration_count,
             len(self._population),
-            self._seconds(),
+            self._clock.seconds(),
             self._loss,
             lambda: self._population.scene,
         )
@@ -378,20 +335,3 @@ class _Fit:
             self.history.append(history_entry(progress))
         if self._on_progress is not None:
             self._on_progress(progress)
-
-    def _planned_iterations(self) -> int:
-        """Return the iterations of the settings, or fewer if the time budget allows no more at the pace so far."""
-        wanted, budget = self._config.iterations, self._config.time_budget
-        if budget is None:
-            return wanted
-        self._queue.add()
-        if self._iteration == 1:
-            self._queue.drain()
-            # The first iteration may have compiled kernels, so it says nothing about the pace.
-            self._first_seconds = self._seconds()
-            return wanted if self._first_seconds < budget else 1
-        pace = (self._seconds() - self._first_seconds) / (self._iteration - 1)
-        return min(wanted, self._iteration + max(0, int((budget - self._seconds()) / pace)))
-
-    def _seconds(self) -> float:
-        return time.perf_counter() - self._start

@@ -19,22 +19,33 @@ from warpvec.geometry.gradients import EXTENT_MIN, LINEAR, RADIAL
 from warpvec.geometry.loops import Color, LinearOrRadial
 from warpvec.geometry.trim import cut_at
 from warpvec.svg.foreign.budget import Budget
+from warpvec.svg.foreign.color_ramps import (
+    EXACT,
+    LEVEL,
+    Array,
+    Piece,
+    Ramp,
+    central,
+    clipped,
+    difference,
+    linear_range,
+    merged_pieces,
+    radial_range,
+    shown_periods,
+    straight_pieces,
+    unrolled,
+)
 from warpvec.svg.foreign.discs import disc_in
-from warpvec.svg.foreign.shapes import Loop, bounding_box, curves_of
+from warpvec.svg.foreign.shapes import Loop, curves_of
 from warpvec.svg.foreign.skia import Combiner
 
 MAX_BANDS = 16
 """Most paths that one shape becomes. Ramps that need more, such as spectra, get two fitted stops."""
 
-_LEVEL = 1.0 / 255.0
-
-_EXACT = 0.75 * _LEVEL
-"""Largest difference from a ramp that is not worth a remark."""
-
-_CLOSE = 1.5 * _LEVEL
+_CLOSE = 1.5 * LEVEL
 """Largest difference of two fitted stops from a ramp for which a shape is not cut: about 48 dB."""
 
-_RING_CLOSE = 2.5 * _LEVEL
+_RING_CLOSE = 2.5 * LEVEL
 """Largest difference in a ring of a radial ramp that is too steep for one disc; it is largest at the ring's edges."""
 
 _RINGS_MAX = 5
@@ -49,9 +60,6 @@ _SAMPLES = 129
 _ENDS_MAX = 12
 """Most stops that are tried as the ends of two fitted stops."""
 
-_PERIODS_MAX = 32
-"""Most repetitions of a ramp that are told apart."""
-
 RAMP_EFFORT = 2**19
 """Stops that are read for one file, which takes some 5 s; other work on gradients counts as stops. Thousands of shapes
 may each show a ramp of thousands of stops."""
@@ -62,26 +70,6 @@ _FIT_EFFORT, _BAND_EFFORT = 3, 60
 _REACH = 2.0**24
 """Largest coordinate of a gradient in pixels, where float32 still tells neighbouring pixels apart."""
 
-Array = NDArray[np.float64]
-
-
-class Ramp(NamedTuple):
-    """The colours along a gradient.
-
-    Attributes:
-        kind: ``LINEAR`` or ``RADIAL``.
-        geometry: x1, y1, x2, y2, or cx, cy, r, 0, in pixels.
-        offsets: of its stops [K], not decreasing.
-        colors: sRGB-encoded [K, 3].
-        spread: "pad", "repeat" or "reflect".
-    """
-
-    kind: int
-    geometry: tuple[float, float, float, float]
-    offsets: Array
-    colors: Array
-    spread: str = "pad"
-
 
 class Painted(NamedTuple):
     """A part of a shape, in pixels, and its paint: a colour, or a gradient that starts with it."""
@@ -89,15 +77,6 @@ class Painted(NamedTuple):
     loops: list[Loop]
     color: Color
     gradient: LinearOrRadial | None
-
-
-class _Piece(NamedTuple):
-    """A straight part of a ramp."""
-
-    start: float
-    end: float
-    first: Array
-    last: Array
 
 
 def painted(
@@ -128,12 +107,12 @@ def painted(
     x, y, z, w = ramp.geometry
     if (math.hypot(z - x, w - y) if ramp.kind == LINEAR else z) < EXTENT_MIN:
         return [Painted(loops, _color(ramp.colors[-1]), None)]
-    low, high = (_linear_range if ramp.kind == LINEAR else _radial_range)(loops, ramp.geometry, size)
-    stop_count = len(ramp.offsets) * max(len(_periods(ramp, low, high)), 1)
+    low, high = (linear_range if ramp.kind == LINEAR else radial_range)(loops, ramp.geometry, size)
+    stop_count = len(ramp.offsets) * max(len(shown_periods(ramp, low, high)), 1)
     if stop_count > 2 and not budget.takes(stop_count):
         return None
-    ramp = _unrolled(ramp, low, high, omitted)
-    pieces = _merged(_pieces(ramp, low, high))
+    ramp = unrolled(ramp, low, high, omitted)
+    pieces = merged_pieces(straight_pieces(ramp, low, high))
     if len(pieces) == 1 and _fits_one(ramp.kind, pieces[0]):
         return [Painted(loops, *_paint(ramp, pieces[0]))]
     fitted, error = _fitted(ramp, low, high, budget)
@@ -150,125 +129,17 @@ def painted(
     return parts
 
 
-def _periods(ramp: Ramp, low: float, high: float) -> range:
-    """Return which repetitions of ``ramp`` show from ``low`` to ``high``; none if it pads, or if there are too many."""
-    first, last = math.floor(low), math.ceil(high)
-    repeats = ramp.spread in ("repeat", "reflect") and last - first <= _PERIODS_MAX
-    return range(first, last) if repeats else range(0)
-
-
-def _unrolled(ramp: Ramp, low: float, high: float, omitted: Counter[str]) -> Ramp:
-    """Return a ramp that pads and is the same from ``low`` to ``high``."""
-    periods = _periods(ramp, low, high)
-    if not periods:
-        omitted["repeating gradient"] += ramp.spread in ("repeat", "reflect")
-        return ramp
-    offsets = np.concatenate([[0.0], ramp.offsets, [1.0]])
-    colors = np.concatenate([ramp.colors[:1], ramp.colors, ramp.colors[-1:]])
-    turns = [ramp.spread == "reflect" and period % 2 == 1 for period in periods]
-    forth, back = offsets, 1.0 - offsets[::-1]
-    places = [periods[0] + period + (back if turn else forth) for period, turn in enumerate(turns)]
-    shades = [colors[::-1] if turn else colors for turn in turns]
-    return ramp._replace(offsets=np.concatenate(places), colors=np.concatenate(shades))
-
-
-def _linear_range(loops: list[Loop], geometry: tuple[float, ...], size: tuple[float, float]) -> tuple[float, float]:
-    """Return the least and the largest offset that the visible part of a shape may show."""
-    start, along = np.array(geometry[:2]), np.subtract(geometry[2:], geometry[:2])
-    along = along / (along @ along)
-    curves = np.concatenate([curves_of(loop) for loop in loops])
-    offsets = (curves - start) @ along
-    low, _, high, _ = bounding_box(np.stack([offsets, offsets], -1))
-    corners = (_corners(0.0, 0.0, *size) - start) @ along
-    inner = max(low, float(corners.min())), min(high, float(corners.max()))
-    return inner if inner[0] < inner[1] else (low, high)
-
-
-def _radial_range(loops: list[Loop], geometry: tuple[float, ...], size: tuple[float, float]) -> tuple[float, float]:
-    center, radius = np.array(geometry[:2]), geometry[2]
-    curves = np.concatenate([curves_of(loop) for loop in loops])
-    left, top, right, bottom = bounding_box(curves)
-    box = np.array([max(left, 0.0), max(top, 0.0), min(right, size[0]), min(bottom, size[1])])
-    if (box[2:] <= box[:2]).any():
-        box = np.array([left, top, right, bottom])
-    near = np.clip(center, box[:2], box[2:])
-    far = np.hypot(*(_corners(*box.tolist()) - center).T).max()
-    reach = np.hypot(*(curves.reshape(-1, 2) - center).T).max()
-    return float(np.hypot(*(near - center))) / radius, float(min(far, reach)) / radius
-
-
-def _corners(left: float, top: float, right: float, bottom: float) -> Array:
-    return np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
-
-
-def _pieces(ramp: Ramp, low: float, high: float) -> list[_Piece]:
-    """Return the straight parts of ``ramp`` between ``low`` and ``high``.
-
-    A flat part at either end is left out where padding with the next colour draws the same. The part around the centre
-    of a radial ramp is kept.
-    """
-    offsets = np.concatenate([[min(low, ramp.offsets[0])], ramp.offsets, [max(high, ramp.offsets[-1])]])
-    colors = np.concatenate([ramp.colors[:1], ramp.colors, ramp.colors[-1:]])
-    margin = 1e-9 * max(high - low, 1e-9)
-    pieces = [
-        _Piece(float(a), float(b), colors[row], colors[row + 1])
-        for row, (a, b) in enumerate(pairwise(offsets))
-        if b > a and b > low + margin and a < high - margin
-    ]
-    if not pieces:
-        return [_Piece(low, high, ramp.colors[-1], ramp.colors[-1])]
-    if len(pieces) > 1 and ramp.kind == LINEAR and _is_flat(pieces[0]) and _joins(pieces[0], pieces[1]):
-        pieces.pop(0)
-    if len(pieces) > 1 and _is_flat(pieces[-1]) and _joins(pieces[-2], pieces[-1]):
-        pieces.pop()
-    return pieces
-
-
-def _is_flat(piece: _Piece) -> bool:
-    return bool((piece.first == piece.last).all())
-
-
-def _joins(before: _Piece, after: _Piece) -> bool:
-    return bool((before.last == after.first).all())
-
-
-def _merged(pieces: list[_Piece]) -> list[_Piece]:
-    """Return ``pieces`` with those joined that one straight part shows."""
-    starts, firsts = np.array([piece.start for piece in pieces]), np.array([piece.first for piece in pieces])
-    merged, run = [pieces[0]], 1
-    for row, piece in enumerate(pieces[1:], 1):
-        last = merged[-1]
-        longer = _Piece(last.start, piece.end, last.first, piece.last)
-        if _joins(last, piece) and _difference(longer, starts[run : row + 1], firsts[run : row + 1]) <= _EXACT:
-            merged[-1] = longer
-        else:
-            merged.append(piece)
-            run = row + 1
-    return merged
-
-
-def _difference(piece: _Piece, places: Array | float, colors: Array) -> float:
-    """Return the largest difference of ``piece`` at ``places`` [K] from ``colors`` [K, 3]."""
-    share = (np.reshape(places, (-1, 1)) - piece.start) / (piece.end - piece.start)
-    return float(np.abs((1.0 - share) * piece.first + share * piece.last - colors).max())
-
-
-def _fits_one(kind: int, piece: _Piece) -> bool:
+def _fits_one(kind: int, piece: Piece) -> bool:
     """Return whether one gradient shows ``piece``: a radial one starts at its centre, whose colour must exist."""
-    return kind == LINEAR or bool(np.abs(_central(piece) - _clipped(_central(piece))).max() <= _EXACT)
+    return kind == LINEAR or bool(np.abs(central(piece) - clipped(central(piece))).max() <= EXACT)
 
 
-def _central(piece: _Piece) -> Array:
-    """Return the colour in the centre that goes on from a part of a radial ramp."""
-    return piece.first - (piece.last - piece.first) * piece.start / (piece.end - piece.start)
-
-
-def _paint(ramp: Ramp, piece: _Piece) -> tuple[Color, LinearOrRadial | None]:
+def _paint(ramp: Ramp, piece: Piece) -> tuple[Color, LinearOrRadial | None]:
     """Return the first colour and the gradient of two stops that continue ``piece``."""
     first, last = piece.first, piece.last
     x, y, z, w = ramp.geometry
     if ramp.kind == RADIAL:
-        first, geometry = _clipped(_central(piece)), (x, y, z * piece.end, 0.0)
+        first, geometry = clipped(central(piece)), (x, y, z * piece.end, 0.0)
     else:
         places = [(x + t * (z - x), y + t * (w - y)) for t in (piece.start, piece.end)]
         geometry = (*places[0], *places[1])
@@ -277,7 +148,7 @@ def _paint(ramp: Ramp, piece: _Piece) -> tuple[Color, LinearOrRadial | None]:
     return _color(first), LinearOrRadial(ramp.kind, geometry, _color(last))
 
 
-def _fitted(ramp: Ramp, low: float, high: float, budget: Budget) -> tuple[_Piece, float]:
+def _fitted(ramp: Ramp, low: float, high: float, budget: Budget) -> tuple[Piece, float]:
     """Return the straight part, padded, that is closest to ``ramp`` over its area, and the largest difference.
 
     Its ends are at stops, or at the ends of what is visible; at these alone if ``budget`` allows no more.
@@ -294,18 +165,18 @@ def _fitted(ramp: Ramp, low: float, high: float, budget: Budget) -> tuple[_Piece
         for end in ends[i + 1 :]:
             share = np.clip((t - start) / (end - start), 0.0, 1.0)[:, None]
             basis = np.hstack([1.0 - share, share])
-            fitted = _clipped(np.linalg.lstsq(weight * basis, weight * shown, rcond=None)[0])
+            fitted = clipped(np.linalg.lstsq(weight * basis, weight * shown, rcond=None)[0])
             residual = basis @ fitted - shown
             loss = float((weight * residual**2).sum())
             if loss < least:
-                best, least, error = _Piece(start, end, *fitted), loss, float(np.abs(residual).max())
+                best, least, error = Piece(start, end, *fitted), loss, float(np.abs(residual).max())
     if best is None:
-        return _Piece(low, low + 1.0, shown[-1], shown[-1]), math.inf
+        return Piece(low, low + 1.0, shown[-1], shown[-1]), math.inf
     return best, error
 
 
 def _bands(
-    loops: list[Loop], ramp: Ramp, pieces: list[_Piece], is_opaque: bool, size: tuple[float, float]
+    loops: list[Loop], ramp: Ramp, pieces: list[Piece], is_opaque: bool, size: tuple[float, float]
 ) -> list[Painted]:
     """Return the bands of a shape between the stops of a linear ramp."""
     start, along = np.array(ramp.geometry[:2]), np.subtract(ramp.geometry[2:], ramp.geometry[:2])
@@ -340,7 +211,7 @@ def _between(loop: Loop, frame: Array, low: float, high: float) -> Loop | None:
 
 
 def _discs(
-    loops: list[Loop], ramp: Ramp, pieces: list[_Piece], combiner: Combiner, omitted: Counter[str]
+    loops: list[Loop], ramp: Ramp, pieces: list[Piece], combiner: Combiner, omitted: Counter[str]
 ) -> list[Painted] | None:
     """Return the shape in the outermost colours of a radial ramp, and the discs on it; None if one cannot be cut."""
     rings = [_rings(piece) for piece in reversed(pieces)]
@@ -357,7 +228,7 @@ def _discs(
     return parts if len(steps) <= MAX_BANDS else None
 
 
-def _rings(piece: _Piece) -> tuple[list[_Piece], float]:
+def _rings(piece: Piece) -> tuple[list[Piece], float]:
     """Return parts, from the outside, that one disc each shows, and their largest difference from ``piece``.
 
     There are several if the colours change too fast for one disc.
@@ -371,19 +242,15 @@ def _rings(piece: _Piece) -> tuple[list[_Piece], float]:
     return [ring for ring, _ in reversed(rings)], worst
 
 
-def _ring(piece: _Piece, low: float, high: float) -> tuple[_Piece, float]:
+def _ring(piece: Piece, low: float, high: float) -> tuple[Piece, float]:
     """Return the part of ``piece`` from ``low`` to ``high`` as a disc can show it, and its largest difference."""
     slope = (piece.last - piece.first) / (piece.end - piece.start)
     ends = [piece.first + slope * (at - piece.start) for at in (low, high)]
-    center = _clipped(_central(piece))
+    center = clipped(central(piece))
     middle = (low + high) / 2
-    last = _clipped(center + (sum(ends) / 2 - center) * high / middle)
-    shown = _Piece(0.0, high, center, last)
-    return shown, max(_difference(shown, at, color) for at, color in zip((low, high), ends, strict=True))
-
-
-def _clipped(color: Array) -> Array:
-    return np.clip(color, 0.0, 1.0)
+    last = clipped(center + (sum(ends) / 2 - center) * high / middle)
+    shown = Piece(0.0, high, center, last)
+    return shown, max(difference(shown, at, color) for at, color in zip((low, high), ends, strict=True))
 
 
 def _color(values: Array) -> Color:

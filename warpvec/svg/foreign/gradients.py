@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from warpvec.geometry.gradients import LINEAR, RADIAL
 from warpvec.geometry.loops import Color
 from warpvec.svg.document import local_name
-from warpvec.svg.foreign.bands import Ramp
+from warpvec.svg.foreign.color_ramps import Ramp
 from warpvec.svg.foreign.shapes import compose, read_matrix
 from warpvec.svg.units import parse_length
 
