@@ -1,0 +1,57 @@
+"""Fit closed outlines with few lines and cubics: corners are found, and smooth places are exactly smooth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.cycle_search import cheapest_cycle
+from warpvec.flat.outline_nodes import find_nodes, sample_loops
+from warpvec.flat.piece_joining import Pieces, join_pieces
+from warpvec.flat.span_costs import span_costs
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Integers = NDArray[np.int64]
+
+TOLERANCE = 0.2
+"""Largest distance in pixels between an outline and its curves. An outline from anti-aliased pixels is within 0.05."""
+
+
+def fit_loops(loops: Sequence[Floats], tolerance: float = TOLERANCE) -> list[tuple[Floats, Mask]]:
+    """Return the control points [n, 3, 2] and a mask of the lines [n] for each closed polyline [m, 2].
+
+    The pieces of a loop are those of the cheapest cycle through nodes along it (`find_nodes`): few pieces, lines
+    rather than cubics, each within ``tolerance`` pixels of the outline, and few kinks where it is smooth.
+    """
+    if not loops:
+        return []
+    samples = sample_loops(loops)
+    nodes = find_nodes(samples)
+    spans = span_costs(samples, nodes, tolerance)
+    cycles = []
+    for first, stop in zip(nodes.first[:-1], nodes.first[1:], strict=True):
+        cycles.append(first + np.array(cheapest_cycle(spans.cost[first:stop])))
+    pieces = _pieces(nodes.first, cycles, spans.is_line)
+    segments = join_pieces(samples, nodes, pieces, tolerance)
+    stops = np.cumsum([len(cycle) for cycle in cycles])[:-1]
+    return list(zip(np.split(segments, stops), np.split(pieces.is_line, stops), strict=True))
+
+
+def fit_loop(loop: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, Mask]:
+    """Return `fit_loops` for one closed polyline [m, 2]."""
+    return fit_loops([loop], tolerance)[0]
+
+
+def _pieces(first_node: Integers, cycles: Sequence[Integers], is_line: Mask) -> Pieces:
+    ends = [np.roll(cycle, -1) for cycle in cycles]
+    start, end = np.concatenate(cycles), np.concatenate(ends)
+    first = np.cumsum([0, *(len(cycle) for cycle in cycles)])
+    rows = [np.arange(a, b) for a, b in zip(first[:-1], first[1:], strict=True)]
+    before = np.concatenate([np.roll(row, 1) for row in rows])
+    after = np.concatenate([np.roll(row, -1) for row in rows])
+    loop = np.searchsorted(first_node, start, side="right") - 1
+    steps = (end - start) % np.diff(first_node)[loop]
+    return Pieces(start, end, is_line[start, steps - 1], before, after)

@@ -1,0 +1,208 @@
+"""Points of outlines where a curve may begin: corners, whose rounding by pixels is undone, and smooth places."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+STEP = 0.5
+"""Pixels between the samples of an outline. Its own points are up to 1.4 pixels apart."""
+
+SAMPLE_COUNT_MIN = 16
+"""Least number of samples of a loop, however small it is."""
+
+GAP = 2
+"""Samples beside a corner that are not looked at: marching squares round them off."""
+
+LONG, SHORT = 12, 5
+"""Samples on one side that tell where the outline goes: a parabola through the long part, or a line through the short
+one where the outline turns again soon."""
+
+RESIDUAL_MAX = 0.08
+"""Largest mean distance in pixels of a parabola from the samples that it is trusted with."""
+
+TURN_MIN = np.radians(22.0)
+"""Least change of direction at a corner. A circle of radius 3 turns by 19 degrees a pixel, but its parabolas follow."""
+
+APART = 3
+"""Samples between two corners, at least."""
+
+REACH_MAX = 4.0
+"""Pixels that a corner may lie outside of the outline, at most. The tip of a wedge of 10 degrees lies 3 px outside."""
+
+TRIM_MIN, TRIM_MAX = 1.0, 3.5
+"""Pixels of the outline beside a corner that are rounded off: at right angles, and at most."""
+
+SPACING_MIN, SPACING_MAX, SPACING_SHARE = 1.5, 4.0, 1 / 120
+"""Pixels between smooth nodes: a share of the length of the loop, within limits."""
+
+SMOOTH_REACH = 6
+"""Samples on either side that tell the direction of the outline at a smooth node."""
+
+
+class Samples(NamedTuple):
+    """Samples of all loops at even distances.
+
+    Attributes:
+        xy: samples of one loop after the other [M, 2].
+        first: first sample of each loop [L + 1].
+        step: distance between samples along each loop in pixels [L].
+    """
+
+    xy: Floats
+    first: Integers
+    step: Floats
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """N places where a curve may begin, loop by loop and along each loop.
+
+    Attributes:
+        first: first node of each loop [L + 1].
+        sample: sample of its loop at the node [N], counted from the loop's first.
+        point: the node [N, 2]; a corner lies outside of the rounded outline.
+        direction: unit vector along the outline [N, 2]; of a corner, the mean of both sides.
+        is_corner: corners [N].
+        trim: samples beside the node that say nothing about the curves, because they are rounded off [N].
+        doubt: how uncertain the direction is [N]: 1 usually, more beside corners.
+    """
+
+    first: Integers
+    sample: Integers
+    point: Floats
+    direction: Floats
+    is_corner: Mask
+    trim: Integers
+    doubt: Floats
+
+
+def sample_loops(loops: Sequence[Floats]) -> Samples:
+    """Return even samples of closed polylines [n, 2], at least three different points each."""
+    parts, steps = [], []
+    for loop in loops:
+        closed = np.concatenate([loop, loop[:1]])
+        length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+        count = max(SAMPLE_COUNT_MIN, round(length[-1] / STEP))
+        places = np.arange(count) * (length[-1] / count)
+        parts.append(np.stack([np.interp(places, length, closed[:, k]) for k in (0, 1)], 1))
+        steps.append(length[-1] / count)
+    first = np.concatenate([[0], np.cumsum([len(part) for part in parts])]).astype(np.int64)
+    return Samples(np.concatenate(parts), first, np.array(steps))
+
+
+def find_nodes(samples: Samples) -> Nodes:
+    """Return the places of all loops where a curve may begin."""
+    found = [
+        _nodes_of_loop(samples.xy[start:stop], float(step))
+        for start, stop, step in zip(samples.first[:-1], samples.first[1:], samples.step, strict=True)
+    ]
+    first = np.concatenate([[0], np.cumsum([len(nodes.sample) for nodes in found])]).astype(np.int64)
+    names = ("sample", "point", "direction", "is_corner", "trim", "doubt")
+    return Nodes(first, *(np.concatenate([getattr(nodes, name) for nodes in found]) for name in names))
+
+
+def _nodes_of_loop(xy: Floats, step: float) -> Nodes:
+    corners = _corners(xy, step)
+    smooth = _smooth_nodes(xy, step, corners.sample)
+    order = np.argsort(np.concatenate([corners.sample, smooth.sample]), kind="stable")
+    names = ("sample", "point", "direction", "is_corner", "trim", "doubt")
+    joined = (np.concatenate([getattr(corners, name), getattr(smooth, name)])[order] for name in names)
+    return Nodes(np.zeros(1, np.int64), *joined)
+
+
+class _Side(NamedTuple):
+    """The outline on one side of each sample: a point [n, 2] on it near the sample, and its direction away from it."""
+
+    point: Floats
+    away: Floats
+
+
+def _corners(xy: Floats, step: float) -> Nodes:
+    ahead, behind = _side(xy, 1), _side(xy, -1)
+    cosine = np.clip(-(ahead.away * behind.away).sum(1), -1.0, 1.0)
+    turn = np.arccos(cosine)
+    chosen = np.nonzero(_is_peak(turn) & (turn > TURN_MIN))[0]
+    point = _intersections(xy, _Side(*(v[chosen] for v in ahead)), _Side(*(v[chosen] for v in behind)), chosen)
+    half = np.maximum((np.pi - turn[chosen]) / 2.0, 0.05)
+    trim = np.clip(TRIM_MIN * (0.7 + 0.3 / np.tan(half)), TRIM_MIN, TRIM_MAX) / step
+    direction = _unit(ahead.away[chosen] - behind.away[chosen])
+    ones = np.ones(len(chosen))
+    return Nodes(
+        np.zeros(1, np.int64), chosen, point, direction, ones.astype(bool), np.rint(trim).astype(np.int64), ones
+    )
+
+
+def _side(xy: Floats, sign: int) -> _Side:
+    """Return where the outline lies ahead of (``sign`` 1) or behind (-1) each sample, beyond the gap."""
+    count = len(xy)
+    long = min(LONG, max(SHORT, count // 6))
+    rows = (np.arange(count)[:, None] + sign * np.arange(GAP, GAP + long)) % count
+    near = xy[rows]
+    offsets = np.arange(long, dtype=np.float64)
+    basis = np.stack([np.ones(long), offsets, offsets**2], 1)
+    parabola = np.einsum("kl,nlc->nkc", np.linalg.pinv(basis), near)
+    residual = near - np.einsum("lk,nkc->nlc", basis, parabola)
+    line = np.einsum("kl,nlc->nkc", np.linalg.pinv(basis[:SHORT, :2]), near[:, :SHORT])
+    is_bent = np.sqrt((residual**2).sum(-1).mean(1)) > RESIDUAL_MAX
+    chosen = np.where(is_bent[:, None, None], line, parabola[:, :2])
+    return _Side(chosen[:, 0], _unit(chosen[:, 1]))
+
+
+def _is_peak(values: Floats) -> Mask:
+    """Return which values of a cycle are the largest within ``APART`` samples; of equal ones the first."""
+    is_peak = np.ones(len(values), bool)
+    for shift in range(1, APART + 1):
+        is_peak &= (values >= np.roll(values, -shift)) & (values > np.roll(values, shift))
+    return is_peak
+
+
+def _intersections(xy: Floats, ahead: _Side, behind: _Side, chosen: Integers) -> Floats:
+    """Return where the lines of both sides meet, at most ``REACH_MAX`` from the outline."""
+    between = behind.point - ahead.point
+    cross = ahead.away[:, 0] * behind.away[:, 1] - ahead.away[:, 1] * behind.away[:, 0]
+    share = (between[:, 0] * behind.away[:, 1] - between[:, 1] * behind.away[:, 0]) / np.where(cross == 0, 1.0, cross)
+    point = ahead.point + share[:, None] * ahead.away
+    middle = (ahead.point + behind.point) / 2.0
+    point = np.where((cross == 0)[:, None], middle, point)
+    away = point - xy[chosen]
+    distance = np.linalg.norm(away, axis=1, keepdims=True)
+    return xy[chosen] + away * np.minimum(1.0, REACH_MAX / np.maximum(distance, 1e-9))
+
+
+def _smooth_nodes(xy: Floats, step: float, corners: Integers) -> Nodes:
+    count = len(xy)
+    spacing = np.clip(count * step * SPACING_SHARE, SPACING_MIN, SPACING_MAX)
+    places = np.rint(np.arange(0, count, spacing / step)).astype(np.int64)
+    distance = _distance_on_cycle(places[places < count], corners, count)
+    places, distance = places[places < count][distance > GAP], distance[distance > GAP]
+    reach = min(SMOOTH_REACH, max(2, count // 8))
+    offsets = np.arange(-reach, reach + 1)
+    near = xy[(places[:, None] + offsets) % count]
+    parabola = np.einsum("kl,nlc->nkc", np.linalg.pinv(np.stack([offsets**0, offsets, offsets**2], 1)), near)
+    is_near = distance <= reach
+    point = np.where(is_near[:, None], xy[places], parabola[:, 0])
+    zeros = np.zeros(len(places), np.int64)
+    return Nodes(
+        np.zeros(1, np.int64), places, point, _unit(parabola[:, 1]), zeros.astype(bool), zeros,
+        np.where(is_near, 3.0, 1.0),
+    )  # fmt: skip
+
+
+def _distance_on_cycle(places: Integers, corners: Integers, count: int) -> Integers:
+    if not len(corners):
+        return np.full(len(places), count)
+    apart = np.abs(places[:, None] - corners)
+    return np.minimum(apart, count - apart).min(1)
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
