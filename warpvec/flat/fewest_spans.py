@@ -1,0 +1,244 @@
+"""Choose which nodes of closed outlines stay, so that few segments show the outlines within a tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.outline_samples import Floats, OutlineSamples
+from warpvec.flat.span_fitting import Ends, Fits, fit_cubics, fit_lines, spans_of
+
+SPAN_MAX = 16
+"""Most segments that one can replace at a time."""
+
+PEAK = 3.0
+"""Largest visible distance, in root mean squares that are allowed. A dent so small that it hides in the mean of a long
+span stays."""
+
+HIDDEN_MOVE = 4.0
+"""Largest distance, in pixels, by which a hidden part of an outline may move at a time."""
+
+LINE_TURN = 4.0
+"""Largest angle in degrees between a line and the tangent of a smooth node at its end."""
+
+HOPELESS = 4.0
+"""A span is not extended once its error is this many times what is allowed, at both of its shorter parts."""
+
+LINE_COUNT, CURVE_COUNT = 0.6, 1.0
+"""Price of a line and of a curve: a file states two numbers for the first and six for the second."""
+
+KEPT_BONUS = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Outlines:
+    """The closed outlines of a scene, as arrays.
+
+    Attributes:
+        samples: points of all R segments.
+        is_line: which segments are lines [R].
+        is_smooth: which segments start at a smooth node [R].
+        tangents: unit direction of the outline at the start of each segment [R, 2]; 0 at corners.
+        loop_first: first row of each loop, and R last [L + 1].
+    """
+
+    samples: OutlineSamples
+    is_line: NDArray[np.bool_]
+    is_smooth: NDArray[np.bool_]
+    tangents: Floats
+    loop_first: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Spans:
+    """Candidates: K spans of ``size`` segments from ``first`` on [K], as a cubic or a line.
+
+    ``cost`` [K, 2] is that of the cubic and of the line, infinite where it is not allowed; ``handles`` [K, 2, 2, 2].
+    """
+
+    first: NDArray[np.int64]
+    size: int
+    cost: Floats
+    handles: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """The segments of the simpler outlines.
+
+    Attributes:
+        first: row of the node at which each starts [S].
+        size: number of old segments that each replaces [S].
+        is_line: [S].
+        handles: [S, 2, 2].
+        counts: segments of each loop [L].
+    """
+
+    first: NDArray[np.int64]
+    size: NDArray[np.int64]
+    is_line: NDArray[np.bool_]
+    handles: Floats
+    counts: NDArray[np.int64]
+
+
+def fewest_spans(
+    outlines: Outlines, node_stays: NDArray[np.bool_], kind_stays: NDArray[np.bool_], detail: float, price: float
+) -> Choice:
+    """Return the cheapest segments: ``price`` for each curve, in cubic pixels, and the error of each.
+
+    Args:
+        outlines: closed outlines.
+        node_stays: nodes that must stay [R].
+        kind_stays: segments that must not become lines [R].
+        detail: largest root mean square of the visible distance along a segment, in pixels.
+        price: error that a curve less may cost, in cubic pixels.
+    """
+    candidates = list(_candidates(outlines, node_stays, kind_stays, detail))
+    table: dict[int, list[tuple[int, Floats, Floats]]] = {}
+    for spans in candidates:
+        for first, cost, handles in zip(spans.first.tolist(), spans.cost, spans.handles, strict=True):
+            table.setdefault(first, []).append((spans.size, cost, handles))
+    chosen, counts = [], []
+    for start, stop in pairwise(outlines.loop_first.tolist()):
+        found = _best_loop(outlines, table, start, stop - start, price)
+        chosen += found
+        counts.append(len(found))
+    first, size, is_line, handles = zip(*chosen, strict=True)
+    return Choice(np.array(first), np.array(size), np.array(is_line), np.stack(handles), np.array(counts))
+
+
+def _candidates(
+    outlines: Outlines, node_stays: NDArray[np.bool_], kind_stays: NDArray[np.bool_], detail: float
+) -> Iterator[Spans]:
+    """Yield the spans of 1, 2, ... segments that may replace theirs."""
+    sizes = np.diff(outlines.loop_first)
+    loop_start = np.repeat(outlines.loop_first[:-1], sizes)
+    loop_size = np.repeat(sizes, sizes)
+    rows = np.arange(len(loop_start))
+    is_open = np.ones(len(rows), np.bool_)  # spans from here that may be extended
+    for size in range(1, SPAN_MAX + 1):
+        first = rows[is_open & (loop_size > size)] if size > 1 else rows
+        if not len(first):
+            return
+        place = (first - loop_start[first])[:, None] + np.arange(size)
+        members = loop_start[first, None] + place % loop_size[first, None]
+        if size > 1:
+            free = ~node_stays[members[:, 1:]].any(1)
+            first, members = first[free], members[free]
+            if not len(first):
+                return
+        after = loop_start[first] + (first - loop_start[first] + size) % loop_size[first]
+        spans, excess = _fitted(outlines, members, after, detail)
+        if size == 1:
+            spans.cost[(loop_size == 1) | (kind_stays & ~outlines.is_line), 1] = np.inf
+        yield spans
+        hopeful = np.zeros(len(rows), np.bool_)
+        hopeful[first[excess < HOPELESS]] = True
+        following = loop_start + (rows - loop_start + 1) % loop_size
+        is_open = hopeful | hopeful[following] if size > 1 else np.ones(len(rows), np.bool_)
+
+
+def _fitted(
+    outlines: Outlines, members: NDArray[np.int64], after: NDArray[np.int64], detail: float
+) -> tuple[Spans, Floats]:
+    """Return the spans of ``members`` [K, k], and the least error of each in what is allowed."""
+    samples, first, last = outlines.samples, members[:, 0], members[:, -1]
+    start, end = samples.control[first, 0], samples.control[last, 3]
+    ends = Ends(start, end, outlines.tangents[first], outlines.tangents[after])
+    points, lengths, visibility = spans_of(samples, members)
+    line = fit_lines(points, lengths, visibility, ends)
+    visible = (lengths * visibility).sum(1)
+    line_cost, line_excess = _allowed(line, visible, detail)
+    line_cost[_is_turned(ends)] = np.inf
+    if members.shape[1] == 1:
+        old = samples.control[first, 1:3]
+        is_line = outlines.is_line[first]
+        cost = np.stack([np.where(is_line, np.inf, 0.0), np.where(is_line, 0.0, line_cost)], 1)
+        return Spans(first, 1, cost, np.stack([old, line.handles], 1)), np.zeros(len(first))
+    cubic = fit_cubics(points, lengths, visibility, ends)
+    cost, excess = _allowed(cubic, visible, detail)
+    all_lines = outlines.is_line[members].all(1)
+    cost[all_lines & np.isfinite(line_cost)] = np.inf
+    spans = Spans(first, members.shape[1], np.stack([cost, line_cost], 1), np.stack([cubic.handles, line.handles], 1))
+    return spans, np.minimum(excess, line_excess)
+
+
+def _allowed(fits: Fits, visible: Floats, detail: float) -> tuple[Floats, Floats]:
+    """Return the errors, infinite where they are not allowed, and how many times the allowed one each is."""
+    mean = fits.error / (detail**2 * visible + 1e-9)
+    peak = np.square(fits.distance / (PEAK * detail))
+    hidden = np.square(fits.hidden_distance / HIDDEN_MOVE)
+    excess = np.maximum(np.maximum(mean, peak), hidden)
+    return np.where(excess <= 1.0, fits.error, np.inf), excess
+
+
+def _is_turned(ends: Ends) -> NDArray[np.bool_]:
+    """Return which lines turn away from the tangent at one of their ends."""
+    chord = ends.end - ends.start
+    unit = chord / np.maximum(np.linalg.norm(chord, axis=1), 1e-9)[:, None]
+    bound = np.cos(np.radians(LINE_TURN))
+    turned = np.zeros(len(unit), np.bool_)
+    for tangent in (ends.leaving, ends.arriving):
+        turned |= tangent.any(1) & ((unit * tangent).sum(1) < bound)
+    return turned
+
+
+_Table = dict[int, list[tuple[int, Floats, Floats]]]
+_Chosen = list[tuple[int, int, bool, Floats]]
+
+
+def _best_loop(outlines: Outlines, table: _Table, start: int, count: int, price: float) -> _Chosen:
+    """Return the cheapest spans around a loop of ``count`` rows.
+
+    A closed outline has no first node. The sharpest one serves as such; then a node of the result does, opposite.
+    """
+    smooth = outlines.is_smooth[start : start + count]
+    seam = int(np.argmin(smooth))
+    total, found = _best_chain(outlines, table, start, count, seam, price)
+    if smooth[seam] and len(found) > 1:
+        seam = found[len(found) // 2][0] - start
+        again, other = _best_chain(outlines, table, start, count, seam, price)
+        found = other if again < total else found
+    return found
+
+
+def _best_chain(
+    outlines: Outlines, table: _Table, start: int, count: int, seam: int, price: float
+) -> tuple[float, _Chosen]:
+    """Return the cheapest spans from the node ``seam`` of a loop around to itself, and their cost."""
+    best = np.full((count + 1, 2), np.inf)
+    best[0] = 0.0
+    came: list[list[tuple[int, int, bool, Floats] | None]] = [[None, None] for _ in range(count + 1)]
+    prices = price * np.array([CURVE_COUNT, LINE_COUNT])
+    for place in range(count):
+        here = best[place]
+        if not np.isfinite(here).any():
+            continue
+        row = start + (seam + place) % count
+        cheapest = int(np.argmin(here))
+        for size, cost, handles in table.get(row, ()):
+            after = place + size
+            if after > count:
+                continue
+            for kind in (0, 1):
+                if not cost[kind] < np.inf:
+                    continue
+                # Two lines do not make a smooth node.
+                before = 0 if kind == 1 and place and outlines.is_smooth[row] else cheapest
+                total = here[before] + cost[kind] + prices[kind]
+                if total < best[after, kind]:
+                    best[after, kind] = total
+                    came[after][kind] = (place, before, bool(kind), handles[kind])
+    kind, place, chosen = int(np.argmin(best[count])), count, []
+    total = float(best[count, kind])
+    while place:
+        step = came[place][kind]
+        assert step is not None
+        before_place, kind, is_line, handles = step
+        chosen.append((start + (seam + before_place) % count, place - before_place, is_line, handles))
+        place = before_place
+    return total, chosen[::-1]
