@@ -169,3 +169,50 @@ def test_scenes_of_loops_are_selected_joined_and_stored_by_path(device: str) -> 
     assert back.structure.is_line is not None and both.structure.is_line is not None
     assert torch.equal(back.structure.is_line, both.structure.is_line)
     assert torch.equal(back.segments, both.segments) and torch.equal(back.color, both.color)
+
+
+def starts(*values: int) -> Tensor:
+    return torch.tensor(values, dtype=torch.int32)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((starts(0, 4).long(), starts(0, 1)), "loop_first_segment must be a list of int32 .* got \\[2\\] of int64"),
+        ((starts(), starts(0)), "loop_first_segment must be a list of int32"),
+        ((starts(0, 4), starts(0, 1)[None]), "path_first_loop must be a list of int32"),
+        ((starts(1, 4), starts(0, 1)), "loop_first_segment must begin with 0 and increase, got 1, 4"),
+        ((starts(0, 4, 4), starts(0, 2)), "loop_first_segment must begin with 0 and increase, got 0, 4, 4"),
+        ((starts(0, 4, 7), starts(0, 2, 1)), "path_first_loop must begin with 0 and increase, got 0, 2, 1"),
+        ((starts(0, 4, 7), starts(0, 1)), "path_first_loop must end with the number of loops, 2, got 1"),
+        ((starts(0, 4), starts(0, 1), torch.zeros(3, dtype=torch.bool)), "is_line must be 4 entries of bool, got"),
+        ((starts(0, 4), starts(0, 1), torch.zeros(4)), "is_line must be 4 entries of bool, got \\[4\\] of float32"),
+        ((starts(0, 4, 7), starts(0, 1, 2), None, 4), "uniform_count must be that of the one loop of every path"),
+        ((starts(0, 4, 8), starts(0, 2), None, 4), "uniform_count must be that of the one loop of every path"),
+    ],
+)
+def test_a_structure_that_does_not_divide_its_rows_is_refused(arguments: tuple, message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        Structure(*arguments)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_lowest_paths_of_one_count_share_a_structure(device: str) -> None:
+    counts = [[3, 2], [1], [4, 1, 2]]
+    structure = Structure.of_loops(counts, is_line_of(0, counts))
+    scene = Scene(torch.rand(13, 3, 2), structure, torch.rand(3, 3), torch.rand(3), torch.rand(3), torch.arange(3))
+    scene = scene.to(device)
+    low, selected = scene.prefix(2), scene.select(torch.arange(2, device=device))
+    check(low.structure, rows_of(counts[:2]))
+    assert low.structure.is_line is not None and selected.structure.is_line is not None
+    assert torch.equal(low.structure.is_line, selected.structure.is_line)
+    for name in ("segments", "color", "opacity", "generation"):
+        assert torch.equal(getattr(low, name), getattr(selected, name))
+    assert scene.prefix(2).structure is low.structure
+    assert low.color.data_ptr() != scene.color.data_ptr()
+
+
+def test_a_structure_follows_the_segments_to_their_device() -> None:
+    values = (torch.zeros(1, 3), torch.zeros(1), torch.zeros(3), torch.zeros(1, dtype=torch.int64))
+    scene = Scene(torch.zeros(4, 3, 2, device="meta"), Structure.of_loops([[4]]), *(v.to("meta") for v in values))
+    assert scene.structure.loop_first_segment.device.type == "meta"

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from warpvec.geometry.lines import thirds
+
 _SAMPLES = 16
 """Points along each old cubic that the new one is fitted to."""
 
@@ -102,11 +104,6 @@ def compared(old: Tensor, new: Tensor) -> tuple[Tensor, Tensor]:
     return ((weights @ (new - old)).norm(dim=-1).amax(1), area_between(weights @ old, weights @ new))
 
 
-def thirds(start: Tensor, end: Tensor) -> Tensor:
-    """Return the handles [K, 2, 2] of straight lines from ``start`` to ``end`` [K, 2]."""
-    return torch.stack([start + (end - start) / 3.0, start + (end - start) * 2.0 / 3.0], 1)
-
-
 def _cross(a: Tensor, b: Tensor) -> Tensor:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
@@ -140,7 +137,7 @@ def _fitted(points: Tensor, weights: Tensor, is_line: Tensor, share: Tensor) -> 
     """
     ramp = torch.linspace(0.0, 1.0, _SAMPLES + 1, dtype=points.dtype, device=points.device)
     parameters = torch.cat([share[:, None] * ramp, share[:, None] + (1.0 - share[:, None]) * ramp[1:]], 1)
-    straight = thirds(points[:, 0], points[:, -1])
+    straight = torch.stack(thirds(points[:, 0], points[:, -1]), 1)
     normals, best = torch.zeros_like(points), (straight, parameters, torch.full_like(share, torch.inf))
     for _ in range(_ROUNDS):
         handles = torch.where(

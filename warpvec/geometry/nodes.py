@@ -12,7 +12,8 @@ import torch
 from torch import Tensor
 
 from warpvec.errors import InputError
-from warpvec.geometry.closest_cubic import closest_cubic, compared, thirds
+from warpvec.geometry.closest_cubic import closest_cubic, compared
+from warpvec.geometry.lines import thirds
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 
@@ -124,7 +125,7 @@ def to_line(scene: Scene, rows: Tensor) -> Edit:
     if bool(alone.any()):
         raise InputError("rows", "must not be alone in their loop", _listed(rows[alone]), "leave them curves")
     curves, segments = _control(scene, rows), scene.segments.detach().clone()
-    segments[rows, 1:] = thirds(curves[:, 0], curves[:, 3]).to(segments.dtype)
+    segments[rows, 1:] = torch.stack(thirds(curves[:, 0], curves[:, 3]), 1).to(segments.dtype)
     third = torch.eye(3, dtype=torch.float64, device=rows.device)
     third[0] = third.new_tensor([1.0, 2.0 / 3.0, 1.0 / 3.0])  # the handles follow the anchors
     third[1:] = 0.0
@@ -154,7 +155,8 @@ def _reformed(scene: Scene, rows: Tensor, segments: Tensor, is_line: bool, chang
     lines[rows] = is_line
     old = scene.structure
     mask = lines if bool(lines.any()) else None
-    structure = Structure(old.loop_first_segment, old.path_first_loop, mask, None if is_line else old.uniform_count)
+    count = None if is_line else old.uniform_count
+    structure = Structure(old.loop_first_segment, old.path_first_loop, mask, count, check=False)
     source = torch.arange(len(lines), device=rows.device)
     new = _changed(scene, source, is_fresh, segments, structure)
     weights = torch.where(is_fresh[:, None, None], changed, _identity(source))
@@ -199,13 +201,14 @@ def _restructured(structure: Structure, counts: Tensor, source: Tensor) -> Struc
     """Return the structure in which old row r has become ``counts[r]`` rows, all of them like their ``source``."""
     ends = torch.nn.functional.pad(counts.cumsum(0), (1, 0)).int()
     is_line = None if structure.is_line is None else structure.is_line[source]
-    return Structure(ends[structure.loop_first_segment.long()], structure.path_first_loop, is_line)
+    loops = ends[structure.loop_first_segment.long()]
+    return Structure(loops, structure.path_first_loop, is_line, check=False)
 
 
 def _changed(scene: Scene, source: Tensor, is_fresh: Tensor, segments: Tensor, structure: Structure) -> Scene:
     """Return the scene with ``segments`` in the fresh rows, and lines that are straight to the last bit."""
-    straight = thirds(segments[:, 0], segments[structure.segment_next.long(), 0])
-    lines = torch.cat([segments[:, :1], straight], 1)
+    start, end = segments[:, 0], segments[structure.segment_next.long(), 0]
+    lines = torch.stack([start, *thirds(start, end)], 1)
     segments = torch.where((is_fresh & _lines(structure))[:, None, None], lines, segments)
     kept = torch.where(is_fresh[:, None, None], segments, scene.segments[source].detach())
     return replace(scene.detach(), segments=kept, structure=structure)

@@ -11,6 +11,7 @@ from torch import Tensor
 
 from warpvec.errors import InputError
 from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.lines import thirds
 from warpvec.geometry.structure import Structure
 
 
@@ -24,7 +25,7 @@ class Scene:
 
     Attributes:
         segments: control points [R, M, 2] in pixels, x right, y down.
-        structure: which segments make up each loop, and which loops each path.
+        structure: which segments make up each loop, and which loops each path. It moves to the device of the segments.
         color: sRGB-encoded fill [N, 3] in [0, 1].
         opacity: fill opacity [N] in [0, 1].
         background: sRGB-encoded background colour [3] in [0, 1].
@@ -47,6 +48,8 @@ class Scene:
     gradients: Gradients | None = None
 
     def __post_init__(self) -> None:
+        if self.structure.loop_first_segment.device != self.segments.device:
+            object.__setattr__(self, "structure", self.structure.to(self.segments.device))
         shape, segment_count = tuple(self.segments.shape), self.structure.segment_count
         if len(shape) != 3 or shape[0] != segment_count or shape[1] < 1 or shape[2] != 2:
             rule = f"must have shape [{segment_count}, degree, 2] for this structure"
@@ -164,6 +167,16 @@ class Scene:
         gradients = self._map_gradients(lambda tensor: tensor[rows])
         return replace(self, segments=self.segments[segments], structure=structure, gradients=gradients, **paths)
 
+    def prefix(self, count: int) -> Scene:
+        """Return the lowest ``count`` paths, in memory of their own, over the same background."""
+        structure = self.structure.prefix(count)
+        paths: dict[str, Any] = {
+            name: getattr(self, name)[:count].clone() for name in ("color", "opacity", "generation")
+        }
+        gradients = self._map_gradients(lambda tensor: tensor[:count].clone())
+        segments = self.segments[: structure.segment_count].clone()
+        return replace(self, segments=segments, structure=structure, gradients=gradients, **paths)
+
     def joined(self, other: Scene) -> Scene:
         """Return these paths and, on top, those of ``other``, over the background of this scene."""
         names = ("segments", "color", "opacity", "generation")
@@ -222,7 +235,7 @@ def straightened(segments: Tensor, structure: Structure) -> Tensor:
     if structure.is_line is None:
         return segments
     start, end = segments[:, 0], segments[structure.segment_next.long(), 0]
-    line = torch.stack([start, start + (end - start) / 3.0, start + (end - start) * 2.0 / 3.0], 1)
+    line = torch.stack([start, *thirds(start, end)], 1)
     return torch.where(structure.is_line[:, None, None], line, segments)
 
 

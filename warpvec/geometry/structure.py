@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 from functools import cached_property
 
 import torch
@@ -24,18 +24,27 @@ class Structure:
         path_first_loop: first loop of each path [N + 1] (int32); the last entry is L.
         is_line: rows that are straight lines [R] (bool), whose handles lie at thirds; None if there are none.
         uniform_count: S if every path is one loop of S curved segments, else None. It saves reading device memory.
+        check: whether to check the values, which reads device memory; False is for those that must be right.
+
+    Raises:
+        InputError: the arrays have other types or shapes, or do not divide the rows into ranges that are not empty.
     """
 
     loop_first_segment: Tensor
     path_first_loop: Tensor
     is_line: Tensor | None = None
     uniform_count: int | None = None
+    check: InitVar[bool] = True
+
+    def __post_init__(self, check: bool) -> None:
+        if check:
+            check_structure(self)
 
     @staticmethod
     def uniform(path_count: int, segment_count: int, device: torch.device | str = "cpu") -> Structure:
         """Return the structure of paths of one loop each, all of ``segment_count`` curved segments."""
         loops = torch.arange(path_count + 1, dtype=torch.int32, device=device)
-        return Structure(loops * segment_count, loops, None, segment_count)
+        return Structure(loops * segment_count, loops, None, segment_count, check=False)
 
     @staticmethod
     def of_loops(segment_counts: Sequence[Sequence[int]], is_line: Tensor | None = None) -> Structure:
@@ -51,7 +60,7 @@ class Structure:
             found = f"{len(is_line)} for {sum(counts)} segments"
             raise InputError("is_line", "must have an entry for each segment", found, "check its length")
         loops = _starts(torch.tensor([len(path) for path in segment_counts], dtype=torch.int64))
-        return Structure(_starts(torch.tensor(counts, dtype=torch.int64)), loops, is_line)
+        return Structure(_starts(torch.tensor(counts, dtype=torch.int64)), loops, is_line, check=False)
 
     @property
     def path_count(self) -> int:
@@ -100,9 +109,10 @@ class Structure:
         if self.loop_first_segment.device == torch.device(device):
             return self
         is_line = None if self.is_line is None else self.is_line.to(device)
-        return Structure(
-            self.loop_first_segment.to(device), self.path_first_loop.to(device), is_line, self.uniform_count
-        )
+        arrays = (self.loop_first_segment.to(device), self.path_first_loop.to(device), is_line)
+        moved = Structure(*arrays, self.uniform_count, check=False)
+        vars(moved)["_last_segment"] = self.segment_count  # it need not be read there
+        return moved
 
     def select(self, rows: Tensor) -> tuple[Structure, Tensor]:
         """Return the structure of the paths ``rows`` (indices or a mask [N]), in that order, and their segments' rows.
@@ -119,7 +129,18 @@ class Structure:
         segment_counts = self.loop_first_segment.diff().long()[loops]
         segments = _ranges(self.loop_first_segment[:-1].long()[loops], segment_counts)
         is_line = None if self.is_line is None else self.is_line[segments]
-        return Structure(_starts(segment_counts), _starts(loop_counts), is_line), segments
+        return Structure(_starts(segment_counts), _starts(loop_counts), is_line, check=False), segments
+
+    def prefix(self, count: int) -> Structure:
+        """Return the structure of the first ``count`` paths; equal counts give the same object."""
+        if count not in self._prefixes:
+            rows = torch.arange(count, device=self.loop_first_segment.device)
+            self._prefixes[count] = self.select(rows)[0]
+        return self._prefixes[count]
+
+    @cached_property
+    def _prefixes(self) -> dict[int, Structure]:
+        return {}
 
     def joined(self, other: Structure) -> Structure:
         """Return the structure of these paths and, after them, those of ``other``."""
@@ -128,7 +149,7 @@ class Structure:
             return Structure.uniform(self.path_count + other.path_count, self.uniform_count, device)
         segments = torch.cat([self.loop_first_segment, other.loop_first_segment[1:] + self.segment_count])
         loops = torch.cat([self.path_first_loop, other.path_first_loop[1:] + self.loop_count])
-        return Structure(segments, loops, self._joined_lines(other))
+        return Structure(segments, loops, self._joined_lines(other), check=False)
 
     def _joined_lines(self, other: Structure) -> Tensor | None:
         if self.is_line is None and other.is_line is None:
@@ -145,6 +166,40 @@ class Structure:
         """Return which of the consecutive ranges that start at ``first`` [K + 1] each row belongs to [R] (int32)."""
         numbers = torch.arange(len(first) - 1, dtype=torch.int32, device=first.device)
         return numbers.repeat_interleave(first.diff().long(), output_size=self.segment_count)
+
+
+def check_structure(structure: Structure) -> None:
+    """Refuse a structure that its own arrays do not make.
+
+    Raises:
+        InputError: see `Structure`.
+    """
+    segments, loops = structure.loop_first_segment, structure.path_first_loop
+    _check_starts("loop_first_segment", segments)
+    _check_starts("path_first_loop", loops)
+    if int(loops[-1]) != len(segments) - 1:
+        rule = f"must end with the number of loops, {len(segments) - 1}"
+        raise InputError("path_first_loop", rule, str(int(loops[-1])), "check its last entry")
+    _check_mask(structure.is_line, int(segments[-1]))
+    count = structure.uniform_count
+    if count is not None and not bool((segments.diff() == count).all() & (loops.diff() == 1).all()):
+        raise InputError("uniform_count", "must be that of the one loop of every path", str(count), "leave it out")
+
+
+def _check_starts(name: str, first: Tensor) -> None:
+    """Refuse ``first`` unless it holds the starts of consecutive ranges, and the end of the last."""
+    if first.dtype != torch.int32 or first.dim() != 1 or not len(first):
+        found = f"{list(first.shape)} of {str(first.dtype).removeprefix('torch.')}"
+        raise InputError(name, "must be a list of int32 with at least one entry", found, "convert it with .int()")
+    if int(first[0]) != 0 or not bool((first.diff() > 0).all()):
+        listed = ", ".join(map(str, first[:5].tolist())) + (", ..." if len(first) > 5 else "")
+        raise InputError(name, "must begin with 0 and increase", listed, "check the lengths of its ranges")
+
+
+def _check_mask(is_line: Tensor | None, segment_count: int) -> None:
+    if is_line is not None and (is_line.dtype != torch.bool or tuple(is_line.shape) != (segment_count,)):
+        found = f"{list(is_line.shape)} of {str(is_line.dtype).removeprefix('torch.')}"
+        raise InputError("is_line", f"must be {segment_count} entries of bool", found, "make it one entry a segment")
 
 
 def _starts(counts: Tensor) -> Tensor:

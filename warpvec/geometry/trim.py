@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from warpvec.geometry.lines import thirds
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 
@@ -78,8 +79,8 @@ def _trimmed_loop(
         return points, is_line
     cut = _trimmed(points.reshape(-1, 2), size).reshape(-1, 3, 2)
     start, end = cut[:, 0], np.roll(cut[:, 0], -1, 0)
-    thirds = np.stack([start + (end - start) / 3.0, start + (end - start) * 2.0 / 3.0], 1)
-    straight: NDArray[np.bool_] = np.all(np.abs(cut[:, 1:] - thirds) < _STRAIGHT, (1, 2))
+    off = cut[:, 1:] - np.stack(thirds(start, end), 1)
+    straight: NDArray[np.bool_] = np.all(np.abs(off) < _STRAIGHT, (1, 2))
     return cut, straight & (is_line.any() | _on_edge(start, end, size))
 
 

@@ -120,7 +120,7 @@ def _inputs(scene: Scene) -> tuple[Tensor, ...]:
 def _scene(inputs: tuple[Tensor, ...], segment_count: int) -> Scene:
     """Return the scene of `_inputs`; ``segment_count`` is that of every path of a uniform scene, else 0."""
     segments, color, opacity, background, end_color, geometry, kind, loop_first_segment, path_first_loop = inputs
-    structure = Structure(loop_first_segment, path_first_loop, uniform_count=segment_count or None)
+    structure = Structure(loop_first_segment, path_first_loop, None, segment_count or None, check=False)
     gradients = Gradients(kind, geometry, end_color) if len(kind) else None
     generation = torch.zeros_like(opacity, dtype=torch.int64)  # a renderer does not look at it
     return Scene(segments, structure, color, opacity, background, generation, gradients=gradients)

@@ -43,7 +43,7 @@ def with_prefix(adjoints: Any, scene: Scene, target: Target, count: int) -> Any:
     names = ["color", "opacity", *(name for name in ("end_color", "geometry") if getattr(adjoints, name) is not None)]
     # The renderer writes into the same memory again.
     sums = {name: getattr(adjoints, name).clone() for name in ("segments", *names, "canvas_sums")}
-    part = target.fit_step(scene.select(torch.arange(count, device=scene.segments.device)), False)
+    part = target.fit_step(scene.prefix(count), False)
     sums["segments"][: len(part.segments)] += PREFIX_WEIGHT * part.segments
     for name in names:
         sums[name][:count] += PREFIX_WEIGHT * getattr(part, name)
