@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.flat.contours import contours_of
+from warpvec.flat.contours import LEVEL, contours_of
+from warpvec.flat.hidden_borders import Cover, is_in, with_simple_hidden_borders
 from warpvec.flat.regions import Regions
 from warpvec.flat.stacking import Layer
 
@@ -19,14 +22,24 @@ MARGIN = 2.5
 """Pixels that a layer stays away, beneath another one, from what neither of them covers: its colour would show along
 the edge of the upper one."""
 
+MARGIN_LEAST = 1.9
+"""The same, where the border is made of few lines."""
+
 TAPER = 0.7
 """Pixels of that margin per pixel from what the layer shows, so that no gap opens where the three meet."""
 
 
 def outlines(regions: Regions, layer: Layer) -> list[Floats]:
     """Return the closed polylines [n, 2] of ``layer`` in pixels, x right, y down; holes run the other way."""
-    coverage = layer_coverage(regions, layer)
-    return [loop for loop in contours_of(coverage) if abs(signed_area(loop)) >= AREA_MIN]
+    from scipy import ndimage
+
+    coverage, cover = layer_coverage(regions, layer)
+    loops = [loop for loop in contours_of(coverage) if abs(signed_area(loop)) >= AREA_MIN]
+    if not cover.above.any():
+        return loops
+    shows = ndimage.maximum_filter(mixed(regions, chosen(regions, layer.members)), 3) >= LEVEL
+    found = (with_simple_hidden_borders(loop, ~is_in(shows, loop), cover) for loop in loops)
+    return [loop for loop in found if abs(signed_area(loop)) >= AREA_MIN]
 
 
 def signed_area(loop: Floats) -> float:
@@ -35,32 +48,35 @@ def signed_area(loop: Floats) -> float:
     return float((loop[:, 0] * following[:, 1] - loop[:, 1] * following[:, 0]).sum() / 2.0)
 
 
-def layer_coverage(regions: Regions, layer: Layer) -> Floats:
-    """Return how much of each pixel [h, w] a layer covers, what layers above hide included."""
-    from scipy import ndimage  # type: ignore[import-untyped]
+def layer_coverage(regions: Regions, layer: Layer) -> tuple[Floats, Cover]:
+    """Return how much of each pixel [h, w] a layer covers, what layers above hide included, and these."""
+    from scipy import ndimage
 
-    is_member, is_above = np.zeros(len(regions), bool), np.zeros(len(regions), bool)
-    is_member[list(layer.members)] = True
-    is_above[list(layer.above)] = True
-    shown = mixed(regions, is_member)
-    above = is_above[regions.label]
-    visible = is_member[regions.label]
+    is_member, is_above = chosen(regions, layer.members), chosen(regions, layer.above)
+    shown, visible, above = mixed(regions, is_member), is_member[regions.label], is_above[regions.label]
     if not above.any():
-        return shown
+        return shown, Cover(visible, above, above)
     out = np.pad(~(above | visible), 1, constant_values=True)
     from_out = ndimage.distance_transform_edt(~out)[1:-1, 1:-1]
     from_visible = ndimage.distance_transform_edt(~visible)
     hidden = above & (from_out >= np.minimum(MARGIN, 1.0 + TAPER * (from_visible - 1.0)))
-    touched = _connected(hidden | visible, visible)
-    hidden &= touched
+    hidden &= _connected(hidden | visible, visible)
     beside = visible & ndimage.binary_dilation(hidden, np.ones((3, 3), bool))
-    return np.where(hidden | beside, shown + mixed(regions, is_above), shown)
+    coverage = np.where(hidden | beside, shown + mixed(regions, is_above), shown)
+    return coverage, Cover(visible, above & (from_out >= MARGIN_LEAST), above)
 
 
-def mixed(regions: Regions, chosen: Mask) -> Floats:
+def chosen(regions: Regions, indices: Collection[int]) -> Mask:
+    """Return a mask [K] of the regions with these ``indices``."""
+    mask = np.zeros(len(regions), bool)
+    mask[list(indices)] = True
+    return mask
+
+
+def mixed(regions: Regions, which: Mask) -> Floats:
     """Return the share [h, w] of the ``chosen`` regions [K] in each pixel."""
     share = regions.share.astype(np.float64)
-    return share * chosen[regions.label] + (1.0 - share) * chosen[regions.other]
+    return share * which[regions.label] + (1.0 - share) * which[regions.other]
 
 
 def _connected(mask: Mask, seeds: Mask) -> Mask:

@@ -1,0 +1,164 @@
+"""Borders of a layer that layers above hide: a few straight lines from one end of what shows to the next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+RUN_MIN = 2.0
+"""Pixels of an outline that must be hidden in a row before it is changed."""
+
+BLURRED = 1.25
+"""Pixels at either end of a part that shows where three paints mix, so that its place is uncertain."""
+
+TANGENT_REACH = 4.0
+"""Pixels of an outline that tell in which direction it goes on beneath the layer above."""
+
+EXTENSION = 2.0
+"""Pixels that a part that shows goes on beneath the layer above before its border turns."""
+
+LINK_POINTS = 48
+"""Points of a hidden border between which straight lines are tried."""
+
+SAMPLES = 64
+"""Points of such a line that must lie beneath the layers above."""
+
+
+@dataclass(frozen=True)
+class Cover:
+    """What hides a layer.
+
+    Attributes:
+        visible: pixels that show the layer [h, w].
+        allowed: pixels beneath layers above, far enough from what neither covers [h, w].
+        above: all pixels beneath layers above [h, w].
+    """
+
+    visible: Mask
+    allowed: Mask
+    above: Mask
+
+
+def with_simple_hidden_borders(loop: Floats, is_hidden: Mask, cover: Cover) -> Floats:
+    """Return the closed polyline ``loop`` [n, 2] with simpler borders where it ``is_hidden`` [n]."""
+    runs = _hidden_runs(loop, is_hidden)
+    if not runs:
+        return loop
+    if len(runs) == 1 and runs[0][1] - runs[0][0] >= len(loop):
+        return _simplified(np.concatenate([loop, loop[:1]]), cover)[:-1]
+    parts = []
+    for (_, begin), (end, _), (start, stop) in zip(runs, [*runs[1:], _shifted(runs[0], len(loop))], runs, strict=True):
+        hidden = loop[np.arange(start - 1, stop + 1) % len(loop)]
+        shown = loop[np.arange(begin, end) % len(loop)]
+        parts.append((hidden, shown))
+    extended = [_extended(shown, cover) for _, shown in parts]
+    pieces = []
+    for index, (hidden, _) in enumerate(parts):
+        last, following = extended[index - 1], extended[index]
+        border = _border(np.concatenate([last[-1:], hidden[1:-1], following[:1]]), cover)
+        pieces += [border[1:-1], following]
+    return np.concatenate(pieces)
+
+
+def _shifted(run: tuple[int, int], count: int) -> tuple[int, int]:
+    return run[0] + count, run[1] + count
+
+
+def _hidden_runs(loop: Floats, is_hidden: Mask) -> list[tuple[int, int]]:
+    """Return first and one past the last vertex of each hidden run, in order; the last may go on past the end."""
+    if is_hidden.all():
+        return [(0, len(loop))]
+    begin = int(np.argmin(is_hidden))  # a vertex that shows
+    order = (np.arange(len(loop)) + begin) % len(loop)
+    change = np.diff(np.concatenate([[0], is_hidden[order].astype(np.int8), [0]]))
+    steps = np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1)[order]
+    lengths = np.concatenate([[0.0], np.cumsum(steps)])
+    runs = zip(np.nonzero(change == 1)[0], np.nonzero(change == -1)[0], strict=True)
+    return [(int(a) + begin, int(b) + begin) for a, b in runs if lengths[b] - lengths[a] >= RUN_MIN]
+
+
+def _extended(shown: Floats, cover: Cover) -> Floats:
+    """Return the part ``shown`` [n, 2] with both ends going straight on beneath the layers above."""
+    for _ in range(2):
+        shown = _extended_end(shown, cover)[::-1]
+    return shown
+
+
+def _extended_end(shown: Floats, cover: Cover) -> Floats:
+    steps = np.linalg.norm(np.diff(shown, axis=0), axis=1)
+    from_end = np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])
+    certain = np.nonzero((from_end >= BLURRED) & (from_end <= BLURRED + TANGENT_REACH))[0]
+    if len(certain) < 2:
+        return shown
+    near, first = shown[certain[0] : certain[-1] + 1], certain[-1]
+    direction = near[-1] - near[0]
+    direction /= max(float(np.linalg.norm(direction)), 1e-9)
+    for extension in (EXTENSION, EXTENSION / 2.0):
+        end = shown[first] + direction * (from_end[first] + extension)
+        if is_in(cover.above, end[None])[0]:
+            return np.concatenate([shown[: first + 1], end[None]])
+    return shown
+
+
+def _border(path: Floats, cover: Cover) -> Floats:
+    """Return a border of few lines from the first to the last point of a hidden ``path`` [n, 2]."""
+    if len(path) <= 2:
+        return path
+    simple = _fewest_links(path, cover)
+    return _simplified(path, cover) if simple is None else simple
+
+
+def _fewest_links(path: Floats, cover: Cover) -> Floats | None:
+    """Return the path of fewest lines through points of ``path`` that stays covered, None if there is none."""
+    chosen = np.unique(np.rint(np.linspace(0, len(path) - 1, min(len(path), LINK_POINTS))).astype(np.int64))
+    points = path[chosen]
+    sees = _links(points, cover)
+    count = len(points)
+    links, came = np.full(count, np.inf), np.zeros(count, np.int64)
+    lengths = np.linalg.norm(points[:, None] - points, axis=-1)
+    longest = lengths.max() + 1e-9
+    links[0] = 0.0
+    for end in range(1, count):
+        total = np.where(sees[:end, end], links[:end] + 1.0 + 0.01 * lengths[:end, end] / longest, np.inf)
+        came[end] = int(total.argmin())
+        links[end] = total[came[end]]
+    if not np.isfinite(links[-1]):
+        return None
+    order = [count - 1]
+    while order[-1] > 0:
+        order.append(int(came[order[-1]]))
+    return points[order[::-1]]
+
+
+def _links(points: Floats, cover: Cover) -> Mask:
+    """Return which of ``points`` [n, 2] are joined by a straight line that stays covered [n, n]; neighbours always."""
+    share = np.linspace(0.0, 1.0, SAMPLES)[1:-1, None]
+    between = points[:, None, None] * (1.0 - share) + points[None, :, None] * share
+    inside = is_in(cover.allowed, between.reshape(-1, 2)).reshape(between.shape[:3])
+    # At the ends, where the border comes out from beneath, no margin can be kept.
+    is_end = np.linalg.norm(between - points[0], axis=-1) < EXTENSION + BLURRED
+    is_end |= np.linalg.norm(between - points[-1], axis=-1) < EXTENSION + BLURRED
+    is_end &= is_in(cover.above, between.reshape(-1, 2)).reshape(is_end.shape)
+    sees: Mask = (inside | is_end).all(-1)
+    neighbours = np.arange(len(points) - 1)
+    sees[neighbours, neighbours + 1] = True
+    return sees
+
+
+def _simplified(path: Floats, cover: Cover) -> Floats:
+    return path
+
+
+def is_in(mask: Mask, points: Floats) -> Mask:
+    """Return whether each of ``points`` [n, 2] lies in a pixel of ``mask`` [h, w]."""
+    x, y = np.floor(points).astype(np.int64).T
+    height, width = mask.shape
+    inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+    found: Mask = inside & mask[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)]
+    return found
