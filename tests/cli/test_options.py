@@ -114,7 +114,9 @@ def test_svgz_counts_bytes_after_gzip(photo: Path, asked: Asked) -> None:
         ["--curves", "auto", "--target-psnr", "27.5"],
         ["--opaque", "--palette", "#123,#456", "--time-budget", "12.5", "--threads", "1", "--flat"],
         ["--colors", "8", "--lr-points", "1e-7", "--min-area", "3"],
-        ["--colors", "8", "--opacity", "free", "--trim", "--no-metadata"],
+        ["--colors", "8", "--opacity", "free", "--trim", "--no-metadata", "--size", "90mm"],
+        ["--mode", "flat", "--detail", "0.3", "--cutout"],
+        ["--threshold", "128"],
     ],
 )
 @pytest.mark.parametrize("out", ["out.svg", "out.svgz"])
@@ -257,13 +259,13 @@ def test_file_options_come_from_the_command_line_or_a_file(photo: Path, monkeypa
     seen: list[Any] = []
 
     def record(*_: Any, file_options: Any, **__: Any) -> None:
-        seen.append((file_options.metadata, file_options.trim))
+        seen.append((file_options.metadata, file_options.trim, file_options.size))
         raise Seen
 
     monkeypatch.setattr(api, "fit_photo", record)
     settings = photo.with_name("settings.toml")
-    settings.write_text("no-metadata = true\ntrim = true")
-    for options in ([], ["--trim"], ["--no-metadata"], ["--config", settings]):
+    settings.write_text("no-metadata = true\ntrim = true\nsize = '3 cm'")
+    for options in ([], ["--trim"], ["--no-metadata", "--size", "200%"], ["--config", settings]):
         _run(photo, *options)
-    assert seen == [(True, False), (True, True), (False, False), (False, True)]
-    assert file_options({"no_metadata": None, "trim": None}).metadata
+    assert seen == [(True, False, None), (True, True, None), (False, False, "200%"), (False, True, "3cm")]
+    assert file_options({"no_metadata": None, "trim": None, "size": None}).metadata

@@ -25,16 +25,24 @@ class Setting(NamedTuple):
 DAILY = True
 
 SETTINGS: dict[str, dict[str, Setting]] = {
+    "Kind of picture": {
+        "mode": Setting("auto, photo, flat (logos, drawings) or mono.", DAILY),
+        "detail": Setting("Drawings: pixels that outlines may move by.", DAILY),
+        "cutout": Setting("Drawings: no overlaps, for cutters and plotters.", DAILY),
+        "threshold": Setting(
+            "Mode mono: level below which a pixel is dark, 0 to 255, or auto (Otsu's).", metavar="auto|N"
+        ),
+    },
     "Goal": {
         "curves": Setting(
-            "Number of paths. auto: more for as long as quality rises. With a goal: the most to use.", DAILY, "N|auto"
+            "Number of paths; auto for as many as pay. With a goal, and in drawings: the most to use.", DAILY, "N|auto"
         ),
-        "max_bytes": Setting("Largest file size (50000, 80k); uses as many paths as fit.", DAILY, "SIZE"),
-        "target_psnr": Setting("Fewest paths that reach this PSNR (25 rough, 30 good, 35 close).", DAILY, "DB"),
+        "max_bytes": Setting("Largest file size (50000, 80k); the best that fits.", DAILY, "SIZE"),
+        "target_psnr": Setting("Least that reaches this PSNR (25 rough, 35 close).", DAILY, "DB"),
         "gzip": Setting("Count --max-bytes after gzip (implied by .svgz).", DAILY),
     },
     "Result": {
-        "colors": Setting("Use at most N colours, 0 for any; opaque unless --opacity is given.", DAILY),
+        "colors": Setting("Most colours, 0 for any; makes paths opaque.", DAILY),
         "palette": Setting(
             "Use only these colours (red,#a0b1c2) or those of a file: a list of them, or other text with hex codes.",
             DAILY,
@@ -44,7 +52,8 @@ SETTINGS: dict[str, dict[str, Setting]] = {
         "opaque": Setting("Make every path opaque (--opacity opaque).", DAILY),
         "gradients": Setting("Paths with a gradient, where it gains most: a number, or a share up to 1."),
         "min_area": Setting("Leave out paths smaller than X square pixels.", DAILY),
-        "lod": Setting("Make every prefix of the layers a good picture.", DAILY),
+        "lod": Setting("Make every prefix of the layers a good picture."),
+        "size": Setting("Width such as 90mm, also in, cm, pt, px or %.", DAILY, "WIDTH"),
         "trim": Setting("Cut the paths off at the edges of the canvas.", DAILY),
         "no_metadata": Setting("Leave the settings (1 KB) out of the file.", DAILY),
         "precision": Setting("Decimals of the coordinates, 0 to 6."),
@@ -56,9 +65,9 @@ SETTINGS: dict[str, dict[str, Setting]] = {
     "Run": {
         "iterations": Setting("Optimization steps; more look better.", DAILY),
         "time_budget": Setting("Longest time for the optimization, S seconds.", DAILY, "S"),
-        "fit_size": Setting("Longest side in pixels of the image that is fitted.", DAILY),
+        "fit_size": Setting("Longest side in pixels of the image that is fitted."),
         "device": Setting("Processor: auto, cpu, cuda or cuda:K.", DAILY),
-        "threads": Setting("CPU threads, at most 4 per core; the result does not depend on them.", DAILY),
+        "threads": Setting("CPU threads; the result does not depend on them.", DAILY),
         "seed": Setting("Start of the random numbers; equal seeds give equal files."),
         "renderer": Setting("exact (areas, as SVG viewers draw them) or splat (the paper's Gaussians)."),
     },
@@ -122,10 +131,10 @@ OTHER_DEFAULTS = {
 GOALS = ("max_bytes", "gzip", "target_psnr")
 """Options that are fields of Goal."""
 
-FILE_OPTIONS = ("trim", "no_metadata")
+FILE_OPTIONS = ("trim", "no_metadata", "size")
 """Options that say how the file is written."""
 
-FLAGS = ("gzip", "opaque", *FILE_OPTIONS)
+FLAGS = ("gzip", "opaque", "trim", "no_metadata")
 """Options without a value that are not fields of FitConfig."""
 
 RARE = ("save_frames", "every", "checkpoint", "resume", "write_config", "retries", "ray_address")
@@ -135,7 +144,7 @@ _FIELDS = tuple(field.name for field in fields(FitConfig))
 
 _OTHER_OPTIONS = ("preset", "background", "levels", "history", "video", "config", "write_config", "engine")
 
-OPTION_NAMES = {name: "--" + name.replace("_", "-") for name in (*_OTHER_OPTIONS, *GOALS, *_FIELDS)} | {
+OPTION_NAMES = {name: "--" + name.replace("_", "-") for name in (*_OTHER_OPTIONS, *GOALS, "size", *_FIELDS)} | {
     "address": "--ray-address",
     "checkpoint": "--resume",
     "image": "IN",
@@ -163,7 +172,7 @@ def requested(preset: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
 
 def file_options(options: dict[str, Any]) -> FileOptions:
     """Return how the options of a `SettingsCommand` want the file to be written."""
-    return FileOptions(metadata=not options["no_metadata"], trim=bool(options["trim"]))
+    return FileOptions(metadata=not options["no_metadata"], trim=bool(options["trim"]), size=options["size"])
 
 
 def stated(preset: str, background: str | None, options: dict[str, Any], config: FitConfig) -> dict[str, Any]:
@@ -175,7 +184,7 @@ def stated(preset: str, background: str | None, options: dict[str, Any], config:
     """
     found = {"preset": preset, "background": background, **config.to_dict()}
     found |= {name: options[name] for name in GOALS} | {"curves": options["curves"] or config.curves}
-    found |= {name: True for name in FILE_OPTIONS if options[name]}
+    found |= {name: options[name] for name in FILE_OPTIONS if options[name]}
     if options["curves"] is None and any(options[name] for name in GOALS):
         del found["curves"]
     return {name: value for name, value in found.items() if value is not None}

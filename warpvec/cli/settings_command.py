@@ -39,6 +39,7 @@ _SPECIAL_TYPES: dict[str, Any] = {
     "palette": PaletteColors(),
     "max_bytes": ByteCount(),
     "target_psnr": Number(),
+    "size": str,
 }
 
 

@@ -19,9 +19,20 @@ class FitConfig:
         InputError: a field has the wrong type or is out of range; the message gives its name, the rule and the value.
     """
 
+    # the kind of picture
+    mode: str = "auto"
+    """"auto": the picture decides. "photo": paths are fitted. "flat": the regions of a logo, an icon or a drawing are
+    outlined. "mono": one black path for the dark areas. Settings that only one of them has decide it too."""
+    detail: float = 0.1
+    """Root mean square in pixels by which outlines of flat and mono may move to save nodes."""
+    cutout: bool = False
+    """Cut the paths of flat art out of those below, so that none overlap."""
+    threshold: str = "auto"
+    """Level from "0" to "255" below which mono is dark, or "auto" for Otsu's."""
+
     # the result
     curves: int = 512
-    """N, the number of closed paths in the result."""
+    """N, the number of closed paths in the result; of flat art the most, and fewer are used when fewer do."""
     path_model: str = "segments"
     """"segments": a path is a loop of cubics. "sides": a path is two curves with common ends, as in the paper; only the
     renderer "splat" draws these, and the file approximates them by cubics."""

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from warpvec.checks import check_choice, suggest_name
 from warpvec.config.fit_config import FitConfig
+from warpvec.config.modes import given_mode
 from warpvec.errors import InputError
 
 
@@ -23,6 +24,7 @@ class Preset(NamedTuple):
 
 
 _PAPER_MODEL: dict[str, Any] = {
+    "mode": "photo",
     "path_model": "sides",
     "backdrop": "white",
     "renderer": "splat",
@@ -87,7 +89,8 @@ def make_config(preset: str = "default", **settings: Any) -> FitConfig:
     for name in settings:
         if name not in known:
             raise InputError(name, "is not a setting", remedy=_remedy(name, known))
-    config = replace(FitConfig(), **{**PRESETS[preset].settings, **settings})
+    start = replace(FitConfig(), **PRESETS[preset].settings)
+    config = replace(start, **{**settings, "mode": given_mode(start.to_dict(), settings)})
     if config.colors and "opacity" not in settings:
         config = replace(config, opacity="opaque")
     return config

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from warpvec.checks import as_float, check_choice, check_count, check_flag, check_number, show
+from warpvec.config.modes import check_mode_settings
 from warpvec.config.renderers import RENDERER_SETTINGS, RENDERERS, check_renderer_settings
 from warpvec.errors import InputError
 
@@ -99,7 +100,7 @@ def check_settings(settings: dict[str, Any]) -> dict[str, Any]:
     if checked["palette"] is not None and checked["colors"]:
         raise InputError("colors", "must be 0 with a palette", str(checked["colors"]), "give one of the two")
     _check_gradients(checked)
-    return checked
+    return checked | check_mode_settings(checked)
 
 
 def parse_palette(text: Any) -> str:

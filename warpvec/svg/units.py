@@ -1,9 +1,11 @@
-"""Read the numbers, lengths and sizes of an SVG."""
+"""Read the numbers, lengths and sizes of an SVG, and state its size in units of length."""
 
 from __future__ import annotations
 
 import re
+from typing import Any
 
+from warpvec.checks import show
 from warpvec.errors import InputError
 
 NUMBER = r"(?>[-+]?(?>\d+\.?\d*|\.\d+)(?>[eE][-+]?\d+)?)"
@@ -11,6 +13,14 @@ NUMBER = r"(?>[-+]?(?>\d+\.?\d*|\.\d+)(?>[eE][-+]?\d+)?)"
 
 MAX_PIXELS = 2**27
 """Largest rendering, above the largest image. resvg aborts the process if it cannot allocate."""
+
+MAX_SIDE = 1e6
+"""Largest width in pixels that a drawing may be given, 264 metres. Programs that show it reach their limits before."""
+
+SIZE_UNITS = ("mm", "cm", "in", "pt", "px", "%")
+"""Units of the size of a drawing; % is of its pixels."""
+
+_SIZE = re.compile(rf"(\d{{1,9}}(?:\.\d{{0,9}})?|\.\d{{1,9}})\s*({'|'.join(SIZE_UNITS)})?", re.ASCII)
 
 # CSS pixels per unit of length (CSS 2.1, section 4.3.2); em and ex at resvg's font size of 16.
 _PIXELS_PER_UNIT = {
@@ -48,6 +58,43 @@ def parse_length(length: str, whole: float) -> float:
     """Return ``length`` in pixels, with percentages of ``whole``; 0 if it is not a length."""
     match = re.fullmatch(rf"\s*({NUMBER})\s*(%|[a-z]*)\s*", length)
     return float(match[1]) * (_PIXELS_PER_UNIT | {"%": whole / 100}).get(match[2], 0.0) if match else 0.0
+
+
+def check_size(text: Any) -> str:
+    """Return the size of a drawing, such as "90mm", without spaces; a plain number is in pixels.
+
+    Raises:
+        InputError: it is not a positive number with a unit of ``SIZE_UNITS``, or too large.
+    """
+    match = _SIZE.fullmatch(text.strip().lower()) if isinstance(text, str) else None
+    number = 0.0 if match is None else float(match[1])
+    unit = "px" if match is None else match[2] or "px"
+    pixels = number * _PIXELS_PER_UNIT.get(unit, 1.0)
+    if not 0.0 < pixels <= MAX_SIDE:
+        units = ", ".join(SIZE_UNITS[:-1])
+        rule = f"must be a width above 0 in {units} or {SIZE_UNITS[-1]}, and at most {MAX_SIDE:.0e} pixels"
+        raise InputError("size", rule, show(text), "give one such as 90mm")
+    return f"{_decimal(number)}{unit}"
+
+
+def sides_of(size: str, width: int, height: int) -> tuple[str, str]:
+    """Return the attributes width and height of a drawing of ``width`` x ``height`` pixels that is ``size`` wide.
+
+    Args:
+        size: as `check_size` returns it; a percentage is of the pixels.
+        width, height: sides of the drawing in pixels.
+    """
+    number, unit = float(size.rstrip("%abcdefghijklmnopqrstuvwxyz")), size.lstrip("0123456789.")
+    if unit == "%":
+        number, unit = number / 100 * width, "px"
+    suffix = "" if unit == "px" else unit
+    return f"{_decimal(number)}{suffix}", f"{_decimal(number * height / width)}{suffix}"
+
+
+def _decimal(number: float) -> str:
+    """Return ``number`` with enough digits for a thousandth of a pixel, and no needless ones."""
+    text = f"{number:.4f}".rstrip("0").rstrip(".")
+    return text if float(text) > 0 else f"{number:.9f}".rstrip("0")
 
 
 def check_pixels(width: float, height: float) -> None:

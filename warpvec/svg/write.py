@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -85,28 +85,33 @@ def write_svg(
     opacity_decimals: int = OPACITY_DECIMALS,
     title: str | None = None,
     metadata: dict[str, Any] | None = None,
+    sides: tuple[str, str] | None = None,
+    layer_names: Mapping[int, str] | None = None,
 ) -> str:
     """Return the SVG text of ``quantize(scene)`` on a canvas of ``width`` x ``height`` user units.
 
     The text has a background rectangle unless the scene is transparent, then one group per run of equal generation (a
     layer in Inkscape, a named group in other editors), with one path per line. Cubics of no length are left out, such
     as those that pad a path to the segment count of another. Gradients stand before the background. ``metadata`` is
-    stored as JSON with the version of warpvec; None leaves out that element. The text depends on the arguments alone:
-    it has no dates and no file paths.
+    stored as JSON with the version of warpvec; None leaves out that element. ``sides`` are the attributes width and
+    height with their units, None for pixels. ``layer_names`` maps a generation to its name; a name must not occur
+    twice. The text depends on the arguments alone: it has no dates and no file paths.
 
     Raises:
         ValueError: as `quantize`, or ``metadata`` cannot be written as JSON.
     """
     scene = quantize(scene, precision, opacity_decimals).cpu()
     fills, definitions = _fills(scene)
+    sides = sides or (str(width), str(height))
+    elements = _path_elements(scene, precision, opacity_decimals, fills)
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
-        f' width="{width}" height="{height}" viewBox="0 0 {width} {height}">',
+        f' width="{sides[0]}" height="{sides[1]}" viewBox="0 0 {width} {height}">',
         *_description(title, metadata),
         *definitions,
         *_background(scene, width, height),
-        *_layers(scene.generation.numpy(), _path_elements(scene, precision, opacity_decimals, fills)),
+        *_layers(scene.generation.numpy(), elements, layer_names or {}),
         "</svg>",
     ]
     return "\n".join(lines) + "\n"
@@ -219,17 +224,23 @@ def _background(scene: Scene, width: int, height: int) -> Iterator[str]:
         yield f'<rect id="background" width="{width}" height="{height}" fill="{fill}"/>'
 
 
-def _layers(generation: NDArray[np.int64], elements: list[str]) -> Iterator[str]:
+def _layers(generation: NDArray[np.int64], elements: list[str], names: Mapping[int, str]) -> Iterator[str]:
     """Yield ``elements`` in one group per run of equal generation; the running number keeps ids unique."""
     starts = np.flatnonzero(np.diff(generation, prepend=generation[:1] - 1)).tolist()
     stops = (np.flatnonzero(np.diff(generation, append=generation[-1:] + 1)) + 1).tolist()
     for number, (start, stop) in enumerate(zip(starts, stops, strict=True), 1):
+        level = int(generation[start])
         plural = "path" if stop - start == 1 else "paths"
-        label = f"Layer {number}: generation {generation[start]}, {stop - start} {plural}"
-        identifier = f"layer-{number}-generation-{generation[start]}"
+        label = names.get(level, f"Layer {number}: generation {level}, {stop - start} {plural}")
+        identifier = _identifier(names[level]) if level in names else f"layer-{number}-generation-{level}"
         yield f'<g id="{identifier}" inkscape:groupmode="layer" inkscape:label={quoteattr(label)}>'
         yield from elements[start:stop]
         yield "</g>"
+
+
+def _identifier(name: str) -> str:
+    """Return ``name`` as the id of an element: letters, digits and hyphens."""
+    return re.sub(r"[^a-zA-Z0-9]+", "-", name).strip("-")
 
 
 def _path_elements(scene: Scene, precision: int, opacity_decimals: int, fills: list[str]) -> list[str]:

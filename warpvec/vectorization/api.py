@@ -21,12 +21,14 @@ from warpvec.fit.checkpoint import Checkpoint, write_checkpoint
 from warpvec.fit.loop import fit
 from warpvec.fit.progress import OnProgress
 from warpvec.fit.state import Saving, State, digest
+from warpvec.flat.classify import choose_mode
 from warpvec.geometry.scene import Scene
 from warpvec.image.read import ImageSource, read_image
 from warpvec.image.resize import reduce_image
 from warpvec.rendering.launch import resolve_device
 from warpvec.svg.measure import evaluate
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
+from warpvec.vectorization.flat_art import fit_flat
 from warpvec.vectorization.goal import Goal, is_auto, with_curves
 from warpvec.vectorization.result import Result
 from warpvec.vectorization.search import Search
@@ -45,6 +47,7 @@ def vectorize(
     target_psnr: float | None = None,
     metadata: bool = True,
     trim: bool = False,
+    size: str | None = None,
     on_progress: OnProgress | None = None,
     **settings: Any,
 ) -> Result:
@@ -61,6 +64,7 @@ def vectorize(
         target_psnr: PSNR in dB that the file must reach, drawn by resvg, with as few paths as possible.
         metadata: store the settings in the file.
         trim: cut the paths off at the edges of the canvas.
+        size: width of the drawing with its unit, such as "90mm"; also cm, in, pt, px, and % of its pixels.
         on_progress: called after every iteration; it should be quick.
         settings: fields of `warpvec.FitConfig` that replace those of the preset.
 
@@ -69,7 +73,7 @@ def vectorize(
     """
     goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=is_auto(curves))
     config = make_config(preset, **with_curves(settings, curves, goal))
-    file_options = FileOptions(metadata=metadata, trim=trim)
+    file_options = FileOptions(metadata=metadata, trim=trim, size=size)
     resolve_device(config.device)  # report an unknown device before reading the image
     return fit_photo(
         read_image(image, background, name="image"),
@@ -100,7 +104,9 @@ def fit_photo(
     resume: Checkpoint | None = None,
     file_options: FileOptions = DEFAULT_FILE_OPTIONS,
 ) -> Result:
-    """Fit ``photo`` [h, w, 3 or 4], as `read_image` returns it, reduced to ``config.fit_size``.
+    """Vectorize ``photo`` [h, w, 3 or 4], as `read_image` returns it, reduced to ``config.fit_size``.
+
+    With the mode auto, paths to begin with or a checkpoint mean that it is a photo; else the picture decides.
 
     Args:
         goal: requirements on the file; ``config.curves`` is then the most that may be used.
@@ -115,6 +121,15 @@ def fit_photo(
         InputError: ``resume`` is of another photo, or as `warpvec.fit.loop.fit`.
     """
     target = reduce_image(photo, config.fit_size)
+    choice = None
+    if config.mode == "auto":
+        is_photo = start is not None or checkpoint is not None or resume is not None
+        choice = None if is_photo else choose_mode(target)
+        config = replace(config, mode="photo" if choice is None else choice.mode)
+    if config.mode != "photo":
+        return fit_flat(
+            photo, config, title=title, goal=goal, on_progress=on_progress, file_options=file_options, choice=choice
+        )
     pixels = torch.from_numpy(target)
     state = None if resume is None else _state_of(resume, pixels)
     saving = None if checkpoint is None else _saving(checkpoint, every, config, pixels, on_checkpoint_error or _warn)
@@ -124,7 +139,7 @@ def fit_photo(
     def fit_once(settings: FitConfig, scene: Scene | None) -> Result:
         reduced = replace(settings, min_area=settings.min_area * factors[0] * factors[1])
         fitted = fit(pixels, reduced, on_progress, start=scene, resume=state, saving=saving)
-        return Result(photo, size, settings, fitted, title, file_options=file_options)
+        return Result(photo, size, settings, fitted, title, file_options=file_options, choice=choice)
 
     first = None if start is None else start.scaled(*factors)
     if not goal:

@@ -6,6 +6,8 @@ import json
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
+from warpvec.config.fit_config import MACHINE_SETTINGS, FitConfig
+from warpvec.config.modes import FLAT_MODES, FLAT_SETTINGS
 from warpvec.svg.document import local_name, parse_svg, read_text
 
 
@@ -23,6 +25,20 @@ class FileForm(NamedTuple):
     precision: int
     title: str | None = None
     metadata: dict[str, Any] | None = None
+
+
+def stated_settings(config: FitConfig) -> dict[str, Any]:
+    """Return the settings that a file states.
+
+    The file of a photo is silent about flat art, and without gradients about these, which saves bytes. That of flat art
+    is small, and states what differs from the defaults.
+    """
+    settings, plain = config.to_dict(), FitConfig().to_dict()
+    if config.mode in FLAT_MODES:
+        named = {name: value for name, value in settings.items() if name not in MACHINE_SETTINGS}
+        return {name: value for name, value in named.items() if value != plain[name]}
+    left_out = (*MACHINE_SETTINGS, "mode", *FLAT_SETTINGS, *(() if config.gradients else ("gradients",)))
+    return {name: value for name, value in settings.items() if name not in left_out}
 
 
 def description_of(data: bytes) -> tuple[str | None, dict[str, Any] | None]:

@@ -45,6 +45,7 @@ def refine(
     target_psnr: float | None = None,
     metadata: bool = True,
     trim: bool = False,
+    size: str | None = None,
     free: bool = False,
     on_progress: OnProgress | None = None,
     **settings: Any,
@@ -62,7 +63,7 @@ def refine(
             worst; those with the lowest removal cost are removed. "auto" and goals as in `warpvec.vectorize`.
         free: let smooth nodes become corners, lines curves, opaque paths translucent, and paths cross themselves, which
             only paths of more than 128 segments, or 256 crossings in the drawing, may do else.
-        preset, background, max_bytes, gzip, target_psnr, metadata, trim, on_progress: as in `warpvec.vectorize`.
+        preset, background, max_bytes, gzip, target_psnr, metadata, trim, size, on_progress: as in `warpvec.vectorize`.
         settings: fields of `warpvec.FitConfig` that replace those of the preset. ``recycle_gap`` is 0 by default,
             ``precision`` that of the file, and ``iterations`` 500 without a goal; 0 writes the drawing as it was read.
             ``opacity="opaque"`` first makes every path opaque, which may make the drawing worse.
@@ -86,7 +87,7 @@ def refine(
         goal,
         title=title_of(image),
         on_progress=on_progress,
-        file_options=FileOptions(metadata=metadata, trim=trim),
+        file_options=FileOptions(metadata=metadata, trim=trim, size=size),
         form=form_of(drawing, data, config, photo),
         iterations=None if is_fitted else 0,
         free=free,
@@ -130,8 +131,13 @@ def with_drawing_settings(given: dict[str, Any], drawing: LoadedSvg) -> dict[str
     """Return the ``given`` settings with the defaults that depend on the drawing.
 
     Raises:
-        InputError: the number of segments is not that of the drawing.
+        InputError: the number of segments is not that of the drawing, or the mode is not that of photos.
     """
+    mode = given.get("mode", "photo")
+    if mode not in ("auto", "photo"):
+        remedy = "leave it out, or vectorize the image from scratch"
+        raise InputError("mode", "must be photo to refine a drawing", repr(mode), remedy)
+    given = {**given, "mode": "photo"}
     decided: dict[str, Any] = {"recycle_gap": 0}
     if drawing.scene.is_uniform:
         segments = drawing.scene.piece_count

@@ -16,12 +16,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from warpvec.config.fit_config import MACHINE_SETTINGS, FitConfig
+from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
 from warpvec.files import check_writable, encode_svg, gzip_bytes, write_atomic
 from warpvec.fit.progress import FitResult
 from warpvec.fit.target import Target
 from warpvec.fit.visibility import canvas_areas, removal_changes, visible_areas, without_invisible
+from warpvec.flat.classify import Choice
 from warpvec.geometry.cubics import to_cubics
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.trim import trim
@@ -31,8 +32,9 @@ from warpvec.image.write import round_to_8_bits, write_png
 from warpvec.rendering.draw import draw_8_bits, draw_exactly, draw_pixels
 from warpvec.svg.layers import prefixes, read_layers
 from warpvec.svg.measure import draw, draw_like, evaluate, file_facts
+from warpvec.svg.units import sides_of
 from warpvec.svg.write import quantize, write_svg
-from warpvec.vectorization.file_form import FileForm
+from warpvec.vectorization.file_form import FileForm, stated_settings
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import Goal, Trial
 
@@ -54,6 +56,8 @@ class Result:
         form: what the file keeps of the file of a drawing; None for units of a pixel and the settings of the fit.
         keeps_paths: whether paths that cannot be seen stay.
         start_psnr: PSNR in dB of the drawing that the fit began with, None without one.
+        layer_names: names of the layers by generation; None for numbers.
+        choice: the mode that the picture asked for, and why; None if a setting decided it.
     """
 
     photo: NDArray[np.float32]
@@ -66,6 +70,8 @@ class Result:
     form: FileForm | None = None
     keeps_paths: bool = False
     start_psnr: float | None = None
+    layer_names: dict[int, str] | None = None
+    choice: Choice | None = None
 
     def __repr__(self) -> str:
         height, width = self.photo.shape[:2]
@@ -181,6 +187,8 @@ class Result:
         opacity = self.scene.opacity
         return {
             **evaluate(self.svg(), self.photo),
+            "mode": self.config.mode,
+            "mode_reason": None if self.choice is None else self.choice.reason,
             "renderer": self.config.renderer,
             "start_psnr": self.start_psnr,
             "internal_psnr": self._internal_psnr(),
@@ -263,9 +271,13 @@ class Result:
         form = self.form or FileForm((self.photo.shape[0], self.photo.shape[1]), self.config.precision, self.title)
         metadata = (form.metadata or self._settings()) if self.file_options.metadata else None
         scene, (rows, columns) = self.scene.scaled(*self._units), form.size
-        return write_svg(scene, columns, rows, precision=form.precision, title=form.title, metadata=metadata)
+        size = self.file_options.size
+        sides = None if size is None else sides_of(size, columns, rows)
+        return write_svg(
+            scene, columns, rows, precision=form.precision, title=form.title, metadata=metadata, sides=sides,
+            layer_names=self.layer_names,
+        )  # fmt: skip
 
     def _settings(self) -> dict[str, Any]:
-        """Return the settings that the file states. Without gradients it is silent about them, which saves bytes."""
-        left_out = MACHINE_SETTINGS if self.config.gradients else (*MACHINE_SETTINGS, "gradients")
-        return {name: value for name, value in self.config.to_dict().items() if name not in left_out}
+        """Return the settings that the file states."""
+        return stated_settings(self.config)
