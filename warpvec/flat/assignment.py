@@ -22,7 +22,7 @@ class Assignment:
     """The mix of two regions in each pixel of a picture; see `warpvec.flat.regions.Regions`.
 
     Attributes:
-        anchors: regions of the pixels [h, w] that show one, or ``NONE``: those near a pixel are what it can be mixed of.
+        anchors: regions of the pixels [h, w] that show one, or ``NONE``. A pixel can be mixed of those near it.
         is_pure: pixels [h, w] that show one region alone.
         label: region with the largest share [h, w].
         other: region that has the rest [h, w].
@@ -78,7 +78,7 @@ def colors_of(
 
 def _with_fallback(candidates: Candidates, anchors: Integers, rows: Integers, columns: Integers) -> Candidates:
     """Return the candidates with the nearest region at any distance where none is near."""
-    from scipy import ndimage
+    from scipy import ndimage  # type: ignore[import-untyped]
 
     missing = candidates.label[:, 0] == NONE
     if missing.any():

@@ -49,6 +49,13 @@ class Paints:
         """Return the paints ``index`` [N]."""
         return Paints(*(getattr(self, name)[index] for name in FIELDS))
 
+    def replaced(self, index: int, paint: Paints) -> Paints:
+        """Return the paints with that at ``index`` replaced by the only one of ``paint``."""
+        arrays = [getattr(self, name).copy() for name in FIELDS]
+        for array, name in zip(arrays, FIELDS, strict=True):
+            array[index] = getattr(paint, name)[0]
+        return Paints(*arrays)
+
     def at(self, index: Integers, x: Floats, y: Floats) -> Floats:
         """Return premultiplied sRGB and alpha [..., 4] of the paints ``index`` [...] at places ``x``, ``y`` [...]."""
         color = self.color[index]

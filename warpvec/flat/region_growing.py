@@ -34,7 +34,7 @@ def grow_seeds(picture: Floats, step: float, width: int) -> Integers:
 
 def _pure(right: Mask, below: Mask, width: int) -> Mask:
     """Return the pixels [h, w] of the squares in which all links to the right and below hold."""
-    from scipy import ndimage
+    from scipy import ndimage  # type: ignore[import-untyped]
 
     height, row_length = below.shape[0] + 1, right.shape[1] + 1
     if min(height, row_length) < width:
@@ -68,7 +68,7 @@ def linked_areas(pure: Mask, right: Mask, below: Mask) -> Integers:
 
 def connected_areas(mask: Mask, diagonal: bool = False) -> Integers:
     """Return numbers from 0 of the connected areas of ``mask`` [h, w], and ``NONE`` elsewhere."""
-    from scipy import ndimage
+    from scipy import ndimage  # type: ignore[import-untyped]
 
     labels, _ = ndimage.label(mask, np.ones((3, 3)) if diagonal else None)
     return (labels - 1).astype(np.int32)

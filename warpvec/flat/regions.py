@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from warpvec.flat.assignment import assign
 from warpvec.flat.denoising import Tolerances, measure_tolerances
-from warpvec.flat.paint_fitting import fit_paints
+from warpvec.flat.paint_fitting import fit_paints, smooth_seams
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import NONE, grow_seeds, without_small
 from warpvec.flat.region_merging import merge_regions
@@ -80,9 +80,10 @@ def find_regions(image: Floats, min_area: float = AREA_MIN) -> Regions:
     picture, straight = premultiplied(image), with_alpha(image)
     tolerances = measure_tolerances(picture)
     seeds = find_seeds(picture, tolerances)
-    paints = fit_paints(straight, seeds, tolerances)
+    paints, seeds, seams = fit_paints(straight, seeds, tolerances)
     canvas = find_canvas(seeds, paints)
     assignment = assign(picture, seeds, paints, tolerances, canvas)
+    smooth_seams(assignment, seams)
     paints = add_thin_parts(picture, assignment, paints, tolerances, min_area, canvas)
     assignment, paints = merge_regions(picture, assignment, paints, tolerances, min_area, canvas)
     canvas = find_canvas(assignment.label, paints)

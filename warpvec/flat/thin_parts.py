@@ -64,7 +64,7 @@ def add_thin_parts(
 
 
 def _grown(mask: Mask) -> Mask:
-    from scipy import ndimage
+    from scipy import ndimage  # type: ignore[import-untyped]
 
     grown: Mask = ndimage.maximum_filter(mask, 2 * RADIUS + 1)
     return grown
@@ -75,7 +75,7 @@ def _pixels_of(areas: Integers) -> list[tuple[NDArray[np.intp], NDArray[np.intp]
     rows, columns = np.nonzero(areas != NONE)
     number = areas[rows, columns]
     order = np.argsort(number, kind="stable")
-    stops = np.cumsum(np.bincount(number))[:-1] if len(number) else []
+    stops = np.cumsum(np.bincount(number))[:-1]
     return [(rows[part], columns[part]) for part in np.split(order, stops) if len(part)]
 
 

@@ -8,7 +8,6 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import NONE
 
 Floats = NDArray[np.float32]

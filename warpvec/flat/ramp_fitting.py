@@ -1,0 +1,152 @@
+"""Linear and radial ramps of colour through the pixels of an area."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.paints import Paints
+from warpvec.flat.ramp_directions import Direction, binned, directions_of, refined
+from warpvec.geometry.gradients import FLAT, LINEAR, RADIAL
+
+Floats = NDArray[np.float64]
+
+BINS = 64
+"""Places at which the colours along a ramp are averaged before stops are placed."""
+
+KNOTS_MAX = 5
+"""Stops of a ramp at most. Ramps of designers have two, few have three."""
+
+SWEEPS = 3
+"""Times that each stop is moved to its best place."""
+
+RADIAL_GAIN = 0.8
+"""A radial ramp is chosen if it leaves less than this part of what a linear one leaves."""
+
+RAMP_GAIN = 0.6
+"""A ramp is chosen over a flat paint if it leaves less than this part of what the flat one leaves."""
+
+KNOT_GAIN = 0.8
+"""One more stop is taken if it leaves less than this part of the error."""
+
+FLAT_STEP = 1.5 / 255
+"""Stops whose colours differ by less in each channel show one colour."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ramp:
+    """Colours along a direction: straight lines between stops.
+
+    Attributes:
+        direction: places along the ramp.
+        knots: places of the stops, in pixels, ascending [M].
+        colors: colours of the stops [M, 3].
+        error: root mean square of what the ramp leaves.
+    """
+
+    direction: Direction
+    knots: Floats
+    colors: Floats
+    error: float
+
+    def cuts(self) -> Floats:
+        """Return the places at which one paint of two stops follows another."""
+        return self.knots[1:-1]
+
+    def paints(self, opacity: float) -> Paints:
+        """Return the paints of two stops, or flat ones, of the pieces between the cuts."""
+        rows = [self._piece(index) for index in range(len(self.knots) - 1)]
+        kind, color, end_color, geometry = (np.array(values) for values in zip(*rows, strict=True))
+        alpha = np.full(len(rows), opacity, np.float32)
+        stops = (
+            np.round(np.clip(values, 0, 1) * 255).astype(np.float32) / np.float32(255) for values in (color, end_color)
+        )
+        first, last = stops
+        return Paints(first, alpha, kind.astype(np.int32), geometry.astype(np.float32), last)
+
+    def _piece(self, index: int) -> tuple[int, Floats, Floats, Floats]:
+        (start, end), (first, last) = self.knots[index : index + 2], self.colors[index : index + 2]
+        if np.abs(last - first).max() < FLAT_STEP:
+            return FLAT, (first + last) / 2, (first + last) / 2, np.zeros(4)
+        if self.direction.kind == LINEAR:
+            ends = self.direction.origin + np.array([start, end])[:, None] * self.direction.along
+            return LINEAR, first, last, ends.ravel()
+        center = first - (last - first) * start / (end - start)
+        return RADIAL, center, last, np.append(self.direction.origin, [end, 0.0])
+
+
+def fit_ramp(points: Floats, colors: Floats, tolerance: float, sample: slice) -> Ramp | None:
+    """Return the ramp through the colours [N, 3] of the pixels ``points`` [N, 2], or None if a flat paint does as well.
+
+    Args:
+        points: centres x, y of the pixels of an area.
+        colors: their colours.
+        tolerance: root mean square that a ramp may leave.
+        sample: pixels used where all are not needed.
+    """
+    ramps = []
+    few_points, few_colors = points[sample], colors[sample]
+    for direction in directions_of(points, colors):
+        better = refined(direction, few_points, few_colors)
+        ramps.append(_with_stops(better, few_points, few_colors, tolerance))
+    flat_error = float(np.sqrt(((few_colors - np.median(few_colors, 0)) ** 2).mean()))
+    if not ramps:
+        return None
+    best = ramps[-1] if ramps[-1].error < RADIAL_GAIN * max(ramps[0].error, tolerance) else ramps[0]
+    return best if best.error < RAMP_GAIN * flat_error else None
+
+
+def _with_stops(direction: Direction, points: Floats, colors: Floats, tolerance: float) -> Ramp:
+    """Return the ramp of fewest stops along ``direction`` that leaves at most ``tolerance``, or the best there is."""
+    places = direction.places(points)
+    at, means, count = binned(places, colors, BINS)
+    knots = np.array([at[0], at[-1]])
+    values, error = _colors_at_knots(knots, at, means, count)
+    while error > tolerance and len(knots) < min(KNOTS_MAX, len(at)):
+        more = _one_more_knot(knots, at, means, count)
+        more_values, more_error = _colors_at_knots(more, at, means, count)
+        if len(more) == len(knots) or (more_error > KNOT_GAIN * error and len(knots) > 3):
+            break
+        knots, values, error = more, more_values, more_error
+    knots, values = _without_pads(knots, values, direction.kind)
+    rest = colors - np.stack([np.interp(places, knots, column) for column in values.T], 1)
+    return Ramp(direction, knots, values, float(np.sqrt((rest**2).mean())))
+
+
+def _colors_at_knots(knots: Floats, at: Floats, means: Floats, count: Floats) -> tuple[Floats, float]:
+    """Return the colours [M, 3] at ``knots`` [M] that fit the means best, and the error that remains."""
+    weights = np.stack([np.interp(at, knots, row) for row in np.eye(len(knots))], 1)
+    root = np.sqrt(count)[:, None]
+    values, *_ = np.linalg.lstsq(root * weights, root * means, rcond=1.0e-9)
+    rest = means - weights @ values
+    return values, float(np.sqrt((count[:, None] * rest**2).sum() / (count.sum() * means.shape[1])))
+
+
+def _one_more_knot(knots: Floats, at: Floats, means: Floats, count: Floats) -> Floats:
+    """Return ``knots`` with one more, and all inner ones at their best places."""
+
+    def error_of(inner: Floats) -> float:
+        return _colors_at_knots(np.sort(np.concatenate([knots[[0, -1]], inner])), at, means, count)[1]
+
+    inner, places = knots[1:-1], at[1:-1]
+    inner = np.append(inner, min(places, key=lambda place: error_of(np.append(inner, place))))
+    for _ in range(SWEEPS if len(inner) > 1 else 0):
+        for slot in range(len(inner)):
+            others = np.delete(inner, slot)
+            inner[slot] = min(places, key=lambda place, others=others: error_of(np.append(others, place)))
+    return np.unique(np.concatenate([knots[[0, -1]], inner]))
+
+
+def _without_pads(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Floats]:
+    """Drop stops at the ends where the colour stays: paints continue beyond their ends, radial ones only outwards."""
+
+    def is_flat(first: int) -> bool:
+        return bool(np.abs(values[first + 1] - values[first]).max() < FLAT_STEP)
+
+    if len(knots) > 2 and is_flat(-2):
+        knots, values = knots[:-1], values[:-1]
+    if len(knots) > 2 and kind == LINEAR and is_flat(0):
+        knots, values = knots[1:], values[1:]
+    return knots, values
