@@ -12,6 +12,11 @@ from typing import Any
 from warpvec.errors import InputError
 
 
+def counted(count: int, noun: str) -> str:
+    """Return "1 path", "2 paths": ``noun`` with its number."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
 def check_count(name: str, value: Any, minimum: int, maximum: int | None = None) -> int:
     """Return ``value``, of a Python or NumPy type, as an int.
 

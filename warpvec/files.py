@@ -5,7 +5,8 @@ from __future__ import annotations
 import errno
 import gzip
 import os
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from warpvec.errors import InputError
@@ -67,15 +68,32 @@ def write_atomic(path: str | os.PathLike[str], data: bytes) -> None:
     written in place, because a rename would replace the device itself.
 
     Raises:
-        OSError: the file cannot be written.
+        OSError: the file cannot be written; the error has the name ``path``.
     """
     target = Path(os.path.realpath(path))
-    if target.exists() and not target.is_file():
-        target.write_bytes(data)
-        return
-    with temporary_file(target) as temporary:
-        _write_through(temporary, data)
-        os.replace(temporary, target)
+    with naming_errors(path):
+        if target.exists() and not target.is_file():
+            target.write_bytes(data)
+            return
+        with temporary_file(target) as temporary:
+            _write_through(temporary, data)
+            os.replace(temporary, target)
+
+
+@contextmanager
+def naming_errors(name: str | os.PathLike[str]) -> Iterator[None]:
+    """Give each OSError inside of the context the file's ``name``, which errors of writing do not have."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno is None:
+            raise
+        raise OSError(error.errno, error.strerror, os.fspath(name)) from error
+
+
+def is_full(error: OSError) -> bool:
+    """Return whether ``error`` means that the disk, or the user's share of it, is full."""
+    return error.errno in (errno.ENOSPC, errno.EDQUOT)
 
 
 def encode_svg(text: str, path: str | os.PathLike[str]) -> bytes:
@@ -120,7 +138,7 @@ def _check_permission(target: Path, name: str) -> None:
         with temporary_file(target) as temporary, open_temporary_file(temporary) as file:
             file.write(b"0")
     except OSError as error:  # such as in /proc, where root has every permission
-        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        if is_full(error):
             return  # there may be space by the end of the fit
         rule, found = "must be in a folder where files can be made", f"{str(target)!r} ({error.strerror})"
         raise InputError(name, rule, found, "choose another folder") from None

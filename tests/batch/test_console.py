@@ -59,6 +59,20 @@ def test_the_table_shows_the_photo_of_each_worker() -> None:
     assert "1 of 3, " in table
 
 
+def test_a_quiet_batch_shows_failures_alone() -> None:
+    stream = StringIO()
+    tally = Tally(skipped=0, total=2)
+    failed = replace(DONE, input="b.png", error="no image", attempts=1)
+    with show_batch(stream, tally, quiet=True) as view:
+        for record in (DONE, failed):
+            view.show(record, tally)
+    assert stream.getvalue() == "warpvec: b.png: failed: no image\n"
+
+
+def test_one_curve_is_one() -> None:
+    assert "27.25 dB, 1 curve, 1,234 bytes" in describe(replace(DONE, curves=1))
+
+
 def test_a_closed_stream_shows_nothing() -> None:
     tally = Tally(skipped=0, total=1)
     with show_batch(None, tally) as view:

@@ -37,13 +37,19 @@ def _line(result: Result) -> str:
 
 @pytest.fixture
 def full_disk(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(_: int) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    monkeypatch.setattr(files.os, "fsync", _failing(errno.ENOSPC))
 
-    monkeypatch.setattr(files.os, "fsync", fail)
+
+def _failing(number: int) -> Callable[[int], None]:
+    def fail(_: int) -> None:
+        raise OSError(number, os.strerror(number))
+
+    return fail
 
 
 REMEDY = "free some space and run again"
+
+DRAWING = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><g><path d="M0 0h5v5z"/></g></svg>'
 
 
 @pytest.mark.usefixtures("full_disk")
@@ -56,6 +62,41 @@ def test_a_full_disk_is_reported_in_one_line_and_damages_no_file(photo: Path, ol
     assert line == f"the disk is full (No space left on device), {str(out)!r} could not be written; {REMEDY}"
     assert sorted(os.listdir(photo.parent)) == (["photo.png"] if old is None else ["out.svg", "photo.png"])
     assert old is None or out.read_bytes() == old
+
+
+@pytest.mark.usefixtures("full_disk")
+@pytest.mark.parametrize(
+    ("arguments", "file"),
+    [
+        (("view", "drawing.svg", "--report", "page.html"), "page.html"),
+        (("sample", "coffee.png", "cup.png"), "cup.png"),
+        (("lod", "drawing.svg", "--levels", "0", "-o", "low.svg"), "low.svg"),
+        (("batch", "photos", "drawings"), "drawings/batch.jsonl"),
+    ],
+)
+def test_every_command_names_the_file_for_which_the_disk_is_full(
+    arguments: tuple[str, ...], file: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if arguments[0] == "sample":
+        pytest.importorskip("skimage")
+    monkeypatch.chdir(tmp_path)
+    Path("drawing.svg").write_text(DRAWING, encoding="utf-8")
+    Path("photos").mkdir()
+    Path("photos", "photo.png").write_bytes(b"no photo")
+    result = invoke(*arguments)
+    assert result.exit_code == 1
+    (line,) = [line for line in result.stderr.splitlines() if line.startswith("warpvec: error: ")]
+    path = str(tmp_path / file) if arguments[0] == "batch" else file
+    assert line.endswith(f"the disk is full (No space left on device), {path!r} could not be written; {REMEDY}")
+
+
+def test_a_limit_on_the_size_of_files_is_reported_in_one_line(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(files.os, "fsync", _failing(errno.EFBIG))
+    out = str(photo.with_name("out.svg"))
+    assert _line(_run(photo)) == (
+        f"a file would be larger than is allowed (File too large), {out!r} could not be written; "
+        "raise the limit (ulimit -f)"
+    )
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full, which only Linux has")

@@ -131,6 +131,16 @@ def test_sample_writes_a_real_photo(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         assert (coffee.size, cat.size) == ((600, 400), (451, 300))
 
 
+def test_sample_replaces_a_file_only_if_told_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("skimage")
+    monkeypatch.chdir(tmp_path)
+    Path("cup.png").write_bytes(b"mine")
+    assert_refused(invoke("sample", "coffee.png", "cup.png"), "OUT must be a new file, got 'cup.png'; add --force")
+    assert Path("cup.png").read_bytes() == b"mine"
+    assert invoke("sample", "coffee.png", "cup.png", "--force").exit_code == 0
+    assert Path("cup.png").read_bytes() != b"mine"
+
+
 def test_sample_refuses_unknown_names_and_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert_refused(invoke("sample", "mars.png"), "NAME must be one of", "coffee.png", "mars.png")

@@ -42,7 +42,7 @@ def test_the_layers_are_where_the_text_has_them():
     layers = read_layers(TEXT)
     assert [found.level for found in layers] == [0, 1, 2]
     assert [TEXT.encode()[found.start : found.stop].decode() for found in layers] == [layer(k) for k in range(3)]
-    assert [found.path_count for found in layers] == [10, 10, 10]
+    assert [found.painted_count for found in layers] == [10, 10, 10]
 
 
 @pytest.mark.parametrize("levels", [{0}, {1}, {0, 2}, {0, 1, 2}, set()])

@@ -78,13 +78,22 @@ def test_facts_of_a_file_and_of_its_gzip_are_the_same():
     text = svg_file(paths + "<!-- \u00e9 -->" * 30)
     facts = file_facts(text)
     assert facts == file_facts(text.encode()) == file_facts(gzip.compress(text.encode()))
-    assert (facts["paths"], facts["segments"], facts["bytes"]) == (3, 4, len(text.encode()))
+    assert (facts["paths"], facts["segments"], facts["bytes"]) == (4, 4, len(text.encode()))
     assert len(gzip.compress(text.encode())) - 20 <= facts["gzip_bytes"] < facts["bytes"]
 
 
 def test_paths_with_a_namespace_prefix_are_counted_and_those_of_other_namespaces_are_not():
     svg = '<s:svg xmlns:s="http://www.w3.org/2000/svg"><s:path d="M0 0"/><x:path xmlns:x="http://x"/></s:svg>'
     assert file_facts(svg)["paths"] == 1
+
+
+def test_what_is_painted_is_counted_and_definitions_and_the_background_are_not():
+    shape = '<circle r="1"/><g><line/></g>'
+    hidden = "".join(f"<{name}>{shape}</{name}>" for name in ("defs", "clipPath", "mask", "symbol", "pattern"))
+    nested = f"<defs><mask>{shape}</mask>{shape}</defs>"
+    painted = f'{shape}<ellipse/><polygon/><polyline/><rect id="back"/><text>a<tspan>b</tspan></text><use href="#a"/>'
+    svg = svg_file(f'<rect id="background"/>{hidden}{painted}{nested}<image href="data:,"/>')
+    assert file_facts(svg)["paths"] == 9
 
 
 @pytest.mark.parametrize("unit", ["z", "h", "h1", "1 ", "a1 1 0 0 0 1 1 "])

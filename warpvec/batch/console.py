@@ -17,7 +17,7 @@ from rich.text import Text
 
 from warpvec.batch.jobs import Job
 from warpvec.batch.journal import Record
-from warpvec.checks import in_one_line
+from warpvec.checks import counted, in_one_line
 
 
 @dataclass
@@ -66,7 +66,7 @@ class Tally:
         parts += [f"{facts['skipped']} done before"] if facts["skipped"] else []
         parts += [f"{facts['left']} left"] if facts["left"] else []
         mean = f", PSNR {facts['psnr']:.2f} dB on average" if facts["psnr"] is not None else ""
-        return f"{facts['images']} images: {', '.join(parts)}{mean}; {facts['seconds']:.1f} s"
+        return f"{counted(facts['images'], 'image')}: {', '.join(parts)}{mean}; {facts['seconds']:.1f} s"
 
 
 class View:
@@ -82,8 +82,10 @@ class View:
 @contextmanager
 def show_batch(stream: TextIO | None, tally: Tally, *, quiet: bool = False) -> Iterator[View]:
     """Show the batch on ``stream`` until the context ends; None is a stream that is closed."""
-    if stream is None or quiet or not tally.total:
+    if stream is None or not tally.total:
         yield View()
+    elif quiet:
+        yield _Failures(stream)
     elif stream.isatty():
         table = _Table(tally)
         with Live(table, console=Console(file=stream), transient=True) as table.live:
@@ -102,9 +104,8 @@ def _described(record: Record) -> str:
     if record.error is not None:
         return f"{record.input}: failed{attempts}: {record.error}"
     quality = "no error" if record.psnr is None else f"{record.psnr:.2f} dB"
-    return (
-        f"{record.input}: {quality}, {record.curves} curves, {record.bytes:,} bytes, {record.seconds:.1f} s{attempts}"
-    )
+    size = f"{counted(record.curves or 0, 'curve')}, {record.bytes:,} bytes"
+    return f"{record.input}: {quality}, {size}, {record.seconds:.1f} s{attempts}"
 
 
 class _Lines(View):
@@ -119,6 +120,17 @@ class _Lines(View):
 
     def show(self, record: Record, tally: Tally) -> None:
         print(f"[{tally.pace()}] {describe(record)}", file=self._stream, flush=True)
+
+
+class _Failures(View):
+    """One line for each photo that fails."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def show(self, record: Record, tally: Tally) -> None:
+        if record.error is not None:
+            print(f"warpvec: {describe(record)}", file=self._stream, flush=True)
 
 
 class _Table(View):

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from warpvec.errors import InputError
-from warpvec.files import make_folder, write_atomic
+from warpvec.files import make_folder, naming_errors, write_atomic
 from warpvec.inputs import read_stream, too_long
 from warpvec.temporary_files import remove_stale_files
 
@@ -122,7 +122,8 @@ class LocalFolder:
 
     def append(self, name: str, data: bytes) -> None:
         self._check_is_no_folder(name)
-        with (self._path / name).open("ab", buffering=0) as file:
+        path = self._path / name
+        with naming_errors(path), path.open("ab", buffering=0) as file:
             file.write(data)
             os.fsync(file.fileno())
 

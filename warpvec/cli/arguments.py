@@ -11,7 +11,7 @@ import click
 
 from warpvec.cli.streams import check_stdout, read_stdin, write_stdout
 from warpvec.errors import InputError
-from warpvec.files import check_writable, encode_svg, write_atomic
+from warpvec.files import check_writable, encode_svg, naming_errors, write_atomic
 from warpvec.inputs import read_file
 
 if TYPE_CHECKING:
@@ -153,12 +153,8 @@ def write_svg_file(text: str, out: str) -> None:
     Raises:
         OSError: it cannot be written; the error has the file's name.
     """
-    try:
-        if out == "-":
+    if out == "-":
+        with naming_errors("stdout"):
             write_stdout(text.encode())
-        else:
-            write_atomic(out, encode_svg(text, out))
-    except BrokenPipeError:
-        raise
-    except OSError as error:  # with the name, which the message says
-        raise OSError(error.errno, error.strerror, "stdout" if out == "-" else out) from error
+    else:
+        write_atomic(out, encode_svg(text, out))

@@ -24,6 +24,7 @@ from warpvec.checks import in_one_line
 from warpvec.cli.options import OPTION_NAMES
 from warpvec.cli.streams import prepare_streams, settle_stdout
 from warpvec.errors import InputError
+from warpvec.files import is_full
 
 _COMMANDS = {
     "run": "run",
@@ -123,8 +124,10 @@ def _exhaustion(error: Exception) -> str | None:
     """Return a message if ``error`` means that the disk or memory is full, or that nobody reads the output any more."""
     if isinstance(error, BrokenPipeError):
         return "the reader of the output left before all was written"
-    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+    if isinstance(error, OSError) and (is_full(error) or error.errno == errno.EFBIG):
         lost = f"{error.filename!r} could not be written" if error.filename else "no file was damaged"
+        if error.errno == errno.EFBIG:
+            return f"a file would be larger than is allowed ({error.strerror}), {lost}; raise the limit (ulimit -f)"
         return f"the disk is full ({error.strerror}), {lost}; free some space and run again"
     # Torch has an exception of its own on CUDA; Torch on the CPU and Warp raise RuntimeError with a text.
     exhausted = isinstance(error, MemoryError) or type(error).__name__ == "OutOfMemoryError"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from warpvec.checks import in_one_line
+from warpvec.checks import counted, in_one_line
 from warpvec.vectorization.goal import describe
 
 if TYPE_CHECKING:
@@ -61,8 +61,9 @@ def _finite(value: Any) -> Any:
 
 def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     backdrops = ", over black and over white" if metrics["transparent"] else ""
+    counts = f"{counted(metrics['curves'], 'curve')}, {counted(metrics['segments'], 'segment')}"
     lines = [
-        "{out}: {curves} curves, {segments} segments, {bytes:,} bytes, {gzip_bytes:,} gzipped",
+        f"{{out}}: {counts}, {{bytes:,}} bytes, {{gzip_bytes:,}} gzipped",
         f"PSNR {{psnr:.2f}} dB, SSIM {{ssim:.3f}} (file drawn by resvg{backdrops})",
     ]
     if metrics.get("start_psnr") is not None:
@@ -75,7 +76,7 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         stopped = ", interrupted: the best result so far" if metrics["interrupted"] else ""
         lines.append(f"{{iterations}} iterations in {{seconds:.1f}} s on {{device}}{stopped}")
     if metrics.get("levels"):
-        parts = (f"{level['curves']} curves {level['psnr']:.2f} dB" for level in metrics["levels"])
+        parts = (f"{counted(level['curves'], 'curve')} {level['psnr']:.2f} dB" for level in metrics["levels"])
         lines.append("up to each level: " + ", ".join(parts))
     if metrics.get("goal"):
         lines.append(describe(metrics["goal"]))

@@ -11,6 +11,7 @@ from typing import Any
 
 from torch import Tensor
 
+from warpvec.checks import counted
 from warpvec.fit.state_form import Fields, Form, ListOf, Number, Whole, require
 from warpvec.geometry.scene import Scene
 from warpvec.image.metrics import psnr_from_mse
@@ -107,6 +108,6 @@ class Pace:
         remaining = progress.iteration_count - progress.iteration
         left = f", {(progress.seconds - self._first_seconds) / done * remaining:.0f} s left" if done else ""
         return (
-            f"iteration {progress.iteration} of {progress.iteration_count}, {progress.curve_count} curves, "
+            f"iteration {progress.iteration} of {progress.iteration_count}, {counted(progress.curve_count, 'curve')}, "
             f"{progress.psnr:.2f} dB{left}"
         )

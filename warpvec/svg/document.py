@@ -78,6 +78,15 @@ _TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*+>""")
 _LONG_TAG = re.compile(rb"<[^<!?/][^<]{%d}" % (5 * MAX_ATTRIBUTES))
 """The start of a tag that has room for too many attributes; " a=''" is the shortest. No tag holds a "<"."""
 
+_PAINTED = frozenset(
+    {"path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text", "image", "use", "foreignObject"}
+)
+
+_DEFINITIONS = frozenset({"defs", "symbol", "clipPath", "mask", "pattern", "marker", "filter", *_GRADIENTS})
+
+BACKGROUND_ID = "background"
+"""The ``id`` of the rectangle that is the canvas in warpvec's own files."""
+
 _NAMESPACE = re.compile(rb"""(?<=\s)xmlns[^\s="'<>]*+\s*+=\s*+(?:"([^"<]*+)|'([^'<]*+))""")
 
 _VALUE = re.compile(rb"""=\s*+(?>"[^"]*"|'[^']*')""")
@@ -90,13 +99,13 @@ class Group:
     Attributes:
         identifier: its ``id``, None without one.
         start, stop: the range of bytes that it takes in the UTF-8 text.
-        path_count: the number of <path> elements in it.
+        painted_count: the number of elements in it that paint something, see `Document`.
     """
 
     identifier: str | None
     start: int
     stop: int
-    path_count: int
+    painted_count: int
 
 
 @dataclass
@@ -110,6 +119,8 @@ class Document:
         groups: the <g> elements directly inside the root, in the order of the file.
         path_data: the ``d`` attribute of each <path>.
         rectangles: position and size of each <rect>, as text.
+        painted_count: the number of shapes, texts, images and copies outside of definitions, clip paths and masks.
+            The background of warpvec's own files does not count.
         plain: True if the file holds only paths, rectangles and groups with flat fills, and gradients of two stops that
             refer to nothing, so that drawing it is cheap.
     """
@@ -120,6 +131,7 @@ class Document:
     groups: list[Group] = field(default_factory=list)
     path_data: list[str] = field(default_factory=list)
     rectangles: list[str] = field(default_factory=list)
+    painted_count: int = 0
     plain: bool = True
 
     def reach(self) -> float:
@@ -197,7 +209,8 @@ class _Parser:
         self._depth = self._element_count = self._attribute_count = 0
         self._stops_left = 0  # stops that the gradient may still have
         self._root_start = 0
-        self._group: tuple[int, str | None, int] | None = None  # start, id, and number of paths before it
+        self._group: tuple[int, str | None, int] | None = None  # start, id, and painted elements before it
+        self._definition_depth = 0  # of elements that paint nothing where they stand
         self._names: dict[str, tuple[str, str]] = {}  # a name in expat's form -> "{namespace}name", local SVG name
         self._expat = self._make_expat()
 
@@ -234,7 +247,7 @@ class _Parser:
             _check_root(local)
             self.document.root, self._root_start = attributes, self._expat.CurrentByteIndex
         elif self._depth == 1 and local == "g":
-            self._group = self._expat.CurrentByteIndex, attributes.get("id"), len(self.document.path_data)
+            self._group = self._expat.CurrentByteIndex, attributes.get("id"), self.document.painted_count
         elif self._depth == MAX_DEPTH:
             raise InputError("SVG", f"must nest at most {MAX_DEPTH} elements", "deeper ones", "ungroup it")
         self._element_count += 1
@@ -261,6 +274,9 @@ class _Parser:
 
     def _collect(self, name: str, attributes: dict[str, str]) -> None:
         document = self.document
+        self._definition_depth += name in _DEFINITIONS
+        if name in _PAINTED and not self._definition_depth and not (name == "rect" and _is_background(attributes)):
+            document.painted_count += 1
         if name == "path":
             document.path_data.append(attributes.get("d", ""))
         elif name == "rect":
@@ -278,12 +294,14 @@ class _Parser:
 
     def _end_element(self, name: str) -> None:
         self._depth -= 1
-        if self._names[name][1] in _GRADIENTS:
+        local = self._names[name][1]
+        self._definition_depth -= local in _DEFINITIONS
+        if local in _GRADIENTS:
             self._stops_left = 0
         if self._depth == 1 and self._group is not None:
-            start, identifier, paths_before = self._group
-            path_count = len(self.document.path_data) - paths_before
-            self.document.groups.append(Group(identifier, start, self._element_stop(start), path_count))
+            start, identifier, painted_before = self._group
+            painted_count = self.document.painted_count - painted_before
+            self.document.groups.append(Group(identifier, start, self._element_stop(start), painted_count))
             self._group = None
         elif self._depth == 0:
             self.document.root_range = self._root_start, self._element_stop(self._root_start)
@@ -307,6 +325,10 @@ def _clark(name: str) -> str:
     """Return "{namespace}name" for expat's "namespace name"."""
     namespace, space, local = name.rpartition(" ")
     return f"{{{namespace}}}{local}" if space else name
+
+
+def _is_background(attributes: dict[str, str]) -> bool:
+    return attributes.get("id") == BACKGROUND_ID
 
 
 def _is_plain(element: str, attributes: dict[str, str]) -> bool:

@@ -26,13 +26,13 @@ class Layer:
     Attributes:
         level: its level of detail.
         start, stop: its range of bytes in the UTF-8 text, with its whole lines if nothing else is on them.
-        path_count: the number of <path> elements in it.
+        painted_count: the number of elements in it that paint something.
     """
 
     level: int
     start: int
     stop: int
-    path_count: int
+    painted_count: int
 
 
 def layer_level(identifier: str | None, index: int) -> int:
@@ -50,7 +50,7 @@ def read_layers(svg: SvgSource) -> list[Layer]:
     document = parse_svg(svg)
     data = document.text.encode()
     return [
-        Layer(layer_level(group.identifier, index), *_with_line(data, group.start, group.stop), group.path_count)
+        Layer(layer_level(group.identifier, index), *_with_line(data, group.start, group.stop), group.painted_count)
         for index, group in enumerate(document.groups)
     ]
 

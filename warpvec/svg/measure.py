@@ -59,7 +59,7 @@ _NUMBERS_PER_SEGMENT = {"L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2}
 
 
 class FileFacts(TypedDict):
-    """Size of an SVG: number of <path> elements and of their segments, bytes of text, bytes of its gzip."""
+    """Size of an SVG: number of painted elements, of the segments of its paths, bytes of text, bytes of its gzip."""
 
     paths: int
     segments: int
@@ -70,7 +70,7 @@ class FileFacts(TypedDict):
 def evaluate(svg: SvgSource, image: NDArray[Any]) -> dict[str, Any]:
     """Return counts, sizes and quality of an SVG, drawn by resvg at the size of ``image`` [h, w, 3 or 4].
 
-    Keys: ``curves`` (the number of <path> elements), ``segments``, ``bytes`` and ``gzip_bytes`` as in `file_facts`,
+    Keys: ``curves`` (the number of painted elements), ``segments``, ``bytes`` and ``gzip_bytes`` as in `file_facts`,
     ``psnr`` and ``ssim`` as in `file_quality`, and ``transparent``, which is true if the image has an alpha channel.
 
     Raises:
@@ -84,7 +84,7 @@ def evaluate(svg: SvgSource, image: NDArray[Any]) -> dict[str, Any]:
 
 
 def file_facts(svg: SvgSource) -> FileFacts:
-    """Count paths, segments and bytes of an SVG. The sizes are the same if ``svg`` is gzipped.
+    """Count painted elements, segments and bytes of an SVG. The sizes are the same if ``svg`` is gzipped.
 
     A segment is one curve, line or arc of a path. Closing a path does not count.
 
@@ -96,7 +96,9 @@ def file_facts(svg: SvgSource) -> FileFacts:
     if sum(numbers.count(letter) for numbers in path_data for letter in _LETTERS) > MAX_COMMANDS:
         raise InputError("SVG", f"must have at most {MAX_COMMANDS} commands in its paths", "more", "simplify it")
     segment_count = sum(map(count_segments, path_data))
-    return FileFacts(paths=len(path_data), segments=segment_count, bytes=len(data), gzip_bytes=len(gzip_bytes(data)))
+    return FileFacts(
+        paths=document.painted_count, segments=segment_count, bytes=len(data), gzip_bytes=len(gzip_bytes(data))
+    )
 
 
 def file_quality(svg: SvgSource, image: NDArray[Any]) -> dict[str, float]:
@@ -164,10 +166,10 @@ def _draw_at(document: Document, width: int, height: int, transparent: bool) -> 
         return np.pad(rendering, ((0, rows), (0, columns), (0, 0)), mode="edge")
     stated = _size_if_stated(document.root)
     if stated is None or not _differs_by_rounding(stated, width, height):
-        found = "no stated size" if stated is None else f"{stated[0]:g} x {stated[1]:g}"
-        raise InputError(
-            "SVG", f"must have the proportions of {width} x {height}", found, "give the image it was made from"
-        )
+        found, remedy = "no stated size", "add width and height, or a viewBox, to its <svg>"
+        if stated is not None:
+            found, remedy = f"{stated[0]:g} x {stated[1]:g}", "give the image it was made from"
+        raise InputError("SVG", f"must have the proportions of {width} x {height}", found, remedy)
     text = _stretched(document, stated, width, height)
     return rasterize(text, width, height, transparent=transparent, sandboxed=sandboxed)
 

@@ -106,7 +106,7 @@ def _rows(data: bytes, image: str | None, background: str | None) -> list[dict[s
     photo = None if image is None else read_photo(image, background)
     path_counts: Counter[int] = Counter()
     for layer in read_layers(data):
-        path_counts[layer.level] += layer.path_count
+        path_counts[layer.level] += layer.painted_count
     rows: list[dict[str, Any]] = []
     for level, text in prefixes(data):
         total = sum(count for other, count in path_counts.items() if other <= level)
