@@ -1,0 +1,95 @@
+"""Test black and white tracing: outlines between pixels, thresholds, holes and specks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from warpvec.errors import InputError
+from warpvec.flat.mono import mono_tracing, trace_mono
+from warpvec.geometry.scene import Scene
+from warpvec.svg.measure import draw
+from warpvec.svg.write import write_svg
+
+SIDE = 96
+
+
+def _picture(elements: str, ink: int = 0, paper: int = 255) -> NDArray[np.uint8]:
+    """Return black ``elements`` as resvg draws them over white, at these levels [h, w, 3]."""
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{SIDE}" height="{SIDE}">'
+    levels = draw(f"{head}{elements}</svg>", SIDE, SIDE) / 255.0
+    return np.rint(ink + (paper - ink) * levels).astype(np.uint8)
+
+
+def _drawn(scene: Scene, precision: int = 2) -> NDArray[np.uint8]:
+    return draw(write_svg(scene, SIDE, SIDE, precision=precision), SIDE, SIDE)
+
+
+def _overlap(one: NDArray[np.uint8], two: NDArray[np.uint8]) -> float:
+    """Return the ink that two pictures share over the ink of either."""
+    first, second = (1.0 - picture / 255.0 for picture in (one, two))
+    return float(np.minimum(first, second).sum() / np.maximum(first, second).sum())
+
+
+RING = (
+    '<circle cx="48.3" cy="47.6" r="30.4" fill="none" stroke="#000" stroke-width="11.3"/><path d="M40,44h17v9h-17z"/>'
+)
+
+
+def test_ring_and_square_are_one_path_in_black_with_a_hole() -> None:
+    picture = _picture(RING)
+    scene = trace_mono(picture)
+    assert len(scene) == 1
+    assert scene.structure.loop_count == 3
+    assert scene.color.abs().max() == 0
+    assert _overlap(_drawn(scene), picture) > 0.985
+    assert scene.structure.segment_count <= 14
+
+
+def test_two_levels_make_smooth_outlines() -> None:
+    truth = _picture('<circle cx="48.3" cy="47.6" r="33.4"/>')
+    scene = trace_mono(np.where(truth < 128, 0, 255).astype(np.uint8))
+    assert scene.structure.segment_count <= 8
+    assert _overlap(_drawn(scene), truth) > 0.985
+
+
+def test_threshold_is_half_way_between_ink_and_paper_for_thin_strokes() -> None:
+    rings = "".join(
+        f'<circle cx="48" cy="48" r="{r}" fill="none" stroke="#000" stroke-width="3"/>' for r in (13, 28, 43)
+    )
+    found = mono_tracing(_picture(rings, ink=40, paper=220))
+    assert found.threshold == pytest.approx(130, abs=2)
+    assert _overlap(_drawn(found.scene), _picture(rings)) > 0.95
+
+
+def test_given_threshold_moves_the_outline() -> None:
+    ramp = np.linspace(0, 255, SIDE)[None, :, None].repeat(SIDE, 0).repeat(3, 2).astype(np.uint8)
+    widths = [1.0 - _drawn(trace_mono(ramp, threshold))[SIDE // 2, :, 0].mean() / 255.0 for threshold in (64, 191)]
+    assert widths == pytest.approx([0.25, 0.75], abs=0.02)
+
+
+def test_specks_and_small_holes_are_left_out_and_counted() -> None:
+    specks = '<path d="M8,8h1v1h-1zM80,80h1v1h-1z"/><path d="M50,46h1v1h-1z" fill="#fff"/>'
+    found = mono_tracing(_picture(RING + specks))
+    assert found.speck_count == 3
+    assert found.scene.structure.loop_count == 3
+
+
+def test_transparent_pixels_are_paper() -> None:
+    picture = np.zeros((SIDE, SIDE, 4), np.uint8)
+    picture[20:60, 30:70, 3] = 255
+    drawn = _drawn(trace_mono(picture))
+    assert drawn[40, 50].max() == 0
+    assert drawn[10, 10].min() == 255
+
+
+def test_blank_picture_has_no_path() -> None:
+    scene = trace_mono(np.full((SIDE, SIDE, 3), 255, np.uint8))
+    assert len(scene) == 0
+    assert _drawn(scene).min() == 255
+
+
+def test_threshold_beyond_the_levels_is_refused() -> None:
+    with pytest.raises(InputError, match="threshold"):
+        trace_mono(np.zeros((8, 8, 3), np.uint8), 300)

@@ -1,0 +1,231 @@
+"""Black and white art, such as scans, line drawings and signatures, as one compound path in black."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from warpvec.errors import InputError
+from warpvec.flat.contours import contours_of
+from warpvec.flat.curve_fitting import TOLERANCE, fit_loops
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
+
+Floats = NDArray[np.float64]
+
+MIN_AREA = 2.0
+"""Specks and holes of fewer square pixels are left out. It is what potrace calls turdsize, with potrace's default."""
+
+TWO_LEVEL_SHARE = 0.02
+"""A picture has two levels only if fewer of its pixels along edges lie in between; else over half of them do."""
+
+_BETWEEN = 0.1
+"""A level is in between if it is so far from both ink and paper, as a share of their difference."""
+
+STAIRCASE_BLUR = 0.7
+"""Standard deviation in pixels of the blur of pictures of two levels, which makes slopes of their staircases."""
+
+STAIRCASE_TOLERANCE = 0.5
+"""Tolerance in pixels for pictures of two levels: an edge may lie anywhere within a pixel of a staircase."""
+
+NOISE_DEVIATIONS = 3.0
+"""Standard deviations of the noise that the tolerance grows by, because every outline has some points that far off."""
+
+_EDGE_SLOPE = 0.4
+"""Least change of coverage per pixel across an edge of a usual scan; noise over it is the error of the edge's place."""
+
+SHARP_EDGE = 0.6
+"""Edges as sharp as those of a renderer change by 0.68 to 0.75 from one pixel to the next, in the median; those of a
+scanner, which blurs by half a pixel and more, by 0.45 to 0.52. Where edges are sharp, sums of coverage are exact
+(`contours_of`); where they are not, interpolation is, and it suffers less from noise."""
+
+_SOLID_COUNT = 64
+"""Least number of pixels inside of strokes that tell the level of ink; without them all strokes are thin."""
+
+_THIN_QUANTILE = 0.1
+"""Share of the ink's pixels that are as dark as ink, where all strokes are thin."""
+
+_BINS = 256
+
+
+@dataclass(frozen=True)
+class MonoTracing:
+    """A tracing in black.
+
+    Attributes:
+        scene: one compound path in black, without a background; no path if the picture has no ink.
+        threshold: level in [0, 255] below which a pixel is ink.
+        speck_count: number of specks and of holes that were left out, because they were too small.
+    """
+
+    scene: Scene
+    threshold: float
+    speck_count: int
+
+
+def trace_mono(
+    image: NDArray[Any],
+    threshold: float | Literal["auto"] = "auto",
+    *,
+    tolerance: float | None = None,
+    min_area: float = MIN_AREA,
+) -> Scene:
+    """Return the scene of `mono_tracing`."""
+    return mono_tracing(image, threshold, tolerance=tolerance, min_area=min_area).scene
+
+
+def mono_tracing(
+    image: NDArray[Any],
+    threshold: float | Literal["auto"] = "auto",
+    *,
+    tolerance: float | None = None,
+    min_area: float = MIN_AREA,
+) -> MonoTracing:
+    """Trace what is darker than ``threshold`` in an image, over white, as one compound path in black.
+
+    The outlines lie between pixels, where the grey levels pass the threshold. Holes run the other way round.
+
+    Args:
+        image: [h, w, 3 or 4], uint8 or float in [0, 1].
+        threshold: a level in [0, 255]; "auto" for the middle between ink and paper, which Otsu's threshold tells apart.
+        tolerance: largest distance in pixels between an outline and its curves; None for one that suits the noise.
+        min_area: specks and holes of fewer square pixels are left out.
+
+    Raises:
+        InputError: the threshold is not in [0, 255].
+    """
+    if threshold != "auto" and not 0 <= threshold <= 255:
+        raise InputError("threshold", 'must be "auto" or a level in 0 to 255', str(threshold), "give 128")
+    gray = _gray(image)
+    levels = find_levels(gray, None if threshold == "auto" else threshold / 255.0)
+    coverage = np.clip(0.5 + (levels.threshold - gray) / (levels.paper - levels.ink), 0.0, 1.0)
+    if has_two_levels(coverage):
+        from scipy.ndimage import gaussian_filter  # type: ignore[import-untyped]
+
+        tolerance = STAIRCASE_TOLERANCE if tolerance is None else tolerance
+        outlines = _interpolated(gaussian_filter(coverage, STAIRCASE_BLUR))
+    else:
+        tolerance = (
+            max(TOLERANCE, NOISE_DEVIATIONS * _noise(coverage) / _EDGE_SLOPE) if tolerance is None else tolerance
+        )
+        outlines = contours_of(coverage) if _sharpness(coverage) >= SHARP_EDGE else _interpolated(coverage)
+    kept = [outline for outline in outlines if abs(_area(outline)) >= min_area]
+    return MonoTracing(_scene(kept, tolerance), 255.0 * levels.threshold, len(outlines) - len(kept))
+
+
+class Levels(NamedTuple):
+    """Levels in [0, 1] of ink and of paper, and that which parts them."""
+
+    ink: float
+    paper: float
+    threshold: float
+
+
+def find_levels(gray: Floats, threshold: float | None = None) -> Levels:
+    """Return the levels of ink and paper of ``gray`` [h, w], and a threshold half way between, where it is not given.
+
+    Otsu's threshold tells ink from paper. It lies above the middle if strokes are thin, because their mean is lighter
+    than ink, and would make them bolder.
+    """
+    parting = otsu_threshold(gray) if threshold is None else threshold
+    is_ink = gray < parting
+    if is_ink.all() or not is_ink.any():
+        return Levels(parting - 0.5, parting + 0.5, parting)
+    from scipy.ndimage import binary_erosion
+
+    solid = binary_erosion(is_ink)
+    darkest = float(np.quantile(gray[is_ink], _THIN_QUANTILE))
+    ink = float(np.median(gray[solid])) if solid.sum() >= _SOLID_COUNT else darkest
+    paper = max(float(np.median(gray[~is_ink])), ink + 1.0 / 255.0)
+    return Levels(ink, paper, (ink + paper) / 2 if threshold is None else threshold)
+
+
+def otsu_threshold(gray: Floats) -> float:
+    """Return the level in [0, 1] that parts the levels of ``gray`` [h, w] into the two most distinct classes.
+
+    An image of one level is parted at 0.5. Source: Otsu, A threshold selection method from gray-level histograms, 1979.
+    """
+    counts, edges = np.histogram(gray, bins=_BINS, range=(0.0, 1.0))
+    levels = (edges[:-1] + edges[1:]) / 2
+    below, sums = np.cumsum(counts)[:-1].astype(np.float64), np.cumsum(counts * levels)
+    above = gray.size - below
+    is_parted = (below > 0) & (above > 0)
+    if not is_parted.any():
+        return 0.5
+    with np.errstate(divide="ignore", invalid="ignore"):
+        dark, light = sums[:-1] / below, (sums[-1] - sums[:-1]) / above
+        between = np.where(is_parted, below * above * (light - dark) ** 2, -1.0)
+    best = int(between.argmax())
+    return float(dark[best] + light[best]) / 2
+
+
+def has_two_levels(coverage: Floats) -> bool:
+    """Return whether almost no pixel along the edges of ``coverage`` [h, w] in [0, 1] is partly covered."""
+    ink = coverage > 0.5
+    edge_count = int((ink[:, 1:] != ink[:, :-1]).sum() + (ink[1:] != ink[:-1]).sum())
+    between = int(((coverage > _BETWEEN) & (coverage < 1 - _BETWEEN)).sum())
+    return between < TWO_LEVEL_SHARE * edge_count
+
+
+def _gray(image: NDArray[Any]) -> Floats:
+    """Return the levels [h, w] in [0, 1] of ``image`` over white, by the weights of Rec. 601."""
+    values = image.astype(np.float64) / (255.0 if image.dtype == np.uint8 else 1.0)
+    if values.shape[2] == 4:
+        values = values[..., :3] * values[..., 3:] + 1.0 - values[..., 3:]
+    return values @ np.array([0.299, 0.587, 0.114])
+
+
+def _sharpness(coverage: Floats) -> float:
+    """Return the median change of ``coverage`` [h, w] between neighbours on either side of an edge."""
+    ink = coverage > 0.5
+    across = np.abs(np.diff(coverage, axis=1))[ink[:, 1:] != ink[:, :-1]]
+    down = np.abs(np.diff(coverage, axis=0))[ink[1:] != ink[:-1]]
+    changes = np.concatenate([across, down])
+    return float(np.median(changes)) if len(changes) else 1.0
+
+
+def _interpolated(coverage: Floats) -> list[Floats]:
+    """Return the closed contours [n, 2] where ``coverage`` [h, w], interpolated between pixels, is a half."""
+    from contourpy import contour_generator
+
+    field = np.pad(coverage, 1)
+    limit = np.array(coverage.shape[::-1], np.float64)
+    # The centre of the first pixel lies at 0.5, behind a pixel of padding.
+    lines: list[Any] = list(contour_generator(z=field).lines(0.5))
+    return [np.clip(line[:-1] - 0.5, 0.0, limit) for line in lines if len(line) > 3]
+
+
+def _noise(coverage: Floats) -> float:
+    """Return the standard deviation of the noise of ``coverage`` [h, w], from the differences of nearby pixels."""
+    if min(coverage.shape) < 2:
+        return 0.0
+    # Where four pixels are of one class, their mixed second difference has four times the variance.
+    mixed = coverage[1:, 1:] - coverage[1:, :-1] - coverage[:-1, 1:] + coverage[:-1, :-1]
+    return float(1.4826 * np.median(np.abs(mixed)) / 2)
+
+
+def _area(outline: Floats) -> float:
+    x, y = outline.T
+    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()) / 2
+
+
+def _scene(outlines: list[Floats], tolerance: float) -> Scene:
+    """Return a scene of one path with the curves of ``outlines``."""
+    fitted = fit_loops(outlines, tolerance)
+    count = 1 if fitted else 0
+    segments = np.concatenate([np.zeros((0, 3, 2)), *(loop for loop, _ in fitted)])
+    lines = np.concatenate([np.zeros(0, bool), *(is_line for _, is_line in fitted)])
+    sizes = [[len(loop) for loop, _ in fitted]] if fitted else []
+    return Scene(
+        torch.from_numpy(segments).float(),
+        Structure.of_loops(sizes, torch.from_numpy(lines)),
+        color=torch.zeros(count, 3),
+        opacity=torch.ones(count),
+        background=torch.zeros(3),
+        generation=torch.zeros(count, dtype=torch.int64),
+        transparent=True,
+    )
