@@ -22,7 +22,7 @@ def path(tmp_path: Path) -> Path:
 
 def _read(path: Path, text: str) -> dict[str, str]:
     path.write_text(text, encoding="utf-8")
-    return read_settings(str(path), KNOWN)
+    return read_settings(str(path), KNOWN, {"flat"})
 
 
 def test_names_may_have_hyphens_and_values_are_as_on_the_command_line(path: Path) -> None:
@@ -36,8 +36,8 @@ def test_names_may_have_hyphens_and_values_are_as_on_the_command_line(path: Path
     "value", [0, -3, 10**18, 0.1, 1e-7, 1e22, 1.0, math.pi, True, False, "", "ä\n\t\"'\\", "#123", "\x7f", "\x00\u2028"]
 )
 def test_written_values_are_read_back(path: Path, value: Any) -> None:
-    write_settings(str(path), {"curves": value})
-    (text,) = read_settings(str(path), KNOWN).values()
+    write_settings(str(path), {"flat" if isinstance(value, bool) else "curves": value})
+    (text,) = read_settings(str(path), KNOWN, {"flat"}).values()
     assert text == str(value)
     assert os.listdir(path.parent) == [path.name]
 
@@ -49,6 +49,7 @@ def test_written_values_are_read_back(path: Path, value: Any) -> None:
         ("curves = [7]", "curves in .* must be a number, a text, true or false, got \\[7\\]$"),
         ("[curves]\nn = 7", "curves in .* must be a number"),
         ("curves = 2020-01-01", "curves in .* must be a number"),
+        ('flat = "yes"', "flat in .* must be true or false, got 'yes'; write one, without quotes"),
         ("curves = ", "config must be a TOML file, got .*settings.toml"),
         ("curves 7", "config must be a TOML file"),
         ("curves = " + "[" * 5000, "config must be a TOML file"),

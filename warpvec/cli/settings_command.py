@@ -158,7 +158,9 @@ def _take_file(ctx: click.Context, _: click.Parameter, path: str | None) -> str 
     """Make the settings in the file ``path`` the defaults of the command."""
     if path is not None:
         names = _names(ctx.command)
-        ctx.default_map = {names[name]: value for name, value in read_settings(path, names).items()}
+        switches = {option.name for option in ctx.command.params if isinstance(option, click.Option) and option.is_flag}
+        flags = {name for name, parameter in names.items() if parameter in switches}
+        ctx.default_map = {names[name]: value for name, value in read_settings(path, names, flags).items()}
     return path
 
 

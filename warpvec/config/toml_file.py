@@ -19,11 +19,16 @@ _NAME_MAX = 100
 """Most characters of an unknown name in a message."""
 
 
-def read_settings(path: str, known: Collection[str]) -> dict[str, str]:
+def read_settings(path: str, known: Collection[str], flags: Collection[str] = ()) -> dict[str, str]:
     """Return the settings in the file ``path``, values as text as on the command line; names may contain hyphens.
 
+    Args:
+        known: names that the file may hold.
+        flags: those of them whose value must be true or false.
+
     Raises:
-        InputError: the file cannot be read, is too large, is not TOML, or contains a name that is not ``known``.
+        InputError: the file cannot be read, is too large, is not TOML, contains a name that is not ``known``, or a
+            value of another type.
     """
     try:
         found = tomllib.loads(read_file(path, MAX_TOML_BYTES, "config", "a TOML file").decode())
@@ -40,6 +45,8 @@ def read_settings(path: str, known: Collection[str]) -> dict[str, str]:
         if not isinstance(value, bool | int | float | str):
             rule = "must be a number, a text, true or false"
             raise InputError(f"{name} in {path!r}", rule, repr(value))
+        if name in flags and not isinstance(value, bool):
+            raise InputError(f"{name} in {path!r}", "must be true or false", repr(value), "write one, without quotes")
     return {name: _text(name, value, path) for name, value in settings.items()}
 
 

@@ -48,12 +48,21 @@ def config_from_start(config: FitConfig, start: Scene, height: int, width: int) 
         rule = f"must have curves of degree {config.point_degree}, as the settings say"
         raise InputError("start", rule, f"degree {start.degree}", "change path_model or degree")
     if config.renderer != "exact" and not (start.is_uniform and start.piece_count == pieces):
-        rule = f"must have {pieces} curves a path in one loop, as the settings say, for the renderer {config.renderer}"
-        raise InputError("start", rule, "other paths", "change path_model or segments, or give the renderer exact")
-    if start.gradients is not None and (config.renderer != "exact" or config.palette is not None or config.colors):
-        rule = "must have flat fills for the renderer splat, a palette or a number of colours"
-        raise InputError("start", rule, "gradients", "give the renderer exact and no palette")
+        rule = f"must be exact for a drawing whose paths are not one loop of {pieces} curves each"
+        raise InputError("renderer", rule, config.renderer, "give exact, or change path_model or segments")
+    if start.gradients is not None:
+        _require_free_paints(config)
     return schedule.grow_from(config, len(start), height, width)
+
+
+def _require_free_paints(config: FitConfig) -> None:
+    """Refuse settings under which no path can have a gradient."""
+    if config.renderer != "exact":
+        raise InputError("renderer", "must be exact for a drawing with gradients", config.renderer, "give exact")
+    for name in ("palette", "colors"):
+        if getattr(config, name):
+            remedy = "leave it out, or give the drawing flat fills first"
+            raise InputError(name, "must not be given for a drawing with gradients", remedy=remedy)
 
 
 def config_from_state(config: FitConfig, state: Any, height: int, width: int) -> FitConfig:
