@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,15 @@ class Assignment:
     other: Integers
     share: Floats
     residual: Floats
+
+    def copy(self) -> Assignment:
+        """Return a copy of all arrays."""
+        return Assignment(*(getattr(self, field.name).copy() for field in fields(self)))
+
+    def write(self, other: Assignment, where: Mask) -> None:
+        """Take the pixels ``where`` [h, w] from ``other``."""
+        for field in fields(self):
+            getattr(self, field.name)[where] = getattr(other, field.name)[where]
 
 
 def assign(picture: Floats, seeds: Integers, paints: Paints, tolerances: Tolerances, canvas: int | None) -> Assignment:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,15 @@ RAMP_GAIN = 0.6
 
 KNOT_GAIN = 0.8
 """One more stop is taken if it leaves less than this part of the error."""
+
+RING_ERROR = 5 / 255
+"""Largest error of a ring whose colours no radial paint shows; wider rings are divided. It is hardly seen in a ramp."""
+
+RINGS_MAX = 4
+"""Parts of such a ring."""
+
+RING_SAMPLES = 9
+"""Places across a ring at which its colours are compared."""
 
 FLAT_STEP = 1.5 / 255
 """Stops whose colours differ by less in each channel show one colour."""
@@ -73,8 +83,22 @@ class Ramp:
         if self.direction.kind == LINEAR:
             ends = self.direction.origin + np.array([start, end])[:, None] * self.direction.along
             return LINEAR, first, last, ends.ravel()
-        center = first - (last - first) * start / (end - start)
-        return RADIAL, center, last, np.append(self.direction.origin, [end, 0.0])
+        center, rim = _radial_stops(start, end, first, last)
+        return RADIAL, center, rim, np.append(self.direction.origin, [end, 0.0])
+
+
+def _radial_stops(start: float, end: float, first: Floats, last: Floats) -> tuple[Floats, Floats]:
+    """Return the colours [3] at the centre and at radius ``end`` of the paint that shows a ring's colours best.
+
+    A radial paint has its first stop at the centre. Where the ring's colours, continued inwards, leave [0, 1], the
+    colour at the centre is limited, and that at the rim is the best by least squares.
+    """
+    center = first - (last - first) * start / (end - start)
+    limited = np.clip(center, 0.0, 1.0)
+    places = np.linspace(start, end, RING_SAMPLES) / end
+    ring = first + (last - first) * np.linspace(0, 1, RING_SAMPLES)[:, None]
+    slope = (places[:, None] * (ring - limited)).sum(0) / (places**2).sum()
+    return limited, np.clip(np.where(limited == center, last, limited + slope), 0.0, 1.0)
 
 
 def fit_ramp(points: Floats, colors: Floats, tolerance: float, sample: slice) -> Ramp | None:
@@ -110,9 +134,30 @@ def _with_stops(direction: Direction, points: Floats, colors: Floats, tolerance:
         if len(more) == len(knots) or (more_error > KNOT_GAIN * error and len(knots) > 3):
             break
         knots, values, error = more, more_values, more_error
-    knots, values = _without_pads(knots, values, direction.kind)
-    rest = colors - np.stack([np.interp(places, knots, column) for column in values.T], 1)
-    return Ramp(direction, knots, values, float(np.sqrt((rest**2).mean())))
+    ramp = Ramp(direction, *_with_rings(*_without_pads(knots, values, direction.kind), direction.kind), 0.0)
+    return replace(ramp, error=_error_of(ramp, points, colors))
+
+
+def _with_rings(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Floats]:
+    """Return the stops with more of them in the rings that one radial paint does not show well."""
+    if kind == LINEAR:
+        return knots, values
+    parts = [knots[:1]]
+    for index, (start, end) in enumerate(pairwise(knots.tolist())):
+        first, last = values[index : index + 2]
+        center, rim = _radial_stops(start, end, first, last)
+        error = np.abs(center + (rim - center) * start / end - first).max()
+        count = min(int(np.ceil(error / RING_ERROR)), RINGS_MAX) if error > FLAT_STEP else 1
+        parts.append(np.linspace(start, end, count + 1)[1:])
+    more = np.concatenate(parts)
+    return more, np.stack([np.interp(more, knots, column) for column in values.T], 1)
+
+
+def _error_of(ramp: Ramp, points: Floats, colors: Floats) -> float:
+    """Return the root mean square of what the paints of ``ramp``, whose colours are limited, leave."""
+    piece = np.searchsorted(ramp.cuts(), ramp.direction.places(points)).astype(np.int32)
+    shown = ramp.paints(1.0).at(piece, *points.T.astype(np.float32))[:, :3]
+    return float(np.sqrt(((colors - shown) ** 2).mean()))
 
 
 def _colors_at_knots(knots: Floats, at: Floats, means: Floats, count: Floats) -> tuple[Floats, float]:

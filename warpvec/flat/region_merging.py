@@ -56,22 +56,59 @@ def merge_regions(
     for part in (assignment.label, assignment.other):
         part[...] = pool[part]
     assignment.anchors[...] = np.append(pool, NONE)[assignment.anchors]
+    _drop_redundant(picture, assignment, paints, tolerances)
     _drop_specks(picture, assignment, paints, tolerances, min_area, canvas)
     return _split(assignment, paints)
+
+
+def _drop_redundant(picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances) -> None:
+    """Drop small areas that a mix of the regions around explains: slivers along edges, and noise."""
+    areas = areas_of(assignment.label)
+    size = np.bincount(areas.ravel())
+    is_small = (size < SMALL_AREA)[areas]
+    if is_small.all() or not is_small.any():
+        return
+    trial = assignment.copy()
+    trial.anchors[is_small] = NONE
+    trial.is_pure[is_small] = False
+    unmix(trial, is_small, picture, paints, tolerances, None)
+    mean = np.bincount(areas[is_small], trial.residual[is_small], len(size)) / size
+    dropped = is_small & (mean <= tolerances.mix)[areas]
+    assignment.write(trial, dropped)
 
 
 def _drop_specks(
     picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, min_area: float, canvas: int | None
 ) -> None:
     """Give the pixels of areas smaller than ``min_area`` to the regions around."""
-    areas = areas_of(assignment.label)
-    size = np.bincount(areas.ravel())
-    speck = (size < min_area)[areas]
-    if not speck.any() or speck.all():
+    speck = specks_of(assignment.label, min_area)
+    if speck.all() or not speck.any():
         return
     assignment.anchors[speck] = NONE
     assignment.is_pure[speck] = False
     unmix(assignment, speck, picture, paints, tolerances, canvas)
+    _join_nearest(assignment, min_area)
+
+
+def _join_nearest(assignment: Assignment, min_area: float) -> None:
+    """Give pixels that are in no area of ``min_area`` pixels the label of the nearest one that is."""
+    from scipy import ndimage  # type: ignore[import-untyped]
+
+    speck = specks_of(assignment.label, min_area)
+    if speck.all() or not speck.any():
+        return
+    row, column = ndimage.distance_transform_edt(speck, return_distances=False, return_indices=True)[:, speck]
+    label = assignment.label[row, column]
+    stays = assignment.other[speck] == label
+    assignment.share[speck] = np.where(stays, 0.5, 1.0)
+    assignment.other[speck] = np.where(stays, assignment.label[speck], label)
+    assignment.label[speck] = label
+
+
+def specks_of(label: Integers, min_area: float) -> Mask:
+    """Return the pixels [h, w] in connected areas of one label smaller than ``min_area``."""
+    areas = areas_of(label)
+    return (np.bincount(areas.ravel()) < min_area)[areas]
 
 
 def areas_of(label: Integers) -> Integers:

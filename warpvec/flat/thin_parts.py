@@ -10,7 +10,7 @@ from warpvec.flat.denoising import Tolerances
 from warpvec.flat.paint_fitting import flat_paints
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import NONE, connected_areas
-from warpvec.flat.unmixing import RADIUS, triple_shares
+from warpvec.flat.unmixing import FAR_SHARE_MAX, RADIUS, triple_shares
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
@@ -18,9 +18,6 @@ Mask = NDArray[np.bool_]
 
 ROUNDS_MAX = 4
 """Rounds of new regions. Each explains one colour of an unexplained area; few areas have more."""
-
-SAMPLES_MAX = 256
-"""Pixels of an unexplained area that paints are compared on."""
 
 TOP_RESIDUAL = 0.8
 """Pixels with more than this part of the largest residual show the purest colour of an area."""
@@ -35,6 +32,9 @@ PLATEAU_SHARE = 0.3
 ANCHOR_SHARE = 0.45
 """Share of a new region from which a pixel belongs to it: a bit below one half keeps lines of one pixel in one piece
 where they lie between two pixels."""
+
+SEAM_PART = 0.8
+"""Part of the pixels of an area that must look like a seam of two regions."""
 
 STRENGTH = 2.0
 """An area is looked at if a pixel in it is unexplained by this multiple of the tolerance."""
@@ -90,6 +90,8 @@ def _explain(
     own = np.median(picture[rows, columns][residual >= TOP_RESIDUAL * residual.max()], 0)
     values = np.concatenate([_known_colors(paints), own[None]]).astype(np.float32)
     share, rest = _shares_of(values, rows, columns, picture, assignment, paints, tolerances.metric)
+    if _is_seam(share, rest, rows, columns, assignment, tolerances):
+        return None
     index = _best_paint(values, share, rest, picture[rows, columns], tolerances)
     is_anchor = (share[:, index] >= ANCHOR_SHARE) & (rest[:, index] <= np.maximum(0.5 * residual, tolerances.mix))
     if share[is_anchor, index].sum() < min_area:
@@ -132,6 +134,18 @@ def _shares_of(
         is_better = left <= rest + 0.25 / 255
         share, rest = np.where(is_better, part, share), np.where(is_better, left, rest)
     return share.astype(np.float32), rest.astype(np.float32)
+
+
+def _is_seam(
+    share: Floats, rest: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], assignment: Assignment,
+    tolerances: Tolerances,
+) -> bool:  # fmt: skip
+    """Return whether an area lies between two regions, and what is behind both shines through the seam."""
+    between = assignment.label[rows, columns] != assignment.other[rows, columns]
+    if between.mean() < SEAM_PART:
+        return False
+    thin = (rest[:, :-1] <= tolerances.mix) & (share[:, :-1] <= FAR_SHARE_MAX)
+    return bool((thin.mean(0) >= SEAM_PART).any())
 
 
 def _best_paint(values: Floats, share: Floats, rest: Floats, color: Floats, tolerances: Tolerances) -> int:

@@ -26,9 +26,9 @@ many pairs explain a pixel, and the nearest do in truth."""
 TRIPLE_GAIN = 0.5
 """Three regions are taken for a pixel if they leave less than this part of the residual of two."""
 
-FAR_SHARE_MAX = 0.45
-"""Largest share of the canvas where it is not near: it shines through the seam of two regions that abut, which leaves
-at most a quarter, and a bit more where three do."""
+FAR_SHARE_MAX = 0.35
+"""Largest share of what shines through the seam of two shapes that abut: anti-aliasing of both leaves at most a quarter
+of it, and a bit more where three meet."""
 
 TINY = 1.0e-9
 
