@@ -23,6 +23,10 @@ TANGENT_REACH = 4.0
 EXTENSION = 2.0
 """Pixels that a part that shows goes on beneath the layer above before its border turns."""
 
+MARGIN_LEAST, WEDGE = 1.9, 0.25
+"""Pixels that the border of a layer stays away, beneath another one, from what neither covers; and pixels of that per
+pixel from its ends."""
+
 LINK_POINTS = 48
 """Points of a hidden border between which straight lines are tried."""
 
@@ -36,13 +40,13 @@ class Cover:
 
     Attributes:
         visible: pixels that show the layer [h, w].
-        allowed: pixels beneath layers above, far enough from what neither covers [h, w].
-        above: all pixels beneath layers above [h, w].
+        above: pixels of layers above [h, w].
+        from_out: distance in pixels from what neither covers [h, w].
     """
 
     visible: Mask
-    allowed: Mask
     above: Mask
+    from_out: Floats
 
 
 def with_simple_hidden_borders(loop: Floats, is_hidden: Mask, cover: Cover) -> Floats:
@@ -140,12 +144,14 @@ def _links(points: Floats, cover: Cover) -> Mask:
     """Return which of ``points`` [n, 2] are joined by a straight line that stays covered [n, n]; neighbours always."""
     share = np.linspace(0.0, 1.0, SAMPLES)[1:-1, None]
     between = points[:, None, None] * (1.0 - share) + points[None, :, None] * share
-    inside = is_in(cover.allowed, between.reshape(-1, 2)).reshape(between.shape[:3])
+    from_end = np.minimum(np.linalg.norm(between - points[0], axis=-1), np.linalg.norm(between - points[-1], axis=-1))
     # At the ends, where the border comes out from beneath, no margin can be kept.
-    is_end = np.linalg.norm(between - points[0], axis=-1) < EXTENSION + BLURRED
-    is_end |= np.linalg.norm(between - points[-1], axis=-1) < EXTENSION + BLURRED
-    is_end &= is_in(cover.above, between.reshape(-1, 2)).reshape(is_end.shape)
-    sees: Mask = (inside | is_end).all(-1)
+    margin = np.minimum(MARGIN_LEAST, WEDGE * from_end)
+    x, y = np.floor(between).astype(np.int64).reshape(-1, 2).T
+    height, width = cover.above.shape
+    x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
+    inside = (cover.above[y, x] & (cover.from_out[y, x] >= margin.ravel())).reshape(margin.shape)
+    sees: Mask = inside.all(-1)
     neighbours = np.arange(len(points) - 1)
     sees[neighbours, neighbours + 1] = True
     return sees

@@ -119,7 +119,7 @@ def _nodes_of_loop(xy: Floats, step: float) -> Nodes:
     return Nodes(np.zeros(1, np.int64), *joined)
 
 
-class _Side(NamedTuple):
+class Side(NamedTuple):
     """The outline on one side of each sample: a point [n, 2] on it near the sample, and its direction away from it."""
 
     point: Floats
@@ -127,11 +127,11 @@ class _Side(NamedTuple):
 
 
 def _corners(xy: Floats, step: float) -> Nodes:
-    ahead, behind = _side(xy, 1), _side(xy, -1)
+    ahead, behind = sides_of(xy)
     cosine = np.clip(-(ahead.away * behind.away).sum(1), -1.0, 1.0)
     turn = np.arccos(cosine)
     chosen = np.nonzero(_is_peak(turn) & (turn > TURN_MIN))[0]
-    point = _intersections(xy, _Side(*(v[chosen] for v in ahead)), _Side(*(v[chosen] for v in behind)), chosen)
+    point = _intersections(xy, Side(*(v[chosen] for v in ahead)), Side(*(v[chosen] for v in behind)), chosen)
     half = np.maximum((np.pi - turn[chosen]) / 2.0, 0.05)
     trim = np.clip(TRIM_MIN * (0.7 + 0.3 / np.tan(half)), TRIM_MIN, TRIM_MAX) / step
     direction = _unit(ahead.away[chosen] - behind.away[chosen])
@@ -141,7 +141,12 @@ def _corners(xy: Floats, step: float) -> Nodes:
     )
 
 
-def _side(xy: Floats, sign: int) -> _Side:
+def sides_of(xy: Floats) -> tuple[Side, Side]:
+    """Return where a loop of even samples [n, 2] goes ahead of and behind each of them, without what corners round."""
+    return _side(xy, 1), _side(xy, -1)
+
+
+def _side(xy: Floats, sign: int) -> Side:
     """Return where the outline lies ahead of (``sign`` 1) or behind (-1) each sample, beyond the gap."""
     count = len(xy)
     long = min(LONG, max(SHORT, count // 6))
@@ -154,7 +159,7 @@ def _side(xy: Floats, sign: int) -> _Side:
     line = np.einsum("kl,nlc->nkc", np.linalg.pinv(basis[:SHORT, :2]), near[:, :SHORT])
     is_bent = np.sqrt((residual**2).sum(-1).mean(1)) > RESIDUAL_MAX
     chosen = np.where(is_bent[:, None, None], line, parabola[:, :2])
-    return _Side(chosen[:, 0], _unit(chosen[:, 1]))
+    return Side(chosen[:, 0], _unit(chosen[:, 1]))
 
 
 def _is_peak(values: Floats) -> Mask:
@@ -165,7 +170,7 @@ def _is_peak(values: Floats) -> Mask:
     return is_peak
 
 
-def _intersections(xy: Floats, ahead: _Side, behind: _Side, chosen: Integers) -> Floats:
+def _intersections(xy: Floats, ahead: Side, behind: Side, chosen: Integers) -> Floats:
     """Return where the lines of both sides meet, at most ``REACH_MAX`` from the outline."""
     between = behind.point - ahead.point
     cross = ahead.away[:, 0] * behind.away[:, 1] - ahead.away[:, 1] * behind.away[:, 0]

@@ -22,9 +22,6 @@ MARGIN = 2.5
 """Pixels that a layer stays away, beneath another one, from what neither of them covers: its colour would show along
 the edge of the upper one."""
 
-MARGIN_LEAST = 1.9
-"""The same, where the border is made of few lines."""
-
 TAPER = 0.7
 """Pixels of that margin per pixel from what the layer shows, so that no gap opens where the three meet."""
 
@@ -55,7 +52,7 @@ def layer_coverage(regions: Regions, layer: Layer) -> tuple[Floats, Cover]:
     is_member, is_above = chosen(regions, layer.members), chosen(regions, layer.above)
     shown, visible, above = mixed(regions, is_member), is_member[regions.label], is_above[regions.label]
     if not above.any():
-        return shown, Cover(visible, above, above)
+        return shown, Cover(visible, above, shown)
     out = np.pad(~(above | visible), 1, constant_values=True)
     from_out = ndimage.distance_transform_edt(~out)[1:-1, 1:-1]
     from_visible = ndimage.distance_transform_edt(~visible)
@@ -63,7 +60,7 @@ def layer_coverage(regions: Regions, layer: Layer) -> tuple[Floats, Cover]:
     hidden &= _connected(hidden | visible, visible)
     beside = visible & ndimage.binary_dilation(hidden, np.ones((3, 3), bool))
     coverage = np.where(hidden | beside, shown + mixed(regions, is_above), shown)
-    return coverage, Cover(visible, above & (from_out >= MARGIN_LEAST), above)
+    return coverage, Cover(visible, above, from_out)
 
 
 def chosen(regions: Regions, indices: Collection[int]) -> Mask:

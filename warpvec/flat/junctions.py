@@ -1,0 +1,99 @@
+"""Which of two neighbours lies above the other: the one whose outline goes on smoothly where a third paint meets both."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.contours import contours_of
+from warpvec.flat.outline_nodes import Samples, sample_loops, sides_of
+from warpvec.flat.regions import Regions
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+OUTWARD = 0.8
+"""Pixels outside of an outline where its neighbour is looked up."""
+
+BORDER_MIN = 5
+"""Samples of an outline, half a pixel each, with one neighbour; shorter parts are mixtures of other paints."""
+
+TURN_FULL = np.radians(45.0)
+"""Difference between the turns of two outlines at their junctions that is full evidence."""
+
+NO_NEIGHBOUR = -1
+
+
+def evidence_above(regions: Regions, shown: Integers) -> Floats:
+    """Return how clearly region a lies above b, in [-1, 1], as entry [a, b] of an array [K, K].
+
+    Where the paints a, b and c meet, the outline of the shape in front goes on smoothly, and those of the others end
+    there (a T-junction). 0 says that a and b have no junction, or that both outlines turn as much.
+    """
+    count = len(regions)
+    turns, junctions = np.zeros((count, count)), np.zeros((count, count))
+    for region in shown:
+        for first, second, turn in _junctions(regions, int(region)):
+            for neighbour in (first, second):
+                if neighbour >= 0:
+                    turns[region, neighbour] += turn
+                    junctions[region, neighbour] += 1.0
+    mean = turns / np.maximum(junctions, 1.0)
+    both = (junctions > 0) & (junctions.T > 0)
+    return np.where(both, np.clip((mean.T - mean) / TURN_FULL, -1.0, 1.0), 0.0)
+
+
+def _junctions(regions: Regions, region: int) -> Iterator[tuple[int, int, float]]:
+    """Yield the neighbours on both sides of each junction of the outline of ``region``, and by how much it turns."""
+    loops, corner = region_contours(regions, region)
+    if not loops:
+        return
+    samples = sample_loops(loops)
+    labels = np.pad(regions.label, 1, constant_values=NO_NEIGHBOUR)
+    for start, stop in zip(samples.first[:-1], samples.first[1:], strict=True):
+        xy = samples.xy[start:stop]
+        neighbour = _neighbours(labels, xy + corner, region)
+        changes = np.nonzero(neighbour != np.roll(neighbour, 1))[0]
+        if not len(changes):
+            continue
+        ahead, behind = sides_of(xy)
+        turn = np.arccos(np.clip(-(ahead.away * behind.away).sum(1), -1.0, 1.0))
+        for place in changes:
+            yield int(neighbour[place - 1]), int(neighbour[place]), float(turn[place])
+
+
+def region_contours(regions: Regions, region: int) -> tuple[list[Floats], Floats]:
+    """Return the contours [n, 2] of a region alone, relative to the second value, a corner [2] in pixels."""
+    place = np.nonzero(((regions.label == region) | (regions.other == region)).any(0))[0]
+    rows = np.nonzero(((regions.label == region) | (regions.other == region)).any(1))[0]
+    if not len(place):
+        return [], np.zeros(2)
+    box = np.s_[rows[0] : rows[-1] + 1, place[0] : place[-1] + 1]
+    share = regions.share[box].astype(np.float64)
+    coverage = share * (regions.label[box] == region) + (1.0 - share) * (regions.other[box] == region)
+    return contours_of(coverage), np.array([place[0], rows[0]], np.float64)
+
+
+def _neighbours(labels: Integers, xy: Floats, region: int) -> Integers:
+    """Return the region outside of each sample [n] of an outline; short borders count to those before."""
+    along = np.roll(xy, -2, axis=0) - np.roll(xy, 2, axis=0)
+    normal = np.stack([along[:, 1], -along[:, 0]], 1)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
+    place = np.floor(xy + OUTWARD * normal).astype(np.int64) + 1
+    height, width = labels.shape
+    found = labels[np.clip(place[:, 1], 0, height - 1), np.clip(place[:, 0], 0, width - 1)].astype(np.int64)
+    return _without_short_runs(found)
+
+
+def _without_short_runs(values: Integers) -> Integers:
+    changes = np.nonzero(values != np.roll(values, 1))[0]
+    if len(changes) < 2:
+        return values
+    lengths = np.diff(np.append(changes, changes[0] + len(values)))
+    long = changes[lengths >= BORDER_MIN]
+    if not len(long):
+        return np.full_like(values, values[changes[lengths.argmax()]])
+    index = np.arange(len(values))
+    return values[long[np.searchsorted(long, index, side="right") - 1]]
