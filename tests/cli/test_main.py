@@ -69,7 +69,7 @@ def test_eval_repeats_the_measures_of_run(photo: Path) -> None:
         metrics = json.loads(invoke("run", photo, out, "--json", *QUICK).stdout)
         again = json.loads(invoke("eval", photo, out, "--json").stdout)
         assert again == {name: metrics[name] for name in again}
-        assert set(again) == {"curves", "segments", "bytes", "gzip_bytes", "psnr", "ssim", "transparent"}
+        assert set(again) == {"curves", "gradients", "segments", "bytes", "gzip_bytes", "psnr", "ssim", "transparent"}
 
 
 def test_an_infinite_psnr_is_null_in_json(tmp_path: Path) -> None:

@@ -96,6 +96,13 @@ def test_what_is_painted_is_counted_and_definitions_and_the_background_are_not()
     assert file_facts(svg)["paths"] == 9
 
 
+def test_elements_with_gradients_are_counted():
+    gradient = '<defs><linearGradient id="a"/><clipPath id="c"><path fill="url(#a)"/></clipPath></defs>'
+    styled = '<g><circle style="opacity:1; fill : url( #a )"/></g>'
+    svg = svg_file(f'{gradient}<path fill="url(#a)"/><path fill="#fff"/>{styled}')
+    assert (file_facts(svg)["paths"], file_facts(svg)["gradients"]) == (3, 2)
+
+
 @pytest.mark.parametrize("unit", ["z", "h", "h1", "1 ", "a1 1 0 0 0 1 1 "])
 def test_the_segments_of_a_long_path_are_counted_in_little_memory(unit):
     svg = svg_file(f'<path d="M0 0 {unit * 50_000}"/>')

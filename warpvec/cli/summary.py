@@ -61,7 +61,8 @@ def _finite(value: Any) -> Any:
 
 def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     backdrops = ", over black and over white" if metrics["transparent"] else ""
-    counts = f"{counted(metrics['curves'], 'curve')}, {counted(metrics['segments'], 'segment')}"
+    gradients = f" ({metrics['gradients']} with a gradient)" if metrics["gradients"] else ""
+    counts = f"{counted(metrics['curves'], 'curve')}{gradients}, {counted(metrics['segments'], 'segment')}"
     lines = [
         f"{{out}}: {counts}, {{bytes:,}} bytes, {{gzip_bytes:,}} gzipped",
         f"PSNR {{psnr:.2f}} dB, SSIM {{ssim:.3f}} (file drawn by resvg{backdrops})",

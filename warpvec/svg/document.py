@@ -121,6 +121,7 @@ class Document:
         rectangles: position and size of each <rect>, as text.
         painted_count: the number of shapes, texts, images and copies outside of definitions, clip paths and masks.
             The background of warpvec's own files does not count.
+        gradient_count: the number of these whose own fill refers to a gradient or a pattern.
         plain: True if the file holds only paths, rectangles and groups with flat fills, and gradients of two stops that
             refer to nothing, so that drawing it is cheap.
     """
@@ -132,6 +133,7 @@ class Document:
     path_data: list[str] = field(default_factory=list)
     rectangles: list[str] = field(default_factory=list)
     painted_count: int = 0
+    gradient_count: int = 0
     plain: bool = True
 
     def reach(self) -> float:
@@ -277,6 +279,7 @@ class _Parser:
         self._definition_depth += name in _DEFINITIONS
         if name in _PAINTED and not self._definition_depth and not (name == "rect" and _is_background(attributes)):
             document.painted_count += 1
+            document.gradient_count += _has_gradient(attributes)
         if name == "path":
             document.path_data.append(attributes.get("d", ""))
         elif name == "rect":
@@ -329,6 +332,10 @@ def _clark(name: str) -> str:
 
 def _is_background(attributes: dict[str, str]) -> bool:
     return attributes.get("id") == BACKGROUND_ID
+
+
+def _has_gradient(attributes: dict[str, str]) -> bool:
+    return "url(" in attributes.get("fill", "") or "fill:url(" in "".join(attributes.get("style", "").split())
 
 
 def _is_plain(element: str, attributes: dict[str, str]) -> bool:

@@ -59,9 +59,10 @@ _NUMBERS_PER_SEGMENT = {"L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2}
 
 
 class FileFacts(TypedDict):
-    """Size of an SVG: number of painted elements, of the segments of its paths, bytes of text, bytes of its gzip."""
+    """Number of painted elements, of those with gradients, of segments; bytes of the text, and of its gzip."""
 
     paths: int
+    gradients: int
     segments: int
     bytes: int
     gzip_bytes: int
@@ -70,21 +71,22 @@ class FileFacts(TypedDict):
 def evaluate(svg: SvgSource, image: NDArray[Any]) -> dict[str, Any]:
     """Return counts, sizes and quality of an SVG, drawn by resvg at the size of ``image`` [h, w, 3 or 4].
 
-    Keys: ``curves`` (the number of painted elements), ``segments``, ``bytes`` and ``gzip_bytes`` as in `file_facts`,
-    ``psnr`` and ``ssim`` as in `file_quality`, and ``transparent``, which is true if the image has an alpha channel.
+    Keys: ``curves`` (the number of painted elements), ``gradients``, ``segments``, ``bytes`` and ``gzip_bytes`` as in
+    `file_facts`, ``psnr`` and ``ssim`` as in `file_quality`, and ``transparent``, which is true if the image has an
+    alpha channel.
 
     Raises:
         InputError: as `draw`.
     """
     document = parse_svg(svg)
     facts = file_facts(document)
-    sizes = {"curves": facts["paths"], "segments": facts["segments"], "bytes": facts["bytes"]}
+    sizes = {name: facts[name] for name in ("gradients", "segments", "bytes", "gzip_bytes")}
     quality = {**file_quality(document, image), "transparent": is_transparent(image)}
-    return {**sizes, "gzip_bytes": facts["gzip_bytes"], **quality}
+    return {"curves": facts["paths"], **sizes, **quality}
 
 
 def file_facts(svg: SvgSource) -> FileFacts:
-    """Count painted elements, segments and bytes of an SVG. The sizes are the same if ``svg`` is gzipped.
+    """Count painted elements, gradients, segments and bytes of an SVG. The sizes are the same if ``svg`` is gzipped.
 
     A segment is one curve, line or arc of a path. Closing a path does not count.
 
@@ -97,7 +99,11 @@ def file_facts(svg: SvgSource) -> FileFacts:
         raise InputError("SVG", f"must have at most {MAX_COMMANDS} commands in its paths", "more", "simplify it")
     segment_count = sum(map(count_segments, path_data))
     return FileFacts(
-        paths=document.painted_count, segments=segment_count, bytes=len(data), gzip_bytes=len(gzip_bytes(data))
+        paths=document.painted_count,
+        gradients=document.gradient_count,
+        segments=segment_count,
+        bytes=len(data),
+        gzip_bytes=len(gzip_bytes(data)),
     )
 
 

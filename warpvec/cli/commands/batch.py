@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     "--jobs",
     type=click.IntRange(min=1),
     metavar="N",
-    help="Images at a time, at most 4 per core [one per GPU, else per core].",
+    help="Images at a time [one per GPU, else per core].",
 )
 @click.option("--skip-existing", is_flag=True, help="Skip every image that has an SVG, however it was made.")
 @click.option(
