@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.flat.outline_samples import Floats, OutlineSamples
-from warpvec.flat.span_fitting import Ends, Fits, fit_cubics, fit_lines, spans_of
+from warpvec.flat.span_fitting import Ends, Fits, Span, fit_cubics, fit_lines, spans_of
 
 SPAN_MAX = 16
 """Most segments that one can replace at a time."""
@@ -19,8 +19,12 @@ PEAK = 3.0
 """Largest visible distance, in root mean squares that are allowed. A dent so small that it hides in the mean of a long
 span stays."""
 
-HIDDEN_MOVE = 4.0
-"""Largest distance, in pixels, by which a hidden part of an outline may move at a time."""
+HIDDEN = 0.02
+"""Visibility below which a point of an outline is hidden."""
+
+EXPOSURE, HIDDEN_MOVE, SWEEP_STEPS = 0.3, 12.0, 4
+"""Distance in pixels from which a hidden part of an outline must stay hidden when it moves, the largest such move, and
+the places on its way at which that is checked."""
 
 LINE_TURN = 4.0
 """Largest angle in degrees between a line and the tangent of a smooth node at its end."""
@@ -147,33 +151,55 @@ def _fitted(
 ) -> tuple[Spans, Floats]:
     """Return the spans of ``members`` [K, k], and the least error of each in what is allowed."""
     samples, first, last = outlines.samples, members[:, 0], members[:, -1]
-    start, end = samples.control[first, 0], samples.control[last, 3]
-    ends = Ends(start, end, outlines.tangents[first], outlines.tangents[after])
-    points, lengths, visibility = spans_of(samples, members)
-    line = fit_lines(points, lengths, visibility, ends)
-    visible = (lengths * visibility).sum(1)
-    line_cost, line_excess = _allowed(line, visible, detail)
+    ends = Ends(
+        samples.control[first, 0], samples.control[last, 3], outlines.tangents[first], outlines.tangents[after]
+    )
+    span = spans_of(samples, members)
+    line = fit_lines(span.points, ends)
+    line_cost, line_excess = _allowed(line, span, samples, detail)
     line_cost[_is_turned(ends)] = np.inf
     if members.shape[1] == 1:
-        old = samples.control[first, 1:3]
-        is_line = outlines.is_line[first]
+        old, is_line = samples.control[first, 1:3], outlines.is_line[first]
         cost = np.stack([np.where(is_line, np.inf, 0.0), np.where(is_line, 0.0, line_cost)], 1)
         return Spans(first, 1, cost, np.stack([old, line.handles], 1)), np.zeros(len(first))
-    cubic = fit_cubics(points, lengths, visibility, ends)
-    cost, excess = _allowed(cubic, visible, detail)
-    all_lines = outlines.is_line[members].all(1)
-    cost[all_lines & np.isfinite(line_cost)] = np.inf
+    cubic = fit_cubics(span, ends)
+    cost, excess = _allowed(cubic, span, samples, detail)
+    cost[outlines.is_line[members].all(1) & np.isfinite(line_cost)] = np.inf
     spans = Spans(first, members.shape[1], np.stack([cost, line_cost], 1), np.stack([cubic.handles, line.handles], 1))
     return spans, np.minimum(excess, line_excess)
 
 
-def _allowed(fits: Fits, visible: Floats, detail: float) -> tuple[Floats, Floats]:
-    """Return the errors, infinite where they are not allowed, and how many times the allowed one each is."""
-    mean = fits.error / (detail**2 * visible + 1e-9)
-    peak = np.square(fits.distance / (PEAK * detail))
-    hidden = np.square(fits.hidden_distance / HIDDEN_MOVE)
-    excess = np.maximum(np.maximum(mean, peak), hidden)
-    return np.where(excess <= 1.0, fits.error, np.inf), excess
+def _allowed(fits: Fits, span: Span, samples: OutlineSamples, detail: float) -> tuple[Floats, Floats]:
+    """Return the costs of fits [K], infinite where they are not allowed, and how many times the allowed one each is."""
+    distance = np.linalg.norm(fits.places - span.points, axis=-1)
+    weight = span.visibility * span.lengths
+    cost = (np.square(distance) * weight).sum(1) + fits.price
+    mean = cost / (detail**2 * weight.sum(1) + 1e-9)
+    peak = np.square(distance * np.sqrt(span.visibility)).max(1) / (PEAK * detail) ** 2
+    excess = np.maximum(mean, peak)
+    is_allowed = excess <= 1.0
+    hidden = (span.visibility < HIDDEN) & (distance > EXPOSURE)
+    some = np.flatnonzero(is_allowed & hidden.any(1))
+    is_allowed[some] = _stays_hidden(fits.places[some], span, samples, some, hidden[some])
+    return np.where(is_allowed, cost, np.inf), excess
+
+
+def _stays_hidden(
+    places: Floats, span: Span, samples: OutlineSamples, some: NDArray[np.int64], moves: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Return which of the spans ``some`` [K] stay hidden on the way to ``places`` [K, M, 2] where each ``moves``."""
+    points, path = span.points[some], span.path[some]
+    offset = places - points
+    is_seen = np.linalg.norm(offset, axis=-1) > HIDDEN_MOVE
+    for step in range(1, SWEEP_STEPS + 1):
+        is_seen |= ~samples.is_hidden(path, points + offset * (step / SWEEP_STEPS))
+    # Points that spread far apart say nothing of what is between them.
+    before, after = (np.linalg.norm(np.diff(each, axis=1), axis=-1) for each in (points, places))
+    spreads = after > 2.0 * before + 1.0
+    is_seen[:, 1:] |= spreads
+    is_seen[:, :-1] |= spreads
+    found: NDArray[np.bool_] = ~(is_seen & moves).any(1)
+    return found
 
 
 def _is_turned(ends: Ends) -> NDArray[np.bool_]:

@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates  # type: ignore[import-untyped]
+from torch import Tensor
 
+from warpvec.geometry.nodes import split
 from warpvec.geometry.scene import Scene
+from warpvec.image.alpha import MATTES
+from warpvec.rendering.draw import draw_exactly
+from warpvec.rendering.operator import draw_adjoint
 
 Floats = NDArray[np.float64]
 
 SAMPLES = 8
 """Points of each segment. A wave in the outline has at least two nodes, so it cannot pass between the points."""
 
-SIDES = (0.75, 1.5)
-"""Distances in pixels from the outline at which the colours of its two sides are read. The first one still sees a line
-of two pixels, the second one is outside of the pixels that the edge itself mixes."""
+CONTRAST_HALF = 0.03
+"""Squared contrast, of 3 between black and white, at which an outline counts half. An edge of a few levels of 255
+hardly says where it is, and one of a hundred levels says it as well as one of two hundred."""
 
-CONTRAST_HALF = 0.1
-"""Contrast, of 1 between black and white, at which an outline counts half. An edge of a few levels of 255 hardly says
-where it is, and one of a hundred levels says it as well as one of two hundred."""
+PURE = 1e-3
+"""Largest rounding error of a colour in [0, 1] that stands for the number of a path, in differences between two."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,30 +34,49 @@ class OutlineSamples:
 
     Attributes:
         control: control points [R, 4, 2] of the segments in pixels.
+        path: path of each segment [R].
         points: the points [R, S, 2].
         lengths: length of the outline that each stands for [R, S], in pixels.
-        contrast: squared difference of the colours of both sides there [R, S], summed over the channels.
-        visibility: how well the picture shows the outline there [R, S], from 0 (hidden) to 1.
+        contrast: squared change of the colours across the outline there [R, S], summed over the channels. It is 0
+            where the outline is hidden.
+        top: topmost path in each pixel [h, w], if that covers it alone; else -1.
     """
 
     control: Floats
+    path: NDArray[np.int64]
     points: Floats
     lengths: Floats
     contrast: Floats
-    visibility: Floats
+    top: NDArray[np.int64]
+
+    @property
+    def visibility(self) -> Floats:
+        """How well the picture shows the outline at each point [R, S], from 0 (hidden) to 1."""
+        return self.contrast / (self.contrast + CONTRAST_HALF)
+
+    def is_hidden(self, path: NDArray[np.int64], points: Floats) -> NDArray[np.bool_]:
+        """Return which ``points`` [K, M, 2] lie in pixels that show nothing of ``path`` [K] nor of what is below."""
+        height, width = self.top.shape
+        x, y = (np.floor(points[..., k]) for k in (0, 1))
+        outside = (x < 0) | (y < 0) | (x >= width) | (y >= height)
+        column, row = (np.clip(v, 0, n - 1).astype(np.int64) for v, n in ((x, width), (y, height)))
+        hidden: NDArray[np.bool_] = outside | (self.top[row, column] > path[:, None])
+        return hidden
 
 
-def sample_outlines(scene: Scene, image: NDArray[np.float32]) -> OutlineSamples:
-    """Return the samples of the cubic ``scene``, drawn over or fitted to ``image`` [h, w, 3 or 4] in [0, 1]."""
+def sample_outlines(scene: Scene, height: int, width: int, threads: int | None = None) -> OutlineSamples:
+    """Return the samples of the cubic ``scene``, seen on a canvas of ``height`` x ``width`` pixels."""
     control = control_points(scene)
     t = (np.arange(SAMPLES) + 0.5) / SAMPLES
     points, slopes = cubic_points(control, t), cubic_slopes(control, t)
-    speed = np.linalg.norm(slopes, axis=-1)
-    normal = np.stack([-slopes[..., 1], slopes[..., 0]], -1) / np.maximum(speed, 1e-9)[..., None]
-    colors = image if image.shape[2] == 3 else np.concatenate([image[..., :3] * image[..., 3:], image[..., 3:]], 2)
-    contrast = np.max([_contrast(colors, points, side * normal) for side in SIDES], 0)
-    visibility = contrast / (contrast + 3.0 * CONTRAST_HALF**2)
-    return OutlineSamples(control, points, speed / SAMPLES, contrast, visibility)
+    return OutlineSamples(
+        control,
+        scene.structure.segment_path.long().numpy(),
+        points,
+        np.linalg.norm(slopes, axis=-1) / SAMPLES,
+        _contrast(scene, height, width, threads),
+        _top_paths(scene, height, width, threads),
+    )
 
 
 def control_points(scene: Scene) -> Floats:
@@ -81,17 +103,47 @@ def cubic_weights(t: Floats) -> Floats:
     return np.stack([s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t], -1)
 
 
-def _contrast(image: NDArray[np.float32], points: Floats, offset: Floats) -> Floats:
-    """Return the squared difference of the colours at both sides of ``points`` [R, S, 2], summed over the channels."""
-    sides = [points + offset, points - offset]
-    difference: Floats = np.zeros(points.shape[:-1])
-    for channel in range(image.shape[2]):
-        values = [_read(image[..., channel], side) for side in sides]
-        difference += np.square(values[0] - values[1])
-    return difference
+def _contrast(scene: Scene, height: int, width: int, threads: int | None) -> Floats:
+    """Return the squared change of colour across the outline [R, S], summed over channels, a mean over the mattes.
+
+    The outline is divided at the points. The derivative of the sum of all reds with respect to a move of one of these
+    nodes across the outline, with its handles, is the change of red there times half the length of both pieces beside
+    it. It has the transmittance of what lies above.
+    """
+    count = len(scene.segments)
+    t = (torch.arange(SAMPLES, dtype=torch.float64) + 0.5) / SAMPLES
+    pieces = split(scene, torch.arange(count).repeat_interleave(SAMPLES), t.repeat(count)).scene
+    control = control_points(pieces).reshape(count, SAMPLES + 1, 4, 2)
+    reach = np.linalg.norm(control[:, :, 3] - control[:, :, 0], axis=-1)
+    along = control[:, 1:, 3] - control[:, :-1, 0]
+    normal = np.stack([-along[..., 1], along[..., 0]], -1)
+    normal /= np.maximum(np.linalg.norm(along, axis=-1), 1e-9)[..., None]
+    length = (reach[:, 1:] + reach[:, :-1]) / 2.0
+    backgrounds = [torch.full((3,), matte) for matte in MATTES] if scene.transparent else [scene.background]
+    total = np.zeros((count, SAMPLES))
+    for background in backgrounds:
+        for channel in range(3):
+            adj_image = scene.segments.new_zeros((height, width, 3))
+            adj_image[..., channel] = 1.0
+            adjoints = draw_adjoint(replace(pieces, background=background), adj_image, threads=threads)
+            moves = adjoints.segments.double().numpy().reshape(count, SAMPLES + 1, 3, 2)
+            change = ((moves[:, 1:, :2].sum(2) + moves[:, :-1, 2]) * normal).sum(-1)
+            total += np.square(change / np.maximum(length, 1e-9))
+    return np.where(length > 1e-6, total, 0.0) / len(backgrounds)
 
 
-def _read(plane: NDArray[np.float32], points: Floats) -> Floats:
-    """Return the values [...] of ``plane`` [h, w] at ``points`` [..., 2], whose nearest pixels continue outside."""
-    found: Floats = map_coordinates(plane, [points[..., 1] - 0.5, points[..., 0] - 0.5], order=1, mode="nearest")
-    return found.astype(np.float64)
+def _top_paths(scene: Scene, height: int, width: int, threads: int | None) -> NDArray[np.int64]:
+    """Return the topmost path in each pixel [h, w], where that is all that the pixel shows; else -1.
+
+    Each path is painted in its number and in two colours that are far from those of its neighbours, so that a mix of
+    paths is told from a path between them.
+    """
+    number = torch.arange(1, len(scene) + 1, dtype=torch.float64)
+    color = torch.stack([number / max(len(scene), 1), (number * 0.6180340) % 1.0, (number * 0.4142136) % 1.0], 1)
+    numbered = replace(scene, color=color.to(scene.color), gradients=None, transparent=False, background=torch.zeros(3))
+    drawn: Tensor = torch.from_numpy(draw_exactly(numbered, height, width, threads))
+    top = (drawn[..., 0] * len(scene)).round().long().clamp(0, len(scene))
+    known = torch.cat([torch.zeros(1, 3), color.float()])[top]
+    is_pure = ((drawn - known).abs() < PURE / max(len(scene), 1)).all(-1)
+    found: NDArray[np.int64] = torch.where(is_pure, top - 1, -1).numpy()
+    return found

@@ -69,10 +69,10 @@ def simplify(
         iterations: of the fit of each round; 0 chooses nodes by their distances alone.
     """
     target = Target(image, config, "cpu")
-    pixels, before = image.numpy(), target.squared_error(scene).numpy()
+    before = target.squared_error(scene).numpy()
     count, put_back, stays = len(scene.segments), 0, Stays.nothing(len(scene.segments))
     for _ in range(ROUNDS):
-        outlines = outlines_of(scene, pixels)
+        outlines = outlines_of(scene, image.shape[0], image.shape[1], config.threads)
         choice = fewest_spans(outlines, stays.node, stays.kind, REFIT * detail, _price(detail))
         if len(choice.first) == len(scene.segments) and (choice.is_line == outlines.is_line).all():
             break
@@ -85,11 +85,11 @@ def simplify(
     return Simplified(scene, count - len(scene.segments), put_back)
 
 
-def outlines_of(scene: Scene, image: NDArray[np.float32]) -> Outlines:
-    """Return the outlines of ``scene`` as arrays, with their visibility in ``image`` [h, w, 3 or 4]."""
+def outlines_of(scene: Scene, height: int, width: int, threads: int | None = None) -> Outlines:
+    """Return the outlines of ``scene`` as arrays, as a canvas of ``height`` x ``width`` pixels shows them."""
     joints = Joints.of(scene)
     return Outlines(
-        sample_outlines(scene, image),
+        sample_outlines(scene, height, width, threads),
         joints.is_line.numpy(),
         joints.is_smooth.numpy(),
         np.where(joints.is_smooth.numpy()[:, None], _tangents(scene, joints), 0.0),

@@ -49,27 +49,37 @@ class Fits:
 
     Attributes:
         handles: the two handles [K, 2, 2].
-        error: integral of the squared visible distance along the span [K], in cubic pixels.
-        distance: largest visible distance [K], in pixels.
-        hidden_distance: largest distance of hidden points [K], in pixels.
+        places: the closest point of the cubic to each point of the span [K, M, 2].
+        price: what turned tangents cost [K], in cubic pixels; infinite for cubics that are no use.
     """
 
     handles: Floats
-    error: Floats
-    distance: Floats
-    hidden_distance: Floats
+    places: Floats
+    price: Floats
 
 
-def spans_of(samples: OutlineSamples, rows: NDArray[np.int64]) -> tuple[Floats, Floats, Floats]:
-    """Return points [K, M, 2], lengths and visibility [K, M] of the spans of the segments ``rows`` [K, k]."""
+@dataclass(frozen=True, eq=False)
+class Span:
+    """The points of K spans: ``points`` [K, M, 2], ``lengths`` and ``visibility`` [K, M], and their ``path`` [K]."""
+
+    points: Floats
+    lengths: Floats
+    visibility: Floats
+    path: NDArray[np.int64]
+
+
+def spans_of(samples: OutlineSamples, rows: NDArray[np.int64]) -> Span:
+    """Return the spans of the segments ``rows`` [K, k]."""
     count = len(rows)
     points = samples.points[rows].reshape(count, -1, 2)
-    return points, samples.lengths[rows].reshape(count, -1), samples.visibility[rows].reshape(count, -1)
+    lengths, visibility = (each[rows].reshape(count, -1) for each in (samples.lengths, samples.visibility))
+    return Span(points, lengths, visibility, samples.path[rows[:, 0]])
 
 
-def fit_cubics(points: Floats, lengths: Floats, visibility: Floats, ends: Ends) -> Fits:
-    """Return the cubics closest to ``points`` [K, M, 2], each of which stands for so much length [K, M]."""
-    weights = lengths * np.maximum(visibility, HIDDEN_WEIGHT) + _TINY
+def fit_cubics(span: Span, ends: Ends) -> Fits:
+    """Return the cubics closest to the points."""
+    points, lengths = span.points, span.lengths
+    weights = lengths * np.maximum(span.visibility, HIDDEN_WEIGHT) + _TINY
     total = lengths.sum(1)
     along = np.cumsum(lengths, 1) - lengths / 2.0
     u = along / (total[:, None] + _TINY)
@@ -82,42 +92,32 @@ def fit_cubics(points: Floats, lengths: Floats, visibility: Floats, ends: Ends) 
         normal = np.stack([-slope[..., 1], slope[..., 0]], -1)
         normal /= np.linalg.norm(normal, axis=-1, keepdims=True) + _TINY
         share = np.full_like(u, ALONG)
-    distance = np.linalg.norm(cubic_points(control, u) - points, axis=-1)
-    fits = _fits(handles, distance, lengths, visibility)
-    return _with_turns(fits, ends, weights.sum(1), total)
+    return Fits(handles, cubic_points(control, u), _price(handles, ends, weights.sum(1), total))
 
 
-def fit_lines(points: Floats, lengths: Floats, visibility: Floats, ends: Ends) -> Fits:
+def fit_lines(points: Floats, ends: Ends) -> Fits:
     """Return the lines between the ends."""
     chord = ends.end - ends.start
     reach = np.linalg.norm(chord, axis=1)
     unit = chord / (reach + _TINY)[:, None]
-    offset = points - ends.start[:, None]
-    across = np.abs(offset[..., 0] * unit[:, None, 1] - offset[..., 1] * unit[:, None, 0])
-    along = (offset * unit[:, None]).sum(-1)
-    beyond = np.maximum(np.maximum(-along, along - reach[:, None]), 0.0)
+    along = ((points - ends.start[:, None]) * unit[:, None]).sum(-1)
+    along = np.clip(along, 0.0, reach[:, None])
     handles = np.stack([ends.start + chord / 3.0, ends.start + chord * (2.0 / 3.0)], 1)
-    return _fits(handles, np.hypot(across, beyond), lengths, visibility)
+    return Fits(handles, ends.start[:, None] + along[..., None] * unit[:, None], np.zeros(len(chord)))
 
 
-def _fits(handles: Floats, distance: Floats, lengths: Floats, visibility: Floats) -> Fits:
-    error = (np.square(distance) * visibility * lengths).sum(1)
-    visible = (distance * np.sqrt(visibility)).max(1)
-    hidden = (distance * (1.0 - visibility)).max(1)
-    return Fits(handles, error, visible, hidden)
-
-
-def _with_turns(fits: Fits, ends: Ends, weight: Floats, total: Floats) -> Fits:
-    """Add the price of turned tangents; refuse cubics whose handles are too long or point backwards."""
-    leaving, arriving = fits.handles[:, 0] - ends.start, ends.end - fits.handles[:, 1]
-    error, is_wrong = fits.error.copy(), np.zeros(len(total), np.bool_)
-    for handle, tangent in ((leaving, ends.leaving), (arriving, ends.arriving)):
+def _price(handles: Floats, ends: Ends, weight: Floats, total: Floats) -> Floats:
+    """Return the price of turned tangents [K], infinite where a handle is too long or points backwards."""
+    price, is_wrong = np.zeros(len(total)), np.zeros(len(total), np.bool_)
+    for handle, tangent in (
+        (handles[:, 0] - ends.start, ends.leaving),
+        (ends.end - handles[:, 1], ends.arriving),
+    ):
         off = handle[:, 0] * tangent[:, 1] - handle[:, 1] * tangent[:, 0]
-        error += TURN_PRICE * weight * np.square(off)
+        price += TURN_PRICE * weight * np.square(off)
         is_wrong |= (handle * tangent).sum(1) < 0.0
         is_wrong |= np.linalg.norm(handle, axis=1) > HANDLE_MAX * total
-    error[is_wrong] = np.inf
-    return Fits(fits.handles, error, fits.distance, fits.hidden_distance)
+    return np.where(is_wrong, np.inf, price)
 
 
 def _handles(points: Floats, weights: Floats, u: Floats, normal: Floats, share: Floats, ends: Ends) -> Floats:
@@ -147,7 +147,7 @@ def _handles(points: Floats, weights: Floats, u: Floats, normal: Floats, share: 
     ridge = 1e-7 * total + _TINY
     matrix += ridge[:, None, None] * np.eye(4)
     right += ridge[:, None] * np.concatenate([third, -third], 1)
-    found: Floats = np.linalg.solve(matrix, right[..., None]).reshape(-1, 2, 2)
+    found = np.linalg.solve(matrix, right[..., None]).reshape(-1, 2, 2).astype(np.float64)
     return found + np.stack([ends.start, ends.end], 1)
 
 
