@@ -38,7 +38,8 @@ def test_help_fits_on_a_screen_with_the_presets_first(command: str) -> None:
 def test_help_all_shows_every_option(command: str) -> None:
     result = invoke(command, "--help-all")
     assert result.exit_code == 0
-    assert sorted(ROWS) == sorted({*(each.name for each in dataclasses.fields(FitConfig)), *GOALS, *FLAGS, *FILE_OPTIONS})
+    names = {each.name for each in dataclasses.fields(FitConfig)}
+    assert sorted(ROWS) == sorted({*names, *GOALS, *FLAGS, *FILE_OPTIONS})
     for name in (*ROWS, "write_config", "background"):
         assert f"--{name.replace('_', '-')} " in result.stdout
     assert "Policy replacement:" in result.stdout
