@@ -10,11 +10,15 @@ from numpy.typing import NDArray
 from warpvec.flat.denoising import Tolerances
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import NONE, grow_by_paint
-from warpvec.flat.unmixing import Candidates, Mixes, best_mixes, explain_by_three, nearest_labels
+from warpvec.flat.unmixing import RADIUS, Candidates, Mixes, best_mixes, explain_by_three, nearest_labels
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
 Mask = NDArray[np.bool_]
+
+
+END = 2
+"""Distance in pixels from the end of the picture at which the canvas beyond it can have a share."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,14 +62,16 @@ def assign(picture: Floats, seeds: Integers, paints: Paints, tolerances: Toleran
 
 
 def unmix(
-    assignment: Assignment, where: Mask, picture: Floats, paints: Paints, tolerances: Tolerances, canvas: int | None
-) -> None:
-    """Write the best mixes of the pixels ``where`` [h, w] into ``assignment``."""
+    assignment: Assignment, where: Mask, picture: Floats, paints: Paints, tolerances: Tolerances, canvas: int | None,
+    radius: int = RADIUS,
+) -> None:  # fmt: skip
+    """Write the best mixes of the pixels ``where`` [h, w] of anchors within ``radius`` into ``assignment``."""
     rows, columns = (place.astype(np.int32) for place in np.nonzero(where))
     if len(rows) == 0:
         return
-    candidates = nearest_labels(assignment.anchors, rows, columns)
+    candidates = nearest_labels(assignment.anchors, rows, columns, radius)
     candidates = _with_fallback(candidates, assignment.anchors, rows, columns)
+    candidates = _with_canvas(candidates, canvas, rows, columns, assignment.label.shape)
     color, values = colors_of(candidates.label, rows, columns, picture, paints, tolerances.metric)
     mixes = best_mixes(color, values, candidates)
     hard = np.nonzero(mixes.residual > tolerances.mix)[0]
@@ -94,6 +100,19 @@ def _with_fallback(candidates: Candidates, anchors: Integers, rows: Integers, co
         nearest = ndimage.distance_transform_edt(anchors == NONE, return_distances=False, return_indices=True)
         row, column = nearest[:, rows[missing], columns[missing]]
         candidates.label[missing, 0] = anchors[row, column]
+    return candidates
+
+
+def _with_canvas(
+    candidates: Candidates, canvas: int | None, rows: Integers, columns: Integers, shape: tuple[int, ...]
+) -> Candidates:
+    """Return the candidates with the canvas last where the picture ends: it goes on beyond."""
+    if canvas is None:
+        return candidates
+    at_end = (np.minimum(rows, columns) < END) | (rows >= shape[0] - END) | (columns >= shape[1] - END)
+    chosen = at_end & ~(candidates.label == canvas).any(1)
+    slot = np.minimum((candidates.label[chosen] != NONE).sum(1), candidates.label.shape[1] - 1)
+    candidates.label[chosen, slot], candidates.squared[chosen, slot] = canvas, 1.0
     return candidates
 
 

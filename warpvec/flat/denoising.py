@@ -29,6 +29,9 @@ Of the sixteen pictures of the tests, clean ones have 0 to 0.3 levels at the fir
 QUIET = 0.35 / 255
 """Second difference that rounding to 8 bits leaves in a gradient."""
 
+NOISE_MIN = 1.2 / 255
+"""Less noise than this is none: small clean pictures with ramps have 0.9 levels."""
+
 NOISE_MAX = 12 / 255
 """The noisiest pictures are taken for this noisy, so that the tolerances stay below the contrast of drawings."""
 
@@ -64,7 +67,7 @@ def measure_tolerances(picture: Floats) -> Tolerances:
     level = 1 / 255
     if noise == 0:
         return Tolerances(0.0, 2.5 * level, 2 * level, 4 * level, 2 * level, np.eye(4, dtype=np.float32))
-    step, paint = 2.5 * level + 0.5 * noise, 3 * level + 1.0 * noise
+    step, paint = 2 * level + 0.25 * noise, 3 * level + 1.0 * noise
     return Tolerances(noise, step, paint, 6 * level + 2 * noise, 4 * level + 0.5 * noise, luma_and_color())
 
 
@@ -94,7 +97,7 @@ def measure_noise(picture: Floats) -> float:
     if not band.any():
         return 0.0
     quiet, loud = np.quantile(second_difference(luma)[band], [QUIET_SHARE, LOUD_SHARE])
-    return float(loud) if quiet > QUIET else 0.0
+    return float(loud) if quiet > QUIET and loud > NOISE_MIN else 0.0
 
 
 def second_difference(luma: Floats) -> Floats:

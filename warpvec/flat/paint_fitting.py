@@ -20,8 +20,11 @@ Integers = NDArray[np.int32]
 SAMPLES_MAX = 4096
 """Pixels of an area that its paint is fitted to, evenly taken from all of them."""
 
-RAMP_AREA_MIN = 64
-"""Smaller areas are flat: they show too little of a ramp."""
+RAMP_AREA_MIN, NOISY_RAMP_AREA_MIN = 64, 400
+"""Smaller areas are flat in clean and in noisy pictures: they show too little of a ramp, and ringing looks like one."""
+
+RAMP_CONTRAST = 4 / 255
+"""Difference of the stops of a ramp, beside the noise; less is not seen."""
 
 FLAT_DEVIATION = 0.8 / 255
 """Root mean square that rounding and a few mixed pixels leave in a flat area of a clean picture."""
@@ -59,14 +62,15 @@ def fit_paints(image: Floats, labels: Integers, tolerances: Tolerances) -> tuple
     values = np.zeros((len(count), 4), np.float32)
     paints, ramps = [], []
     limit = FLAT_DEVIATION + NOISE_DEVIATION * tolerances.noise
+    area_min = NOISY_RAMP_AREA_MIN if tolerances.noise > 0 else RAMP_AREA_MIN
     for index, (size, first) in enumerate(zip(count.tolist(), start.tolist(), strict=True)):
         pixels = order[first : first + size]
         sample = colors[pixels[:: -(-size // SAMPLES_MAX)]]
         values[index] = np.median(sample, 0)
         deviation = np.sqrt(((sample - values[index])[:, :3] ** 2).mean())
-        if size >= RAMP_AREA_MIN and values[index, 3] > 0 and deviation > limit:
+        if size >= area_min and values[index, 3] > 0 and deviation > limit:
             ramp = _ramp_of(pixels, colors, labels.shape[1], limit)
-            if ramp is not None:
+            if ramp is not None and ramp.contrast() >= RAMP_CONTRAST + tolerances.noise:
                 ramps.append((index, pixels, ramp))
     paints = flat_paints(values)
     return _with_ramps(paints, labels, ramps)

@@ -61,6 +61,10 @@ class Ramp:
     colors: Floats
     error: float
 
+    def contrast(self) -> float:
+        """Return the largest difference of two stops in a channel."""
+        return float(np.ptp(self.colors, axis=0).max())
+
     def cuts(self) -> Floats:
         """Return the places at which one paint of two stops follows another."""
         return self.knots[1:-1]

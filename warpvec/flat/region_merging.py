@@ -5,27 +5,36 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.flat.assignment import Assignment, unmix
+from warpvec.flat.assignment import Assignment, colors_of, unmix
 from warpvec.flat.denoising import Tolerances
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import NONE, linked_areas
+from warpvec.flat.unmixing import FAR_SHARE_MAX, RADIUS, triple_shares
 from warpvec.geometry.gradients import FLAT
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
 Mask = NDArray[np.bool_]
 
-SMALL_AREA = 64
-"""Colours of smaller areas are less certain."""
+SMALL_AREA, NOISY_SMALL_AREA = 64, 400
+"""Smaller areas of clean and of noisy pictures are less certain: their colours, and that they are regions."""
 
 SMALL_POOL = 2.0
 """Multiple of the tolerance within which the colour of a small area is that of a larger one."""
 
-PURE_STEP = 3.5 / 255
-"""In noisy pictures, colours closer to white or black in each channel are white or black."""
+HALF = 0.6
+"""An area in which no pixel has a larger share is no region, but the faint side of an edge between two pixels."""
+
+EXPLAINED_PART = 0.8
+"""A small area is dropped if the regions around explain this part of its pixels."""
 
 NEAR = 3
 """Distance in pixels, along each axis, within which the part of a region is looked for that a pixel has a share of."""
+
+
+def small_area(tolerances: Tolerances) -> int:
+    """Return the area in pixels below which an area is less certain."""
+    return NOISY_SMALL_AREA if tolerances.noise > 0 else SMALL_AREA
 
 
 def pool_paints(paints: Paints, area: NDArray[np.intp], tolerances: Tolerances) -> Integers:
@@ -37,7 +46,7 @@ def pool_paints(paints: Paints, area: NDArray[np.intp], tolerances: Tolerances) 
     for index in np.argsort(-area, kind="stable").tolist():
         if paints.kind[index] != FLAT:
             continue
-        limit = tolerances.pool * (SMALL_POOL if area[index] < SMALL_AREA else 1)
+        limit = tolerances.pool * (SMALL_POOL if area[index] < small_area(tolerances) else 1)
         distance = np.abs(seen[leaders] - seen[index]).max(-1)
         alike = (distance <= limit) & ((paints.opacity[leaders] > 0) == (paints.opacity[index] > 0))
         if alike.any():
@@ -62,32 +71,59 @@ def merge_regions(
 
 
 def _drop_redundant(picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances) -> None:
-    """Drop small areas that a mix of the regions around explains: slivers along edges, and noise."""
+    """Drop small areas that a mix of the regions around explains: slivers along edges, seams, and noise."""
     areas = areas_of(assignment.label)
     size = np.bincount(areas.ravel())
-    is_small = (size < SMALL_AREA)[areas]
+    is_small = (size < small_area(tolerances))[areas]
     if is_small.all() or not is_small.any():
         return
     trial = assignment.copy()
     trial.anchors[is_small] = NONE
     trial.is_pure[is_small] = False
     unmix(trial, is_small, picture, paints, tolerances, None)
-    mean = np.bincount(areas[is_small], trial.residual[is_small], len(size)) / size
-    dropped = is_small & (mean <= tolerances.mix)[areas]
+    explained = (trial.residual[is_small] <= tolerances.mix) | _shines_through(
+        picture, assignment, trial, is_small, paints, tolerances
+    )
+    count = np.bincount(areas[is_small], explained, len(size))
+    dropped = is_small & (count >= EXPLAINED_PART * size)[areas]
     assignment.write(trial, dropped)
+
+
+def _shines_through(
+    picture: Floats, assignment: Assignment, trial: Assignment, where: Mask, paints: Paints, tolerances: Tolerances
+) -> Mask:
+    """Return for the pixels ``where`` [h, w] whether they are a seam of two regions of ``trial``, with a little of
+    their own region behind it."""
+    rows, columns = (place.astype(np.int32) for place in np.nonzero(where))
+    names = np.stack([side[rows, columns] for side in (assignment.label, trial.label, trial.other)], 1)
+    shares, rest = triple_shares(*colors_of(names, rows, columns, picture, paints, tolerances.metric))
+    seam: Mask = (shares >= 0).all(1) & (shares[:, 0] <= FAR_SHARE_MAX) & (rest <= tolerances.mix)
+    return seam
 
 
 def _drop_specks(
     picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, min_area: float, canvas: int | None
 ) -> None:
-    """Give the pixels of areas smaller than ``min_area`` to the regions around."""
-    speck = specks_of(assignment.label, min_area)
-    if speck.all() or not speck.any():
-        return
-    assignment.anchors[speck] = NONE
-    assignment.is_pure[speck] = False
-    unmix(assignment, speck, picture, paints, tolerances, canvas)
+    """Give the pixels of areas smaller than ``min_area`` to the regions around, first to those within three pixels."""
+    _flip_halves(assignment)
+    for radius in (RADIUS, 1):
+        speck = specks_of(assignment.label, min_area)
+        if speck.all() or not speck.any():
+            return
+        assignment.anchors[...] = np.where(speck, NONE, assignment.anchors if radius > 1 else assignment.label)
+        assignment.is_pure[speck] = False
+        unmix(assignment, speck, picture, paints, tolerances, canvas if radius > 1 else None, radius)
     _join_nearest(assignment, min_area)
+
+
+def _flip_halves(assignment: Assignment) -> None:
+    """Give the pixels of areas that have hardly more than half of any pixel to the regions they share these with."""
+    areas = areas_of(assignment.label)
+    peak = np.zeros(areas.max() + 1, np.float32)
+    np.maximum.at(peak, areas.ravel(), assignment.share.ravel())
+    flipped = (peak < HALF)[areas]
+    assignment.label[flipped], assignment.other[flipped] = assignment.other[flipped], assignment.label[flipped]
+    assignment.share[flipped] = 0.5
 
 
 def _join_nearest(assignment: Assignment, min_area: float) -> None:
@@ -135,7 +171,7 @@ def _split(assignment: Assignment, paints: Paints) -> tuple[Assignment, Paints]:
 def _nearest_area(
     areas: Integers, label: Integers, rows: NDArray[np.intp], columns: NDArray[np.intp], wanted: Integers
 ) -> Integers:
-    """Return the area [N] of the label ``wanted`` [N] nearest to each pixel, or the pixel's own if none is near."""
+    """Return the area [N] of the label ``wanted`` [N] nearest to each pixel, or the largest of it if none is near."""
     steps = np.arange(-NEAR, NEAR + 1)
     dy, dx = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
     order = np.argsort(dy**2 + dx**2, kind="stable")
@@ -143,4 +179,17 @@ def _nearest_area(
     place = ((rows + NEAR) * width + columns + NEAR)[:, None] + (dy * width + dx)[order]
     fits = np.pad(label, NEAR, constant_values=NONE).ravel()[place] == wanted[:, None]
     nearest = np.pad(areas, NEAR).ravel()[place[np.arange(len(rows)), fits.argmax(1)]]
-    return np.where(fits.any(1), nearest, areas[rows, columns]).astype(np.int32)
+    largest = _largest_areas(areas, label, int(max(label.max(), wanted.max(initial=0))) + 1)[wanted]
+    elsewhere = np.where(largest == NONE, areas[rows, columns], largest)
+    return np.where(fits.any(1), nearest, elsewhere).astype(np.int32)
+
+
+def _largest_areas(areas: Integers, label: Integers, paint_count: int) -> Integers:
+    """Return the largest area of each label, with ``NONE`` for those without one and at the end."""
+    size = np.bincount(areas.ravel())
+    order = np.argsort(size, kind="stable")
+    label_of = np.zeros(len(size), np.int32)
+    label_of[areas.ravel()] = label.ravel()
+    largest = np.full(paint_count + 1, NONE, np.int32)
+    largest[label_of[order]] = order
+    return largest

@@ -19,11 +19,17 @@ from warpvec.geometry.gradients import FLAT
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
 
-AREA_MIN = 4.0
-"""Areas of fewer pixels are specks."""
+AREA_MIN, AREA_MIN_OF_ICONS = 4.0, 2.0
+"""Areas of fewer pixels are specks; in small pictures each pixel was placed to be seen."""
+
+ICON_SIZE = 200
+"""Longer side in pixels below which a picture is small."""
 
 CLEAN_SEED_AREA, NOISY_SEED_AREA = 4, 12
 """Smaller areas of pure pixels are not trusted: one square of two pixels in clean pictures, more in noisy ones."""
+
+TRANSLUCENT_AREA_MIN = 24
+"""Smaller translucent areas of pure pixels are not trusted: tips of shapes cover pixels by half for a while."""
 
 BORDER_SHARE_MIN = 0.5
 """Share of the picture's border that the canvas of an opaque picture has at least."""
@@ -70,14 +76,16 @@ class Regions:
         return share * self.paints.at(self.label, x, y) + (1 - share) * self.paints.at(self.other, x, y)
 
 
-def find_regions(image: Floats, min_area: float = AREA_MIN) -> Regions:
+def find_regions(image: Floats, min_area: float | None = None) -> Regions:
     """Return the regions of flat art.
 
     Args:
         image: picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
-        min_area: areas of fewer pixels are left out.
+        min_area: areas of fewer pixels are left out; ``AREA_MIN``, or less for small pictures, if None.
     """
     picture, straight = premultiplied(image), with_alpha(image)
+    if min_area is None:
+        min_area = AREA_MIN if max(image.shape[:2]) > ICON_SIZE else AREA_MIN_OF_ICONS
     tolerances = measure_tolerances(picture)
     seeds = find_seeds(picture, tolerances)
     paints, seeds, seams = fit_paints(straight, seeds, tolerances)
@@ -112,7 +120,16 @@ def find_seeds(picture: Floats, tolerances: Tolerances) -> Integers:
     is_noisy = tolerances.noise > 0
     seeds = grow_seeds(picture @ tolerances.metric, tolerances.step, 3 if is_noisy else 2)
     seeds = without_small(seeds, NOISY_SEED_AREA if is_noisy else CLEAN_SEED_AREA)
+    if (picture[..., 3] == 0).any():
+        seeds[_thin_and_translucent(seeds, picture[..., 3])] = NONE
+        seeds = without_small(seeds, 1)
     return seeds if (seeds != NONE).any() else np.zeros_like(seeds)
+
+
+def _thin_and_translucent(seeds: Integers, alpha: Floats) -> NDArray[np.bool_]:
+    """Return the pixels [h, w] of small areas that look translucent, but are the tips of opaque shapes."""
+    count = np.bincount(seeds[seeds != NONE], minlength=seeds.max() + 1)
+    return (seeds != NONE) & (count < TRANSLUCENT_AREA_MIN)[seeds] & (alpha > 0) & (alpha < 1)
 
 
 def find_canvas(label: Integers, paints: Paints) -> int | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,7 +12,7 @@ from warpvec.flat.denoising import Tolerances
 from warpvec.flat.paint_fitting import flat_paints
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import NONE, connected_areas
-from warpvec.flat.unmixing import FAR_SHARE_MAX, RADIUS, triple_shares
+from warpvec.flat.unmixing import FAR_SHARE_MAX, RADIUS, pair_shares, triple_shares
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
@@ -29,6 +31,9 @@ in its own paler colour: a line of less than half a pixel's width would be lost.
 PLATEAU_SHARE = 0.3
 """Part of an area's pixels that shows one colour, which then is its own colour and not a mix with a paler one."""
 
+PLATEAU_AREA = 24
+"""Pixels of a line that is drawn in a colour of its own; shorter ones are tips of a darker one."""
+
 ANCHOR_SHARE = 0.45
 """Share of a new region from which a pixel belongs to it: a bit below one half keeps lines of one pixel in one piece
 where they lie between two pixels."""
@@ -38,6 +43,20 @@ SEAM_PART = 0.8
 
 STRENGTH = 2.0
 """An area is looked at if a pixel in it is unexplained by this multiple of the tolerance."""
+
+
+PAIR_GAIN = 0.25 / 255
+"""Residual that a mix of three colours must save over one of two."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Shares:
+    """Shares of M paints in N pixels [N, M], and what is left [N, M]: of the best mix, and of that of all three."""
+
+    share: Floats
+    rest: Floats
+    third: Floats
+    third_rest: Floats
 
 
 def add_thin_parts(
@@ -89,9 +108,10 @@ def _explain(
         return None
     own = np.median(picture[rows, columns][residual >= TOP_RESIDUAL * residual.max()], 0)
     values = np.concatenate([_known_colors(paints), own[None]]).astype(np.float32)
-    share, rest = _shares_of(values, rows, columns, picture, assignment, paints, tolerances.metric)
-    if _is_seam(share, rest, rows, columns, assignment, tolerances):
+    shares = _shares_of(values, rows, columns, picture, assignment, paints, tolerances.metric)
+    if _is_seam(shares, rows, columns, assignment, tolerances):
         return None
+    share, rest = shares.share, shares.rest
     index = _best_paint(values, share, rest, picture[rows, columns], tolerances)
     is_anchor = (share[:, index] >= ANCHOR_SHARE) & (rest[:, index] <= np.maximum(0.5 * residual, tolerances.mix))
     if share[is_anchor, index].sum() < min_area:
@@ -114,37 +134,35 @@ def _known_colors(paints: Paints) -> Floats:
 def _shares_of(
     values: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], picture: Floats, assignment: Assignment,
     paints: Paints, metric: Floats,
-) -> tuple[Floats, Floats]:  # fmt: skip
-    """Return the share of each of ``values`` [M, 4] in N pixels beside their two regions, and the residual [N, M]."""
+) -> _Shares:  # fmt: skip
+    """Return how each of ``values`` [M, 4] explains N pixels beside their one region, or both."""
     x, y = ((place + 0.5).astype(np.float32) for place in (columns, rows))
-    color = (picture[rows, columns] @ metric)[:, None] + np.zeros((1, len(values), 1), np.float32)
-    new = (values @ metric)[None] + np.zeros((len(rows), 1, 1), np.float32)
-    label, other = (
-        (paints.at(side[rows, columns], x, y) @ metric)[:, None] for side in (assignment.label, assignment.other)
-    )
-    triple = np.stack([new, label + 0 * new, other + 0 * new], 2)
-    shares, rest = triple_shares(color.reshape(-1, 4), triple.reshape(-1, 3, 4))
-    rest = np.where((shares >= 0).all(1), rest, np.inf).reshape(color.shape[:2])
-    share = shares[:, 0].reshape(color.shape[:2])
-    for side in (label, other):
-        difference = new - side
-        part = ((color - side) * difference).sum(-1) / np.maximum((difference**2).sum(-1), 1.0e-9)
-        part = np.clip(part, 0, 1)
-        left = np.sqrt(((color - side - part[..., None] * difference) ** 2).mean(-1))
-        is_better = left <= rest + 0.25 / 255
+    shape = (len(rows), len(values), 4)
+    color = np.broadcast_to((picture[rows, columns] @ metric)[:, None], shape)
+    new = np.broadcast_to((values @ metric)[None], shape)
+    sides = [
+        np.broadcast_to((paints.at(side[rows, columns], x, y) @ metric)[:, None], shape)
+        for side in (assignment.label, assignment.other)
+    ]
+    three, three_rest = triple_shares(color.reshape(-1, 4), np.stack([new, *sides], 2).reshape(-1, 3, 4))
+    third = three[:, 0].reshape(shape[:2])
+    third_rest = np.where((three >= 0).all(1), three_rest, np.inf).reshape(shape[:2])
+    share, rest = third, third_rest
+    for side in sides:
+        part, left = pair_shares(color, new, side)
+        is_better = left <= rest + PAIR_GAIN
         share, rest = np.where(is_better, part, share), np.where(is_better, left, rest)
-    return share.astype(np.float32), rest.astype(np.float32)
+    return _Shares(share, rest, third, third_rest)
 
 
 def _is_seam(
-    share: Floats, rest: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], assignment: Assignment,
-    tolerances: Tolerances,
-) -> bool:  # fmt: skip
+    shares: _Shares, rows: NDArray[np.intp], columns: NDArray[np.intp], assignment: Assignment, tolerances: Tolerances
+) -> bool:
     """Return whether an area lies between two regions, and what is behind both shines through the seam."""
     between = assignment.label[rows, columns] != assignment.other[rows, columns]
     if between.mean() < SEAM_PART:
         return False
-    thin = (rest[:, :-1] <= tolerances.mix) & (share[:, :-1] <= FAR_SHARE_MAX)
+    thin = (shares.third_rest[:, :-1] <= tolerances.mix) & (shares.third[:, :-1] <= FAR_SHARE_MAX)
     return bool((thin.mean(0) >= SEAM_PART).any())
 
 
@@ -155,8 +173,10 @@ def _best_paint(values: Floats, share: Floats, rest: Floats, color: Floats, tole
     cost = rest.mean(0)
     peak = np.quantile(share, 0.9, axis=0)
     at_own = (np.abs((color - values[own]) @ tolerances.metric).max(-1) <= tolerances.paint).mean()
-    possible = (cost[:own] <= np.maximum(tolerances.mix, 1.2 * cost[own])) & (peak[:own] >= PEAK_SHARE_MIN)
-    if at_own >= PLATEAU_SHARE:
+    possible = (cost[:own] <= np.maximum(tolerances.mix, 1.2 * cost[own])) & (
+        (peak[:own] >= PEAK_SHARE_MIN) | (len(color) < PLATEAU_AREA)
+    )
+    if at_own >= PLATEAU_SHARE and len(color) >= PLATEAU_AREA:
         possible &= distance <= 2 * tolerances.pool
     if not possible.any():
         return own

@@ -98,7 +98,7 @@ def best_mixes(color: Floats, values: Floats, candidates: Candidates) -> Mixes:
     for first, second in combinations(range(label.shape[1]), 2):
         usable = np.nonzero(label[:, second] != NONE)[0]
         one, two = values[usable, first], values[usable, second]
-        part, rest = _pair(color[usable], one, two)
+        part, rest = pair_shares(color[usable], one, two)
         new_cost = rest + DISTANCE_COST * (candidates.squared[usable, first] + candidates.squared[usable, second])
         is_better = new_cost < cost[usable]
         chosen = usable[is_better]
@@ -107,12 +107,12 @@ def best_mixes(color: Floats, values: Floats, candidates: Candidates) -> Mixes:
     return _larger_first(first_best, second_best, share, residual)
 
 
-def _pair(color: Floats, one: Floats, two: Floats) -> tuple[Floats, Floats]:
-    """Return the share of ``one`` [N], in [0, 1], and the residual [N] of the best mixes of two colours [N, D]."""
+def pair_shares(color: Floats, one: Floats, two: Floats) -> tuple[Floats, Floats]:
+    """Return the share of ``one`` [...], in [0, 1], and the residual [...] of the best mixes of two colours [..., D]."""
     difference = one - two
     squared = np.maximum((difference**2).sum(-1), TINY)
     share = np.clip(((color - two) * difference).sum(-1) / squared, 0.0, 1.0)
-    return share, _rms(color - two - share[:, None] * difference)
+    return share, _rms(color - two - share[..., None] * difference)
 
 
 def explain_by_three(
