@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
+
+from warpvec.flat.covering import Cover
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -32,21 +32,6 @@ LINK_POINTS = 48
 
 SAMPLES = 64
 """Points of such a line that must lie beneath the layers above."""
-
-
-@dataclass(frozen=True)
-class Cover:
-    """What hides a layer.
-
-    Attributes:
-        visible: pixels that show the layer [h, w].
-        above: pixels of layers above [h, w].
-        from_out: distance in pixels from what neither covers [h, w].
-    """
-
-    visible: Mask
-    above: Mask
-    from_out: Floats
 
 
 def with_simple_hidden_borders(loop: Floats, is_hidden: Mask, cover: Cover) -> Floats:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.flat.cubic_fitting import fit_cubics, fit_lengths
+from warpvec.flat.cubic_fitting import PRECISE, fit_cubics, fit_lengths
 from warpvec.flat.outline_nodes import Nodes, Samples
 from warpvec.flat.span_costs import places_between, typical_distance
 
@@ -52,7 +52,7 @@ def join_pieces(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: float
     places = places_between(samples, nodes, pieces.start, pieces.end, POINTS)
     anchor = _anchors(nodes, pieces, places.points, places.parameters)
     end = anchor[pieces.after]
-    cubics = fit_cubics(anchor, end, places.points, places.parameters)
+    cubics = fit_cubics(anchor, end, places.points, places.parameters, PRECISE)
     handles, chord = cubics.handles, (end - anchor)[:, None]
     thirds = np.concatenate([anchor[:, None] + chord / 3.0, anchor[:, None] + chord * (2.0 / 3.0)], 1)
     handles = np.where(pieces.is_line[:, None, None], thirds, handles)
@@ -69,7 +69,7 @@ def join_pieces(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: float
 def _anchors(nodes: Nodes, pieces: Pieces, points: Floats, parameters: Floats) -> Floats:
     """Return the starts of the pieces [R, 2]: where lines cross or are met, else the nodes."""
     node = nodes.point[pieces.start]
-    cubics = fit_cubics(node, nodes.point[pieces.end], points, parameters)
+    cubics = fit_cubics(node, nodes.point[pieces.end], points, parameters, PRECISE)
     center = points.mean(1)
     direction = _main_direction(points - center[:, None])
     is_line = pieces.is_line

@@ -52,7 +52,11 @@ def stack(regions: Regions) -> list[Layer]:
     above += AREA_EVIDENCE * np.sign(area[None, :] - area[:, None])
     above += SURELY * (surrounds.T.astype(float) - surrounds)
     order = best_order(above, sorted(shown, key=lambda index: (-area[index], index)))
-    return [Layer((region,), frozenset(order[place + 1 :])) for place, region in enumerate(order)]
+    hides = regions.opacity >= 1.0
+    return [
+        Layer((region,), frozenset(upper for upper in order[place + 1 :] if hides[upper]))
+        for place, region in enumerate(order)
+    ]
 
 
 def is_outside(regions: Regions) -> Mask:
