@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -14,21 +14,8 @@ from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 
-
-@dataclass(frozen=True, eq=False)
-class Stays:
-    """What must stay in a scene of R segments: nodes [R], and kinds of segments [R] (bool)."""
-
-    node: NDArray[np.bool_]
-    kind: NDArray[np.bool_]
-
-    @staticmethod
-    def nothing(count: int) -> Stays:
-        return Stays(np.zeros(count, np.bool_), np.zeros(count, np.bool_))
-
-    def after(self, choice: Choice) -> Stays:
-        """Return the same for the segments of ``choice``."""
-        return Stays(self.node[choice.first], self.kind[choice.first])
+Rows = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 
 def chosen_scene(scene: Scene, choice: Choice) -> Scene:
@@ -47,46 +34,40 @@ def smoothed(scene: Scene, is_smooth: Tensor) -> Scene:
     return replace(scene, segments=joints.segments(*joints.values(scene)))
 
 
-def with_spans_back(
-    simple: Scene, stays: Stays, old: Scene, choice: Choice, wrong: NDArray[np.bool_]
-) -> tuple[Scene, Stays]:
+def with_spans_back(simple: Scene, old: Scene, choice: Choice, wrong: Mask) -> tuple[Scene, Rows]:
     """Return the scene ``simple`` with the segments of ``old`` where those of ``choice`` were ``wrong`` [S].
 
-    The nodes of ``simple`` may have moved since the choice; what is put back moves along. Its nodes and kinds stay from
-    now on.
+    The nodes of ``simple`` may have moved since the choice; what is put back moves along.
+
+    Returns:
+        the scene of R segments, and the row of ``old`` where each of them starts [R].
     """
-    counts = np.where(wrong, choice.size, 1)
-    source = np.repeat(np.arange(len(counts)), counts)
-    place = np.arange(len(source)) - np.repeat(np.cumsum(counts) - counts, counts)
-    loop = np.repeat(np.arange(len(choice.counts)), choice.counts)
-    row = _rows_after(choice, old, loop[source], choice.first[source] + place)
+    source, place, row = members(choice, np.where(wrong, choice.size, 1), old)
     is_back = wrong[source]
     segments = np.where(is_back[:, None, None], _moved_along(simple, old, choice, source, place, row), 0.0)
     segments[~is_back] = simple.segments.numpy()[source[~is_back]]
     is_line = np.where(is_back, _lines(old)[row], _lines(simple)[source])
-    structure = _structure(simple, np.bincount(loop, counts).astype(np.int64), torch.from_numpy(is_line))
+    loop = np.repeat(np.arange(len(choice.counts)), choice.counts)
+    counts = np.bincount(loop[source], minlength=len(choice.counts)).astype(np.int64)
+    structure = _structure(simple, counts, torch.from_numpy(is_line))
     is_smooth = np.where(is_back & (place > 0), Joints.of(old).is_smooth[row], Joints.of(simple).is_smooth[source])
     tensor = torch.from_numpy(segments).to(simple.segments.dtype)
     back = replace(simple.detach(), segments=tensor, structure=structure)
-    node = np.where(is_back & (place > 0), True, stays.node[source])
-    return smoothed(back, torch.from_numpy(is_smooth)), Stays(node, stays.kind[source] | is_back)
+    return smoothed(back, torch.from_numpy(is_smooth)), row
 
 
-def _rows_after(choice: Choice, old: Scene, loop: NDArray[np.int64], row: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return ``row``, which may run beyond the end of its ``loop``, within it."""
+def members(choice: Choice, sizes: Rows, old: Scene) -> tuple[Rows, Rows, Rows]:
+    """List the old segments of each new one, ``sizes`` [S] of them: its number, their place in it and their row [M]."""
+    source = np.repeat(np.arange(len(sizes)), sizes)
+    place = np.arange(len(source)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
     first = old.structure.loop_first_segment.long().numpy()
+    loop = np.repeat(np.arange(len(choice.counts)), choice.counts)[source]
     start, size = first[loop], np.diff(first)[loop]
-    wrapped: NDArray[np.int64] = start + (row - start) % size
-    return wrapped
+    return source, place, start + (choice.first[source] + place - start) % size
 
 
 def _moved_along(
-    simple: Scene,
-    old: Scene,
-    choice: Choice,
-    source: NDArray[np.int64],
-    place: NDArray[np.int64],
-    row: NDArray[np.int64],
+    simple: Scene, old: Scene, choice: Choice, source: Rows, place: Rows, row: Rows
 ) -> NDArray[np.float64]:
     """Return the old segments ``row`` [S', 3, 2], moved as the ends of the new segments ``source`` have."""
     before, now = old.segments.double().numpy(), simple.segments.double().numpy()[:, 0]
@@ -100,11 +81,11 @@ def _moved_along(
     return moved
 
 
-def _structure(scene: Scene, counts: NDArray[np.int64], is_line: Tensor) -> Structure:
+def _structure(scene: Scene, counts: Rows, is_line: Tensor) -> Structure:
     starts = torch.from_numpy(np.concatenate([[0], np.cumsum(counts)])).int()
     return Structure(starts, scene.structure.path_first_loop, is_line if is_line.any() else None)
 
 
-def _lines(scene: Scene) -> NDArray[np.bool_]:
-    found: NDArray[np.bool_] = Joints.of(scene, keep=False).is_line.numpy()
+def _lines(scene: Scene) -> Mask:
+    found: Mask = Joints.of(scene, keep=False).is_line.numpy()
     return found

@@ -89,19 +89,15 @@ class Choice:
     counts: NDArray[np.int64]
 
 
-def fewest_spans(
-    outlines: Outlines, node_stays: NDArray[np.bool_], kind_stays: NDArray[np.bool_], detail: float, price: float
-) -> Choice:
+def fewest_spans(outlines: Outlines, detail: Floats, price: float) -> Choice:
     """Return the cheapest segments: ``price`` for each curve, in cubic pixels, and the error of each.
 
     Args:
         outlines: closed outlines.
-        node_stays: nodes that must stay [R].
-        kind_stays: segments that must not become lines [R].
-        detail: largest root mean square of the visible distance along a segment, in pixels.
+        detail: largest root mean square of the visible distance of what replaces each segment [R], in pixels.
         price: error that a curve less may cost, in cubic pixels.
     """
-    candidates = list(_candidates(outlines, node_stays, kind_stays, detail))
+    candidates = list(_candidates(outlines, detail))
     table: dict[int, list[tuple[int, Floats, Floats]]] = {}
     for spans in candidates:
         for first, cost, handles in zip(spans.first.tolist(), spans.cost, spans.handles, strict=True):
@@ -115,9 +111,7 @@ def fewest_spans(
     return Choice(np.array(first), np.array(size), np.array(is_line), np.stack(handles), np.array(counts))
 
 
-def _candidates(
-    outlines: Outlines, node_stays: NDArray[np.bool_], kind_stays: NDArray[np.bool_], detail: float
-) -> Iterator[Spans]:
+def _candidates(outlines: Outlines, detail: Floats) -> Iterator[Spans]:
     """Yield the spans of 1, 2, ... segments that may replace theirs."""
     sizes = np.diff(outlines.loop_first)
     loop_start = np.repeat(outlines.loop_first[:-1], sizes)
@@ -130,15 +124,10 @@ def _candidates(
             return
         place = (first - loop_start[first])[:, None] + np.arange(size)
         members = loop_start[first, None] + place % loop_size[first, None]
-        if size > 1:
-            free = ~node_stays[members[:, 1:]].any(1)
-            first, members = first[free], members[free]
-            if not len(first):
-                return
         after = loop_start[first] + (first - loop_start[first] + size) % loop_size[first]
         spans, excess = _fitted(outlines, members, after, detail)
         if size == 1:
-            spans.cost[(loop_size == 1) | (kind_stays & ~outlines.is_line), 1] = np.inf
+            spans.cost[loop_size == 1, 1] = np.inf
         yield spans
         hopeful = np.zeros(len(rows), np.bool_)
         hopeful[first[excess < HOPELESS]] = True
@@ -147,14 +136,12 @@ def _candidates(
 
 
 def _fitted(
-    outlines: Outlines, members: NDArray[np.int64], after: NDArray[np.int64], detail: float
+    outlines: Outlines, members: NDArray[np.int64], after: NDArray[np.int64], detail: Floats
 ) -> tuple[Spans, Floats]:
     """Return the spans of ``members`` [K, k], and the least error of each in what is allowed."""
     samples, first, last = outlines.samples, members[:, 0], members[:, -1]
-    ends = Ends(
-        samples.control[first, 0], samples.control[last, 3], outlines.tangents[first], outlines.tangents[after]
-    )
-    span = spans_of(samples, members)
+    ends = Ends(samples.control[first, 0], samples.control[last, 3], outlines.tangents[first], outlines.tangents[after])
+    span, detail = spans_of(samples, members), detail[members].min(1)
     line = fit_lines(span.points, ends)
     line_cost, line_excess = _allowed(line, span, samples, detail)
     line_cost[_is_turned(ends)] = np.inf
@@ -169,7 +156,7 @@ def _fitted(
     return spans, np.minimum(excess, line_excess)
 
 
-def _allowed(fits: Fits, span: Span, samples: OutlineSamples, detail: float) -> tuple[Floats, Floats]:
+def _allowed(fits: Fits, span: Span, samples: OutlineSamples, detail: Floats) -> tuple[Floats, Floats]:
     """Return the costs of fits [K], infinite where they are not allowed, and how many times the allowed one each is."""
     distance = np.linalg.norm(fits.places - span.points, axis=-1)
     weight = span.visibility * span.lengths

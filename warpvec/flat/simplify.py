@@ -12,7 +12,7 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.polish import polish
 from warpvec.fit.target import Target
-from warpvec.flat.chosen_nodes import Stays, chosen_scene, with_spans_back
+from warpvec.flat.chosen_nodes import chosen_scene, members, with_spans_back
 from warpvec.flat.fewest_spans import Choice, Outlines, fewest_spans
 from warpvec.flat.local_error import errors_near
 from warpvec.flat.outline_samples import control_points, sample_outlines
@@ -32,6 +32,9 @@ must be closer, because each says more about the picture."""
 
 ROUNDS, ITERATIONS = 2, 25
 """Times that nodes are chosen, and the iterations of the fit after each."""
+
+SHARE_AGAIN = 0.5
+"""Share of the distance that nodes which were put back may cost the next time."""
 
 NOISE = 0.02
 """Squared error, summed over channels, that never counts: that of a few pixels rounded to 8 bits."""
@@ -70,17 +73,19 @@ def simplify(
     """
     target = Target(image, config, "cpu")
     before = target.squared_error(scene).numpy()
-    count, put_back, stays = len(scene.segments), 0, Stays.nothing(len(scene.segments))
+    count, put_back, share = len(scene.segments), 0, np.ones(len(scene.segments))
     for _ in range(ROUNDS):
         outlines = outlines_of(scene, image.shape[0], image.shape[1], config.threads)
-        choice = fewest_spans(outlines, stays.node, stays.kind, REFIT * detail, _price(detail))
+        choice = fewest_spans(outlines, REFIT * detail * share, _price(detail))
         if len(choice.first) == len(scene.segments) and (choice.is_line == outlines.is_line).all():
             break
         simple = chosen_scene(scene, choice)
         if iterations:
             simple = polish(image, simple, config, iterations=iterations).scene
-        wrong = _wrong(simple, choice, outlines, before, target.squared_error(simple).numpy(), detail)
-        scene, stays = with_spans_back(simple, stays.after(choice), scene, choice, wrong)
+        rise = target.squared_error(simple).numpy() - before
+        wrong = _wrong(simple, scene, choice, outlines, rise, detail)
+        scene, row = with_spans_back(simple, scene, choice, wrong)
+        share = share[row] * np.where(np.repeat(wrong, np.where(wrong, choice.size, 1)), SHARE_AGAIN, 1.0)
         put_back += int(choice.size[wrong].sum())
     return Simplified(scene, count - len(scene.segments), put_back)
 
@@ -111,22 +116,13 @@ def _tangents(scene: Scene, joints: Joints) -> NDArray[np.float64]:
 
 
 def _wrong(
-    simple: Scene,
-    choice: Choice,
-    outlines: Outlines,
-    before: NDArray[np.float32],
-    after: NDArray[np.float32],
-    detail: float,
+    simple: Scene, old: Scene, choice: Choice, outlines: Outlines, rise: NDArray[np.float32], detail: float
 ) -> NDArray[np.bool_]:
-    """Return which segments [S] of ``choice`` are new and raise the squared error [h, w] by too much."""
+    """Return which segments [S] of ``choice`` are new and bring too much ``rise`` [h, w] of the squared error."""
     samples = outlines.samples
     worth = (samples.contrast * samples.lengths).sum(1)
-    loop = np.repeat(np.arange(len(choice.counts)), choice.counts)
-    start, size = outlines.loop_first[loop], np.diff(outlines.loop_first)[loop]
-    source = np.repeat(np.arange(len(loop)), choice.size)
-    place = np.arange(len(source)) - np.repeat(np.cumsum(choice.size) - choice.size, choice.size)
-    row = start[source] + (choice.first[source] + place - start[source]) % size[source]
-    allowed = detail**2 * np.bincount(source, worth[row], len(loop)) + NOISE
-    rise = errors_near(control_points(simple), after - before)
+    source, _, row = members(choice, choice.size, old)
+    allowed = detail**2 * np.bincount(source, worth[row], len(choice.first)) + NOISE
     is_new = (choice.size > 1) | (choice.is_line != outlines.is_line[choice.first])
-    return is_new & (rise > allowed)
+    found: NDArray[np.bool_] = is_new & (errors_near(control_points(simple), rise) > allowed)
+    return found
