@@ -117,7 +117,7 @@ def _between(cubic: Floats, first: float, last: float) -> Floats:
         points = cubic
         for u in (r, s, t):
             points = points[:-1] + u * (points[1:] - points[:-1])
-        return points[0]  # type: ignore[no-any-return]
+        return points[0]
 
     return np.stack(
         [

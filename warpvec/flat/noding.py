@@ -62,8 +62,8 @@ def chords_of(cubics: Floats, is_line: Mask) -> Chords:
     curve = np.repeat(np.arange(len(cubics)), counts)
     number = np.arange(len(curve)) - np.repeat(np.cumsum(counts) - counts, counts)
     t_start, t_end = number / counts[curve], (number + 1) / counts[curve]
-    ends = [np.rint(UNITS * _points(cubics[curve], t)).astype(np.int64) for t in (t_start, t_end)]
-    return _without_empty(Chords(*ends, curve, t_start, t_end))
+    start, end = (np.rint(UNITS * _points(cubics[curve], t)).astype(np.int64) for t in (t_start, t_end))
+    return _without_empty(Chords(start, end, curve, t_start, t_end))
 
 
 def noded(chords: Chords) -> Chords:

@@ -182,4 +182,4 @@ def _parts(tail: Integers, vertex_count: int) -> Integers:
 
     ends = tail.reshape(-1, 2)
     links = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(vertex_count, vertex_count))
-    return connected_components(links, directed=False)[1].astype(np.int64)  # type: ignore[no-any-return]
+    return connected_components(links, directed=False)[1].astype(np.int64)

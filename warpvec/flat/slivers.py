@@ -10,7 +10,7 @@ from warpvec.flat.planar_map import PlanarMap
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-SLIVER_WIDTH = 0.25
+SLIVER_WIDTH = 0.15
 """A part whose area is less than so many pixels times half its outline is a sliver. Where two outlines follow the same
 edge of the picture, they differ by less; nothing that thin can be cut, or seen."""
 
@@ -74,4 +74,4 @@ def _regions(mapped: PlanarMap, owners: Integers) -> Integers:
     sides = mapped.face.reshape(-1, 2)
     same = sides[owners[sides[:, 0]] == owners[sides[:, 1]]]
     links = coo_array((np.ones(len(same)), (same[:, 0], same[:, 1])), shape=(len(owners), len(owners)))
-    return connected_components(links, directed=False)[1].astype(np.int64)  # type: ignore[no-any-return]
+    return connected_components(links, directed=False)[1].astype(np.int64)
