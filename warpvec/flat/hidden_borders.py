@@ -30,6 +30,12 @@ pixel from its ends."""
 LINK_POINTS = 48
 """Points of a hidden border between which straight lines are tried."""
 
+LINKS_MAX = 4
+"""Most lines of a hidden border; beyond, it follows the layers above in curves instead."""
+
+SMOOTHING = 9
+"""Points of a hidden border, about a pixel apart, whose mean replaces each of them, so that steps of pixels vanish."""
+
 SAMPLES = 64
 """Points of such a line that must lie beneath the layers above."""
 
@@ -40,7 +46,7 @@ def with_simple_hidden_borders(loop: Floats, is_hidden: Mask, cover: Cover) -> F
     if not runs:
         return loop
     if len(runs) == 1 and runs[0][1] - runs[0][0] >= len(loop):
-        return _simplified(np.concatenate([loop, loop[:1]]), cover)[:-1]
+        return _smoothed(np.concatenate([loop, loop[:1]]))[:-1]
     parts = []
     for (_, begin), (end, _), (start, stop) in zip(runs, [*runs[1:], _shifted(runs[0], len(loop))], runs, strict=True):
         hidden = loop[np.arange(start - 1, stop + 1) % len(loop)]
@@ -96,15 +102,23 @@ def _extended_end(shown: Floats, cover: Cover) -> Floats:
 
 
 def _border(path: Floats, cover: Cover) -> Floats:
-    """Return a border of few lines from the first to the last point of a hidden ``path`` [n, 2]."""
+    """Return a simple border from the first to the last point of a hidden ``path`` [n, 2]: few lines, or smooth."""
     if len(path) <= 2:
         return path
     simple = _fewest_links(path, cover)
-    return _simplified(path, cover) if simple is None else simple
+    return simple if len(simple) - 1 <= LINKS_MAX else _smoothed(path)
 
 
-def _fewest_links(path: Floats, cover: Cover) -> Floats | None:
-    """Return the path of fewest lines through points of ``path`` that stays covered, None if there is none."""
+def _smoothed(path: Floats) -> Floats:
+    """Return ``path`` [n, 2] without the steps of pixels; its ends stay."""
+    ends = [np.repeat(path[place][None], SMOOTHING // 2, 0) for place in (0, -1)]
+    padded = np.concatenate([ends[0], path, ends[1]])
+    sums = np.cumsum(np.concatenate([np.zeros((1, 2)), padded]), 0)
+    return np.concatenate([path[:1], ((sums[SMOOTHING:] - sums[:-SMOOTHING]) / SMOOTHING)[1:-1], path[-1:]])
+
+
+def _fewest_links(path: Floats, cover: Cover) -> Floats:
+    """Return the path of fewest lines through points of ``path`` that stays covered."""
     chosen = np.unique(np.rint(np.linspace(0, len(path) - 1, min(len(path), LINK_POINTS))).astype(np.int64))
     points = path[chosen]
     sees = _links(points, cover)
@@ -117,8 +131,6 @@ def _fewest_links(path: Floats, cover: Cover) -> Floats | None:
         total = np.where(sees[:end, end], links[:end] + 1.0 + 0.01 * lengths[:end, end] / longest, np.inf)
         came[end] = int(total.argmin())
         links[end] = total[came[end]]
-    if not np.isfinite(links[-1]):
-        return None
     order = [count - 1]
     while order[-1] > 0:
         order.append(int(came[order[-1]]))
@@ -140,10 +152,6 @@ def _links(points: Floats, cover: Cover) -> Mask:
     neighbours = np.arange(len(points) - 1)
     sees[neighbours, neighbours + 1] = True
     return sees
-
-
-def _simplified(path: Floats, cover: Cover) -> Floats:
-    return path
 
 
 def is_in(mask: Mask, points: Floats) -> Mask:
