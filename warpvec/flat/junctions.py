@@ -1,14 +1,16 @@
-"""Which of two neighbours lies above the other: the one whose outline goes on smoothly where a third paint meets both."""
+"""Which of two neighbours lies above the other: that whose outline goes on smoothly where a third paint meets both."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.flat.contours import contours_of
-from warpvec.flat.outline_nodes import Samples, sample_loops, sides_of
+from warpvec.flat.outline_nodes import sample_loops, sides_of
 from warpvec.flat.regions import Regions
 
 Floats = NDArray[np.float64]
@@ -26,42 +28,70 @@ TURN_FULL = np.radians(45.0)
 NO_NEIGHBOUR = -1
 
 
-def evidence_above(regions: Regions, shown: Integers) -> Floats:
-    """Return how clearly region a lies above b, in [-1, 1], as entry [a, b] of an array [K, K].
+class Junctions(NamedTuple):
+    """J places of outlines of regions where their neighbour changes.
+
+    Attributes:
+        region: whose outline it is [J].
+        before, after: neighbours there before and after the junction [J], ``NO_NEIGHBOUR`` beyond the picture.
+        turn: by how much the outline turns there, in radians [J].
+        point: place in pixels [J, 2].
+        back, forth: unit vectors from there back and on along the outline [J, 2].
+    """
+
+    region: Integers
+    before: Integers
+    after: Integers
+    turn: Floats
+    point: Floats
+    back: Floats
+    forth: Floats
+
+
+def find_junctions(regions: Regions, shown: Integers) -> Junctions:
+    """Return the junctions of all regions ``shown`` [n]."""
+    found = [part for region in shown for part in _junctions_of(regions, int(region))]
+    if not found:
+        none, pairs = np.zeros(0, np.int64), np.zeros((0, 2))
+        return Junctions(none, none, none, np.zeros(0), pairs, pairs, pairs)
+    return Junctions(*(np.concatenate(values) for values in zip(*found, strict=True)))
+
+
+def evidence_above(junctions: Junctions, count: int) -> Floats:
+    """Return how clearly region a of ``count`` lies above b, in [-1, 1], as entry [a, b] of an array [K, K].
 
     Where the paints a, b and c meet, the outline of the shape in front goes on smoothly, and those of the others end
     there (a T-junction). 0 says that a and b have no junction, or that both outlines turn as much.
     """
-    count = len(regions)
-    turns, junctions = np.zeros((count, count)), np.zeros((count, count))
-    for region in shown:
-        for first, second, turn in _junctions(regions, int(region)):
-            for neighbour in (first, second):
-                if neighbour >= 0:
-                    turns[region, neighbour] += turn
-                    junctions[region, neighbour] += 1.0
-    mean = turns / np.maximum(junctions, 1.0)
-    both = (junctions > 0) & (junctions.T > 0)
+    turns, times = np.zeros((count, count)), np.zeros((count, count))
+    for neighbour in (junctions.before, junctions.after):
+        is_region = neighbour >= 0
+        place = junctions.region[is_region], neighbour[is_region]
+        np.add.at(turns, place, junctions.turn[is_region])
+        np.add.at(times, place, 1.0)
+    mean = turns / np.maximum(times, 1.0)
+    both = (times > 0) & (times.T > 0)
     return np.where(both, np.clip((mean.T - mean) / TURN_FULL, -1.0, 1.0), 0.0)
 
 
-def _junctions(regions: Regions, region: int) -> Iterator[tuple[int, int, float]]:
-    """Yield the neighbours on both sides of each junction of the outline of ``region``, and by how much it turns."""
+def _junctions_of(regions: Regions, region: int) -> Iterator[Junctions]:
+    """Yield the junctions of each loop of the outline of ``region``."""
     loops, corner = region_contours(regions, region)
     if not loops:
         return
     samples = sample_loops(loops)
     labels = np.pad(regions.label, 1, constant_values=NO_NEIGHBOUR)
-    for start, stop in zip(samples.first[:-1], samples.first[1:], strict=True):
+    for start, stop in pairwise(samples.first):
         xy = samples.xy[start:stop]
-        neighbour = _neighbours(labels, xy + corner, region)
-        changes = np.nonzero(neighbour != np.roll(neighbour, 1))[0]
-        if not len(changes):
+        neighbour = _neighbours(labels, xy + corner)
+        places = np.nonzero(neighbour != np.roll(neighbour, 1))[0]
+        if not len(places):
             continue
         ahead, behind = sides_of(xy)
-        turn = np.arccos(np.clip(-(ahead.away * behind.away).sum(1), -1.0, 1.0))
-        for place in changes:
-            yield int(neighbour[place - 1]), int(neighbour[place]), float(turn[place])
+        back, forth = behind.away[places], ahead.away[places]
+        turn = np.arccos(np.clip(-(back * forth).sum(1), -1.0, 1.0))
+        own = np.full(len(places), region)
+        yield Junctions(own, neighbour[places - 1], neighbour[places], turn, xy[places] + corner, back, forth)
 
 
 def region_contours(regions: Regions, region: int) -> tuple[list[Floats], Floats]:
@@ -76,7 +106,7 @@ def region_contours(regions: Regions, region: int) -> tuple[list[Floats], Floats
     return contours_of(coverage), np.array([place[0], rows[0]], np.float64)
 
 
-def _neighbours(labels: Integers, xy: Floats, region: int) -> Integers:
+def _neighbours(labels: Integers, xy: Floats) -> Integers:
     """Return the region outside of each sample [n] of an outline; short borders count to those before."""
     along = np.roll(xy, -2, axis=0) - np.roll(xy, 2, axis=0)
     normal = np.stack([along[:, 1], -along[:, 0]], 1)

@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.flat.junctions import evidence_above
+from warpvec.flat.junctions import evidence_above, find_junctions
+from warpvec.flat.merging import interrupted_pairs, same_paint
 from warpvec.flat.regions import Regions
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-PAINT_APART = 2.5 / 255
-"""Largest difference of a channel of two paints that count as equal."""
-
-
 AREA_EVIDENCE, SURELY = 0.25, 100.0
 """Evidence that the smaller of two regions lies above, beside that of junctions, at most 1; and that a region lies
 above one that surrounds it."""
+
+CLEARLY = 0.6
+"""Evidence that keeps a region from moving below another one, to be one layer with others."""
 
 MOVES_MAX = 8
 """Rounds in which each layer may move to where it agrees best with the others."""
@@ -43,20 +43,60 @@ class Layer:
 def stack(regions: Regions) -> list[Layer]:
     """Return the layers of ``regions``, the lowest first.
 
-    A region lies beneath those that it surrounds. Of neighbours, the one with the larger area, its holes filled, lies
-    beneath. Regions that are transparent, or have the paint of the canvas, are holes through all layers.
+    A region lies beneath those that it surrounds. Of neighbours, the one whose outline goes on where a third one meets
+    both lies above; else the smaller one, with its holes filled. Regions of one paint are one layer where something
+    above interrupts it. Regions that are transparent, or have the paint of the canvas, are holes through all layers.
     """
     shown = np.nonzero(~is_outside(regions))[0]
     area, surrounds = filled_areas(regions.label, len(regions))
-    above = evidence_above(regions, shown)
+    junctions = find_junctions(regions, shown)
+    above = evidence_above(junctions, len(regions))
     above += AREA_EVIDENCE * np.sign(area[None, :] - area[:, None])
     above += SURELY * (surrounds.T.astype(float) - surrounds)
     order = best_order(above, sorted(shown, key=lambda index: (-area[index], index)))
+    pairs = [*interrupted_pairs(regions, junctions, order), *_seen_through(regions, surrounds, order)]
+    return _layers(regions, _grouped(order, pairs, above))
+
+
+def _seen_through(regions: Regions, surrounds: Mask, order: list[int]) -> Iterator[tuple[int, int]]:
+    """Yield pairs of regions of one paint, of which the second is seen through a hole in what lies on the first."""
+    for low, first in enumerate(order):
+        for second in order[low + 1 :]:
+            between = surrounds[first] & surrounds[:, second]
+            if surrounds[first, second] and between.any() and same_paint(regions, first, second):
+                yield first, second
+
+
+def _grouped(order: list[int], pairs: Iterable[tuple[int, int]], above: Floats) -> list[list[int]]:
+    """Return the regions in ``order`` with both regions of ``pairs`` in one group, where no other one is in the way."""
+    groups = [[region] for region in order]
+    for first, second in pairs:
+        low, high = (next(k for k, group in enumerate(groups) if region in group) for region in (first, second))
+        low, high = min(low, high), max(low, high)
+        between = [region for group in groups[low + 1 : high] for region in group]
+        if low == high:
+            continue
+        if _is_free(above, between, groups[high]):
+            groups[low] += groups.pop(high)
+        elif _is_free(above.T, between, groups[low]):
+            groups[high] = groups[low] + groups[high]
+            groups.pop(low)
+    return groups
+
+
+def _is_free(above: Floats, between: list[int], group: list[int]) -> bool:
+    """Return whether nothing says that ``group`` lies above one of the regions ``between``."""
+    evidence = above[np.ix_(group, between)] - above[np.ix_(between, group)].T
+    return bool((evidence < CLEARLY).all())
+
+
+def _layers(regions: Regions, groups: list[list[int]]) -> list[Layer]:
     hides = regions.opacity >= 1.0
-    return [
-        Layer((region,), frozenset(upper for upper in order[place + 1 :] if hides[upper]))
-        for place, region in enumerate(order)
-    ]
+    layers = []
+    for place, group in enumerate(groups):
+        later = (region for upper in groups[place + 1 :] for region in upper)
+        layers.append(Layer(tuple(group), frozenset(region for region in later if hides[region])))
+    return layers
 
 
 def is_outside(regions: Regions) -> Mask:
@@ -65,16 +105,6 @@ def is_outside(regions: Regions) -> Mask:
     if regions.canvas is not None and not outside[regions.canvas]:
         outside = outside | [same_paint(regions, index, regions.canvas) for index in range(len(regions))]
     return outside
-
-
-def same_paint(regions: Regions, first: int, second: int) -> bool:
-    """Return whether two regions have the same paint, within ``PAINT_APART``."""
-    if first == second:
-        return True
-    if regions.kind[first] or regions.kind[second]:
-        return False
-    apart = np.abs(regions.color[first] - regions.color[second]).max()
-    return bool(max(apart, abs(regions.opacity[first] - regions.opacity[second])) <= PAINT_APART)
 
 
 def best_order(above: Floats, start: Sequence[int]) -> list[int]:
