@@ -1,0 +1,81 @@
+"""Check drawings without overlaps: cut the SVGs of a folder, and compare areas, drawn and exact.
+
+    python bench/cutout.py FOLDER [--size 512]
+
+"sum" is the exact area of all parts, and "covered" what the stacked drawing covers, from a drawing by resvg of sixteen
+times as many pixels; "twice" and "gap" are the shares of that area that the parts, each drawn alone, cover twice and
+not at all.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import click
+import numpy as np
+import torch
+from flat_corners import scene_of
+from flat_originals import Original
+from harness import machine_facts, machine_line, markdown_table
+
+from warpvec.flat.cutout import cut_out
+from warpvec.geometry.scene import Scene
+from warpvec.svg.measure import draw
+from warpvec.svg.write import write_svg
+
+SCALE = 4
+PRECISION = 3
+ROUNDING = 0.2
+"""Sums of coverage within so much of the right value count as right: resvg rounds the coverage of each part."""
+
+
+def areas(scene: Scene) -> np.ndarray:
+    """Return the area of each path in square pixels, by Green's theorem."""
+    segments = scene.segments.double().numpy()
+    ends = segments[scene.structure.segment_next.long().numpy(), :1]
+    x, y = np.moveaxis(np.concatenate([segments, ends], 1), 2, 0)
+    weights = np.array([[-10, 6, 3, 1], [-6, 0, 3, 3], [-3, -3, 0, 6], [-1, -3, -6, 10]]) / 20
+    parts = np.einsum("ni,ij,nj->n", x, weights, y)
+    return np.abs(np.bincount(scene.structure.segment_path.numpy(), parts, len(scene)))
+
+
+def coverage(scene: Scene, width: int, height: int) -> np.ndarray:
+    """Return the share of each pixel that ``scene`` covers, at ``SCALE`` times the size."""
+    text = write_svg(scene, width, height, precision=PRECISION)
+    return draw(text, SCALE * width, SCALE * height, transparent=True)[..., 3] / 255.0
+
+
+def measure(original: Original, size: int) -> list[str]:
+    """Return the cells of a row."""
+    width, height = original.extent(size)
+    stacked = scene_of(original.text, width, height)
+    start = time.process_time()
+    cut = cut_out(stacked, width, height)
+    seconds = time.process_time() - start
+    whole = coverage(stacked, width, height)
+    alone = (coverage(cut.scene.select(torch.tensor([k])), width, height) for k in range(len(cut.scene)))
+    total = np.sum(list(alone), axis=0)
+    twice = np.maximum(total - 1 - ROUNDING, 0).sum() / whole.sum()
+    gap = np.maximum(whole - total - ROUNDING, 0).sum() / whole.sum()
+    covered = whole.sum() / SCALE**2
+    segments = [scene.structure.segment_count for scene in (stacked, cut.scene)]
+    counts = [len(stacked), len(cut.scene), *segments, cut.hidden_count, cut.sliver_count, cut.blended_count]
+    sums = [f"{areas(cut.scene).sum():.1f}", f"{covered:.1f}", f"{1e2 * twice:.4f} %", f"{1e2 * gap:.4f} %"]
+    return [original.name, *map(str, counts), *sums, f"{seconds:.2f}"]
+
+
+@click.command()
+@click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.option("--size", default=512, show_default=True, help="Longest side of the drawings in pixels.")
+def main(folder: Path, size: int) -> None:
+    """Cut the SVGs of FOLDER."""
+    header = ("drawing", "paths", "cut", "segments", "cut", "hidden", "slivers", "blended", "sum px", "covered px",
+              "twice", "gap", "CPU s")  # fmt: skip
+    rows = [measure(Original(path.stem, path.read_text()), size) for path in sorted(folder.glob("*.svg"))]
+    click.echo(markdown_table(header, rows))
+    click.echo(machine_line(machine_facts()))
+
+
+if __name__ == "__main__":
+    main()
