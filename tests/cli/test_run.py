@@ -208,7 +208,7 @@ def test_interrupt_outside_the_fit_exits_with_130_and_writes_nothing(
 @pytest.mark.parametrize(
     ("options", "expected"),
     [
-        ([], FitConfig()),
+        ([], FitConfig(mode="photo")),  # what the picture is
         (["--preset", "paper"], make_config("paper")),
         (["--preset", "paper", "--no-interior-gradient"], make_config("paper", interior_gradient=False)),
         (

@@ -14,8 +14,8 @@ Photo = NDArray[np.uint8]
 
 
 def vectorize_briefly(photo: Any, curves: int | None = 8, **settings: Any) -> warpvec.Result:
-    """Fit 8 paths in 3 iterations."""
-    return warpvec.vectorize(photo, curves, **{"iterations": 3, **settings})
+    """Fit 8 paths in 3 iterations, whatever the picture looks like."""
+    return warpvec.vectorize(photo, curves, **{"iterations": 3, "mode": "photo", **settings})
 
 
 def small_photo(transparent: bool = False) -> torch.Tensor:

@@ -25,7 +25,7 @@ DISC = '<svg xmlns="http://www.w3.org/2000/svg" width="8" height="8"><circle cx=
 
 def test_refine_begins_with_the_paths_of_a_file(tmp_path: Path) -> None:
     photo = np.random.default_rng(1).integers(0, 256, (4, 6, 3), dtype=np.uint8).repeat(8, 0).repeat(8, 1)
-    first = warpvec.vectorize(photo, 10, iterations=20, threads=1)
+    first = warpvec.vectorize(photo, 10, iterations=20, threads=1, mode="photo")
     first.save(tmp_path / "a.svgz")
     results = [
         warpvec.refine(photo, svg, iterations=20, threads=1)

@@ -18,6 +18,10 @@ _INTERNAL_IMAGES = {"exact": "as the exact renderer draws it", "splat": "of the 
 """Renderer of the fit -> the image that the internal PSNR is measured on."""
 
 
+_MODES = {"photo": ("photo", "flat"), "flat": ("flat art", "photo"), "mono": ("black and white art", "flat")}
+"""Mode -> its name, and the mode that the user more likely wants if this one is wrong."""
+
+
 def print_summary(metrics: dict[str, Any], out: str, as_json: bool, *, verbose: bool = False) -> None:
     """Print the ``metrics`` of the file ``out``: to stdout, or to stderr if ``out`` is "-" because stdout has the SVG.
 
@@ -76,6 +80,9 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
             lines.append("sides of degree {degree} written as cubics within {conversion_px:.3f} px")
         stopped = ", interrupted: the best result so far" if metrics["interrupted"] else ""
         lines.append(f"{{iterations}} iterations in {{seconds:.1f}} s on {{device}}{stopped}")
+    if metrics.get("mode_reason"):
+        name, other = _MODES[metrics["mode"]]
+        lines.append(f"mode: {name} ({{mode_reason}}); --mode {other} overrides")
     if metrics.get("levels"):
         parts = (f"{counted(level['curves'], 'curve')} {level['psnr']:.2f} dB" for level in metrics["levels"])
         lines.append("up to each level: " + ", ".join(parts))

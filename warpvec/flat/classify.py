@@ -91,7 +91,7 @@ class Shares(NamedTuple):
 
 
 def choose_mode(image: NDArray[np.float32]) -> Choice:
-    """Return the mode for ``image`` [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
+    """Return the mode for ``image`` [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha or none.
 
     Transparent parts are seen over white, and pictures with some are not taken for black and white art.
     """
@@ -177,7 +177,7 @@ def _is_black_and_white(levels: Levels, is_still: Mask) -> bool:
     """Return whether the picture has nothing but dark ink on light paper."""
     if ((levels.max(2) - levels.min(2)) > GREY_MAX).mean() > COLORED_MAX:
         return False
-    grey = levels.mean(2)
+    grey: NDArray[np.float64] = levels.sum(2) / 3.0
     is_ink = grey < grey.min() + (grey.max() - grey.min()) / 2
     ink, paper = grey[is_ink & is_still], grey[~is_ink & is_still]
     if not len(ink) or not len(paper) or is_ink.mean() > INK_MAX:

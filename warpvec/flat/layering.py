@@ -6,7 +6,6 @@ deep a shape lies in others is in the order of the paths already.
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from dataclasses import dataclass, replace
 from functools import cache
@@ -107,9 +106,9 @@ def _css_colors() -> tuple[list[str], Floats]:
     """Return the names of CSS colours, and their places [C, 3] in OKLab. Of two spellings, the American one stays."""
     from PIL import ImageColor
 
-    codes = {name: code for name, code in ImageColor.colormap.items() if not re.search("grey", name)}
-    levels = [ImageColor.getrgb(str(code))[:3] for code in codes.values()]
-    return list(codes), _oklab(np.array(levels, np.float64) / 255.0)
+    names = [name for name in ImageColor.colormap if "grey" not in name]
+    levels = [ImageColor.getrgb(name)[:3] for name in names]
+    return names, _oklab(np.array(levels, np.float64) / 255.0)
 
 
 def _oklab(colors: Floats) -> Floats:

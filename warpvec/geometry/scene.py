@@ -230,6 +230,13 @@ class Scene:
         return first.joined(second)
 
 
+def over_white(scene: Scene) -> Scene:
+    """Return ``scene`` with a visible canvas; one without any is seen over white."""
+    if not scene.transparent:
+        return scene
+    return replace(scene, background=torch.ones_like(scene.background), transparent=False)
+
+
 def straightened(segments: Tensor, structure: Structure) -> Tensor:
     """Return cubic ``segments`` [R, 3, 2] with the handles of lines at thirds between their ends."""
     if structure.is_line is None:

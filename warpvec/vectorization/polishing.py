@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.polish import polish
 from warpvec.fit.progress import OnProgress
-from warpvec.geometry.scene import Scene
+from warpvec.geometry.scene import Scene, over_white
 from warpvec.image.resize import reduce_image
 from warpvec.vectorization.file_form import FileForm
 from warpvec.vectorization.file_options import FileOptions
@@ -41,7 +41,7 @@ def polish_photo(
     if pixels.shape[2] == 4:
         reduced = replace(reduced, background=torch.zeros_like(reduced.background), transparent=True)
     else:
-        reduced = _over_white(reduced)
+        reduced = over_white(reduced)
     given = reduced
     if config.opacity == "opaque":
         reduced = replace(reduced, opacity=torch.ones_like(reduced.opacity))
@@ -55,10 +55,3 @@ def polish_photo(
     if not torch.equal(given.opacity, reduced.opacity):
         before = replace(first, fitted=replace(fitted, scene=given)).file_psnr
     return replace(result if is_better else first, start_psnr=before)
-
-
-def _over_white(scene: Scene) -> Scene:
-    """Return ``scene`` with a visible canvas; one without any is seen over white."""
-    if not scene.transparent:
-        return scene
-    return replace(scene, background=torch.ones_like(scene.background), transparent=False)

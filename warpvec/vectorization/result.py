@@ -24,7 +24,7 @@ from warpvec.fit.target import Target
 from warpvec.fit.visibility import canvas_areas, removal_changes, visible_areas, without_invisible
 from warpvec.flat.classify import Choice
 from warpvec.geometry.cubics import to_cubics
-from warpvec.geometry.scene import Scene
+from warpvec.geometry.scene import Scene, over_white
 from warpvec.geometry.trim import trim
 from warpvec.image.metrics import psnr
 from warpvec.image.resize import reduce_image
@@ -258,7 +258,8 @@ class Result:
     def _internal_psnr(self) -> float:
         if self.config.renderer == "exact":
             height, width = self.photo.shape[:2]
-            return psnr(draw_8_bits(self.scene, height, width, self.config.threads), self.photo)
+            scene = self.scene if self.photo.shape[2] == 4 else over_white(self.scene)
+            return psnr(draw_8_bits(scene, height, width, self.config.threads), self.photo)
         return psnr(round_to_8_bits(self.soft_image()), reduce_image(self.photo, self.config.fit_size))
 
     @cached_property
