@@ -17,6 +17,12 @@ Integers = NDArray[np.int32]
 Mask = NDArray[np.bool_]
 
 
+LOOSE = 3.0
+"""Multiple of the tolerance at which a pixel of a noisy picture is taken for pure if no mix explains it."""
+
+RINGING = 8
+"""Distance in pixels that ringing of JPEG reaches: the side of a block."""
+
 END = 2
 """Distance in pixels from the end of the picture at which the canvas beyond it can have a share."""
 
@@ -53,19 +59,36 @@ class Assignment:
 
 def assign(picture: Floats, seeds: Integers, paints: Paints, tolerances: Tolerances, canvas: int | None) -> Assignment:
     """Grow the areas ``seeds`` [h, w] over the pixels of their paints, and unmix the pixels that remain."""
-    anchors = grow_by_paint(seeds, picture, paints, tolerances.metric, tolerances.paint)
+    anywhere = np.ones(seeds.shape, bool)
+    anchors = grow_by_paint(seeds, anywhere, picture, paints, tolerances.metric, tolerances.paint)
     label, other, share = anchors.copy(), anchors.copy(), np.ones(anchors.shape, np.float32)
     residual = np.zeros(anchors.shape, np.float32)
     assignment = Assignment(anchors, anchors != NONE, label, other, share, residual)
     unmix(assignment, ~assignment.is_pure, picture, paints, tolerances, canvas)
+    if tolerances.noise > 0:
+        _accept_loosely(assignment, picture, paints, tolerances)
     return assignment
+
+
+def _accept_loosely(assignment: Assignment, picture: Floats, paints: Paints, tolerances: Tolerances) -> None:
+    """Give unexplained pixels to the regions beside them whose paint they show roughly."""
+    limit = LOOSE * tolerances.paint
+    grown = grow_by_paint(assignment.anchors, ~assignment.is_pure, picture, paints, tolerances.metric, limit)
+    accepted = (assignment.residual > tolerances.mix) & (grown != NONE)
+    for array in (assignment.anchors, assignment.label, assignment.other):
+        array[accepted] = grown[accepted]
+    assignment.share[accepted], assignment.residual[accepted] = 1.0, 0.0
+    assignment.is_pure[accepted] = True
 
 
 def unmix(
     assignment: Assignment, where: Mask, picture: Floats, paints: Paints, tolerances: Tolerances, canvas: int | None,
-    radius: int = RADIUS,
+    radius: int = RADIUS, wider: bool = False,
 ) -> None:  # fmt: skip
-    """Write the best mixes of the pixels ``where`` [h, w] of anchors within ``radius`` into ``assignment``."""
+    """Write the best mixes of the pixels ``where`` [h, w] of anchors within ``radius`` into ``assignment``.
+
+    In noisy pictures, ``wider`` looks farther for regions that explain what those do not.
+    """
     rows, columns = (place.astype(np.int32) for place in np.nonzero(where))
     if len(rows) == 0:
         return
@@ -75,6 +98,9 @@ def unmix(
     color, values = colors_of(candidates.label, rows, columns, picture, paints, tolerances.metric)
     mixes = best_mixes(color, values, candidates)
     hard = np.nonzero(mixes.residual > tolerances.mix)[0]
+    if wider and tolerances.noise > 0 and len(hard):
+        _search_wider(mixes, hard, assignment.anchors, rows, columns, picture, paints, tolerances)
+        hard = np.nonzero(mixes.residual > tolerances.mix)[0]
     if len(hard):
         _explain_hard(mixes, hard, candidates, rows, columns, picture, paints, tolerances, canvas)
     assignment.label[rows, columns], assignment.other[rows, columns] = mixes.label, mixes.other
@@ -101,6 +127,22 @@ def _with_fallback(candidates: Candidates, anchors: Integers, rows: Integers, co
         row, column = nearest[:, rows[missing], columns[missing]]
         candidates.label[missing, 0] = anchors[row, column]
     return candidates
+
+
+def _search_wider(
+    mixes: Mixes, hard: NDArray[np.intp], anchors: Integers, rows: Integers, columns: Integers, picture: Floats,
+    paints: Paints, tolerances: Tolerances,
+) -> None:  # fmt: skip
+    """Replace the mixes ``hard`` by those of regions within the reach of ringing where these leave less."""
+    candidates = nearest_labels(anchors, rows[hard], columns[hard], RINGING)
+    near = Candidates(candidates.label, np.zeros_like(candidates.squared))
+    found = near.label[:, 0] != NONE
+    hard, near = hard[found], Candidates(near.label[found], near.squared[found])
+    color, values = colors_of(near.label, rows[hard], columns[hard], picture, paints, tolerances.metric)
+    better = best_mixes(color, values, near)
+    chosen = better.residual < mixes.residual[hard]
+    for name in ("label", "other", "share", "residual"):
+        getattr(mixes, name)[hard[chosen]] = getattr(better, name)[chosen]
 
 
 def _with_canvas(

@@ -82,13 +82,15 @@ def without_small(labels: Integers, area_min: float) -> Integers:
     return number[labels].astype(np.int32)
 
 
-def grow_by_paint(labels: Integers, picture: Floats, paints: Paints, metric: Floats, tolerance: float) -> Integers:
-    """Return ``labels`` [h, w] with each area grown over the pixels beside it that show its paint."""
+def grow_by_paint(
+    labels: Integers, where: Mask, picture: Floats, paints: Paints, metric: Floats, tolerance: float
+) -> Integers:
+    """Return ``labels`` [h, w] with each area grown over the pixels ``where`` [h, w] beside it that show its paint."""
     labels = labels.copy()
     height, width = labels.shape
     is_new = labels != NONE
     for _ in range(GROWTH_MAX):
-        rows, columns = np.nonzero(_beside(is_new) & (labels == NONE))
+        rows, columns = np.nonzero(_beside(is_new) & (labels == NONE) & where)
         if len(rows) == 0:
             break
         best, label = np.full(len(rows), tolerance, np.float32), np.full(len(rows), NONE, np.int32)

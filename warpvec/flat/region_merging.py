@@ -25,6 +25,9 @@ SMALL_POOL = 2.0
 HALF = 0.6
 """An area in which no pixel has a larger share is no region, but the faint side of an edge between two pixels."""
 
+FAINT, FAINT_AREA = 0.75, 16
+"""A smaller area in which no pixel has a larger share is a wisp beside an edge."""
+
 EXPLAINED_PART = 0.8
 """A small area is dropped if the regions around explain this part of its pixels."""
 
@@ -121,7 +124,8 @@ def _flip_halves(assignment: Assignment) -> None:
     areas = areas_of(assignment.label)
     peak = np.zeros(areas.max() + 1, np.float32)
     np.maximum.at(peak, areas.ravel(), assignment.share.ravel())
-    flipped = (peak < HALF)[areas]
+    size = np.bincount(areas.ravel())
+    flipped = ((peak < HALF) | ((peak < FAINT) & (size < FAINT_AREA)))[areas]
     assignment.label[flipped], assignment.other[flipped] = assignment.other[flipped], assignment.label[flipped]
     assignment.share[flipped] = 0.5
 

@@ -31,8 +31,8 @@ in its own paler colour: a line of less than half a pixel's width would be lost.
 PLATEAU_SHARE = 0.3
 """Part of an area's pixels that shows one colour, which then is its own colour and not a mix with a paler one."""
 
-PLATEAU_AREA = 24
-"""Pixels of a line that is drawn in a colour of its own; shorter ones are tips of a darker one."""
+PLATEAU_AREA, NOISY_PLATEAU_AREA = 24, 100
+"""Pixels of a line that is drawn in a colour of its own, in clean and noisy pictures; shorter ones are tips."""
 
 ANCHOR_SHARE = 0.45
 """Share of a new region from which a pixel belongs to it: a bit below one half keeps lines of one pixel in one piece
@@ -79,6 +79,8 @@ def add_thin_parts(
         if not new.any():
             break
         unmix(assignment, _grown(new) & ~assignment.is_pure, picture, paints, tolerances, canvas)
+    unexplained = assignment.residual > tolerances.mix
+    unmix(assignment, unexplained, picture, paints, tolerances, canvas, wider=True)
     return paints
 
 
@@ -173,10 +175,11 @@ def _best_paint(values: Floats, share: Floats, rest: Floats, color: Floats, tole
     cost = rest.mean(0)
     peak = np.quantile(share, 0.9, axis=0)
     at_own = (np.abs((color - values[own]) @ tolerances.metric).max(-1) <= tolerances.paint).mean()
+    is_short = len(color) < (NOISY_PLATEAU_AREA if tolerances.noise > 0 else PLATEAU_AREA)
     possible = (cost[:own] <= np.maximum(tolerances.mix, 1.2 * cost[own])) & (
         (peak[:own] >= PEAK_SHARE_MIN) | (len(color) < PLATEAU_AREA)
     )
-    if at_own >= PLATEAU_SHARE and len(color) >= PLATEAU_AREA:
+    if at_own >= PLATEAU_SHARE and not is_short:
         possible &= distance <= 2 * tolerances.pool
     if not possible.any():
         return own

@@ -108,7 +108,7 @@ def best_mixes(color: Floats, values: Floats, candidates: Candidates) -> Mixes:
 
 
 def pair_shares(color: Floats, one: Floats, two: Floats) -> tuple[Floats, Floats]:
-    """Return the share of ``one`` [...], in [0, 1], and the residual [...] of the best mixes of two colours [..., D]."""
+    """Return the share of ``one`` [...] in [0, 1] and the residual [...] of the best mix of two colours [..., D]."""
     difference = one - two
     squared = np.maximum((difference**2).sum(-1), TINY)
     share = np.clip(((color - two) * difference).sum(-1) / squared, 0.0, 1.0)
