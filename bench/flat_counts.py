@@ -75,15 +75,17 @@ class _Counter:
             self.visit(target, properties)
 
     def _add(self, name: str, element: Element, properties: Properties) -> None:
-        paints = [properties[role] for role in ("fill", "stroke") if properties[role] not in _UNPAINTED]
         subpaths, _ = read_subpaths(shape_data(name, element.attrib, *self._size))
-        parts = closed_loops(subpaths) if properties["fill"] not in _UNPAINTED else subpaths
-        if not paints or not parts:
+        loops = closed_loops(subpaths) if properties["fill"] not in _UNPAINTED else []
+        is_stroked = properties["stroke"] not in _UNPAINTED
+        parts = loops or (subpaths if is_stroked else [])
+        if not parts:
             return
         self.shapes += 1
         self.segments += sum(len(part.is_line) for part in parts)
-        for paint in paints:
-            self._add_paint(paint)
+        for role, is_painted in (("fill", bool(loops)), ("stroke", is_stroked)):
+            if is_painted:
+                self._add_paint(properties[role])
 
     def _add_paint(self, paint: str) -> None:
         if not paint.startswith("url("):
