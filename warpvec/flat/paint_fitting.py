@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +13,26 @@ from warpvec.flat.denoising import Tolerances
 from warpvec.flat.paints import Paints
 from warpvec.flat.ramp_directions import Direction
 from warpvec.flat.ramp_fitting import Ramp, fit_ramp
-from warpvec.flat.region_growing import NONE
+from warpvec.flat.region_growing import pixels_of
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
+Places = NDArray[np.intp]
 
 SAMPLES_MAX = 4096
 """Pixels of an area that its paint is fitted to, evenly taken from all of them."""
 
 RAMP_AREA_MIN, NOISY_RAMP_AREA_MIN = 64, 400
 """Smaller areas are flat in clean and in noisy pictures: they show too little of a ramp, and ringing looks like one."""
+
+SHARED_AREA_MIN = 32
+"""Smaller areas are not compared with the ramps of others."""
+
+SHARED_GAIN = 0.8
+"""The ramp of another area is chosen if it leaves less than this part of what a flat paint leaves."""
+
+SHARED_ERROR = 1.5
+"""And at most this multiple of what it leaves in that area."""
 
 RAMP_CONTRAST = 4 / 255
 """Difference of the stops of a ramp, beside the noise; less is not seen."""
@@ -55,57 +66,82 @@ def fit_paints(image: Floats, labels: Integers, tolerances: Tolerances) -> tuple
 
     Returns the paints, the labels with areas split whose ramp has more than two stops, and the seams of those.
     """
-    order = np.argsort(labels.ravel(), kind="stable")
-    count = np.bincount(labels[labels != NONE], minlength=labels.max() + 1)
-    start = (labels == NONE).sum() + np.cumsum(count) - count
-    colors, labels = image.reshape(-1, 4), labels.copy()
-    values = np.zeros((len(count), 4), np.float32)
-    paints, ramps = [], []
+    colors = image.reshape(-1, 4)
+    areas = pixels_of(labels)
+    values = np.stack([np.median(colors[_few(pixels)], 0) for pixels in areas])
+    ramps = _find_ramps(areas, colors, values, labels.shape[1], tolerances)
+    return _with_ramps(flat_paints(values), labels.copy(), areas, ramps)
+
+
+def _few(pixels: Places) -> Places:
+    return pixels[:: -(-len(pixels) // SAMPLES_MAX)]
+
+
+def _find_ramps(
+    areas: list[Places], colors: Floats, values: Floats, width: int, tolerances: Tolerances
+) -> dict[int, Ramp]:
+    """Return the ramps of the areas that are not flat, the largest first. Parts of one ramp get the same one."""
     limit = FLAT_DEVIATION + NOISE_DEVIATION * tolerances.noise
     area_min = NOISY_RAMP_AREA_MIN if tolerances.noise > 0 else RAMP_AREA_MIN
-    for index, (size, first) in enumerate(zip(count.tolist(), start.tolist(), strict=True)):
-        pixels = order[first : first + size]
-        sample = colors[pixels[:: -(-size // SAMPLES_MAX)]]
-        values[index] = np.median(sample, 0)
-        deviation = np.sqrt(((sample - values[index])[:, :3] ** 2).mean())
-        if size >= area_min and values[index, 3] > 0 and deviation > limit:
-            ramp = _ramp_of(pixels, colors, labels.shape[1], limit)
-            if ramp is not None and ramp.contrast() >= RAMP_CONTRAST + tolerances.noise:
-                ramps.append((index, pixels, ramp))
-    paints = flat_paints(values)
-    return _with_ramps(paints, labels, ramps)
+    ramps: dict[int, Ramp] = {}
+    for index in sorted(range(len(areas)), key=lambda index: -len(areas[index])):
+        pixels, few = areas[index], _few(areas[index])
+        if len(pixels) < SHARED_AREA_MIN or values[index, 3] == 0:
+            continue
+        deviation = float(np.sqrt(((colors[few] - values[index])[:, :3] ** 2).mean()))
+        ramp = _shared_ramp(ramps, few, colors, width, deviation)
+        if ramp is None and len(pixels) >= area_min and deviation > limit:
+            ramp = _ramp_of(pixels, colors, width, limit)
+        if ramp is not None and ramp.contrast() >= RAMP_CONTRAST + tolerances.noise:
+            ramps[index] = ramp
+    return ramps
 
 
-def _ramp_of(pixels: NDArray[np.intp], colors: Floats, width: int, tolerance: float) -> Ramp | None:
-    points = np.stack([pixels % width, pixels // width], 1) + 0.5
+def _shared_ramp(ramps: dict[int, Ramp], pixels: Places, colors: Floats, width: int, deviation: float) -> Ramp | None:
+    """Return the first of ``ramps`` that shows ``pixels`` clearly better than a flat paint does, or None."""
+    points, shown = _points(pixels, width), colors[pixels, :3].astype(np.float64)
+    for ramp in ramps.values():
+        if ramp.error_on(points, shown) < min(SHARED_GAIN * deviation, SHARED_ERROR * max(ramp.error, FLAT_DEVIATION)):
+            return ramp
+    return None
+
+
+def _points(pixels: Places, width: int) -> NDArray[np.floating[Any]]:
+    """Return the centres x, y [N, 2] of pixels numbered by rows."""
+    return np.stack([pixels % width, pixels // width], 1) + 0.5
+
+
+def _ramp_of(pixels: Places, colors: Floats, width: int, tolerance: float) -> Ramp | None:
     sample = slice(None, None, -(-len(pixels) // SAMPLES_MAX))
-    return fit_ramp(points, colors[pixels, :3].astype(np.float64), tolerance, sample)
+    return fit_ramp(_points(pixels, width), colors[pixels, :3].astype(np.float64), tolerance, sample)
 
 
 def _with_ramps(
-    paints: Paints, labels: Integers, ramps: list[tuple[int, NDArray[np.intp], Ramp]]
+    paints: Paints, labels: Integers, areas: list[Places], ramps: dict[int, Ramp]
 ) -> tuple[Paints, Integers, list[Seam]]:
     """Replace flat paints by ramps, and split the areas of ramps of several pieces."""
     seams: list[Seam] = []
-    width, flat_labels = labels.shape[1], labels.reshape(-1)
-    for index, pixels, ramp in ramps:
+    flat_labels = labels.reshape(-1)
+    for index, ramp in ramps.items():
         pieces = ramp.paints(float(paints.opacity[index]))
-        points = np.stack([pixels % width, pixels // width], 1) + 0.5
-        piece = np.searchsorted(ramp.cuts(), ramp.direction.places(points))
+        places = ramp.direction.places(_points(areas[index], labels.shape[1]))
         names = np.array([index, *range(len(paints), len(paints) + len(pieces) - 1)], np.int32)
-        flat_labels[pixels] = names[piece]
+        flat_labels[areas[index]] = names[np.searchsorted(ramp.cuts(), places)]
         for place, before, after in zip(ramp.cuts().tolist(), names[:-1].tolist(), names[1:].tolist(), strict=True):
             seams.append(Seam(before, after, ramp.direction, place))
-        paints = paints.replaced(index, pieces.select(np.array([0]))).joined(pieces.select(np.arange(1, len(pieces))))
+        first, others = (pieces.select(np.arange(*ends, dtype=np.int32)) for ends in ((0, 1), (1, len(pieces))))
+        paints = paints.replaced(index, first).joined(others)
     return paints, labels, seams
 
 
 def smooth_seams(assignment: Assignment, seams: list[Seam]) -> None:
     """Give the pixels on ``seams`` shares of both regions, as if the seam were an edge between them."""
+    width = assignment.label.shape[1]
     for seam in seams:
         sides = (seam.before, seam.after)
-        rows, columns = np.nonzero(np.isin(assignment.label, sides) & np.isin(assignment.other, sides))
-        beyond = seam.direction.places(np.stack([columns, rows], 1) + 0.5) - seam.place
+        pixels = np.flatnonzero(np.isin(assignment.label, sides) & np.isin(assignment.other, sides))
+        rows, columns = np.divmod(pixels, width)
+        beyond = seam.direction.places(_points(pixels, width)) - seam.place
         share = np.clip(0.5 + np.abs(beyond), 0.5, 1.0).astype(np.float32)
         label, other = (np.where((beyond > 0) ^ swap, seam.after, seam.before) for swap in (False, True))
         assignment.label[rows, columns] = label

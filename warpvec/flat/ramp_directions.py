@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.geometry.gradients import LINEAR, RADIAL
 
-Floats = NDArray[np.float64]
+Floats = NDArray[np.floating[Any]]
 
 BLOCKS_ACROSS = 10
 """Blocks across an area, in which the slope of its colours is measured."""

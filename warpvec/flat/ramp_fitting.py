@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from warpvec.flat.paints import Paints
 from warpvec.flat.ramp_directions import Direction, binned, directions_of, refined
 from warpvec.geometry.gradients import FLAT, LINEAR, RADIAL
 
-Floats = NDArray[np.float64]
+Floats = NDArray[np.floating[Any]]
 
 BINS = 64
 """Places at which the colours along a ramp are averaged before stops are placed."""
@@ -64,6 +65,12 @@ class Ramp:
     def contrast(self) -> float:
         """Return the largest difference of two stops in a channel."""
         return float(np.ptp(self.colors, axis=0).max())
+
+    def error_on(self, points: Floats, colors: Floats) -> float:
+        """Return the root mean square that the paints leave of the colours [N, 3] of ``points`` [N, 2]."""
+        piece = np.searchsorted(self.cuts(), self.direction.places(points)).astype(np.int32)
+        x, y = points.astype(np.float32).T
+        return float(np.sqrt(((colors - self.paints(1.0).at(piece, x, y)[:, :3]) ** 2).mean()))
 
     def cuts(self) -> Floats:
         """Return the places at which one paint of two stops follows another."""
@@ -139,7 +146,7 @@ def _with_stops(direction: Direction, points: Floats, colors: Floats, tolerance:
             break
         knots, values, error = more, more_values, more_error
     ramp = Ramp(direction, *_with_rings(*_without_pads(knots, values, direction.kind), direction.kind), 0.0)
-    return replace(ramp, error=_error_of(ramp, points, colors))
+    return replace(ramp, error=ramp.error_on(points, colors))
 
 
 def _with_rings(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Floats]:
@@ -157,13 +164,6 @@ def _with_rings(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Float
     return more, np.stack([np.interp(more, knots, column) for column in values.T], 1)
 
 
-def _error_of(ramp: Ramp, points: Floats, colors: Floats) -> float:
-    """Return the root mean square of what the paints of ``ramp``, whose colours are limited, leave."""
-    piece = np.searchsorted(ramp.cuts(), ramp.direction.places(points)).astype(np.int32)
-    shown = ramp.paints(1.0).at(piece, *points.T.astype(np.float32))[:, :3]
-    return float(np.sqrt(((colors - shown) ** 2).mean()))
-
-
 def _colors_at_knots(knots: Floats, at: Floats, means: Floats, count: Floats) -> tuple[Floats, float]:
     """Return the colours [M, 3] at ``knots`` [M] that fit the means best, and the error that remains."""
     weights = np.stack([np.interp(at, knots, row) for row in np.eye(len(knots))], 1)
@@ -179,12 +179,13 @@ def _one_more_knot(knots: Floats, at: Floats, means: Floats, count: Floats) -> F
     def error_of(inner: Floats) -> float:
         return _colors_at_knots(np.sort(np.concatenate([knots[[0, -1]], inner])), at, means, count)[1]
 
-    inner, places = knots[1:-1], at[1:-1]
-    inner = np.append(inner, min(places, key=lambda place: error_of(np.append(inner, place))))
-    for _ in range(SWEEPS if len(inner) > 1 else 0):
-        for slot in range(len(inner)):
-            others = np.delete(inner, slot)
-            inner[slot] = min(places, key=lambda place, others=others: error_of(np.append(others, place)))
+    def with_best(others: Floats) -> Floats:
+        choices = [np.append(others, place) for place in at[1:-1]]
+        return choices[int(np.argmin([error_of(choice) for choice in choices]))]
+
+    inner = with_best(knots[1:-1])
+    for _ in range(SWEEPS * len(inner) if len(inner) > 1 else 0):
+        inner = with_best(inner[1:])
     return np.unique(np.concatenate([knots[[0, -1]], inner]))
 
 

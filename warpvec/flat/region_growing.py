@@ -68,10 +68,17 @@ def linked_areas(pure: Mask, right: Mask, below: Mask) -> Integers:
 
 def connected_areas(mask: Mask, diagonal: bool = False) -> Integers:
     """Return numbers from 0 of the connected areas of ``mask`` [h, w], and ``NONE`` elsewhere."""
-    from scipy import ndimage  # type: ignore[import-untyped]
+    from scipy import ndimage
 
     labels, _ = ndimage.label(mask, np.ones((3, 3)) if diagonal else None)
     return (labels - 1).astype(np.int32)
+
+
+def pixels_of(labels: Integers) -> list[NDArray[np.intp]]:
+    """Return the pixels of each area of ``labels`` [h, w], from 0, numbered by rows."""
+    order = np.argsort(labels.ravel(), kind="stable")
+    count = np.bincount(labels.ravel() + 1)
+    return np.split(order, np.cumsum(count)[:-1])[1:] if len(count) > 1 else []
 
 
 def without_small(labels: Integers, area_min: float) -> Integers:

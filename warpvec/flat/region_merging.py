@@ -44,7 +44,7 @@ def pool_paints(paints: Paints, area: NDArray[np.intp], tolerances: Tolerances) 
     """Return for each of K paints the number of the paint that it is drawn with: that of the largest area alike."""
     values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity]).astype(np.float32)
     seen = values @ tolerances.metric
-    pool = np.arange(len(paints), dtype=np.int32)
+    pool = _equal_ramps(paints)
     leaders: list[int] = []
     for index in np.argsort(-area, kind="stable").tolist():
         if paints.kind[index] != FLAT:
@@ -57,6 +57,14 @@ def pool_paints(paints: Paints, area: NDArray[np.intp], tolerances: Tolerances) 
         else:
             leaders.append(index)
     return pool
+
+
+def _equal_ramps(paints: Paints) -> Integers:
+    """Return for each of K paints the number of the first that is the same ramp, or its own."""
+    rows = np.column_stack([paints.color, paints.opacity, paints.kind, paints.geometry, paints.end_color])
+    _, first, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    own = np.arange(len(paints), dtype=np.int32)
+    return np.where(paints.kind == FLAT, own, first[group.ravel()]).astype(np.int32)
 
 
 def merge_regions(

@@ -71,7 +71,7 @@ class Regions:
 
     def mixed(self) -> Floats:
         """Return the picture that the regions, their paints and shares state: premultiplied RGBA [h, w, 4]."""
-        y, x = (grid.astype(np.float32) + np.float32(0.5) for grid in np.indices(self.label.shape))
+        y, x = np.indices(self.label.shape, np.float32) + np.float32(0.5)
         share = self.share[..., None]
         return share * self.paints.at(self.label, x, y) + (1 - share) * self.paints.at(self.other, x, y)
 
@@ -133,11 +133,16 @@ def _thin_and_translucent(seeds: Integers, alpha: Floats) -> NDArray[np.bool_]:
 
 
 def find_canvas(label: Integers, paints: Paints) -> int | None:
-    """Return the region of the map ``label`` [h, w] behind all others, or None."""
+    """Return the region of the map ``label`` [h, w] behind all others, or None.
+
+    It is the longest at the border of those whose paint is clear or, if none is, has most of the border and is flat.
+    """
     border = np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]])
     count = np.bincount(border[border != NONE], minlength=len(paints))
     clear = np.where(paints.opacity == 0, count, 0)
     if clear.any():
         return int(clear.argmax())
-    is_most = count.max() >= BORDER_SHARE_MIN * len(border) and paints.kind[count.argmax()] == FLAT
-    return int(count.argmax()) if is_most else None
+    first = int(count.argmax())
+    alike = (paints.color == paints.color[first]).all(1) & (paints.opacity == paints.opacity[first])
+    is_canvas = paints.kind[first] == FLAT and count[alike].sum() >= BORDER_SHARE_MIN * len(border)
+    return first if is_canvas else None

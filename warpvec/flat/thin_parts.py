@@ -11,7 +11,7 @@ from warpvec.flat.assignment import Assignment, unmix
 from warpvec.flat.denoising import Tolerances
 from warpvec.flat.paint_fitting import flat_paints
 from warpvec.flat.paints import Paints
-from warpvec.flat.region_growing import NONE, connected_areas
+from warpvec.flat.region_growing import connected_areas, pixels_of
 from warpvec.flat.unmixing import FAR_SHARE_MAX, RADIUS, pair_shares, triple_shares
 
 Floats = NDArray[np.float32]
@@ -67,7 +67,8 @@ def add_thin_parts(
     for _ in range(ROUNDS_MAX):
         areas = connected_areas((assignment.residual > tolerances.mix) & ~given_up, diagonal=True)
         new = np.zeros(areas.shape, bool)
-        for rows, columns in _pixels_of(areas):
+        for pixels in pixels_of(areas):
+            rows, columns = np.divmod(pixels, areas.shape[1])
             found = _explain(rows, columns, picture, assignment, paints, tolerances, min_area)
             if found is None:
                 given_up[rows, columns] = True
@@ -89,15 +90,6 @@ def _grown(mask: Mask) -> Mask:
 
     grown: Mask = ndimage.maximum_filter(mask, 2 * RADIUS + 1)
     return grown
-
-
-def _pixels_of(areas: Integers) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Return the rows and columns of each of ``areas`` [h, w]."""
-    rows, columns = np.nonzero(areas != NONE)
-    number = areas[rows, columns]
-    order = np.argsort(number, kind="stable")
-    stops = np.cumsum(np.bincount(number))[:-1]
-    return [(rows[part], columns[part]) for part in np.split(order, stops) if len(part)]
 
 
 def _explain(

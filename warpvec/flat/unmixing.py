@@ -122,7 +122,8 @@ def explain_by_three(
 
     The two larger of the three shares are kept. ``far`` [N, C] are candidates that may have the least share only.
     """
-    label, other, share, residual = (array.copy() for array in (mixes.label, mixes.other, mixes.share, mixes.residual))
+    label, other = mixes.label.copy(), mixes.other.copy()
+    share, residual = mixes.share.copy(), mixes.residual.copy()
     row = np.arange(len(color))
     limit = residual * TRIPLE_GAIN
     for triple in combinations(range(candidates.label.shape[1]), 3):
