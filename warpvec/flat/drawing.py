@@ -15,8 +15,10 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.fit.polish import polish
 from warpvec.fit.progress import FitResult, OnProgress, Progress
 from warpvec.flat.fewer_colors import with_colors, with_palette
-from warpvec.flat.fewer_paths import with_fewer_paths, without_worthless
+from warpvec.flat.fewer_paths import with_fewer_paths
+from warpvec.flat.path_removal import remove_paths
 from warpvec.flat.regions import AREA_MIN, Regions, find_regions
+from warpvec.flat.regularity import with_regular_lines
 from warpvec.flat.scene_building import scene_of
 from warpvec.flat.simplify import simplify
 from warpvec.geometry.gradients import FLAT
@@ -59,10 +61,11 @@ class FlatDrawing:
         """
         scene = self._outlines()
         if not self.is_over():
-            scene = without_worthless(scene, self.image, self.config, detail)
+            scene = remove_paths(scene, self.image, self.config, detail).scene
         if len(scene) and not self.is_over():
-            simple = simplify(scene, self.image, self._timed_config(), detail).scene
-            scene = self._polished(simple, LAST_ITERATIONS)
+            scene = simplify(scene, self.image, self._timed_config(), detail).scene
+            scene = with_regular_lines(scene, self.image, self.config, detail)
+            scene = self._polished(scene, LAST_ITERATIONS)
         history, interrupted = list(self._history), self.is_interrupted()
         return FitResult(self._snapped(scene), history, self._iterations, self.seconds(), interrupted, "cpu")
 

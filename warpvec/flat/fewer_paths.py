@@ -9,34 +9,11 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 
-WORTHLESS = 15.0
-"""A path is dropped if the squared error, summed over channels, rises by less than this many times ``detail`` squared
-per segment. The simplification pays up to 50 for a segment of full contrast; a path also costs its colour."""
-
 REMOVAL_SHARE = 0.25
 """Largest share of the surplus paths that one round removes. The rest are valued again without them."""
 
 REMOVED_MIN = 4
 """Fewest paths that one round removes, if so many are to go."""
-
-
-def without_worthless(scene: Scene, image: Tensor, config: FitConfig, detail: float) -> Scene:
-    """Return ``scene`` without the paths that cost more than they show at ``detail`` pixels, the least first.
-
-    Args:
-        scene: the drawing, in pixels of the image.
-        image: what it is compared with [h, w, 3 or 4].
-        config: settings of the run.
-        detail: tolerance of outlines in pixels.
-    """
-    target = Target(image, config, "cpu")
-    while len(scene):
-        worth = removal_costs(scene, target) / (WORTHLESS * detail**2 * scene.structure.path_first_segment.diff())
-        doomed = int((worth < 1.0).sum())
-        if not doomed:
-            break
-        scene = _without(scene, worth, min(doomed, _removed_at_once(doomed)))
-    return scene
 
 
 def with_fewer_paths(scene: Scene, image: Tensor, config: FitConfig, count: int) -> Scene:

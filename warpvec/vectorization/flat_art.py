@@ -13,6 +13,7 @@ from warpvec.fit.interrupt import deferred_interrupts
 from warpvec.fit.loop import single_torch_thread
 from warpvec.fit.progress import OnProgress
 from warpvec.flat.classify import Choice
+from warpvec.flat.cutout import cut_out
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.layering import layered
 from warpvec.flat.mono_drawing import MonoDrawing
@@ -52,7 +53,8 @@ def fit_flat(
 
         def draw(detail: float) -> Result:
             fitted = drawing.draw(detail)
-            found = layered(fitted.scene)
+            scene = cut_out(fitted.scene, size[1], size[0]).scene if config.cutout else fitted.scene
+            found = layered(scene)
             fitted = replace(fitted, scene=found.scene)
             return Result(
                 photo, size, replace(config, detail=detail), fitted, title, file_options=file_options,
