@@ -25,8 +25,11 @@ SMALL_POOL = 2.0
 HALF = 0.6
 """An area in which no pixel has a larger share is no region, but the faint side of an edge between two pixels."""
 
-FAINT, FAINT_AREA = 0.75, 16
-"""A smaller area in which no pixel has a larger share is a wisp beside an edge."""
+FAINT, FAINT_AREA = 0.8, 24
+"""A smaller area in which no pixel has a larger share, and which lies between two regions, is a wisp at their edge."""
+
+BETWEEN = 0.75
+"""An area lies between regions if less than this part of its border touches one of them."""
 
 EXPLAINED_PART = 0.8
 """A small area is dropped if the regions around explain this part of its pixels."""
@@ -133,9 +136,30 @@ def _flip_halves(assignment: Assignment) -> None:
     peak = np.zeros(areas.max() + 1, np.float32)
     np.maximum.at(peak, areas.ravel(), assignment.share.ravel())
     size = np.bincount(areas.ravel())
-    flipped = ((peak < HALF) | ((peak < FAINT) & (size < FAINT_AREA)))[areas]
+    is_wisp = (peak < FAINT) & (size < FAINT_AREA) & (_most_contact(areas, assignment.label) < BETWEEN)
+    flipped = ((peak < HALF) | is_wisp)[areas]
     assignment.label[flipped], assignment.other[flipped] = assignment.other[flipped], assignment.label[flipped]
     assignment.share[flipped] = 0.5
+
+
+def _most_contact(areas: Integers, label: Integers) -> Floats:
+    """Return for each area the largest part of its border that one label has on the other side."""
+    rows = [
+        (areas[:, :-1], label[:, 1:]),
+        (areas[:, 1:], label[:, :-1]),
+        (areas[:-1], label[1:]),
+        (areas[1:], label[:-1]),
+    ]
+    area, beyond = (np.concatenate([row[side].ravel() for row in rows]) for side in (0, 1))
+    own = np.concatenate([label[:, :-1].ravel(), label[:, 1:].ravel(), label[:-1].ravel(), label[1:].ravel()])
+    crossing = own != beyond
+    width = int(label.max()) + 1
+    pair, count = np.unique(area[crossing].astype(np.int64) * width + beyond[crossing], return_counts=True)
+    most, total = np.zeros(areas.max() + 1), np.zeros(areas.max() + 1)
+    np.maximum.at(most, pair // width, count)
+    np.add.at(total, pair // width, count)
+    contact: Floats = (most / np.maximum(total, 1)).astype(np.float32)
+    return contact
 
 
 def _join_nearest(assignment: Assignment, min_area: float) -> None:
