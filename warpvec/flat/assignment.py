@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from warpvec.flat.denoising import Tolerances
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import NONE, grow_by_paint
-from warpvec.flat.unmixing import RADIUS, Candidates, Mixes, best_mixes, explain_by_three, nearest_labels
+from warpvec.flat.unmixing import Candidates, Mixes, best_mixes, explain_by_three, nearest_labels
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
@@ -83,7 +83,7 @@ def _accept_loosely(assignment: Assignment, picture: Floats, paints: Paints, tol
 
 def unmix(
     assignment: Assignment, where: Mask, picture: Floats, paints: Paints, tolerances: Tolerances, canvas: int | None,
-    radius: int = RADIUS, wider: bool = False,
+    radius: int | None = None, wider: bool = False,
 ) -> None:  # fmt: skip
     """Write the best mixes of the pixels ``where`` [h, w] of anchors within ``radius`` into ``assignment``.
 
@@ -92,7 +92,7 @@ def unmix(
     rows, columns = (place.astype(np.int32) for place in np.nonzero(where))
     if len(rows) == 0:
         return
-    candidates = nearest_labels(assignment.anchors, rows, columns, radius)
+    candidates = nearest_labels(assignment.anchors, rows, columns, radius or tolerances.reach)
     candidates = _with_fallback(candidates, assignment.anchors, rows, columns)
     candidates = _with_canvas(candidates, canvas, rows, columns, assignment.label.shape)
     color, values = colors_of(candidates.label, rows, columns, picture, paints, tolerances.metric)

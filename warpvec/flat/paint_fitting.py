@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.flat.assignment import Assignment
+from warpvec.flat.banding import split_into_bands
 from warpvec.flat.denoising import Tolerances
 from warpvec.flat.paints import Paints
 from warpvec.flat.ramp_directions import Direction
@@ -66,11 +67,28 @@ def fit_paints(image: Floats, labels: Integers, tolerances: Tolerances) -> tuple
 
     Returns the paints, the labels with areas split whose ramp has more than two stops, and the seams of those.
     """
-    colors = image.reshape(-1, 4)
+    colors, labels = image.reshape(-1, 4), labels.copy()
     areas = pixels_of(labels)
-    values = np.stack([np.median(colors[_few(pixels)], 0) for pixels in areas])
+    values = [np.median(colors[_few(pixels)], 0) for pixels in areas]
     ramps = _find_ramps(areas, colors, values, labels.shape[1], tolerances)
-    return _with_ramps(flat_paints(values), labels.copy(), areas, ramps)
+    errors = [_error_of(index, areas, colors, values, ramps) for index in range(len(areas))]
+    bands = split_into_bands(areas, colors, errors, tolerances.noise)
+    for index in range(len(bands)):
+        if index >= len(areas) or len(bands[index]) < len(areas[index]):
+            ramps.pop(index, None)
+            values[index : index + 1] = [np.median(colors[_few(bands[index])], 0)]
+            labels.reshape(-1)[bands[index]] = index
+    return _with_ramps(flat_paints(np.stack(values)), labels, bands, ramps)
+
+
+def _error_of(index: int, areas: list[Places], colors: Floats, values: list[Floats], ramps: dict[int, Ramp]) -> float:
+    """Return the root mean square that the paint of an area leaves of its colours and its opacity."""
+    sample = colors[_few(areas[index])]
+    rest = sample - values[index]
+    color, opacity = (float(np.sqrt((part**2).mean())) for part in (rest[:, :3], rest[:, 3]))
+    if values[index][3] == 0:
+        return opacity
+    return max(ramps[index].error if index in ramps else color, opacity)
 
 
 def _few(pixels: Places) -> Places:
@@ -78,7 +96,7 @@ def _few(pixels: Places) -> Places:
 
 
 def _find_ramps(
-    areas: list[Places], colors: Floats, values: Floats, width: int, tolerances: Tolerances
+    areas: list[Places], colors: Floats, values: list[Floats], width: int, tolerances: Tolerances
 ) -> dict[int, Ramp]:
     """Return the ramps of the areas that are not flat, the largest first. Parts of one ramp get the same one."""
     limit = FLAT_DEVIATION + NOISE_DEVIATION * tolerances.noise
@@ -86,7 +104,7 @@ def _find_ramps(
     ramps: dict[int, Ramp] = {}
     for index in sorted(range(len(areas)), key=lambda index: -len(areas[index])):
         pixels, few = areas[index], _few(areas[index])
-        if len(pixels) < SHARED_AREA_MIN or values[index, 3] == 0:
+        if len(pixels) < SHARED_AREA_MIN or values[index][3] == 0:
             continue
         deviation = float(np.sqrt(((colors[few] - values[index])[:, :3] ** 2).mean()))
         ramp = _shared_ramp(ramps, few, colors, width, deviation)

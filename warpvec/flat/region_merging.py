@@ -9,7 +9,7 @@ from warpvec.flat.assignment import Assignment, colors_of, unmix
 from warpvec.flat.denoising import Tolerances
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import NONE, linked_areas
-from warpvec.flat.unmixing import FAR_SHARE_MAX, RADIUS, triple_shares
+from warpvec.flat.unmixing import FAR_SHARE_MAX, triple_shares
 from warpvec.geometry.gradients import FLAT
 
 Floats = NDArray[np.float32]
@@ -33,9 +33,6 @@ BETWEEN = 0.75
 
 EXPLAINED_PART = 0.8
 """A small area is dropped if the regions around explain this part of its pixels."""
-
-NEAR = 3
-"""Distance in pixels, along each axis, within which the part of a region is looked for that a pixel has a share of."""
 
 
 def small_area(tolerances: Tolerances) -> int:
@@ -81,7 +78,7 @@ def merge_regions(
     assignment.anchors[...] = np.append(pool, NONE)[assignment.anchors]
     _drop_redundant(picture, assignment, paints, tolerances)
     _drop_specks(picture, assignment, paints, tolerances, min_area, canvas)
-    return _split(assignment, paints)
+    return _split(assignment, paints, tolerances.reach)
 
 
 def _drop_redundant(picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances) -> None:
@@ -118,9 +115,9 @@ def _shines_through(
 def _drop_specks(
     picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, min_area: float, canvas: int | None
 ) -> None:
-    """Give the pixels of areas smaller than ``min_area`` to the regions around, first to those within three pixels."""
+    """Give the pixels of areas smaller than ``min_area`` to the regions around, first to those in reach."""
     _flip_halves(assignment)
-    for radius in (RADIUS, 1):
+    for radius in (tolerances.reach, 1):
         speck = specks_of(assignment.label, min_area)
         if speck.all() or not speck.any():
             return
@@ -189,7 +186,7 @@ def areas_of(label: Integers) -> Integers:
     return linked_areas(np.ones(label.shape, bool), right, below)
 
 
-def _split(assignment: Assignment, paints: Paints) -> tuple[Assignment, Paints]:
+def _split(assignment: Assignment, paints: Paints, reach: int) -> tuple[Assignment, Paints]:
     """Make a region of each connected area, and find the areas that the shares of pixels belong to."""
     label, other = assignment.label, assignment.other
     areas = areas_of(label)
@@ -197,7 +194,7 @@ def _split(assignment: Assignment, paints: Paints) -> tuple[Assignment, Paints]:
     first[areas.ravel()] = label.ravel()
     new_other = areas.copy()
     rows, columns = np.nonzero(other != label)
-    new_other[rows, columns] = _nearest_area(areas, label, rows, columns, other[rows, columns])
+    new_other[rows, columns] = _nearest_area(areas, label, rows, columns, other[rows, columns], reach)
     share = np.where(new_other == areas, np.float32(1), assignment.share)
     anchors = np.where(assignment.anchors == label, areas, NONE)
     result = Assignment(anchors, assignment.is_pure, areas, new_other, share, assignment.residual)
@@ -205,16 +202,21 @@ def _split(assignment: Assignment, paints: Paints) -> tuple[Assignment, Paints]:
 
 
 def _nearest_area(
-    areas: Integers, label: Integers, rows: NDArray[np.intp], columns: NDArray[np.intp], wanted: Integers
+    areas: Integers,
+    label: Integers,
+    rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+    wanted: Integers,
+    reach: int,
 ) -> Integers:
     """Return the area [N] of the label ``wanted`` [N] nearest to each pixel, or the largest of it if none is near."""
-    steps = np.arange(-NEAR, NEAR + 1)
+    steps = np.arange(-reach, reach + 1)
     dy, dx = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
     order = np.argsort(dy**2 + dx**2, kind="stable")
-    width = label.shape[1] + 2 * NEAR
-    place = ((rows + NEAR) * width + columns + NEAR)[:, None] + (dy * width + dx)[order]
-    fits = np.pad(label, NEAR, constant_values=NONE).ravel()[place] == wanted[:, None]
-    nearest = np.pad(areas, NEAR).ravel()[place[np.arange(len(rows)), fits.argmax(1)]]
+    width = label.shape[1] + 2 * reach
+    place = ((rows + reach) * width + columns + reach)[:, None] + (dy * width + dx)[order]
+    fits = np.pad(label, reach, constant_values=NONE).ravel()[place] == wanted[:, None]
+    nearest = np.pad(areas, reach).ravel()[place[np.arange(len(rows)), fits.argmax(1)]]
     largest = _largest_areas(areas, label, int(max(label.max(), wanted.max(initial=0))) + 1)[wanted]
     elsewhere = np.where(largest == NONE, areas[rows, columns], largest)
     return np.where(fits.any(1), nearest, elsewhere).astype(np.int32)

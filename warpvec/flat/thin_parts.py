@@ -12,7 +12,7 @@ from warpvec.flat.denoising import Tolerances
 from warpvec.flat.paint_fitting import flat_paints
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import connected_areas, pixels_of
-from warpvec.flat.unmixing import FAR_SHARE_MAX, RADIUS, pair_shares, triple_shares
+from warpvec.flat.unmixing import FAR_SHARE_MAX, pair_shares, triple_shares
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
@@ -79,16 +79,16 @@ def add_thin_parts(
             paints = paints.joined(paint)
         if not new.any():
             break
-        unmix(assignment, _grown(new) & ~assignment.is_pure, picture, paints, tolerances, canvas)
+        unmix(assignment, _grown(new, tolerances.reach) & ~assignment.is_pure, picture, paints, tolerances, canvas)
     unexplained = assignment.residual > tolerances.mix
     unmix(assignment, unexplained, picture, paints, tolerances, canvas, wider=True)
     return paints
 
 
-def _grown(mask: Mask) -> Mask:
+def _grown(mask: Mask, distance: int) -> Mask:
     from scipy import ndimage  # type: ignore[import-untyped]
 
-    grown: Mask = ndimage.maximum_filter(mask, 2 * RADIUS + 1)
+    grown: Mask = ndimage.maximum_filter(mask, 2 * distance + 1)
     return grown
 
 

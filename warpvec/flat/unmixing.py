@@ -16,9 +16,6 @@ Integers = NDArray[np.int32]
 CANDIDATE_COUNT = 4
 """Nearest regions of a pixel whose mixes are compared. More than four hardly meet within three pixels."""
 
-RADIUS = 3
-"""Largest distance in pixels, along each axis, of a region that can have a share in a pixel."""
-
 DISTANCE_COST = 0.25 / 255
 """Residual that a mix with a region at one pixel more of squared distance must save: where colours lie on one line,
 many pairs explain a pixel, and the nearest do in truth."""
@@ -63,7 +60,7 @@ class Candidates:
     squared: Floats
 
 
-def nearest_labels(labels: Integers, rows: Integers, columns: Integers, radius: int = RADIUS) -> Candidates:
+def nearest_labels(labels: Integers, rows: Integers, columns: Integers, radius: int) -> Candidates:
     """Return the ``CANDIDATE_COUNT`` nearest different labels of the map ``labels`` [h, w] to N pixels."""
     steps = np.arange(-radius, radius + 1)
     dy, dx = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
