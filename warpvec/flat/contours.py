@@ -24,6 +24,9 @@ DOMINANCE = 0.8
 """A vertex counts if the field changes along its grid line at least by so much of its change across it. The others are
 less precise, and beside each of them is one that counts."""
 
+COUNTING_MIN = 0.25
+"""Least share of vertices that count; a contour with fewer is a speck, of which all are kept."""
+
 _LOOP_MIN = 3
 
 
@@ -42,7 +45,7 @@ def contours_of(coverage: NDArray[Any]) -> list[Floats]:
     height, width = field.shape
     # With corners of pixels on whole numbers, their centres lie at + 0.5.
     loops = contour_generator(x=np.arange(width), y=np.arange(height), z=field).lines(LEVEL)
-    found = (_refined(field, loop[:-1]) for loop in loops if len(loop) > _LOOP_MIN)
+    found = (_refined(field, np.asarray(loop)[:-1]) for loop in loops if len(loop) > _LOOP_MIN)
     limit = np.array(coverage.shape[::-1], np.float64)
     return [np.clip(loop + (0.5 - margin), 0.0, limit) for loop in found]
 
@@ -50,14 +53,12 @@ def contours_of(coverage: NDArray[Any]) -> list[Floats]:
 def _refined(field: Floats, loop: Floats) -> Floats:
     """Return the vertices [m, 2] of a ``loop`` [n, 2] that count, in their precise places, in pixel centres."""
     whole = loop == np.floor(loop)
-    in_row = whole[:, 1] & ~whole[:, 0]
-    across, is_row_sure = _crossing(field, loop[:, 1], loop[:, 0])
-    down, is_column_sure = _crossing(field.T, loop[:, 0], loop[:, 1])
-    x = np.where(in_row, across, loop[:, 0])
-    y = np.where(in_row | (whole[:, 0] & whole[:, 1]), loop[:, 1], down)
-    counts = np.where(in_row, is_row_sure, is_column_sure)
-    refined = np.stack([x, y], 1)
-    return refined[counts] if counts.sum() > _LOOP_MIN and 2 * counts.sum() > len(loop) * 0.5 else refined
+    across, is_across = _crossing(field, loop[:, 1], loop[:, 0])
+    down, is_down = _crossing(field.T, loop[:, 0], loop[:, 1])
+    in_row = whole[:, 1] & (~whole[:, 0] | is_across)
+    x, y = np.where(in_row, across, loop[:, 0]), np.where(in_row, loop[:, 1], down)
+    counts, refined = np.where(in_row, is_across, is_down), np.stack([x, y], 1)
+    return refined[counts] if counts.sum() > _LOOP_MIN and counts.mean() > COUNTING_MIN else refined
 
 
 def _crossing(field: Floats, row: Floats, place: Floats) -> tuple[Floats, Mask]:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.flat.regions import Regions
-from warpvec.flat.stacking import Layer
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -47,25 +46,28 @@ class Cover:
     corner: Floats
 
 
-def cover_of(regions: Regions, layer: Layer) -> Cover:
-    """Return what ``layer`` covers. It goes on beneath layers above, but not close to where these end."""
-    is_member, is_above = chosen(regions, layer.members), chosen(regions, layer.above)
+def cover_of(regions: Regions, members: Collection[int], above: Collection[int]) -> Cover:
+    """Return what a shape of the regions ``members`` covers.
+
+    It goes on beneath the regions ``above``, but not close to where these end.
+    """
+    is_member, is_above = chosen(regions, members), chosen(regions, above)
     visible = is_member[regions.label]
     depth = max(DEPTH_MIN, DEPTH_SHARE * float(visible.sum()) ** 0.5)
-    top, bottom, left, right = _box(visible, int(depth + 2.0 * MARGIN) if layer.above else 2)
+    top, bottom, left, right = _box(visible, int(depth + 2.0 * MARGIN) if above else 2)
     box = np.s_[top:bottom, left:right]
     part = replace(regions, label=regions.label[box], other=regions.other[box], share=regions.share[box])
     corner = np.array([left, top], np.float64)
-    shown, visible, above = mixed(part, is_member), visible[box], is_above[part.label]
-    if not above.any():
-        return Cover(shown, shown, above, shown, corner)
+    shown, visible, hides = mixed(part, is_member), visible[box], is_above[part.label]
+    if not hides.any():
+        return Cover(shown, shown, hides, shown, corner)
     height, width = regions.label.shape
     at_border = ((top == 0, bottom == height), (left == 0, right == width))
-    from_out = _from_out(above | visible, at_border)
-    hidden = _hidden(visible, above, from_out, depth)
+    from_out = _from_out(hides | visible, at_border)
+    hidden = _hidden(visible, hides, from_out, depth)
     beside = visible & _dilated(hidden)
     coverage = np.where(hidden | beside, shown + mixed(part, is_above), shown)
-    return Cover(coverage, shown, above, from_out, corner)
+    return Cover(coverage, shown, hides, from_out, corner)
 
 
 def chosen(regions: Regions, indices: Collection[int]) -> Mask:
@@ -91,7 +93,7 @@ def _box(mask: Mask, margin: int) -> tuple[int, int, int, int]:
 
 def _from_out(inside: Mask, at_border: tuple[tuple[bool, bool], tuple[bool, bool]]) -> Floats:
     """Return the distance from what is not ``inside``; beyond the border of the picture, nothing is."""
-    from scipy import ndimage
+    from scipy import ndimage  # type: ignore[import-untyped]
 
     padding = [[int(side) for side in sides] for sides in at_border]
     padded = np.pad(inside, padding)

@@ -6,6 +6,7 @@ points are relative to one near them.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -60,10 +61,18 @@ def fit_lengths(start: Floats, end: Floats, directions: Floats, points: Floats, 
     return _fitted(a, d, p, parameters, PRECISE, lambda u: _along(a, d, along, p, u))
 
 
-def _fitted(a: Floats, d: Floats, points: Floats, u: Floats, plan: tuple[int, float], fit: Any) -> Cubics:
+def _fitted(
+    a: Floats,
+    d: Floats,
+    points: Floats,
+    u: Floats,
+    plan: tuple[int, float],
+    fit: Callable[[Floats], tuple[Floats, Floats]],
+) -> Cubics:
     rounds, factor = plan
     for _ in range(rounds - 1):
-        u = _closer(a, *fit(u), d, points, u, factor)
+        b, c = fit(u)
+        u = _closer(a, b, c, d, points, u, factor)
     b, c = fit(u)
     u = _closer(a, b, c, d, points, u, 1.0)
     offset = _on_cubics(a, b, c, d, u) - points

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,7 @@ def fit_loops(loops: Sequence[Floats], tolerance: float = TOLERANCE) -> list[tup
     nodes = find_nodes(samples)
     spans = span_costs(samples, nodes, tolerance)
     cycles = []
-    for first, stop in zip(nodes.first[:-1], nodes.first[1:], strict=True):
+    for first, stop in pairwise(nodes.first):
         cycles.append(first + np.array(cheapest_cycle(spans.cost[first:stop])))
     pieces = _pieces(nodes.first, cycles, spans.is_line)
     segments = join_pieces(samples, nodes, pieces, tolerance)
@@ -49,7 +50,7 @@ def _pieces(first_node: Integers, cycles: Sequence[Integers], is_line: Mask) -> 
     ends = [np.roll(cycle, -1) for cycle in cycles]
     start, end = np.concatenate(cycles), np.concatenate(ends)
     first = np.cumsum([0, *(len(cycle) for cycle in cycles)])
-    rows = [np.arange(a, b) for a, b in zip(first[:-1], first[1:], strict=True)]
+    rows = [np.arange(a, b) for a, b in pairwise(first)]
     before = np.concatenate([np.roll(row, 1) for row in rows])
     after = np.concatenate([np.roll(row, -1) for row in rows])
     loop = np.searchsorted(first_node, start, side="right") - 1

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.flat.contours import contours_of
-from warpvec.flat.outline_nodes import sample_loops, sides_of
+from warpvec.flat.outline_nodes import sample_loops, sides_of, turns_of
 from warpvec.flat.regions import Regions
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+Integers = NDArray[Any]
 
 OUTWARD = 0.8
 """Pixels outside of an outline where its neighbour is looked up."""
@@ -89,7 +89,7 @@ def _junctions_of(regions: Regions, region: int) -> Iterator[Junctions]:
             continue
         ahead, behind = sides_of(xy)
         back, forth = behind.away[places], ahead.away[places]
-        turn = np.arccos(np.clip(-(back * forth).sum(1), -1.0, 1.0))
+        turn = turns_of(ahead, behind)[places]
         own = np.full(len(places), region)
         yield Junctions(own, neighbour[places - 1], neighbour[places], turn, xy[places] + corner, back, forth)
 

@@ -35,8 +35,13 @@ TURN_MIN = np.radians(22.0)
 APART = 3
 """Samples between two corners, at least."""
 
-REACH_MAX = 4.0
-"""Pixels that a corner may lie outside of the outline, at most. The tip of a wedge of 10 degrees lies 3 px outside."""
+SHARP_TURN, SHARP_GAP = np.radians(140.0), 7
+"""Change of direction at a sharp tip, beside which more samples are not looked at: where a wedge is less than a pixel
+wide, its sides cannot be told apart."""
+
+REACH_MAX, REACH_SHARE = 5.0, 0.1
+"""Pixels that a corner may lie outside of the outline, at most, and per pixel of its length. The tip of a wedge of 10
+degrees lies 3 px outside."""
 
 TRIM_MIN, TRIM_MAX = 1.0, 3.5
 """Pixels of the outline beside a corner that are rounded off: at right angles, and at most."""
@@ -128,13 +133,19 @@ class Side(NamedTuple):
 
 def _corners(xy: Floats, step: float) -> Nodes:
     ahead, behind = sides_of(xy)
-    cosine = np.clip(-(ahead.away * behind.away).sum(1), -1.0, 1.0)
-    turn = np.arccos(cosine)
+    turn = turns_of(ahead, behind)
     chosen = np.nonzero(_is_peak(turn) & (turn > TURN_MIN))[0]
-    point = _intersections(xy, Side(*(v[chosen] for v in ahead)), Side(*(v[chosen] for v in behind)), chosen)
-    half = np.maximum((np.pi - turn[chosen]) / 2.0, 0.05)
+    turn = turn[chosen]
+    ahead, behind = Side(ahead.point[chosen], ahead.away[chosen]), Side(behind.point[chosen], behind.away[chosen])
+    if len(xy) >= 4 * (SHARP_GAP + SHORT):
+        far_ahead, far_behind = _side(xy, 1, SHARP_GAP), _side(xy, -1, SHARP_GAP)
+        ahead = _where_sharp(turn, chosen, far_ahead, ahead)
+        behind = _where_sharp(turn, chosen, far_behind, behind)
+    reach = min(REACH_MAX, REACH_SHARE * len(xy) * step)
+    point = _intersections(xy, ahead, behind, chosen, reach)
+    half = np.maximum((np.pi - turn) / 2.0, 0.05)
     trim = np.clip(TRIM_MIN * (0.7 + 0.3 / np.tan(half)), TRIM_MIN, TRIM_MAX) / step
-    direction = _unit(ahead.away[chosen] - behind.away[chosen])
+    direction = _unit(ahead.away - behind.away)
     ones = np.ones(len(chosen))
     return Nodes(
         np.zeros(1, np.int64), chosen, point, direction, ones.astype(bool), np.rint(trim).astype(np.int64), ones
@@ -146,11 +157,23 @@ def sides_of(xy: Floats) -> tuple[Side, Side]:
     return _side(xy, 1), _side(xy, -1)
 
 
-def _side(xy: Floats, sign: int) -> Side:
+def turns_of(ahead: Side, behind: Side) -> Floats:
+    """Return by how much a loop turns at each sample [n], in radians."""
+    turns: Floats = np.arccos(np.clip(-(ahead.away * behind.away).sum(1), -1.0, 1.0))
+    return turns
+
+
+def _where_sharp(turn: Floats, chosen: Integers, far: Side, near: Side) -> Side:
+    """Return ``near`` [k], and where corners are sharp the entries ``chosen`` [k] of ``far``."""
+    is_sharp = (turn > SHARP_TURN)[:, None]
+    return Side(np.where(is_sharp, far.point[chosen], near.point), np.where(is_sharp, far.away[chosen], near.away))
+
+
+def _side(xy: Floats, sign: int, gap: int = GAP) -> Side:
     """Return where the outline lies ahead of (``sign`` 1) or behind (-1) each sample, beyond the gap."""
     count = len(xy)
     long = min(LONG, max(SHORT, count // 6))
-    rows = (np.arange(count)[:, None] + sign * np.arange(GAP, GAP + long)) % count
+    rows = (np.arange(count)[:, None] + sign * np.arange(gap, gap + long)) % count
     near = xy[rows]
     offsets = np.arange(long, dtype=np.float64)
     basis = np.stack([np.ones(long), offsets, offsets**2], 1)
@@ -170,8 +193,8 @@ def _is_peak(values: Floats) -> Mask:
     return is_peak
 
 
-def _intersections(xy: Floats, ahead: Side, behind: Side, chosen: Integers) -> Floats:
-    """Return where the lines of both sides meet, at most ``REACH_MAX`` from the outline."""
+def _intersections(xy: Floats, ahead: Side, behind: Side, chosen: Integers, reach: float) -> Floats:
+    """Return where the lines of both sides meet, at most ``reach`` pixels from the outline."""
     between = behind.point - ahead.point
     cross = ahead.away[:, 0] * behind.away[:, 1] - ahead.away[:, 1] * behind.away[:, 0]
     share = (between[:, 0] * behind.away[:, 1] - between[:, 1] * behind.away[:, 0]) / np.where(cross == 0, 1.0, cross)
@@ -180,7 +203,7 @@ def _intersections(xy: Floats, ahead: Side, behind: Side, chosen: Integers) -> F
     point = np.where((cross == 0)[:, None], middle, point)
     away = point - xy[chosen]
     distance = np.linalg.norm(away, axis=1, keepdims=True)
-    return xy[chosen] + away * np.minimum(1.0, REACH_MAX / np.maximum(distance, 1e-9))
+    return xy[chosen] + away * np.minimum(1.0, reach / np.maximum(distance, 1e-9))
 
 
 def _smooth_nodes(xy: Floats, step: float, corners: Integers) -> Nodes:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,9 +21,13 @@ AREA_MIN = 1.0
 
 def outlines(regions: Regions, layer: Layer) -> list[Floats]:
     """Return the closed polylines [n, 2] of ``layer`` in pixels, x right, y down; holes run the other way."""
-    from scipy import ndimage
+    return [loop for part in layer.parts for loop in _outlines_of_part(regions, part, layer.above)]
 
-    cover = cover_of(regions, layer)
+
+def _outlines_of_part(regions: Regions, members: Collection[int], above: Collection[int]) -> list[Floats]:
+    from scipy import ndimage  # type: ignore[import-untyped]
+
+    cover = cover_of(regions, members, above)
     loops = [loop for loop in contours_of(cover.coverage) if abs(signed_area(loop)) >= AREA_MIN]
     if cover.above.any():
         shows = ndimage.maximum_filter(cover.shown, 3) >= LEVEL

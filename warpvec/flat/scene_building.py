@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import torch
@@ -16,22 +17,23 @@ from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 
 
-def scene_of(regions: Regions, tolerance: float = TOLERANCE) -> Scene:
+def scene_of(regions: Regions, tolerance: float = TOLERANCE, join: bool = False) -> Scene:
     """Return the drawing of ``regions``: a path for each layer, on the canvas's paint or none.
 
     Args:
         regions: regions of a picture.
         tolerance: largest distance in pixels between the outlines in the picture and the curves.
+        join: make one path of the shapes of one paint, as `stack` does.
     """
     layers, loops = [], []
-    for layer in stack(regions):
+    for layer in stack(regions, join):
         found = outlines(regions, layer)
         if found:
             layers.append(layer)
             loops.append(found)
     fits = fit_loops([loop for found in loops for loop in found], tolerance)
     counts = np.cumsum([0, *(len(found) for found in loops)])
-    per_layer = [[len(fits[k][0]) for k in range(a, b)] for a, b in zip(counts[:-1], counts[1:], strict=True)]
+    per_layer = [[len(fits[k][0]) for k in range(a, b)] for a, b in pairwise(counts)]
     segments = np.concatenate([segments for segments, _ in fits]) if fits else np.zeros((0, 3, 2))
     is_line = np.concatenate([mask for _, mask in fits]) if fits else np.zeros(0, bool)
     structure = Structure.of_loops(per_layer, torch.from_numpy(is_line) if is_line.any() else None)

@@ -24,7 +24,7 @@ KINK_DEGREES = 9.0
 """Angle between a piece and the direction of the outline at a smooth node that costs 1; the cost grows with the
 square."""
 
-KINK_MAX = 4.0
+KINK_MAX = 2.5
 """Largest cost of a kink with which a piece is allowed."""
 
 FORCED_COST = 60.0
@@ -57,7 +57,7 @@ class Spans(NamedTuple):
 
 
 class Places(NamedTuple):
-    """B pieces from node to node: nodes ``start`` and ``end`` [B], points between [B, S, 2], their parameters [B, S]."""
+    """B pieces: nodes ``start`` and ``end`` [B], points between them [B, S, 2], and their parameters [B, S]."""
 
     start: Integers
     end: Integers
@@ -117,7 +117,7 @@ def _try(
     line_cost, line_distance = _line_costs(nodes, places, tolerance)
     cost, distance = line_cost.copy(), line_distance.copy()
     curved = np.nonzero(~(line_cost < CUBIC_COST))[0]
-    part = Places(*(values[curved] for values in places))
+    part = Places(places.start[curved], places.end[curved], places.points[curved], places.parameters[curved])
     cubic_cost, cubic_distance = _cubic_costs(nodes, part, tolerance)
     cost[curved] = np.minimum(line_cost[curved], cubic_cost)
     distance[curved] = np.minimum(line_distance[curved], cubic_distance)
@@ -127,7 +127,7 @@ def _try(
 
 
 def typical_distance(largest: Floats, square: Floats) -> Floats:
-    """Return the distance [B] that counts, from the largest one and the mean square: noise of single points is let pass.
+    """Return the distance [B] that counts, from the largest and the mean square: noise of single points is let pass.
 
     A curve that bends otherwise than the outline is twice as far at worst as on average; noise is up to four times.
     """

@@ -29,23 +29,31 @@ MOVES_MAX = 8
 
 @dataclass(frozen=True)
 class Layer:
-    """One shape of a drawing.
+    """One path of a drawing.
 
     Attributes:
-        members: regions that show its paint.
-        above: regions that are painted later, beneath which it may go on.
+        parts: regions that show its paint, grouped by shape: those of a group are joined beneath what interrupts them.
+        above: regions that are painted later and hide what is below them.
     """
 
-    members: tuple[int, ...]
+    parts: tuple[tuple[int, ...], ...]
     above: frozenset[int]
 
+    @property
+    def members(self) -> tuple[int, ...]:
+        """All regions that show its paint."""
+        return tuple(region for part in self.parts for region in part)
 
-def stack(regions: Regions) -> list[Layer]:
+
+def stack(regions: Regions, join: bool = False) -> list[Layer]:
     """Return the layers of ``regions``, the lowest first.
 
     A region lies beneath those that it surrounds. Of neighbours, the one whose outline goes on where a third one meets
     both lies above; else the smaller one, with its holes filled. Regions of one paint are one layer where something
     above interrupts it. Regions that are transparent, or have the paint of the canvas, are holes through all layers.
+
+    With ``join``, shapes of one paint become one path where nothing between them is in the way. Marks and lettering are
+    often drawn so, figures with two eyes are not.
     """
     shown = np.nonzero(~is_outside(regions))[0]
     area, surrounds = filled_areas(regions.label, len(regions))
@@ -55,7 +63,12 @@ def stack(regions: Regions) -> list[Layer]:
     above += SURELY * (surrounds.T.astype(float) - surrounds)
     order = best_order(above, sorted(shown, key=lambda index: (-area[index], index)))
     pairs = [*interrupted_pairs(regions, junctions, order), *_seen_through(regions, surrounds, order)]
-    return _layers(regions, _grouped(order, pairs, above))
+    shapes = _grouped([(region,) for region in order], pairs, above)
+    if not join:
+        return _layers(regions, [[shape] for shape in shapes])
+    alike = ((a, b) for k, a in enumerate(order) for b in order[k + 1 :] if same_paint(regions, a, b))
+    joined = _grouped(shapes, alike, above)
+    return _layers(regions, [[shape for shape in shapes if shape[0] in path] for path in joined])
 
 
 def _seen_through(regions: Regions, surrounds: Mask, order: list[int]) -> Iterator[tuple[int, int]]:
@@ -67,35 +80,41 @@ def _seen_through(regions: Regions, surrounds: Mask, order: list[int]) -> Iterat
                 yield first, second
 
 
-def _grouped(order: list[int], pairs: Iterable[tuple[int, int]], above: Floats) -> list[list[int]]:
-    """Return the regions in ``order`` with both regions of ``pairs`` in one group, where no other one is in the way."""
-    groups = [[region] for region in order]
+def _grouped(
+    groups: Sequence[tuple[int, ...]], pairs: Iterable[tuple[int, int]], above: Floats
+) -> list[tuple[int, ...]]:
+    """Return the ``groups`` of regions, the lowest first, with both regions of ``pairs`` in one.
+
+    Groups stay apart where another one is in the way.
+    """
+    groups = list(groups)
     for first, second in pairs:
-        low, high = (next(k for k, group in enumerate(groups) if region in group) for region in (first, second))
-        low, high = min(low, high), max(low, high)
+        places = (next(k for k, group in enumerate(groups) if region in group) for region in (first, second))
+        low, high = sorted(places)
         between = [region for group in groups[low + 1 : high] for region in group]
         if low == high:
             continue
+        both = groups[low] + groups[high]
         if _is_free(above, between, groups[high]):
-            groups[low] += groups.pop(high)
+            groups[low : high + 1] = [both, *groups[low + 1 : high]]
         elif _is_free(above.T, between, groups[low]):
-            groups[high] = groups[low] + groups[high]
-            groups.pop(low)
+            groups[low : high + 1] = [*groups[low + 1 : high], both]
     return groups
 
 
-def _is_free(above: Floats, between: list[int], group: list[int]) -> bool:
+def _is_free(above: Floats, between: list[int], group: tuple[int, ...]) -> bool:
     """Return whether nothing says that ``group`` lies above one of the regions ``between``."""
     evidence = above[np.ix_(group, between)] - above[np.ix_(between, group)].T
     return bool((evidence < CLEARLY).all())
 
 
-def _layers(regions: Regions, groups: list[list[int]]) -> list[Layer]:
+def _layers(regions: Regions, paths: list[list[tuple[int, ...]]]) -> list[Layer]:
     hides = regions.opacity >= 1.0
-    layers = []
-    for place, group in enumerate(groups):
-        later = (region for upper in groups[place + 1 :] for region in upper)
-        layers.append(Layer(tuple(group), frozenset(region for region in later if hides[region])))
+    layers: list[Layer] = []
+    above: list[int] = []
+    for shapes in reversed(paths):
+        layers.insert(0, Layer(tuple(shapes), frozenset(above)))
+        above += [region for shape in shapes for region in shape if hides[region]]
     return layers
 
 
@@ -130,7 +149,7 @@ def best_order(above: Floats, start: Sequence[int]) -> list[int]:
 
 def filled_areas(label: NDArray[np.int32], count: int) -> tuple[Integers, Mask]:
     """Return the area in pixels of each of ``count`` regions with what it surrounds [K], and what that is [K, K]."""
-    from scipy import ndimage
+    from scipy import ndimage  # type: ignore[import-untyped]
 
     area, surrounds = np.zeros(count, np.int64), np.zeros((count, count), bool)
     for region, box in enumerate(ndimage.find_objects(label + 1, count)):
