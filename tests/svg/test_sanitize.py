@@ -20,7 +20,7 @@ def test_a_clean_file_keeps_its_drawing() -> None:
     document, clean = sanitize(svg)
     assert document.text == svg
     assert np.array_equal(draw(clean), draw(svg))
-    assert file_facts(clean)["paths"] == 1
+    assert file_facts(clean)["paths"] == 2
     assert "<title>A &amp; B</title>" in clean
     assert 'label="L &lt; 1"' in clean
 
