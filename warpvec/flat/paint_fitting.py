@@ -110,7 +110,7 @@ def _find_ramps(
         ramp = _shared_ramp(ramps, few, colors, width, deviation)
         if ramp is None and len(pixels) >= area_min and deviation > limit:
             ramp = _ramp_of(pixels, colors, width, limit)
-        if ramp is not None and ramp.contrast() >= RAMP_CONTRAST + tolerances.noise:
+        if ramp is not None and ramp.contrast(tolerances.metric) >= RAMP_CONTRAST + tolerances.noise:
             ramps[index] = ramp
     return ramps
 

@@ -62,9 +62,9 @@ class Ramp:
     colors: Floats
     error: float
 
-    def contrast(self) -> float:
-        """Return the largest difference of two stops in a channel."""
-        return float(np.ptp(self.colors, axis=0).max())
+    def contrast(self, metric: Floats) -> float:
+        """Return the largest difference of two stops in a channel, seen by ``metric`` [4, 4] of RGBA."""
+        return float(np.ptp(self.colors @ metric[:3], axis=0).max())
 
     def error_on(self, points: Floats, colors: Floats) -> float:
         """Return the root mean square that the paints leave of the colours [N, 3] of ``points`` [N, 2]."""

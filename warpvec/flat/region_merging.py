@@ -17,7 +17,7 @@ Integers = NDArray[np.int32]
 Mask = NDArray[np.bool_]
 
 SMALL_AREA, NOISY_SMALL_AREA = 64, 400
-"""Smaller areas of clean and of noisy pictures are less certain: their colours, and that they are regions."""
+"""It is less certain that smaller areas of clean and of noisy pictures are regions."""
 
 SMALL_POOL = 2.0
 """Multiple of the tolerance within which the colour of a small area is that of a larger one."""
@@ -49,7 +49,7 @@ def pool_paints(paints: Paints, area: NDArray[np.intp], tolerances: Tolerances) 
     for index in np.argsort(-area, kind="stable").tolist():
         if paints.kind[index] != FLAT:
             continue
-        limit = tolerances.pool * (SMALL_POOL if area[index] < small_area(tolerances) else 1)
+        limit = tolerances.pool * (SMALL_POOL if area[index] < SMALL_AREA else 1)
         distance = np.abs(seen[leaders] - seen[index]).max(-1)
         alike = (distance <= limit) & ((paints.opacity[leaders] > 0) == (paints.opacity[index] > 0))
         if alike.any():

@@ -102,7 +102,7 @@ def _explain(
         return None
     own = np.median(picture[rows, columns][residual >= TOP_RESIDUAL * residual.max()], 0)
     values = np.concatenate([_known_colors(paints), own[None]]).astype(np.float32)
-    shares = _shares_of(values, rows, columns, picture, assignment, paints, tolerances.metric)
+    shares = _shares_of(values, rows, columns, picture, assignment, paints, tolerances.thin_metric())
     if _is_seam(shares, rows, columns, assignment, tolerances):
         return None
     share, rest = shares.share, shares.rest
@@ -163,10 +163,10 @@ def _is_seam(
 def _best_paint(values: Floats, share: Floats, rest: Floats, color: Floats, tolerances: Tolerances) -> int:
     """Return which of ``values`` explains an area: a known paint if one does, or else its own colour, the last."""
     own = len(values) - 1
-    distance = np.abs((values[:own] - values[own]) @ tolerances.metric).max(-1)
+    distance = np.abs((values[:own] - values[own]) @ tolerances.thin_metric()).max(-1)
     cost = rest.mean(0)
     peak = np.quantile(share, 0.9, axis=0)
-    at_own = (np.abs((color - values[own]) @ tolerances.metric).max(-1) <= tolerances.paint).mean()
+    at_own = (np.abs((color - values[own]) @ tolerances.thin_metric()).max(-1) <= tolerances.paint).mean()
     is_short = len(color) < (NOISY_PLATEAU_AREA if tolerances.noise > 0 else PLATEAU_AREA)
     possible = (cost[:own] <= np.maximum(tolerances.mix, 1.2 * cost[own])) & (
         (peak[:own] >= PEAK_SHARE_MIN) | (len(color) < PLATEAU_AREA)
