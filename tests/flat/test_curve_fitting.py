@@ -12,6 +12,7 @@ from warpvec.flat.curve_fitting import fit_loop, fit_loops
 
 Floats = NDArray[np.float64]
 
+
 def half_plane(x: float, y: float, degrees: float):  # type: ignore[no-untyped-def]
     """The points left of a line through (x, y) in a direction, as seen along it with y down."""
     across = np.array([np.sin(np.radians(degrees)), -np.cos(np.radians(degrees))])

@@ -18,9 +18,18 @@ _FINE = 16
 
 def coverage(shape: Shape, width: int, height: int) -> Floats:
     """Return how much of each pixel [height, width] a shape covers, which says what points are inside by x and y."""
+    return _mean_of_pixels(shape(*_fine_grid(width, height)))
+
+
+def _fine_grid(width: int, height: int) -> tuple[Floats, Floats]:
     y, x = (np.indices((height * _FINE, width * _FINE)) + 0.5) / _FINE
-    covered: Floats = shape(x, y).reshape(height, _FINE, width, _FINE).mean((1, 3))
-    return covered
+    return x, y
+
+
+def _mean_of_pixels(values: Mask) -> Floats:
+    height, width = (side // _FINE for side in values.shape)
+    mean: Floats = values.reshape(height, _FINE, width, _FINE).mean((1, 3))
+    return mean
 
 
 def disc(x: float, y: float, radius: float) -> Shape:
@@ -41,16 +50,15 @@ def regions_of(
 
     Each shape has a region of its own, also what it shows in several parts.
     """
-    seen = np.zeros((len(shapes) + 1, height, width))
-    seen[0] = 1.0
+    grid = _fine_grid(width, height)
+    top = np.zeros(grid[0].shape, np.int64)
     for index, (shape, _) in enumerate(shapes):
-        covered = coverage(shape, width, height)
-        seen *= 1.0 - covered
-        seen[index + 1] = covered
+        top[shape(*grid)] = index + 1
+    seen = np.stack([_mean_of_pixels(top == index) for index in range(len(shapes) + 1)])
     order = np.argsort(-seen, 0, kind="stable")
-    first, second = order[0], order[1]
+    first, second = order[0], order[min(1, len(shapes))]
     most, next_most = (np.take_along_axis(seen, index[None], 0)[0] for index in (first, second))
-    is_pure = next_most < 1e-9
+    is_pure = (next_most < 1e-9) | (first == second)
     second = np.where(is_pure, first, second)
     share = np.where(is_pure, 1.0, most / (most + next_most))
     paints = np.array([canvas, *(paint for _, paint in shapes)], np.float32)

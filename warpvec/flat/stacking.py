@@ -62,7 +62,11 @@ def stack(regions: Regions, join: bool = False) -> list[Layer]:
     above += AREA_EVIDENCE * np.sign(area[None, :] - area[:, None])
     above += SURELY * (surrounds.T.astype(float) - surrounds)
     order = best_order(above, sorted(shown, key=lambda index: (-area[index], index)))
-    pairs = [*interrupted_pairs(regions, junctions, order), *_seen_through(regions, surrounds, order)]
+    seen = list(_seen_through(regions, surrounds, order))
+    for _, region in seen:
+        around = surrounds[:, region]
+        above[region, around] = above[around, region] = 0.0
+    pairs = [*seen, *interrupted_pairs(regions, junctions, order)]
     shapes = _grouped([(region,) for region in order], pairs, above)
     if not join:
         return _layers(regions, [[shape] for shape in shapes])

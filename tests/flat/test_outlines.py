@@ -1,0 +1,99 @@
+"""Tests of warpvec.flat.outlines: what a layer covers beneath others, and how simple its hidden borders are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from flat_regions import box, disc, regions_of, split_regions
+from numpy.typing import NDArray
+
+from warpvec.flat.outlines import outlines, signed_area
+from warpvec.flat.regions import Regions
+from warpvec.flat.scene_building import scene_of
+from warpvec.flat.stacking import stack
+from warpvec.image.metrics import psnr
+from warpvec.svg.measure import draw
+from warpvec.svg.write import write_svg
+
+RED, GREEN, BLUE, WHITE = (1.0, 0.0, 0.0, 1.0), (0.0, 0.6, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0)
+
+
+def error_of_file(regions: Regions) -> float:
+    """PSNR in dB of the file of the scene of ``regions`` against the picture that they state, over white."""
+    height, width = regions.label.shape
+    mixed = regions.mixed()
+    picture = mixed[..., :3] + 1.0 - mixed[..., 3:]
+    rendering = draw(write_svg(scene_of(regions), width, height), width, height)
+    return psnr(rendering, picture.astype(np.float32))
+
+
+def areas(regions: Regions) -> list[list[float]]:
+    return [[signed_area(loop) for loop in outlines(regions, layer)] for layer in stack(regions)]
+
+
+def test_shape_is_filled_beneath_what_lies_on_it() -> None:
+    regions = regions_of([(box(10, 10, 80, 80), RED), (disc(40, 40, 12), BLUE)])
+    lower, upper = areas(regions)
+    assert np.abs(lower) == pytest.approx([4900.0], rel=1e-3)
+    assert np.abs(upper) == pytest.approx([np.pi * 144], rel=5e-3)
+
+
+def test_hole_stays_open_through_all_layers() -> None:
+    shapes = [(box(6, 6, 90, 90), RED), (disc(48, 48, 30), BLUE), (disc(48, 48, 14), WHITE)]
+    regions = regions_of(shapes, canvas=WHITE)
+    lower, upper = areas(regions)
+    assert len(lower) == len(upper) == 2
+    assert lower[0] * lower[1] < 0
+    hole = min(map(abs, lower))
+    # Beneath the upper one, its colour must not come close to the hole.
+    assert np.pi * 15.5**2 < hole < np.pi * 29**2
+    assert min(map(abs, upper)) == pytest.approx(np.pi * 14**2, rel=0.01)
+
+
+def test_hidden_border_is_simple_and_hidden() -> None:
+    regions = regions_of([(box(10.3, 30.2, 60.4, 85.1), BLUE), (disc(60, 30, 20), RED)])
+    scene = scene_of(regions)
+    lower = scene.select(torch.tensor([0]))
+    # The sides of the box, and at most two more lines beneath the disc, which hides a corner.
+    assert len(lower.segments) <= 6
+    assert lower.structure.is_line is not None
+    assert lower.structure.is_line.all()
+    nodes = lower.segments[:, 0].numpy()
+    from_disc = np.hypot(nodes[:, 0] - 60, nodes[:, 1] - 30)
+    assert (from_disc < 19).sum() >= 2
+    assert not ((from_disc > 19) & (from_disc < 25)).any()
+
+
+def test_neighbours_leave_no_seam_and_no_fringe() -> None:
+    shapes = [(box(10.25, 10.5, 50.25, 80.5), BLUE), (box(50.25, 10.5, 86.5, 80.5), RED), (disc(50, 80, 12.4), GREEN)]
+    assert error_of_file(regions_of(shapes)) > 42.0
+
+
+def test_belt_is_drawn_on_one_body() -> None:
+    regions = split_regions(regions_of([(box(30.25, 8.5, 66.5, 88.5), RED), (box(20.25, 40.25, 76.5, 56.5), BLUE)]))
+    body, belt = areas(regions)
+    assert len(body) == len(belt) == 1
+    assert abs(body[0]) == pytest.approx(36.25 * 80.0, rel=0.06)
+    assert error_of_file(regions) > 42.0
+
+
+def test_opaque_canvas_is_the_background() -> None:
+    scene = scene_of(regions_of([(disc(40, 40, 20), RED)], canvas=GREEN))
+    assert not scene.transparent
+    assert scene.background.tolist() == pytest.approx(GREEN[:3])
+    assert len(scene) == 1
+    assert scene_of(regions_of([(disc(40, 40, 20), RED)])).transparent
+
+
+def test_picture_without_shapes_is_an_empty_scene() -> None:
+    scene = scene_of(regions_of([], canvas=GREEN))
+    assert len(scene) == 0
+    assert scene.segments.shape == (0, 3, 2)
+
+
+def test_shape_that_is_cut_off_ends_at_the_border() -> None:
+    found: list[NDArray[np.float64]] = outlines((regions := regions_of([(disc(0, 48, 30), RED)])), stack(regions)[0])
+    assert len(found) == 1
+    assert found[0].min() == 0.0
+    assert abs(signed_area(found[0])) == pytest.approx(np.pi * 450, rel=0.01)

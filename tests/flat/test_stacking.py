@@ -1,0 +1,74 @@
+"""Tests of warpvec.flat.stacking: which region lies above which, and which are one shape."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from flat_regions import box, disc, regions_of, split_regions
+
+from warpvec.flat.stacking import Layer, stack
+
+RED, GREEN, BLUE, WHITE = (1.0, 0.0, 0.0, 1.0), (0.0, 0.6, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0)
+
+
+def members(layers: list[Layer]) -> list[tuple[int, ...]]:
+    return [tuple(sorted(layer.members)) for layer in layers]
+
+
+def test_shape_on_another_lies_above_it() -> None:
+    layers = stack(regions_of([(box(10, 10, 80, 80), RED), (disc(40, 40, 12), BLUE)]))
+    assert members(layers) == [(1,), (2,)]
+    assert layers[0].above == {2}
+    assert layers[1].above == frozenset()
+
+
+@pytest.mark.parametrize("small_in_front", [False, True])
+def test_shape_whose_outline_goes_on_lies_in_front_whatever_its_size(small_in_front: bool) -> None:
+    small, large = (disc(64, 44, 14), RED), (box(10.3, 20.2, 60.4, 80.1), BLUE)
+    layers = stack(regions_of([large, small] if small_in_front else [small, large]))
+    # Regions are numbered in the order in which they were painted.
+    assert members(layers) == [(1,), (2,)]
+
+
+def test_belt_leaves_one_body() -> None:
+    body, belt = box(30.2, 8.3, 66.4, 88.1), box(20.3, 40.2, 76.3, 56.4)
+    regions = split_regions(regions_of([(body, RED), (belt, BLUE)]))
+    assert len(regions) == 4
+    layers = stack(regions)
+    assert [len(layer.members) for layer in layers] == [2, 1]
+    assert len(layers[0].parts) == 1
+
+
+def test_two_pieces_of_one_paint_that_do_not_go_on_stay_apart() -> None:
+    shapes = [(disc(20, 40, 10), RED), (box(28, 20, 62, 60), BLUE), (disc(76, 62, 10), RED)]
+    assert len(stack(split_regions(regions_of(shapes)))) == 3
+
+
+def test_paint_seen_through_a_hole_is_no_shape() -> None:
+    shapes = [(box(8, 8, 88, 88), RED), (disc(48, 48, 30), BLUE), (disc(48, 48, 15), RED)]
+    regions = split_regions(regions_of(shapes))
+    layers = stack(regions)
+    assert [len(layer.members) for layer in layers] == [2, 1]
+    inner = int(regions.label[48, 48])
+    assert inner in layers[0].members
+    assert inner not in layers[1].above
+
+
+def test_holes_and_the_canvas_are_no_layers() -> None:
+    ring = [(disc(48, 48, 30), BLUE), (disc(48, 48, 12), WHITE)]
+    assert len(stack(split_regions(regions_of(ring, canvas=WHITE)))) == 1
+    assert len(stack(regions_of(ring))) == 2
+    assert stack(regions_of([])) == []
+
+
+def test_joined_shapes_of_one_paint_are_one_path() -> None:
+    shapes = [(disc(20, 20, 10), RED), (disc(70, 20, 10), RED), (box(10, 50, 80, 80), BLUE)]
+    regions = regions_of(shapes)
+    assert [len(layer.parts) for layer in stack(regions)] == [1, 1, 1]
+    assert sorted(len(layer.parts) for layer in stack(regions, join=True)) == [1, 2]
+
+
+def test_nothing_goes_on_beneath_translucent_paint() -> None:
+    layers = stack(regions_of([(box(10, 10, 60, 60), RED), (disc(60, 40, 15), (0.0, 0.0, 1.0, 0.5))]))
+    assert all(not layer.above or layer.above == {1} for layer in layers)
+    assert np.all([2 not in layer.above for layer in layers])
