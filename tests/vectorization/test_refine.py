@@ -12,7 +12,7 @@ import torch
 from short_fits import Photo
 
 import warpvec
-from warpvec.geometry import crossings
+from warpvec.fit import polish
 from warpvec.geometry.joints import Joints
 from warpvec.image.metrics import psnr
 from warpvec.svg.measure import draw
@@ -106,29 +106,22 @@ def _outline(points: torch.Tensor) -> str:
     return f'<svg xmlns="http://www.w3.org/2000/svg" width="64" height="64"><path fill="#26c" d="{data}z"/></svg>'
 
 
-def test_huge_paths_are_not_looked_at_for_folds(monkeypatch: pytest.MonkeyPatch) -> None:
-    compared: list[int] = []
+def test_large_paths_are_looked_at_for_folds_unless_they_are_scribbles(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks: list[list[bool]] = []
+    count = polish.crossings_of_rows
     monkeypatch.setattr(
-        crossings, "_crossings", lambda start, end, loop: compared.append(loop.numel()) or torch.zeros_like(loop)
+        polish, "crossings_of_rows", lambda scene, guarded: looks.append(guarded.tolist()) or count(scene, guarded)
     )
     angle = torch.linspace(0, 2 * math.pi, 600)
     polygon = 32 + 28 * torch.stack([angle.cos(), angle.sin()], 1)
-    scribble = 64 * torch.rand(500, 6, generator=torch.Generator().manual_seed(0))
-    photo = draw(_wavy(64), 64, 64)
-    for points in (polygon, scribble):
-        warpvec.refine(photo, _outline(points), iterations=5, threads=1)
-    assert not compared
-    warpvec.refine(photo, _outline(polygon[::10]), iterations=5, threads=1)
-    assert compared
-
-
-def test_a_path_that_starts_with_many_crossings_is_not_looked_at_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    looks: list[int] = []
-    count = crossings._crossings
-    monkeypatch.setattr(crossings, "_crossings", lambda *given: looks.append(1) or count(*given))
     scribble = 64 * torch.rand(60, 6, generator=torch.Generator().manual_seed(0))
-    warpvec.refine(draw(_wavy(64), 64, 64), _outline(scribble), iterations=20, threads=1)
-    assert len(looks) == 1
+    photo = draw(_wavy(64), 64, 64)
+    found = []
+    for points in (polygon, scribble):
+        looks.clear()
+        warpvec.refine(photo, _outline(points), iterations=5, threads=1)
+        found.append(looks[-1])
+    assert found == [[True], [False]]
 
 
 def test_a_drawing_that_is_right_stays_as_it_is() -> None:

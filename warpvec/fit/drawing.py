@@ -10,6 +10,7 @@ from itertools import accumulate, pairwise
 from typing import Any
 
 import torch
+from scipy import sparse
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
@@ -44,17 +45,20 @@ class Drawing:
         start: the values of ``scene`` [K].
         point_count: the first values are the coordinates of so many points, two each.
         is_free: values that a fit may change [K].
+        opacity_range: first value that is an opacity, and the one after the last.
+        target, joints: the image, and the kinds of the nodes.
     """
 
     def __init__(self, scene: Scene, target: Target, config: FitConfig, *, free: bool = False) -> None:
-        self._scene, self._target, self._joints = scene, target, Joints.of(scene, keep=not free)
-        parts = [*self._joints.values(scene), scene.color, scene.opacity, scene.background]
+        self._scene, self.target, self.joints = scene, target, Joints.of(scene, keep=not free)
+        parts = [*self.joints.values(scene), scene.color, scene.opacity, scene.background]
         if scene.gradients is not None:
             parts += [scene.gradients.end_color, scene.gradients.geometry]
         self._shapes = [part.shape for part in parts]
         self._bounds = [0, *accumulate(part.numel() for part in parts)]
         self.start = torch.cat([part.flatten() for part in parts])
         self.point_count = self._bounds[3] // 2
+        self.opacity_range = self._bounds[4], self._bounds[5]
         self.is_free = torch.ones_like(self.start, dtype=torch.bool)
         is_translucent = torch.full_like(scene.opacity, config.opacity != "opaque", dtype=torch.bool)
         self._of(self.is_free)[4].copy_(is_translucent & ((scene.opacity < OPAQUE) | free))
@@ -68,10 +72,10 @@ class Drawing:
     def evaluate(self, x: Tensor) -> Evaluation:
         """Return the loss at ``x`` and its gradient, which is zero for values that are not free."""
         scene, segments = self._shown(x)
-        adjoints = self._target.fit_step(scene, False)
-        if self._target.has_dropped():  # a GPU had no room for the paths
-            self._target.make_room()
-            adjoints = self._target.fit_step(scene, False)
+        adjoints = self.target.fit_step(scene, False)
+        if self.target.has_dropped():  # a GPU had no room for the paths
+            self.target.make_room()
+            adjoints = self.target.fit_step(scene, False)
         return Evaluation(x, float(adjoints.loss), self._gradient(segments, adjoints))
 
     def strength(self, x: Tensor, probes: int, generator: torch.Generator) -> Tensor:
@@ -82,12 +86,16 @@ class Drawing:
         total = torch.zeros_like(x)
         scene, segments = self._shown(x)
         for _ in range(probes):
-            for adjoints in self._target.random_adjoints(scene, generator):
+            for adjoints in self.target.random_adjoints(scene, generator):
                 total += self._gradient(segments, adjoints, keep=True).square()
-        total *= 2.0 * self._target.error_scale / probes
+        total *= 2.0 * self.target.error_scale / probes
         for part in self._of(total):
             part += STRENGTH_MIN * part.mean() + 1e-12
         return total
+
+    def point_derivative(self, x: Tensor) -> sparse.csr_matrix:
+        """Return the derivative of the curves by the points [8 R, 6 R]; see `Joints.derivative`."""
+        return self.joints.derivative(*self._of(x)[:3])
 
     def limited(self, x: Tensor) -> Tensor:
         """Return ``x`` with colours in [0, 1] and free opacities in [``OPACITY_MIN``, 1]."""
@@ -105,6 +113,13 @@ class Drawing:
             part.copy_(rows[:, None].expand_as(part))
         return mask
 
+    def whole_paths(self, rows: Tensor) -> Tensor:
+        """Return the segments [R] (bool) of all paths that have one of the segments ``rows`` (a mask [R])."""
+        owner = self._scene.structure.segment_path.long()
+        paths = torch.zeros(len(self._scene), dtype=torch.bool, device=rows.device)
+        paths[owner[rows]] = True
+        return paths[owner]
+
     def _of(self, x: Tensor) -> list[Tensor]:
         """Return the parts of a vector [K] in their shapes; they share its memory."""
         ranges = zip(pairwise(self._bounds), self._shapes, strict=True)
@@ -117,7 +132,7 @@ class Drawing:
         """
         points = x[: self._bounds[3]].detach().requires_grad_()
         with torch.enable_grad():
-            segments = self._joints.segments(*self._of_points(points))
+            segments = self.joints.segments(*self._of_points(points))
         scene, (color, opacity, background, *paints) = self._memory, self._of(self.limited(x))[3:]
         shown = [(scene.segments, segments.detach()), (scene.color, color), (scene.opacity, opacity)]
         shown.append((scene.background, background))

@@ -101,6 +101,24 @@ class Target:
             signs = torch.randint(0, 2, shape, generator=generator, dtype=torch.int8).to(scene.segments)
             yield self._renderer.adjoint(_over(scene, matte), share * (2.0 * signs - 1.0))
 
+    def winding_slopes(self, scene: Scene, path: Tensor, x: Tensor, y: Tensor) -> list[Tensor]:
+        """Return how pixels change with the winding of a path, [M, 3] for each matte or once if there are none.
+
+        See `ExactRenderer.winding_slopes`. They are scaled as in `random_adjoints`.
+        """
+        share = len(self._views) ** -0.5
+        return [share * self._renderer.winding_slopes(_over(scene, m), path, x, y) for _, m in self._views]
+
+    def shares(self, scene: Scene) -> Iterator[Tensor]:
+        """Yield the visible share of each path in each pixel, three paths at a time [h, w, 3]."""
+        yield from self._renderer.shares(scene)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Height and width of the image."""
+        grid = self._renderer.grid
+        return grid.height, grid.width
+
     def ramp_moments(self, scene: Scene, box: Tensor) -> tuple[Tensor, Tensor]:
         """Measure the moments of each path's visible pixels, for ``warpvec.fit.ramps``.
 

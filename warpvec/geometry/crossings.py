@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from warpvec.geometry.bezier import bernstein, whole_curves
@@ -15,8 +19,14 @@ FOLD_MIN = 0.25
 """Area in square pixels of the smaller part that a crossing cuts off a loop, from which on it counts. Less cannot be
 seen, and the rounding of a file makes such crossings at sharp turns."""
 
-_PAIRS_MAX = 2**22
-"""Pairs of chords that are compared at once, which bounds the memory."""
+FOLD_WIDTH = 0.05
+"""Mean width in pixels of that part from which on it counts. A thinner sliver cannot be seen either, however long."""
+
+_PAIRS_AT_ONCE = 2**12
+"""Pairs of segments whose chords are compared at once, which bounds the memory."""
+
+Floats = NDArray[np.float64]
+Rows = NDArray[np.int64]
 
 
 def self_crossings(scene: Scene) -> Tensor:
@@ -30,71 +40,115 @@ def self_crossings(scene: Scene) -> Tensor:
 def crossings_of_rows(scene: Scene, is_counted: Tensor | None = None) -> Tensor:
     """Return how often each segment [R] crosses another one of its path, or itself, which counts twice.
 
-    A crossing of a loop with itself counts if it cuts off ``FOLD_MIN`` or more. The time grows with the square of the
-    number of segments of a path.
+    A crossing of a loop with itself counts if it cuts off a part that can be seen: see ``FOLD_MIN`` and ``FOLD_WIDTH``.
+    The time grows with the number of pairs of segments whose boxes overlap: see `overlapping_pairs`.
 
     Args:
         scene: the drawing, in pixels.
         is_counted: paths [N] (bool) to look at, by default all; segments of others get 0.
     """
-    loops = scene.structure.loop_first_segment.long().diff()
-    loop = torch.arange(len(loops), device=loops.device).repeat_interleave(loops * CHORDS).reshape(-1, CHORDS)
-    starts = _chords(scene).double()  # [R, CHORDS, 2]
-    ends = torch.cat([starts[:, 1:], starts[scene.structure.segment_next.long(), :1]], 1)
-    first = scene.structure.path_first_segment.long()
-    counts = first.diff()
-    found = torch.zeros(len(starts), dtype=torch.int64, device=starts.device)
-    looked_at = torch.ones_like(counts, dtype=torch.bool) if is_counted is None else is_counted
-    for count in sorted(set(counts[looked_at].tolist())):
-        paths = (looked_at & (counts == count)).nonzero().flatten()
-        step = max(1, _PAIRS_MAX // (count * CHORDS) ** 2)
-        for some in (paths[k : k + step] for k in range(0, len(paths), step)):
-            rows = first[some, None] + torch.arange(count, device=first.device)
-            crossings = _crossings(starts[rows].flatten(1, 2), ends[rows].flatten(1, 2), loop[rows].flatten(1, 2))
-            found[rows] = crossings.reshape(len(some), count, CHORDS).sum(2)
-    return found
+    chords = _Chords(scene)
+    found = np.zeros(len(scene.segments), np.int64)
+    looked_at = np.ones(len(scene), np.bool_) if is_counted is None else is_counted.cpu().numpy()
+    for one, other in chords.pairs(looked_at):
+        low, high = chords.crossings(one, other)
+        counted = chords.is_visible(low, high)
+        np.add.at(found, low[counted] // CHORDS, 1)
+        np.add.at(found, high[counted] // CHORDS, 1)
+    return torch.from_numpy(found).to(scene.segments.device)
 
 
-def _chords(scene: Scene) -> Tensor:
-    parameters = torch.arange(CHORDS, dtype=scene.segments.dtype, device=scene.segments.device) / CHORDS
-    return bernstein(scene.degree, parameters) @ whole_curves(scene)
+def overlapping_pairs(scene: Scene) -> Tensor:
+    """Return how many pairs of segments of each path overlap from left to right [N]: what a look at it costs."""
+    total = np.zeros(len(scene), np.int64)
+    order, counts, path = _Chords(scene).reach(np.ones(len(scene), np.bool_))
+    np.add.at(total, path[order], counts)
+    return torch.from_numpy(total).to(scene.segments.device)
 
 
-def _crossings(start: Tensor, end: Tensor, loop: Tensor) -> Tensor:
-    """Return how many others each chord crosses in each of K paths [K, E], from its ends [K, E, 2] and loop [K, E]."""
-    paths, count = start.shape[:2]
-    found = torch.zeros((paths, count), dtype=torch.int64, device=start.device)
-    step = max(1, _PAIRS_MAX // (paths * count))
-    for first in range(0, count, step):
-        a, b = (ends[:, first : first + step, None] for ends in (start, end))
-        c, d = start[:, None], end[:, None]
+class _Chords:
+    """The chords of all segments in one list: ``CHORDS`` of each row, so that the chords of a loop are consecutive."""
+
+    def __init__(self, scene: Scene) -> None:
+        structure = scene.structure
+        parameters = torch.arange(CHORDS + 1, dtype=torch.float64) / CHORDS
+        points = (bernstein(scene.degree, parameters) @ whole_curves(scene).double().cpu()).numpy()
+        following = structure.segment_next.cpu().numpy()
+        points[:, -1] = points[following, 0]  # the same to the last bit
+        self._path = structure.segment_path.cpu().numpy().astype(np.int64)
+        self._least, self._most = points.min(1), points.max(1)
+        self._start, self._end = points[:, :-1].reshape(-1, 2), points[:, 1:].reshape(-1, 2)
+        first = structure.loop_first_segment.cpu().numpy().astype(np.int64) * CHORDS
+        self._loop = np.repeat(np.arange(len(first) - 1), np.diff(first))
+        self._areas = _sums(_cross(self._start, self._end))
+        self._lengths = _sums(np.linalg.norm(self._end - self._start, axis=1))
+        self._whole_area = self._areas[first[1:]] - self._areas[first[:-1]]
+        self._whole_length = self._lengths[first[1:]] - self._lengths[first[:-1]]
+
+    def reach(self, looked_at: NDArray[np.bool_]) -> tuple[Rows, Rows, Rows]:
+        """Return the rows of some paths sorted by their left side, and how many after each it reaches; and all paths.
+
+        Rows of one path come one after another.
+        """
+        rows = np.flatnonzero(looked_at[self._path])
+        width = np.ptp(self._start[:, 0]) + np.ptp(self._end[:, 0]) + 1.0 if len(self._start) else 1.0
+        # Paths stand side by side, too far apart to reach each other.
+        offset = 2.0 * width * self._path[rows] - (self._least[:, 0].min() if len(self._least) else 0.0)
+        left, right = self._least[rows, 0] + offset, self._most[rows, 0] + offset
+        order = np.argsort(left, kind="stable")
+        last = np.searchsorted(left[order], right[order], side="right")
+        return rows[order], last - np.arange(len(order)) - 1, self._path
+
+    def pairs(self, looked_at: NDArray[np.bool_]) -> Iterator[tuple[Rows, Rows]]:
+        """Yield pairs of rows of one path whose boxes overlap, a row with itself included, some at a time."""
+        order, counts, _ = self.reach(looked_at)
+        counts = counts + 1  # itself
+        ends = np.cumsum(counts)
+        start = 0
+        while start < len(order):
+            stop = max(start + 1, int(np.searchsorted(ends, (ends[start - 1] if start else 0) + _PAIRS_AT_ONCE)))
+            some = counts[start:stop]
+            index = np.repeat(np.arange(start, stop), some)
+            within = np.arange(len(index)) - np.repeat(np.cumsum(some) - some, some)
+            one, other = order[index], order[index + within]
+            touches = self._least[one, 1] <= self._most[other, 1]
+            touches &= self._least[other, 1] <= self._most[one, 1]
+            yield np.minimum(one, other)[touches], np.maximum(one, other)[touches]
+            start = stop
+
+    def crossings(self, one: Rows, other: Rows) -> tuple[Rows, Rows]:
+        """Return the chords of pairs of rows that cross, the earlier one and the later one of each pair of chords."""
+        steps = np.arange(CHORDS)
+        first = (CHORDS * one[:, None, None] + steps[:, None]) + np.zeros_like(steps)
+        second = (CHORDS * other[:, None, None] + steps) + np.zeros_like(steps)[:, None]
+        fits = first < second  # a row with itself: each pair of chords once
+        fits &= (np.maximum(self._start, self._end)[first] >= np.minimum(self._start, self._end)[second]).all(-1)
+        fits &= (np.maximum(self._start, self._end)[second] >= np.minimum(self._start, self._end)[first]).all(-1)
+        low, high = first[fits], second[fits]
+        a, b, c, d = self._start[low], self._end[low], self._start[high], self._end[high]
         is_across = (_side(a, b, c) * _side(a, b, d) < 0) & (_side(c, d, a) * _side(c, d, b) < 0)
-        path, one, other = is_across.nonzero().unbind(1)
-        one = one + first
-        counts = _cut_off(start, end, loop, path, torch.minimum(one, other), torch.maximum(one, other)) >= FOLD_MIN
-        found.index_put_((path, one), counts.long(), accumulate=True)
-    return found
+        return low[is_across], high[is_across]
+
+    def is_visible(self, low: Rows, high: Rows) -> NDArray[np.bool_]:
+        """Return which crossings of chords cut off a visible part of their loop, or are of two loops."""
+        inner = self._areas[high] - self._areas[low + 1] + _cross(self._start[high], self._start[low + 1])
+        length = self._lengths[high] - self._lengths[low + 1]
+        loop = self._loop[low]
+        outer, rest = self._whole_area[loop] - inner, self._whole_length[loop] - length
+        is_inner = np.abs(inner) < np.abs(outer)
+        area = 0.5 * np.where(is_inner, np.abs(inner), np.abs(outer))
+        thin = 0.5 * FOLD_WIDTH * np.where(is_inner, length, rest)
+        return (loop != self._loop[high]) | (area >= np.maximum(FOLD_MIN, thin))
 
 
-def _cut_off(start: Tensor, end: Tensor, loop: Tensor, path: Tensor, low: Tensor, high: Tensor) -> Tensor:
-    """Return the area of the smaller part of a loop that the crossing of chords ``low`` and ``high`` [C] cuts off.
-
-    It is infinite if the chords are of two loops.
-    """
-    parts = _cross(start, end)
-    sums = torch.nn.functional.pad(parts.cumsum(1), (1, 0))  # [K, E + 1]
-    inner = sums[path, high] - sums[path, low + 1] + _cross(start[path, high], start[path, low + 1])
-    first = loop.min()
-    areas = parts.new_zeros(int(loop.max() - first) + 1).index_add_(0, (loop - first).flatten(), parts.flatten())
-    whole = areas[loop[path, low] - first]
-    smaller = 0.5 * torch.minimum(inner.abs(), (whole - inner).abs())
-    return torch.where(loop[path, low] == loop[path, high], smaller, torch.inf)
+def _sums(values: Floats) -> Floats:
+    return np.concatenate([np.zeros(1), np.cumsum(values)])
 
 
-def _cross(a: Tensor, b: Tensor) -> Tensor:
+def _cross(a: Floats, b: Floats) -> Floats:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _side(a: Tensor, b: Tensor, point: Tensor) -> Tensor:
+def _side(a: Floats, b: Floats, point: Floats) -> Floats:
     """Return on which side of the line from ``a`` to ``b`` each point lies: the sign of a cross product."""
-    return _cross(b - a, point - a).sign()
+    return np.sign(_cross(b - a, point - a))

@@ -6,9 +6,12 @@ A node is the anchor of a row. It is *smooth* if the outline does not change its
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+import numpy as np
 import torch
+from scipy import sparse
 from torch import Tensor
 
 from warpvec.geometry.scene import Scene
@@ -89,6 +92,63 @@ class Joints:
         second = torch.where(is_line, anchor + chord * 2.0 / 3.0, end + arriving[self.following])
         return torch.stack([anchor, first, second], 1)
 
+    def derivative(self, anchor: Tensor, leaving: Tensor, arriving: Tensor) -> sparse.csr_matrix:
+        """Return the derivative of the curves by the `values` [8 R, 6 R], in float64.
+
+        Its rows are the coordinates of four points of each curve, its end included; its columns those of all anchors,
+        then all leaving and all arriving handles.
+        """
+        blocks = _Blocks(len(anchor))
+        own = torch.arange(len(anchor), device=anchor.device)
+        for point, k in ((0, 0), (3, 1)):
+            blocks.add(point, own, 0, (own, self.following)[k], 1.0)
+        line, curve = own[self.is_line], own[~self.is_line]
+        for point, share in ((1, 1 / 3), (2, 2 / 3)):
+            blocks.add(point, line, 0, line, 1.0 - share)
+            blocks.add(point, line, 0, self.following[line], share)
+        blocks.add(1, curve, 0, curve, 1.0)
+        blocks.add(2, curve, 0, self.following[curve], 1.0)
+        for kind, node, found in self._turning(anchor.double(), leaving.double(), arriving.double()):
+            blocks.add(1, curve, kind, node[curve], found[0][curve])
+            blocks.add(2, curve, kind, node[self.following[curve]], found[1][self.following[curve]])
+        return blocks.matrix()
+
+    def _turning(
+        self, anchor: Tensor, leaving: Tensor, arriving: Tensor
+    ) -> Iterator[tuple[int, Tensor, tuple[Tensor, Tensor]]]:
+        """Yield the derivatives of the aligned handles of each node: by a kind of value, of which node, and both."""
+        ahead, behind = self._directions(anchor, leaving, arriving)
+        is_line, after_line = self.is_line, self.is_line[self.preceding]
+        by_ahead, by_behind = (~after_line).double(), (~is_line).double()
+        mean = by_ahead[:, None] * ahead + by_behind[:, None] * behind
+        length, unit = mean.norm(dim=1).clamp_min(1e-6), _unit(mean)
+        along = unit[:, :, None] * unit[:, None, :]
+        whole = torch.eye(2, dtype=along.dtype, device=along.device).expand_as(along)
+        across = (whole - along) / length[:, None, None]
+        reach = [(leaving * unit).sum(1).clamp_min(0.0), (arriving * unit).sum(1).clamp_max(0.0)]
+        sides = [unit[:, :, None] * (handle[:, None] @ across) for handle in (leaving, arriving)]
+        is_long = [(length != 0.0)[:, None, None] for length in reach]
+        turns = [
+            torch.where(some, length[:, None, None] * across + side, 0.0)
+            for some, length, side in zip(is_long, reach, sides, strict=True)
+        ]
+        smooth, zero = self.is_smooth[:, None, None], torch.zeros_like(along)
+        chord_after, chord_before = by_ahead * is_line, by_behind * after_line
+        own = torch.arange(len(anchor), device=anchor.device)
+        parts = [
+            (1, own, by_ahead * ~is_line, (1.0, 0.0)),
+            (2, own, -by_behind * ~after_line, (0.0, 1.0)),
+            (0, self.following, chord_after, (0.0, 0.0)),
+            (0, own, chord_before - chord_after, (0.0, 0.0)),
+            (0, self.preceding, -chord_before, (0.0, 0.0)),
+        ]
+        for kind, node, share, direct in parts:
+            found = [
+                torch.where(smooth, share[:, None, None] * turn + part * some * along, part * whole + zero)
+                for turn, some, part in zip(turns, is_long, direct, strict=True)
+            ]
+            yield kind, node, (found[0], found[1])
+
     def _aligned(self, anchor: Tensor, leaving: Tensor, arriving: Tensor) -> tuple[Tensor, Tensor]:
         ahead, behind = self._directions(anchor, leaving, arriving)
         mean = torch.where(self.is_line[:, None], ahead, ahead + behind)
@@ -113,6 +173,28 @@ class Joints:
         is_straight = cosine > (math.radians(SMOOTH_DEGREES) + rounding).cos()
         has_handle = ~(self.is_line & self.is_line[self.preceding])
         return is_straight & has_handle & (lengths.amin(0) > _LENGTH_MIN)
+
+
+class _Blocks:
+    """Gathers blocks of 2 x 2 of a sparse matrix."""
+
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._parts: list[tuple[Tensor, Tensor, Tensor]] = []
+
+    def add(self, point: int, curve: Tensor, kind: int, node: Tensor, value: Tensor | float) -> None:
+        """Add a block each, or a factor: of a ``point`` of each ``curve`` by a ``kind`` of value of each ``node``."""
+        if isinstance(value, float):
+            value = value * torch.eye(2, dtype=torch.float64, device=curve.device).expand(len(curve), 2, 2)
+        self._parts.append((4 * curve + point, kind * self._count + node, value))
+
+    def matrix(self) -> sparse.csr_matrix:
+        row, column, value = (torch.cat(part).cpu().numpy() for part in zip(*self._parts, strict=True))
+        pair = np.arange(2)
+        rows = np.broadcast_to(2 * row[:, None, None] + pair[:, None], value.shape)
+        columns = np.broadcast_to(2 * column[:, None, None] + pair[None], value.shape)
+        shape = (8 * self._count, 6 * self._count)
+        return sparse.csr_matrix((value.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
 
 def _unit(vectors: Tensor) -> Tensor:

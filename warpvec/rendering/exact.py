@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import torch
+import warp as wp
+from torch import Tensor
 
 from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
-from warpvec.kernels.constants import TRANSMITTANCE_MIN
+from warpvec.kernels.constants import COLUMNS, PARTIAL, TILE, TRANSMITTANCE_MIN
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.stages.binning import Binning
-from warpvec.rendering.stages.compositing import Paint
+from warpvec.rendering.stages.compositing import Paint, from_tiles, to_tiles
 from warpvec.rendering.stages.coverage import Coverage
 from warpvec.rendering.stages.flattening import Flattening
 from warpvec.rendering.tile_renderer import Adjoints, Hits, TileRenderer
@@ -53,6 +57,51 @@ class ExactRenderer(TileRenderer):
     def _collect(self, scene: Scene, adjoints: Adjoints) -> None:
         adj_edges = self._coverage.adjoint(self._flattening, self._binning, len(scene.segments))
         self._flattening.adjoint(adj_edges, adjoints.segments)
+
+    def winding_slopes(self, scene: Scene, path: Tensor, x: Tensor, y: Tensor) -> Tensor:
+        """Return how the colour of the pixel ``x`` [M], ``y`` [M] changes with the winding of ``path`` [M]: [M, 3].
+
+        It is 0 where no edge of the path lies, and outside of the canvas. The indices are int64.
+        """
+        hits = self._cover(scene)
+        binning, into = hits[0], self.make_adjoints(scene)
+        place, is_inside = self._slot_places(binning, path, x, y)
+        values = wp.to_torch(hits[2])
+        winding, slopes = values.clone(), []
+        for channel in range(3):
+            image = torch.zeros((self.grid.height, self.grid.width, 3), dtype=self.dtype, device=self.device)
+            image[..., channel] = 1.0
+            values.copy_(winding)
+            paint = self._paint_adjoints(into, into.opacity)
+            self._compositing.adjoint(*hits, to_tiles(image, self.grid), paint)
+            slopes.append(torch.where(is_inside, values.reshape(-1)[place], 0.0))
+        return torch.stack(slopes, 1)
+
+    def shares(self, scene: Scene) -> Iterator[Tensor]:
+        """Yield the visible share of each path in each pixel: three paths at a time, [h, w, 3], the last one padded."""
+        hits = self._cover(scene)
+        tiles = torch.empty((self.grid.count, 3, TILE, TILE), dtype=self.dtype, device=self.device)
+        for first in range(0, len(scene), 3):
+            color = torch.zeros_like(scene.color)
+            rows = torch.arange(first, min(first + 3, len(scene)), device=self.device)
+            color[rows, rows - first] = 1.0
+            paint = Paint(color, scene.opacity, torch.zeros_like(scene.background), self._lanes)
+            self._compositing.run(*hits[:3], paint, tiles)
+            yield from_tiles(tiles, self.grid)
+
+    def _slot_places(self, binning: Binning, path: Tensor, x: Tensor, y: Tensor) -> tuple[Tensor, Tensor]:
+        """Return where the winding of ``path`` at each pixel lies in ``slot_winding``, and whether it lies there."""
+        box, first, kinds, slots = (
+            wp.to_torch(each).long()
+            for each in (binning.path_tile_box, binning.path_first_pair, binning.pair_class, binning.pair_slot)
+        )
+        left, top, right, bottom = box[path].unbind(1)
+        column, row = x.div(TILE, rounding_mode="floor"), y.div(TILE, rounding_mode="floor")
+        is_inside = (column >= left) & (column < right) & (row >= top) & (row < bottom)
+        pair = torch.where(is_inside, first[path] + (row - top) * (right - left) + column - left, 0)
+        is_inside &= kinds[pair] == PARTIAL
+        place = (slots[pair] * COLUMNS + x % TILE) * TILE + y % TILE
+        return torch.where(is_inside, place, 0), is_inside
 
     @property
     def counts(self) -> Counts:

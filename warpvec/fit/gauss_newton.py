@@ -1,0 +1,54 @@
+"""The Gauss-Newton matrix of a drawing: how the pixels change with each pair of its values.
+
+With J the derivative of all pixels by all values, it is J^T J in the scale of the loss. Few values meet in one pixel,
+so J is sparse. Its columns of points follow from samples of the outlines, those of paints from the visible share of
+each path. Opacities are left to `Drawing.strength`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy import sparse
+from torch import Tensor
+
+from warpvec.fit.drawing import Drawing
+from warpvec.fit.outline_samples import CrossedPixels, crossed_pixels
+from warpvec.fit.paint_slopes import PaintSlopes
+from warpvec.geometry.scene import Scene
+
+
+def gauss_newton(drawing: Drawing, x: Tensor) -> sparse.csc_matrix:
+    """Return the matrix [K, K] in float64 at the values ``x`` [K]; rows and columns of opacities are empty."""
+    scene = drawing.scene(x)
+    height, width = drawing.target.size
+    crossed = crossed_pixels(scene, height, width)
+    pixels, place = np.unique(crossed.y * width + crossed.x, return_inverse=True)
+    paints = PaintSlopes(scene, width, pixels)
+    for shares in drawing.target.shares(scene):
+        paints.add(shares.double().cpu().numpy().reshape(-1, 3))
+    by_points = drawing.point_derivative(x)
+    views = list(_views(drawing, scene, crossed, place, len(pixels)))
+    total = sparse.block_diag([sparse.csr_matrix((by_points.shape[1],) * 2), paints.elsewhere()], "csr")
+    for outlines in views:
+        for channel, slopes in enumerate(outlines):
+            both = sparse.hstack([slopes @ by_points, paints.at_pixels(channel) * len(views) ** -0.5], "csr")
+            total = total + both.T @ both
+    return (2.0 * drawing.target.error_scale * total).tocsc()
+
+
+def _views(
+    drawing: Drawing, scene: Scene, crossed: CrossedPixels, place: NDArray[np.int64], pixel_count: int
+) -> Iterator[list[sparse.csr_matrix]]:
+    """Yield for each matte how the crossed pixels change with the points of the curves [P, 8 R]: a matrix a channel."""
+    device = scene.segments.device
+    rows, x, y = (torch.from_numpy(part).to(device) for part in crossed[:3])
+    path = scene.structure.segment_path.long()[rows]
+    columns = (8 * crossed.row[:, None] + np.arange(8)).ravel()
+    where, shape = (np.repeat(place, 8), columns), (pixel_count, 8 * len(scene.segments))
+    for slopes in drawing.target.winding_slopes(scene, path, x, y):
+        channels = slopes.double().cpu().numpy().T
+        yield [sparse.csr_matrix(((one[:, None] * crossed.slopes).ravel(), where), shape=shape) for one in channels]

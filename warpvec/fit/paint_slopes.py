@@ -1,0 +1,121 @@
+"""How the pixels change with the paints of a drawing: colours, the background, and the stops and ends of gradients."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from warpvec.geometry.gradients import FLAT, RADIAL
+from warpvec.geometry.scene import Scene
+
+Values = NDArray[np.float64]
+
+SHARE_MIN = 1e-3
+"""A path that shows less of itself in a pixel counts as hidden there."""
+
+ENDS = 4
+"""Numbers of the geometry of a gradient."""
+
+
+class PaintSlopes:
+    """The derivative of pixels by the paints, in the order of `warpvec.fit.drawing.Drawing` after the points.
+
+    These are colours [N, 3], opacities [N] (always 0 here), background [3], and with gradients their end colours [N, 3]
+    and ends [N, 4]. The visible shares of all paths are added one after another.
+    """
+
+    def __init__(self, scene: Scene, width: int, pixels: NDArray[np.int64]) -> None:
+        self._count, self._width, self._pixels = len(scene), width, pixels
+        paints = scene.gradients
+        self._kind = np.zeros(len(scene), np.int32) if paints is None else paints.kind.cpu().numpy()
+        self._color = scene.color.double().cpu().numpy()
+        self._end_color = self._color if paints is None else paints.end_color.double().cpu().numpy()
+        self._ends = None if paints is None else paints.geometry.double().cpu().numpy()
+        self.value_count = 4 * len(scene) + 3 + (0 if paints is None else 7 * len(scene))
+        self._seen = 0
+        self._at_pixels: list[Values] = []  # the shares of each path in ``pixels``
+        self._covered: Values | None = None
+        self._squares: list[tuple[list[int], Values]] = []  # blocks of the matrix
+
+    def add(self, shares: Values) -> None:
+        """Add the ``shares`` [h w, n] of the next n paths in all pixels; columns past the last path are left."""
+        for share in shares.T[: self._count - self._seen]:
+            here = share[self._pixels]
+            self._covered = share.copy() if self._covered is None else self._covered + share
+            self._at_pixels.append(here)
+            if self._kind[self._seen] == FLAT:
+                square = np.full((1, 1), np.square(share).sum() - np.square(here).sum())
+                self._squares += [([3 * self._seen + channel], square) for channel in range(3)]
+            else:
+                self._add_gradient(self._seen, share)
+            self._seen += 1
+
+    def elsewhere(self) -> sparse.csr_matrix:
+        """Return the Gauss-Newton matrix [V, V] of the other pixels. It ignores that paths overlap there."""
+        squares = list(self._squares)
+        if self._covered is not None:
+            seen = 1.0 - self._covered
+            rest = np.full((1, 1), max(np.square(seen).sum() - np.square(seen[self._pixels]).sum(), 0.0))
+            squares += [([4 * self._count + channel], rest) for channel in range(3)]
+        rows = [np.repeat(columns, len(columns)) for columns, _ in squares]
+        columns = [np.tile(columns, len(columns)) for columns, _ in squares]
+        values = [square.ravel() for _, square in squares]
+        where = (np.concatenate(rows), np.concatenate(columns))
+        return sparse.csr_matrix((np.concatenate(values), where), shape=(self.value_count,) * 2)
+
+    def at_pixels(self, channel: int) -> sparse.csr_matrix:
+        """Return the derivative of one channel of ``pixels`` by the paints [P, V]."""
+        columns: list[tuple[int, Values]] = []
+        for path, share in enumerate(self._at_pixels):
+            columns += self._columns(path, channel, share, self._pixels)
+        if self._covered is not None:
+            columns.append((4 * self._count + channel, 1.0 - self._covered[self._pixels]))
+        found = [(value, *np.nonzero(np.abs(value) > SHARE_MIN)) for _, value in columns]
+        indices = [np.full(len(rows), index) for (index, _), (_, rows) in zip(columns, found, strict=True)]
+        values = np.concatenate([value[rows] for value, rows in found])
+        where = (np.concatenate([rows for _, rows in found]), np.concatenate(indices))
+        return sparse.csr_matrix((values, where), shape=(len(self._pixels), self.value_count))
+
+    def _add_gradient(self, path: int, share: Values) -> None:
+        """Add the block of a gradient in the pixels that no outline crosses."""
+        shown = share > SHARE_MIN
+        shown[self._pixels] = False
+        pixels = np.flatnonzero(shown)
+        if not len(pixels):
+            return
+        for channel in range(3):
+            found = self._columns(path, channel, share[pixels], pixels)
+            slopes = np.stack([value for _, value in found], 1)
+            self._squares.append(([index for index, _ in found], slopes.T @ slopes))
+
+    def _columns(self, path: int, channel: int, share: Values, pixels: NDArray[np.int64]) -> list[tuple[int, Values]]:
+        """Return which values of the paint of ``path`` change a ``channel`` of ``pixels``, and how."""
+        color = 3 * path + channel
+        if self._kind[path] == FLAT or self._ends is None:
+            return [(color, share)]
+        y, x = np.divmod(pixels, self._width)
+        ramp, slopes = _ramp(int(self._kind[path]), self._ends[path], x + 0.5, y + 0.5)
+        first_end_color = 4 * self._count + 3
+        change = share * (self._end_color - self._color)[path, channel]
+        ends = [(first_end_color + 3 * self._count + ENDS * path + k, change * slopes[:, k]) for k in range(ENDS)]
+        return [(color, share * (1.0 - ramp)), (first_end_color + color, share * ramp), *ends]
+
+
+def _ramp(kind: int, ends: Values, x: Values, y: Values) -> tuple[Values, Values]:
+    """Return how far along a gradient each place lies [M], from 0 to 1, and its derivative by the ``ends`` [M, 4]."""
+    slopes = np.zeros((len(x), ENDS))
+    off = np.stack([x - ends[0], y - ends[1]], 1)
+    if kind == RADIAL:
+        distance, radius = np.maximum(np.linalg.norm(off, axis=1), 1e-9), max(ends[2], 1e-3)
+        ramp = distance / radius
+        slopes[:, :2] = -off / (distance * radius)[:, None]
+        slopes[:, 2] = -ramp / radius
+    else:
+        axis = ends[2:] - ends[:2]
+        squared = max(axis @ axis, 1e-6)
+        ramp = off @ axis / squared
+        slopes[:, :2] = ((2.0 * ramp - 1.0)[:, None] * axis - off) / squared
+        slopes[:, 2:] = (off - 2.0 * ramp[:, None] * axis) / squared
+    slopes[(ramp <= 0.0) | (ramp >= 1.0)] = 0.0
+    return ramp.clip(0.0, 1.0), slopes
