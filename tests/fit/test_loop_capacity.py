@@ -76,8 +76,13 @@ def plain_history(result: FitResult) -> list[dict[str, float]]:
     return [{name: value for name, value in entry.items() if name != "seconds"} for entry in result.history]
 
 
-@pytest.mark.parametrize("transparent", [False, True], ids=["opaque", "alpha"])
-@pytest.mark.parametrize("case", CASES)
+# Transparent images take another way through the renderer, the palette and the levels.
+TRANSPARENT = ("default", "splat", "palette", "levels")
+
+
+@pytest.mark.parametrize(
+    ("case", "transparent"), [*((case, False) for case in CASES), *((case, True) for case in TRANSPARENT)]
+)
 def test_a_fit_whose_steps_are_dropped_ends_the_same(
     case: str, transparent: bool, device: str, renderers: list[TileRenderer], request: pytest.FixtureRequest
 ) -> None:

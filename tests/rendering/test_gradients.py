@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from assertions import assert_grad_close, assert_grad_present
+from assertions import assert_grad_close, assert_grad_present, check_gradients
 from backends import VECTOR, Backend
 from compound import scene_of_loops
 from paints import VALUES, painted, painted_scene, reference_image, values_of, with_values
@@ -60,7 +60,7 @@ def check_against_reference(scene: Scene, backend: Backend, **settings: Any) -> 
 
 
 @pytest.mark.parametrize("kinds", [(LINEAR,), (RADIAL,), (LINEAR, RADIAL, FLAT, RADIAL, LINEAR)])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_image_and_adjoints_are_those_of_the_reference(seed: int, kinds: tuple[int, ...], backend: Backend) -> None:
     check_against_reference(painted_scene(seed, 9, HEIGHT, WIDTH, kinds), backend)
 
@@ -89,7 +89,7 @@ def test_what_is_not_drawn_behind_opaque_gradients_changes_no_other_derivative(b
 
 
 @pytest.mark.parametrize("want_removal_cost", [False, True])
-@pytest.mark.parametrize("make", [lambda: painted_scene(5, 10, HEIGHT, WIDTH), opaque_stack], ids=["random", "opaque"])
+@pytest.mark.parametrize("make", [lambda: painted_scene(5, 6, HEIGHT, WIDTH), opaque_stack], ids=["random", "opaque"])
 def test_a_fused_step_is_that_of_the_reference(
     make: Callable[[], Scene], want_removal_cost: bool, backend: Backend
 ) -> None:
@@ -197,7 +197,7 @@ def in_float32(scene: Scene) -> Scene:
     return with_values(scene, [value.float() for value in values_of(scene)])
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_float32_is_near_the_reference(seed: int, backend: Backend) -> None:
     scene = painted(uniform_blobs(seed, 8), (LINEAR, RADIAL), seed)
     renderer, leaves, adj_image = make_renderer(backend, torch.float32), leaves_of(scene), cotangent()
@@ -222,7 +222,7 @@ def drawing(scene: Scene, height: int, width: int, alpha: bool = False) -> Calla
 @pytest.mark.parametrize("alpha", [False, True])
 def test_gradcheck(alpha: bool) -> None:
     scene = painted(scene_of_loops([[circle(6.2, 4.6, 4.1, 2)], [circle(11.1, 3.7, 5.3, 3)]]), (LINEAR, RADIAL))
-    assert torch.autograd.gradcheck(drawing(scene, 9, 18, alpha), leaves_of(scene), eps=1e-7, atol=1e-5, rtol=1e-4)
+    check_gradients(drawing(scene, 9, 18, alpha), leaves_of(scene))
 
 
 @pytest.mark.parametrize("name", VALUES[4:])

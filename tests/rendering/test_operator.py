@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import torch
 import warp as wp
-from assertions import assert_grad_close
+from assertions import assert_grad_close, check_gradients
 from backends import Backend
 from oracles import GRADIENTS, adjoint, cotangent, make_renderer
 from scenes import SceneTensors, circle, random_scene
@@ -95,7 +95,7 @@ def test_splat_is_drawn_with_its_settings_and_the_degree_of_the_scene(switches: 
 def test_gradcheck() -> None:
     scene = scene_of(random_scene(3, 2, 9, 18))
     # The image has kinks where an edge crosses a pixel corner. A small step meets few of them and is fine in float64.
-    assert torch.autograd.gradcheck(drawing(scene, 9, 18), leaves_of(scene), eps=1e-7, atol=1e-5, rtol=1e-4)
+    check_gradients(drawing(scene, 9, 18), leaves_of(scene))
 
 
 @pytest.mark.parametrize("name", ["segments", *GRADIENTS[1:]])
@@ -125,7 +125,7 @@ def two_losses(scene: Scene) -> list[Callable[[Tensor], Tensor]]:
 
 
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
-@pytest.mark.parametrize("path_count", [0, 1, 5])
+@pytest.mark.parametrize("path_count", [0, 5])
 def test_opcheck(dtype: torch.dtype, path_count: int) -> None:
     scene = scene_of(random_scene(path_count, path_count, HEIGHT, WIDTH), dtype)
     image = torch.rand(HEIGHT, WIDTH, 3, dtype=dtype)

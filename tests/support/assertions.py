@@ -75,6 +75,21 @@ def assert_close_off_edges(
     assert worst <= outlier_atol, f"{name}: a pixel is off by more than {outlier_atol:.1e}; " + _worst_entry(got, want)
 
 
+def check_gradients(draw: Callable[..., Tensor], leaves: Sequence[Tensor]) -> None:
+    """Compare the derivatives of six random sums over the image that ``draw`` gives with finite differences.
+
+    All pixels one by one would take a backward pass each.
+    """
+    generator = torch.Generator().manual_seed(0)
+
+    def sums(*values: Tensor) -> Tensor:
+        image = draw(*values)
+        weights = torch.randn(6, image.numel(), generator=generator.manual_seed(0), dtype=image.dtype)
+        return weights @ image.flatten()
+
+    assert torch.autograd.gradcheck(sums, tuple(leaves), eps=1e-7, atol=1e-5, rtol=1e-4)
+
+
 def finite_difference(
     f: Callable[[Tensor], Tensor], x: Tensor, eps: float, entries: Sequence[int] | None = None
 ) -> Tensor:

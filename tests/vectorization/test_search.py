@@ -275,7 +275,7 @@ def test_a_step_in_the_psnr_is_found_wherever_it_is(
         return Trial(asked, asked, 100 * asked, quality)
 
     monkeypatch.setattr(Result, "trial", trial)
-    for step in range(5, 401):  # `trial` reads it
+    for step in (*range(5, 50), *range(50, 401, 7)):  # `trial` reads it
         fits = Fits(lambda _: 1)
         facts = _run(fits, Goal(target_psnr=30.0), curves=CURVES_MAX).goal_facts
         assert facts is not None and facts["met"]
