@@ -5,8 +5,8 @@ Record the outputs before the change, and compare them after it, on the same mac
     python bench/same_output.py record before.json
     python bench/same_output.py compare before.json
 
-Some two dozen short commands cover both renderers, every policy, transparency, palettes, levels, goals, resume, refine
-and batch; together they take about a minute. A drawing must have the same bytes. The settings in a file's metadata and
+Some two dozen short commands cover both renderers, every policy, flat art, transparency, palettes, levels, goals,
+resume, refine and batch; together they take a minute. A drawing must have the same bytes. The settings in metadata and
 the JSON reports must have the same keys and values, except for times. If the change removes a setting on purpose, name
 it with ``--without``, and also ``bytes``, ``gzip_bytes`` and ``prefix_bytes``, because the metadata get shorter. If it
 changes the output of a command on purpose, name the command with ``--skip``. If a command ends with another exit code
@@ -28,7 +28,8 @@ from typing import Any
 
 from PIL import Image, ImageDraw
 
-_SHORT = ["--iterations", "120", "--curves", "48", "--json"]
+_PHOTO = ["--mode", "photo"]
+_SHORT = ["--iterations", "120", "--curves", "48", *_PHOTO, "--json"]
 
 COMMANDS: dict[str, list[str]] = {
     "exact": ["run", "photo.png", "exact.svg", *_SHORT],
@@ -47,13 +48,15 @@ COMMANDS: dict[str, list[str]] = {
     "palette": ["run", "photo.png", "palette.svg", *_SHORT, "--palette", "#123,#c84,#fff"],
     "colors": ["run", "photo.png", "colors.svg", *_SHORT, "--colors", "6", "--opacity", "free"],
     "opaque": ["run", "photo.png", "opaque.svg", *_SHORT, "--opaque", "--min-area", "30"],
-    "bytes": ["run", "photo.png", "bytes.svg", "--iterations", "120", "--max-bytes", "6000", "--json"],
-    "gzip bytes": ["run", "photo.png", "bytes.svgz", "--iterations", "120", "--max-bytes", "2k", "--json"],
+    "bytes": ["run", "photo.png", "bytes.svg", "--iterations", "120", *_PHOTO, "--max-bytes", "6000", "--json"],
+    "gzip bytes": ["run", "photo.png", "bytes.svgz", "--iterations", "120", *_PHOTO, "--max-bytes", "2k", "--json"],
     "checkpoint": ["run", "photo.png", "checkpointed.svg", *_SHORT, "--checkpoint", "fit.npz", "--every", "70"],
     "resume": ["run", "photo.png", "resumed.svg", "--resume", "fit.npz", "--json"],
     "settings": ["run", "photo.png", "settings.svg", *_SHORT, "--write-config", "settings.toml", "--fit-size", "100"],
     "frames": ["run", "photo.png", "frames.svg", *_SHORT, "--save-frames", "frames", "--every", "60", "--report",
                "frames.html"],
+    "flat art": ["run", "logo.png", "flat-art.svg", "--mode", "flat", "--size", "30mm", "--json"],
+    "mono": ["run", "logo.png", "mono.svg", "--mode", "mono", "--background", "white", "--json"],
     "refine": ["refine", "photo.png", "refined.svg", "--from", "exact.svg", "--curves", "60", "--iterations", "80",
                "--json"],
     "refine foreign": ["refine", "photo.png", "foreign-refined.svg", "--from", "foreign.svg", "--iterations", "40",
@@ -62,7 +65,7 @@ COMMANDS: dict[str, list[str]] = {
     "eval foreign": ["eval", "photo.png", "foreign.svg", "--json"],
     "lod": ["lod", "levels.svg", "--levels", "0-1", "-o", "lower.svg", "--list", "--image", "photo.png", "--json"],
     "view": ["view", "exact.svg", "--image", "photo.png", "--report", "view.html"],
-    "batch": ["batch", "photos", "svgs", "--jobs", "2", "--quiet", "--curves", "16", "--iterations", "40"],
+    "batch": ["batch", "photos", "svgs", "--jobs", "2", "--quiet", "--curves", "16", "--iterations", "40", *_PHOTO],
 }  # fmt: skip
 """Name -> arguments of ``warpvec``, in the order of the runs; some commands read the files of earlier ones."""
 

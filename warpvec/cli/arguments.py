@@ -11,8 +11,9 @@ import click
 
 from warpvec.cli.streams import check_stdout, read_stdin, write_stdout
 from warpvec.errors import InputError
-from warpvec.files import check_writable, encode_svg, naming_errors, write_atomic
+from warpvec.files import check_writable, naming_errors, write_atomic
 from warpvec.inputs import read_file
+from warpvec.svg.print_formats import PRINT_SUFFIXES, check_print_support, encode_drawing
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 preset_option = click.option("--preset", default="default", metavar="NAME", help="Named settings to start from.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Report as one JSON object (infinity as null).")
 background_option = click.option(
-    "--background", metavar="COLOR", help="Colour behind the transparent parts; without it they stay transparent."
+    "--background", metavar="COLOR", help="Colour behind transparent parts, which else stay so."
 )
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Show no progress and no summary.")
 verbose_option = click.option("-v", "--verbose", is_flag=True, help="Add the PSNR inside the fit to the summary.")
@@ -66,12 +67,18 @@ def _is_own_file(path: str) -> bool:
         return False
 
 
-def check_out(out: str, name: str = "OUT") -> None:
-    """Raise InputError unless ``out`` is "-" or an SVG file that can be written; ``name`` is for the message."""
+def check_out(out: str, name: str = "OUT", *, may_print: bool = False) -> None:
+    """Raise InputError unless ``out`` is "-" or an SVG file that can be written; ``name`` is for the message.
+
+    With ``may_print`` it may also be a PDF or EPS file, if the extra for these is installed.
+    """
     if out == "-":
         check_stdout(name)
         return
-    _check_file(out, name, (".svg", ".svgz"), "must end in .svg or .svgz, or be - for stdout")
+    suffixes = (".svg", ".svgz", *(PRINT_SUFFIXES if may_print else ()))
+    listed = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
+    _check_file(out, name, suffixes, f"must end in {listed}, or be - for stdout")
+    check_print_support(out, name)
 
 
 def check_page(page: str) -> None:
@@ -148,7 +155,9 @@ def _read_bytes(path: str, limit: int, name: str, kind: str) -> bytes:
 
 
 def write_svg_file(text: str, out: str) -> None:
-    """Write the SVG ``text`` to the file ``out``, whole or not at all, gzipped for .svgz; or to stdout for "-".
+    """Write the SVG ``text`` to the file ``out``, whole or not at all; or to stdout for "-".
+
+    The suffix decides its form: gzipped for .svgz, converted for .pdf and .eps.
 
     Raises:
         OSError: it cannot be written; the error has the file's name.
@@ -157,4 +166,4 @@ def write_svg_file(text: str, out: str) -> None:
         with naming_errors("stdout"):
             write_stdout(text.encode())
     else:
-        write_atomic(out, encode_svg(text, out))
+        write_atomic(out, encode_drawing(text, out))

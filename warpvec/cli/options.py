@@ -44,7 +44,7 @@ SETTINGS: dict[str, dict[str, Setting]] = {
     "Result": {
         "colors": Setting("Most colours, 0 for any; makes paths opaque.", DAILY),
         "palette": Setting(
-            "Use only these colours (red,#a0b1c2) or those of a file: a list of them, or other text with hex codes.",
+            "Use only these colours (red,#a0b1c2) or those in a file.",
             DAILY,
             "COLORS",
         ),

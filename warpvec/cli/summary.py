@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warpvec.checks import counted, in_one_line
+from warpvec.svg.print_formats import is_print_file
 from warpvec.vectorization.goal import describe
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     gradients = f" ({metrics['gradients']} with a gradient)" if metrics["gradients"] else ""
     counts = f"{counted(metrics['curves'], 'curve')}{gradients}, {counted(metrics['segments'], 'segment')}"
     lines = [
-        f"{{out}}: {counts}, {{bytes:,}} bytes, {{gzip_bytes:,}} gzipped",
+        f"{{out}}: {counts}, {{bytes:,}} bytes{' as SVG' if is_print_file(out) else ''}, {{gzip_bytes:,}} gzipped",
         f"PSNR {{psnr:.2f}} dB, SSIM {{ssim:.3f}} (file drawn by resvg{backdrops})",
     ]
     if metrics.get("start_psnr") is not None:

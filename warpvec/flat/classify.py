@@ -52,16 +52,17 @@ COLORED_MAX = 0.002
 """Largest share of coloured pixels in black and white art."""
 
 MIDDLE = (0.25, 0.75)
-"""Greys this far from black to white are neither of the two, if they are still."""
+"""Greys this far from ink to paper are neither of the two."""
 
-MIDDLE_MAX = 0.002
-"""Largest share of still pixels in the middle in black and white art."""
+MIDDLE_MAX, MIDDLE_PER_EDGE = 0.002, 0.5
+"""Largest share of pixels in the middle in black and white art: of still ones, and of all ones for each pixel at a
+strong edge."""
 
 CLEAN_BLACK, CLEAN_WHITE, SCANNED_BLACK, SCANNED_WHITE = 16, 240, 96, 190
 """Levels of ink and paper: as drawn by a program, and as scanned, where both are uneven."""
 
-SCAN_SPREAD = 3.0
-"""Standard deviation of the levels of still ink or paper above which the picture is a scan."""
+SCAN_SPREAD = 1.5
+"""Standard deviation of the levels of ink or paper above which the picture is a scan."""
 
 INK_MAX = 0.5
 """Largest share of ink: art is dark on light."""
@@ -99,10 +100,10 @@ def choose_mode(image: NDArray[np.float32]) -> Choice:
     change = _changes(levels)
     is_still = change <= STILL
     percent = f"{100 * is_still.mean():.0f} % of the area is flat"
+    if image.shape[2] == 3 and _is_black_and_white(levels, change):
+        return Choice("mono", f"dark on light, {percent}")
     if flatness(shares_of(levels, change)) <= 0.0:
         return Choice("photo", f"textured or shaded, {percent}")
-    if image.shape[2] == 3 and _is_black_and_white(levels, is_still):
-        return Choice("mono", f"black on white, {percent}")
     count = _color_count(levels, is_still)
     colors = "1 colour" if count == 1 else f"{count} colours" if count <= COLORS_SHOWN else "shaded colours"
     return Choice("flat", f"{colors}, {percent}")
@@ -173,18 +174,21 @@ def _color_count(levels: Levels, is_still: Mask) -> int:
     return max(1, int((areas >= COLOR_AREA * is_still.size).sum()))
 
 
-def _is_black_and_white(levels: Levels, is_still: Mask) -> bool:
-    """Return whether the picture has nothing but dark ink on light paper."""
+def _is_black_and_white(levels: Levels, change: Levels) -> bool:
+    """Return whether the picture has nothing but dark ink on light paper, with strong edges."""
     if ((levels.max(2) - levels.min(2)) > GREY_MAX).mean() > COLORED_MAX:
         return False
     grey: NDArray[np.float64] = levels.sum(2) / 3.0
     is_ink = grey < grey.min() + (grey.max() - grey.min()) / 2
-    ink, paper = grey[is_ink & is_still], grey[~is_ink & is_still]
+    is_still, is_strong = change <= STILL, change > STRONG
+    ink, paper = grey[is_ink & ~is_strong], grey[~is_ink & ~is_strong]
     if not len(ink) or not len(paper) or is_ink.mean() > INK_MAX:
         return False
     black, white = float(np.median(ink)), float(np.median(paper))
     share = (grey - black) / max(white - black, 1.0)
-    is_middle = is_still & (share > MIDDLE[0]) & (share < MIDDLE[1])
+    is_middle = (share > MIDDLE[0]) & (share < MIDDLE[1])
+    if (is_still & is_middle).mean() > MIDDLE_MAX or is_middle.mean() > MIDDLE_MAX + MIDDLE_PER_EDGE * is_strong.mean():
+        return False
     is_scan = max(ink.std(), paper.std()) > SCAN_SPREAD
     darkest, lightest = (SCANNED_BLACK, SCANNED_WHITE) if is_scan else (CLEAN_BLACK, CLEAN_WHITE)
-    return bool(is_middle.mean() <= MIDDLE_MAX) and black <= darkest and white >= lightest
+    return black <= darkest and white >= lightest

@@ -21,7 +21,7 @@ from warpvec.svg.document import local_name, parse_svg, read_text
 from warpvec.svg.layers import layer_level
 from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops
 from warpvec.svg.units import check_pixels, stated_size
-from warpvec.svg.write import COLOR_LEVELS, GRADIENT_ELEMENTS, MAX_TICKS
+from warpvec.svg.write import COLOR_LEVELS, GRADIENT_ELEMENTS, MAX_TICKS, layer_id
 
 _Paint = tuple[Color, LinearOrRadial | None]
 
@@ -30,6 +30,9 @@ MAX_CHARACTERS = 2**26
 
 _OWN_OPACITY = re.compile(r"0|1|\.\d{1,6}|0\.\d{1,6}", re.ASCII)
 _OWN_COLOR = re.compile(r"#(?>[0-9a-f]{6}|[0-9a-f]{3})")
+_OWN_BOX = re.compile(r"0 0 ([1-9]\d{0,8}) ([1-9]\d{0,8})", re.ASCII)
+_OWN_SIDE = re.compile(r"\d{1,9}(\.\d{1,9})?(mm|cm|in|pt)?", re.ASCII)
+_LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _UNDRAWN = frozenset({"title", "desc", "metadata"})
 
 
@@ -43,6 +46,8 @@ class LoadedSvg:
         width, height: the size in pixels, which are the units of the scene.
         omitted: a remark for each kind of thing that the scene does not show, with its count and what was done.
         precision: decimals of the coordinates in warpvec's own files, None for other files.
+        sides: width and height as warpvec's own file states them, with their units, if these are not pixels.
+        layer_names: names of the layers of warpvec's own file by generation, if they have names.
     """
 
     scene: Scene
@@ -50,6 +55,8 @@ class LoadedSvg:
     height: float
     omitted: list[str] = field(default_factory=list)
     precision: int | None = None
+    sides: tuple[str, str] | None = None
+    layer_names: dict[int, str] | None = None
 
 
 def read_svg(source: bytes | str) -> LoadedSvg:
@@ -81,9 +88,12 @@ class _NotOurs(Exception):
 
 
 def _read_own(root: Element) -> LoadedSvg:
-    width, height = root.get("width", ""), root.get("height", "")
-    _expect(width.isascii() and width.isdigit() and height.isascii() and height.isdigit())
-    _expect(root.get("viewBox") == f"0 0 {width} {height}" and not root.get("style"))
+    box = _OWN_BOX.fullmatch(root.get("viewBox", ""))
+    stated = root.get("width", ""), root.get("height", "")
+    _expect(all(_OWN_SIDE.fullmatch(side) for side in stated) and not root.get("style"))
+    if box is None:
+        raise _NotOurs
+    width, height = box.groups()
     children = [child for child in root if local_name(child.tag) not in ("", *_UNDRAWN)]
     gradients = _own_gradients(children.pop(0)) if children and local_name(children[0].tag) == "defs" else {}
     background = None
@@ -92,7 +102,14 @@ def _read_own(root: Element) -> LoadedSvg:
     elements = list(_own_paths(children))
     decimals = max((decimals_of(_own_data(element)) for element, _ in elements), default=0)
     outlines = [_own_outline(element, generation, decimals, gradients) for element, generation in elements]
-    return LoadedSvg(make_scene(outlines, background), float(width), float(height), precision=decimals)
+    return LoadedSvg(
+        make_scene(outlines, background),
+        float(width),
+        float(height),
+        precision=decimals,
+        sides=None if stated == (width, height) else stated,
+        layer_names=_own_layer_names(children),
+    )
 
 
 def _read_foreign(root: Element) -> LoadedSvg:
@@ -127,6 +144,15 @@ def _own_paths(children: Sequence[Element]) -> Iterator[tuple[Element, int]]:
             _expect(local_name(path.tag) == "path" and len(path) == 0)
             _expect_attributes(path, ("id", "fill", "fill-opacity", "d"))
             yield path, layer_level(group.get("id"), index)
+
+
+def _own_layer_names(groups: Sequence[Element]) -> dict[int, str] | None:
+    """Return the names of the layers by generation; None unless all have names from which their ids come."""
+    names = {layer_level(group.get("id"), index): group.get(_LABEL, "") for index, group in enumerate(groups)}
+    has_names = all(
+        name and layer_id(name) == group.get("id") for name, group in zip(names.values(), groups, strict=False)
+    )
+    return names if names and has_names and len(names) == len(groups) else None
 
 
 def _own_outline(path: Element, generation: int, decimals: int, gradients: dict[str, _Paint]) -> Outline:

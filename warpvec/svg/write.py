@@ -41,6 +41,10 @@ MIN_HANDLE_DECIMALS = 1
 COLOR_LEVELS = 255
 """Largest level of a colour channel, which is written as two hexadecimal digits."""
 
+TICK_ERROR, TICK_ERROR_SHARE = 1e-3, 2.5e-7
+"""A point counts as at a tick within so many ticks, and this share of its place: float32 has 24 bits, and a drawing is
+scaled to the file's units and back. That all points of a path lie so near by chance does not happen."""
+
 MAX_TICKS = 2.0**53
 """Largest coordinate in ticks (units of the last decimal). Ticks are computed in float64, which is exact up to here."""
 
@@ -55,7 +59,7 @@ def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIM
     ``GRADIENT_DECIMALS``. Colours and opacities outside [0, 1] are clamped. Gradients of one colour become flat.
     Handles are rounded more coarsely than anchors (to 0.1 px at two decimals), relative to the start of their segment.
     This saves 9 % of the file at 512 paths and costs 0.003 dB: a handle moves its curve by at most 4/9 of its own move.
-    Handles of lines are at thirds. Paths whose opacity rounds to 0 are removed, as in the file. Quantizing twice
+    A path whose points all have ``precision`` decimals already keeps them. Handles of lines are at thirds. Paths whose opacity rounds to 0 are removed, as in the file. Quantizing twice
     changes nothing more. Device and dtype are kept, derivatives are not.
 
     Raises:
@@ -152,13 +156,24 @@ def _rounded(values: Tensor, per_unit: int) -> Tensor:
 def _rounded_segments(segments: Tensor, structure: Structure, precision: int) -> Tensor:
     """Round anchors to whole ticks, and the two handles of each segment to whole handle steps from its start.
 
-    The handles of lines are at thirds of the rounded line.
+    Points of paths that are at ticks stay. The handles of lines are at thirds of the rounded line.
     """
     ticks = segments.double() * 10**precision
     anchor = ticks[:, :1].round()
     step = 10 ** (precision - min(precision, max(precision - 1, MIN_HANDLE_DECIMALS)))
-    rounded = (anchor + ((ticks - anchor) / step).round() * step) / 10**precision
+    rounded = anchor + ((ticks - anchor) / step).round() * step
+    rounded = torch.where(_at_ticks(ticks, structure)[:, None, None], ticks.round(), rounded) / 10**precision
     return straightened(rounded, structure).to(segments.dtype)
+
+
+def _at_ticks(ticks: Tensor, structure: Structure) -> Tensor:
+    """Return the segments [R] of paths with all points at whole ``ticks``, up to the rounding of float32."""
+    off = (ticks - ticks.round()).abs() > TICK_ERROR + TICK_ERROR_SHARE * ticks.abs()
+    if structure.is_line is not None:
+        off[structure.is_line, 1:] = False
+    owner = structure.segment_path.long()
+    is_off = torch.zeros(structure.path_count, dtype=torch.int32, device=ticks.device)
+    return is_off.index_add_(0, owner, off.flatten(1).any(1).int())[owner] == 0
 
 
 def _without_far_gradients(scene: Scene) -> Scene:
@@ -232,14 +247,14 @@ def _layers(generation: NDArray[np.int64], elements: list[str], names: Mapping[i
         level = int(generation[start])
         plural = "path" if stop - start == 1 else "paths"
         label = names.get(level, f"Layer {number}: generation {level}, {stop - start} {plural}")
-        identifier = _identifier(names[level]) if level in names else f"layer-{number}-generation-{level}"
+        identifier = layer_id(names[level]) if level in names else f"layer-{number}-generation-{level}"
         yield f'<g id="{identifier}" inkscape:groupmode="layer" inkscape:label={quoteattr(label)}>'
         yield from elements[start:stop]
         yield "</g>"
 
 
-def _identifier(name: str) -> str:
-    """Return ``name`` as the id of an element: letters, digits and hyphens."""
+def layer_id(name: str) -> str:
+    """Return the id of a layer called ``name``: its letters and digits, with hyphens between."""
     return re.sub(r"[^a-zA-Z0-9]+", "-", name).strip("-")
 
 

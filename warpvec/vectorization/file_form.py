@@ -19,12 +19,16 @@ class FileForm(NamedTuple):
         precision: decimals of the coordinates in these units.
         title: the title, None for none.
         metadata: the settings that the file states, None for none.
+        sides: width and height with their units, None for the size in pixels.
+        layer_names: names of the layers by generation, None for numbers.
     """
 
     size: tuple[int, int]
     precision: int
     title: str | None = None
     metadata: dict[str, Any] | None = None
+    sides: tuple[str, str] | None = None
+    layer_names: dict[int, str] | None = None
 
 
 def stated_settings(config: FitConfig) -> dict[str, Any]:

@@ -102,14 +102,15 @@ def without_zero_iterations(given: dict[str, Any]) -> tuple[dict[str, Any], bool
 
 
 def form_of(drawing: LoadedSvg, data: bytes, config: FitConfig, photo: NDArray[np.float32]) -> FileForm:
-    """Return the size, units, title and metadata that the file keeps of a drawing given as ``data``.
+    """Return what the file keeps of a drawing given as ``data``: size, units, title, metadata, names of layers.
 
     A drawing whose sides are not whole numbers gets those of the photo. Units larger than a pixel get more decimals.
     """
     is_whole = drawing.width.is_integer() and drawing.height.is_integer()
     size = (int(drawing.height), int(drawing.width)) if is_whole else (photo.shape[0], photo.shape[1])
     more = max(0, math.ceil(math.log10(photo.shape[1] / size[1]) - 1e-9)) if drawing.precision is None else 0
-    return FileForm(size, config.precision + more, *description_of(data))
+    title, metadata = description_of(data)
+    return FileForm(size, config.precision + more, title, metadata, drawing.sides, drawing.layer_names)
 
 
 def read_drawing(data: bytes, name: str = "svg") -> LoadedSvg:

@@ -18,7 +18,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
-from warpvec.files import check_writable, encode_svg, gzip_bytes, write_atomic
+from warpvec.files import check_writable, gzip_bytes, write_atomic
 from warpvec.fit.progress import FitResult
 from warpvec.fit.target import Target
 from warpvec.fit.visibility import canvas_areas, removal_changes, visible_areas, without_invisible
@@ -32,6 +32,7 @@ from warpvec.image.write import round_to_8_bits, write_png
 from warpvec.rendering.draw import draw_8_bits, draw_exactly, draw_pixels
 from warpvec.svg.layers import prefixes, read_layers
 from warpvec.svg.measure import draw, draw_like, evaluate, file_facts
+from warpvec.svg.print_formats import PRINT_SUFFIXES, encode_drawing
 from warpvec.svg.units import sides_of
 from warpvec.svg.write import quantize, write_svg
 from warpvec.vectorization.file_form import FileForm, stated_settings
@@ -138,19 +139,19 @@ class Result:
         """Write the SVG, or a PNG of it, to ``path``, whole or not at all.
 
         A name that ends in ``.svgz`` gets a gzipped SVG, one that ends in ``.png`` the picture as resvg draws it, in
-        the photo's size.
+        the photo's size, and ``.pdf`` and ``.eps`` get files for print.
 
         Raises:
-            InputError: ``path`` has another suffix or cannot be written.
+            InputError: ``path`` has another suffix, cannot be written, or is for print without the extra "print".
         """
         suffix = Path(path).suffix.lower()
-        if suffix not in (".svg", ".svgz", ".png"):
-            raise InputError("path", "must end in .svg, .svgz or .png", repr(os.fspath(path)), "rename it")
+        if suffix not in (".svg", ".svgz", ".png", *PRINT_SUFFIXES):
+            raise InputError("path", "must end in .svg, .svgz, .png, .pdf or .eps", repr(os.fspath(path)), "rename it")
         check_writable(path, "path")
         if suffix == ".png":
             write_png(path, draw_like(self.svg(), self.photo) / 255.0, "path")
         else:
-            write_atomic(path, encode_svg(self.svg(), path))
+            write_atomic(path, encode_drawing(self.svg(), path))
 
     def render(self, scale: float = 1.0) -> NDArray[np.float32]:
         """Return the file's scene drawn with exact coverage, [h, w, 3], at ``scale`` times the photo's size, rounded.
@@ -273,10 +274,10 @@ class Result:
         metadata = (form.metadata or self._settings()) if self.file_options.metadata else None
         scene, (rows, columns) = self.scene.scaled(*self._units), form.size
         size = self.file_options.size
-        sides = None if size is None else sides_of(size, columns, rows)
+        sides = form.sides if size is None else sides_of(size, columns, rows)
         return write_svg(
             scene, columns, rows, precision=form.precision, title=form.title, metadata=metadata, sides=sides,
-            layer_names=self.layer_names,
+            layer_names=self.layer_names or form.layer_names,
         )  # fmt: skip
 
     def _settings(self) -> dict[str, Any]:

@@ -25,7 +25,7 @@ from warpvec.cli.side_files import SideFile
 from warpvec.cli.summary import end_fit
 from warpvec.config.toml_file import write_settings
 
-DECIDED = ("curves", "iterations", "precision", "recycle_gap", "segments")
+DECIDED = ("mode", "curves", "iterations", "precision", "recycle_gap", "segments")
 """Settings that the drawing or the command decides unless they are given. Then --write-config leaves them out."""
 
 
@@ -52,10 +52,10 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     those that matter least are removed. With these, a goal, --recycle-gap, --gradients, --colors, --palette, --lod or
     --min-area the fit is that of run from the drawing on, with 0.4 times its learning rates, and without these bounds.
 
-    --flat, --initial-curves, --initial-radius and --radius-decay are never used. A fit that keeps the paths of the
-    drawing uses --lr-scale, but no other learning rate and no weight of the loss.
+    --detail, --flat, --initial-curves, --initial-radius and --radius-decay are never used. A fit that keeps the paths
+    of the drawing uses --lr-scale, but no other learning rate and no weight of the loss.
     """
-    check_out(out)
+    check_out(out, may_print=True)
     from warpvec.vectorization.refine import (
         form_of,
         place_on_photo,

@@ -56,12 +56,16 @@ if TYPE_CHECKING:
 @click.pass_context
 def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
     """Turn the image IN (PNG, JPEG, WebP, TIFF, BMP, GIF; - for stdin) into the SVG file OUT. For photo.png, OUT is
-    photo.svg unless given. A name ending in .svgz makes it gzipped; - is stdout. Ctrl-C saves the best result so far.
+    photo.svg unless given. OUT may end in .svgz (gzipped), .pdf or .eps; - is stdout. Ctrl-C saves the best result.
+
+    The mode follows the picture: paths are fitted to photos, and the regions of logos, icons and drawings are outlined.
+    Settings that only one mode has decide it; the help of each says so.
 
     The defaults in brackets are those of the preset "default"; other presets change some of them.
     """
     config, goal = _requested(out, options)
     _check_outputs(out, options, goal)
+    config = _with_mode_of_checkpoints(config, options)
     checkpoint = None if options["resume"] is None else _resumed(config, options)
     config = config if checkpoint is None else checkpoint.config
     result = _fit(source, out, config, goal, checkpoint, options)
@@ -74,7 +78,7 @@ def _requested(out: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
 
 
 def _check_outputs(out: str, options: dict[str, Any], goal: Goal) -> None:
-    check_out(out)
+    check_out(out, may_print=True)
     if options["page"] is not None:
         check_page(options["page"])
     if options["checkpoint"] is not None:
@@ -82,6 +86,23 @@ def _check_outputs(out: str, options: dict[str, Any], goal: Goal) -> None:
     if goal and (options["checkpoint"] or options["resume"]):
         name = "--resume" if options["resume"] else "--checkpoint"
         raise InputError(name, "must be given without a goal, which takes several fits", remedy="leave one of them out")
+
+
+def _with_mode_of_checkpoints(config: FitConfig, options: dict[str, Any]) -> FitConfig:
+    """Return ``config`` with the mode photo if the state of the fit is saved or read: only that fit has one.
+
+    Raises:
+        InputError: another mode is asked for.
+    """
+    name = next((name for name in ("resume", "checkpoint") if options[name] is not None), None)
+    if name is None or config.mode == "photo":
+        return config
+    if config.mode != "auto":
+        rule = f"must not be given in the mode {config.mode}, whose work takes seconds"
+        raise InputError(f"--{name}", rule, remedy="leave it out, or give --mode photo")
+    from dataclasses import replace
+
+    return replace(config, mode="photo")
 
 
 def _resumed(config: FitConfig, options: dict[str, Any]) -> Checkpoint:
