@@ -12,10 +12,18 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.polish import polish
 from warpvec.fit.target import Target
-from warpvec.flat.chosen_nodes import chosen_scene, members, with_spans_back
+from warpvec.flat.chosen_nodes import (
+    Mask,
+    chosen_scene,
+    members,
+    nearly_smooth,
+    smoothed,
+    with_spans_back,
+    wrong_segments,
+)
 from warpvec.flat.fewest_spans import Choice, Outlines, fewest_spans
 from warpvec.flat.local_error import errors_near
-from warpvec.flat.outline_samples import control_points, sample_outlines
+from warpvec.flat.outline_samples import Floats, control_points, sample_outlines
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
 
@@ -71,23 +79,93 @@ def simplify(
         detail: root mean square in pixels by which an outline may move.
         iterations: of the fit of each round; 0 chooses nodes by their distances alone.
     """
-    target = Target(image, config, "cpu")
-    before = target.squared_error(scene).numpy()
-    count, put_back, share = len(scene.segments), 0, np.ones(len(scene.segments))
+    work = _Work(image, config, detail, iterations, Target(image, config, "cpu"))
+    count, put_back, state = len(scene.segments), 0, _State.of(scene)
+    before = work.error(scene)
     for _ in range(ROUNDS):
-        outlines = outlines_of(scene, image.shape[0], image.shape[1], config.threads)
-        choice = fewest_spans(outlines, REFIT * detail * share, _price(detail))
-        if len(choice.first) == len(scene.segments) and (choice.is_line == outlines.is_line).all():
+        changed = work.changed(state, before)
+        if changed is None:
             break
-        simple = chosen_scene(scene, choice)
-        if iterations:
-            simple = polish(image, simple, config, iterations=iterations).scene
-        rise = target.squared_error(simple).numpy() - before
-        wrong = _wrong(simple, scene, choice, outlines, rise, detail)
-        scene, row = with_spans_back(simple, scene, choice, wrong)
-        share = share[row] * np.where(np.repeat(wrong, np.where(wrong, choice.size, 1)), SHARE_AGAIN, 1.0)
-        put_back += int(choice.size[wrong].sum())
-    return Simplified(scene, count - len(scene.segments), put_back)
+        state, back_count = changed
+        put_back += back_count
+    return Simplified(state.scene, count - len(state.scene.segments), put_back)
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """A scene of R segments, and what its changes have shown.
+
+    Attributes:
+        share: share of the distance that a segment that replaces each may have [R].
+        may_smooth: which nodes have not yet turned out to be corners [R].
+    """
+
+    scene: Scene
+    share: NDArray[np.float64]
+    may_smooth: Mask
+
+    @staticmethod
+    def of(scene: Scene) -> _State:
+        count = len(scene.segments)
+        return _State(scene, np.ones(count), np.ones(count, np.bool_))
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    image: Tensor
+    config: FitConfig
+    detail: float
+    iterations: int
+    target: Target
+
+    def error(self, scene: Scene) -> NDArray[np.float32]:
+        """Return the squared error in each pixel [h, w], summed over the channels."""
+        found: NDArray[np.float32] = self.target.squared_error(scene).numpy()
+        return found
+
+    def changed(self, state: _State, before: NDArray[np.float32]) -> tuple[_State, int] | None:
+        """Return the scene after a round, and how many segments were put back; None if there is nothing to drop."""
+        scene = state.scene
+        outlines = outlines_of(scene, self.image.shape[0], self.image.shape[1], self.config.threads)
+        price = PRICE_LENGTH * (REFIT * self.detail) ** 2
+        choice = fewest_spans(outlines, REFIT * self.detail * state.share, price)
+        is_new = (choice.size > 1) | (choice.is_line != outlines.is_line[choice.first])
+        if not is_new.any():
+            return None
+        is_smooth = outlines.is_smooth[choice.first]
+        simple = chosen_scene(scene, choice, is_smooth)
+        rounded = nearly_smooth(simple) & state.may_smooth[choice.first]
+        simple = smoothed(simple, torch.from_numpy(is_smooth | rounded))
+        if self.iterations:
+            simple = polish(self.image, simple, self.config, iterations=self.iterations).scene
+        allowed = self._allowed(outlines, choice, scene)
+        excess = errors_near(control_points(simple), self.error(simple) - before) > allowed
+        wrong, corner = wrong_segments(simple, choice, outlines, excess, is_new, rounded)
+        return self._put_back(state, simple, choice, wrong, corner, float(before.sum() + allowed.sum()))
+
+    def _allowed(self, outlines: Outlines, choice: Choice, scene: Scene) -> Floats:
+        """Return the rise of the squared error near each segment [S] of ``choice`` that is allowed."""
+        samples = outlines.samples
+        worth = (samples.contrast * samples.lengths).sum(1)
+        source, _, row = members(choice, choice.size, scene)
+        allowed: Floats = self.detail**2 * np.bincount(source, worth[row], len(choice.first)).astype(np.float64) + NOISE
+        return allowed
+
+    def _put_back(
+        self, state: _State, simple: Scene, choice: Choice, wrong: Mask, corner: Mask, error_max: float
+    ) -> tuple[_State, int]:
+        """Return the scene ``simple`` with what was ``wrong`` [S] as before, or all as before if that is no good."""
+        sizes = np.where(wrong, choice.size, 1)
+        scene, row = with_spans_back(simple, state.scene, choice, wrong, corner)
+        is_good = float(self.error(scene).sum()) <= error_max
+        if not is_good:
+            return _State(state.scene, state.share * SHARE_AGAIN, np.zeros_like(state.may_smooth)), int(
+                choice.size.sum()
+            )
+        share = state.share[row] * np.where(np.repeat(wrong, sizes), SHARE_AGAIN, 1.0)
+        may_smooth = state.may_smooth[row]
+        may_smooth[np.cumsum(sizes) - sizes] &= ~corner
+        return _State(scene, share, may_smooth), int(choice.size[wrong].sum())
 
 
 def outlines_of(scene: Scene, height: int, width: int, threads: int | None = None) -> Outlines:
@@ -102,27 +180,10 @@ def outlines_of(scene: Scene, height: int, width: int, threads: int | None = Non
     )
 
 
-def _price(detail: float) -> float:
-    return PRICE_LENGTH * (REFIT * detail) ** 2
-
-
 def _tangents(scene: Scene, joints: Joints) -> NDArray[np.float64]:
     """Return the unit direction of the outline at each node [R, 2]."""
     ahead, behind = joints._directions(*joints.values(scene))
     mean = torch.where(joints.is_line[:, None], ahead, ahead + behind)
     mean = torch.where(joints.is_line[joints.preceding][:, None], behind, mean)
     found: NDArray[np.float64] = torch.nn.functional.normalize(mean.double(), dim=1, eps=1e-12).numpy()
-    return found
-
-
-def _wrong(
-    simple: Scene, old: Scene, choice: Choice, outlines: Outlines, rise: NDArray[np.float32], detail: float
-) -> NDArray[np.bool_]:
-    """Return which segments [S] of ``choice`` are new and bring too much ``rise`` [h, w] of the squared error."""
-    samples = outlines.samples
-    worth = (samples.contrast * samples.lengths).sum(1)
-    source, _, row = members(choice, choice.size, old)
-    allowed = detail**2 * np.bincount(source, worth[row], len(choice.first)) + NOISE
-    is_new = (choice.size > 1) | (choice.is_line != outlines.is_line[choice.first])
-    found: NDArray[np.bool_] = is_new & (errors_near(control_points(simple), rise) > allowed)
     return found
