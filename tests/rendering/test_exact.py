@@ -27,7 +27,7 @@ from oracles import (
     render,
     target_image,
 )
-from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, figure_eight, random_scene
+from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, figure_eight, for_each, random_scene
 from torch import Tensor
 
 from warpvec.rendering.exact import ExactRenderer
@@ -80,7 +80,7 @@ def test_image_of_any_number_of_paths_and_segments(path_count: int, segment_coun
     check_image(scene, make_renderer(scene, threads=3))
 
 
-@pytest.mark.parametrize("case", ZOO, ids=lambda case: case.name)
+@for_each(ZOO)
 def test_image_of_the_zoo(case: ZooCase, backend: Backend) -> None:
     check_image(case.scene, make_renderer(case.scene, backend))
 
@@ -106,12 +106,12 @@ def test_gradients_of_nearly_degenerate_paths(seed: int, backend: Backend) -> No
     check_gradients(scene, make_renderer(scene, backend), 1e-7)
 
 
-@pytest.mark.parametrize("case", DIFFERENTIABLE, ids=lambda case: case.name)
+@for_each(DIFFERENTIABLE)
 def test_gradients_of_the_zoo(case: ZooCase, backend: Backend) -> None:
     check_gradients(case.scene, make_renderer(case.scene, backend), 1e-12 * reach(case.scene))
 
 
-@pytest.mark.parametrize("case", KINKED, ids=lambda case: case.name)
+@for_each(KINKED)
 @precisions
 def test_gradients_at_a_kink_are_finite_and_bounded(case: ZooCase, backend: Backend, dtype: torch.dtype) -> None:
     scene, adj_image = case.scene, cotangent(case.scene)

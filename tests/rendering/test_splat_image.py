@@ -9,7 +9,7 @@ import torch
 from backends import Backend
 from oracles import adjoint, cotangent, render
 from reference.splatting import Settings
-from scenes import ZOO, SceneTensors, ZooCase, degenerate_scene, random_scene
+from scenes import ZOO, SceneTensors, ZooCase, degenerate_scene, for_each, random_scene
 from splat_oracles import (
     OPACITIES,
     check_gradients,
@@ -70,7 +70,7 @@ def test_image_and_gradients_of_the_default_numbers_of_samples_and_lines(backend
     check_gradients(scene, settings, renderer, 1e-10)
 
 
-@pytest.mark.parametrize("case", ZOO, ids=lambda case: case.name)
+@for_each(ZOO)
 def test_image_of_the_zoo(case: ZooCase, backend: Backend) -> None:
     # The zoo is moved slightly, because its symmetry puts alphas and clamps exactly at their thresholds.
     settings = Settings(6, 2)

@@ -11,7 +11,7 @@ from backends import Backend
 from oracles import Stages, precisions, run_stages
 from reference.coverage import signed_coverage
 from reference.flattening import flatten
-from scenes import ZOO, ZooCase, circle, degenerate_scene, random_scene, rectangle
+from scenes import ZOO, ZooCase, circle, degenerate_scene, for_each, random_scene, rectangle
 from torch import Tensor
 
 from warpvec.errors import InputError
@@ -107,7 +107,7 @@ def test_pairs_of_random_paths(points: Tensor, height: int, width: int, backend:
     check_slots(stages)
 
 
-@pytest.mark.parametrize("case", ZOO, ids=lambda case: case.name)
+@for_each(ZOO)
 @precisions
 def test_pairs_of_the_zoo(case: ZooCase, dtype: torch.dtype) -> None:
     stages = run_stages(case.scene.points, case.scene.height, case.scene.width, dtype=dtype)

@@ -21,7 +21,7 @@ from oracles import (
     target_image,
 )
 from reference import removal_cost
-from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, random_scene, rectangle
+from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, for_each, random_scene, rectangle
 
 from warpvec.errors import InputError
 from warpvec.kernels.compositing_adjoint import CANVAS_TERMS, TERMS, make_kernels
@@ -55,7 +55,7 @@ def test_paint_at_every_border(height: int, width: int, backend: Backend) -> Non
     check_paint(scene, make_renderer(scene, backend, threads=3), 1e-12)
 
 
-@pytest.mark.parametrize("case", [c for c in ZOO if len(c.scene.points)], ids=lambda case: case.name)
+@for_each([c for c in ZOO if len(c.scene.points)])
 def test_paint_of_the_zoo(case: ZooCase, backend: Backend) -> None:
     # Lines without area have gradients of pure rounding, about 1e-15, and paths of 1e6 px are accurate to 1e-10.
     scene, renderer = case.scene, make_renderer(case.scene, backend)
@@ -142,7 +142,7 @@ def test_removal_cost_is_the_rise_of_the_loss_without_the_path(path_count: int, 
     check_removal_cost(scene, backend)
 
 
-@pytest.mark.parametrize("case", [c for c in ZOO if len(c.scene.points)], ids=lambda case: case.name)
+@for_each([c for c in ZOO if len(c.scene.points)])
 def test_removal_costs_of_the_zoo(case: ZooCase) -> None:
     check_removal_cost(case.scene, VECTOR)
 

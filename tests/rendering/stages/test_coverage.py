@@ -9,7 +9,7 @@ from backends import VECTOR, Backend
 from oracles import Stages, precisions, run_stages
 from reference.coverage import signed_coverage
 from reference.flattening import flatten
-from scenes import ZOO, ZooCase, circle, degenerate_scene, figure_eight, random_scene, rectangle, straight
+from scenes import ZOO, ZooCase, circle, degenerate_scene, figure_eight, for_each, random_scene, rectangle, straight
 from torch import Tensor
 
 from warpvec.kernels.constants import TILE
@@ -61,7 +61,7 @@ def test_winding_of_any_number_of_segments(segment_count: int, backend: Backend)
     torch.testing.assert_close(got, want, rtol=0, atol=EXACT)
 
 
-@pytest.mark.parametrize("case", [case for case in ZOO if len(case.scene.points)], ids=lambda case: case.name)
+@for_each([case for case in ZOO if len(case.scene.points)])
 @precisions
 def test_winding_of_the_zoo(case: ZooCase, backend: Backend, dtype: torch.dtype) -> None:
     points = case.scene.points.to(dtype).double()

@@ -14,7 +14,7 @@ from assertions import assert_grad_close, finite_difference
 from backends import VECTOR, Backend
 from oracles import GRADIENTS, adjoint, cotangent, precisions, render
 from reference.splatting import Settings
-from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, random_scene
+from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, for_each, random_scene
 from splat_oracles import (
     check_gradients,
     decisions,
@@ -68,7 +68,7 @@ def test_gradients_of_degenerate_paths(seed: int, interior: bool, covariance: bo
     check_gradients(scene, settings, make_splat_renderer(scene, settings, backend), 1e-9)
 
 
-@pytest.mark.parametrize("case", [case for case in ZOO if len(case.scene.points)], ids=lambda case: case.name)
+@for_each([case for case in ZOO if len(case.scene.points)])
 @switches
 def test_gradients_of_the_zoo(case: ZooCase, interior: bool, covariance: bool) -> None:
     settings = with_switches(Settings(6, 2), interior, covariance)
