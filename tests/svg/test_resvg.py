@@ -219,7 +219,7 @@ def busy_child(pid: int) -> int | None:
     """Return the child of a process once it has worked for a while, so that it is drawing."""
     children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     ticks = [int(Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[11]) for child in children]
-    return int(children[0]) if ticks and ticks[0] > 50 else None
+    return int(children[0]) if ticks and ticks[0] > 15 else None
 
 
 def has_ended(pid: int) -> bool:
