@@ -62,6 +62,21 @@ class Seam:
     place: float
 
 
+@dataclass(frozen=True, eq=False)
+class Fits:
+    """The paints of areas.
+
+    Attributes:
+        values: median colour of each area, sRGB with straight alpha [4].
+        ramps: the ramps of those that are not flat.
+        errors: root mean square that the paint of each area leaves.
+    """
+
+    values: list[Floats]
+    ramps: dict[int, Ramp]
+    errors: list[float]
+
+
 def fit_paints(image: Floats, labels: Integers, tolerances: Tolerances) -> tuple[Paints, Integers, list[Seam]]:
     """Fit the paints of the areas ``labels`` [h, w] of ``image`` [h, w, 4], sRGB with straight alpha.
 
@@ -69,26 +84,33 @@ def fit_paints(image: Floats, labels: Integers, tolerances: Tolerances) -> tuple
     """
     colors, labels = image.reshape(-1, 4), labels.copy()
     areas = pixels_of(labels)
-    values = [np.median(colors[_few(pixels)], 0) for pixels in areas]
-    ramps = _find_ramps(areas, colors, values, labels.shape[1], tolerances)
-    errors = [_error_of(index, areas, colors, values, ramps) for index in range(len(areas))]
-    bands = split_into_bands(areas, colors, errors, tolerances.noise)
+    fits = fit_areas(areas, colors, labels.shape[1], tolerances)
+    bands = split_into_bands(areas, colors, fits.errors, tolerances.noise)
     for index in range(len(bands)):
         if index >= len(areas) or len(bands[index]) < len(areas[index]):
-            ramps.pop(index, None)
-            values[index : index + 1] = [np.median(colors[_few(bands[index])], 0)]
+            fits.ramps.pop(index, None)
+            fits.values[index : index + 1] = [np.median(colors[_few(bands[index])], 0)]
             labels.reshape(-1)[bands[index]] = index
-    return _with_ramps(flat_paints(np.stack(values)), labels, bands, ramps)
+    return _with_ramps(flat_paints(np.stack(fits.values)), labels, bands, fits.ramps)
 
 
-def _error_of(index: int, areas: list[Places], colors: Floats, values: list[Floats], ramps: dict[int, Ramp]) -> float:
-    """Return the root mean square that the paint of an area leaves of its colours and its opacity."""
-    sample = colors[_few(areas[index])]
-    rest = sample - values[index]
-    color, opacity = (float(np.sqrt((part**2).mean())) for part in (rest[:, :3], rest[:, 3]))
-    if values[index][3] == 0:
+def fit_areas(areas: list[Places], colors: Floats, width: int, tolerances: Tolerances) -> Fits:
+    """Fit paints to areas of pixels, numbered by rows of ``width``, whose ``colors`` are sRGB with straight alpha."""
+    values = [np.median(colors[_few(pixels)], 0) for pixels in areas]
+    ramps = _find_ramps(areas, colors, values, width, tolerances)
+    errors = [
+        _error_of(colors[_few(pixels)], value, ramps.get(index))
+        for index, (pixels, value) in enumerate(zip(areas, values, strict=True))
+    ]
+    return Fits(values, ramps, errors)
+
+
+def _error_of(colors: Floats, value: Floats, ramp: Ramp | None) -> float:
+    """Return the root mean square that the paint of an area leaves of its colours [N, 4]: of these or of opacity."""
+    color, opacity = (float(np.sqrt((part**2).mean())) for part in np.split(colors - value, [3], 1))
+    if value[3] == 0:
         return opacity
-    return max(ramps[index].error if index in ramps else color, opacity)
+    return max(color if ramp is None else ramp.error, opacity)
 
 
 def _few(pixels: Places) -> Places:

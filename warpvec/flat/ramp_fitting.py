@@ -24,14 +24,17 @@ KNOTS_MAX = 5
 SWEEPS = 3
 """Times that each stop is moved to its best place."""
 
+KNOT_STEPS = (0.5, 0.5, 0.25, 0.125)
+"""Steps, in bins, by which stops are moved in the end."""
+
 RADIAL_GAIN = 0.8
 """A radial ramp is chosen if it leaves less than this part of what a linear one leaves."""
 
 RAMP_GAIN = 0.6
 """A ramp is chosen over a flat paint if it leaves less than this part of what the flat one leaves."""
 
-KNOT_GAIN = 0.8
-"""One more stop is taken if it leaves less than this part of the error."""
+KNOT_GAIN = 1.3
+"""Fewer stops are taken if they leave at most this multiple of the error of more."""
 
 RING_ERROR = 5 / 255
 """Largest error of a ring whose colours no radial paint shows; wider rings are divided. It is hardly seen in a ramp."""
@@ -138,15 +141,28 @@ def _with_stops(direction: Direction, points: Floats, colors: Floats, tolerance:
     places = direction.places(points)
     at, means, count = binned(places, colors, BINS)
     knots = np.array([at[0], at[-1]])
-    values, error = _colors_at_knots(knots, at, means, count)
-    while error > tolerance and len(knots) < min(KNOTS_MAX, len(at)):
-        more = _one_more_knot(knots, at, means, count)
-        more_values, more_error = _colors_at_knots(more, at, means, count)
-        if len(more) == len(knots) or (more_error > KNOT_GAIN * error and len(knots) > 3):
+    tried = [(knots, *_colors_at_knots(knots, at, means, count))]
+    for _ in range(min(KNOTS_MAX, len(at)) - len(knots)):
+        if tried[-1][2] <= tolerance:
             break
-        knots, values, error = more, more_values, more_error
-    ramp = Ramp(direction, *_with_rings(*_without_pads(knots, values, direction.kind), direction.kind), 0.0)
+        knots = _one_more_knot(knots, at, means, count)
+        tried.append((knots, *_colors_at_knots(knots, at, means, count)))
+    limit = max(tolerance, KNOT_GAIN * tried[-1][2])
+    knots, values = next((knots, values) for knots, values, error in tried if error <= limit)
+    knots, values = _within_range(*_without_pads(knots, values, direction.kind), direction.kind)
+    ramp = Ramp(direction, *_with_rings(knots, values, direction.kind), 0.0)
     return replace(ramp, error=ramp.error_on(points, colors))
+
+
+def _within_range(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Floats]:
+    """Move the stops at the ends to where their colours leave [0, 1]: limiting colours would change the slope."""
+    knots, values = knots.copy(), values.copy()
+    for end, inner in ((-1, -2), (0, 1)) if kind == LINEAR else ((-1, -2),):
+        outside = np.maximum(np.abs(values[end] - np.clip(values[end], 0, 1)) - FLAT_STEP, 0)
+        part = 1 - (outside / np.maximum(np.abs(values[end] - values[inner]), FLAT_STEP)).max()
+        knots[end] = knots[inner] + part * (knots[end] - knots[inner])
+        values[end] = values[inner] + part * (values[end] - values[inner])
+    return knots, values
 
 
 def _with_rings(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Floats]:
@@ -186,6 +202,9 @@ def _one_more_knot(knots: Floats, at: Floats, means: Floats, count: Floats) -> F
     inner = with_best(knots[1:-1])
     for _ in range(SWEEPS * len(inner) if len(inner) > 1 else 0):
         inner = with_best(inner[1:])
+    for step in np.ptp(knots) / BINS * np.repeat(KNOT_STEPS, len(inner)):
+        choices = [np.append(inner[1:], place) for place in inner[0] + step * np.arange(-1, 2)]
+        inner = choices[int(np.argmin([error_of(choice) for choice in choices]))]
     return np.unique(np.concatenate([knots[[0, -1]], inner]))
 
 

@@ -17,19 +17,46 @@ NONE = -1
 SIDES = ((-1, 0), (0, -1), (0, 1), (1, 0))
 """Steps to the four neighbours of a pixel, in rows and columns."""
 
+RAMP_WIDTH = 3
+"""Side in pixels of squares of pure pixels on steep ramps."""
+
+RAMP_STEP = 16 / 255
+"""Largest difference of neighbours on a steep ramp; 16 pixels of it cover all brightness."""
+
+RAMP_BEND = 2.1 / 255
+"""Largest change of this difference from pixel to pixel: rounding to 8 bits changes it by two levels."""
+
 GROWTH_MAX = 24
 """Rounds of growth, of one pixel each: ringing of JPEG reaches 16 pixels from an edge where colour is halved."""
 
 
-def grow_seeds(picture: Floats, step: float, width: int) -> Integers:
+def grow_seeds(picture: Floats, step: float, width: int, with_ramps: bool = False) -> Integers:
     """Return connected areas of pure pixels [h, w], numbered from 0, and ``NONE`` elsewhere.
 
     A pixel is pure if it lies in a square of ``width`` pixels in which no neighbours differ by more than ``step``. The
-    pixels of an edge are alike along the edge, but not across it.
+    pixels of an edge are alike along the edge, but not across it. Squares of steeper ramps count ``with_ramps``.
     """
-    right, below = (np.abs(np.diff(picture, axis=axis)).max(-1) <= step for axis in (1, 0))
+    differences = [np.diff(picture, axis=axis) for axis in (1, 0)]
+    right, below = (np.abs(difference).max(-1) <= step for difference in differences)
     pure = _pure(right, below, width)
+    if with_ramps:
+        right |= _is_steady(differences[0], 1)
+        below |= _is_steady(differences[1], 0)
+        pure |= _pure(right, below, RAMP_WIDTH)
     return linked_areas(pure, right, below)
+
+
+def _is_steady(difference: Floats, axis: int) -> Mask:
+    """Return where differences of neighbours along ``axis`` are as those before and behind: on a ramp, not an edge."""
+    if difference.size == 0:
+        return np.zeros(difference.shape[:2], bool)
+    change = np.abs(np.diff(difference, axis=axis)).max(-1) <= RAMP_BEND
+    ends = [(0, 0), (0, 0)]
+    ends[axis] = (1, 1)
+    padded = np.pad(change, ends, constant_values=True)
+    before, behind = (np.take(padded, range(start, start + difference.shape[axis]), axis) for start in (0, 1))
+    steady: Mask = (np.abs(difference).max(-1) <= RAMP_STEP) & before & behind
+    return steady
 
 
 def _pure(right: Mask, below: Mask, width: int) -> Mask:

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.flat.assignment import assign
-from warpvec.flat.denoising import Tolerances, measure_tolerances
+from warpvec.flat.denoising import measure_tolerances
 from warpvec.flat.paint_fitting import fit_paints, smooth_seams
 from warpvec.flat.paints import Paints
-from warpvec.flat.region_growing import NONE, grow_seeds, without_small
+from warpvec.flat.region_growing import NONE
 from warpvec.flat.region_merging import merge_regions
+from warpvec.flat.seeding import find_seeds
 from warpvec.flat.thin_parts import add_thin_parts
 from warpvec.geometry.gradients import FLAT
 
@@ -24,12 +25,6 @@ AREA_MIN, AREA_MIN_OF_ICONS = 4.0, 2.0
 
 ICON_SIZE = 200
 """Longer side in pixels below which a picture is small."""
-
-CLEAN_SEED_AREA, NOISY_SEED_AREA = 4, 12
-"""Smaller areas of pure pixels are not trusted: one square of two pixels in clean pictures, more in noisy ones."""
-
-TRANSLUCENT_AREA_MIN = 24
-"""Smaller translucent areas of pure pixels are not trusted: tips of shapes cover pixels by half for a while."""
 
 BORDER_SHARE_MIN = 0.5
 """Share of the picture's border that the canvas of an opaque picture has at least."""
@@ -87,7 +82,7 @@ def find_regions(image: Floats, min_area: float | None = None) -> Regions:
     if min_area is None:
         min_area = AREA_MIN if max(image.shape[:2]) > ICON_SIZE else AREA_MIN_OF_ICONS
     tolerances = measure_tolerances(picture)
-    seeds = find_seeds(picture, tolerances)
+    seeds = find_seeds(picture, straight, tolerances)
     paints, seeds, seams = fit_paints(straight, seeds, tolerances)
     canvas = find_canvas(seeds, paints)
     assignment = assign(picture, seeds, paints, tolerances, canvas)
@@ -113,23 +108,6 @@ def premultiplied(image: Floats) -> Floats:
     result = with_alpha(image)
     result[..., :3] *= result[..., 3:]
     return result
-
-
-def find_seeds(picture: Floats, tolerances: Tolerances) -> Integers:
-    """Return the areas of pure pixels [h, w]; one area of all pixels if there are none."""
-    is_noisy = tolerances.noise > 0
-    seeds = grow_seeds(picture @ tolerances.metric, tolerances.step, 3 if is_noisy else 2)
-    seeds = without_small(seeds, NOISY_SEED_AREA if is_noisy else CLEAN_SEED_AREA)
-    if (picture[..., 3] == 0).any():
-        seeds[_thin_and_translucent(seeds, picture[..., 3])] = NONE
-        seeds = without_small(seeds, 1)
-    return seeds if (seeds != NONE).any() else np.zeros_like(seeds)
-
-
-def _thin_and_translucent(seeds: Integers, alpha: Floats) -> NDArray[np.bool_]:
-    """Return the pixels [h, w] of small areas that look translucent, but are the tips of opaque shapes."""
-    count = np.bincount(seeds[seeds != NONE], minlength=seeds.max() + 1)
-    return (seeds != NONE) & (count < TRANSLUCENT_AREA_MIN)[seeds] & (alpha > 0) & (alpha < 1)
 
 
 def find_canvas(label: Integers, paints: Paints) -> int | None:

@@ -18,8 +18,20 @@ Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
 Mask = NDArray[np.bool_]
 
-ROUNDS_MAX = 4
+ROUNDS_MAX = 6
 """Rounds of new regions. Each explains one colour of an unexplained area; few areas have more."""
+
+SAMPLES_MAX = 400
+"""Pixels of an unexplained area that paints are compared on."""
+
+OWN_COLORS = 12
+"""Colours of an area that are tried for it."""
+
+FIRST_PART = 0.9
+"""The purest colour of an area is taken if it explains at least this part of the pixels that any of them explains."""
+
+KNOWN_PART = 0.85
+"""A known paint is taken if it explains at least this part of the pixels that the best of its own colours explains."""
 
 TOP_RESIDUAL = 0.8
 """Pixels with more than this part of the largest residual show the purest colour of an area."""
@@ -71,13 +83,16 @@ def add_thin_parts(
             rows, columns = np.divmod(pixels, areas.shape[1])
             found = _explain(rows, columns, picture, assignment, paints, tolerances, min_area)
             if found is None:
-                given_up[rows, columns] = True
+                # What else the area shows may be explained without its worst pixels.
+                residual = assignment.residual[rows, columns]
+                worst = residual >= TOP_RESIDUAL * residual.max()
+                given_up[rows[worst], columns[worst]] = True
                 continue
             paint, is_anchor = found
             assignment.anchors[rows[is_anchor], columns[is_anchor]] = len(paints)
             new[rows[is_anchor], columns[is_anchor]] = True
             paints = paints.joined(paint)
-        if not new.any():
+        if areas.max() < 0:
             break
         unmix(assignment, _grown(new, tolerances.reach) & ~assignment.is_pure, picture, paints, tolerances, canvas)
     unexplained = assignment.residual > tolerances.mix
@@ -100,17 +115,29 @@ def _explain(
     residual = assignment.residual[rows, columns]
     if len(rows) < 2 or residual.max() < STRENGTH * tolerances.mix:
         return None
-    own = np.median(picture[rows, columns][residual >= TOP_RESIDUAL * residual.max()], 0)
-    values = np.concatenate([_known_colors(paints), own[None]]).astype(np.float32)
-    shares = _shares_of(values, rows, columns, picture, assignment, paints, tolerances.thin_metric())
-    if _is_seam(shares, rows, columns, assignment, tolerances):
+    few = slice(None, None, -(-len(rows) // SAMPLES_MAX))
+    color = picture[rows[few], columns[few]]
+    known, own = _known_colors(paints), _own_colors(color, residual[few])
+    values, metric = np.concatenate([known, own]), tolerances.thin_metric()
+    shares = _shares_of(values, rows[few], columns[few], picture, assignment, paints, metric)
+    if _is_seam(shares, len(known), rows[few], columns[few], assignment, tolerances):
         return None
-    share, rest = shares.share, shares.rest
-    index = _best_paint(values, share, rest, picture[rows, columns], tolerances)
-    is_anchor = (share[:, index] >= ANCHOR_SHARE) & (rest[:, index] <= np.maximum(0.5 * residual, tolerances.mix))
-    if share[is_anchor, index].sum() < min_area:
-        return None
-    return _paint_of(values[index]), is_anchor
+    value = values[_best_paint(values, len(known), shares, color, len(rows), tolerances)]
+    chosen = _shares_of(value[None], rows, columns, picture, assignment, paints, metric)
+    share, rest = chosen.share[:, 0], chosen.rest[:, 0]
+    is_anchor = (share >= ANCHOR_SHARE) & (rest <= np.maximum(0.5 * residual, tolerances.mix))
+    return (_paint_of(value), is_anchor) if share[is_anchor].sum() >= min_area else None
+
+
+def _own_colors(color: Floats, residual: Floats) -> Floats:
+    """Return colours [C, 4] of an area's pixels [N, 4] that it may be drawn in, the most likely one first.
+
+    The median of the pixels that are explained worst comes first. An area of several colours may have others.
+    """
+    worst = np.median(color[residual >= TOP_RESIDUAL * residual.max()], 0)
+    order = np.argsort(-residual, kind="stable")[: max(len(color) // 2, 1)]
+    picked = order[np.linspace(0, len(order) - 1, min(OWN_COLORS, len(order))).astype(np.intp)]
+    return np.concatenate([worst[None], color[picked]]).astype(np.float32)
 
 
 def _paint_of(value: Floats) -> Paints:
@@ -150,29 +177,41 @@ def _shares_of(
 
 
 def _is_seam(
-    shares: _Shares, rows: NDArray[np.intp], columns: NDArray[np.intp], assignment: Assignment, tolerances: Tolerances
-) -> bool:
+    shares: _Shares, known_count: int, rows: NDArray[np.intp], columns: NDArray[np.intp], assignment: Assignment,
+    tolerances: Tolerances,
+) -> bool:  # fmt: skip
     """Return whether an area lies between two regions, and what is behind both shines through the seam."""
     between = assignment.label[rows, columns] != assignment.other[rows, columns]
     if between.mean() < SEAM_PART:
         return False
-    thin = (shares.third_rest[:, :-1] <= tolerances.mix) & (shares.third[:, :-1] <= FAR_SHARE_MAX)
-    return bool((thin.mean(0) >= SEAM_PART).any())
+    thin = (shares.third_rest <= tolerances.mix) & (shares.third <= FAR_SHARE_MAX)
+    return bool((thin.mean(0)[:known_count] >= SEAM_PART).any())
 
 
-def _best_paint(values: Floats, share: Floats, rest: Floats, color: Floats, tolerances: Tolerances) -> int:
-    """Return which of ``values`` explains an area: a known paint if one does, or else its own colour, the last."""
-    own = len(values) - 1
-    distance = np.abs((values[:own] - values[own]) @ tolerances.thin_metric()).max(-1)
-    cost = rest.mean(0)
-    peak = np.quantile(share, 0.9, axis=0)
-    at_own = (np.abs((color - values[own]) @ tolerances.thin_metric()).max(-1) <= tolerances.paint).mean()
-    is_short = len(color) < (NOISY_PLATEAU_AREA if tolerances.noise > 0 else PLATEAU_AREA)
-    possible = (cost[:own] <= np.maximum(tolerances.mix, 1.2 * cost[own])) & (
-        (peak[:own] >= PEAK_SHARE_MIN) | (len(color) < PLATEAU_AREA)
-    )
+def _best_paint(
+    values: Floats, known_count: int, shares: _Shares, color: Floats, size: int, tolerances: Tolerances
+) -> int:
+    """Return which of ``values`` [M, 4] explains most of an area: a known paint, or else one of its own colours.
+
+    Args:
+        values: the known paints and the area's own colours, premultiplied.
+        known_count: number of known paints.
+        shares: how the values explain pixels of the area.
+        color: colours of these pixels [N, 4].
+        size: number of all pixels of the area.
+        tolerances: those of the picture.
+    """
+    is_explained = shares.rest <= tolerances.mix
+    count = is_explained.sum(0)
+    own = known_count + int(count[known_count:].argmax())
+    if count[known_count] >= FIRST_PART * count[own]:
+        own = known_count
+    metric = tolerances.thin_metric()
+    distance = np.abs((values[:known_count] - values[own]) @ metric).max(-1)
+    peak = np.quantile(np.where(is_explained, shares.share, 0), 0.9, axis=0)[:known_count]
+    is_short = size < (NOISY_PLATEAU_AREA if tolerances.noise > 0 else PLATEAU_AREA)
+    possible = (count[:known_count] >= KNOWN_PART * count[own]) & ((peak >= PEAK_SHARE_MIN) | is_short)
+    at_own = (np.abs((color - values[own]) @ metric).max(-1) <= tolerances.paint).mean()
     if at_own >= PLATEAU_SHARE and not is_short:
         possible &= distance <= 2 * tolerances.pool
-    if not possible.any():
-        return own
-    return int(np.where(possible, distance, np.inf).argmin())
+    return int(np.where(possible, distance, np.inf).argmin()) if possible.any() else own
