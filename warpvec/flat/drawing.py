@@ -18,6 +18,7 @@ from warpvec.flat.fewer_colors import with_colors, with_palette
 from warpvec.flat.fewer_paths import with_fewer_paths
 from warpvec.flat.path_removal import remove_paths
 from warpvec.flat.regions import AREA_MIN, Regions, find_regions
+from warpvec.flat.regularity import regularize
 from warpvec.flat.scene_building import scene_of
 from warpvec.flat.simplify import simplify
 from warpvec.geometry.gradients import FLAT
@@ -63,6 +64,7 @@ class FlatDrawing:
             scene = remove_paths(scene, self.image, self.config, detail).scene
         if len(scene) and not self.is_over():
             scene = simplify(scene, self.image, self._timed_config(), detail).scene
+            scene = regularize(scene, self.image, self._timed_config(), detail)
             scene = self._polished(scene, LAST_ITERATIONS)
         history, interrupted = list(self._history), self.is_interrupted()
         return FitResult(self._snapped(scene), history, self._iterations, self.seconds(), interrupted, "cpu")
