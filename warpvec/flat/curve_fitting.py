@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.flat.cycle_search import cheapest_cycle
-from warpvec.flat.outline_nodes import find_nodes, sample_loops
+from warpvec.flat.outline_nodes import find_nodes, roughness, sample_loops
 from warpvec.flat.piece_joining import Pieces, join_pieces
 from warpvec.flat.span_costs import span_costs
 
@@ -21,22 +21,28 @@ TOLERANCE = 0.2
 """Largest distance in pixels between an outline and its curves. An outline from anti-aliased pixels is within 0.05."""
 
 
+NOISE_FACTOR = 3.0
+"""Tolerance per roughness of an outline. Noise moves a third of the points further than 1.5 times the median."""
+
+
 def fit_loops(loops: Sequence[Floats], tolerance: float = TOLERANCE) -> list[tuple[Floats, Mask]]:
     """Return the control points [n, 3, 2] and a mask of the lines [n] for each closed polyline [m, 2].
 
     The pieces of a loop are those of the cheapest cycle through nodes along it (`find_nodes`): few pieces, lines
-    rather than cubics, each within ``tolerance`` pixels of the outline, and few kinks where it is smooth.
+    rather than cubics, each within ``tolerance`` pixels of the outline, and few kinks where it is smooth. A rough
+    outline, such as that of a compressed picture, has a larger tolerance.
     """
     if not loops:
         return []
     samples = sample_loops(loops)
     nodes = find_nodes(samples)
-    spans = span_costs(samples, nodes, tolerance)
+    allowed = np.maximum(tolerance, NOISE_FACTOR * roughness(samples))
+    spans = span_costs(samples, nodes, allowed)
     cycles = []
     for first, stop in pairwise(nodes.first):
         cycles.append(first + np.array(cheapest_cycle(spans.cost[first:stop])))
     pieces = _pieces(nodes.first, cycles, spans.is_line)
-    segments = join_pieces(samples, nodes, pieces, tolerance)
+    segments = join_pieces(samples, nodes, pieces, allowed)
     stops = np.cumsum([len(cycle) for cycle in cycles])[:-1]
     return list(zip(np.split(segments, stops), np.split(pieces.is_line, stops), strict=True))
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image, ImageDraw
 
 from warpvec.flat.covering import Cover
 
@@ -32,6 +35,12 @@ LINK_POINTS = 48
 
 LINKS_MAX = 4
 """Most lines of a hidden border; beyond, it follows the layers above in curves instead."""
+
+DETOURS_MAX = 24
+"""Times that another way is looked for because a line passes something on the wrong side."""
+
+ENCLOSED_MAX = 6
+"""Pixels of anything else that may lie between a hidden border and its simple form: those that touch its ends."""
 
 SMOOTHING = 9
 """Points of a hidden border, about a pixel apart, whose mean replaces each of them, so that steps of pixels vanish."""
@@ -118,23 +127,50 @@ def _smoothed(path: Floats) -> Floats:
 
 
 def _fewest_links(path: Floats, cover: Cover) -> Floats:
-    """Return the path of fewest lines through points of ``path`` that stays covered."""
+    """Return the path of fewest lines through points of ``path`` that stays covered, on the same side of all else."""
     chosen = np.unique(np.rint(np.linspace(0, len(path) - 1, min(len(path), LINK_POINTS))).astype(np.int64))
     points = path[chosen]
     sees = _links(points, cover)
+    for _ in range(DETOURS_MAX):
+        order = _fewest_steps(points, sees)
+        if len(order) - 1 > LINKS_MAX:
+            break
+        wrong = [(a, b) for a, b in pairwise(order) if _encloses_other(path[chosen[a] : chosen[b] + 1], cover)]
+        if not wrong:
+            return points[order]
+        for a, b in wrong:
+            sees[a, b] = b == a + 1
+    return points
+
+
+def _fewest_steps(points: Floats, sees: Mask) -> list[int]:
+    """Return the points from the first to the last in fewest steps that ``sees`` [n, n] allows; then the shortest."""
     count = len(points)
-    links, came = np.full(count, np.inf), np.zeros(count, np.int64)
+    steps, came = np.full(count, np.inf), np.zeros(count, np.int64)
     lengths = np.linalg.norm(points[:, None] - points, axis=-1)
-    longest = lengths.max() + 1e-9
-    links[0] = 0.0
+    cost = np.where(sees, 1.0 + 0.01 * lengths / max(float(lengths.max()), 1e-9), np.inf)
+    steps[0] = 0.0
     for end in range(1, count):
-        total = np.where(sees[:end, end], links[:end] + 1.0 + 0.01 * lengths[:end, end] / longest, np.inf)
+        total = steps[:end] + cost[:end, end]
         came[end] = int(total.argmin())
-        links[end] = total[came[end]]
+        steps[end] = total[came[end]]
     order = [count - 1]
     while order[-1] > 0:
         order.append(int(came[order[-1]]))
-    return points[order[::-1]]
+    return order[::-1]
+
+
+def _encloses_other(path: Floats, cover: Cover) -> bool:
+    """Return whether a ``path`` [n, 2] and the line between its ends enclose what is not beneath layers above."""
+    if len(path) <= 2:
+        return False
+    corner = np.floor(path.min(0)).astype(np.int64)
+    width, height = np.ceil(path.max(0)).astype(np.int64) - corner + 1
+    image = Image.new("1", (int(width), int(height)))
+    ImageDraw.Draw(image).polygon([(x, y) for x, y in (path - corner - 0.5).tolist()], fill=1)
+    box = cover.above[corner[1] : corner[1] + height, corner[0] : corner[0] + width]
+    inside = np.asarray(image)[: box.shape[0], : box.shape[1]]
+    return int((inside & ~box).sum()) > ENCLOSED_MAX
 
 
 def _links(points: Floats, cover: Cover) -> Mask:

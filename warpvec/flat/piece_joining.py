@@ -22,6 +22,12 @@ POINTS = 40
 SHIFT_MAX = 1.5
 """Pixels across the pieces on both sides that a corner may move to where they meet; beyond, these are too uncertain."""
 
+SHIFT_SHARE = 0.15
+"""It may move by so much of the shorter piece beside it, because the direction of a short piece is uncertain."""
+
+SHORT = 5.0
+"""Pixels up to which a piece is so short that a corner beside it stays where it was found, if no crossing is near."""
+
 CROSSING_MIN = np.sin(np.radians(6.0))
 """Sine of the least angle between two pieces whose crossing is looked for; it is uncertain at smaller angles."""
 
@@ -57,11 +63,12 @@ class _Joined(NamedTuple):
     is_smooth: Mask
 
 
-def join_pieces(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: float) -> Floats:
+def join_pieces(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: Floats) -> Floats:
     """Return the control points [R, 3, 2] of the pieces; the handles of lines are at thirds.
 
-    A slight corner becomes smooth where the pieces then still are within ``tolerance``.
+    A slight corner becomes smooth where the pieces then still are within the ``tolerance`` of their loop [L].
     """
+    tolerance = tolerance[np.searchsorted(nodes.first, pieces.start, side="right") - 1]
     joined = _joined(samples, nodes, pieces, tolerance)
     is_slight = nodes.is_corner[pieces.start] & (_turns(pieces, joined.segments) < SLIGHT_DEGREES)
     is_slight &= ~(pieces.is_line & pieces.is_line[pieces.before])
@@ -83,7 +90,7 @@ def _softened(samples: Samples, nodes: Nodes, chosen: Integers) -> Nodes:
     return replace(nodes, point=point, is_corner=is_corner, trim=trim)
 
 
-def _joined(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: float) -> _Joined:
+def _joined(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: Floats) -> _Joined:
     places = places_between(samples, nodes, pieces.start, pieces.end, POINTS)
     anchor = _anchors(nodes, pieces, places.points, places.parameters)
     end, is_line = anchor[pieces.after], pieces.is_line[:, None, None]
@@ -121,7 +128,11 @@ def _anchors(nodes: Nodes, pieces: Pieces, points: Floats, parameters: Floats) -
     met = np.where(is_line[:, None], _nearest(node, center, along), met)
     is_corner = nodes.is_corner[pieces.start] & (is_line | is_line[before])
     sine = np.abs(leaving[:, 0] * arriving[before][:, 1] - leaving[:, 1] * arriving[before][:, 0])
-    is_near = np.linalg.norm(found - node, axis=1) * np.maximum(sine, CROSSING_MIN) < SHIFT_MAX
+    chord = np.linalg.norm(nodes.point[pieces.end] - node, axis=1)
+    shorter = np.minimum(chord, chord[before])
+    met = np.where((is_corner & (shorter < SHORT))[:, None], node, met)
+    shift_max = np.minimum(SHIFT_MAX, SHIFT_SHARE * shorter)
+    is_near = np.linalg.norm(found - node, axis=1) * np.maximum(sine, CROSSING_MIN) < shift_max
     return np.where((is_crossing & is_near & (is_corner | (is_line & is_line[before])))[:, None], found, met)
 
 

@@ -65,8 +65,8 @@ class Places(NamedTuple):
     parameters: Floats
 
 
-def span_costs(samples: Samples, nodes: Nodes, tolerance: float) -> Spans:
-    """Return the costs of pieces that stay within ``tolerance`` pixels of the outline."""
+def span_costs(samples: Samples, nodes: Nodes, tolerance: Floats) -> Spans:
+    """Return the costs of pieces that stay within ``tolerance`` pixels [L] of each outline."""
     loop = np.repeat(np.arange(len(nodes.first) - 1), np.diff(nodes.first))
     count = np.diff(nodes.first)[loop]
     longest = int(min(LENGTH_MAX, count.max() - 1))
@@ -79,8 +79,8 @@ def span_costs(samples: Samples, nodes: Nodes, tolerance: float) -> Spans:
         start, steps = start[is_valid], steps[is_valid]
         if not len(start):
             break
-        distance = _try(samples, nodes, loop, start, steps, tolerance, spans)
-        active = np.unique(start[distance < ALIVE * tolerance])
+        distance = _try(samples, nodes, loop, start, steps, tolerance[loop], spans)
+        active = np.unique(start[distance < ALIVE * tolerance[loop[start]]])
     forced = np.isinf(spans.cost[:, 0])
     spans.cost[forced, 0], spans.is_line[forced, 0] = FORCED_COST, True
     return spans
@@ -106,7 +106,7 @@ def places_between(samples: Samples, nodes: Nodes, start: Integers, end: Integer
 
 
 def _try(
-    samples: Samples, nodes: Nodes, loop: Integers, start: Integers, steps: Integers, tolerance: float, spans: Spans
+    samples: Samples, nodes: Nodes, loop: Integers, start: Integers, steps: Integers, tolerance: Floats, spans: Spans
 ) -> Floats:
     """Enter the costs of the pieces from ``start`` that are ``steps`` nodes long, and return their distances."""
     first, count = nodes.first[loop[start]], np.diff(nodes.first)[loop[start]]
@@ -134,7 +134,7 @@ def typical_distance(largest: Floats, square: Floats) -> Floats:
     return np.maximum(RMS_WEIGHT * np.sqrt(square), LARGEST_WEIGHT * largest)
 
 
-def _line_costs(nodes: Nodes, places: Places, tolerance: float) -> tuple[Floats, Floats]:
+def _line_costs(nodes: Nodes, places: Places, tolerance: Floats) -> tuple[Floats, Floats]:
     start = nodes.point[places.start]
     chord = nodes.point[places.end] - start
     normal = np.stack([-chord[:, 1], chord[:, 0]], 1) / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-9)
@@ -144,7 +144,7 @@ def _line_costs(nodes: Nodes, places: Places, tolerance: float) -> tuple[Floats,
     return cost, distance
 
 
-def _cubic_costs(nodes: Nodes, places: Places, tolerance: float) -> tuple[Floats, Floats]:
+def _cubic_costs(nodes: Nodes, places: Places, tolerance: Floats) -> tuple[Floats, Floats]:
     start, end = nodes.point[places.start], nodes.point[places.end]
     cubics = fit_cubics(start, end, places.points, places.parameters)
     leaving, arriving = cubics.handles[:, 0] - start, end - cubics.handles[:, 1]
@@ -153,13 +153,14 @@ def _cubic_costs(nodes: Nodes, places: Places, tolerance: float) -> tuple[Floats
 
 
 def _common_cost(
-    nodes: Nodes, places: Places, distance: Floats, leaving: Floats, arriving: Floats, tolerance: float
+    nodes: Nodes, places: Places, distance: Floats, leaving: Floats, arriving: Floats, tolerance: Floats
 ) -> Floats:
     """Return the cost of distance, kinks and corners; infinite where it is too far or too bent."""
     kinks = _kink_cost(nodes, places.start, leaving) + _kink_cost(nodes, places.end, arriving)
     corners = (nodes.is_corner[places.start] * 0.5 + nodes.is_corner[places.end] * 0.5) * CORNER_COST
-    cost = DISTANCE_COST * (distance / tolerance) ** 2 + kinks + corners
-    return np.where((distance > tolerance) | (kinks > KINK_MAX), np.inf, cost)
+    allowed = tolerance[places.start]
+    cost = DISTANCE_COST * (distance / allowed) ** 2 + kinks + corners
+    return np.where((distance > allowed) | (kinks > KINK_MAX), np.inf, cost)
 
 
 def _kink_cost(nodes: Nodes, node: Integers, direction: Floats) -> Floats:
