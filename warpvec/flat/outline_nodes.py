@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -106,11 +107,26 @@ def sample_loops(loops: Sequence[Floats]) -> Samples:
     return Samples(np.concatenate(parts), first, np.array(steps))
 
 
+def roughness(samples: Samples) -> Floats:
+    """Return how far the samples of each loop [L] are from a smooth curve, in pixels: as much as noise moves them.
+
+    It is the median distance from parabolas through some pixels on either side, so that corners do not count.
+    """
+    weights = _parabola(np.arange(-SMOOTH_REACH, SMOOTH_REACH + 1))[0]
+    found = []
+    for start, stop in pairwise(samples.first):
+        xy = samples.xy[start:stop]
+        rows = (np.arange(len(xy))[:, None] + np.arange(-SMOOTH_REACH, SMOOTH_REACH + 1)) % len(xy)
+        off = np.einsum("l,nlc->nc", weights, xy[rows]) - xy
+        found.append(float(np.median(np.hypot(off[:, 0], off[:, 1]))))
+    return np.array(found)
+
+
 def find_nodes(samples: Samples) -> Nodes:
     """Return the places of all loops where a curve may begin."""
     found = [
         _nodes_of_loop(samples.xy[start:stop], float(step))
-        for start, stop, step in zip(samples.first[:-1], samples.first[1:], samples.step, strict=True)
+        for (start, stop), step in zip(pairwise(samples.first), samples.step, strict=True)
     ]
     first = np.concatenate([[0], np.cumsum([len(nodes.sample) for nodes in found])]).astype(np.int64)
     names = ("sample", "point", "direction", "is_corner", "trim", "doubt")
@@ -182,9 +198,9 @@ def _side(xy: Floats, sign: int, gap: int = GAP) -> Side:
     long = min(LONG, max(SHORT, count // 6))
     rows = (np.arange(count)[:, None] + sign * np.arange(gap, gap + long)) % count
     near = xy[rows]
-    offsets = np.arange(long, dtype=np.float64)
-    basis = np.stack([np.ones(long), offsets, offsets**2], 1)
-    parabola = np.einsum("kl,nlc->nkc", np.linalg.pinv(basis), near)
+    offsets = np.arange(long)
+    basis = np.stack([offsets**0, offsets, offsets**2], 1).astype(np.float64)
+    parabola = np.einsum("kl,nlc->nkc", _parabola(offsets), near)
     residual = near - np.einsum("lk,nkc->nlc", basis, parabola)
     line = np.einsum("kl,nlc->nkc", np.linalg.pinv(basis[:SHORT, :2]), near[:, :SHORT])
     is_bent = np.sqrt((residual**2).sum(-1).mean(1)) > RESIDUAL_MAX
@@ -222,7 +238,7 @@ def _smooth_nodes(xy: Floats, step: float, corners: Integers) -> Nodes:
     reach = min(SMOOTH_REACH, max(2, count // 8))
     offsets = np.arange(-reach, reach + 1)
     near = xy[(places[:, None] + offsets) % count]
-    parabola = np.einsum("kl,nlc->nkc", np.linalg.pinv(np.stack([offsets**0, offsets, offsets**2], 1)), near)
+    parabola = np.einsum("kl,nlc->nkc", _parabola(offsets), near)
     is_near = distance <= reach
     point = np.where(is_near[:, None], xy[places], parabola[:, 0])
     zeros = np.zeros(len(places), np.int64)
@@ -230,6 +246,12 @@ def _smooth_nodes(xy: Floats, step: float, corners: Integers) -> Nodes:
         np.zeros(1, np.int64), places, point, _unit(parabola[:, 1]), zeros.astype(bool), zeros,
         np.where(is_near, 3.0, 1.0),
     )  # fmt: skip
+
+
+def _parabola(offsets: Integers) -> Floats:
+    """Return the matrix [3, n] that gives the parabola closest to values at ``offsets`` [n], lowest power first."""
+    inverse: Floats = np.linalg.pinv(np.stack([offsets**0, offsets, offsets**2], 1).astype(np.float64))
+    return inverse
 
 
 def _distance_on_cycle(places: Integers, corners: Integers, count: int) -> Integers:

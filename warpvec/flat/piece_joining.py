@@ -63,11 +63,12 @@ class _Joined(NamedTuple):
     is_smooth: Mask
 
 
-def join_pieces(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: float) -> Floats:
+def join_pieces(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: Floats) -> Floats:
     """Return the control points [R, 3, 2] of the pieces; the handles of lines are at thirds.
 
-    A slight corner becomes smooth where the pieces then still are within ``tolerance``.
+    A slight corner becomes smooth where the pieces then still are within the ``tolerance`` of their loop [L].
     """
+    tolerance = tolerance[np.searchsorted(nodes.first, pieces.start, side="right") - 1]
     joined = _joined(samples, nodes, pieces, tolerance)
     is_slight = nodes.is_corner[pieces.start] & (_turns(pieces, joined.segments) < SLIGHT_DEGREES)
     is_slight &= ~(pieces.is_line & pieces.is_line[pieces.before])
@@ -89,7 +90,7 @@ def _softened(samples: Samples, nodes: Nodes, chosen: Integers) -> Nodes:
     return replace(nodes, point=point, is_corner=is_corner, trim=trim)
 
 
-def _joined(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: float) -> _Joined:
+def _joined(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: Floats) -> _Joined:
     places = places_between(samples, nodes, pieces.start, pieces.end, POINTS)
     anchor = _anchors(nodes, pieces, places.points, places.parameters)
     end, is_line = anchor[pieces.after], pieces.is_line[:, None, None]
