@@ -33,7 +33,7 @@ def test_crossings_of_an_outline_are_counted(data: str, count: int) -> None:
 def test_a_sliver_that_nobody_sees_does_not_count() -> None:
     def count(height: float) -> int:
         low, high = 10 + height, 10 - height
-        data = f"M2 {high} L60 {low} V{high} L2 {low} V40 H1 V{high}z"
+        data = f"M2 {high} L60 {low} V{high} L12 {low} V40 H0 V{high}z"
         text = f'<svg xmlns="http://www.w3.org/2000/svg" width="80" height="60"><path d="{data}"/></svg>'
         return int(self_crossings(read_svg(text).scene))
 

@@ -15,6 +15,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
+from warpvec.geometry.joint_slopes import curve_derivative
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
 
@@ -93,14 +94,26 @@ class Drawing:
             part += STRENGTH_MIN * part.mean() + 1e-12
         return total
 
-    def point_derivative(self, x: Tensor) -> sparse.csr_matrix:
-        """Return the derivative of the curves by the points [8 R, 6 R]; see `Joints.derivative`."""
-        return self.joints.derivative(*self._of(x)[:3])
+    def point_derivative(self, x: Tensor, held: Tensor) -> sparse.csr_matrix:
+        """Return the derivative of the curves by the points [8 R, 6 R]; see `curve_derivative`."""
+        return curve_derivative(self.joints, self._of(x)[:3], held)
+
+    def held(self, found: Evaluation) -> tuple[Tensor, Tensor]:
+        """Return which handles [R, 2] must not move along themselves, and the gradient [K] without such moves."""
+        gradient = found.gradient.clone()
+        points, adjoints = self._of(found.x)[:3], self._of(gradient)[:3]
+        held, direction = self.joints.held(points, adjoints), self.joints.directions(*points)
+        for side, adjoint in zip(held.unbind(1), adjoints[1:], strict=True):
+            along = (adjoint * direction).sum(1, keepdim=True) * direction
+            adjoint -= torch.where(side[:, None], along, torch.zeros_like(along))
+        return held, gradient
 
     def limited(self, x: Tensor) -> Tensor:
-        """Return ``x`` with colours in [0, 1] and free opacities in [``OPACITY_MIN``, 1]."""
+        """Return ``x`` with smooth nodes smooth, colours in [0, 1] and free opacities in [``OPACITY_MIN``, 1]."""
         x = x.clone()
-        _, _, _, color, opacity, background, *paints = self._of(x)
+        anchor, leaving, arriving, color, opacity, background, *paints = self._of(x)
+        for part, aligned in zip((leaving, arriving), self.joints.aligned(anchor, leaving, arriving), strict=True):
+            part.copy_(aligned)
         for part in (color, background, *paints[:1]):
             part.clamp_(0.0, 1.0)
         opacity.copy_(torch.where(self._of(self.is_free)[4], opacity.clamp(OPACITY_MIN, 1.0), opacity))

@@ -21,8 +21,11 @@ from warpvec.fit.paint_slopes import PaintSlopes
 from warpvec.geometry.scene import Scene
 
 
-def gauss_newton(drawing: Drawing, x: Tensor) -> sparse.csc_matrix:
-    """Return the matrix [K, K] in float64 at the values ``x`` [K]; rows and columns of opacities are empty."""
+def gauss_newton(drawing: Drawing, x: Tensor, held: Tensor) -> sparse.csc_matrix:
+    """Return the matrix [K, K] in float64 at the values ``x`` [K]; rows and columns of opacities are empty.
+
+    Handles that are ``held`` [R, 2] do not get longer or shorter; see `Drawing.held`.
+    """
     scene = drawing.scene(x)
     height, width = drawing.target.size
     crossed = crossed_pixels(scene, height, width)
@@ -30,7 +33,7 @@ def gauss_newton(drawing: Drawing, x: Tensor) -> sparse.csc_matrix:
     paints = PaintSlopes(scene, width, pixels)
     for shares in drawing.target.shares(scene):
         paints.add(shares.double().cpu().numpy().reshape(-1, 3))
-    by_points = drawing.point_derivative(x)
+    by_points = drawing.point_derivative(x, held)
     views = list(_views(drawing, scene, crossed, place, len(pixels)))
     total = sparse.block_diag([sparse.csr_matrix((by_points.shape[1],) * 2), paints.elsewhere()], "csr")
     for outlines in views:

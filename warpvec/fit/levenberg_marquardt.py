@@ -152,8 +152,9 @@ class LevenbergMarquardt:
         return near.clamp_min(MOVE_MAX * self._scale).repeat(3)
 
     def _system(self) -> _System:
-        matrix = gauss_newton(self._drawing, self._here.x)
-        return _System(matrix, self._strength, self._here.gradient, self._free, 2 * self._drawing.point_count)
+        held, gradient = self._drawing.held(self._here)
+        matrix = gauss_newton(self._drawing, self._here.x, held)
+        return _System(matrix, self._strength, gradient, self._free, 2 * self._drawing.point_count)
 
     def _opacity_strength(self, x: Tensor, seed: int) -> NDArray[np.float64]:
         """Return the diagonal [K] that the matrix leaves out: that of free opacities, elsewhere 0."""

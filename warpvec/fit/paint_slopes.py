@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from warpvec.geometry.gradients import FLAT, RADIAL
+from warpvec.geometry.gradients import EXTENT_MIN, FLAT, RADIAL
 from warpvec.geometry.scene import Scene
 
 Values = NDArray[np.float64]
@@ -107,13 +107,13 @@ def _ramp(kind: int, ends: Values, x: Values, y: Values) -> tuple[Values, Values
     slopes = np.zeros((len(x), ENDS))
     off = np.stack([x - ends[0], y - ends[1]], 1)
     if kind == RADIAL:
-        distance, radius = np.maximum(np.linalg.norm(off, axis=1), 1e-9), max(ends[2], 1e-3)
+        distance, radius = np.maximum(np.linalg.norm(off, axis=1), 1e-9), max(float(ends[2]), EXTENT_MIN)
         ramp = distance / radius
         slopes[:, :2] = -off / (distance * radius)[:, None]
         slopes[:, 2] = -ramp / radius
     else:
         axis = ends[2:] - ends[:2]
-        squared = max(axis @ axis, 1e-6)
+        squared = max(float(axis @ axis), EXTENT_MIN**2)
         ramp = off @ axis / squared
         slopes[:, :2] = ((2.0 * ramp - 1.0)[:, None] * axis - off) / squared
         slopes[:, 2:] = (off - 2.0 * ramp[:, None] * axis) / squared

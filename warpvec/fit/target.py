@@ -14,6 +14,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.geometry.gradients import LINEAR, Gradients
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import ALPHA_MIN, MATTES, is_transparent, over, premultiplied
+from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.registry import make_renderer
 
@@ -107,11 +108,16 @@ class Target:
         See `ExactRenderer.winding_slopes`. They are scaled as in `random_adjoints`.
         """
         share = len(self._views) ** -0.5
-        return [share * self._renderer.winding_slopes(_over(scene, m), path, x, y) for _, m in self._views]
+        return [share * self._exact.winding_slopes(_over(scene, m), path, x, y) for _, m in self._views]
 
     def shares(self, scene: Scene) -> Iterator[Tensor]:
         """Yield the visible share of each path in each pixel, three paths at a time [h, w, 3]."""
-        yield from self._renderer.shares(scene)
+        yield from self._exact.shares(scene)
+
+    @property
+    def _exact(self) -> ExactRenderer:
+        assert isinstance(self._renderer, ExactRenderer)
+        return self._renderer
 
     @property
     def size(self) -> tuple[int, int]:

@@ -59,8 +59,9 @@ def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIM
     ``GRADIENT_DECIMALS``. Colours and opacities outside [0, 1] are clamped. Gradients of one colour become flat.
     Handles are rounded more coarsely than anchors (to 0.1 px at two decimals), relative to the start of their segment.
     This saves 9 % of the file at 512 paths and costs 0.003 dB: a handle moves its curve by at most 4/9 of its own move.
-    A path whose points all have ``precision`` decimals already keeps them. Handles of lines are at thirds. Paths whose opacity rounds to 0 are removed, as in the file. Quantizing twice
-    changes nothing more. Device and dtype are kept, derivatives are not.
+    A path whose points all have ``precision`` decimals already keeps them. Handles of lines are at thirds. Paths whose
+    opacity rounds to 0 are removed, as in the file. Quantizing twice changes nothing more. Device and dtype are kept,
+    derivatives are not.
 
     Raises:
         ValueError: the paths are not cubic, a value is not finite (except for the ends of a gradient, which then

@@ -24,6 +24,7 @@ from warpvec.fit.target import Target
 from warpvec.fit.visibility import canvas_areas, removal_changes, visible_areas, without_invisible
 from warpvec.flat.classify import Choice
 from warpvec.geometry.cubics import to_cubics
+from warpvec.geometry.rounding import round_nodes
 from warpvec.geometry.scene import Scene, over_white
 from warpvec.geometry.trim import trim
 from warpvec.image.metrics import psnr
@@ -105,7 +106,10 @@ class Result:
         if self.form is None:
             return quantize(scene, self.config.precision)
         across, down = self._units
-        return quantize(scene.scaled(across, down), self.form.precision).scaled(1.0 / across, 1.0 / down)
+        scene = scene.scaled(across, down)
+        if self.keeps_paths and not scene.is_uniform:
+            scene = round_nodes(scene, self.form.precision)
+        return quantize(scene, self.form.precision).scaled(1.0 / across, 1.0 / down)
 
     @property
     def _units(self) -> tuple[float, float]:

@@ -1,0 +1,56 @@
+"""Round the nodes of a drawing to the ticks of a file so that smooth nodes stay smooth."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import torch
+from torch import Tensor
+
+from warpvec.geometry.joints import Joints
+from warpvec.geometry.scene import Scene
+
+TURN_MAX = math.radians(0.4)
+"""Largest change of direction of a handle of a smooth node: with two of these it bends by less than a degree."""
+
+REACH = 8
+"""Ticks in x and in y by which a handle may move to keep its direction. Only handles of less than a pixel need more
+than one, and with 8 all that are 40 ticks long keep theirs."""
+
+
+def round_nodes(scene: Scene, precision: int) -> Scene:
+    """Return the cubic ``scene`` with its anchors and the handles of curves at whole ticks of ``10**-precision``.
+
+    The handles of a smooth node point along its direction before, or along the rounded line beside it, within
+    ``TURN_MAX`` where ``REACH`` allows it.
+    """
+    joints = Joints.of(scene)
+    ticks = scene.segments.double() * 10**precision
+    anchor, leaving, arriving = joints.values(replace(scene, segments=ticks))
+    anchor = anchor.round()
+    along = joints.directions(anchor, leaving, arriving)
+    smooth = joints.is_smooth
+    leaving = torch.where(smooth[:, None], _along(leaving, along), leaving.round())
+    arriving = torch.where(smooth[:, None], -_along(-arriving, along), arriving.round())
+    following = joints.following
+    segments = torch.stack([anchor, anchor + leaving, anchor[following] + arriving[following]], 1)
+    return replace(scene, segments=(segments / 10**precision).to(scene.segments.dtype))
+
+
+def _along(handle: Tensor, direction: Tensor) -> Tensor:
+    """Return whole numbers near each ``handle`` [R, 2] that lie along its ``direction`` [R, 2] of length 1.
+
+    These are the nearest ones within ``TURN_MAX``, or those that turn least.
+    """
+    steps = torch.arange(-REACH, REACH + 1, dtype=handle.dtype, device=handle.device)
+    offsets = torch.cartesian_prod(steps, steps)
+    tried = handle.round()[:, None] + offsets
+    along = (tried * direction[:, None]).sum(2)
+    across = tried[..., 0] * direction[:, None, 1] - tried[..., 1] * direction[:, None, 0]
+    turn = torch.atan2(across.abs(), along)
+    turn = torch.where((tried == 0).all(2), math.inf, turn)
+    off = (tried - handle[:, None]).norm(dim=2)
+    cost = off + 4 * REACH * (turn - TURN_MAX).clamp_min(0.0) / TURN_MAX
+    best = cost.argmin(1)
+    return tried[torch.arange(len(tried), device=tried.device), best]
