@@ -26,9 +26,7 @@ def make_scene(count: int = 3, piece_count: int = 4, degree: int = 3, **fields: 
     return Scene.uniform(**{**tensors, **fields}, degree=degree)
 
 
-@pytest.mark.parametrize("count", [0, 1, 5])
-@pytest.mark.parametrize("piece_count", [1, 2, 3, 4, 7])
-@pytest.mark.parametrize("degree", [1, 3, 5])
+@pytest.mark.parametrize(("count", "piece_count", "degree"), [(0, 4, 3), (1, 1, 1), (5, 7, 3), (5, 2, 5)])
 def test_counts(count: int, piece_count: int, degree: int) -> None:
     scene = make_scene(count, piece_count, degree)
     assert len(scene) == count and scene.piece_count == piece_count and scene.degree == degree

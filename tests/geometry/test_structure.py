@@ -62,15 +62,14 @@ def check(structure: Structure, paths: Rows) -> None:
     assert {getattr(structure, name).dtype for name in (*names, "segment_previous")} == {torch.int32}
 
 
-@pytest.mark.parametrize("seed", range(8))
-@pytest.mark.parametrize("path_count", [0, 1, 2, 9])
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("path_count", [0, 1, 9])
 def test_loops_are_those_of_the_lists(seed: int, path_count: int) -> None:
     counts = random_counts(seed, path_count)
     check(Structure.of_loops(counts), rows_of(counts))
 
 
-@pytest.mark.parametrize("path_count", [0, 1, 5])
-@pytest.mark.parametrize("segment_count", [1, 2, 4])
+@pytest.mark.parametrize(("path_count", "segment_count"), [(0, 2), (1, 1), (5, 4)])
 def test_uniform_paths_have_one_loop_each(path_count: int, segment_count: int) -> None:
     structure = Structure.uniform(path_count, segment_count)
     check(structure, rows_of([[segment_count]] * path_count))

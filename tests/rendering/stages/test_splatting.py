@@ -20,7 +20,7 @@ from warpvec.kernels.splatting import PLANES
 from warpvec.rendering.launch import Launcher, start_warp
 from warpvec.rendering.stages.splatting import Splatting
 
-COUNTS = [(samples, lines) for samples in (2, 3, 4, 15, 16, 17, 33) for lines in (1, 2, 5)]
+COUNTS = [(2, 1), (3, 2), (4, 5), (15, 1), (16, 2), (17, 5), (33, 1)]
 SHAPES = [(3, 2), (3, 3), (3, 4), (3, 5), (2, 2), (5, 2), (1, 6)]
 """Degree and number of pieces."""
 

@@ -157,7 +157,7 @@ def test_finite_differences_of_the_paint(name: str, interior: bool, covariance: 
 # Degenerate paths that cannot be compared
 
 
-@pytest.mark.parametrize("value", [1e8, -1e30, 3e38])
+@pytest.mark.parametrize("value", [1e8, -3e38])
 @switches
 @precisions
 def test_a_path_that_runs_far_out_has_finite_gradients(
