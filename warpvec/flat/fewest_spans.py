@@ -29,6 +29,13 @@ the places on its way at which that is checked."""
 LINE_TURN = 4.0
 """Largest angle in degrees between a line and the tangent of a smooth node at its end."""
 
+LINE_LONG = 8.0
+"""Visible length of a line in pixels from which it does not become part of a curve: it is straight on purpose."""
+
+CORNER_DEGREES, CORNER_LEG = 35.0, 1.5
+"""Turn from which a node is a corner that stays, and the visible length in pixels that both segments beside it must
+have. One cubic can come close to two lines, but its tip is round."""
+
 HOPELESS = 4.0
 """A span is not extended once its error is this many times what is allowed, at both of its shorter parts."""
 
@@ -117,6 +124,7 @@ def _candidates(outlines: Outlines, detail: Floats) -> Iterator[Spans]:
     loop_start = np.repeat(outlines.loop_first[:-1], sizes)
     loop_size = np.repeat(sizes, sizes)
     rows = np.arange(len(loop_start))
+    corners = _corners(outlines, loop_start + (rows - loop_start - 1) % loop_size)
     is_open = np.ones(len(rows), np.bool_)  # spans from here that may be extended
     for size in range(1, SPAN_MAX + 1):
         first = rows[is_open & (loop_size > size)] if size > 1 else rows
@@ -124,6 +132,10 @@ def _candidates(outlines: Outlines, detail: Floats) -> Iterator[Spans]:
             return
         place = (first - loop_start[first])[:, None] + np.arange(size)
         members = loop_start[first, None] + place % loop_size[first, None]
+        free = ~corners[members[:, 1:]].any(1)
+        first, members = first[free], members[free]
+        if not len(first):
+            return
         after = loop_start[first] + (first - loop_start[first] + size) % loop_size[first]
         spans, excess = _fitted(outlines, members, after, detail)
         if size == 1:
@@ -133,6 +145,18 @@ def _candidates(outlines: Outlines, detail: Floats) -> Iterator[Spans]:
         hopeful[first[excess < HOPELESS]] = True
         following = loop_start + (rows - loop_start + 1) % loop_size
         is_open = hopeful | hopeful[following] if size > 1 else np.ones(len(rows), np.bool_)
+
+
+def _corners(outlines: Outlines, preceding: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which nodes [R] are clear corners."""
+    samples = outlines.samples
+    ahead = samples.points[:, 0] - samples.control[:, 0]
+    behind = (samples.control[:, 3] - samples.points[:, -1])[preceding]
+    product = np.linalg.norm(ahead, axis=1) * np.linalg.norm(behind, axis=1)
+    is_turned = (ahead * behind).sum(1) < np.cos(np.radians(CORNER_DEGREES)) * product
+    seen = (samples.visibility * samples.lengths).sum(1)
+    found: NDArray[np.bool_] = is_turned & (np.minimum(seen, seen[preceding]) >= CORNER_LEG)
+    return found
 
 
 def _fitted(
@@ -151,7 +175,9 @@ def _fitted(
         return Spans(first, 1, cost, np.stack([old, line.handles], 1)), np.zeros(len(first))
     cubic = fit_cubics(span, ends)
     cost, excess = _allowed(cubic, span, samples, detail)
-    cost[outlines.is_line[members].all(1) & np.isfinite(line_cost)] = np.inf
+    seen = (samples.visibility * samples.lengths).sum(1)
+    has_line = (outlines.is_line & (seen >= LINE_LONG))[members].any(1)
+    cost[has_line | (outlines.is_line[members].all(1) & np.isfinite(line_cost))] = np.inf
     spans = Spans(first, members.shape[1], np.stack([cost, line_cost], 1), np.stack([cubic.handles, line.handles], 1))
     return spans, np.minimum(excess, line_excess)
 

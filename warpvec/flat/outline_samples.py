@@ -24,6 +24,10 @@ CONTRAST_HALF = 0.03
 """Squared contrast, of 3 between black and white, at which an outline counts half. An edge of a few levels of 255
 hardly says where it is, and one of a hundred levels says it as well as one of two hundred."""
 
+OFF_GRID = (0.0137, 0.0071)
+"""Move in pixels before contrasts are measured. An edge exactly between two pixels has two derivatives, and rounding
+would choose one."""
+
 PURE = 1e-3
 """Largest rounding error of a colour in [0, 1] that stands for the number of a path, in differences between two."""
 
@@ -112,7 +116,7 @@ def _contrast(scene: Scene, height: int, width: int, threads: int | None) -> Flo
     """
     count = len(scene.segments)
     t = (torch.arange(SAMPLES, dtype=torch.float64) + 0.5) / SAMPLES
-    pieces = split(scene, torch.arange(count).repeat_interleave(SAMPLES), t.repeat(count)).scene
+    pieces = split(scene, torch.arange(count).repeat_interleave(SAMPLES), t.repeat(count)).scene.moved(*OFF_GRID)
     control = control_points(pieces).reshape(count, SAMPLES + 1, 4, 2)
     reach = np.linalg.norm(control[:, :, 3] - control[:, :, 0], axis=-1)
     along = control[:, 1:, 3] - control[:, :-1, 0]

@@ -38,7 +38,7 @@ PRICE_LENGTH = 12.5
 """A curve less is worth an outline of so many pixels at the largest distance that a choice allows: longer segments
 must be closer, because each says more about the picture."""
 
-ROUNDS, ITERATIONS = 2, 25
+ROUNDS, ITERATIONS = 2, 10
 """Times that nodes are chosen, and the iterations of the fit after each."""
 
 SHARE_AGAIN = 0.5
@@ -182,7 +182,7 @@ def outlines_of(scene: Scene, height: int, width: int, threads: int | None = Non
 
 def _tangents(scene: Scene, joints: Joints) -> NDArray[np.float64]:
     """Return the unit direction of the outline at each node [R, 2]."""
-    ahead, behind = joints._directions(*joints.values(scene))
+    ahead, behind = joints.ahead_and_behind(*joints.values(scene))
     mean = torch.where(joints.is_line[:, None], ahead, ahead + behind)
     mean = torch.where(joints.is_line[joints.preceding][:, None], behind, mean)
     found: NDArray[np.float64] = torch.nn.functional.normalize(mean.double(), dim=1, eps=1e-12).numpy()
