@@ -21,8 +21,9 @@ TOLERANCE = 0.2
 """Largest distance in pixels between an outline and its curves. An outline from anti-aliased pixels is within 0.05."""
 
 
-NOISE_FACTOR = 3.0
-"""Tolerance per roughness of an outline. Noise moves a third of the points further than 1.5 times the median."""
+NOISE_FACTOR, NOISE_TOLERANCE_MAX = 18.0, 0.6
+"""Tolerance per roughness of an outline, and the largest that roughness leads to. Anti-aliased edges have a roughness of
+0.005 px, faint ones in a JPEG of quality 80 have 0.02."""
 
 
 def fit_loops(loops: Sequence[Floats], tolerance: float = TOLERANCE) -> list[tuple[Floats, Mask]]:
@@ -36,7 +37,7 @@ def fit_loops(loops: Sequence[Floats], tolerance: float = TOLERANCE) -> list[tup
         return []
     samples = sample_loops(loops)
     nodes = find_nodes(samples)
-    allowed = np.maximum(tolerance, NOISE_FACTOR * roughness(samples))
+    allowed = np.maximum(tolerance, np.minimum(NOISE_FACTOR * roughness(samples), NOISE_TOLERANCE_MAX))
     spans = span_costs(samples, nodes, allowed)
     cycles = []
     for first, stop in pairwise(nodes.first):

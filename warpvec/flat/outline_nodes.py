@@ -52,6 +52,9 @@ TRIM_MIN, TRIM_MAX = 1.0, 3.5
 SPACING_MIN, SPACING_MAX, SPACING_SHARE = 1.5, 4.0, 1 / 120
 """Pixels between smooth nodes: a share of the length of the loop, within limits."""
 
+ROUGH_SAMPLES_MIN = 300
+"""Samples of the shortest loop whose roughness is measured."""
+
 SMOOTH_REACH = 6
 """Samples on either side that tell the direction of the outline at a smooth node."""
 
@@ -110,7 +113,8 @@ def sample_loops(loops: Sequence[Floats]) -> Samples:
 def roughness(samples: Samples) -> Floats:
     """Return how far the samples of each loop [L] are from a smooth curve, in pixels: as much as noise moves them.
 
-    It is the median distance from parabolas through some pixels on either side, so that corners do not count.
+    It is the lower quartile of their distances from parabolas through some pixels on either side, so that corners do
+    not count. Loops too short to tell noise from shape have 0.
     """
     weights = _parabola(np.arange(-SMOOTH_REACH, SMOOTH_REACH + 1))[0]
     found = []
@@ -118,7 +122,8 @@ def roughness(samples: Samples) -> Floats:
         xy = samples.xy[start:stop]
         rows = (np.arange(len(xy))[:, None] + np.arange(-SMOOTH_REACH, SMOOTH_REACH + 1)) % len(xy)
         off = np.einsum("l,nlc->nc", weights, xy[rows]) - xy
-        found.append(float(np.median(np.hypot(off[:, 0], off[:, 1]))))
+        quartile = float(np.quantile(np.hypot(off[:, 0], off[:, 1]), 0.25))
+        found.append(quartile if len(xy) >= ROUGH_SAMPLES_MIN else 0.0)
     return np.array(found)
 
 
