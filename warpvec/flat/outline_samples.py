@@ -9,6 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.nodes import split
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import MATTES
@@ -85,8 +86,7 @@ def sample_outlines(scene: Scene, height: int, width: int, threads: int | None =
 
 def control_points(scene: Scene) -> Floats:
     """Return the four control points [R, 4, 2] of each segment."""
-    segments, following = scene.segments, scene.structure.segment_next.long()
-    control: Floats = torch.cat([segments, segments[following, :1]], 1).double().numpy()
+    control: Floats = whole_curves(scene).double().numpy()
     return control
 
 

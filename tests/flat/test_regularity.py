@@ -1,0 +1,152 @@
+"""Drawings become regular where the picture cannot tell the difference, and only there."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import torch
+from flat_drawings import BLACK, BLUE, RED, SIZE, drawing, error, line_count, picture
+from scenes import circle, rectangle, straight
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.flat.regularity import regularize
+from warpvec.geometry.bezier import whole_curves
+from warpvec.geometry.scene import Scene
+
+CONFIG = FitConfig(threads=1)
+
+
+def turned(points: torch.Tensor, degrees: float) -> torch.Tensor:
+    """Return ``points`` [K, 2] turned about (32, 32)."""
+    sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    matrix = torch.tensor([[cosine, sine], [-sine, cosine]], dtype=points.dtype)
+    return (points - 32.0) @ matrix + 32.0
+
+
+def edges(scene: Scene) -> torch.Tensor:
+    """Return the vectors from each node to the next [R, 2]."""
+    start = scene.segments[:, 0]
+    return start[scene.structure.segment_next.long()] - start
+
+
+def test_lines_that_are_nearly_level_and_upright_become_so():
+    scene = drawing((BLACK, [straight((10.05, 10.1), (50.1, 9.95), (49.95, 40.1), (9.95, 40.0))]))
+    image = picture(drawing((BLACK, [rectangle(10, 10, 50, 40)])))
+
+    found = edges(regularize(scene, image, CONFIG))
+
+    assert (found[[0, 2], 1] == 0.0).all() and (found[[1, 3], 0] == 0.0).all()
+
+
+def test_a_line_that_the_picture_shows_tilted_stays_tilted():
+    scene = drawing((BLACK, [straight((10, 10), (50, 11.2), (50, 40), (10, 40))]))
+
+    found = regularize(scene, picture(scene), CONFIG)
+
+    torch.testing.assert_close(found.segments[:2, 0], scene.segments[:2, 0], atol=0.05, rtol=0)
+
+
+def test_a_turned_rectangle_gets_right_angles():
+    corners = turned(torch.tensor([[14.0, 20.0], [50.0, 20.0], [50.0, 44.0], [14.0, 44.0]]), 20.0)
+    image = picture(drawing((RED, [straight(*corners.tolist())])))
+    noise = 0.06 * torch.tensor([[1.0, 0.5], [-1.0, 0.3], [0.4, -1.0], [0.2, 1.0]])
+    scene = drawing((RED, [straight(*(corners + noise).tolist())]))
+
+    found = edges(regularize(scene, image, CONFIG))
+
+    cosine = (found * found.roll(1, 0)).sum(1) / found.norm(dim=1) / found.roll(1, 0).norm(dim=1)
+    assert cosine.abs().max() < 1e-4
+    assert abs(math.degrees(math.atan2(found[0, 1], found[0, 0])) - 20.0) < 0.3
+
+
+def test_bars_of_nearly_one_height_are_aligned():
+    tops = (10.0, 10.12, 9.9)
+    bars = [rectangle(8.0 + 16 * k, top, 18.3 + 16 * k, 50.0) for k, top in enumerate(tops)]
+    scene = drawing(*((BLUE, [bar]) for bar in bars))
+    image = picture(drawing(*((BLUE, [rectangle(8.0 + 16 * k, 10, 18.3 + 16 * k, 50)]) for k in range(3))))
+
+    found = regularize(scene, image, CONFIG)
+
+    assert len(set(found.segments[:, 0, 1].tolist())) == 2
+
+
+@pytest.mark.parametrize("clockwise", [True, False])
+def test_a_circle_of_two_cubics_becomes_four_arcs(clockwise):
+    image = picture(drawing((RED, [circle(30.2, 32.7, 12.0)])))
+    rough = circle(30.2, 32.7, 12.05, 2)
+    rough = rough if clockwise else rough.flip(0).roll(1, 0)
+    scene = drawing((RED, [rough]))
+
+    found = regularize(scene, image, CONFIG)
+
+    nodes, middles = found.segments[:, 0], torch.tensor([1.0, 3.0, 3.0, 1.0]) @ whole_curves(found) / 8.0
+    assert len(nodes) == 4
+    radii = (torch.cat([nodes, middles]) - nodes.mean(0)).norm(dim=1)
+    assert radii.max() - radii.min() < 0.01
+    torch.testing.assert_close(nodes.mean(0), torch.tensor([30.2, 32.7]), atol=0.1, rtol=0)
+    assert (nodes - nodes.mean(0)).abs().amin(1).max() < 1e-4
+    assert _area(found) * _area(scene) > 0.0
+    assert error(found, image) < error(scene, image)
+
+
+def test_an_ellipse_that_is_partly_hidden_becomes_whole_below():
+    ellipse = circle(0, 0, 1) * torch.tensor([22.0, 13.0]) + torch.tensor([30.0, 34.0])
+    cover = (BLUE, [rectangle(40.3, 2, 62, 62)])
+    image = picture(drawing((RED, [ellipse]), cover))
+    rough = ellipse.reshape(-1, 3, 2)[:, 0] + torch.tensor([[0.0, 0.0], [0.0, 0.2], [-0.2, 0.0], [0.0, -0.2]])
+    shifted = ellipse.reshape(-1, 3, 2).clone()
+    shifted += (rough - shifted[:, 0])[:, None] * torch.tensor([1.0, 1.0, 0.0])[:, None]
+    scene = drawing((RED, [shifted.reshape(-1, 2)]), cover)
+
+    found = regularize(scene, image, CONFIG)
+
+    nodes = found.segments[:4, 0]
+    assert sorted(set(nodes[:, 1].tolist()))[1] == pytest.approx(34.0, abs=0.2)
+    assert len(set(nodes[:, 1].tolist())) == 3  # level: two of the nodes have one height
+    assert error(found, image) <= error(scene, image) + 0.05
+
+
+def test_a_square_with_bulges_is_no_circle():
+    bulged = torch.tensor([[20.0, 10], [28, 8], [36, 8], [44, 10], [48, 20], [48, 28], [44, 44], [36, 48], [28, 48],
+                           [20, 44], [16, 36], [16, 20]])  # fmt: skip
+    scene = drawing((RED, [bulged]))
+
+    found = regularize(scene, picture(scene), CONFIG)
+
+    torch.testing.assert_close(found.segments, scene.segments, atol=0.2, rtol=0)
+
+
+def test_rounded_corners_of_nearly_one_radius_become_equal_arcs():
+    def rounded(radii: tuple[float, ...]) -> torch.Tensor:
+        corners = torch.tensor([[10.3, 10.3], [50.3, 10.3], [50.3, 46.3], [10.3, 46.3]], dtype=torch.float64)
+        parts = []
+        for k, radius in enumerate(radii):
+            before = (corners[k - 1] - corners[k]) / (corners[k - 1] - corners[k]).norm() * radius
+            after = (corners[(k + 1) % 4] - corners[k]) / (corners[(k + 1) % 4] - corners[k]).norm() * radius
+            start, end = corners[k] + before, corners[k] + after
+            parts.append(torch.stack([start, start - 0.5523 * before, end - 0.5523 * after]))
+            stop = corners[(k + 1) % 4] - after / radius * radii[(k + 1) % 4]
+            parts.append(torch.stack([end, end + (stop - end) / 3, end + (stop - end) * 2 / 3]))
+        return torch.cat(parts)
+
+    image = picture(drawing((BLACK, [rounded((8.0, 8.0, 8.0, 8.0))])))
+    scene = drawing((BLACK, [rounded((8.1, 7.9, 8.0, 8.15))]))
+    assert line_count(scene) == 4
+
+    found = regularize(scene, image, CONFIG)
+
+    reach = edges(found)[::2].abs().flatten()
+    assert reach.max() - reach.min() < 1e-4
+    assert error(found, image) < error(scene, image)
+
+
+def test_an_empty_drawing_stays_empty():
+    scene = drawing((BLACK, [rectangle(1, 1, 2, 2)])).select(torch.zeros(0, dtype=torch.int64))
+
+    assert len(regularize(scene, torch.ones(SIZE, SIZE, 3), CONFIG)) == 0
+
+
+def _area(scene: Scene) -> float:
+    x, y = scene.segments[:, 0].T
+    return float((x * y.roll(-1) - y * x.roll(-1)).sum())
