@@ -85,7 +85,9 @@ def fit_paints(image: Floats, labels: Integers, tolerances: Tolerances) -> tuple
     colors, labels = image.reshape(-1, 4), labels.copy()
     areas = pixels_of(labels)
     fits = fit_areas(areas, colors, labels.shape[1], tolerances)
-    bands = split_into_bands(areas, colors, fits.errors, tolerances.noise)
+    alpha = colors[:, 3:]
+    seen = np.concatenate([colors[:, :3] * alpha, alpha], 1)
+    bands = split_into_bands(areas, seen, fits.errors, tolerances.noise)
     for index in range(len(bands)):
         if index >= len(areas) or len(bands[index]) < len(areas[index]):
             fits.ramps.pop(index, None)

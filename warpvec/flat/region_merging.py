@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from warpvec.flat.assignment import Assignment, colors_of, unmix
 from warpvec.flat.denoising import Tolerances
+from warpvec.flat.label_areas import areas_of, most_contact, specks_of
 from warpvec.flat.paints import Paints
-from warpvec.flat.region_growing import NONE, linked_areas
+from warpvec.flat.region_growing import NONE
 from warpvec.flat.unmixing import FAR_SHARE_MAX, triple_shares
 from warpvec.geometry.gradients import FLAT
 
@@ -25,7 +26,7 @@ SMALL_POOL = 2.0
 HALF = 0.6
 """An area in which no pixel has a larger share is no region, but the faint side of an edge between two pixels."""
 
-FAINT, FAINT_AREA = 0.8, 24
+FAINT, FAINT_AREA = 0.9, 24
 """A smaller area in which no pixel has a larger share, and which lies between two regions, is a wisp at their edge."""
 
 BETWEEN = 0.75
@@ -76,16 +77,25 @@ def merge_regions(
     for part in (assignment.label, assignment.other):
         part[...] = pool[part]
     assignment.anchors[...] = np.append(pool, NONE)[assignment.anchors]
-    _drop_redundant(picture, assignment, paints, tolerances)
+    for only_new in (True, False):
+        _drop_redundant(picture, assignment, paints, tolerances, only_new)
     _drop_specks(picture, assignment, paints, tolerances, min_area, canvas)
     return _split(assignment, paints, tolerances.reach)
 
 
-def _drop_redundant(picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances) -> None:
-    """Drop small areas that a mix of the regions around explains: slivers along edges, seams, and noise."""
-    areas = areas_of(assignment.label)
+def _drop_redundant(
+    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, only_new: bool
+) -> None:
+    """Drop small areas that a mix of the regions around explains: slivers along edges, seams, and noise.
+
+    ``only_new`` are those of paints that no larger area has.
+    """
+    areas = areas_of(assignment)
     size = np.bincount(areas.ravel())
     is_small = (size < small_area(tolerances))[areas]
+    if only_new:
+        known = np.unique(assignment.label[~is_small])
+        is_small &= ~np.isin(assignment.label, known)
     if is_small.all() or not is_small.any():
         return
     trial = assignment.copy()
@@ -118,7 +128,7 @@ def _drop_specks(
     """Give the pixels of areas smaller than ``min_area`` to the regions around, first to those in reach."""
     _flip_halves(assignment)
     for radius in (tolerances.reach, 1):
-        speck = specks_of(assignment.label, min_area)
+        speck = specks_of(assignment, min_area)
         if speck.all() or not speck.any():
             return
         assignment.anchors[...] = np.where(speck, NONE, assignment.anchors if radius > 1 else assignment.label)
@@ -129,41 +139,21 @@ def _drop_specks(
 
 def _flip_halves(assignment: Assignment) -> None:
     """Give the pixels of areas that have hardly more than half of any pixel to the regions they share these with."""
-    areas = areas_of(assignment.label)
+    areas = areas_of(assignment)
     peak = np.zeros(areas.max() + 1, np.float32)
     np.maximum.at(peak, areas.ravel(), assignment.share.ravel())
     size = np.bincount(areas.ravel())
-    is_wisp = (peak < FAINT) & (size < FAINT_AREA) & (_most_contact(areas, assignment.label) < BETWEEN)
+    is_wisp = (peak < FAINT) & (size < FAINT_AREA) & (most_contact(areas, assignment.label) < BETWEEN)
     flipped = ((peak < HALF) | is_wisp)[areas]
     assignment.label[flipped], assignment.other[flipped] = assignment.other[flipped], assignment.label[flipped]
     assignment.share[flipped] = 0.5
-
-
-def _most_contact(areas: Integers, label: Integers) -> Floats:
-    """Return for each area the largest part of its border that one label has on the other side."""
-    rows = [
-        (areas[:, :-1], label[:, 1:]),
-        (areas[:, 1:], label[:, :-1]),
-        (areas[:-1], label[1:]),
-        (areas[1:], label[:-1]),
-    ]
-    area, beyond = (np.concatenate([row[side].ravel() for row in rows]) for side in (0, 1))
-    own = np.concatenate([label[:, :-1].ravel(), label[:, 1:].ravel(), label[:-1].ravel(), label[1:].ravel()])
-    crossing = own != beyond
-    width = int(label.max()) + 1
-    pair, count = np.unique(area[crossing].astype(np.int64) * width + beyond[crossing], return_counts=True)
-    most, total = np.zeros(areas.max() + 1), np.zeros(areas.max() + 1)
-    np.maximum.at(most, pair // width, count)
-    np.add.at(total, pair // width, count)
-    contact: Floats = (most / np.maximum(total, 1)).astype(np.float32)
-    return contact
 
 
 def _join_nearest(assignment: Assignment, min_area: float) -> None:
     """Give pixels that are in no area of ``min_area`` pixels the label of the nearest one that is."""
     from scipy import ndimage  # type: ignore[import-untyped]
 
-    speck = specks_of(assignment.label, min_area)
+    speck = specks_of(assignment, min_area)
     if speck.all() or not speck.any():
         return
     row, column = ndimage.distance_transform_edt(speck, return_distances=False, return_indices=True)[:, speck]
@@ -174,22 +164,10 @@ def _join_nearest(assignment: Assignment, min_area: float) -> None:
     assignment.label[speck] = label
 
 
-def specks_of(label: Integers, min_area: float) -> Mask:
-    """Return the pixels [h, w] in connected areas of one label smaller than ``min_area``."""
-    areas = areas_of(label)
-    return (np.bincount(areas.ravel()) < min_area)[areas]
-
-
-def areas_of(label: Integers) -> Integers:
-    """Return the connected areas [h, w] of equal ``label`` [h, w]."""
-    right, below = label[:, 1:] == label[:, :-1], label[1:] == label[:-1]
-    return linked_areas(np.ones(label.shape, bool), right, below)
-
-
 def _split(assignment: Assignment, paints: Paints, reach: int) -> tuple[Assignment, Paints]:
     """Make a region of each connected area, and find the areas that the shares of pixels belong to."""
     label, other = assignment.label, assignment.other
-    areas = areas_of(label)
+    areas = areas_of(assignment)
     first = np.zeros(areas.max() + 1, np.int32)
     first[areas.ravel()] = label.ravel()
     new_other = areas.copy()
