@@ -12,6 +12,8 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
+import numpy as np
+from numpy.typing import NDArray
 from PIL import ImageColor
 
 from warpvec.svg.document import local_name
@@ -20,6 +22,9 @@ from warpvec.svg.foreign.style import INHERITED, Properties, StyleSheet
 from warpvec.svg.units import stated_size
 
 _GROUPS = frozenset({"g", "a", "svg", "switch", "symbol"})
+_LENGTH_MIN = 1e-6
+"""Least length of a segment, as a share of the largest coordinate."""
+
 _UNPAINTED = frozenset({"none", "transparent", ""})
 
 
@@ -82,7 +87,7 @@ class _Counter:
         if not parts:
             return
         self.shapes += 1
-        self.segments += sum(len(part.is_line) for part in parts)
+        self.segments += sum(_segment_count(part.points) for part in parts)
         for role, is_painted in (("fill", bool(loops)), ("stroke", is_stroked)):
             if is_painted:
                 self._add_paint(properties[role])
@@ -104,6 +109,17 @@ class _Counter:
                 return
             href = next((value for key, value in server.attrib.items() if key.rpartition("}")[2] == "href"), "")
             server = self._by_id.get(href[1:])
+
+
+def _segment_count(points: NDArray[np.float64]) -> int:
+    """Return how many of the cubics with ``points`` [3 k (+ 1), 2] have a length.
+
+    The line that closes a path of relative numbers may have one by rounding.
+    """
+    curves = np.concatenate([points, points[:1]])[: len(points) // 3 * 3 + 1]
+    starts = curves[:-1].reshape(-1, 3, 2)
+    reach = np.abs(np.concatenate([starts[:, 1:], curves[3::3, None]], 1) - starts[:, :1]).max((1, 2))
+    return int((reach > _LENGTH_MIN * np.abs(points).max()).sum())
 
 
 def _color(text: str) -> tuple[int, ...]:
