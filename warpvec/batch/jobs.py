@@ -163,6 +163,7 @@ class Vectorize:
         return Record(
             input=job.input,
             output=job.output,
+            mode=metrics["mode"],
             curves=metrics["curves"],
             bytes=metrics["bytes"],
             psnr=metrics["psnr"] if math.isfinite(metrics["psnr"]) else None,

@@ -43,6 +43,7 @@ class Record:
 
     Attributes:
         input, output: names in the two folders.
+        mode: how the photo was vectorized: "photo", "flat" or "mono".
         curves, bytes: size of the SVG text.
         psnr, ssim: quality of the file as resvg draws it; psnr in dB, None if the drawing has no error.
         seconds: time from reading the photo until the file was written.
@@ -54,6 +55,7 @@ class Record:
 
     input: str
     output: str
+    mode: str | None = None
     curves: int | None = None
     bytes: int | None = None
     psnr: float | None = None
