@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.flat.assignment import assign
-from warpvec.flat.denoising import measure_tolerances
+from warpvec.flat.denoising import SHARP_REACH, measure_tolerances
 from warpvec.flat.paint_fitting import fit_paints, smooth_seams
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import NONE
@@ -22,6 +22,9 @@ Integers = NDArray[np.int32]
 
 AREA_MIN, AREA_MIN_OF_ICONS = 4.0, 2.0
 """Areas of fewer pixels are specks; in small pictures each pixel was placed to be seen."""
+
+SOFT_AREA_MIN = 0.5
+"""Area of a speck in pictures with soft edges, as a part of the square of their reach: blur hides them."""
 
 ICON_SIZE = 200
 """Longer side in pixels below which a picture is small."""
@@ -76,12 +79,12 @@ def find_regions(image: Floats, min_area: float | None = None) -> Regions:
 
     Args:
         image: picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
-        min_area: areas of fewer pixels are left out; ``AREA_MIN``, or less for small pictures, if None.
+        min_area: areas of fewer pixels are left out; automatic if None.
     """
     picture, straight = premultiplied(image), with_alpha(image)
-    if min_area is None:
-        min_area = AREA_MIN if max(image.shape[:2]) > ICON_SIZE else AREA_MIN_OF_ICONS
     tolerances = measure_tolerances(picture)
+    if min_area is None:
+        min_area = _automatic_area(image.shape, tolerances.reach)
     seeds = find_seeds(picture, straight, tolerances)
     paints, seeds, seams = fit_paints(straight, seeds, tolerances)
     canvas = find_canvas(seeds, paints)
@@ -94,6 +97,12 @@ def find_regions(image: Floats, min_area: float | None = None) -> Regions:
         assignment.label, assignment.other, assignment.share, paints.color, paints.opacity, paints.kind,
         paints.geometry, paints.end_color, canvas,
     )  # fmt: skip
+
+
+def _automatic_area(shape: tuple[int, ...], reach: int) -> float:
+    if reach > SHARP_REACH:
+        return SOFT_AREA_MIN * reach**2
+    return AREA_MIN if max(shape[:2]) > ICON_SIZE else AREA_MIN_OF_ICONS
 
 
 def with_alpha(image: Floats) -> Floats:
