@@ -44,7 +44,14 @@ HEADER = (
 # A short fit that still runs every kernel: it adds paths, and recycles some by their removal cost.
 _WARMUP = {"curves": 32, "iterations": 40, "inflation_gap": 1, "recycle_gap": 5}
 
-_TRACE = "import sys, vtracer; vtracer.convert_image_to_svg_py(*sys.argv[1:3], filter_speckle=int(sys.argv[3]))"
+_TRACE = """
+import sys, vtracer
+source, target, speckle = *sys.argv[1:3], int(sys.argv[3])
+if hasattr(vtracer, "convert_file"):  # since version 1.0
+    vtracer.convert_file(source, target, vtracer.Config(filter_speckle=speckle))
+else:
+    vtracer.convert_image_to_svg_py(source, target, filter_speckle=speckle)
+"""
 # This filter leaves only a handful of paths in any photo.
 _SPECKLE_MAX = 128
 

@@ -26,16 +26,24 @@ from torture_case import OK, REFUSED, Case
 FOLDER = Path(__file__).resolve().parent.parent / "tests" / "corpus"
 
 
+LARGEST, LONGEST = "largest", ("svgs/use-bomb.svg", "batch")
+"""Beginnings of the names of cases that take 2 GB, and of those that take 2 to 20 s."""
+
+
+def _effort(entry: tuple[str, Any]) -> int:
+    return 2 * entry[0].startswith(LARGEST) + entry[0].startswith(LONGEST)
+
+
 @cache
 def entries() -> list[tuple[str, Any]]:
-    """Return the names of all cases, each with what `case_at` needs."""
+    """Return the names of all cases, the longest and at last the largest ones at the end, with what `case_at` needs."""
     found: list[tuple[str, Any]] = []
     for kind in _FILES:
         found += [(f"{kind}/{path.name}", path) for path in sorted((FOLDER / kind).iterdir())]
     for kind in _DESCRIBED:
         described = json.loads((FOLDER / f"{kind}.json").read_text())
         found += [(f"{kind}: {entry['fault']}", entry) for entry in described]
-    return found
+    return sorted(found, key=_effort)
 
 
 def case_at(number: int) -> Case:
