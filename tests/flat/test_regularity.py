@@ -40,11 +40,14 @@ def test_lines_that_are_nearly_level_and_upright_become_so():
 
 
 def test_a_line_that_the_picture_shows_tilted_stays_tilted():
-    scene = drawing((BLACK, [straight((10, 10), (50, 11.2), (50, 40), (10, 40))]))
+    scene = drawing((BLACK, [straight((10, 10), (50, 10.6), (50, 40), (10, 40))]))
 
     found = regularize(scene, picture(scene), CONFIG)
 
     torch.testing.assert_close(found.segments[:2, 0], scene.segments[:2, 0], atol=0.05, rtol=0)
+    other = drawing((BLACK, [straight((10, 10.3), (50, 10.3), (50, 40), (10, 40))]))
+    level = regularize(scene, picture(other), CONFIG)  # the same drawing, where the picture has no objection
+    assert level.segments[0, 0, 1] == level.segments[1, 0, 1]
 
 
 def test_a_turned_rectangle_gets_right_angles():
@@ -148,5 +151,6 @@ def test_an_empty_drawing_stays_empty():
 
 
 def _area(scene: Scene) -> float:
-    x, y = scene.segments[:, 0].T
+    """Return twice the area of the polygon of all control points, which has the sign of the direction."""
+    x, y = scene.segments.reshape(-1, 2).T
     return float((x * y.roll(-1) - y * x.roll(-1)).sum())

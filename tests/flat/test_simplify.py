@@ -120,6 +120,21 @@ def test_hidden_nodes_go_whatever_their_outline_and_nothing_comes_out_of_hiding(
     assert line_count(found) >= 3 + 4
 
 
+def test_a_hidden_outline_does_not_cross_what_shows_on_its_way():
+    notched = straight((10, 10), (40, 10), (40, 24), (32, 24), (32, 36), (40, 36), (40, 50), (10, 50))
+    window = rectangle(34, 26, 38, 34).flip(0).roll(1, 0)  # it shows the canvas, not the red path
+    scene = drawing((RED, [notched]), (BLUE, [rectangle(20, 4, 60, 60), window]))
+    outlines = outlines_of(scene, SIZE, SIZE)
+
+    choice = fewest_spans(outlines, np.full(len(scene.segments), 0.2), 0.5)
+
+    found = chosen_scene(scene, choice, outlines.is_smooth[choice.first])
+    assert error(found, picture(scene)) < 0.1
+    closed = drawing((RED, [notched]), (BLUE, [rectangle(20, 4, 60, 60)]))
+    fewer = fewest_spans(outlines_of(closed, SIZE, SIZE), np.full(12, 0.2), 0.5)
+    assert len(fewer.first) < len(choice.first) - 4  # the window has four
+
+
 def test_contrast_is_that_of_the_colours_at_both_sides_and_none_where_hidden():
     scene = drawing((RED, [rectangle(8, 8, 40, 56)]), (BLUE, [rectangle(30, 4, 60, 60)]))
 
