@@ -27,8 +27,8 @@ _BETWEEN = 0.1
 """A level is in between if it is so far from both ink and paper, as a share of their difference."""
 
 STAIRCASE_BLUR = 0.45
-"""Standard deviation in pixels of the blur of pictures of two levels, which makes slopes of their staircases. More of it
-closes the gaps between the lines of an engraving, and opens thin lines."""
+"""Standard deviation in pixels of the blur of pictures of two levels, which makes slopes of their staircases. More of
+it closes the gaps between the lines of an engraving, and opens thin lines."""
 
 STAIRCASE_TOLERANCE = 0.5
 """Tolerance in pixels for pictures of two levels: an edge may lie anywhere within a pixel of a staircase."""
