@@ -51,6 +51,12 @@ def test_hole_stays_open_through_all_layers() -> None:
     assert min(map(abs, upper)) == pytest.approx(np.pi * 14**2, rel=0.01)
 
 
+def test_hidden_border_keeps_on_the_right_side_of_a_hole() -> None:
+    # The straight way beneath the disc would go above its hole, so that the box would be seen through it.
+    shapes = [(box(10, 40, 86, 90), RED), (disc(48, 40, 26), BLUE), (disc(48, 52, 6), WHITE)]
+    assert error_of_file(regions_of(shapes, canvas=WHITE)) > 40.0
+
+
 def test_hidden_border_is_simple_and_hidden() -> None:
     regions = regions_of([(box(10.3, 30.2, 60.4, 85.1), BLUE), (disc(60, 30, 20), RED)])
     scene = scene_of(regions)

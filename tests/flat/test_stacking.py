@@ -30,6 +30,11 @@ def test_shape_whose_outline_goes_on_lies_in_front_whatever_its_size(small_in_fr
     assert members(layers) == [(1,), (2,)]
 
 
+def test_shape_in_a_larger_one_lies_above_it_though_a_third_opens_that_one() -> None:
+    shapes = [(box(10, 20, 86, 90), RED), (disc(48, 55, 20), GREEN), (box(42.3, 5.2, 54.4, 50.1), BLUE)]
+    assert members(stack(regions_of(shapes))) == [(1,), (2,), (3,)]
+
+
 def test_belt_leaves_one_body() -> None:
     body, belt = box(30.2, 8.3, 66.4, 88.1), box(20.3, 40.2, 76.3, 56.4)
     regions = split_regions(regions_of([(body, RED), (belt, BLUE)]))

@@ -22,8 +22,8 @@ OUTWARD = 0.8
 BORDER_MIN = 5
 """Samples of an outline, half a pixel each, with one neighbour; shorter parts are mixtures of other paints."""
 
-TURN_FULL = np.radians(45.0)
-"""Difference between the turns of two outlines at their junctions that is full evidence."""
+TURN_MAX = np.radians(45.0)
+"""Turn of an outline at a junction from which on it does not go on there."""
 
 NO_NEIGHBOUR = -1
 
@@ -61,17 +61,33 @@ def evidence_above(junctions: Junctions, count: int) -> Floats:
     """Return how clearly region a of ``count`` lies above b, in [-1, 1], as entry [a, b] of an array [K, K].
 
     Where the paints a, b and c meet, the outline of the shape in front goes on smoothly, and those of the others end
-    there (a T-junction). 0 says that a and b have no junction, or that both outlines turn as much.
+    there (a T-junction). 0 says that a and b have no junction, or that both outlines go on equally well.
     """
-    turns, times = np.zeros((count, count)), np.zeros((count, count))
+    smooth, times = np.zeros((count, count)), np.zeros((count, count))
+    goes_on = np.clip(1.0 - junctions.turn / TURN_MAX, 0.0, 1.0)
     for neighbour in (junctions.before, junctions.after):
         is_region = neighbour >= 0
         place = junctions.region[is_region], neighbour[is_region]
-        np.add.at(turns, place, junctions.turn[is_region])
+        np.add.at(smooth, place, goes_on[is_region])
         np.add.at(times, place, 1.0)
-    mean = turns / np.maximum(times, 1.0)
+    mean = smooth / np.maximum(times, 1.0)
     both = (times > 0) & (times.T > 0)
-    return np.where(both, np.clip((mean.T - mean) / TURN_FULL, -1.0, 1.0), 0.0)
+    return np.where(both, mean - mean.T, 0.0)
+
+
+def border_shares(label: Integers, count: int) -> Floats:
+    """Return the share of the border of region a that is shared with b, as entry [a, b] of an array [K, K].
+
+    Args:
+        label: region of each pixel [h, w].
+        count: number of regions, K.
+    """
+    length = np.zeros((count, count))
+    for first, second in ((label[:, 1:], label[:, :-1]), (label[1:], label[:-1])):
+        pairs = np.bincount(first.ravel().astype(np.int64) * count + second.ravel(), minlength=count * count)
+        length += pairs.reshape(count, count) + pairs.reshape(count, count).T
+    np.fill_diagonal(length, 0.0)
+    return length / np.maximum(length.sum(1, keepdims=True), 1.0)
 
 
 def _junctions_of(regions: Regions, region: int) -> Iterator[Junctions]:

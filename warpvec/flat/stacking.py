@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.flat.junctions import evidence_above, find_junctions
+from warpvec.flat.junctions import border_shares, evidence_above, find_junctions
 from warpvec.flat.merging import interrupted_pairs, same_paint
 from warpvec.flat.regions import Regions
 
@@ -16,9 +16,9 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-AREA_EVIDENCE, SURELY = 0.25, 100.0
-"""Evidence that the smaller of two regions lies above, beside that of junctions, at most 1; and that a region lies
-above one that surrounds it."""
+BORDER_EVIDENCE, AREA_EVIDENCE, SURELY = 0.8, 0.1, 100.0
+"""Evidence beside that of junctions, at most 1: that a region lies above one that it has its whole border with; that
+the smaller of two lies above; and that a region lies above one that surrounds it."""
 
 CLEARLY = 0.6
 """Evidence that keeps a region from moving below another one, to be one layer with others."""
@@ -49,8 +49,9 @@ def stack(regions: Regions, join: bool = False) -> list[Layer]:
     """Return the layers of ``regions``, the lowest first.
 
     A region lies beneath those that it surrounds. Of neighbours, the one whose outline goes on where a third one meets
-    both lies above; else the smaller one, with its holes filled. Regions of one paint are one layer where something
-    above interrupts it. Regions that are transparent, or have the paint of the canvas, are holes through all layers.
+    both lies above, or the one that has more of its border with the other; else the smaller one, its holes filled.
+    Regions of one paint are one layer where something above interrupts it. Regions that are transparent, or have the
+    paint of the canvas, are holes through all layers.
 
     With ``join``, shapes of one paint become one path where nothing between them is in the way. Marks and lettering are
     often drawn so, figures with two eyes are not.
@@ -59,7 +60,8 @@ def stack(regions: Regions, join: bool = False) -> list[Layer]:
     area, surrounds = filled_areas(regions.label, len(regions))
     junctions = find_junctions(regions, shown)
     above = evidence_above(junctions, len(regions))
-    above += AREA_EVIDENCE * np.sign(area[None, :] - area[:, None])
+    shares = border_shares(regions.label, len(regions))
+    above += BORDER_EVIDENCE * (shares - shares.T) + AREA_EVIDENCE * np.sign(area[None, :] - area[:, None])
     above += SURELY * (surrounds.T.astype(float) - surrounds)
     order = best_order(above, sorted(shown, key=lambda index: (-area[index], index)))
     seen = list(_seen_through(regions, surrounds, order))
@@ -152,14 +154,18 @@ def best_order(above: Floats, start: Sequence[int]) -> list[int]:
 
 
 def filled_areas(label: NDArray[np.int32], count: int) -> tuple[Integers, Mask]:
-    """Return the area in pixels of each of ``count`` regions with what it surrounds [K], and what that is [K, K]."""
+    """Return the area in pixels of each of ``count`` regions with what it surrounds [K], and what that is [K, K].
+
+    A region is surrounded if most of its pixels are.
+    """
     from scipy import ndimage  # type: ignore[import-untyped]
 
     area, surrounds = np.zeros(count, np.int64), np.zeros((count, count), bool)
+    pixels = np.bincount(label.ravel(), minlength=count)
     for region, box in enumerate(ndimage.find_objects(label + 1, count)):
         if box is not None:
             filled = ndimage.binary_fill_holes(label[box] == region)
             area[region] = filled.sum()
-            surrounds[region, np.unique(label[box][filled])] = True
+            surrounds[region] = 2 * np.bincount(label[box][filled], minlength=count) > pixels
     np.fill_diagonal(surrounds, False)
     return area, surrounds
