@@ -72,6 +72,16 @@ def test_eval_repeats_the_measures_of_run(photo: Path) -> None:
         assert set(again) == {"curves", "gradients", "segments", "bytes", "gzip_bytes", "psnr", "ssim", "transparent"}
 
 
+def test_eval_counts_what_is_painted_and_its_gradients(photo: Path) -> None:
+    stops = '<defs><linearGradient id="a"><stop stop-color="red"/><stop offset="1"/></linearGradient></defs>'
+    shapes = '<path d="M0 0h48v32z" fill="url(#a)"/>'
+    text = '<svg xmlns="http://www.w3.org/2000/svg" width="48" height="32">{}</svg>'
+    drawing = photo.with_name("drawing.svg")
+    for drawn, words in ((shapes, "1 curve (1 with a gradient), 2 segments, "), (shapes + "<circle/>", "2 curves (1 ")):
+        drawing.write_text(text.format(stops + drawn))
+        assert f"drawing.svg: {words}" in invoke("eval", photo, drawing).stdout
+
+
 def test_an_infinite_psnr_is_null_in_json(tmp_path: Path) -> None:
     Image.new("RGB", (8, 8), (255, 0, 0)).save(tmp_path / "red.png")
     (tmp_path / "red.svg").write_text(

@@ -103,6 +103,11 @@ def test_elements_with_gradients_are_counted():
     assert (file_facts(svg)["paths"], file_facts(svg)["gradients"]) == (3, 2)
 
 
+def test_a_file_without_a_size_is_told_to_state_one():
+    message = refusal(draw, svg_file('<rect width="4" height="4"/>', ""), 80, 40)
+    assert "got no stated size; add width and height, or a viewBox, to its <svg>" in message
+
+
 @pytest.mark.parametrize("unit", ["z", "h", "h1", "1 ", "a1 1 0 0 0 1 1 "])
 def test_the_segments_of_a_long_path_are_counted_in_little_memory(unit):
     svg = svg_file(f'<path d="M0 0 {unit * 50_000}"/>')
