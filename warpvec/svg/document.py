@@ -18,6 +18,7 @@ from typing import Protocol
 from xml.parsers import expat
 
 from warpvec.errors import InputError
+from warpvec.svg.painted import PaintedCounter
 from warpvec.svg.units import NUMBER
 
 SVG_NAMESPACE = "http://www.w3.org/2000/svg"
@@ -78,15 +79,6 @@ _TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*+>""")
 _LONG_TAG = re.compile(rb"<[^<!?/][^<]{%d}" % (5 * MAX_ATTRIBUTES))
 """The start of a tag that has room for too many attributes; " a=''" is the shortest. No tag holds a "<"."""
 
-_PAINTED = frozenset(
-    {"path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text", "image", "use", "foreignObject"}
-)
-
-_DEFINITIONS = frozenset({"defs", "symbol", "clipPath", "mask", "pattern", "marker", "filter", *_GRADIENTS})
-
-BACKGROUND_ID = "background"
-"""The ``id`` of the rectangle that is the canvas in warpvec's own files."""
-
 _NAMESPACE = re.compile(rb"""(?<=\s)xmlns[^\s="'<>]*+\s*+=\s*+(?:"([^"<]*+)|'([^'<]*+))""")
 
 _VALUE = re.compile(rb"""=\s*+(?>"[^"]*"|'[^']*')""")
@@ -99,7 +91,7 @@ class Group:
     Attributes:
         identifier: its ``id``, None without one.
         start, stop: the range of bytes that it takes in the UTF-8 text.
-        painted_count: the number of elements in it that paint something, see `Document`.
+        painted_count: the number of elements in it that paint something.
     """
 
     identifier: str | None
@@ -119,9 +111,7 @@ class Document:
         groups: the <g> elements directly inside the root, in the order of the file.
         path_data: the ``d`` attribute of each <path>.
         rectangles: position and size of each <rect>, as text.
-        painted_count: the number of shapes, texts, images and copies outside of definitions, clip paths and masks.
-            The background of warpvec's own files does not count.
-        gradient_count: the number of these whose own fill refers to a gradient or a pattern.
+        painted: the elements that paint something.
         plain: True if the file holds only paths, rectangles and groups with flat fills, and gradients of two stops that
             refer to nothing, so that drawing it is cheap.
     """
@@ -132,8 +122,7 @@ class Document:
     groups: list[Group] = field(default_factory=list)
     path_data: list[str] = field(default_factory=list)
     rectangles: list[str] = field(default_factory=list)
-    painted_count: int = 0
-    gradient_count: int = 0
+    painted: PaintedCounter = field(default_factory=PaintedCounter)
     plain: bool = True
 
     def reach(self) -> float:
@@ -212,7 +201,6 @@ class _Parser:
         self._stops_left = 0  # stops that the gradient may still have
         self._root_start = 0
         self._group: tuple[int, str | None, int] | None = None  # start, id, and painted elements before it
-        self._definition_depth = 0  # of elements that paint nothing where they stand
         self._names: dict[str, tuple[str, str]] = {}  # a name in expat's form -> "{namespace}name", local SVG name
         self._expat = self._make_expat()
 
@@ -249,7 +237,7 @@ class _Parser:
             _check_root(local)
             self.document.root, self._root_start = attributes, self._expat.CurrentByteIndex
         elif self._depth == 1 and local == "g":
-            self._group = self._expat.CurrentByteIndex, attributes.get("id"), self.document.painted_count
+            self._group = self._expat.CurrentByteIndex, attributes.get("id"), self.document.painted.count
         elif self._depth == MAX_DEPTH:
             raise InputError("SVG", f"must nest at most {MAX_DEPTH} elements", "deeper ones", "ungroup it")
         self._element_count += 1
@@ -276,10 +264,7 @@ class _Parser:
 
     def _collect(self, name: str, attributes: dict[str, str]) -> None:
         document = self.document
-        self._definition_depth += name in _DEFINITIONS
-        if name in _PAINTED and not self._definition_depth and not (name == "rect" and _is_background(attributes)):
-            document.painted_count += 1
-            document.gradient_count += _has_gradient(attributes)
+        document.painted.start(name, attributes)
         if name == "path":
             document.path_data.append(attributes.get("d", ""))
         elif name == "rect":
@@ -298,12 +283,12 @@ class _Parser:
     def _end_element(self, name: str) -> None:
         self._depth -= 1
         local = self._names[name][1]
-        self._definition_depth -= local in _DEFINITIONS
+        self.document.painted.end(local)
         if local in _GRADIENTS:
             self._stops_left = 0
         if self._depth == 1 and self._group is not None:
             start, identifier, painted_before = self._group
-            painted_count = self.document.painted_count - painted_before
+            painted_count = self.document.painted.count - painted_before
             self.document.groups.append(Group(identifier, start, self._element_stop(start), painted_count))
             self._group = None
         elif self._depth == 0:
@@ -328,14 +313,6 @@ def _clark(name: str) -> str:
     """Return "{namespace}name" for expat's "namespace name"."""
     namespace, space, local = name.rpartition(" ")
     return f"{{{namespace}}}{local}" if space else name
-
-
-def _is_background(attributes: dict[str, str]) -> bool:
-    return attributes.get("id") == BACKGROUND_ID
-
-
-def _has_gradient(attributes: dict[str, str]) -> bool:
-    return "url(" in attributes.get("fill", "") or "fill:url(" in "".join(attributes.get("style", "").split())
 
 
 def _is_plain(element: str, attributes: dict[str, str]) -> bool:

@@ -99,8 +99,8 @@ def file_facts(svg: SvgSource) -> FileFacts:
         raise InputError("SVG", f"must have at most {MAX_COMMANDS} commands in its paths", "more", "simplify it")
     segment_count = sum(map(count_segments, path_data))
     return FileFacts(
-        paths=document.painted_count,
-        gradients=document.gradient_count,
+        paths=document.painted.count,
+        gradients=document.painted.gradient_count,
         segments=segment_count,
         bytes=len(data),
         gzip_bytes=len(gzip_bytes(data)),
