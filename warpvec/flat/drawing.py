@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit.polish import polish
+from warpvec.fit.polish import PATHS_EXACT_MAX, VALUES_EXACT_MAX, polish
 from warpvec.fit.progress import FitResult, OnProgress, Progress
 from warpvec.flat.fewer_colors import with_colors, with_palette
 from warpvec.flat.fewer_paths import with_fewer_paths
@@ -25,8 +25,12 @@ from warpvec.geometry.gradients import FLAT
 from warpvec.geometry.scene import Scene
 from warpvec.image.colors import parse_color
 
-FIRST_ITERATIONS, LAST_ITERATIONS = 60, 60
-"""Iterations of the fit of the traced outlines, and of that of the simplified ones."""
+FIRST_ITERATIONS, LAST_ITERATIONS = 8, 16
+"""Iterations of the fit of the traced outlines, and of that of the simplified ones. With 60 and 60 the mean PSNR of
+four pictures is 0.2 dB higher, for 1.3 times the time of the whole run."""
+
+GRADIENT_STEPS = 6
+"""Steps by gradients alone, with which large drawings are fitted, in place of each iteration."""
 
 SNAP = 2.5 / 255.0
 """A fitted colour that differs by less in every channel from what the inside of its region shows is that colour:
@@ -101,12 +105,14 @@ class FlatDrawing:
     def _polished(self, scene: Scene, iterations: int) -> Scene:
         if not len(scene):
             return scene
-        first, count = self._iterations, min(iterations, self.config.iterations)
+        is_small = len(scene) <= PATHS_EXACT_MAX and scene.segments.numel() <= VALUES_EXACT_MAX
+        steps = iterations if is_small else GRADIENT_STEPS * iterations
+        first, count = self._iterations, min(steps, self.config.iterations)
         begin = self.seconds()
 
         def report(progress: Progress) -> None:
             if self.on_progress is not None:
-                planned = max(FIRST_ITERATIONS + LAST_ITERATIONS, first + progress.iteration_count)
+                planned = max(FIRST_ITERATIONS + LAST_ITERATIONS, first + count)
                 number, seconds = first + progress.iteration, begin + progress.seconds
                 self.on_progress(replace(progress, iteration=number, iteration_count=planned, seconds=seconds))
 

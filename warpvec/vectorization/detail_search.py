@@ -48,7 +48,7 @@ class DetailSearch:
         self._try(detail)
         if self.goal.target_psnr is not None or not self._fits():
             self._approach(detail)
-        best = best_trial(self.goal, self._trials)
+        best = self._best()
         result, trial = self._cut(self._results[best], self._trials[best])
         last = self._results[-1].fitted  # the time and the history of all drawings
         fitted = replace(last, scene=result.fitted.scene)
@@ -80,6 +80,12 @@ class DetailSearch:
         """Return whether the last drawing is too large, or better than it need be."""
         last = self._trials[-1]
         return not self._fits() or (self.goal.target_psnr is not None and last.psnr >= self.goal.target_psnr)
+
+    def _best(self) -> int:
+        """Return the index of the drawing to keep, or to remove paths from: the smallest if none fits."""
+        if self.goal.max_bytes is None or any(trial.bytes <= self.goal.max_bytes for trial in self._trials):
+            return best_trial(self.goal, self._trials)
+        return min(range(len(self._trials)), key=lambda index: self._trials[index].bytes)
 
     def _fits(self) -> bool:
         return self.goal.max_bytes is None or self._trials[-1].bytes <= self.goal.max_bytes

@@ -1,0 +1,86 @@
+"""The search over the detail of outlines, with figures that follow from the detail in place of drawings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import pytest
+import torch
+from stubs import circles
+
+from warpvec.errors import InputError
+from warpvec.fit.progress import FitResult
+from warpvec.vectorization.detail_search import DETAIL_MAX, DetailSearch
+from warpvec.vectorization.goal import Goal, Trial
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A drawing of 9 paths: halving the detail gains 3 dB and costs 200 bytes, and a path takes a tenth."""
+
+    detail: float
+    removed: int = 0
+    fitted: FitResult = field(default_factory=lambda: FitResult(circles(8, 8, 1), [], 1, 0.0, False, "cpu"))
+    goal_facts: dict[str, Any] | None = None
+
+    def trial(self, goal: Goal) -> Trial:
+        octaves = math.log2(0.1 / self.detail)
+        size = (2000 + 200 * octaves) * (1 - self.removed / 10)
+        return Trial(9, 9 - self.removed, round(size), 40 + 3 * octaves - 5 * self.removed)
+
+    def without(self, count: int) -> Drawing:
+        return replace(self, removed=self.removed + count)
+
+
+def search(tries: int = 99, **goal: Any) -> tuple[Drawing, list[float]]:
+    """Return the result of a search from 0.1 px that may make so many drawings, and the details of all."""
+    details: list[float] = []
+
+    def draw(detail: float) -> Any:
+        details.append(detail)
+        return Drawing(detail)
+
+    torch.manual_seed(0)
+    found: Any = DetailSearch(Goal(**goal), draw, lambda: len(details) >= tries).run(0.1)
+    return found, details
+
+
+def test_a_file_within_the_bytes_keeps_the_detail() -> None:
+    found, details = search(max_bytes=2000)
+    assert details == [0.1]
+    assert found.goal_facts is not None and found.goal_facts["met"]
+
+
+def test_bytes_are_met_by_the_finest_detail_that_fits() -> None:
+    found, details = search(max_bytes=1500)
+    assert 1400 < found.trial(Goal()).bytes <= 1500
+    assert len(details) == 6  # 0.1, 0.2, 0.4, 0.8 and twice between
+
+
+def test_a_psnr_is_met_by_the_coarsest_detail_that_reaches_it() -> None:
+    for target, low in ((33.0, 33.0), (44.5, 44.5)):
+        found, _ = search(target_psnr=target)
+        assert low <= found.trial(Goal()).psnr <= target + 1.0
+
+
+def test_paths_go_when_the_coarsest_detail_has_too_many_bytes() -> None:
+    found, details = search(max_bytes=500)
+    assert max(details) <= DETAIL_MAX
+    assert found.removed > 0
+    assert found.trial(Goal()).bytes <= 500
+    with pytest.raises(InputError, match="max_bytes must be enough for a path, got 50; give at least 160"):
+        search(max_bytes=50)
+
+
+def test_a_psnr_out_of_reach_gives_the_best_and_says_so() -> None:
+    found, details = search(target_psnr=90.0)
+    assert found.detail == min(details)
+    assert found.goal_facts is not None and not found.goal_facts["met"]
+
+
+def test_an_interrupt_ends_the_search() -> None:
+    found, details = search(tries=2, max_bytes=1000)
+    assert len(details) == 2
+    assert found.trial(Goal()).bytes <= 1000
