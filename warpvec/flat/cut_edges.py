@@ -25,10 +25,21 @@ class Piece(NamedTuple):
 
 
 class CutEdges:
-    """The edges of ``mapped`` between faces of different ``owners`` [F], joined to pieces of ``cubics`` [R, 4, 2]."""
+    """The edges of ``mapped`` between faces of different ``owners`` [F], joined to pieces of ``cubics`` [R, 4, 2].
 
-    def __init__(self, mapped: PlanarMap, owners: Integers, cubics: Floats, is_line: NDArray[np.bool_]) -> None:
+    Points are rounded to multiples of ``tick``, across and down.
+    """
+
+    def __init__(
+        self,
+        mapped: PlanarMap,
+        owners: Integers,
+        cubics: Floats,
+        is_line: NDArray[np.bool_],
+        tick: tuple[float, float] | None = None,
+    ) -> None:
         self._mapped = mapped
+        self._tick = None if tick is None else np.array(tick)
         self._cubics = cubics
         self._is_line = is_line
         self._owner = owners[mapped.face]
@@ -47,7 +58,8 @@ class CutEdges:
                 loop.append(following)
             for half_edge in loop:
                 del waiting[half_edge]
-            loops.append(self._joined(loop))
+            joined = [piece for piece in self._joined(loop) if np.ptp(piece.cubic, axis=0).any()]
+            loops += [joined] if len(joined) > 1 else []
         return loops
 
     def _next(self, half_edge: int) -> int:
@@ -82,12 +94,16 @@ class CutEdges:
         mapped = self._mapped
         curve = int(mapped.curve[first // 2])
         t_first, t_last = mapped.t[first // 2, first % 2], mapped.t[last // 2, 1 - last % 2]
-        start, end = (mapped.vertex[mapped.tail[each]] / UNITS for each in (first, last ^ 1))
+        start, end = (self._rounded(mapped.vertex[mapped.tail[each]] / UNITS) for each in (first, last ^ 1))
         if self._is_line[curve]:
             return Piece(start + np.linspace(0, 1, 4)[:, None] * (end - start), True)
         cubic = _between(self._cubics[curve], float(t_first), float(t_last))
         # The ends lie on the grid, where all pieces meet.
-        return Piece(np.stack([start, cubic[1] + start - cubic[0], cubic[2] + end - cubic[3], end]), False)
+        handles = self._rounded(cubic[1:3] + np.stack([start - cubic[0], end - cubic[3]]))
+        return Piece(np.stack([start, *handles, end]), False)
+
+    def _rounded(self, points: Floats) -> Floats:
+        return points if self._tick is None else np.rint(points / self._tick) * self._tick
 
     def _breaks(self) -> NDArray[np.bool_]:
         """Return the vertices [V] where a piece ends: junctions, and where one curve follows another."""

@@ -46,11 +46,15 @@ class Cutout:
     blended_count: int
 
 
-def cut_out(scene: Scene, width: int, height: int) -> Cutout:
+def cut_out(scene: Scene, width: int, height: int, tick: tuple[float, float] | None = None) -> Cutout:
     """Return ``scene``, whose canvas is ``width`` x ``height`` pixels, without overlaps, and cut at the canvas.
 
     The background, if there is one, becomes a path of its own. Where a translucent path lies on others, the parts get
     their mixed colours; of two gradients on one another, the upper one counts with the mean of its colours.
+
+    Args:
+        tick: last decimals of the file in pixels, across and down. Points are rounded to them, so that the file states
+            both sides of an edge alike; None to round nothing.
     """
     stacked = _with_background(scene.detach().cpu(), width, height)
     cubics, is_line, path = _curves(stacked, width, height)
@@ -61,7 +65,7 @@ def cut_out(scene: Scene, width: int, height: int) -> Cutout:
     stacks = _visible_stacks(mapped.winding != 0, stacked.opacity.numpy() >= OPAQUE)
     owners, keys = _numbered(stacks)
     owners, sliver_count = without_slivers(mapped, owners, path[mapped.curve])
-    edges = CutEdges(mapped, owners, cubics, is_line)
+    edges = CutEdges(mapped, owners, cubics, is_line, tick)
     loops = {owner: edges.loops(owner) for owner in range(1, len(keys))}
     drawn = [owner for owner in sorted(loops, key=lambda each: keys[each][-1]) if loops[owner]]
     used = {row for owner in drawn for row in keys[owner]}

@@ -17,6 +17,7 @@ from warpvec.flat.cutout import cut_out
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.layering import layered
 from warpvec.flat.mono_drawing import MonoDrawing
+from warpvec.geometry.scene import Scene
 from warpvec.image.resize import reduce_image
 from warpvec.vectorization.detail_search import DetailSearch
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
@@ -53,7 +54,7 @@ def fit_flat(
 
         def draw(detail: float) -> Result:
             fitted = drawing.draw(detail)
-            scene = cut_out(fitted.scene, size[1], size[0]).scene if config.cutout else fitted.scene
+            scene = _cut(fitted.scene, size, photo, config.precision) if config.cutout else fitted.scene
             found = layered(scene)
             fitted = replace(fitted, scene=found.scene)
             return Result(
@@ -62,3 +63,9 @@ def fit_flat(
             )  # fmt: skip
 
         return DetailSearch(goal, draw, drawing.is_over).run(config.detail) if goal else draw(config.detail)
+
+
+def _cut(scene: Scene, size: tuple[int, int], photo: NDArray[np.float32], precision: int) -> Scene:
+    """Return ``scene`` without overlaps, with points at the last decimals of the file, whose units are ``photo``'s."""
+    ticks = [side / whole / 10**precision for side, whole in zip(size, photo.shape, strict=False)]
+    return cut_out(scene, size[1], size[0], (ticks[1], ticks[0])).scene
