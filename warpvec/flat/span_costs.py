@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +40,13 @@ ALIVE = 2.0
 BLOCK = 4
 """Lengths that are tried at a time; more are fewer calls, but more that are tried in vain."""
 
+SHORT, SPARSE, BEND_CHANGE = 12, 3, np.sin(np.radians(2.5))
+"""Pieces of more nodes than the first begin and end only at nodes where the direction changes otherwise than before by
+this sine, beside these, and at one in so many of the others: along a circle, all are alike."""
+
+CHUNK = 256
+"""Cubics that are fitted at a time. More of them do not fit in the caches."""
+
 LENGTH_MAX = 192
 """Most nodes that a piece goes on."""
 
@@ -71,12 +79,13 @@ def span_costs(samples: Samples, nodes: Nodes, tolerance: Floats) -> Spans:
     count = np.diff(nodes.first)[loop]
     longest = int(min(LENGTH_MAX, count.max() - 1))
     spans = Spans(np.full((len(loop), longest), np.inf), np.zeros((len(loop), longest), bool))
-    active = np.arange(len(loop))
+    active, is_likely = np.arange(len(loop)), _likely_ends(nodes)
     for length in range(1, longest + 1, BLOCK):
         lengths = np.arange(length, min(length + BLOCK, longest + 1))
         start, steps = (grid.ravel() for grid in np.meshgrid(active, lengths, indexing="ij"))
-        is_valid = steps < count[start]
-        start, steps = start[is_valid], steps[is_valid]
+        end = nodes.first[loop[start]] + (start - nodes.first[loop[start]] + steps) % count[start]
+        is_tried = (steps < count[start]) & ((steps <= SHORT) | (is_likely[start] & is_likely[end]))
+        start, steps = start[is_tried], steps[is_tried]
         if not len(start):
             break
         distance = _try(samples, nodes, loop, start, steps, tolerance[loop], spans)
@@ -84,6 +93,19 @@ def span_costs(samples: Samples, nodes: Nodes, tolerance: Floats) -> Spans:
     forced = np.isinf(spans.cost[:, 0])
     spans.cost[forced, 0], spans.is_line[forced, 0] = FORCED_COST, True
     return spans
+
+
+def _likely_ends(nodes: Nodes) -> Mask:
+    """Return the nodes [N] where long pieces may end: corners, where the bend changes, and some of the others."""
+    is_likely = nodes.is_corner.copy()
+    for first, stop in pairwise(nodes.first):
+        direction = nodes.direction[first:stop]
+        following = np.roll(direction, -1, 0)
+        cross = direction[:, 0] * following[:, 1] - direction[:, 1] * following[:, 0]
+        change = np.abs(cross - np.roll(cross, 1)) > BEND_CHANGE
+        is_likely[first:stop] |= change | np.roll(change, 1) | np.roll(change, -1)
+        is_likely[first:stop:SPARSE] = True
+    return is_likely
 
 
 def places_between(samples: Samples, nodes: Nodes, start: Integers, end: Integers, point_count: int) -> Places:
@@ -146,9 +168,15 @@ def _line_costs(nodes: Nodes, places: Places, tolerance: Floats) -> tuple[Floats
 
 def _cubic_costs(nodes: Nodes, places: Places, tolerance: Floats) -> tuple[Floats, Floats]:
     start, end = nodes.point[places.start], nodes.point[places.end]
-    cubics = fit_cubics(start, end, places.points, places.parameters)
-    leaving, arriving = cubics.handles[:, 0] - start, end - cubics.handles[:, 1]
-    distance = typical_distance(cubics.distance, cubics.square)
+    end, points = (end - start).astype(np.float32), (places.points - start[:, None]).astype(np.float32)
+    parameters, origin = places.parameters.astype(np.float32), np.zeros_like(end)
+    parts = [slice(first, first + CHUNK) for first in range(0, len(start), CHUNK)]
+    fits = [fit_cubics(origin[part], end[part], points[part], parameters[part]) for part in parts]
+    if not fits:
+        return np.zeros(0), np.zeros(0)
+    handles, largest, square = (np.concatenate(values).astype(np.float64) for values in zip(*fits, strict=True))
+    distance = typical_distance(largest, square)
+    leaving, arriving = handles[:, 0], end - handles[:, 1]
     return CUBIC_COST + _common_cost(nodes, places, distance, leaving, arriving, tolerance), distance
 
 
