@@ -18,9 +18,9 @@ from warpvec.flat.straight_lines import Lines, regular_anchors
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
 
-DETAIL = 0.05
-"""Root mean square in pixels by which an outline may move to be regular, as the picture shows it. It is half of what
-fewer nodes may cost: lines that are a third of a degree off the level on purpose stay so."""
+DETAIL, REGULAR_SHARE = 0.1, 0.5
+"""Root mean square in pixels by which an outline may move, as the picture shows it, and the share of it that regular
+forms may take. With all of it, lines that are a third of a degree off the level on purpose would be made level."""
 
 AXIS_DEGREES, AXIS_MOVE = 3.0, 0.3
 """Largest angle by which the tangent of a smooth node turns to be level or upright, and the largest move of a handle in
@@ -32,7 +32,8 @@ def regularize(scene: Scene, image: Tensor, config: FitConfig, detail: float = D
 
     Circles and ellipses become four arcs. Lines become level, upright, parallel and aligned, and their corners right.
     Rounded corners become arcs, with equal radii in a loop. The tangents of smooth nodes become level or upright. Each
-    change is taken back where the squared error near it rises by more than an outline costs that moves by ``detail``.
+    change is taken back where the squared error near it rises by more than an outline costs that moves by half of
+    ``detail``.
 
     Args:
         scene: a scene of cubics, fitted to the image.
@@ -40,7 +41,7 @@ def regularize(scene: Scene, image: Tensor, config: FitConfig, detail: float = D
         config: settings of the fit.
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
     """
-    judge = Judge.of(image, config, detail)
+    judge = Judge.of(image, config, REGULAR_SHARE * detail)
     samples = judge.samples(scene)
     scene = accepted_loops(scene, _ellipses(scene, samples), judge, samples)
     for change in (_with_regular_lines, _with_rounded_corners, _with_level_tangents):
