@@ -20,6 +20,7 @@ from warpvec.flat.mono_drawing import MonoDrawing
 from warpvec.geometry.scene import Scene
 from warpvec.image.resize import reduce_image
 from warpvec.vectorization.detail_search import DetailSearch
+from warpvec.vectorization.file_form import FileForm
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import Goal
 from warpvec.vectorization.result import Result
@@ -48,6 +49,7 @@ def fit_flat(
     target = reduce_image(photo, config.fit_size)
     size = (target.shape[0], target.shape[1])
     reduced = replace(config, min_area=config.min_area * target[..., 0].size / photo[..., 0].size)
+    form = FileForm((photo.shape[0], photo.shape[1]), config.precision, title)  # with smooth nodes that stay smooth
     kind = FlatDrawing if config.mode == "flat" else MonoDrawing
     with deferred_interrupts() as is_interrupted, single_torch_thread(), torch.no_grad():
         drawing = kind(torch.from_numpy(target), reduced, on_progress, is_interrupted)
@@ -58,7 +60,7 @@ def fit_flat(
             found = layered(scene)
             fitted = replace(fitted, scene=found.scene)
             return Result(
-                photo, size, replace(config, detail=detail), fitted, title, file_options=file_options,
+                photo, size, replace(config, detail=detail), fitted, title, file_options=file_options, form=form,
                 keeps_paths=True, layer_names=found.names, choice=choice,
             )  # fmt: skip
 
