@@ -17,6 +17,7 @@ from warpvec.fit.loop import single_torch_thread
 from warpvec.fit.progress import FitResult, OnProgress, Progress, history_entry
 from warpvec.fit.target import Target
 from warpvec.geometry.crossings import crossings_of_rows, overlapping_pairs
+from warpvec.geometry.rounding import round_nodes
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.launch import resolve_device
 from warpvec.rendering.streams import on_warps_stream
@@ -164,8 +165,11 @@ class _Polish:
             raise _OutOfTime
 
     def _folds(self, x: Tensor) -> Tensor:
-        """Return the segments [R] (bool) that cross in paths that cross themselves more often than at the start."""
-        found = crossings_of_rows(self._drawing.scene(x), self._is_guarded)
+        """Return the segments [R] (bool) that cross more often than at the start, once a file has rounded them."""
+        scene = self._drawing.scene(x)
+        if not scene.is_uniform:
+            scene = round_nodes(scene, self._config.precision)
+        found = crossings_of_rows(scene, self._is_guarded)
         return (found > self._crossings) & (found > 0)
 
     def _take_back(self, descent: Descent | None, x: Tensor) -> Tensor:

@@ -31,8 +31,8 @@ def round_nodes(scene: Scene, precision: int) -> Scene:
     anchor = anchor.round()
     along = joints.directions(anchor, leaving, arriving)
     smooth = joints.is_smooth
-    leaving = torch.where(smooth[:, None], _along(leaving, along), leaving.round())
-    arriving = torch.where(smooth[:, None], -_along(-arriving, along), arriving.round())
+    exact, (leaving, arriving) = (leaving[smooth], arriving[smooth]), (leaving.round(), arriving.round())
+    leaving[smooth], arriving[smooth] = _along(exact[0], along[smooth]), -_along(-exact[1], along[smooth])
     following = joints.following
     segments = torch.stack([anchor, anchor + leaving, anchor[following] + arriving[following]], 1)
     return replace(scene, segments=(segments / 10**precision).to(scene.segments.dtype))
