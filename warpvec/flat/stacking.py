@@ -20,7 +20,7 @@ BORDER_EVIDENCE, AREA_EVIDENCE, SURELY = 0.8, 0.1, 100.0
 """Evidence beside that of junctions, at most 1: that a region lies above one that it has its whole border with; that
 the smaller of two lies above; and that a region lies above one that surrounds it."""
 
-CLEARLY = 0.6
+CLEARLY = 0.3
 """Evidence that keeps a region from moving below another one, to be one layer with others."""
 
 MOVES_MAX = 8
