@@ -78,6 +78,14 @@ def test_shares_of_touching_shapes_leave_no_region_between_them() -> None:
     assert len(find_regions(image)) == 3
 
 
+def test_what_shines_through_a_seam_is_no_region() -> None:
+    image = drawn(
+        '<rect width="128" height="128" fill="#c00"/><path d="M8,8L70.3,8L60.7,120L8,120Z" fill="#06c"/>'
+        '<path d="M70.3,8L120,8L120,120L60.7,120Z" fill="#fc0"/>'
+    )
+    assert len(find_regions(image)) == 3
+
+
 @pytest.mark.parametrize("width", [0.8, 1.3, 2.4])
 def test_thin_lines_are_regions_of_their_color(width: float) -> None:
     image = drawn(
@@ -85,9 +93,11 @@ def test_thin_lines_are_regions_of_their_color(width: float) -> None:
         '<circle cx="40" cy="95" r="14" fill="#036"/>'
     )
     regions = find_regions(image)
+    assert len(regions) == 3
     assert colors(regions) == {"ffffee", "003366"}
     assert regions.label[95, 40] != regions.label[38, 64] != regions.label[0, 0]
-    assert error(image, regions) < 0.5
+    # Shares of lines that are thinner than a pixel are moved between pixels to keep them in one piece.
+    assert error(image, regions) < (0.5 if width > 1 else 1.3)
 
 
 def test_specks_are_left_out() -> None:

@@ -14,7 +14,7 @@ Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
 Mask = NDArray[np.bool_]
 
-CORNER_SHARE = 0.4
+CORNER_SHARE = 0.3
 """Least mean share of four pixels that a line has which passes their corner."""
 
 

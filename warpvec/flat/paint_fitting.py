@@ -32,8 +32,11 @@ SHARED_AREA_MIN = 32
 SHARED_GAIN = 0.8
 """The ramp of another area is chosen if it leaves less than this part of what a flat paint leaves."""
 
+SHARED_SMALL, SHARED_SMALL_GAIN = 4, 1.5
+"""The same for areas of less than this multiple of the least one with a ramp of its own: noise changes these more."""
+
 SHARED_ERROR = 1.5
-"""And at most this multiple of what it leaves in that area."""
+"""And at most this multiple of what it leaves in that other area, or of what a flat area leaves."""
 
 RAMP_CONTRAST = 4 / 255
 """Difference of the stops of a ramp, beside the noise; less is not seen."""
@@ -131,7 +134,8 @@ def _find_ramps(
         if len(pixels) < SHARED_AREA_MIN or values[index][3] == 0:
             continue
         deviation = float(np.sqrt(((colors[few] - values[index])[:, :3] ** 2).mean()))
-        ramp = _shared_ramp(ramps, few, colors, width, deviation)
+        gain = SHARED_GAIN if len(pixels) >= SHARED_SMALL * area_min else SHARED_SMALL_GAIN
+        ramp = _shared_ramp(ramps, few, colors, width, gain * deviation, limit)
         if ramp is None and len(pixels) >= area_min and deviation > limit:
             ramp = _ramp_of(pixels, colors, width, limit)
         if ramp is not None and ramp.contrast(tolerances.metric) >= RAMP_CONTRAST + tolerances.noise:
@@ -139,11 +143,13 @@ def _find_ramps(
     return ramps
 
 
-def _shared_ramp(ramps: dict[int, Ramp], pixels: Places, colors: Floats, width: int, deviation: float) -> Ramp | None:
-    """Return the first of ``ramps`` that shows ``pixels`` clearly better than a flat paint does, or None."""
+def _shared_ramp(
+    ramps: dict[int, Ramp], pixels: Places, colors: Floats, width: int, error_max: float, limit: float
+) -> Ramp | None:
+    """Return the first of ``ramps`` that shows ``pixels`` with less than ``error_max`` and about as well as its own."""
     points, shown = _points(pixels, width), colors[pixels, :3].astype(np.float64)
     for ramp in ramps.values():
-        if ramp.error_on(points, shown) < min(SHARED_GAIN * deviation, SHARED_ERROR * max(ramp.error, FLAT_DEVIATION)):
+        if ramp.error_on(points, shown) < min(error_max, SHARED_ERROR * max(ramp.error, limit)):
             return ramp
     return None
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from warpvec.flat.assignment import Assignment, colors_of, unmix
 from warpvec.flat.denoising import Tolerances
+from warpvec.flat.hairlines import keep_hairlines
 from warpvec.flat.label_areas import areas_of, most_contact, specks_of
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import NONE
@@ -77,6 +78,7 @@ def merge_regions(
     for part in (assignment.label, assignment.other):
         part[...] = pool[part]
     assignment.anchors[...] = np.append(pool, NONE)[assignment.anchors]
+    keep_hairlines(assignment, tolerances.noise > 0)
     for only_new in (True, False):
         _drop_redundant(picture, assignment, paints, tolerances, only_new)
     _drop_specks(picture, assignment, paints, tolerances, min_area, canvas)

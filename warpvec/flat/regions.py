@@ -74,17 +74,16 @@ class Regions:
         return share * self.paints.at(self.label, x, y) + (1 - share) * self.paints.at(self.other, x, y)
 
 
-def find_regions(image: Floats, min_area: float | None = None) -> Regions:
+def find_regions(image: Floats, min_area: float = 0.0) -> Regions:
     """Return the regions of flat art.
 
     Args:
         image: picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
-        min_area: areas of fewer pixels are left out; automatic if None.
+        min_area: areas of fewer pixels are left out, and in any case those of fewer than two to four.
     """
     picture, straight = premultiplied(image), with_alpha(image)
     tolerances = measure_tolerances(picture)
-    if min_area is None:
-        min_area = _automatic_area(image.shape, tolerances.reach)
+    min_area = max(min_area, _least_area(image.shape, tolerances.reach))
     seeds = find_seeds(picture, straight, tolerances)
     paints, seeds, seams = fit_paints(straight, seeds, tolerances)
     canvas = find_canvas(seeds, paints)
@@ -99,7 +98,8 @@ def find_regions(image: Floats, min_area: float | None = None) -> Regions:
     )  # fmt: skip
 
 
-def _automatic_area(shape: tuple[int, ...], reach: int) -> float:
+def _least_area(shape: tuple[int, ...], reach: int) -> float:
+    """Return the area in pixels below which an area is a speck, whatever was asked for."""
     if reach > SHARP_REACH:
         return SOFT_AREA_MIN * reach**2
     return AREA_MIN if max(shape[:2]) > ICON_SIZE else AREA_MIN_OF_ICONS
