@@ -49,8 +49,9 @@ degrees lies 3 px outside."""
 TRIM_MIN, TRIM_MAX = 1.0, 3.5
 """Pixels of the outline beside a corner that are rounded off: at right angles, and at most."""
 
-SPACING_MIN, SPACING_MAX, SPACING_SHARE = 1.5, 4.0, 1 / 120
-"""Pixels between smooth nodes: a share of the length of the loop, within limits."""
+SPACING_MIN, SPACING_MAX, SPACING_SHARE, LARGE_SHARE = 1.5, 4.0, 1 / 120, 1 / 600
+"""Pixels between smooth nodes: a share of the length of the loop, within limits. The upper limit grows with the length
+of large loops, so that a piece of as many nodes as are tried may still be a third of them."""
 
 ROUGH_SAMPLES_MIN = 300
 """Samples of the shortest loop whose roughness is measured."""
@@ -236,7 +237,8 @@ def _intersections(xy: Floats, ahead: Side, behind: Side, chosen: Integers, reac
 
 def _smooth_nodes(xy: Floats, step: float, corners: Integers) -> Nodes:
     count = len(xy)
-    spacing = np.clip(count * step * SPACING_SHARE, SPACING_MIN, SPACING_MAX)
+    length = count * step
+    spacing = np.clip(length * SPACING_SHARE, SPACING_MIN, max(SPACING_MAX, length * LARGE_SHARE))
     places = np.rint(np.arange(0, count, spacing / step)).astype(np.int64)
     distance = _distance_on_cycle(places[places < count], corners, count)
     places, distance = places[places < count][distance > GAP], distance[distance > GAP]

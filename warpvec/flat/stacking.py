@@ -63,7 +63,7 @@ def stack(regions: Regions, join: bool = False) -> list[Layer]:
     shares = border_shares(regions.label, len(regions))
     above += BORDER_EVIDENCE * (shares - shares.T) + AREA_EVIDENCE * np.sign(area[None, :] - area[:, None])
     above += SURELY * (surrounds.T.astype(float) - surrounds)
-    order = best_order(above, sorted(shown, key=lambda index: (-area[index], index)))
+    order = best_order(above, sorted(shown.tolist(), key=lambda index: (-area[index], index)))
     seen = list(_seen_through(regions, surrounds, order))
     for _, region in seen:
         around = surrounds[:, region]
