@@ -38,7 +38,7 @@ PRICE_LENGTH = 12.5
 """A curve less is worth an outline of so many pixels at the largest distance that a choice allows: longer segments
 must be closer, because each says more about the picture."""
 
-ROUNDS, ITERATIONS = 2, 10
+ROUNDS, ITERATIONS = 2, 6
 """Times that nodes are chosen, and the iterations of the fit after each."""
 
 SHARE_AGAIN = 0.5
