@@ -21,7 +21,7 @@ UNEXPLAINED = 6 / 255
 def band_numbers(colors: Floats) -> NDArray[np.int32]:
     """Return the bands [N], from 0, of premultiplied colours [N, 4] along the line on which these vary most."""
     offset = colors - colors.mean(0)
-    axis = np.linalg.eigh(offset.T @ offset)[1][:, -1]
+    axis = np.linalg.eigh(np.einsum("ni,nj->ij", offset, offset))[1][:, -1]
     places = offset @ axis
     extent = float(np.ptp(places))
     count = int(np.clip(np.ceil(extent / BAND), 1, BANDS_MAX))

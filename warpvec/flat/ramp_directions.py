@@ -98,10 +98,10 @@ def _center(centers: Floats, slopes: Floats) -> Floats | None:
     x, y = centers[:, None, 0], centers[:, None, 1]
     rows = np.stack([slopes[..., 1], -slopes[..., 0]], -1).reshape(-1, 2)
     values = (slopes[..., 1] * x - slopes[..., 0] * y).ravel()
-    matrix = rows.T @ rows
+    matrix = (rows[:, :, None] * rows[:, None, :]).sum(0)
     if np.linalg.cond(matrix) > 1.0e6:
         return None
-    center: Floats = np.linalg.solve(matrix, rows.T @ values)
+    center: Floats = np.linalg.solve(matrix, (rows * values[:, None]).sum(0))
     return center
 
 
@@ -112,9 +112,16 @@ def refined(direction: Direction, points: Floats, colors: Floats) -> Direction:
         profile, slope = _profile(places, colors)
         change = _place_changes(direction, points, places)
         rows = (slope[:, :, None] * change[:, None, :]).reshape(-1, change.shape[1])
-        step, *_ = np.linalg.lstsq(rows, (colors - profile).ravel(), rcond=1.0e-6)
-        direction = _moved(direction, step)
+        direction = _moved(direction, _least_squares(rows, (colors - profile).ravel()))
     return direction
+
+
+def _least_squares(rows: Floats, values: Floats) -> Floats:
+    """Solve ``rows`` [N, P] x = ``values`` [N] by sums of NumPy, which are the same for any number of threads."""
+    matrix = (rows[:, :, None] * rows[:, None, :]).sum(0)
+    matrix += 1.0e-9 * np.trace(matrix) * np.eye(len(matrix)) + 1.0e-12 * np.eye(len(matrix))
+    solution: Floats = np.linalg.solve(matrix, (rows * values[:, None]).sum(0))
+    return solution
 
 
 def _profile(places: Floats, colors: Floats) -> tuple[Floats, Floats]:
