@@ -50,17 +50,17 @@ def test_without_a_goal_it_has_the_iterations_and_with_recycling_the_rates_of_a_
 ) -> None:
     for options in ([], ["--preset", "draft"], ["--iterations", 30, "--recycle-gap", 7, "--precision", 3]):
         _refine(photo, *options)
-    first = FitConfig(curves=8, iterations=500, recycle_gap=0, precision=1)
-    draft = make_config("draft", curves=8, iterations=500, recycle_gap=0, precision=1)
-    given = FitConfig(curves=8, iterations=30, recycle_gap=7, precision=3, lr_scale=0.4)
+    first = FitConfig(mode="photo", curves=8, iterations=500, recycle_gap=0, precision=1)
+    draft = make_config("draft", mode="photo", curves=8, iterations=500, recycle_gap=0, precision=1)
+    given = FitConfig(mode="photo", curves=8, iterations=30, recycle_gap=7, precision=3, lr_scale=0.4)
     assert asked == [(first, Goal()), (draft, Goal()), (given, Goal())]
 
 
 def test_with_a_goal_the_search_sets_iterations_and_rates(photo: Path, asked: Any) -> None:
     _refine(photo, "--max-bytes", "9k")
     _refine(photo, "--curves", "auto", "--preset", "draft", "--lr-scale", 2, "--iterations", 90)
-    first = FitConfig(curves=CURVES_MAX, recycle_gap=0, precision=1)
-    second = make_config("draft", curves=CURVES_MAX, iterations=90, recycle_gap=0, precision=1, lr_scale=2.0)
+    kept = {"mode": "photo", "curves": CURVES_MAX, "recycle_gap": 0, "precision": 1}
+    first, second = FitConfig(**kept), make_config("draft", **kept, iterations=90, lr_scale=2.0)
     assert asked == [(first, Goal(max_bytes=9000)), (second, Goal(auto=True))]
 
 

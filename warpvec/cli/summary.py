@@ -73,7 +73,7 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         f"PSNR {{psnr:.2f}} dB, SSIM {{ssim:.3f}} (file drawn by resvg{backdrops})",
     ]
     if metrics.get("start_psnr") is not None:
-        lines[-1] += ", before {start_psnr:.2f} dB"
+        lines[-1] += ", before {start_psnr:.2f} dB (the given file)"
     if "internal_psnr" in metrics:
         if verbose or metrics["renderer"] == "splat":
             lines.append(f"PSNR {{internal_psnr:.2f}} dB inside the fit ({_INTERNAL_IMAGES[metrics['renderer']]})")

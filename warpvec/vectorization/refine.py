@@ -16,11 +16,14 @@ from warpvec.config.rules import require_scaffolding
 from warpvec.errors import InputError
 from warpvec.fit.progress import OnProgress
 from warpvec.geometry.joints import with_lines, without_kinds
-from warpvec.geometry.scene import Scene
+from warpvec.geometry.scene import Scene, over_white
+from warpvec.image.alpha import is_transparent
+from warpvec.image.metrics import psnr
 from warpvec.image.read import ImageSource, read_image
 from warpvec.inputs import read_file
 from warpvec.rendering.launch import resolve_device
 from warpvec.svg.document import MAX_SVG_BYTES
+from warpvec.svg.measure import draw_like
 from warpvec.svg.read import LoadedSvg, read_svg
 from warpvec.vectorization.api import fit_photo, title_of
 from warpvec.vectorization.file_form import FileForm, description_of
@@ -52,46 +55,43 @@ def refine(
 ) -> Result:
     """Fit the paths of ``svg`` to ``image``.
 
-    Unless paths are added or removed, the drawing keeps its structure, and the file is never worse than the drawing:
-    see `warpvec.fit.polish.polish`. Its size and units are those of the drawing.
+    Unless paths are added or removed, the drawing keeps its size and structure, and gets no worse: see
+    `warpvec.fit.polish.polish`.
 
     Args:
         image: the photo, as `warpvec.vectorize` takes it.
-        svg: a path, or the text or the bytes of a file: warpvec's own, or any of filled paths. What it cannot
-            hold is left out. Its layers stay.
-        curves: number of paths, by default as many as there are. New ones are added on top, where the picture is
-            worst; those with the lowest removal cost are removed. "auto" and goals as in `warpvec.vectorize`.
-        free: let smooth nodes become corners, lines curves, opaque paths translucent, and paths cross themselves, which
-            only paths of more than 128 segments, or 256 crossings in the drawing, may do else.
+        svg: a path, or the text or the bytes of a file of filled paths. Other content is left out.
+        curves: number of paths, by default as many as there are. New ones are added where the picture is worst; those
+            with the lowest removal cost are removed. "auto" and goals as in `warpvec.vectorize`.
+        free: let smooth nodes become corners, lines curves, opaque paths translucent, and paths cross themselves.
         preset, background, max_bytes, gzip, target_psnr, metadata, trim, size, on_progress: as in `warpvec.vectorize`.
         settings: fields of `warpvec.FitConfig` that replace those of the preset. ``recycle_gap`` is 0 by default,
-            ``precision`` that of the file, and ``iterations`` 500 without a goal; 0 writes the drawing as it was read.
-            ``opacity="opaque"`` first makes every path opaque, which may make the drawing worse.
+            ``precision`` that of the file, and ``iterations`` at most 500 without a goal; 0 writes the drawing as it
+            was read. ``opacity="opaque"`` first makes every path opaque, which may make the drawing worse.
 
     Raises:
         InputError: the photo or the SVG cannot be read, they do not match, or a setting is wrong.
     """
     data = _svg_data(svg)
-    drawing = read_drawing(data)
     goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=is_auto(curves))
+    drawing, config, count = _prepared(data, preset, settings, curves, goal)
+    resolve_device(config.device)
+    photo = read_image(image, background, name="image")
+    start, form = place_on_photo(drawing, photo), form_of(drawing, data, config, photo)
+    kept: dict[str, Any] = {"title": title_of(image), "form": form, "iterations": count, "free": free, "given": data}
+    kept["file_options"] = FileOptions(metadata=metadata, trim=trim, size=size)
+    return refine_photo(photo, start, config, goal, on_progress=on_progress, **kept)
+
+
+def _prepared(
+    data: bytes, preset: str, settings: dict[str, Any], curves: int | str | None, goal: Goal
+) -> tuple[LoadedSvg, FitConfig, int | None]:
+    """Return the drawing, the settings of its fit, and 0 if there is no fit, else None."""
+    drawing = read_drawing(data)
     given = settings if curves is None else {**settings, "curves": curves}
     settings, is_fitted = (settings, True) if goal else without_zero_iterations(settings)
     config = make_config(preset, **with_curves(with_drawing_settings(settings, drawing), curves, goal))
-    config = refine_config(config, given, goal, drawing)
-    resolve_device(config.device)
-    photo = read_image(image, background, name="image")
-    return refine_photo(
-        photo,
-        place_on_photo(drawing, photo),
-        config,
-        goal,
-        title=title_of(image),
-        on_progress=on_progress,
-        file_options=FileOptions(metadata=metadata, trim=trim, size=size),
-        form=form_of(drawing, data, config, photo),
-        iterations=None if is_fitted else 0,
-        free=free,
-    )
+    return drawing, refine_config(config, given, goal, drawing), None if is_fitted else 0
 
 
 def without_zero_iterations(given: dict[str, Any]) -> tuple[dict[str, Any], bool]:
@@ -204,6 +204,7 @@ def refine_photo(
     form: FileForm | None = None,
     iterations: int | None = None,
     free: bool = False,
+    given: bytes | None = None,
 ) -> Result:
     """Fit from ``start``, in pixels of the photo: as `polish` does if the paths stay the same, else with small steps.
 
@@ -213,7 +214,26 @@ def refine_photo(
         form: what the file keeps of the drawing.
         iterations: instead of those of ``config``.
         free: as in `refine`.
+        given: the file of the drawing, whose PSNR becomes ``start_psnr``.
     """
+    if iterations != 0 and not is_transparent(photo):
+        start = over_white(start)
+    result = _fitted(photo, start, config, goal, title, on_progress, file_options, form, iterations, free)
+    return result if given is None else replace(result, start_psnr=psnr(draw_like(given, photo), photo))
+
+
+def _fitted(
+    photo: NDArray[np.float32],
+    start: Scene,
+    config: FitConfig,
+    goal: Goal,
+    title: str | None,
+    on_progress: OnProgress | None,
+    file_options: FileOptions,
+    form: FileForm | None,
+    iterations: int | None,
+    free: bool,
+) -> Result:
     if keeps_structure(config, start, goal) or iterations == 0:
         count = config.iterations if iterations is None else iterations
         if count:
