@@ -27,7 +27,7 @@ def checker(height, width):
 @pytest.fixture(scope="module")
 def result():
     """A quick fit of the logo at 320 x 240."""
-    return warpvec.vectorize(logo(2), 32, preset="draft", iterations=120, device="cpu")
+    return warpvec.vectorize(logo(2), 32, preset="draft", iterations=120, device="cpu", mode="photo")
 
 
 def test_the_logo_is_fitted_over_any_background(result):
@@ -69,14 +69,14 @@ def test_no_fringe_of_the_hidden_colour_shows(result):
 def test_the_hidden_colour_has_no_influence():
     def text(hidden: tuple[int, int, int]) -> str:
         settings = {"preset": "draft", "iterations": 12, "inflation_gap": 3, "fit_size": 100}
-        return warpvec.vectorize(logo(hidden=hidden), 40, device="cpu", **settings).svg()
+        return warpvec.vectorize(logo(hidden=hidden), 40, device="cpu", mode="photo", **settings).svg()
 
     assert text(MAGENTA) == text(GREEN)
 
 
 @pytest.mark.parametrize("settings", [{"renderer": "splat"}, {"preset": "bezier-splatting"}, {"backdrop": "white"}])
 def test_every_renderer_and_policy_takes_alpha(settings):
-    fitted = warpvec.vectorize(logo(), 12, iterations=25, fit_size=60, device="cpu", **settings)
+    fitted = warpvec.vectorize(logo(), 12, iterations=25, fit_size=60, device="cpu", mode="photo", **settings)
     assert fitted.scene.transparent
     assert fitted.soft_image().shape == (45, 60, 4)
     assert fitted.history[-1]["psnr"] == pytest.approx(fitted.metrics["internal_psnr"], abs=3)
@@ -99,7 +99,7 @@ def test_run_and_eval_keep_alpha_and_say_so(tmp_path: Path):
     source, out = tmp_path / "logo.png", tmp_path / "logo.svg"
     Image.fromarray(logo()).save(source)
     folder = tmp_path / "frames"
-    done = invoke("run", source, out, "--save-frames", folder, *QUICK)
+    done = invoke("run", source, out, "--save-frames", folder, "--mode", "photo", *QUICK)
     assert done.exit_code == 0, done.output
     assert "(file drawn by resvg, over black and over white)" in done.stdout
     assert "<rect" not in out.read_text()
@@ -112,7 +112,7 @@ def test_run_and_eval_keep_alpha_and_say_so(tmp_path: Path):
 def test_a_background_flattens(tmp_path: Path):
     source, out = tmp_path / "logo.png", tmp_path / "logo.svg"
     Image.fromarray(logo()).save(source)
-    done = invoke("run", source, out, "--background", "navy", *QUICK)
+    done = invoke("run", source, out, "--background", "navy", "--mode", "photo", *QUICK)
     assert done.exit_code == 0, done.output
     assert "over black" not in done.stdout
     assert '<rect id="background"' in out.read_text()
