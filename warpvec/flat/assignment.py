@@ -119,7 +119,7 @@ def colors_of(
 
 def _with_fallback(candidates: Candidates, anchors: Integers, rows: Integers, columns: Integers) -> Candidates:
     """Return the candidates with the nearest region at any distance where none is near."""
-    from scipy import ndimage  # type: ignore[import-untyped]
+    from scipy import ndimage
 
     missing = candidates.label[:, 0] == NONE
     if missing.any():

@@ -93,7 +93,7 @@ def _box(mask: Mask, margin: int) -> tuple[int, int, int, int]:
 
 def _from_out(inside: Mask, at_border: tuple[tuple[bool, bool], tuple[bool, bool]]) -> Floats:
     """Return the distance from what is not ``inside``; beyond the border of the picture, nothing is."""
-    from scipy import ndimage  # type: ignore[import-untyped]
+    from scipy import ndimage
 
     padding = [[int(side) for side in sides] for sides in at_border]
     padded = np.pad(inside, padding)

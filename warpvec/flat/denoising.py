@@ -104,7 +104,7 @@ def luma_and_color() -> Floats:
 
 def measure_noise(picture: Floats) -> float:
     """Return the noise of a picture [h, w, 4] of premultiplied RGBA over white, or 0 if it is clean."""
-    from scipy import ndimage  # type: ignore[import-untyped]
+    from scipy import ndimage
 
     luma = luma_over_white(picture)
     edge = np.zeros(luma.shape, bool)

@@ -59,8 +59,8 @@ def _corners(values: NDArray[Any]) -> tuple[NDArray[Any], ...]:
 
 def _joined(areas: Integers, pairs: Integers) -> Integers:
     """Return ``areas`` [h, w] numbered anew, with ``pairs`` [P, 2] of them as one."""
-    from scipy.sparse import coo_array  # type: ignore[import-untyped]
-    from scipy.sparse.csgraph import connected_components  # type: ignore[import-untyped]
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
 
     count = int(areas.max()) + 1
     links = coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), (count, count))

@@ -105,7 +105,7 @@ def mono_tracing(
     levels = find_levels(gray, None if threshold == "auto" else threshold / 255.0)
     coverage = np.clip(0.5 + (levels.threshold - gray) / (levels.paper - levels.ink), 0.0, 1.0)
     if has_two_levels(coverage):
-        from scipy.ndimage import gaussian_filter  # type: ignore[import-untyped]
+        from scipy.ndimage import gaussian_filter
 
         tolerance = STAIRCASE_TOLERANCE if tolerance is None else tolerance
         outlines = _interpolated(gaussian_filter(coverage, STAIRCASE_BLUR))

@@ -25,7 +25,7 @@ def outlines(regions: Regions, layer: Layer) -> list[Floats]:
 
 
 def _outlines_of_part(regions: Regions, members: Collection[int], above: Collection[int]) -> list[Floats]:
-    from scipy import ndimage  # type: ignore[import-untyped]
+    from scipy import ndimage
 
     cover = cover_of(regions, members, above)
     loops = [loop for loop in contours_of(cover.coverage) if abs(signed_area(loop)) >= AREA_MIN]

@@ -177,8 +177,8 @@ def _cycles(following: Integers) -> Integers:
 
 def _parts(tail: Integers, vertex_count: int) -> Integers:
     """Return the number of the connected part that each vertex is in."""
-    from scipy.sparse import coo_array  # type: ignore[import-untyped]
-    from scipy.sparse.csgraph import connected_components  # type: ignore[import-untyped]
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
 
     ends = tail.reshape(-1, 2)
     links = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(vertex_count, vertex_count))

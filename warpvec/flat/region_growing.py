@@ -61,7 +61,7 @@ def _is_steady(difference: Floats, axis: int) -> Mask:
 
 def _pure(right: Mask, below: Mask, width: int) -> Mask:
     """Return the pixels [h, w] of the squares in which all links to the right and below hold."""
-    from scipy import ndimage  # type: ignore[import-untyped]
+    from scipy import ndimage
 
     height, row_length = below.shape[0] + 1, right.shape[1] + 1
     if min(height, row_length) < width:

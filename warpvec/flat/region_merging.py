@@ -153,7 +153,7 @@ def _flip_halves(assignment: Assignment) -> None:
 
 def _join_nearest(assignment: Assignment, min_area: float) -> None:
     """Give pixels that are in no area of ``min_area`` pixels the label of the nearest one that is."""
-    from scipy import ndimage  # type: ignore[import-untyped]
+    from scipy import ndimage
 
     speck = specks_of(assignment, min_area)
     if speck.all() or not speck.any():

@@ -68,8 +68,8 @@ def _neighbour(across: Integers, path: Integers, length: Floats) -> int | None:
 
 def _regions(mapped: PlanarMap, owners: Integers) -> Integers:
     """Return the number of the connected part of one owner that each face is in [F]."""
-    from scipy.sparse import coo_array  # type: ignore[import-untyped]
-    from scipy.sparse.csgraph import connected_components  # type: ignore[import-untyped]
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
 
     sides = mapped.face.reshape(-1, 2)
     same = sides[owners[sides[:, 0]] == owners[sides[:, 1]]]

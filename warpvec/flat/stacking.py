@@ -158,7 +158,7 @@ def filled_areas(label: NDArray[np.int32], count: int) -> tuple[Integers, Mask]:
 
     A region is surrounded if most of its pixels are.
     """
-    from scipy import ndimage  # type: ignore[import-untyped]
+    from scipy import ndimage
 
     area, surrounds = np.zeros(count, np.int64), np.zeros((count, count), bool)
     pixels = np.bincount(label.ravel(), minlength=count)

@@ -101,7 +101,7 @@ def add_thin_parts(
 
 
 def _grown(mask: Mask, distance: int) -> Mask:
-    from scipy import ndimage  # type: ignore[import-untyped]
+    from scipy import ndimage
 
     grown: Mask = ndimage.maximum_filter(mask, 2 * distance + 1)
     return grown

@@ -222,7 +222,7 @@ def region_centers(error: NDArray[np.float32], count: int) -> NDArray[np.float64
     connected components (by sides) of pixels near that level, the largest is used up: its pixel nearest to its centroid
     is a position, and its pixels do not count for the next one.
     """
-    from scipy.ndimage import label  # type: ignore[import-untyped]
+    from scipy.ndimage import label
 
     levels = _error_levels(error)
     centers: list[tuple[float, float]] = []
