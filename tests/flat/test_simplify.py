@@ -163,3 +163,9 @@ def test_what_is_put_back_has_the_old_points():
     torch.testing.assert_close(back.segments[moved], scene.segments, atol=1e-4, rtol=0)
     same, _ = with_spans_back(simple, scene, choice, nothing, nothing)
     torch.testing.assert_close(same.segments, simple.segments, atol=1e-4, rtol=0)
+
+
+def test_an_empty_drawing_stays_empty(shapes):
+    found = simplify(shapes.select(torch.zeros(0, dtype=torch.int64)), picture(shapes), CONFIG)
+
+    assert (len(found.scene), found.dropped) == (0, 0)

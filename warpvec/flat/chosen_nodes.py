@@ -10,7 +10,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from warpvec.flat.fewest_spans import Choice, Outlines
+from warpvec.flat.fewest_spans import Choice
+from warpvec.flat.span_candidates import Outlines
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure

@@ -14,6 +14,7 @@ from warpvec.flat.circles import ellipse_of
 from warpvec.flat.outline_samples import OutlineSamples
 from warpvec.flat.path_removal import loop_areas
 from warpvec.flat.roundings import rounded_corners
+from warpvec.flat.span_candidates import HIDDEN
 from warpvec.flat.straight_lines import Lines, regular_anchors
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
@@ -56,7 +57,7 @@ def _ellipses(scene: Scene, samples: OutlineSamples) -> dict[int, np.ndarray]:
     sizes = np.diff(first)
     owner = np.repeat(np.arange(len(sizes)), sizes)
     areas = loop_areas(samples.control, owner, len(sizes))
-    weights, found = samples.visibility * samples.lengths, {}
+    weights, found = np.where(samples.visibility < HIDDEN, 0.0, samples.visibility * samples.lengths), {}
     for loop, area in enumerate(areas.tolist()):
         rows = slice(first[loop], first[loop + 1])
         ellipse = ellipse_of(samples.points[rows].reshape(-1, 2), weights[rows].reshape(-1))

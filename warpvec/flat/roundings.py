@@ -35,29 +35,41 @@ def rounded_corners(
     """
     anchor, leaving = control[:, 0].copy(), control[:, 1] - control[:, 0]
     arriving = (control[:, 2] - control[:, 3])[preceding]
+    rows, corner, u, v, turn, reach = _arcs(control, is_line, following, preceding)
+    half = np.tan(turn / 2.0)
+    reach = (_alike(reach / half, loop[rows]) * half)[:, None]
+    handle = reach * (4.0 / 3.0 * np.tan(turn / 4.0) / half)[:, None]
+    anchor[rows], anchor[following[rows]] = corner - reach * u, corner + reach * v
+    leaving[rows], arriving[following[rows]] = handle * u, -handle * v
+    arcs = np.zeros(len(control), np.bool_)
+    arcs[rows] = True
+    return anchor, leaving, arriving, arcs
+
+
+def _arcs(
+    control: Floats, is_line: NDArray[np.bool_], following: _Rows, preceding: _Rows
+) -> tuple[_Rows, Floats, Floats, Floats, Floats, Floats]:
+    """Return the curves between two lines that are nearly arcs.
+
+    Returns:
+        their rows [K], the corner of both lines [K, 2], the lines' directions [K, 2], the angle between these in
+        radians [K], and the mean distance of both ends from the corner [K].
+    """
     rows = np.flatnonzero(~is_line & is_line[following] & is_line[preceding] & (following != preceding))
     before, after = control[preceding[rows]], control[following[rows]]
     u, v = _unit(before[:, 3] - before[:, 0]), _unit(after[:, 3] - after[:, 0])
-    sine, cosine = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], (u * v).sum(1)
-    turn = np.arctan2(np.abs(sine), cosine)
+    sine = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    turn = np.arctan2(np.abs(sine), (u * v).sum(1))
     offset = after[:, 0] - before[:, 3]
     safe = np.where(np.abs(sine) < 1e-9, 1.0, sine)
     first = (offset[:, 0] * v[:, 1] - offset[:, 1] * v[:, 0]) / safe
     second = (offset[:, 1] * u[:, 0] - offset[:, 0] * u[:, 1]) / safe
     is_arc = (np.degrees(turn) >= TURN_MIN) & (np.degrees(turn) <= TURN_MAX) & (first > 0.0) & (second > 0.0)
     is_arc &= np.abs(first - second) <= UNEQUAL_MAX
-    is_arc &= _is_along(leaving[rows], u) & _is_along(-arriving[following[rows]], v)
-    corner = before[:, 3] + first[:, None] * u
-    half = np.tan(np.clip(turn, 0.0, 3.0) / 2.0)
-    radius = (first + second) / 2.0 / np.maximum(half, 1e-9)
-    rows, corner, u, v, half, turn, radius = (x[is_arc] for x in (rows, corner, u, v, half, turn, radius))
-    reach = (_alike(radius, loop[rows]) * half)[:, None]
-    handle = reach / half[:, None] * (4.0 / 3.0 * np.tan(turn / 4.0))[:, None]
-    anchor[rows], anchor[following[rows]] = corner - reach * u, corner + reach * v
-    leaving[rows], arriving[following[rows]] = handle * u, -handle * v
-    arcs = np.zeros(len(control), np.bool_)
-    arcs[rows] = True
-    return anchor, leaving, arriving, arcs
+    control = control[rows]
+    is_arc &= _is_along(control[:, 1] - control[:, 0], u) & _is_along(control[:, 3] - control[:, 2], v)
+    corner, reach = before[:, 3] + first[:, None] * u, (first + second) / 2.0
+    return rows[is_arc], corner[is_arc], u[is_arc], v[is_arc], turn[is_arc], reach[is_arc]
 
 
 def _alike(radius: Floats, loop: _Rows) -> Floats:

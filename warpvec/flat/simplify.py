@@ -21,9 +21,10 @@ from warpvec.flat.chosen_nodes import (
     with_spans_back,
     wrong_segments,
 )
-from warpvec.flat.fewest_spans import Choice, Outlines, fewest_spans
+from warpvec.flat.fewest_spans import Choice, fewest_spans
 from warpvec.flat.local_error import errors_near
 from warpvec.flat.outline_samples import Floats, control_points, sample_outlines
+from warpvec.flat.span_candidates import Outlines
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
 
@@ -79,6 +80,8 @@ def simplify(
         detail: root mean square in pixels by which an outline may move.
         iterations: of the fit of each round; 0 chooses nodes by their distances alone.
     """
+    if not len(scene):
+        return Simplified(scene, 0, 0)
     work = _Work(image, config, detail, iterations, Target(image, config, "cpu"))
     count, put_back, state = len(scene.segments), 0, _State.of(scene)
     before = work.error(scene)
