@@ -129,7 +129,7 @@ def alpha_error(original: Original, size: int, svg: str) -> int | None:
     truth = original.drawn(size, transparent=True)[..., 3].astype(int)
     if (truth == 255).all():
         return None
-    padded = np.pad(truth, 1, mode="edge")
+    padded = np.pad(truth, 1, constant_values=-1)  # the border of the canvas is an edge
     around = np.lib.stride_tricks.sliding_window_view(padded, (3, 3)).reshape(*truth.shape, 9)
     is_even = around.max(2) == around.min(2)
     drawn = _drawn(svg, truth[..., None], transparent=True)[..., 3].astype(int)

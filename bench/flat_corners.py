@@ -9,6 +9,7 @@ import numpy as np
 from flat_originals import stretched
 from numpy.typing import NDArray
 
+from warpvec.flat.cutout import cut_out
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
 from warpvec.svg.read import read_svg
@@ -20,9 +21,10 @@ CORNER_DEGREES = 30.0
 OWN_CORNER_DEGREES = 15.0
 """Least turn of a tracing that counts: its two sides may each be off by some degrees."""
 
-ARM = 1.0
-"""Pixels along the outline, on either side, between which the turn is measured, so that tiny arcs at a corner count as
-part of it."""
+ARMS = (1.0, 0.3)
+"""Pixels along the outline, on either side, between which the turn is measured. Corners of originals turn enough for
+both: a tiny arc at a corner counts as part of it, but the end of a thin ellipse is no corner. Those of tracings need to
+do so for the first only."""
 
 _STEPS = 16
 """Chords of a cubic."""
@@ -49,7 +51,9 @@ def scene_of(svg: str, width: int, height: int) -> Scene:
     return loaded.scene.scaled(width / loaded.width, height / loaded.height)
 
 
-def corners(scene: Scene, degrees: float) -> tuple[Points, Points, NDArray[np.int64]]:
+def corners(
+    scene: Scene, degrees: float, arms: tuple[float, ...] = ARMS[:1]
+) -> tuple[Points, Points, NDArray[np.int64]]:
     """Return place [k, 2], enclosed share of the turn around it [k], and path [k] of each corner."""
     structure = scene.structure
     first = structure.loop_first_segment.tolist()
@@ -57,12 +61,12 @@ def corners(scene: Scene, degrees: float) -> tuple[Points, Points, NDArray[np.in
     cubics = np.concatenate([scene.segments.numpy(), scene.segments[following, :1].numpy()], 1).astype(np.float64)
     owner = structure.segment_path.numpy()
     found = [(place, share, int(owner[start])) for start, stop in pairwise(first) for place, share in
-             _loop_corners(cubics[start:stop], math.radians(degrees))]  # fmt: skip
+             _loop_corners(cubics[start:stop], math.radians(degrees), arms)]  # fmt: skip
     places = np.array([place for place, _, _ in found]).reshape(-1, 2)
     return places, np.array([share for _, share, _ in found]), np.array([path for _, _, path in found], np.int64)
 
 
-def _loop_corners(cubics: Points, least: float) -> list[tuple[Points, float]]:
+def _loop_corners(cubics: Points, least: float, arms: tuple[float, ...]) -> list[tuple[Points, float]]:
     """Return the corners among the nodes of a loop of ``cubics`` [k, 4, 2]."""
     t = np.arange(_STEPS)[:, None] / _STEPS
     a, b, c, d = np.moveaxis(cubics, 1, 0)[:, :, None]
@@ -70,19 +74,26 @@ def _loop_corners(cubics: Points, least: float) -> list[tuple[Points, float]]:
     steps = np.roll(points, -1, axis=0) - points
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*steps.T))])
     whole = along[-1]
-    if whole < 4 * ARM:
+    if whole < 4 * max(arms):
         return []
     closed = np.concatenate([points, points[:1]])
-    nodes = along[:-1:_STEPS]
-    at = [np.stack([np.interp((nodes + arm) % whole, along, closed[:, axis]) for axis in (0, 1)], -1)
-          for arm in (-ARM, 0.0, ARM)]  # fmt: skip
-    behind, ahead = at[1] - at[0], at[2] - at[1]
-    turn = np.arctan2(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(1))
-    orientation = (
-        1.0 if (points[:, 0] * np.roll(points[:, 1], -1) - points[:, 1] * np.roll(points[:, 0], -1)).sum() > 0 else -1.0
+    turns = [_turns(along, closed, arm) for arm in arms]
+    is_corner = np.abs(turns).min(0) > least
+    area = (points[:, 0] * np.roll(points[:, 1], -1) - points[:, 1] * np.roll(points[:, 0], -1)).sum()
+    share = (math.pi - math.copysign(1.0, area) * turns[0]) / (2 * math.pi)
+    return [(cubics[k, 0], float(share[k])) for k in np.flatnonzero(is_corner)]
+
+
+def _turns(along: Points, closed: Points, arm: float) -> Points:
+    """Return by how much a polyline turns at every start of a cubic, in radians, between points ``arm`` px away."""
+    nodes, whole = along[:-1:_STEPS], along[-1]
+    places = ((nodes + distance) % whole for distance in (-arm, 0.0, arm))
+    behind, node, ahead = (
+        np.stack([np.interp(place, along, closed[:, axis]) for axis in (0, 1)], -1) for place in places
     )
-    share = (math.pi - orientation * turn) / (2 * math.pi)
-    return [(at[1][k], float(share[k])) for k in np.flatnonzero(np.abs(turn) > least)]
+    before, after = node - behind, ahead - node
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    return np.arctan2(cross, (before * after).sum(1))
 
 
 def seen_corners(svg: str, width: int, height: int) -> Points:
@@ -90,7 +101,7 @@ def seen_corners(svg: str, width: int, height: int) -> Points:
     factor = _SEEN_SIZE / max(width, height)
     columns, rows = round(width * factor), round(height * factor)
     scene = scene_of(svg, columns, rows)
-    places, shares, owners = corners(scene, CORNER_DEGREES)
+    places, shares, owners = corners(scene, CORNER_DEGREES, ARMS)
     whole = draw(write_svg(scene, columns, rows), columns, rows).astype(int)
     kept = []
     for path in np.unique(owners):
@@ -113,9 +124,11 @@ def _is_seen(changed: NDArray[np.bool_], place: Points, share: float) -> bool:
 def corner_distances(seen: Points, svg: str, width: int, height: int) -> Points:
     """Return the distance in pixels from each seen corner of the original to the nearest corner of the tracing ``svg``.
 
-    It is infinite if the tracing has none.
+    It is infinite if the tracing has none. Places where an outline meets one that covers it are corners as well.
     """
-    own = corners(scene_of(svg, width, height), OWN_CORNER_DEGREES)[0]
+    scene = scene_of(svg, width, height)
+    seen_parts = cut_out(scene, width, height).scene
+    own = np.concatenate([corners(each, OWN_CORNER_DEGREES)[0] for each in (scene, seen_parts)])
     if not len(seen):
         return np.zeros(0)
     if not len(own):
