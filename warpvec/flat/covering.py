@@ -60,7 +60,7 @@ def cover_of(regions: Regions, members: Collection[int], above: Collection[int])
     corner = np.array([left, top], np.float64)
     shown, visible, hides = mixed(part, is_member), visible[box], is_above[part.label]
     if not hides.any():
-        return Cover(shown, shown, hides, shown, corner)
+        return Cover(shown, shown, hides, np.full(shown.shape, np.inf), corner)
     height, width = regions.label.shape
     at_border = ((top == 0, bottom == height), (left == 0, right == width))
     from_out = _from_out(hides | visible, at_border)

@@ -21,8 +21,8 @@ FACING = np.cos(np.radians(25.0))
 """Cosine of the largest angle between an outline, where it goes beneath another shape, and the way to where it comes
 out again. A circle of which a sixth is hidden goes on at 30 degrees, half of it on either side."""
 
-PAIRS_MIN = 2
-"""Outlines that must go on from one region to the other: a band has two sides."""
+STRAIGHT = np.cos(np.radians(12.0))
+"""The same where an outline goes on so straight that one is enough. Else two are needed: a band has two sides."""
 
 ENDS_APART = 4.0
 """Pixels between two ends of one outline that count as two."""
@@ -60,17 +60,20 @@ def interrupted_pairs(regions: Regions, junctions: Junctions, order: list[int]) 
             if not same_paint(regions, first, second):
                 continue
             above = hides[:-1] & (place[:-1] > low) & (np.arange(len(regions)) != second)
-            count = 0
+            strength = 0
             for a, b in ((first, second), (second, first)):
                 leaving = np.nonzero(goes_under & (junctions.region == a))[0]
                 arriving = np.nonzero(comes_out & (junctions.region == b))[0]
-                count += _facing(regions, junctions, leaving, arriving, above)
-            if count >= PAIRS_MIN:
+                strength += _facing(regions, junctions, leaving, arriving, above)
+            if strength >= 2:
                 yield first, second
 
 
 def _facing(regions: Regions, junctions: Junctions, leaving: Integers, arriving: Integers, above: Mask) -> int:
-    """Return how many of the junctions ``leaving`` go on at one of those ``arriving``, hidden by regions ``above``."""
+    """Return how clearly outlines go on from junctions ``leaving`` to those ``arriving``, beneath regions ``above``.
+
+    Each that goes on straight counts 2, each other one that goes on 1.
+    """
     if not len(leaving) or not len(arriving):
         return 0
     way = junctions.point[arriving] - junctions.point[leaving][:, None]
@@ -78,7 +81,8 @@ def _facing(regions: Regions, junctions: Junctions, leaving: Integers, arriving:
     unit = way / np.maximum(length, 1e-9)[..., None]
     goes_on = -(junctions.back[leaving][:, None] * unit).sum(-1)
     comes_in = (junctions.forth[arriving] * unit).sum(-1)
-    faces = (np.minimum(goes_on, comes_in) > FACING) & (length > ENDS_APART)
+    straight = np.minimum(goes_on, comes_in)
+    faces = (straight > FACING) & (length > ENDS_APART)
     rows, columns = np.nonzero(faces)
     share = np.linspace(0.1, 0.9, SAMPLES)[:, None]
     start, end = junctions.point[leaving[rows]], junctions.point[arriving[columns]]
@@ -86,4 +90,6 @@ def _facing(regions: Regions, junctions: Junctions, leaving: Integers, arriving:
     height, width = regions.label.shape
     label = regions.label[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)]
     is_hidden = above[label].reshape(-1, SAMPLES).mean(1) > 0.9
-    return len(np.unique(rows[is_hidden]))
+    found = np.zeros(len(leaving), np.int64)
+    np.maximum.at(found, rows[is_hidden], np.where(straight[rows, columns][is_hidden] > STRAIGHT, 2, 1))
+    return int(found.sum())
