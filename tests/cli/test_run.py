@@ -300,7 +300,7 @@ def test_out_is_checked_before_the_photo_is_read(tmp_path: Path) -> None:
     none = tmp_path / "none.png"
     assert_refused(invoke("run", none, tmp_path / "missing" / "out.svg"), "OUT must be in", "missing")
     assert_refused(invoke("run", none, tmp_path), "OUT must name a file")
-    assert_refused(invoke("run", none, tmp_path / "out.png"), "OUT must end in .svg or .svgz", "out.png")
+    assert_refused(invoke("run", none, tmp_path / "out.png"), "OUT must end in .svg, .svgz, .pdf or .eps", "out.png")
     assert os.listdir(tmp_path) == []
 
 
