@@ -152,7 +152,8 @@ def test_save_writes_the_picture_of_the_file_as_a_png(photo: Photo, tmp_path: Pa
 
 @pytest.mark.usefixtures("quick_fit")
 def test_save_refuses_other_suffixes(photo: Photo, tmp_path: Path) -> None:
-    with pytest.raises(warpvec.InputError, match="^path must end in .svg, .svgz, .png, .pdf or .eps, got .*a.jpg'; rename it$"):
+    message = "^path must end in .svg, .svgz, .png, .pdf or .eps, got .*a.jpg'; rename it$"
+    with pytest.raises(warpvec.InputError, match=message):
         vectorize_briefly(photo).save(tmp_path / "a.jpg")
 
 
