@@ -129,3 +129,13 @@ def test_a_drawing_that_is_right_stays_as_it_is() -> None:
     for iterations in (1, 10, 100):
         result = warpvec.refine(photo, _wavy(64), iterations=iterations, threads=1)
         assert psnr(draw(result.svg(), 64, 64), photo) > 45.0
+
+
+def test_without_iterations_a_foreign_drawing_gets_no_canvas_and_no_settings() -> None:
+    photo = draw(_wavy(64), 64, 64)
+    result = warpvec.refine(photo, _wavy(64), iterations=0, threads=1)
+    assert "<rect" not in result.svg()
+    assert "<metadata" not in result.svg()
+    assert result.metrics["start_psnr"] == math.inf  # the given file is the photo itself
+    kept = warpvec.refine(photo, _moved(_wavy(64)), iterations=2, threads=1, gradients=1)
+    assert kept.metrics["start_psnr"] == pytest.approx(psnr(draw(_moved(_wavy(64)), 64, 64), photo))
