@@ -157,14 +157,17 @@ class _Work:
     def _put_back(
         self, state: _State, simple: Scene, choice: Choice, wrong: Mask, corner: Mask, error_max: float
     ) -> tuple[_State, int]:
-        """Return the scene ``simple`` with what was ``wrong`` [S] as before, or all as before if that is no good."""
+        """Return the scene ``simple`` with what was ``wrong`` [S] as before.
+
+        If that is worse than ``simple``, which is good enough, nothing is put back. If it is no good, all is.
+        """
         sizes = np.where(wrong, choice.size, 1)
         scene, row = with_spans_back(simple, state.scene, choice, wrong, corner)
-        is_good = float(self.error(scene).sum()) <= error_max
-        if not is_good:
-            return _State(state.scene, state.share * SHARE_AGAIN, np.zeros_like(state.may_smooth)), int(
-                choice.size.sum()
-            )
+        error, error_without = (float(self.error(each).sum()) for each in (scene, simple))
+        if error_without <= min(error, error_max):  # what is put back may no longer fit what has moved
+            return _State(simple, state.share[choice.first], state.may_smooth[choice.first]), 0
+        if error > error_max:
+            return _State(state.scene, state.share * SHARE_AGAIN, np.zeros_like(state.may_smooth)), len(wrong)
         share = state.share[row] * np.where(np.repeat(wrong, sizes), SHARE_AGAIN, 1.0)
         may_smooth = state.may_smooth[row]
         may_smooth[np.cumsum(sizes) - sizes] &= ~corner

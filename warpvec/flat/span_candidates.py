@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +26,9 @@ EXPOSURE, HIDDEN_MOVE, SWEEP_STEPS = 0.3, 12.0, 4
 """Distance in pixels from which a hidden part of an outline must stay hidden when it moves, the largest such move, and
 the places on its way at which that is checked."""
 
-LINE_TURN = 4.0
-"""Largest angle in degrees between a line and the tangent of a smooth node at its end."""
+LINE_TURN, TURN_MOVE = 4.0, 0.5
+"""Largest angle in degrees between a line and the tangent of a smooth node at its end, and the largest move in pixels
+of the handle beyond that node, which turns with the line. The outline there moves less than half as far."""
 
 LINE_LONG = 8.0
 """Visible length of a line in pixels from which it does not become part of a curve: it is straight on purpose."""
@@ -57,6 +59,14 @@ class Outlines:
     tangents: Floats
     loop_first: NDArray[np.int64]
 
+    @cached_property
+    def preceding(self) -> NDArray[np.int64]:
+        """Row before each in its loop [R]."""
+        found = np.arange(-1, len(self.is_line) - 1)
+        sizes = np.diff(self.loop_first)
+        found[self.loop_first[:-1][sizes > 0]] = self.loop_first[1:][sizes > 0] - 1
+        return found
+
 
 @dataclass(frozen=True, eq=False)
 class Spans:
@@ -77,7 +87,7 @@ def span_candidates(outlines: Outlines, detail: Floats) -> Iterator[Spans]:
     loop_start = np.repeat(outlines.loop_first[:-1], sizes)
     loop_size = np.repeat(sizes, sizes)
     rows = np.arange(len(loop_start))
-    corners = _corners(outlines, loop_start + (rows - loop_start - 1) % loop_size)
+    corners = _corners(outlines)
     is_open = np.ones(len(rows), np.bool_)  # spans from here that may be extended
     for size in range(1, SPAN_MAX + 1):
         first = rows[is_open & (loop_size > size)] if size > 1 else rows
@@ -100,9 +110,9 @@ def span_candidates(outlines: Outlines, detail: Floats) -> Iterator[Spans]:
         is_open = hopeful | hopeful[following] if size > 1 else np.ones(len(rows), np.bool_)
 
 
-def _corners(outlines: Outlines, preceding: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _corners(outlines: Outlines) -> NDArray[np.bool_]:
     """Return which nodes [R] are clear corners."""
-    samples = outlines.samples
+    samples, preceding = outlines.samples, outlines.preceding
     ahead = samples.points[:, 0] - samples.control[:, 0]
     behind = (samples.control[:, 3] - samples.points[:, -1])[preceding]
     product = np.linalg.norm(ahead, axis=1) * np.linalg.norm(behind, axis=1)
@@ -121,7 +131,10 @@ def _fitted(
     span, detail = spans_of(samples, members), detail[members].min(1)
     line = fit_lines(span.points, ends)
     line_cost, line_excess = _allowed(line, span, samples, detail)
-    line_cost[_is_turned(ends)] = np.inf
+    control, before = samples.control, outlines.preceding[first]
+    line_cost[_is_turned(ends, (control[before, 3] - control[before, 2], control[after, 1] - control[after, 0]))] = (
+        np.inf
+    )
     if members.shape[1] == 1:
         old, is_line = samples.control[first, 1:3], outlines.is_line[first]
         cost = np.stack([np.where(is_line, np.inf, 0.0), np.where(is_line, 0.0, line_cost)], 1)
@@ -168,12 +181,13 @@ def _stays_hidden(
     return found
 
 
-def _is_turned(ends: Ends) -> NDArray[np.bool_]:
-    """Return which lines turn away from the tangent at one of their ends."""
+def _is_turned(ends: Ends, handles: tuple[Floats, Floats]) -> NDArray[np.bool_]:
+    """Return which lines turn away from the tangent at one of their ends, beyond which there are ``handles`` [K, 2]."""
     chord = ends.end - ends.start
     unit = chord / np.maximum(np.linalg.norm(chord, axis=1), 1e-9)[:, None]
-    bound = np.cos(np.radians(LINE_TURN))
     turned = np.zeros(len(unit), np.bool_)
-    for tangent in (ends.leaving, ends.arriving):
-        turned |= tangent.any(1) & ((unit * tangent).sum(1) < bound)
+    for tangent, handle in zip((ends.leaving, ends.arriving), handles, strict=True):
+        sine = np.abs(unit[:, 0] * tangent[:, 1] - unit[:, 1] * tangent[:, 0])
+        away = (unit * tangent).sum(1) < np.cos(np.radians(LINE_TURN))
+        turned |= tangent.any(1) & (away | (sine * np.linalg.norm(handle, axis=1) > TURN_MOVE))
     return turned
