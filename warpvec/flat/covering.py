@@ -1,4 +1,4 @@
-"""How far a layer goes: what it shows, and what it may cover beneath the layers above."""
+"""The extent of a layer: what it shows, and what it may cover beneath the layers above."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which of two neighbours lies above the other: that whose outline goes on smoothly where a third paint meets both."""
+"""Order of neighbours: the one whose outline goes on smoothly where a third paint meets both lies above the other."""
 
 from __future__ import annotations
 

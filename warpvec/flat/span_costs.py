@@ -1,4 +1,4 @@
-"""What it costs to replace the outline between two nodes by one line or one cubic, for all pairs worth a try."""
+"""Costs of one line or one cubic in place of the outline between two nodes, for all pairs worth a try."""
 
 from __future__ import annotations
 
