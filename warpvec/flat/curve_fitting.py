@@ -22,8 +22,8 @@ TOLERANCE = 0.2
 
 
 NOISE_FACTOR, NOISE_TOLERANCE_MAX = 18.0, 0.6
-"""Tolerance per roughness of an outline, and the largest that roughness leads to. Anti-aliased edges have a roughness of
-0.005 px, faint ones in a JPEG of quality 80 have 0.02."""
+"""Tolerance per roughness of an outline, and the largest that roughness leads to. Anti-aliased edges have a roughness
+of 0.005 px, faint ones in a JPEG of quality 80 have 0.02."""
 
 
 def fit_loops(loops: Sequence[Floats], tolerance: float = TOLERANCE) -> list[tuple[Floats, Mask]]:
