@@ -45,8 +45,8 @@ FOLD_ROUNDS = 8
 HOLD_ROUNDS = 4
 """Times that held parts grow before the whole path is held."""
 
-GAIN_MIN, GAIN_STEPS = 1e-3, 4
-"""The fit ends once so many steps in a row gain less than this share of the loss, which is 0.004 dB."""
+GAIN_MIN, GAIN_STEPS = 5e-4, 4
+"""The fit ends once so many steps in a row gain less than this share of the loss, which is 0.002 dB."""
 
 POINT_FLOOR = 1.0
 """Share of the mean diagonal of all points that is added to that of each: points that the picture hardly holds would
