@@ -18,6 +18,7 @@ BASE = (
 """Options that keep a fit small; they come last on a command line, so that they hold."""
 
 NAMES = (
+    "mode", "detail", "cutout", "threshold", "size",
     "preset", "background", "curves", "max_bytes", "target_psnr", "gzip", "colors", "palette", "opacity", "opaque",
     "min_area", "lod", "trim", "no_metadata", "precision", "path_model", "segments", "degree", "backdrop", "iterations",
     "time_budget", "fit_size", "device", "threads", "seed", "renderer", "samples", "lines", "interior_gradient",
@@ -29,7 +30,9 @@ NAMES = (
 """Names of settings and goals."""
 
 _FLAGS = frozenset({"gzip", "opaque", "trim", "no_metadata"})
-_SWITCHES = frozenset({"lod", "interior_gradient", "covariance_gradient", "shorten_gap", "compensate", "flat"})
+_SWITCHES = frozenset(
+    {"lod", "interior_gradient", "covariance_gradient", "shorten_gap", "compensate", "flat", "cutout"}
+)
 
 _VALUES = (
     "0", "1", "-1", "2", "3", "8", "0.5", "1.01", "-0", "1e-9", "1e3", "1e308", "1e309", "-1e308", "nan", "inf",
@@ -37,7 +40,7 @@ _VALUES = (
     "9223372036854775808", "5%", "\ud800", "a\nb", "-", "--", "=", "red", "#123", "red,#123", "red,,", "free",
     "opaque", "white", "learned", "exact", "splat", "sides", "segments", "area", "creation", "replacement",
     "scaffolding", "cosine", "steps", "logit", "direct", "draft", "default", "best", "bezier-splatting", "cpu", "cuda",
-    "cuda:0", "cuda:-1", "cpu:1", "20k", "1.5M", "30",
+    "cuda:0", "cuda:-1", "cpu:1", "20k", "1.5M", "30", "photo", "mono", "90mm", "200%",
 )  # fmt: skip
 
 _FILES = (
@@ -45,7 +48,7 @@ _FILES = (
     "/dev/full", "out.svg", "out.svgz", "out.html", "out.png", "folder/out.svg", "missing/out.svg", "loop",
     "hidden/a.svg", "fit.ckpt", "settings.toml", "a\nb.svg", "-a.svg", "\udcff.svg", "x" * 255, "x" * 256,
     "../case/out.svg", "out.svg/a", "photo.png/", "=1+1.svg", "http://x.invalid/a.png", "s3://x/a.png", "~/a.svg",
-    "%d.png", "out.gif",
+    "%d.png", "out.gif", "out.pdf", "out.eps",
 )  # fmt: skip
 
 _COMMANDS: dict[str, tuple[int, tuple[str, ...]]] = {
