@@ -7,7 +7,7 @@ small block, and soft shading. Four shares of the picture measure that, and a we
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,7 +130,7 @@ def shares_of(levels: Levels, change: Levels) -> Shares:
 
 def _copy_of(image: NDArray[np.float32]) -> Levels:
     """Return the levels in [0, 255] of a copy of at most ``SIDE`` pixels, over white, without single wrong pixels."""
-    colors = image[..., :3]
+    colors: NDArray[np.floating[Any]] = image[..., :3]
     if image.shape[2] == 4:
         colors = 1.0 + image[..., 3:] * (colors - 1.0)
     picture = Image.fromarray(np.rint(255.0 * colors.clip(0.0, 1.0)).astype(np.uint8))
