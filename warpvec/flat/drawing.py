@@ -68,8 +68,9 @@ class FlatDrawing:
             scene = remove_paths(scene, self.image, self.config, detail).scene
         if len(scene) and not self.is_over():
             scene = simplify(scene, self.image, self._timed_config(), detail).scene
-            scene = regularize(scene, self.image, self._timed_config(), detail)
             scene = self._polished(scene, LAST_ITERATIONS)
+            # Last, as a fit would undo exact circles and level lines.
+            scene = regularize(scene, self.image, self._timed_config(), detail)
         history, interrupted = list(self._history), self.is_interrupted()
         return FitResult(self._snapped(scene), history, self._iterations, self.seconds(), interrupted, "cpu")
 
