@@ -48,6 +48,9 @@ HOLD_ROUNDS = 4
 GAIN_MIN, GAIN_STEPS = 5e-4, 4
 """The fit ends once so many steps in a row gain less than this share of the loss, which is 0.002 dB."""
 
+STEPS_MAX = 60
+"""Most matrices that are made, each of which takes as long as some fifteen evaluations."""
+
 POINT_FLOOR = 1.0
 """Share of the mean diagonal of all points that is added to that of each: points that the picture hardly holds would
 else run far with every step. With 0.1 or 10 the mean PSNR of four tracings is 0.4 dB lower."""
@@ -80,8 +83,9 @@ class LevenbergMarquardt:
     def steps(self, count: int) -> Iterator[Evaluation]:
         """Yield each evaluation of the loss, at most ``count``, until nothing improves it any more."""
         yield self._here
-        left, idle = count - 1, 0
-        while left > 0 and idle < GAIN_STEPS:
+        left, idle, made = count - 1, 0, 0
+        while left > 0 and idle < GAIN_STEPS and made < STEPS_MAX:
+            made += 1
             system = self._system()
             before = self._here.loss
             while left > 0 and self._damping < DAMPING_MAX:
