@@ -78,6 +78,10 @@ class _Chords:
         self._path = structure.segment_path.cpu().numpy().astype(np.int64)
         self._least, self._most = points.min(1), points.max(1)
         self._start, self._end = points[:, :-1].reshape(-1, 2), points[:, 1:].reshape(-1, 2)
+        self._chord_boxes = [
+            (np.minimum(start, end).reshape(-1, CHORDS), np.maximum(start, end).reshape(-1, CHORDS))
+            for start, end in zip(self._start.T, self._end.T, strict=True)
+        ]
         first = structure.loop_first_segment.cpu().numpy().astype(np.int64) * CHORDS
         self._loop = np.repeat(np.arange(len(first) - 1), np.diff(first))
         self._areas = _sums(_cross(self._start, self._end))
@@ -118,13 +122,14 @@ class _Chords:
 
     def crossings(self, one: Rows, other: Rows) -> tuple[Rows, Rows]:
         """Return the chords of pairs of rows that cross, the earlier one and the later one of each pair of chords."""
-        steps = np.arange(CHORDS)
-        first = (CHORDS * one[:, None, None] + steps[:, None]) + np.zeros_like(steps)
-        second = (CHORDS * other[:, None, None] + steps) + np.zeros_like(steps)[:, None]
-        fits = first < second  # a row with itself: each pair of chords once
-        fits &= (np.maximum(self._start, self._end)[first] >= np.minimum(self._start, self._end)[second]).all(-1)
-        fits &= (np.maximum(self._start, self._end)[second] >= np.minimum(self._start, self._end)[first]).all(-1)
-        low, high = first[fits], second[fits]
+        fits = np.ones((len(one), CHORDS, CHORDS), np.bool_)
+        for least, most in self._chord_boxes:
+            fits &= most[one][:, :, None] >= least[other][:, None, :]
+            fits &= most[other][:, None, :] >= least[one][:, :, None]
+        pair, first, second = np.nonzero(fits)
+        low, high = CHORDS * one[pair] + first, CHORDS * other[pair] + second
+        is_new = low < high  # a row with itself: each pair of chords once
+        low, high = low[is_new], high[is_new]
         a, b, c, d = self._start[low], self._end[low], self._start[high], self._end[high]
         is_across = (_side(a, b, c) * _side(a, b, d) < 0) & (_side(c, d, a) * _side(c, d, b) < 0)
         return low[is_across], high[is_across]

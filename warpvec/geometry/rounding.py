@@ -32,10 +32,25 @@ def round_nodes(scene: Scene, precision: int) -> Scene:
     along = joints.directions(anchor, leaving, arriving)
     smooth = joints.is_smooth
     exact, (leaving, arriving) = (leaving[smooth], arriving[smooth]), (leaving.round(), arriving.round())
-    leaving[smooth], arriving[smooth] = _along(exact[0], along[smooth]), -_along(-exact[1], along[smooth])
+    leaving[smooth], arriving[smooth] = _turned(exact[0], along[smooth]), -_turned(-exact[1], along[smooth])
     following = joints.following
     segments = torch.stack([anchor, anchor + leaving, anchor[following] + arriving[following]], 1)
     return replace(scene, segments=(segments / 10**precision).to(scene.segments.dtype))
+
+
+def _turned(handle: Tensor, direction: Tensor) -> Tensor:
+    """Return `_along`, which is the nearest whole numbers where these turn little, as those of long handles do."""
+    nearest = handle.round()
+    turns = _turn(nearest, direction) > TURN_MAX
+    nearest[turns] = _along(handle[turns], direction[turns])
+    return nearest
+
+
+def _turn(handle: Tensor, direction: Tensor) -> Tensor:
+    """Return the angle [...] between each ``handle`` [..., 2] and its ``direction`` [..., 2]; infinity for none."""
+    along = (handle * direction).sum(-1)
+    across = handle[..., 0] * direction[..., 1] - handle[..., 1] * direction[..., 0]
+    return torch.where((handle == 0).all(-1), math.inf, torch.atan2(across.abs(), along))
 
 
 def _along(handle: Tensor, direction: Tensor) -> Tensor:
@@ -46,10 +61,7 @@ def _along(handle: Tensor, direction: Tensor) -> Tensor:
     steps = torch.arange(-REACH, REACH + 1, dtype=handle.dtype, device=handle.device)
     offsets = torch.cartesian_prod(steps, steps)
     tried = handle.round()[:, None] + offsets
-    along = (tried * direction[:, None]).sum(2)
-    across = tried[..., 0] * direction[:, None, 1] - tried[..., 1] * direction[:, None, 0]
-    turn = torch.atan2(across.abs(), along)
-    turn = torch.where((tried == 0).all(2), math.inf, turn)
+    turn = _turn(tried, direction[:, None])
     off = (tried - handle[:, None]).norm(dim=2)
     cost = off + 4 * REACH * (turn - TURN_MAX).clamp_min(0.0) / TURN_MAX
     best = cost.argmin(1)
