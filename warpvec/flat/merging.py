@@ -55,11 +55,13 @@ def interrupted_pairs(regions: Regions, junctions: Junctions, order: list[int]) 
     # The last entry stands for what lies beyond the picture.
     goes_under = hides[junctions.after] & (place[junctions.after] > place[junctions.region])
     comes_out = hides[junctions.before] & (place[junctions.before] > place[junctions.region])
-    for low, first in enumerate(order):
-        for second in order[low + 1 :]:
+    touched = set(junctions.region[goes_under | comes_out].tolist())
+    candidates = [region for region in order if region in touched]  # most letters of a text touch nothing above them
+    for index, first in enumerate(candidates):
+        for second in candidates[index + 1 :]:
             if not same_paint(regions, first, second):
                 continue
-            above = hides[:-1] & (place[:-1] > low) & (np.arange(len(regions)) != second)
+            above = hides[:-1] & (place[:-1] > place[first]) & (np.arange(len(regions)) != second)
             strength = 0
             for a, b in ((first, second), (second, first)):
                 leaving = np.nonzero(goes_under & (junctions.region == a))[0]
