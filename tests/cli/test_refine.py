@@ -1,5 +1,6 @@
 """`warpvec refine`: the paths it keeps and adds, and drawings it refuses."""
 
+import json
 import re
 from pathlib import Path
 
@@ -53,6 +54,16 @@ def test_an_own_file_gets_better_and_keeps_its_paths_and_layers(photo: Path, dra
     before, after = (read_svg(path.read_bytes()).scene for path in (drawing, out))
     assert after.generation.tolist() == before.generation.tolist()
     assert quality(photo, out) > quality(photo, drawing) + 0.5
+
+
+def test_a_drawing_that_is_right_is_written_unchanged(photo: Path) -> None:
+    given, out = photo.with_name("given.svg"), photo.with_name("out.svg")
+    given.write_text(FOREIGN)
+    Image.fromarray(draw(FOREIGN, 96, 64)).save(photo)
+    result = refine(photo, given, out)
+    assert "nothing better than the given drawing, which is written unchanged" in result.stdout
+    assert out.read_bytes() == given.read_bytes()
+    assert json.loads(refine(photo, given, out, "--json").stdout)["unchanged"]
 
 
 def test_more_curves_come_on_top_in_new_layers(photo: Path, drawing: Path) -> None:

@@ -81,6 +81,7 @@ def test_a_drawing_gets_no_worse_and_keeps_its_structure(iterations: int) -> Non
     assert result.metrics["start_psnr"] == pytest.approx(start_psnr, abs=0.5)
     assert end_psnr >= start_psnr
     if iterations == 60:
+        assert not result.metrics["unchanged"]
         assert end_psnr > start_psnr + 8.0
     assert after.opacity[0] == 1.0
     first, second = Joints.of(before), Joints.of(after)
@@ -128,7 +129,17 @@ def test_a_drawing_that_is_right_stays_as_it_is() -> None:
     photo = draw(_wavy(64), 64, 64)
     for iterations in (1, 10, 100):
         result = warpvec.refine(photo, _wavy(64), iterations=iterations, threads=1)
-        assert psnr(draw(result.svg(), 64, 64), photo) > 45.0
+        assert result.svg() == _wavy(64)
+        assert result.metrics["unchanged"]
+        assert result.metrics["psnr"] == math.inf
+
+
+def test_a_drawing_is_written_anew_if_an_option_asks_for_a_change() -> None:
+    photo, given = draw(_wavy(64), 64, 64), _wavy(64).replace("</svg>", "<metadata>x</metadata></svg>")
+    for options in ({"size": "90mm"}, {"trim": True}, {"metadata": False}, {"opacity": "opaque"}):
+        result = warpvec.refine(photo, given, iterations=2, threads=1, **options)
+        assert not result.metrics["unchanged"], options
+        assert "<metadata>x<" not in result.svg()
 
 
 def test_without_iterations_a_foreign_drawing_gets_no_canvas_and_no_settings() -> None:

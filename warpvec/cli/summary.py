@@ -74,6 +74,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     ]
     if metrics.get("start_psnr") is not None:
         lines[-1] += ", before {start_psnr:.2f} dB (the given file)"
+    if metrics.get("unchanged"):
+        lines.append("the fit found nothing better than the given drawing, which is written unchanged")
     if "internal_psnr" in metrics:
         if verbose or metrics["renderer"] == "splat":
             lines.append(f"PSNR {{internal_psnr:.2f}} dB inside the fit ({_INTERNAL_IMAGES[metrics['renderer']]})")

@@ -22,7 +22,7 @@ from warpvec.image.metrics import psnr
 from warpvec.image.read import ImageSource, read_image
 from warpvec.inputs import read_file
 from warpvec.rendering.launch import resolve_device
-from warpvec.svg.document import MAX_SVG_BYTES
+from warpvec.svg.document import MAX_SVG_BYTES, read_text
 from warpvec.svg.measure import draw_like
 from warpvec.svg.read import LoadedSvg, read_svg
 from warpvec.vectorization.api import fit_photo, title_of
@@ -56,7 +56,8 @@ def refine(
     """Fit the paths of ``svg`` to ``image``.
 
     Unless paths are added or removed, the drawing keeps its size and structure, and gets no worse: see
-    `warpvec.fit.polish.polish`.
+    `warpvec.fit.polish.polish`. If the given file, as resvg draws it, is at least as good as all that the fit found,
+    its text is the result, unchanged.
 
     Args:
         image: the photo, as `warpvec.vectorize` takes it.
@@ -214,12 +215,30 @@ def refine_photo(
         form: what the file keeps of the drawing.
         iterations: instead of those of ``config``.
         free: as in `refine`.
-        given: the file of the drawing, whose PSNR becomes ``start_psnr``.
+        given: the file of the drawing, whose PSNR becomes ``start_psnr``. If it is as good as the result, and nothing
+            asks for a change, its text is written unchanged.
     """
     if iterations != 0 and not is_transparent(photo):
         start = over_white(start)
     result = _fitted(photo, start, config, goal, title, on_progress, file_options, form, iterations, free)
-    return result if given is None else replace(result, start_psnr=psnr(draw_like(given, photo), photo))
+    if given is None:
+        return result
+    result = replace(result, start_psnr=psnr(draw_like(given, photo), photo))
+    is_fit = keeps_structure(config, start, goal) and iterations != 0
+    return _not_worse(result, read_text(given)) if is_fit else result
+
+
+def _not_worse(result: Result, given: str) -> Result:
+    """Return ``result`` with the text of the ``given`` file if this is as good, and no option asks for a change.
+
+    A file can state more than a scene does, such as a gradient of many stops or a stroke, and with more decimals.
+    """
+    options = result.file_options
+    changes_file = options.trim or options.size is not None or (not options.metadata and "<metadata" in given)
+    if changes_file or result.config.opacity == "opaque":
+        return result
+    assert result.start_psnr is not None
+    return replace(result, unchanged=given) if result.start_psnr >= result.file_psnr else result
 
 
 def _fitted(

@@ -60,6 +60,7 @@ class Result:
         start_psnr: PSNR in dB of the drawing that the fit began with, None without one.
         layer_names: names of the layers by generation; None for numbers.
         choice: the mode that the picture asked for, and why; None if a setting decided it.
+        unchanged: text of the given file, if the result is that file as it came in; None if the file shows `scene`.
     """
 
     photo: NDArray[np.float32]
@@ -74,6 +75,7 @@ class Result:
     start_psnr: float | None = None
     layer_names: dict[int, str] | None = None
     choice: Choice | None = None
+    unchanged: str | None = None
 
     def __repr__(self) -> str:
         height, width = self.photo.shape[:2]
@@ -185,8 +187,9 @@ class Result:
         the fit's own renderer: for "exact" that of `render` against the photo, for "splat" that of `soft_image` against
         the reduced photo. The image is first clamped and rounded to 8 bits, which changes the PSNR by 0.01 dB at 32 dB.
         ``conversion_px`` is the largest distance of the file's cubics from the fitted curves, in pixels of the photo,
-        before rounding. ``bytes`` and ``gzip_bytes`` are sizes of the SVG text, plain and gzipped. ``levels`` lists
-        ``curves`` and ``psnr`` of each prefix of the layers, after a fit with ``lod``. ``goal`` holds the `goal_facts`.
+        before rounding. ``unchanged`` tells if the file is the given one as it came in. ``bytes`` and
+        ``gzip_bytes`` are sizes of the SVG text, plain and gzipped. ``levels`` lists ``curves`` and ``psnr`` of each
+        prefix of the layers, after a fit with ``lod``. ``goal`` holds the `goal_facts`.
         """
         height, width = self.photo.shape[:2]
         opacity = self.scene.opacity
@@ -196,6 +199,7 @@ class Result:
             "mode_reason": None if self.choice is None else self.choice.reason,
             "renderer": self.config.renderer,
             "start_psnr": self.start_psnr,
+            "unchanged": self.unchanged is not None,
             "internal_psnr": self._internal_psnr(),
             "degree": self.fitted.scene.degree,
             "conversion_px": self._cubics[1],
@@ -274,6 +278,8 @@ class Result:
 
     @cached_property
     def _text(self) -> str:
+        if self.unchanged is not None:
+            return self.unchanged
         form = self.form or FileForm((self.photo.shape[0], self.photo.shape[1]), self.config.precision, self.title)
         metadata = (form.metadata or self._settings()) if self.file_options.metadata else None
         scene, (rows, columns) = self.scene.scaled(*self._units), form.size

@@ -50,8 +50,9 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
 
     SVG is a file of warpvec, or any file of filled paths. Content of other kinds is reported. OUT has the size,
     the layers and the paths of the drawing: lines stay lines, smooth nodes smooth, opaque paths opaque, and no path
-    crosses itself more often; --free lifts these bounds. The file is never worse than the drawing. --iterations 0
-    writes the drawing as it was read. --opaque first makes every path opaque, which may make it worse.
+    crosses itself more often; --free lifts these bounds. The file is never worse than the drawing: if the
+    fit finds nothing better, it is the drawing unchanged. --iterations 0 writes the drawing as it was read. --opaque
+    first makes every path opaque, which may make it worse.
 
     If --curves is above the number of paths, new ones are added on top where the picture is worst; if it is below,
     those that matter least are removed. With these, a goal, --recycle-gap, --gradients, --colors, --palette, --lod or
