@@ -107,6 +107,15 @@ def test_specks_are_left_out() -> None:
     assert len(find_regions(image, min_area=50)) == 1
 
 
+def test_dots_of_letters_stay_and_faint_specks_go() -> None:
+    letter = '<rect x="60" y="60" width="8" height="40"/>'
+    dotted = drawn(letter + '<rect x="63" y="50.1" width="1.3" height="1.7"/>', 256, 256)
+    assert len(find_regions(dotted)) == 3
+    assert len(find_regions(dotted, min_area=5)) == 2
+    faint = drawn(letter + '<rect x="63" y="50" width="2" height="1" fill="#ddd"/>', 256, 256)
+    assert len(find_regions(faint)) == 2
+
+
 def test_holes_and_surroundings_are_clear_regions() -> None:
     image = drawn('<path d="M20,20H100V100H20Z M40,40V70H70V40Z" fill="#090" fill-rule="evenodd"/>', transparent=True)
     image[..., :3] = np.where(image[..., 3:] == 0, 0.7, image[..., :3])  # The colour of clear pixels says nothing.

@@ -14,10 +14,12 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.polish import PATHS_EXACT_MAX, VALUES_EXACT_MAX, polish
 from warpvec.fit.progress import FitResult, OnProgress, Progress
+from warpvec.flat.curve_fitting import TOLERANCE
 from warpvec.flat.fewer_colors import with_colors, with_palette
 from warpvec.flat.fewer_paths import with_fewer_paths
+from warpvec.flat.fewer_regions import with_fewer_regions
 from warpvec.flat.path_removal import remove_paths
-from warpvec.flat.regions import AREA_MIN, Regions, find_regions
+from warpvec.flat.regions import Regions, find_regions
 from warpvec.flat.regularity import regularize
 from warpvec.flat.scene_building import scene_of
 from warpvec.flat.simplify import simplify
@@ -31,6 +33,10 @@ four pictures is 0.2 dB higher, for 1.3 times the time of the whole run."""
 
 GRADIENT_STEPS = 6
 """Steps by gradients alone, with which large drawings are fitted, in place of each iteration."""
+
+SMALL_SIDE, SMALL_TOLERANCE = 128, 0.14
+"""Longer side of small pictures in pixels, and the largest distance in pixels of their traced outlines from the curves:
+they are shown several times larger. The mean PSNR of icons at four times their size is 0.8 dB higher so."""
 
 SNAP = 2.5 / 255.0
 """A fitted colour that differs by less in every channel from what the inside of its region shows is that colour:
@@ -86,8 +92,10 @@ class FlatDrawing:
     def _outlines(self) -> Scene:
         """Return the outlines of the regions, with more nodes than they need, fitted to the picture."""
         if self._outlined is None:
-            regions = self._repainted(find_regions(self.image.numpy(), max(AREA_MIN, self.config.min_area)))
-            traced = self._on_canvas(scene_of(regions))
+            found = find_regions(self.image.numpy(), self.config.min_area)
+            regions = self._repainted(with_fewer_regions(found))
+            tolerance = TOLERANCE if max(self.image.shape[:2]) >= SMALL_SIDE else SMALL_TOLERANCE
+            traced = self._on_canvas(scene_of(regions, tolerance, is_over=self.is_over))
             # Numbered, so that a path that stays finds its colour again.
             self._traced = replace(traced, generation=torch.arange(len(traced)))
             fewer = with_fewer_paths(self._traced, self.image, self.config, self.config.curves)

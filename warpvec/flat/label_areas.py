@@ -68,12 +68,6 @@ def _joined(areas: Integers, pairs: Integers) -> Integers:
     return number[areas]
 
 
-def specks_of(assignment: Assignment, min_area: float) -> Mask:
-    """Return the pixels [h, w] in connected areas of one label smaller than ``min_area``."""
-    areas = areas_of(assignment)
-    return (np.bincount(areas.ravel()) < min_area)[areas]
-
-
 def most_contact(areas: Integers, label: Integers) -> Floats:
     """Return for each area the largest part of its border that one label has on the other side."""
     rows = [

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from warpvec.flat.assignment import Assignment, colors_of, unmix
 from warpvec.flat.denoising import Tolerances
 from warpvec.flat.hairlines import keep_hairlines
-from warpvec.flat.label_areas import areas_of, most_contact, specks_of
+from warpvec.flat.label_areas import areas_of, most_contact
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import NONE
+from warpvec.flat.specks import SpeckLimits, specks_of
 from warpvec.flat.unmixing import FAR_SHARE_MAX, triple_shares
 from warpvec.geometry.gradients import FLAT
 
@@ -70,9 +71,10 @@ def _equal_ramps(paints: Paints) -> Integers:
 
 
 def merge_regions(
-    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, min_area: float, canvas: int | None
-) -> tuple[Assignment, Paints]:
-    """Return regions that are connected, of at least ``min_area`` pixels, and of other paints than their neighbours."""
+    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
+    canvas: int | None,
+) -> tuple[Assignment, Paints]:  # fmt: skip
+    """Return regions that are connected, no specks by ``limits``, and of other paints than their neighbours."""
     area = np.bincount(assignment.label.ravel(), minlength=len(paints))
     pool = pool_paints(paints, area, tolerances)
     for part in (assignment.label, assignment.other):
@@ -81,7 +83,7 @@ def merge_regions(
     keep_hairlines(assignment, tolerances.noise > 0)
     for only_new in (True, False):
         _drop_redundant(picture, assignment, paints, tolerances, only_new)
-    _drop_specks(picture, assignment, paints, tolerances, min_area, canvas)
+    _drop_specks(picture, assignment, paints, tolerances, limits, canvas)
     return _split(assignment, paints, tolerances.reach)
 
 
@@ -125,18 +127,19 @@ def _shines_through(
 
 
 def _drop_specks(
-    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, min_area: float, canvas: int | None
-) -> None:
-    """Give the pixels of areas smaller than ``min_area`` to the regions around, first to those in reach."""
+    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
+    canvas: int | None,
+) -> None:  # fmt: skip
+    """Give the pixels of specks to the regions around, first to those in reach."""
     _flip_halves(assignment)
     for radius in (tolerances.reach, 1):
-        speck = specks_of(assignment, min_area)
+        speck = specks_of(assignment, paints, tolerances.metric, limits)
         if speck.all() or not speck.any():
             return
         assignment.anchors[...] = np.where(speck, NONE, assignment.anchors if radius > 1 else assignment.label)
         assignment.is_pure[speck] = False
         unmix(assignment, speck, picture, paints, tolerances, canvas if radius > 1 else None, radius)
-    _join_nearest(assignment, min_area)
+    _join_nearest(assignment, paints, tolerances, limits)
 
 
 def _flip_halves(assignment: Assignment) -> None:
@@ -151,11 +154,11 @@ def _flip_halves(assignment: Assignment) -> None:
     assignment.share[flipped] = 0.5
 
 
-def _join_nearest(assignment: Assignment, min_area: float) -> None:
-    """Give pixels that are in no area of ``min_area`` pixels the label of the nearest one that is."""
+def _join_nearest(assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits) -> None:
+    """Give pixels of specks the label of the nearest pixel that is in none."""
     from scipy import ndimage
 
-    speck = specks_of(assignment, min_area)
+    speck = specks_of(assignment, paints, tolerances.metric, limits)
     if speck.all() or not speck.any():
         return
     row, column = ndimage.distance_transform_edt(speck, return_distances=False, return_indices=True)[:, speck]

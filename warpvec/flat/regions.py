@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.flat.assignment import assign
-from warpvec.flat.denoising import SHARP_REACH, measure_tolerances
+from warpvec.flat.denoising import SHARP_REACH, Tolerances, measure_tolerances
 from warpvec.flat.paint_fitting import fit_paints, smooth_seams
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import NONE
 from warpvec.flat.region_merging import merge_regions
 from warpvec.flat.seeding import find_seeds
+from warpvec.flat.specks import SpeckLimits
 from warpvec.flat.thin_parts import add_thin_parts
 from warpvec.geometry.gradients import FLAT
 
@@ -22,6 +23,9 @@ Integers = NDArray[np.int32]
 
 AREA_MIN, AREA_MIN_OF_ICONS = 4.0, 2.0
 """Areas of fewer pixels are specks; in small pictures each pixel was placed to be seen."""
+
+CLEAR_AREA_MIN = 1.5
+"""The same for areas of clean pictures that stand out, as the dot of an i does in text of a screen."""
 
 SOFT_AREA_MIN = 0.5
 """Area of a speck in pictures with soft edges, as a part of the square of their reach: blur hides them."""
@@ -79,18 +83,19 @@ def find_regions(image: Floats, min_area: float = 0.0) -> Regions:
 
     Args:
         image: picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
-        min_area: areas of fewer pixels are left out, and in any case those of fewer than two to four.
+        min_area: areas of fewer pixels are left out, and in any case those of fewer than two to four,
+            unless they stand out.
     """
     picture, straight = premultiplied(image), with_alpha(image)
     tolerances = measure_tolerances(picture)
-    min_area = max(min_area, _least_area(image.shape, tolerances.reach))
+    limits = _speck_limits(min_area, image.shape, tolerances)
     seeds = find_seeds(picture, straight, tolerances)
     paints, seeds, seams = fit_paints(straight, seeds, tolerances)
     canvas = find_canvas(seeds, paints)
     assignment = assign(picture, seeds, paints, tolerances, canvas)
     smooth_seams(assignment, seams)
-    paints = add_thin_parts(picture, assignment, paints, tolerances, min_area, canvas)
-    assignment, paints = merge_regions(picture, assignment, paints, tolerances, min_area, canvas)
+    paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas)
+    assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas)
     canvas = find_canvas(assignment.label, paints)
     return Regions(
         assignment.label, assignment.other, assignment.share, paints.color, paints.opacity, paints.kind,
@@ -98,11 +103,14 @@ def find_regions(image: Floats, min_area: float = 0.0) -> Regions:
     )  # fmt: skip
 
 
-def _least_area(shape: tuple[int, ...], reach: int) -> float:
-    """Return the area in pixels below which an area is a speck, whatever was asked for."""
-    if reach > SHARP_REACH:
-        return SOFT_AREA_MIN * reach**2
-    return AREA_MIN if max(shape[:2]) > ICON_SIZE else AREA_MIN_OF_ICONS
+def _speck_limits(min_area: float, shape: tuple[int, ...], tolerances: Tolerances) -> SpeckLimits:
+    """Return the areas in pixels below which areas are specks, at least the ``min_area`` asked for."""
+    if tolerances.reach > SHARP_REACH:
+        least = SOFT_AREA_MIN * tolerances.reach**2
+        return SpeckLimits(max(min_area, least), max(min_area, least))
+    least = AREA_MIN if max(shape[:2]) > ICON_SIZE else AREA_MIN_OF_ICONS
+    clear = least if tolerances.noise > 0 else CLEAR_AREA_MIN
+    return SpeckLimits(max(min_area, least), max(min_area, clear))
 
 
 def with_alpha(image: Floats) -> Floats:

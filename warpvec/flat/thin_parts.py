@@ -12,6 +12,7 @@ from warpvec.flat.denoising import Tolerances
 from warpvec.flat.paint_fitting import flat_paints
 from warpvec.flat.paints import Paints
 from warpvec.flat.region_growing import connected_areas, pixels_of
+from warpvec.flat.specks import CLEAR_CONTRAST, SpeckLimits
 from warpvec.flat.unmixing import FAR_SHARE_MAX, pair_shares, triple_shares
 
 Floats = NDArray[np.float32]
@@ -72,8 +73,9 @@ class _Shares:
 
 
 def add_thin_parts(
-    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, min_area: float, canvas: int | None
-) -> Paints:
+    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
+    canvas: int | None,
+) -> Paints:  # fmt: skip
     """Add regions for what ``assignment`` does not explain, and return all paints."""
     given_up = np.zeros(assignment.label.shape, bool)
     for _ in range(ROUNDS_MAX):
@@ -81,7 +83,7 @@ def add_thin_parts(
         new = np.zeros(areas.shape, bool)
         for pixels in pixels_of(areas):
             rows, columns = np.divmod(pixels, areas.shape[1])
-            found = _explain(rows, columns, picture, assignment, paints, tolerances, min_area)
+            found = _explain(rows, columns, picture, assignment, paints, tolerances, limits)
             if found is None:
                 # What else the area shows may be explained without its worst pixels.
                 residual = assignment.residual[rows, columns]
@@ -109,7 +111,7 @@ def _grown(mask: Mask, distance: int) -> Mask:
 
 def _explain(
     rows: NDArray[np.intp], columns: NDArray[np.intp], picture: Floats, assignment: Assignment, paints: Paints,
-    tolerances: Tolerances, min_area: float,
+    tolerances: Tolerances, limits: SpeckLimits,
 ) -> tuple[Paints, Mask] | None:  # fmt: skip
     """Return the paint of an unexplained area and the pixels of it that belong to it, or None for a speck."""
     residual = assignment.residual[rows, columns]
@@ -126,7 +128,8 @@ def _explain(
     chosen = _shares_of(value[None], rows, columns, picture, assignment, paints, metric)
     share, rest = chosen.share[:, 0], chosen.rest[:, 0]
     is_anchor = (share >= ANCHOR_SHARE) & (rest <= np.maximum(0.5 * residual, tolerances.mix))
-    return (_paint_of(value), is_anchor) if share[is_anchor].sum() >= min_area else None
+    least = limits.clear_area if residual.max() >= CLEAR_CONTRAST else limits.area
+    return (_paint_of(value), is_anchor) if share[is_anchor].sum() >= least else None
 
 
 def _own_colors(color: Floats, residual: Floats) -> Floats:
