@@ -101,6 +101,8 @@ def _fitted(points: Floats, weights: Floats, count: int) -> Ellipse | None:
     """
     centre = np.average(points, axis=0, weights=weights)
     scale = float(np.sqrt(np.average(np.square(points - centre).sum(1), weights=weights)))
+    if scale <= 0.0:  # all that the picture shows of it is one point
+        return None
     x, y = ((points - centre) / scale).T
     quadratic = {3: [x * x + y * y], 4: [x * x, y * y], 5: [x * x, x * y, y * y]}[count]
     terms = np.stack([*quadratic, x, y], 1)

@@ -50,7 +50,9 @@ class Junctions(NamedTuple):
 
 def find_junctions(regions: Regions, shown: Integers) -> Junctions:
     """Return the junctions of all regions ``shown`` [n]."""
-    found = [part for region in shown for part in _junctions_of(regions, int(region))]
+    labels = np.pad(regions.label, 1, constant_values=NO_NEIGHBOUR)
+    boxes = boxes_of(regions)
+    found = [part for region in shown for part in _junctions_of(regions, int(region), labels, boxes[region])]
     if not found:
         none, pairs = np.zeros(0, np.int64), np.zeros((0, 2))
         return Junctions(none, none, none, np.zeros(0), pairs, pairs, pairs)
@@ -90,13 +92,17 @@ def border_shares(label: Integers, count: int) -> Floats:
     return length / np.maximum(length.sum(1, keepdims=True), 1.0)
 
 
-def _junctions_of(regions: Regions, region: int) -> Iterator[Junctions]:
-    """Yield the junctions of each loop of the outline of ``region``."""
-    loops, corner = region_contours(regions, region)
+def _junctions_of(
+    regions: Regions, region: int, labels: Integers, box: tuple[slice, slice] | None
+) -> Iterator[Junctions]:
+    """Yield the junctions of each loop of the outline of ``region``, which lies in ``box``.
+
+    The map ``labels`` [h + 2, w + 2] of the regions has a margin of ``NO_NEIGHBOUR``.
+    """
+    loops, corner = region_contours(regions, region, box)
     if not loops:
         return
     samples = sample_loops(loops)
-    labels = np.pad(regions.label, 1, constant_values=NO_NEIGHBOUR)
     for start, stop in pairwise(samples.first):
         xy = samples.xy[start:stop]
         neighbour = _neighbours(labels, xy + corner)
@@ -110,16 +116,27 @@ def _junctions_of(regions: Regions, region: int) -> Iterator[Junctions]:
         yield Junctions(own, neighbour[places - 1], neighbour[places], turn, xy[places] + corner, back, forth)
 
 
-def region_contours(regions: Regions, region: int) -> tuple[list[Floats], Floats]:
-    """Return the contours [n, 2] of a region alone, relative to the second value, a corner [2] in pixels."""
-    place = np.nonzero(((regions.label == region) | (regions.other == region)).any(0))[0]
-    rows = np.nonzero(((regions.label == region) | (regions.other == region)).any(1))[0]
-    if not len(place):
+def boxes_of(regions: Regions) -> list[tuple[slice, slice] | None]:
+    """Return the rows and columns around the pixels of each region [K], also the mixed ones; None if there are none."""
+    from scipy import ndimage
+
+    first, second = (ndimage.find_objects(part + 1, len(regions)) for part in (regions.label, regions.other))
+    return [_joined(a, b) if a and b else a or b for a, b in zip(first, second, strict=True)]
+
+
+def _joined(first: tuple[slice, slice], second: tuple[slice, slice]) -> tuple[slice, slice]:
+    """Return the box around two boxes."""
+    rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(first, second, strict=True))
+    return rows, columns
+
+
+def region_contours(regions: Regions, region: int, box: tuple[slice, slice] | None) -> tuple[list[Floats], Floats]:
+    """Return the contours [n, 2] of a region in ``box`` alone, relative to its corner in pixels [2], and that."""
+    if box is None:
         return [], np.zeros(2)
-    box = np.s_[rows[0] : rows[-1] + 1, place[0] : place[-1] + 1]
     share = regions.share[box].astype(np.float64)
     coverage = share * (regions.label[box] == region) + (1.0 - share) * (regions.other[box] == region)
-    return contours_of(coverage), np.array([place[0], rows[0]], np.float64)
+    return contours_of(coverage), np.array([box[1].start, box[0].start], np.float64)
 
 
 def _neighbours(labels: Integers, xy: Floats) -> Integers:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -17,16 +17,21 @@ from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 
 
-def scene_of(regions: Regions, tolerance: float = TOLERANCE, join: bool = False) -> Scene:
+def scene_of(
+    regions: Regions, tolerance: float = TOLERANCE, join: bool = False, is_over: Callable[[], bool] = bool
+) -> Scene:
     """Return the drawing of ``regions``: a path for each layer, on the canvas's paint or none.
 
     Args:
         regions: regions of a picture.
         tolerance: largest distance in pixels between the outlines in the picture and the curves.
         join: make one path of the shapes of one paint, as `stack` does.
+        is_over: says whether the layers so far must do, the lowest first.
     """
     layers, loops = [], []
     for layer in stack(regions, join):
+        if is_over():
+            break
         found = outlines(regions, layer)
         if found:
             layers.append(layer)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.flat.junctions import border_shares, evidence_above, find_junctions
-from warpvec.flat.merging import interrupted_pairs, same_paint
+from warpvec.flat.merging import alike, interrupted_pairs
 from warpvec.flat.regions import Regions
 
 Floats = NDArray[np.float64]
@@ -72,18 +72,25 @@ def stack(regions: Regions, join: bool = False) -> list[Layer]:
     shapes = _grouped([(region,) for region in order], pairs, above)
     if not join:
         return _layers(regions, [[shape] for shape in shapes])
-    alike = ((a, b) for k, a in enumerate(order) for b in order[k + 1 :] if same_paint(regions, a, b))
-    joined = _grouped(shapes, alike, above)
+    joined = _grouped(shapes, _pairs_alike(regions, order), above)
     return _layers(regions, [[shape for shape in shapes if shape[0] in path] for path in joined])
 
 
 def _seen_through(regions: Regions, surrounds: Mask, order: list[int]) -> Iterator[tuple[int, int]]:
     """Yield pairs of regions of one paint, of which the second is seen through a hole in what lies on the first."""
+    ordered = np.array(order, np.int64)
     for low, first in enumerate(order):
-        for second in order[low + 1 :]:
-            between = surrounds[first] & surrounds[:, second]
-            if surrounds[first, second] and between.any() and same_paint(regions, first, second):
-                yield first, second
+        later = ordered[low + 1 :]
+        later = later[surrounds[first, later] & alike(regions, first, later)]
+        yield from ((first, second) for second in later.tolist() if (surrounds[first] & surrounds[:, second]).any())
+
+
+def _pairs_alike(regions: Regions, order: list[int]) -> Iterator[tuple[int, int]]:
+    """Yield all pairs of regions of one paint, the lower one first."""
+    ordered = np.array(order, np.int64)
+    for low, first in enumerate(order):
+        later = ordered[low + 1 :]
+        yield from ((first, second) for second in later[alike(regions, first, later)].tolist())
 
 
 def _grouped(
@@ -128,7 +135,7 @@ def is_outside(regions: Regions) -> Mask:
     """Return which regions [K] (bool) no layer shows: the canvas, those of its paint, and transparent ones."""
     outside = regions.opacity <= 0.0
     if regions.canvas is not None and not outside[regions.canvas]:
-        outside = outside | [same_paint(regions, index, regions.canvas) for index in range(len(regions))]
+        outside = outside | alike(regions, regions.canvas, np.arange(len(regions)))
     return outside
 
 
@@ -137,20 +144,20 @@ def best_order(above: Floats, start: Sequence[int]) -> list[int]:
 
     Entry [a, b] says how clearly a lies above b. Single entries move while the sum over all pairs grows.
     """
-    order = list(start)
+    order = np.array(start, np.int64)
+    more = above - above.T
     for _ in range(MOVES_MAX):
-        before = list(order)
-        for entry in before:
-            rest = [other for other in order if other != entry]
-            gain = above[entry, rest] - above[rest, entry]
-            place = int(np.concatenate([[0.0], np.cumsum(gain)]).round(9).argmax())
-            current = order.index(entry)
-            values = np.concatenate([[0.0], np.cumsum(gain)])
+        before = order
+        for entry in before.tolist():
+            current = int(np.argmax(order == entry))
+            rest = np.delete(order, current)
+            values = np.concatenate([[0.0], np.cumsum(more[entry, rest])])
+            place = int(values.round(9).argmax())
             if values[place] > values[current] + 1e-9:
-                order = [*rest[:place], entry, *rest[place:]]
-        if order == before:
+                order = np.insert(rest, place, entry)
+        if (order == before).all():
             break
-    return order
+    return [int(entry) for entry in order]
 
 
 def filled_areas(label: NDArray[np.int32], count: int) -> tuple[Integers, Mask]:
