@@ -10,6 +10,7 @@ from flat_regions import box, coverage, disc
 from numpy.typing import NDArray
 
 from warpvec.flat.regions import Regions, find_regions, premultiplied
+from warpvec.flat.scene_building import scene_of
 from warpvec.geometry.gradients import FLAT, LINEAR, RADIAL
 from warpvec.svg.resvg import rasterize
 
@@ -109,9 +110,10 @@ def test_specks_are_left_out() -> None:
 
 def test_dots_of_letters_stay_and_faint_specks_go() -> None:
     letter = '<rect x="60" y="60" width="8" height="40"/>'
-    dotted = drawn(letter + '<rect x="63" y="50.1" width="1.3" height="1.7"/>', 256, 256)
+    dotted = drawn(letter + '<rect x="63" y="50.2" width="1.2" height="1.6"/>', 256, 256)
     assert len(find_regions(dotted)) == 3
     assert len(find_regions(dotted, min_area=5)) == 2
+    assert len(scene_of(find_regions(dotted))) == 2
     faint = drawn(letter + '<rect x="63" y="50" width="2" height="1" fill="#ddd"/>', 256, 256)
     assert len(find_regions(faint)) == 2
 

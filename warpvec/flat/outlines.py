@@ -16,7 +16,10 @@ from warpvec.flat.stacking import Layer
 Floats = NDArray[np.float64]
 
 AREA_MIN = 1.0
-"""Area in square pixels of the smallest loop that is kept."""
+"""Area in square pixels of the smallest loop that is kept beside larger ones."""
+
+ONLY_AREA_MIN = 0.1
+"""The same if a part has no larger one: the dot of an i fills hardly more than half of two pixels."""
 
 
 def outlines(regions: Regions, layer: Layer) -> list[Floats]:
@@ -28,11 +31,14 @@ def _outlines_of_part(regions: Regions, members: Collection[int], above: Collect
     from scipy import ndimage
 
     cover = cover_of(regions, members, above)
-    loops = [loop for loop in contours_of(cover.coverage) if abs(signed_area(loop)) >= AREA_MIN]
+    loops = contours_of(cover.coverage)
+    is_tiny = max((abs(signed_area(loop)) for loop in loops), default=0.0) < AREA_MIN
+    area_min = ONLY_AREA_MIN if is_tiny else AREA_MIN
+    loops = [loop for loop in loops if abs(signed_area(loop)) >= area_min]
     if cover.above.any():
         shows = ndimage.maximum_filter(cover.shown, 3) >= LEVEL
         loops = [with_simple_hidden_borders(loop, ~is_in(shows, loop), cover) for loop in loops]
-    return [loop + cover.corner for loop in loops if abs(signed_area(loop)) >= AREA_MIN]
+    return [loop + cover.corner for loop in loops if abs(signed_area(loop)) >= area_min]
 
 
 def signed_area(loop: Floats) -> float:
