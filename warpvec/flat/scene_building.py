@@ -16,6 +16,9 @@ from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 
+LAYERS_MIN = 16
+"""Layers that are drawn even if the time is over: with none, nothing would be seen."""
+
 
 def scene_of(
     regions: Regions, tolerance: float = TOLERANCE, join: bool = False, is_over: Callable[[], bool] = bool
@@ -30,7 +33,7 @@ def scene_of(
     """
     layers, loops = [], []
     for layer in stack(regions, join):
-        if is_over():
+        if is_over() and len(layers) >= LAYERS_MIN:
             break
         found = outlines(regions, layer)
         if found:
