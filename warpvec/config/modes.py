@@ -25,6 +25,9 @@ PHOTO_SETTINGS = (
 )  # fmt: skip
 """Settings that only the fit of a photo uses. One of them means the mode photo, unless a mode is given."""
 
+COLOR_SETTINGS = ("colors", "palette")
+"""Settings that the mode mono does not use: its one path is black."""
+
 FLAT_SETTINGS = ("detail", "cutout", "threshold")
 """Settings that only the modes flat and mono use. Files of photos do not state them."""
 
@@ -53,6 +56,8 @@ def check_mode_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
         _refuse(checked, ("cutout", "threshold"), _PLAIN, mode)
     if mode == "flat":
         _refuse(checked, ("threshold",), _PLAIN, mode)
+    if mode == "mono":
+        _refuse(checked, COLOR_SETTINGS, _PLAIN, mode)
     return {name: checked[name] for name in FLAT_SETTINGS} | {"mode": mode}
 
 
@@ -77,7 +82,7 @@ def given_mode(preset: Mapping[str, Any], given: Mapping[str, Any]) -> str:
 
 _PLAIN: dict[str, Any] = {
     "renderer": "exact", "path_model": "segments", "policy": "scaffolding", "lod": False, "gradients": 0.0,
-    "cutout": False, "threshold": "auto",
+    "cutout": False, "threshold": "auto", "colors": 0, "palette": None,
 }  # fmt: skip
 """Values with which a setting asks for nothing."""
 

@@ -199,4 +199,5 @@ class _System:
     def decrease(self, step: Tensor) -> float:
         """Return by how much the loss should fall with ``step`` [K]."""
         move = step.double().cpu().numpy()[self._free]
-        return float(-(move @ self._slope) - 0.5 * (move @ (self._matrix @ move)))
+        # Sums, because a dot product of BLAS has other bits with other numbers of threads.
+        return float(-(move * self._slope).sum() - 0.5 * (move * (self._matrix @ move)).sum())

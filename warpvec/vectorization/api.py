@@ -21,7 +21,7 @@ from warpvec.fit.checkpoint import Checkpoint, write_checkpoint
 from warpvec.fit.loop import fit
 from warpvec.fit.progress import OnProgress
 from warpvec.fit.state import Saving, State, digest
-from warpvec.flat.classify import choose_mode
+from warpvec.flat.classify import Choice, choose_mode
 from warpvec.geometry.scene import Scene
 from warpvec.image.read import ImageSource, read_image
 from warpvec.image.resize import reduce_image
@@ -123,8 +123,7 @@ def fit_photo(
     target = reduce_image(photo, config.fit_size)
     choice = None
     if config.mode == "auto":
-        is_photo = start is not None or checkpoint is not None or resume is not None
-        choice = None if is_photo else choose_mode(target)
+        choice = None if start is not None or checkpoint is not None or resume is not None else _chosen(target, config)
         config = replace(config, mode="photo" if choice is None else choice.mode)
     if config.mode != "photo":
         return fit_flat(
@@ -145,6 +144,13 @@ def fit_photo(
     if not goal:
         return fit_once(config, first)
     return Search(goal, config, fit_once, first).run()
+
+
+def _chosen(target: NDArray[np.float32], config: FitConfig) -> Choice:
+    """Return the mode that the picture asks for; a drawing that is to have given colours is not black and white art."""
+    choice = choose_mode(target)
+    has_colors = config.colors > 0 or config.palette is not None
+    return choice._replace(mode="flat") if choice.mode == "mono" and has_colors else choice
 
 
 def _state_of(checkpoint: Checkpoint, target: Tensor) -> State:

@@ -29,11 +29,13 @@ class DetailSearch:
         goal: the requirements on the file.
         draw: makes a drawing of a detail in pixels.
         is_over: says whether Ctrl-C or the time budget ends the search.
+        can_lose_paths: whether paths may go. In a drawing without overlaps each would leave a hole.
     """
 
     goal: Goal
     draw: Callable[[float], Result]
     is_over: Callable[[], bool]
+    can_lose_paths: bool = True
     _results: list[Result] = field(default_factory=list)
     _trials: list[Trial] = field(default_factory=list)
 
@@ -43,7 +45,7 @@ class DetailSearch:
         It never has more bytes than the goal allows. Without bytes or a PSNR in the goal, it is that of ``detail``.
 
         Raises:
-            InputError: not even one path fits into the bytes.
+            InputError: not even one path fits into the bytes, or no drawing without overlaps.
         """
         self._try(detail)
         if self.goal.target_psnr is not None or not self._fits():
@@ -93,6 +95,9 @@ class DetailSearch:
     def _cut(self, result: Result, trial: Trial) -> tuple[Result, Trial]:
         """Remove paths from ``result`` until it is within the bytes; return it with its ``trial``."""
         limit = self.goal.max_bytes
+        if limit is not None and trial.bytes > limit and not self.can_lose_paths:
+            remedy = f"give at least {trial.bytes}, the size of the coarsest drawing, or leave --cutout out"
+            raise InputError("max_bytes", "must be enough for all shapes without overlaps", str(limit), remedy)
         while limit is not None and trial.bytes > limit:
             if trial.curves <= 1:
                 remedy = f"give at least {trial.bytes}, the size of this file with one path"

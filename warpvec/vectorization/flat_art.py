@@ -64,7 +64,9 @@ def fit_flat(
                 keeps_paths=True, layer_names=found.names, choice=choice,
             )  # fmt: skip
 
-        return DetailSearch(goal, draw, drawing.is_over).run(config.detail) if goal else draw(config.detail)
+        if not goal:
+            return draw(config.detail)
+        return DetailSearch(goal, draw, drawing.is_over, can_lose_paths=not config.cutout).run(config.detail)
 
 
 def _cut(scene: Scene, size: tuple[int, int], photo: NDArray[np.float32], precision: int) -> Scene:

@@ -119,6 +119,7 @@ def _resumed(config: FitConfig, options: dict[str, Any]) -> Checkpoint:
     checkpoint = read_checkpoint(options["resume"])
     kept = checkpoint.config.to_dict()
     given = {name: value for name, value in options.items() if name in kept and value is not None}
+    given.pop("mode", None)  # a checkpoint is of a photo's fit
     for name, value in {**PRESETS[options["preset"]].settings, **given}.items():
         if name not in MACHINE_SETTINGS and getattr(config, name) != kept[name]:
             raise InputError(name, f"must be as in the checkpoint, {kept[name]!r}", repr(value), "leave it out")
