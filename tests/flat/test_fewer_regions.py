@@ -1,0 +1,45 @@
+"""Pictures of thousands of regions: the work on them is bounded, and what shows most stays."""
+
+import numpy as np
+
+from warpvec.flat.circles import ellipse_of
+from warpvec.flat.drawing import SMALL_SIDE
+from warpvec.flat.fewer_regions import with_fewer_regions
+from warpvec.flat.regions import Regions, find_regions
+from warpvec.flat.scene_building import LAYERS_MIN, scene_of
+
+
+def squares() -> Regions:
+    """Return the regions of a white picture with 64 squares of 4 pixels, each darker than the one before it."""
+    image = np.ones((SMALL_SIDE, SMALL_SIDE, 3), np.float32)
+    for k in range(64):
+        y, x = 4 + 15 * (k // 8), 4 + 15 * (k % 8)
+        image[y : y + 4, x : x + 4] = 0.7 - 0.01 * k
+    return find_regions(image)
+
+
+def test_the_regions_that_show_most_stay() -> None:
+    regions = squares()
+    fewer = with_fewer_regions(regions, 9)
+    assert len(regions) == 65 and len(fewer) == 9
+    assert sorted(np.unique(fewer.label)) == list(range(9)) and fewer.canvas is not None
+    assert np.allclose(fewer.color[fewer.canvas], 1.0)
+    assert np.delete(fewer.color[:, 0], fewer.canvas).max() < 0.15
+    removed, kept = fewer.mixed()[5, 5], fewer.mixed()[110, 110]
+    assert np.allclose(removed, 1.0) and kept[0] < 0.1
+
+
+def test_few_regions_stay_as_they_are() -> None:
+    regions = squares()
+    assert with_fewer_regions(regions, 65) is regions
+
+
+def test_tracing_ends_once_the_time_is_over() -> None:
+    regions = squares()
+    assert len(scene_of(regions)) == 64
+    assert len(scene_of(regions, is_over=lambda: True)) == LAYERS_MIN
+
+
+def test_an_outline_that_shows_at_one_point_is_no_ellipse() -> None:
+    points = np.random.default_rng(1).random((20, 2))
+    assert ellipse_of(points, np.eye(20)[3]) is None
