@@ -51,6 +51,7 @@ def polish(
     *,
     iterations: int,
     free: bool = False,
+    values_exact_max: int | None = None,
 ) -> FitResult:
     """Fit ``start`` to ``target`` [h, w, 3 or 4] and keep its structure; the loss of the result is at most its own.
 
@@ -65,6 +66,7 @@ def polish(
         on_progress: called after every iteration.
         iterations: most evaluations of the loss; 0 returns ``start``. It ends earlier once nothing improves any more.
         free: let smooth nodes become corners, opaque paths translucent, and paths cross themselves.
+        values_exact_max: most values that are fitted by Gauss-Newton steps; None is ``VALUES_EXACT_MAX``.
 
     Raises:
         InputError: the device does not exist.
@@ -72,6 +74,7 @@ def polish(
     device = resolve_device(config.device)
     with on_warps_stream(device), single_torch_thread(), torch.no_grad(), deferred_interrupts() as is_interrupted:
         run = _Polish(target.to(device, torch.float32), start.to(device), config, device, free)
+        run.values_exact_max = VALUES_EXACT_MAX if values_exact_max is None else values_exact_max
         run.on_progress = on_progress
         try:
             run.take(iterations, is_interrupted)
@@ -97,6 +100,7 @@ class _Polish:
         self._best: Evaluation | None = None
         self._iteration = 0
         self.iteration_count = 0
+        self.values_exact_max = VALUES_EXACT_MAX
         self.on_progress: OnProgress | None = None
         self.history: list[dict[str, float]] = []
         self.interrupted = False
@@ -106,7 +110,7 @@ class _Polish:
         self.iteration_count = iterations
         if iterations == 0:
             return
-        if len(self._drawing.start) <= VALUES_EXACT_MAX and len(self._start) <= PATHS_EXACT_MAX:
+        if len(self._drawing.start) <= self.values_exact_max and len(self._start) <= PATHS_EXACT_MAX:
             self._take_exactly(iterations, is_interrupted)
         else:
             self._take_by_gradients(iterations, is_interrupted)
