@@ -14,6 +14,7 @@ from PIL import Image, ImageDraw
 import warpvec
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
+from warpvec.vectorization import api
 from warpvec.fit.progress import Progress
 from warpvec.flat.layering import color_name
 
@@ -121,6 +122,14 @@ def test_curves_colors_and_palettes_are_bounds(plain: warpvec.Result) -> None:
     assert set(re.findall(r'fill="(#\w+)"', given.svg())) <= {"#000", "#fff", "#f00"}
 
 
+def test_a_picture_that_flat_art_cannot_show_is_a_photo(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(api, "FLAT_PSNR_MIN", 90.0)
+    assert warpvec.vectorize(badge(), 4).config.mode == "flat"  # few paths were asked for
+    result = warpvec.vectorize(badge(), iterations=20)
+    assert result.config.mode == "photo"
+    assert "as flat art it has only" in result.metrics["mode_reason"]
+
+
 def test_goals_choose_the_detail(plain: warpvec.Result) -> None:
     size = len(plain.svg().encode())
     small = draw(max_bytes=size - 150)
@@ -161,7 +170,7 @@ def test_progress_runs_forward_through_all_fits(plain: warpvec.Result) -> None:
         ({"mode": "mono", "palette": "red"}, "palette must not be given in the mode mono"),
         ({"cutout": True, "max_bytes": 60}, "max_bytes must be enough for all shapes without overlaps, got 60"),
         ({"mode": "drawing"}, "mode must be one of auto, photo, flat, mono, got 'drawing'"),
-        ({"detail": 0}, "detail must be above 0 and at most 100 pixels"),
+        ({"detail": 0}, "detail must be above 0 and at most 10 pixels"),
         ({"threshold": "grey"}, "threshold must be auto or a level from 0 to 255"),
     ],
 )

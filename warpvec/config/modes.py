@@ -31,8 +31,8 @@ COLOR_SETTINGS = ("colors", "palette")
 FLAT_SETTINGS = ("detail", "cutout", "threshold")
 """Settings that only the modes flat and mono use. Files of photos do not state them."""
 
-DETAIL_MAX = 100.0
-"""Largest tolerance in pixels, with which hardly a shape is left of a picture of a thousand pixels."""
+DETAIL_MAX = 10.0
+"""Largest tolerance in pixels. With more, nothing is left of a logo of 500 pixels."""
 
 LEVEL_MAX = 255
 """Largest level of a threshold, white."""

@@ -126,9 +126,13 @@ def fit_photo(
         choice = None if start is not None or checkpoint is not None or resume is not None else _chosen(target, config)
         config = replace(config, mode="photo" if choice is None else choice.mode)
     if config.mode != "photo":
-        return fit_flat(
+        result = fit_flat(
             photo, config, title=title, goal=goal, on_progress=on_progress, file_options=file_options, choice=choice
         )
+        if choice is None or not _is_too_far(result, goal):
+            return result
+        choice = Choice("photo", f"as flat art it has only {result.file_psnr:.1f} dB")
+        config = replace(config, mode="photo")
     pixels = torch.from_numpy(target)
     state = None if resume is None else _state_of(resume, pixels)
     saving = None if checkpoint is None else _saving(checkpoint, every, config, pixels, on_checkpoint_error or _warn)
@@ -144,6 +148,20 @@ def fit_photo(
     if not goal:
         return fit_once(config, first)
     return Search(goal, config, fit_once, first).run()
+
+
+FLAT_PSNR_MIN = 26.0
+"""If auto takes a picture for flat art and the drawing reaches fewer dB, the picture is fitted as a photo. Drawings of
+logos have 40 to 60 dB; screenshots with small text have 27, which is still more than the fit of a photo gives them."""
+
+
+def _is_too_far(result: Result, goal: Goal | None) -> bool:
+    """Return whether a drawing of flat art is too far from its picture, although nothing has bounded it."""
+    config = result.config
+    has_paints = config.colors or config.palette or config.opacity == "opaque"
+    is_bounded = goal or result.interrupted or config.time_budget is not None or config.curves < FitConfig.curves
+    is_free = config.mode == "flat" and not (has_paints or is_bounded or config.cutout)
+    return is_free and result.file_psnr < FLAT_PSNR_MIN
 
 
 def _chosen(target: NDArray[np.float32], config: FitConfig) -> Choice:
