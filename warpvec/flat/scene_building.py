@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from warpvec.flat.curve_fitting import TOLERANCE, fit_loops
 from warpvec.flat.outlines import outlines
@@ -31,7 +32,8 @@ def scene_of(
         join: make one path of the shapes of one paint, as `stack` does.
         is_over: says whether the layers so far must do, the lowest first.
     """
-    layers, loops = [], []
+    layers: list[Layer] = []
+    loops: list[list[NDArray[np.float64]]] = []
     for layer in stack(regions, join):
         if is_over() and len(layers) >= LAYERS_MIN:
             break
