@@ -141,17 +141,20 @@ class FlatDrawing:
         return found.scene
 
     def _repainted(self, regions: Regions) -> Regions:
+        if self.config.opacity == "opaque":
+            regions = replace(regions, opacity=np.where(regions.opacity >= 0.5, 1.0, 0.0).astype(np.float32))
         if self.config.palette is not None:
             palette = np.array([parse_color(name) for name in self.config.palette.split(",")], np.float64)
             return with_palette(regions, palette)
         return with_colors(regions, self.config.colors) if self.config.colors else regions
 
     def _snapped(self, scene: Scene) -> Scene:
-        """Return ``scene`` with the colours of the regions where the fitted ones hardly differ."""
+        """Return ``scene`` with the colours of the regions, where the fitted ones hardly differ or paths share one."""
         assert self._traced is not None
         color = self._traced.color[scene.generation]
         snap = math.inf if self.config.colors or self.config.palette else SNAP
-        is_near = (scene.color - color).abs().amax(1) <= snap
+        is_shared = (color[:, None] == color[None]).all(2).sum(1) > 1
+        is_near = is_shared | ((scene.color - color).abs().amax(1) <= snap)
         if scene.gradients is not None:
             is_near &= scene.gradients.kind == FLAT
         canvas = self._traced.background
