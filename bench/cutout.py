@@ -19,7 +19,7 @@ from flat_corners import scene_of
 from flat_originals import Original
 from harness import machine_facts, machine_line, markdown_table
 
-from warpvec.flat.cutout import cut_out
+from warpvec.flat.cutting.cutout import cut_out
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg

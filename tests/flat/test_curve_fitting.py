@@ -1,4 +1,4 @@
-"""Tests of warpvec.flat.curve_fitting on outlines whose true curves are known."""
+"""Tests of warpvec.flat.curves.curve_fitting on outlines whose true curves are known."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import pytest
 from flat_regions import box, coverage, disc
 from numpy.typing import NDArray
 
-from warpvec.flat.contours import contours_of
-from warpvec.flat.curve_fitting import fit_loop, fit_loops
+from warpvec.flat.curves.contours import contours_of
+from warpvec.flat.curves.curve_fitting import fit_loop, fit_loops
 
 Floats = NDArray[np.float64]
 

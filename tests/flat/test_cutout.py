@@ -10,7 +10,7 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
-from warpvec.flat.cutout import cut_out
+from warpvec.flat.cutting.cutout import cut_out
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
 from warpvec.svg.read import read_svg

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from warpvec.flat.circles import ellipse_of
 from warpvec.flat.drawing import SMALL_SIDE
-from warpvec.flat.fewer_regions import with_fewer_regions
-from warpvec.flat.regions import Regions, find_regions
+from warpvec.flat.regions.fewer_regions import with_fewer_regions
+from warpvec.flat.regions.regions import Regions, find_regions
 from warpvec.flat.scene_building import LAYERS_MIN, scene_of
+from warpvec.flat.simplification.circles import ellipse_of
 
 
 def squares() -> Regions:

@@ -1,4 +1,4 @@
-"""Tests of warpvec.flat.outlines: what a layer covers beneath others, and how simple its hidden borders are."""
+"""Tests of warpvec.flat.layers.outlines: what a layer covers beneath others, and how simple its hidden borders are."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import torch
 from flat_regions import box, disc, regions_of, split_regions
 from numpy.typing import NDArray
 
-from warpvec.flat.outlines import outlines, signed_area
-from warpvec.flat.regions import Regions
+from warpvec.flat.layers.outlines import outlines, signed_area
+from warpvec.flat.layers.stacking import stack
+from warpvec.flat.regions.regions import Regions
 from warpvec.flat.scene_building import scene_of
-from warpvec.flat.stacking import stack
 from warpvec.image.metrics import psnr
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg

@@ -7,7 +7,7 @@ from flat_drawings import BLACK, BLUE, RED, SIZE, drawing, error, picture
 from scenes import circle, rectangle
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.flat.path_removal import remove_paths
+from warpvec.flat.simplification.path_removal import remove_paths
 from warpvec.geometry.scene import Scene
 
 CONFIG = FitConfig(threads=1)

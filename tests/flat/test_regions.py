@@ -9,7 +9,7 @@ import pytest
 from flat_regions import box, coverage, disc
 from numpy.typing import NDArray
 
-from warpvec.flat.regions import Regions, find_regions, premultiplied
+from warpvec.flat.regions.regions import Regions, find_regions, premultiplied
 from warpvec.flat.scene_building import scene_of
 from warpvec.geometry.gradients import FLAT, LINEAR, RADIAL
 from warpvec.svg.resvg import rasterize

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from warpvec.flat.denoising import SHARP_REACH, measure_noise, measure_tolerances
-from warpvec.flat.regions import Regions, find_regions, premultiplied
+from warpvec.flat.regions.denoising import SHARP_REACH, measure_noise, measure_tolerances
+from warpvec.flat.regions.regions import Regions, find_regions, premultiplied
 from warpvec.geometry.gradients import FLAT, LINEAR
 from warpvec.svg.resvg import rasterize
 

@@ -10,7 +10,7 @@ from flat_drawings import BLACK, BLUE, RED, SIZE, drawing, error, line_count, pi
 from scenes import circle, rectangle, straight
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.flat.regularity import regularize
+from warpvec.flat.simplification.regularity import regularize
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.scene import Scene
 

@@ -11,10 +11,10 @@ from flat_drawings import BLACK, BLUE, RED, SIZE, drawing, error, line_count, pi
 from scenes import circle, rectangle, straight
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.flat.chosen_nodes import chosen_scene, with_spans_back
-from warpvec.flat.fewest_spans import fewest_spans
-from warpvec.flat.outline_samples import sample_outlines
-from warpvec.flat.simplify import outlines_of, simplify
+from warpvec.flat.simplification.chosen_nodes import chosen_scene, with_spans_back
+from warpvec.flat.simplification.fewest_spans import fewest_spans
+from warpvec.flat.simplification.outline_samples import sample_outlines
+from warpvec.flat.simplification.simplify import outlines_of, simplify
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.nodes import split
 from warpvec.geometry.scene import Scene

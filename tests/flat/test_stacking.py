@@ -1,4 +1,4 @@
-"""Tests of warpvec.flat.stacking: which region lies above which, and which are one shape."""
+"""Tests of warpvec.flat.layers.stacking: which region lies above which, and which are one shape."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from flat_regions import box, disc, regions_of, split_regions
 
-from warpvec.flat.stacking import Layer, stack
+from warpvec.flat.layers.stacking import Layer, stack
 
 RED, GREEN, BLUE, WHITE = (1.0, 0.0, 0.0, 1.0), (0.0, 0.6, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0)
 

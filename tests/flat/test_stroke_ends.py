@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from warpvec.flat.contours import contours_of
-from warpvec.flat.curve_fitting import fit_loop
+from warpvec.flat.curves.contours import contours_of
+from warpvec.flat.curves.curve_fitting import fit_loop
 from warpvec.svg.measure import draw
 
 SIDE = 64

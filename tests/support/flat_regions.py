@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.flat.regions import Regions
+from warpvec.flat.regions.regions import Regions
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

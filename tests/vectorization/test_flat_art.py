@@ -14,9 +14,9 @@ from PIL import Image, ImageDraw
 import warpvec
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
-from warpvec.vectorization import api
 from warpvec.fit.progress import Progress
 from warpvec.flat.layering import color_name
+from warpvec.vectorization import api
 
 SIDE = 64
 NAVY, GOLD, RED = (0, 0, 128), (255, 215, 0), (220, 20, 60)

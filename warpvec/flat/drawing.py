@@ -14,15 +14,15 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.polish import PATHS_EXACT_MAX, polish
 from warpvec.fit.progress import FitResult, OnProgress, Progress
-from warpvec.flat.curve_fitting import TOLERANCE
+from warpvec.flat.curves.curve_fitting import TOLERANCE
 from warpvec.flat.fewer_colors import with_colors, with_palette
 from warpvec.flat.fewer_paths import with_fewer_paths
-from warpvec.flat.fewer_regions import with_fewer_regions
-from warpvec.flat.path_removal import remove_paths
-from warpvec.flat.regions import Regions, find_regions
-from warpvec.flat.regularity import regularize
+from warpvec.flat.regions.fewer_regions import with_fewer_regions
+from warpvec.flat.regions.regions import Regions, find_regions
 from warpvec.flat.scene_building import scene_of
-from warpvec.flat.simplify import VALUES_EXACT_MAX, simplify
+from warpvec.flat.simplification.path_removal import remove_paths
+from warpvec.flat.simplification.regularity import regularize
+from warpvec.flat.simplification.simplify import VALUES_EXACT_MAX, simplify
 from warpvec.geometry.gradients import FLAT
 from warpvec.geometry.scene import Scene
 from warpvec.image.colors import parse_color

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from warpvec.flat.regions import Regions
+from warpvec.flat.regions.regions import Regions
 from warpvec.geometry.gradients import FLAT
 
 Floats = NDArray[np.float64]

@@ -10,8 +10,8 @@ import torch
 from numpy.typing import NDArray
 
 from warpvec.errors import InputError
-from warpvec.flat.contours import contours_of
-from warpvec.flat.curve_fitting import TOLERANCE, fit_loops
+from warpvec.flat.curves.contours import contours_of
+from warpvec.flat.curves.curve_fitting import TOLERANCE, fit_loops
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 
@@ -114,7 +114,8 @@ def mono_tracing(
             max(TOLERANCE, NOISE_DEVIATIONS * _noise(coverage) / _EDGE_SLOPE) if tolerance is None else tolerance
         )
         outlines = contours_of(coverage) if _sharpness(coverage) >= SHARP_EDGE else _interpolated(coverage)
-    kept = [outline for outline in outlines if abs(_area(outline)) >= min_area]
+    by_area = sorted(outlines, key=lambda outline: -abs(_area(outline)))
+    kept = [outline for outline in by_area[:OUTLINES_MAX] if abs(_area(outline)) >= min_area]
     return MonoTracing(_scene(kept, tolerance), 255.0 * levels.threshold, len(outlines) - len(kept))
 
 

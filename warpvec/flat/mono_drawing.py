@@ -10,9 +10,9 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.progress import FitResult, OnProgress
-from warpvec.flat.curve_fitting import TOLERANCE
+from warpvec.flat.curves.curve_fitting import TOLERANCE
 from warpvec.flat.mono import MIN_AREA, trace_mono
-from warpvec.flat.simplify import DETAIL
+from warpvec.flat.simplification.simplify import DETAIL
 
 
 @dataclass

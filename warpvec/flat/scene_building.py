@@ -9,10 +9,10 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from warpvec.flat.curve_fitting import TOLERANCE, fit_loops
-from warpvec.flat.outlines import outlines
-from warpvec.flat.regions import Regions
-from warpvec.flat.stacking import Layer, stack
+from warpvec.flat.curves.curve_fitting import TOLERANCE, fit_loops
+from warpvec.flat.layers.outlines import outlines
+from warpvec.flat.layers.stacking import Layer, stack
+from warpvec.flat.regions.regions import Regions
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure

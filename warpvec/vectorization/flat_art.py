@@ -13,7 +13,7 @@ from warpvec.fit.interrupt import deferred_interrupts
 from warpvec.fit.loop import single_torch_thread
 from warpvec.fit.progress import OnProgress
 from warpvec.flat.classify import Choice
-from warpvec.flat.cutout import cut_out
+from warpvec.flat.cutting.cutout import cut_out
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.layering import layered
 from warpvec.flat.mono_drawing import MonoDrawing

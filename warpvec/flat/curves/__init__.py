@@ -1,0 +1,1 @@
+"""Fit outlines with few lines and cubics."""

@@ -1,0 +1,65 @@
+"""Fit closed outlines with few lines and cubics: corners are found, and smooth places are exactly smooth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.curves.cycle_search import cheapest_cycle
+from warpvec.flat.curves.outline_nodes import find_nodes, roughness, sample_loops
+from warpvec.flat.curves.piece_joining import Pieces, join_pieces
+from warpvec.flat.curves.span_costs import span_costs
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Integers = NDArray[np.int64]
+
+TOLERANCE = 0.2
+"""Largest distance in pixels between an outline and its curves. An outline from anti-aliased pixels is within 0.05."""
+
+
+NOISE_FACTOR, NOISE_TOLERANCE_MAX = 18.0, 0.6
+"""Tolerance per roughness of an outline, and the largest that roughness leads to. Anti-aliased edges have a roughness
+of 0.005 px, faint ones in a JPEG of quality 80 have 0.02."""
+
+
+def fit_loops(loops: Sequence[Floats], tolerance: float = TOLERANCE) -> list[tuple[Floats, Mask]]:
+    """Return the control points [n, 3, 2] and a mask of the lines [n] for each closed polyline [m, 2].
+
+    The pieces of a loop are those of the cheapest cycle through nodes along it (`find_nodes`): few pieces, lines
+    rather than cubics, each within ``tolerance`` pixels of the outline, and few kinks where it is smooth. A rough
+    outline, such as that of a compressed picture, has a larger tolerance.
+    """
+    if not loops:
+        return []
+    samples = sample_loops(loops)
+    nodes = find_nodes(samples)
+    allowed = np.maximum(tolerance, np.minimum(NOISE_FACTOR * roughness(samples), NOISE_TOLERANCE_MAX))
+    spans = span_costs(samples, nodes, allowed)
+    cycles = []
+    for first, stop in pairwise(nodes.first):
+        cycles.append(first + np.array(cheapest_cycle(spans.cost[first:stop])))
+    pieces = _pieces(nodes.first, cycles, spans.is_line)
+    segments = join_pieces(samples, nodes, pieces, allowed)
+    stops = np.cumsum([len(cycle) for cycle in cycles])[:-1]
+    return list(zip(np.split(segments, stops), np.split(pieces.is_line, stops), strict=True))
+
+
+def fit_loop(loop: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, Mask]:
+    """Return `fit_loops` for one closed polyline [m, 2]."""
+    return fit_loops([loop], tolerance)[0]
+
+
+def _pieces(first_node: Integers, cycles: Sequence[Integers], is_line: Mask) -> Pieces:
+    ends = [np.roll(cycle, -1) for cycle in cycles]
+    start, end = np.concatenate(cycles), np.concatenate(ends)
+    first = np.cumsum([0, *(len(cycle) for cycle in cycles)])
+    rows = [np.arange(a, b) for a, b in pairwise(first)]
+    before = np.concatenate([np.roll(row, 1) for row in rows])
+    after = np.concatenate([np.roll(row, -1) for row in rows])
+    loop = np.searchsorted(first_node, start, side="right") - 1
+    steps = (end - start) % np.diff(first_node)[loop]
+    return Pieces(start, end, is_line[start, steps - 1], before, after)

@@ -1,0 +1,272 @@
+"""Points of outlines where a curve may begin: corners, whose rounding by pixels is undone, and smooth places."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.curves.stroke_ends import stroke_ends
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+STEP = 0.5
+"""Pixels between the samples of an outline. Its own points are up to 1.4 pixels apart."""
+
+SAMPLE_COUNT_MIN = 16
+"""Least number of samples of a loop, however small it is."""
+
+GAP = 2
+"""Samples beside a corner that are not looked at: marching squares round them off."""
+
+LONG, SHORT = 12, 5
+"""Samples on one side that tell where the outline goes: a parabola through the long part, or a line through the short
+one where the outline turns again soon."""
+
+RESIDUAL_MAX = 0.08
+"""Largest mean distance in pixels of a parabola from the samples that it is trusted with."""
+
+TURN_MIN = np.radians(22.0)
+"""Least change of direction at a corner. A circle of radius 3 turns by 19 degrees a pixel, but its parabolas follow."""
+
+APART = 3
+"""Samples between two corners, at least."""
+
+SHARP_TURN, SHARP_GAP = np.radians(140.0), 7
+"""Change of direction at a sharp tip, beside which more samples are not looked at: where a wedge is less than a pixel
+wide, its sides cannot be told apart."""
+
+REACH_MAX, REACH_SHARE = 5.0, 0.1
+"""Pixels that a corner may lie outside of the outline, at most, and per pixel of its length. The tip of a wedge of 10
+degrees lies 3 px outside."""
+
+TRIM_MIN, TRIM_MAX = 1.0, 3.5
+"""Pixels of the outline beside a corner that are rounded off: at right angles, and at most."""
+
+SPACING_MIN, SPACING_MAX, SPACING_SHARE, LARGE_SHARE = 1.5, 4.0, 1 / 120, 1 / 600
+"""Pixels between smooth nodes: a share of the length of the loop, within limits. The upper limit grows with the length
+of large loops, so that a piece of as many nodes as are tried may still be a third of them."""
+
+ROUGH_SAMPLES_MIN = 300
+"""Samples of the shortest loop whose roughness is measured."""
+
+SMOOTH_REACH = 6
+"""Samples on either side that tell the direction of the outline at a smooth node."""
+
+
+class Samples(NamedTuple):
+    """Samples of all loops at even distances.
+
+    Attributes:
+        xy: samples of one loop after the other [M, 2].
+        first: first sample of each loop [L + 1].
+        step: distance between samples along each loop in pixels [L].
+    """
+
+    xy: Floats
+    first: Integers
+    step: Floats
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """N places where a curve may begin, loop by loop and along each loop.
+
+    Attributes:
+        first: first node of each loop [L + 1].
+        sample: sample of its loop at the node [N], counted from the loop's first.
+        point: the node [N, 2]; a corner lies outside of the rounded outline.
+        direction: unit vector along the outline [N, 2]; of a corner, the mean of both sides.
+        is_corner: corners [N].
+        trim: samples beside the node that say nothing about the curves, because they are rounded off [N].
+        doubt: how uncertain the direction is [N]: 1 usually, more beside corners.
+    """
+
+    first: Integers
+    sample: Integers
+    point: Floats
+    direction: Floats
+    is_corner: Mask
+    trim: Integers
+    doubt: Floats
+
+
+def sample_loops(loops: Sequence[Floats]) -> Samples:
+    """Return even samples of closed polylines [n, 2], at least three different points each."""
+    parts, steps = [], []
+    for loop in loops:
+        closed = np.concatenate([loop, loop[:1]])
+        length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+        count = max(SAMPLE_COUNT_MIN, round(length[-1] / STEP))
+        places = np.arange(count) * (length[-1] / count)
+        parts.append(np.stack([np.interp(places, length, closed[:, k]) for k in (0, 1)], 1))
+        steps.append(length[-1] / count)
+    first = np.concatenate([[0], np.cumsum([len(part) for part in parts])]).astype(np.int64)
+    return Samples(np.concatenate(parts), first, np.array(steps))
+
+
+def roughness(samples: Samples) -> Floats:
+    """Return how far the samples of each loop [L] are from a smooth curve, in pixels: as much as noise moves them.
+
+    It is the lower quartile of their distances from parabolas through some pixels on either side, so that corners do
+    not count. Loops too short to tell noise from shape have 0.
+    """
+    weights = _parabola(np.arange(-SMOOTH_REACH, SMOOTH_REACH + 1))[0]
+    found = []
+    for start, stop in pairwise(samples.first):
+        xy = samples.xy[start:stop]
+        rows = (np.arange(len(xy))[:, None] + np.arange(-SMOOTH_REACH, SMOOTH_REACH + 1)) % len(xy)
+        off = np.einsum("l,nlc->nc", weights, xy[rows]) - xy
+        quartile = float(np.quantile(np.hypot(off[:, 0], off[:, 1]), 0.25))
+        found.append(quartile if len(xy) >= ROUGH_SAMPLES_MIN else 0.0)
+    return np.array(found)
+
+
+def find_nodes(samples: Samples) -> Nodes:
+    """Return the places of all loops where a curve may begin."""
+    found = [
+        _nodes_of_loop(samples.xy[start:stop], float(step))
+        for (start, stop), step in zip(pairwise(samples.first), samples.step, strict=True)
+    ]
+    first = np.concatenate([[0], np.cumsum([len(nodes.sample) for nodes in found])]).astype(np.int64)
+    names = ("sample", "point", "direction", "is_corner", "trim", "doubt")
+    return Nodes(first, *(np.concatenate([getattr(nodes, name) for nodes in found]) for name in names))
+
+
+def _nodes_of_loop(xy: Floats, step: float) -> Nodes:
+    corners = _corners(xy, step)
+    smooth = _smooth_nodes(xy, step, corners.sample)
+    order = np.argsort(np.concatenate([corners.sample, smooth.sample]), kind="stable")
+    names = ("sample", "point", "direction", "is_corner", "trim", "doubt")
+    joined = (np.concatenate([getattr(corners, name), getattr(smooth, name)])[order] for name in names)
+    return Nodes(np.zeros(1, np.int64), *joined)
+
+
+class Side(NamedTuple):
+    """The outline on one side of each sample: a point [n, 2] on it near the sample, and its direction away from it."""
+
+    point: Floats
+    away: Floats
+
+
+def _corners(xy: Floats, step: float) -> Nodes:
+    ahead, behind = sides_of(xy)
+    turn = turns_of(ahead, behind)
+    chosen = np.nonzero(_is_peak(turn) & (turn > TURN_MIN))[0]
+    turn = turn[chosen]
+    ahead, behind = Side(ahead.point[chosen], ahead.away[chosen]), Side(behind.point[chosen], behind.away[chosen])
+    if len(xy) >= 4 * (SHARP_GAP + SHORT):
+        far_ahead, far_behind = _side(xy, 1, SHARP_GAP), _side(xy, -1, SHARP_GAP)
+        ahead = _where_sharp(turn, chosen, far_ahead, ahead)
+        behind = _where_sharp(turn, chosen, far_behind, behind)
+    reach = min(REACH_MAX, REACH_SHARE * len(xy) * step)
+    point = _intersections(xy, ahead, behind, chosen, reach)
+    half = np.maximum((np.pi - turn) / 2.0, 0.05)
+    trim = np.clip(TRIM_MIN * (0.7 + 0.3 / np.tan(half)), TRIM_MIN, TRIM_MAX) / step
+    direction = _unit(ahead.away - behind.away)
+    ends = stroke_ends(xy, step, chosen, turn)
+    chosen = np.concatenate([chosen[ends.is_kept], ends.sample.ravel()])
+    point = np.concatenate([point[ends.is_kept], ends.point.reshape(-1, 2)])
+    direction = np.concatenate([direction[ends.is_kept], ends.direction.reshape(-1, 2)])
+    trim = np.concatenate([trim[ends.is_kept], np.full(ends.sample.size, TRIM_MIN / step)])
+    ones = np.ones(len(chosen))
+    return Nodes(
+        np.zeros(1, np.int64), chosen, point, direction, ones.astype(bool), np.rint(trim).astype(np.int64), ones
+    )
+
+
+def sides_of(xy: Floats) -> tuple[Side, Side]:
+    """Return where a loop of even samples [n, 2] goes ahead of and behind each of them, without what corners round."""
+    return _side(xy, 1), _side(xy, -1)
+
+
+def turns_of(ahead: Side, behind: Side) -> Floats:
+    """Return by how much a loop turns at each sample [n], in radians."""
+    turns: Floats = np.arccos(np.clip(-(ahead.away * behind.away).sum(1), -1.0, 1.0))
+    return turns
+
+
+def _where_sharp(turn: Floats, chosen: Integers, far: Side, near: Side) -> Side:
+    """Return ``near`` [k], and where corners are sharp the entries ``chosen`` [k] of ``far``."""
+    is_sharp = (turn > SHARP_TURN)[:, None]
+    return Side(np.where(is_sharp, far.point[chosen], near.point), np.where(is_sharp, far.away[chosen], near.away))
+
+
+def _side(xy: Floats, sign: int, gap: int = GAP) -> Side:
+    """Return where the outline lies ahead of (``sign`` 1) or behind (-1) each sample, beyond the gap."""
+    count = len(xy)
+    long = min(LONG, max(SHORT, count // 6))
+    rows = (np.arange(count)[:, None] + sign * np.arange(gap, gap + long)) % count
+    near = xy[rows]
+    offsets = np.arange(long)
+    basis = np.stack([offsets**0, offsets, offsets**2], 1).astype(np.float64)
+    parabola = np.einsum("kl,nlc->nkc", _parabola(offsets), near)
+    residual = near - np.einsum("lk,nkc->nlc", basis, parabola)
+    line = np.einsum("kl,nlc->nkc", np.linalg.pinv(basis[:SHORT, :2]), near[:, :SHORT])
+    is_bent = np.sqrt((residual**2).sum(-1).mean(1)) > RESIDUAL_MAX
+    chosen = np.where(is_bent[:, None, None], line, parabola[:, :2])
+    return Side(chosen[:, 0], _unit(chosen[:, 1]))
+
+
+def _is_peak(values: Floats) -> Mask:
+    """Return which values of a cycle are the largest within ``APART`` samples; of equal ones the first."""
+    is_peak = np.ones(len(values), bool)
+    for shift in range(1, APART + 1):
+        is_peak &= (values >= np.roll(values, -shift)) & (values > np.roll(values, shift))
+    return is_peak
+
+
+def _intersections(xy: Floats, ahead: Side, behind: Side, chosen: Integers, reach: float) -> Floats:
+    """Return where the lines of both sides meet, at most ``reach`` pixels from the outline."""
+    between = behind.point - ahead.point
+    cross = ahead.away[:, 0] * behind.away[:, 1] - ahead.away[:, 1] * behind.away[:, 0]
+    share = (between[:, 0] * behind.away[:, 1] - between[:, 1] * behind.away[:, 0]) / np.where(cross == 0, 1.0, cross)
+    point = ahead.point + share[:, None] * ahead.away
+    middle = (ahead.point + behind.point) / 2.0
+    point = np.where((cross == 0)[:, None], middle, point)
+    away = point - xy[chosen]
+    distance = np.linalg.norm(away, axis=1, keepdims=True)
+    return xy[chosen] + away * np.minimum(1.0, reach / np.maximum(distance, 1e-9))
+
+
+def _smooth_nodes(xy: Floats, step: float, corners: Integers) -> Nodes:
+    count = len(xy)
+    length = count * step
+    spacing = np.clip(length * SPACING_SHARE, SPACING_MIN, max(SPACING_MAX, length * LARGE_SHARE))
+    places = np.rint(np.arange(0, count, spacing / step)).astype(np.int64)
+    distance = _distance_on_cycle(places[places < count], corners, count)
+    places, distance = places[places < count][distance > GAP], distance[distance > GAP]
+    reach = min(SMOOTH_REACH, max(2, count // 8))
+    offsets = np.arange(-reach, reach + 1)
+    near = xy[(places[:, None] + offsets) % count]
+    parabola = np.einsum("kl,nlc->nkc", _parabola(offsets), near)
+    is_near = distance <= reach
+    point = np.where(is_near[:, None], xy[places], parabola[:, 0])
+    zeros = np.zeros(len(places), np.int64)
+    return Nodes(
+        np.zeros(1, np.int64), places, point, _unit(parabola[:, 1]), zeros.astype(bool), zeros,
+        np.where(is_near, 3.0, 1.0),
+    )  # fmt: skip
+
+
+def _parabola(offsets: Integers) -> Floats:
+    """Return the matrix [3, n] that gives the parabola closest to values at ``offsets`` [n], lowest power first."""
+    inverse: Floats = np.linalg.pinv(np.stack([offsets**0, offsets, offsets**2], 1).astype(np.float64))
+    return inverse
+
+
+def _distance_on_cycle(places: Integers, corners: Integers, count: int) -> Integers:
+    if not len(corners):
+        return np.full(len(places), count)
+    apart = np.abs(places[:, None] - corners)
+    return np.minimum(apart, count - apart).min(1)
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)

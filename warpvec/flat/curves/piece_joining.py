@@ -1,0 +1,190 @@
+"""Lines and cubics between chosen nodes, which meet in true corners or go on smoothly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.curves.cubic_fitting import PRECISE, fit_cubics, fit_lengths
+from warpvec.flat.curves.outline_nodes import Nodes, Samples
+from warpvec.flat.curves.span_costs import places_between, typical_distance
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+POINTS = 40
+"""Points of the outline that each piece is fitted to at the end."""
+
+SHIFT_MAX = 1.5
+"""Pixels across the pieces on both sides that a corner may move to where they meet; beyond, these are too uncertain."""
+
+SHIFT_SHARE = 0.15
+"""It may move by so much of the shorter piece beside it, because the direction of a short piece is uncertain."""
+
+SHORT = 5.0
+"""Pixels up to which a piece is so short that a corner beside it stays where it was found, if no crossing is near."""
+
+CROSSING_MIN = np.sin(np.radians(6.0))
+"""Sine of the least angle between two pieces whose crossing is looked for; it is uncertain at smaller angles."""
+
+SMOOTH_DEGREES, CORNER_DEGREES, SLIGHT_DEGREES = 40.0, 7.0, 32.0
+"""Largest change of direction that is smoothed away: at a smooth node; at one that may be a corner; and there, if the
+curves are still as close after it."""
+
+WORSENING_MAX = 1.5
+"""A joint stays a corner if smoothing it brings a piece further from the outline than so many tolerances."""
+
+
+class Pieces(NamedTuple):
+    """R pieces of all loops, in order.
+
+    Attributes:
+        start, end: nodes of each piece [R].
+        is_line: lines [R].
+        before, after: the previous and the next piece of the loop [R].
+    """
+
+    start: Integers
+    end: Integers
+    is_line: Mask
+    before: Integers
+    after: Integers
+
+
+class _Joined(NamedTuple):
+    """Control points [R, 3, 2], their distance from the outline [R], and which pieces begin smoothly [R]."""
+
+    segments: Floats
+    distance: Floats
+    is_smooth: Mask
+
+
+def join_pieces(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: Floats) -> Floats:
+    """Return the control points [R, 3, 2] of the pieces; the handles of lines are at thirds.
+
+    A slight corner becomes smooth where the pieces then still are within the ``tolerance`` of their loop [L].
+    """
+    tolerance = tolerance[np.searchsorted(nodes.first, pieces.start, side="right") - 1]
+    joined = _joined(samples, nodes, pieces, tolerance)
+    is_slight = nodes.is_corner[pieces.start] & (_turns(pieces, joined.segments) < SLIGHT_DEGREES)
+    is_slight &= ~(pieces.is_line & pieces.is_line[pieces.before])
+    if not is_slight.any():
+        return joined.segments
+    limit = np.maximum(joined.distance, tolerance)
+    soft = _joined(samples, _softened(samples, nodes, pieces.start[is_slight]), pieces, tolerance)
+    is_worse = (soft.distance > limit) & ~pieces.is_line
+    is_slight &= soft.is_smooth & ~(is_worse | is_worse[pieces.before])
+    return _joined(samples, _softened(samples, nodes, pieces.start[is_slight]), pieces, tolerance).segments
+
+
+def _softened(samples: Samples, nodes: Nodes, chosen: Integers) -> Nodes:
+    """Return the nodes with the corners ``chosen`` as smooth nodes on the outline."""
+    loop = np.searchsorted(nodes.first, chosen, side="right") - 1
+    point, is_corner, trim = nodes.point.copy(), nodes.is_corner.copy(), nodes.trim.copy()
+    point[chosen] = samples.xy[samples.first[loop] + nodes.sample[chosen]]
+    is_corner[chosen], trim[chosen] = False, 0
+    return replace(nodes, point=point, is_corner=is_corner, trim=trim)
+
+
+def _joined(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: Floats) -> _Joined:
+    places = places_between(samples, nodes, pieces.start, pieces.end, POINTS)
+    anchor = _anchors(nodes, pieces, places.points, places.parameters)
+    end, is_line = anchor[pieces.after], pieces.is_line[:, None, None]
+    cubics = fit_cubics(anchor, end, places.points, places.parameters, PRECISE)
+    chord = (end - anchor)[:, None]
+    thirds = np.concatenate([anchor[:, None] + chord / 3.0, anchor[:, None] + chord * (2.0 / 3.0)], 1)
+    segments = np.concatenate([anchor[:, None], np.where(is_line, thirds, cubics.handles)], 1)
+    highest = np.where(nodes.is_corner[pieces.start], CORNER_DEGREES, SMOOTH_DEGREES)
+    is_smooth = (_turns(pieces, segments) < highest) & ~(pieces.is_line & pieces.is_line[pieces.before])
+    limit = np.maximum(typical_distance(cubics.distance, cubics.square), tolerance) * WORSENING_MAX
+    for _ in range(2):
+        directions = _smoothed(pieces, segments, is_smooth)
+        fitted = fit_lengths(anchor, end, directions, places.points, places.parameters)
+        distance = typical_distance(fitted.distance, fitted.square)
+        is_bad = (distance > limit) & ~pieces.is_line
+        is_smooth = is_smooth & ~(is_bad | is_bad[pieces.before])
+    handles = np.where(is_line, thirds, fitted.handles)
+    return _Joined(np.concatenate([anchor[:, None], handles], 1), distance, is_smooth)
+
+
+def _anchors(nodes: Nodes, pieces: Pieces, points: Floats, parameters: Floats) -> Floats:
+    """Return the starts of the pieces [R, 2]: where lines cross or are met, else the nodes."""
+    before, is_line = pieces.before, pieces.is_line
+    node = nodes.point[pieces.start]
+    cubics = fit_cubics(node, nodes.point[pieces.end], points, parameters, PRECISE)
+    center = points.mean(1)
+    along = _main_direction(points - center[:, None])
+    leaving = np.where(is_line[:, None], along, _unit(cubics.handles[:, 0] - node))
+    arriving = np.where(is_line[:, None], along, _unit(nodes.point[pieces.end] - cubics.handles[:, 1]))
+    # A line passes through its centre, a cubic's tangent through the node.
+    on_next = np.where(is_line[:, None], center, node)
+    on_last = np.where(is_line[before][:, None], center[before], node)
+    found, is_crossing = _crossings(on_last, arriving[before], on_next, leaving)
+    met = np.where(is_line[before][:, None], _nearest(node, center[before], along[before]), node)
+    met = np.where(is_line[:, None], _nearest(node, center, along), met)
+    is_corner = nodes.is_corner[pieces.start] & (is_line | is_line[before])
+    sine = np.abs(leaving[:, 0] * arriving[before][:, 1] - leaving[:, 1] * arriving[before][:, 0])
+    chord = np.linalg.norm(nodes.point[pieces.end] - node, axis=1)
+    shorter = np.minimum(chord, chord[before])
+    met = np.where((is_corner & (shorter < SHORT))[:, None], node, met)
+    shift_max = np.minimum(SHIFT_MAX, SHIFT_SHARE * shorter)
+    is_near = np.linalg.norm(found - node, axis=1) * np.maximum(sine, CROSSING_MIN) < shift_max
+    return np.where((is_crossing & is_near & (is_corner | (is_line & is_line[before])))[:, None], found, met)
+
+
+def _nearest(point: Floats, center: Floats, along: Floats) -> Floats:
+    """Return the nearest places [R, 2] to ``point`` on lines through ``center`` in the direction ``along``."""
+    return center + ((point - center) * along).sum(1, keepdims=True) * along
+
+
+def _main_direction(offsets: Floats) -> Floats:
+    """Return the unit vectors [R, 2] along which ``offsets`` [R, S, 2] from a mean extend, from first to last."""
+    xx, yy = (offsets[..., 0] ** 2).sum(1), (offsets[..., 1] ** 2).sum(1)
+    xy = (offsets[..., 0] * offsets[..., 1]).sum(1)
+    angle = np.arctan2(2.0 * xy, xx - yy) / 2.0
+    direction = np.stack([np.cos(angle), np.sin(angle)], 1)
+    forward = ((offsets[:, -1] - offsets[:, 0]) * direction).sum(1, keepdims=True)
+    return np.where(forward < 0, -direction, direction)
+
+
+def _crossings(a: Floats, along_a: Floats, b: Floats, along_b: Floats) -> tuple[Floats, Mask]:
+    """Return where the lines through ``a`` and ``b`` [R, 2] cross, and whether they do so at a clear angle."""
+    cross = along_a[:, 0] * along_b[:, 1] - along_a[:, 1] * along_b[:, 0]
+    is_clear = np.abs(cross) > CROSSING_MIN
+    between = b - a
+    share = (between[:, 0] * along_b[:, 1] - between[:, 1] * along_b[:, 0]) / np.where(is_clear, cross, 1.0)
+    return a + share[:, None] * along_a, is_clear
+
+
+def _directions(pieces: Pieces, segments: Floats) -> tuple[Floats, Floats]:
+    """Return the unit vectors [R, 2] along which pieces leave their start and arrive at their end."""
+    end = segments[pieces.after, 0]
+    return _unit(segments[:, 1] - segments[:, 0]), _unit(end - segments[:, 2])
+
+
+def _turns(pieces: Pieces, segments: Floats) -> Floats:
+    """Return by how many degrees the outline turns at the start of each piece [R]."""
+    leaving, arriving = _directions(pieces, segments)
+    cosine = np.clip((leaving * arriving[pieces.before]).sum(1), -1.0, 1.0)
+    turns: Floats = np.degrees(np.arccos(cosine))
+    return turns
+
+
+def _smoothed(pieces: Pieces, segments: Floats, is_smooth: Mask) -> Floats:
+    """Return the directions [R, 2, 2] of the handles, the same on both sides of smooth joints."""
+    leaving, arriving = _directions(pieces, segments)
+    before, is_line = pieces.before, pieces.is_line
+    common = _unit(leaving + arriving[before])
+    common = np.where(is_line[:, None], leaving, np.where(is_line[before][:, None], arriving[before], common))
+    leaving = np.where(is_smooth[:, None], common, leaving)
+    after = pieces.after
+    arriving = np.where(is_smooth[after][:, None], common[after], arriving)
+    return np.stack([leaving, -arriving], 1)
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)

@@ -1,0 +1,1 @@
+"""Make a drawing without overlaps, for cutting and plotting."""

@@ -1,0 +1,145 @@
+"""Pieces of curves between parts of different owners, each made once for both sides."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.cutting.noding import UNITS
+from warpvec.flat.cutting.planar_map import PlanarMap
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+_SAME_T = 1e-7
+"""Two parameters of a curve that differ by less are the same place."""
+
+
+class Piece(NamedTuple):
+    """A part of a curve: its control points [4, 2] in pixels, and whether it is a line."""
+
+    cubic: Floats
+    is_line: bool
+
+
+class CutEdges:
+    """The edges of ``mapped`` between faces of different ``owners`` [F], joined to pieces of ``cubics`` [R, 4, 2].
+
+    Points are rounded to multiples of ``tick``, across and down.
+    """
+
+    def __init__(
+        self,
+        mapped: PlanarMap,
+        owners: Integers,
+        cubics: Floats,
+        is_line: NDArray[np.bool_],
+        tick: tuple[float, float] | None = None,
+    ) -> None:
+        self._mapped = mapped
+        self._tick = None if tick is None else np.array(tick)
+        self._cubics = cubics
+        self._is_line = is_line
+        self._owner = owners[mapped.face]
+        self._twin = np.arange(len(mapped.tail)) ^ 1
+        self._is_cut = self._owner != self._owner[self._twin]
+        self._is_break = self._breaks()
+        self._pieces: dict[tuple[int, int], Piece] = {}
+
+    def loops(self, owner: int) -> list[list[Piece]]:
+        """Return the closed loops of pieces around all parts of ``owner``."""
+        waiting = dict.fromkeys(np.flatnonzero(self._is_cut & (self._owner == owner)).tolist())
+        loops = []
+        while waiting:
+            loop = [next(iter(waiting))]
+            while (following := self._next(loop[-1])) != loop[0]:
+                loop.append(following)
+            for half_edge in loop:
+                del waiting[half_edge]
+            joined = [piece for piece in self._joined(loop) if np.ptp(piece.cubic, axis=0).any()]
+            loops += [joined] if len(joined) > 1 else []
+        return loops
+
+    def _next(self, half_edge: int) -> int:
+        """Return the half-edge after ``half_edge`` on the outline of its owner."""
+        found = int(self._mapped.following[half_edge])
+        while not self._is_cut[found]:
+            found = int(self._mapped.following[found ^ 1])
+        return found
+
+    def _joined(self, loop: list[int]) -> list[Piece]:
+        """Return the pieces of a closed ``loop`` of half-edges."""
+        tail = self._mapped.tail
+        breaks = [k for k, half_edge in enumerate(loop) if self._is_break[tail[half_edge]]]
+        loop = loop[breaks[0] :] + loop[: breaks[0]]
+        stops = [*[k for k, half_edge in enumerate(loop) if self._is_break[tail[half_edge]]][1:], len(loop)]
+        pieces, first = [], 0
+        for stop in stops:
+            pieces.append(self._piece(loop[first], loop[stop - 1]))
+            first = stop
+        return pieces
+
+    def _piece(self, first: int, last: int) -> Piece:
+        """Return the piece from the tail of the half-edge ``first`` to the head of ``last``."""
+        if (first, last) not in self._pieces:
+            piece = self._made(first, last)
+            self._pieces[first, last] = piece
+            # The other side runs back along the same points.
+            self._pieces[last ^ 1, first ^ 1] = Piece(piece.cubic[::-1], piece.is_line)
+        return self._pieces[first, last]
+
+    def _made(self, first: int, last: int) -> Piece:
+        mapped = self._mapped
+        curve = int(mapped.curve[first // 2])
+        t_first, t_last = mapped.t[first // 2, first % 2], mapped.t[last // 2, 1 - last % 2]
+        start, end = (self._rounded(mapped.vertex[mapped.tail[each]] / UNITS) for each in (first, last ^ 1))
+        if self._is_line[curve]:
+            return Piece(start + np.linspace(0, 1, 4)[:, None] * (end - start), True)
+        cubic = _between(self._cubics[curve], float(t_first), float(t_last))
+        # The ends lie on the grid, where all pieces meet.
+        handles = self._rounded(cubic[1:3] + np.stack([start - cubic[0], end - cubic[3]]))
+        return Piece(np.stack([start, *handles, end]), False)
+
+    def _rounded(self, points: Floats) -> Floats:
+        return points if self._tick is None else np.rint(points / self._tick) * self._tick
+
+    def _breaks(self) -> NDArray[np.bool_]:
+        """Return the vertices [V] where a piece ends: junctions, and where one curve follows another."""
+        mapped = self._mapped
+        cut = np.flatnonzero(self._is_cut)
+        tails = mapped.tail[cut]
+        degree = np.bincount(tails, minlength=len(mapped.vertex))
+        curve, t = mapped.curve[cut // 2], mapped.t[cut // 2, cut % 2]
+        low_curve, high_curve, low_t, high_t = (
+            _extreme(tails, values, len(mapped.vertex), take)
+            for values, take in ((curve, np.minimum), (curve, np.maximum), (t, np.minimum), (t, np.maximum))
+        )
+        return (degree != 2) | (low_curve != high_curve) | (high_t - low_t > _SAME_T)
+
+
+def _extreme(rows: Integers, values: NDArray[np.generic], count: int, take: np.ufunc) -> Floats:
+    """Return the least or the largest of ``values`` of each row [count]."""
+    result = np.full(count, np.inf if take is np.minimum else -np.inf)
+    take.at(result, rows, values.astype(np.float64))
+    return result
+
+
+def _between(cubic: Floats, first: float, last: float) -> Floats:
+    """Return the control points [4, 2] of the part of ``cubic`` from the parameter ``first`` to ``last``."""
+
+    def blossom(r: float, s: float, t: float) -> Floats:
+        points = cubic
+        for u in (r, s, t):
+            points = points[:-1] + u * (points[1:] - points[:-1])
+        return points[0]
+
+    return np.stack(
+        [
+            blossom(first, first, first),
+            blossom(first, first, last),
+            blossom(first, last, last),
+            blossom(last, last, last),
+        ]
+    )

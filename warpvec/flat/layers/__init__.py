@@ -1,0 +1,1 @@
+"""Stack regions into layers, and find the outlines of each layer."""

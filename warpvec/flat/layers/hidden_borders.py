@@ -1,0 +1,199 @@
+"""Borders of a layer that layers above hide: a few straight lines from one end of what shows to the next."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw
+
+from warpvec.flat.layers.covering import Cover
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+RUN_MIN = 2.0
+"""Pixels of an outline that must be hidden in a row before it is changed."""
+
+BLURRED = 1.25
+"""Pixels at either end of a part that shows where three paints mix, so that its place is uncertain."""
+
+TANGENT_REACH = 4.0
+"""Pixels of an outline that tell in which direction it goes on beneath the layer above."""
+
+EXTENSION = 2.0
+"""Pixels that a part that shows goes on beneath the layer above before its border turns."""
+
+MARGIN_LEAST, WEDGE = 1.9, 0.25
+"""Pixels that the border of a layer stays away, beneath another one, from what neither covers; and pixels of that per
+pixel from its ends."""
+
+LINK_POINTS = 48
+"""Points of a hidden border between which straight lines are tried."""
+
+LINKS_MAX = 4
+"""Most lines of a hidden border; beyond, it follows the layers above in curves instead."""
+
+DETOURS_MAX = 24
+"""Times that another way is looked for because a line passes something on the wrong side."""
+
+ENCLOSED_MAX = 6
+"""Pixels of anything else that may lie between a hidden border and its simple form: those that touch its ends."""
+
+SMOOTHING = 9
+"""Points of a hidden border, about a pixel apart, whose mean replaces each of them, so that steps of pixels vanish."""
+
+SAMPLES = 64
+"""Points of such a line that must lie beneath the layers above."""
+
+
+def with_simple_hidden_borders(loop: Floats, is_hidden: Mask, cover: Cover) -> Floats:
+    """Return the closed polyline ``loop`` [n, 2] with simpler borders where it ``is_hidden`` [n]."""
+    runs = _hidden_runs(loop, is_hidden)
+    if not runs:
+        return loop
+    if len(runs) == 1 and runs[0][1] - runs[0][0] >= len(loop):
+        return _smoothed(np.concatenate([loop, loop[:1]]))[:-1]
+    parts = []
+    for (_, begin), (end, _), (start, stop) in zip(runs, [*runs[1:], _shifted(runs[0], len(loop))], runs, strict=True):
+        hidden = loop[np.arange(start - 1, stop + 1) % len(loop)]
+        shown = loop[np.arange(begin, end) % len(loop)]
+        parts.append((hidden, shown))
+    extended = [_extended(shown, cover) for _, shown in parts]
+    pieces = []
+    for index, (hidden, _) in enumerate(parts):
+        last, following = extended[index - 1], extended[index]
+        border = _border(np.concatenate([last[-1:], hidden[1:-1], following[:1]]), cover)
+        pieces += [border[1:-1], following]
+    return np.concatenate(pieces)
+
+
+def _shifted(run: tuple[int, int], count: int) -> tuple[int, int]:
+    return run[0] + count, run[1] + count
+
+
+def _hidden_runs(loop: Floats, is_hidden: Mask) -> list[tuple[int, int]]:
+    """Return first and one past the last vertex of each hidden run, in order; the last may go on past the end."""
+    if is_hidden.all():
+        return [(0, len(loop))]
+    begin = int(np.argmin(is_hidden))  # a vertex that shows
+    order = (np.arange(len(loop)) + begin) % len(loop)
+    change = np.diff(np.concatenate([[0], is_hidden[order].astype(np.int8), [0]]))
+    steps = np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1)[order]
+    lengths = np.concatenate([[0.0], np.cumsum(steps)])
+    runs = zip(np.nonzero(change == 1)[0], np.nonzero(change == -1)[0], strict=True)
+    return [(int(a) + begin, int(b) + begin) for a, b in runs if lengths[b] - lengths[a] >= RUN_MIN]
+
+
+def _extended(shown: Floats, cover: Cover) -> Floats:
+    """Return the part ``shown`` [n, 2] with both ends going straight on beneath the layers above."""
+    for _ in range(2):
+        shown = _extended_end(shown, cover)[::-1]
+    return shown
+
+
+def _extended_end(shown: Floats, cover: Cover) -> Floats:
+    steps = np.linalg.norm(np.diff(shown, axis=0), axis=1)
+    from_end = np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])
+    certain = np.nonzero((from_end >= BLURRED) & (from_end <= BLURRED + TANGENT_REACH))[0]
+    if len(certain) < 2:
+        return shown
+    near, first = shown[certain[0] : certain[-1] + 1], certain[-1]
+    direction = near[-1] - near[0]
+    direction /= max(float(np.linalg.norm(direction)), 1e-9)
+    for extension in (EXTENSION, EXTENSION / 2.0):
+        end = shown[first] + direction * (from_end[first] + extension)
+        if is_in(cover.above, end[None])[0]:
+            return np.concatenate([shown[: first + 1], end[None]])
+    return shown
+
+
+def _border(path: Floats, cover: Cover) -> Floats:
+    """Return a simple border from the first to the last point of a hidden ``path`` [n, 2]: few lines, or smooth."""
+    if len(path) <= 2:
+        return path
+    simple = _fewest_links(path, cover)
+    return simple if len(simple) - 1 <= LINKS_MAX else _smoothed(path)
+
+
+def _smoothed(path: Floats) -> Floats:
+    """Return ``path`` [n, 2] without the steps of pixels; its ends stay."""
+    ends = [np.repeat(path[place][None], SMOOTHING // 2, 0) for place in (0, -1)]
+    padded = np.concatenate([ends[0], path, ends[1]])
+    sums = np.cumsum(np.concatenate([np.zeros((1, 2)), padded]), 0)
+    return np.concatenate([path[:1], ((sums[SMOOTHING:] - sums[:-SMOOTHING]) / SMOOTHING)[1:-1], path[-1:]])
+
+
+def _fewest_links(path: Floats, cover: Cover) -> Floats:
+    """Return the path of fewest lines through points of ``path`` that stays covered, on the same side of all else."""
+    chosen = np.unique(np.rint(np.linspace(0, len(path) - 1, min(len(path), LINK_POINTS))).astype(np.int64))
+    points = path[chosen]
+    sees = _links(points, cover)
+    for _ in range(DETOURS_MAX):
+        order = _fewest_steps(points, sees)
+        if len(order) - 1 > LINKS_MAX:
+            break
+        wrong = [(a, b) for a, b in pairwise(order) if _encloses_other(path[chosen[a] : chosen[b] + 1], cover)]
+        if not wrong:
+            return points[order]
+        for a, b in wrong:
+            sees[a, b] = b == a + 1
+    return points
+
+
+def _fewest_steps(points: Floats, sees: Mask) -> list[int]:
+    """Return the points from the first to the last in fewest steps that ``sees`` [n, n] allows; then the shortest."""
+    count = len(points)
+    steps, came = np.full(count, np.inf), np.zeros(count, np.int64)
+    lengths = np.linalg.norm(points[:, None] - points, axis=-1)
+    cost = np.where(sees, 1.0 + 0.01 * lengths / max(float(lengths.max()), 1e-9), np.inf)
+    steps[0] = 0.0
+    for end in range(1, count):
+        total = steps[:end] + cost[:end, end]
+        came[end] = int(total.argmin())
+        steps[end] = total[came[end]]
+    order = [count - 1]
+    while order[-1] > 0:
+        order.append(int(came[order[-1]]))
+    return order[::-1]
+
+
+def _encloses_other(path: Floats, cover: Cover) -> bool:
+    """Return whether a ``path`` [n, 2] and the line between its ends enclose what is not beneath layers above."""
+    if len(path) <= 2:
+        return False
+    corner = np.floor(path.min(0)).astype(np.int64)
+    width, height = np.ceil(path.max(0)).astype(np.int64) - corner + 1
+    image = Image.new("1", (int(width), int(height)))
+    ImageDraw.Draw(image).polygon([(x, y) for x, y in (path - corner - 0.5).tolist()], fill=1)
+    box = cover.above[corner[1] : corner[1] + height, corner[0] : corner[0] + width]
+    inside = np.asarray(image)[: box.shape[0], : box.shape[1]]
+    return int((inside & ~box).sum()) > ENCLOSED_MAX
+
+
+def _links(points: Floats, cover: Cover) -> Mask:
+    """Return which of ``points`` [n, 2] are joined by a straight line that stays covered [n, n]; neighbours always."""
+    share = np.linspace(0.0, 1.0, SAMPLES)[1:-1, None]
+    between = points[:, None, None] * (1.0 - share) + points[None, :, None] * share
+    from_end = np.minimum(np.linalg.norm(between - points[0], axis=-1), np.linalg.norm(between - points[-1], axis=-1))
+    # At the ends, where the border comes out from beneath, no margin can be kept.
+    margin = np.minimum(MARGIN_LEAST, WEDGE * from_end)
+    x, y = np.floor(between).astype(np.int64).reshape(-1, 2).T
+    height, width = cover.above.shape
+    x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
+    inside = (cover.above[y, x] & (cover.from_out[y, x] >= margin.ravel())).reshape(margin.shape)
+    sees: Mask = inside.all(-1)
+    neighbours = np.arange(len(points) - 1)
+    sees[neighbours, neighbours + 1] = True
+    return sees
+
+
+def is_in(mask: Mask, points: Floats) -> Mask:
+    """Return whether each of ``points`` [n, 2] lies in a pixel of ``mask`` [h, w]."""
+    x, y = np.floor(points).astype(np.int64).T
+    height, width = mask.shape
+    inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+    found: Mask = inside & mask[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)]
+    return found

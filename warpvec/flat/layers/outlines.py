@@ -1,0 +1,47 @@
+"""The outlines of a layer: precise where they show, simple where a layer above hides them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.curves.contours import LEVEL, contours_of
+from warpvec.flat.layers.covering import cover_of
+from warpvec.flat.layers.hidden_borders import is_in, with_simple_hidden_borders
+from warpvec.flat.layers.stacking import Layer
+from warpvec.flat.regions.regions import Regions
+
+Floats = NDArray[np.float64]
+
+AREA_MIN = 1.0
+"""Area in square pixels of the smallest loop that is kept beside larger ones."""
+
+ONLY_AREA_MIN = 0.1
+"""The same if a part has no larger one: the dot of an i fills hardly more than half of two pixels."""
+
+
+def outlines(regions: Regions, layer: Layer) -> list[Floats]:
+    """Return the closed polylines [n, 2] of ``layer`` in pixels, x right, y down; holes run the other way."""
+    return [loop for part in layer.parts for loop in _outlines_of_part(regions, part, layer.above)]
+
+
+def _outlines_of_part(regions: Regions, members: Collection[int], above: Collection[int]) -> list[Floats]:
+    from scipy import ndimage
+
+    cover = cover_of(regions, members, above)
+    loops = contours_of(cover.coverage)
+    is_tiny = max((abs(signed_area(loop)) for loop in loops), default=0.0) < AREA_MIN
+    area_min = ONLY_AREA_MIN if is_tiny else AREA_MIN
+    loops = [loop for loop in loops if abs(signed_area(loop)) >= area_min]
+    if cover.above.any():
+        shows = ndimage.maximum_filter(cover.shown, 3) >= LEVEL
+        loops = [with_simple_hidden_borders(loop, ~is_in(shows, loop), cover) for loop in loops]
+    return [loop + cover.corner for loop in loops if abs(signed_area(loop)) >= area_min]
+
+
+def signed_area(loop: Floats) -> float:
+    """Return the area in square pixels that a polyline [n, 2] encloses; its sign says which way it runs."""
+    following = np.roll(loop, -1, axis=0)
+    return float((loop[:, 0] * following[:, 1] - loop[:, 1] * following[:, 0]).sum() / 2.0)

@@ -1,0 +1,178 @@
+"""Layers of a picture of regions, bottom to top: which region is painted over which."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.layers.junctions import border_shares, evidence_above, find_junctions
+from warpvec.flat.layers.merging import alike, interrupted_pairs
+from warpvec.flat.regions.regions import Regions
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+BORDER_EVIDENCE, AREA_EVIDENCE, SURELY = 0.8, 0.1, 100.0
+"""Evidence beside that of junctions, at most 1: that a region lies above one that it has its whole border with; that
+the smaller of two lies above; and that a region lies above one that surrounds it."""
+
+CLEARLY = 0.3
+"""Evidence that keeps a region from moving below another one, to be one layer with others."""
+
+MOVES_MAX = 8
+"""Rounds in which each layer may move to where it agrees best with the others."""
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One path of a drawing.
+
+    Attributes:
+        parts: regions that show its paint, grouped by shape: those of a group are joined beneath what interrupts them.
+        above: regions that are painted later and hide what is below them.
+    """
+
+    parts: tuple[tuple[int, ...], ...]
+    above: frozenset[int]
+
+    @property
+    def members(self) -> tuple[int, ...]:
+        """All regions that show its paint."""
+        return tuple(region for part in self.parts for region in part)
+
+
+def stack(regions: Regions, join: bool = False) -> list[Layer]:
+    """Return the layers of ``regions``, the lowest first.
+
+    A region lies beneath those that it surrounds. Of neighbours, the one whose outline goes on where a third one meets
+    both lies above, or the one that has more of its border with the other; else the smaller one, its holes filled.
+    Regions of one paint are one layer where something above interrupts it. Regions that are transparent, or have the
+    paint of the canvas, are holes through all layers.
+
+    With ``join``, shapes of one paint become one path where nothing between them is in the way. Marks and lettering are
+    often drawn so, figures with two eyes are not.
+    """
+    shown = np.nonzero(~is_outside(regions))[0]
+    area, surrounds = filled_areas(regions.label, len(regions))
+    junctions = find_junctions(regions, shown)
+    above = evidence_above(junctions, len(regions))
+    shares = border_shares(regions.label, len(regions))
+    above += BORDER_EVIDENCE * (shares - shares.T) + AREA_EVIDENCE * np.sign(area[None, :] - area[:, None])
+    above += SURELY * (surrounds.T.astype(float) - surrounds)
+    order = best_order(above, sorted(shown.tolist(), key=lambda index: (-area[index], index)))
+    seen = list(_seen_through(regions, surrounds, order))
+    for _, region in seen:
+        around = surrounds[:, region]
+        above[region, around] = above[around, region] = 0.0
+    pairs = [*seen, *interrupted_pairs(regions, junctions, order)]
+    shapes = _grouped([(region,) for region in order], pairs, above)
+    if not join:
+        return _layers(regions, [[shape] for shape in shapes])
+    joined = _grouped(shapes, _pairs_alike(regions, order), above)
+    return _layers(regions, [[shape for shape in shapes if shape[0] in path] for path in joined])
+
+
+def _seen_through(regions: Regions, surrounds: Mask, order: list[int]) -> Iterator[tuple[int, int]]:
+    """Yield pairs of regions of one paint, of which the second is seen through a hole in what lies on the first."""
+    ordered = np.array(order, np.int64)
+    for low, first in enumerate(order):
+        later = ordered[low + 1 :]
+        later = later[surrounds[first, later] & alike(regions, first, later)]
+        yield from ((first, second) for second in later.tolist() if (surrounds[first] & surrounds[:, second]).any())
+
+
+def _pairs_alike(regions: Regions, order: list[int]) -> Iterator[tuple[int, int]]:
+    """Yield all pairs of regions of one paint, the lower one first."""
+    ordered = np.array(order, np.int64)
+    for low, first in enumerate(order):
+        later = ordered[low + 1 :]
+        yield from ((first, second) for second in later[alike(regions, first, later)].tolist())
+
+
+def _grouped(
+    groups: Sequence[tuple[int, ...]], pairs: Iterable[tuple[int, int]], above: Floats
+) -> list[tuple[int, ...]]:
+    """Return the ``groups`` of regions, the lowest first, with both regions of ``pairs`` in one.
+
+    Groups stay apart where another one is in the way.
+    """
+    groups = list(groups)
+    for first, second in pairs:
+        places = (next(k for k, group in enumerate(groups) if region in group) for region in (first, second))
+        low, high = sorted(places)
+        between = [region for group in groups[low + 1 : high] for region in group]
+        if low == high:
+            continue
+        both = groups[low] + groups[high]
+        if _is_free(above, between, groups[high]):
+            groups[low : high + 1] = [both, *groups[low + 1 : high]]
+        elif _is_free(above.T, between, groups[low]):
+            groups[low : high + 1] = [*groups[low + 1 : high], both]
+    return groups
+
+
+def _is_free(above: Floats, between: list[int], group: tuple[int, ...]) -> bool:
+    """Return whether nothing says that ``group`` lies above one of the regions ``between``."""
+    evidence = above[np.ix_(group, between)] - above[np.ix_(between, group)].T
+    return bool((evidence < CLEARLY).all())
+
+
+def _layers(regions: Regions, paths: list[list[tuple[int, ...]]]) -> list[Layer]:
+    hides = regions.opacity >= 1.0
+    layers: list[Layer] = []
+    above: list[int] = []
+    for shapes in reversed(paths):
+        layers.insert(0, Layer(tuple(shapes), frozenset(above)))
+        above += [region for shape in shapes for region in shape if hides[region]]
+    return layers
+
+
+def is_outside(regions: Regions) -> Mask:
+    """Return which regions [K] (bool) no layer shows: the canvas, those of its paint, and transparent ones."""
+    outside = regions.opacity <= 0.0
+    if regions.canvas is not None and not outside[regions.canvas]:
+        outside = outside | alike(regions, regions.canvas, np.arange(len(regions)))
+    return outside
+
+
+def best_order(above: Floats, start: Sequence[int]) -> list[int]:
+    """Return the indices of ``start`` in the order, lowest first, that agrees best with ``above`` [K, K].
+
+    Entry [a, b] says how clearly a lies above b. Single entries move while the sum over all pairs grows.
+    """
+    order = np.array(start, np.int64)
+    more = above - above.T
+    for _ in range(MOVES_MAX):
+        before = order
+        for entry in before.tolist():
+            current = int(np.argmax(order == entry))
+            rest = np.delete(order, current)
+            values = np.concatenate([[0.0], np.cumsum(more[entry, rest])])
+            place = int(values.round(9).argmax())
+            if values[place] > values[current] + 1e-9:
+                order = np.insert(rest, place, entry)
+        if (order == before).all():
+            break
+    return [int(entry) for entry in order]
+
+
+def filled_areas(label: NDArray[np.int32], count: int) -> tuple[Integers, Mask]:
+    """Return the area in pixels of each of ``count`` regions with what it surrounds [K], and what that is [K, K].
+
+    A region is surrounded if most of its pixels are.
+    """
+    from scipy import ndimage
+
+    area, surrounds = np.zeros(count, np.int64), np.zeros((count, count), bool)
+    pixels = np.bincount(label.ravel(), minlength=count)
+    for region, box in enumerate(ndimage.find_objects(label + 1, count)):
+        if box is not None:
+            filled = ndimage.binary_fill_holes(label[box] == region)
+            area[region] = filled.sum()
+            surrounds[region] = 2 * np.bincount(label[box][filled], minlength=count) > pixels
+    np.fill_diagonal(surrounds, False)
+    return area, surrounds

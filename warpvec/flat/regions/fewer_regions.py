@@ -1,0 +1,53 @@
+"""Bound the number of regions: noise and photos have thousands, which no drawing of few paths could keep."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.regions.regions import Regions, find_canvas
+
+Floats = NDArray[np.float64]
+
+REGIONS_MAX = 1024
+"""Most regions of a drawing, twice the paths of the default. The order of the layers takes time and memory by the
+square of this number: of 1,024 regions a second and 100 MB."""
+
+
+def with_fewer_regions(regions: Regions, count: int = REGIONS_MAX) -> Regions:
+    """Return the ``count`` regions that show most; the pixels of the others go to the nearest one of these.
+
+    A region shows by its area and by the squared difference of its colour from those around it.
+    """
+    if len(regions) <= count:
+        return regions
+    from scipy import ndimage
+
+    keep = np.zeros(len(regions), bool)
+    keep[np.argsort(-_prominence(regions), kind="stable")[:count]] = True
+    number = (np.cumsum(keep) - 1).astype(np.int32)
+    row, column = ndimage.distance_transform_edt(~keep[regions.label], return_distances=False, return_indices=True)
+    label = regions.label[row, column]
+    # A share stays in pixels that both of their regions keep.
+    other = np.where(keep[regions.label] & keep[regions.other], regions.other, label)
+    share = np.where(other == label, np.float32(1), regions.share)
+    chosen = {name: getattr(regions, name)[keep] for name in ("color", "opacity", "kind", "geometry", "end_color")}
+    fewer = replace(regions, label=number[label], other=number[other], share=share, canvas=None, **chosen)
+    return replace(fewer, canvas=find_canvas(fewer.label, fewer.paints))
+
+
+def _prominence(regions: Regions) -> Floats:
+    """Return the area of each region [K] times its mean squared difference of colour along its border."""
+    mixed, label, count = regions.mixed().astype(np.float64), regions.label, len(regions)
+    total, length = np.zeros(count), np.zeros(count)
+    for near, far in ((np.s_[:, 1:], np.s_[:, :-1]), (np.s_[1:], np.s_[:-1])):
+        is_border = label[near] != label[far]
+        square = np.square(mixed[near] - mixed[far]).sum(-1)[is_border]
+        for side in (near, far):
+            owner = label[side][is_border]
+            total += np.bincount(owner, square, count)
+            length += np.bincount(owner, minlength=count)
+    area = np.bincount(label.ravel(), minlength=count)
+    return area * total / np.maximum(length, 1.0)

@@ -1,0 +1,69 @@
+"""Lines thinner than a pixel stay in one piece where they lie between two pixels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.regions.assignment import Assignment
+
+Mask = NDArray[np.bool_]
+
+WIDTH_MIN, NOISY_WIDTH_MIN = 0.5, 0.75
+"""Least share of a line in two pixels side by side, and so its width in pixels, at which it is kept in one piece, in
+clean and in noisy pictures."""
+
+RAISED_SHARE = 0.55
+"""Share that the larger of the two gets at the cost of the other, so that the line has a pixel of its own there."""
+
+BESIDE_MAX = 0.3
+"""Largest share in the pixels before and behind these two. Beside the edge of a wider region, one has more."""
+
+AHEAD_MAX = 0.92
+"""Largest share in the rows of pixels above and below. Where a wider region begins, one has all."""
+
+
+def keep_hairlines(assignment: Assignment, is_noisy: bool) -> None:
+    """Give pixels to lines that have less than half of each of two pixels side by side, but enough of both."""
+    for is_turned in (False, True):
+        label, other, share = (
+            values.T if is_turned else values for values in (assignment.label, assignment.other, assignment.share)
+        )
+        _raise_shares(label, other, share, NOISY_WIDTH_MIN if is_noisy else WIDTH_MIN)
+
+
+def _raise_shares(label: NDArray[Any], other: NDArray[Any], share: NDArray[Any], width_min: float) -> None:
+    """Change the arrays [h, w] where lines of ``width_min`` run between two pixels of a row."""
+    middle, left_side, right_side = slice(1, -1), slice(1, -2), slice(2, -1)
+    line = other[middle, left_side]
+    is_split = (line != label[middle, left_side]) & (line != label[middle, right_side])
+    rows, columns = np.nonzero(is_split & (line == other[middle, right_side]))
+    rows, columns = rows + 1, columns + 1
+    name = other[rows, columns]
+    left, right = 1 - share[rows, columns], 1 - share[rows, columns + 1]
+    beside = [_share_of(name, label, other, share, rows, columns + step) for step in (-1, 2)]
+    ahead = [
+        _share_of(name, label, other, share, rows + down, columns + step) for down in (-1, 1) for step in range(-1, 3)
+    ]
+    chosen = (left + right >= width_min) & (np.maximum(*beside) <= BESIDE_MAX)
+    chosen &= np.maximum.reduce(ahead) <= AHEAD_MAX
+    rows, columns, name = rows[chosen], columns[chosen], name[chosen]
+    left, right = left[chosen], right[chosen]
+    more = columns + (right > left)
+    less = columns + (right <= left)
+    other[rows, more], label[rows, more], share[rows, more] = label[rows, more], name, RAISED_SHARE
+    share[rows, less] = 1 - np.maximum(left + right - RAISED_SHARE, 0)
+    is_gone = share[rows, less] == 1
+    other[rows[is_gone], less[is_gone]] = label[rows[is_gone], less[is_gone]]
+
+
+def _share_of(
+    name: NDArray[Any], label: NDArray[Any], other: NDArray[Any], share: NDArray[Any], rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+) -> NDArray[Any]:  # fmt: skip
+    """Return the share of the regions ``name`` [N] in pixels."""
+    part = share[rows, columns]
+    rest = np.where(other[rows, columns] == name, 1 - part, 0)
+    return np.where(label[rows, columns] == name, part, rest)

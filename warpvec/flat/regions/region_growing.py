@@ -1,0 +1,157 @@
+"""Connected areas of pure pixels: those that no edge touches."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.regions.paints import Paints
+
+Floats = NDArray[np.float32]
+Integers = NDArray[np.int32]
+Mask = NDArray[np.bool_]
+
+NONE = -1
+"""Label of a pixel that belongs to no region yet."""
+
+SIDES = ((-1, 0), (0, -1), (0, 1), (1, 0))
+"""Steps to the four neighbours of a pixel, in rows and columns."""
+
+RAMP_WIDTH = 3
+"""Side in pixels of squares of pure pixels on steep ramps."""
+
+RAMP_STEP = 16 / 255
+"""Largest difference of neighbours on a steep ramp; 16 pixels of it cover all brightness."""
+
+RAMP_BEND = 2.1 / 255
+"""Largest change of this difference from pixel to pixel: rounding to 8 bits changes it by two levels."""
+
+GROWTH_MAX = 24
+"""Rounds of growth, of one pixel each: ringing of JPEG reaches 16 pixels from an edge where colour is halved."""
+
+
+def grow_seeds(picture: Floats, step: float, width: int, with_ramps: bool = False) -> Integers:
+    """Return connected areas of pure pixels [h, w], numbered from 0, and ``NONE`` elsewhere.
+
+    A pixel is pure if it lies in a square of ``width`` pixels in which no neighbours differ by more than ``step``. The
+    pixels of an edge are alike along the edge, but not across it. Squares of steeper ramps count ``with_ramps``.
+    """
+    differences = [np.diff(picture, axis=axis) for axis in (1, 0)]
+    right, below = (np.abs(difference).max(-1) <= step for difference in differences)
+    pure = _pure(right, below, width)
+    if with_ramps:
+        right |= _is_steady(differences[0], 1)
+        below |= _is_steady(differences[1], 0)
+        pure |= _pure(right, below, RAMP_WIDTH)
+    return linked_areas(pure, right, below)
+
+
+def _is_steady(difference: Floats, axis: int) -> Mask:
+    """Return where differences of neighbours along ``axis`` are as those before and behind: on a ramp, not an edge."""
+    if difference.size == 0:
+        return np.zeros(difference.shape[:2], bool)
+    change = np.abs(np.diff(difference, axis=axis)).max(-1) <= RAMP_BEND
+    ends = [(0, 0), (0, 0)]
+    ends[axis] = (1, 1)
+    padded = np.pad(change, ends, constant_values=True)
+    before, behind = (np.take(padded, range(start, start + difference.shape[axis]), axis) for start in (0, 1))
+    steady: Mask = (np.abs(difference).max(-1) <= RAMP_STEP) & before & behind
+    return steady
+
+
+def _pure(right: Mask, below: Mask, width: int) -> Mask:
+    """Return the pixels [h, w] of the squares in which all links to the right and below hold."""
+    from scipy import ndimage
+
+    height, row_length = below.shape[0] + 1, right.shape[1] + 1
+    if min(height, row_length) < width:
+        return np.zeros((height, row_length), bool)
+    across = _windows(right, width, width - 1)
+    down = _windows(below, width - 1, width)
+    corners = across & down
+    pure = np.zeros((height, row_length), bool)
+    pure[: corners.shape[0], : corners.shape[1]] = corners
+    return ndimage.binary_dilation(pure, np.ones((width, width)), origin=-((width - 1) // 2) - (width % 2 == 0) * 1)
+
+
+def _windows(mask: Mask, height: int, width: int) -> Mask:
+    """Return whether ``mask`` holds in each window of ``height`` x ``width``."""
+    rows, columns = mask.shape[0] - height + 1, mask.shape[1] - width + 1
+    result = np.ones((rows, columns), bool)
+    for row in range(height):
+        for column in range(width):
+            result &= mask[row : row + rows, column : column + columns]
+    return result
+
+
+def linked_areas(pure: Mask, right: Mask, below: Mask) -> Integers:
+    """Number the areas of pixels that links connect: on a grid of twice the resolution, links are pixels too."""
+    grid = np.zeros((2 * pure.shape[0] - 1, 2 * pure.shape[1] - 1), bool)
+    grid[::2, ::2] = pure
+    grid[::2, 1::2] = right & pure[:, 1:] & pure[:, :-1]
+    grid[1::2, ::2] = below & pure[1:] & pure[:-1]
+    return connected_areas(grid)[::2, ::2]
+
+
+def connected_areas(mask: Mask, diagonal: bool = False) -> Integers:
+    """Return numbers from 0 of the connected areas of ``mask`` [h, w], and ``NONE`` elsewhere."""
+    from scipy import ndimage
+
+    labels, _ = ndimage.label(mask, np.ones((3, 3)) if diagonal else None)
+    return (labels - 1).astype(np.int32)
+
+
+def pixels_of(labels: Integers) -> list[NDArray[np.intp]]:
+    """Return the pixels of each area of ``labels`` [h, w], from 0, numbered by rows."""
+    order = np.argsort(labels.ravel(), kind="stable")
+    count = np.bincount(labels.ravel() + 1)
+    return np.split(order, np.cumsum(count)[:-1])[1:] if len(count) > 1 else []
+
+
+def without_small(labels: Integers, area_min: float) -> Integers:
+    """Return ``labels`` [h, w], numbered anew, without the areas of fewer than ``area_min`` pixels."""
+    area = np.bincount(labels[labels >= 0], minlength=labels.max() + 1)
+    is_kept = area >= area_min
+    number = np.append(np.where(is_kept, np.cumsum(is_kept) - 1, NONE), NONE)
+    return number[labels].astype(np.int32)
+
+
+def grow_by_paint(
+    labels: Integers, where: Mask, picture: Floats, paints: Paints, metric: Floats, tolerance: float
+) -> Integers:
+    """Return ``labels`` [h, w] with each area grown over the pixels ``where`` [h, w] beside it that show its paint."""
+    labels = labels.copy()
+    height, width = labels.shape
+    is_new = labels != NONE
+    for _ in range(GROWTH_MAX):
+        rows, columns = np.nonzero(_beside(is_new) & (labels == NONE) & where)
+        if len(rows) == 0:
+            break
+        best, label = np.full(len(rows), tolerance, np.float32), np.full(len(rows), NONE, np.int32)
+        for down, right in SIDES:
+            row, column = np.clip(rows + down, 0, height - 1), np.clip(columns + right, 0, width - 1)
+            candidate = labels[row, column]
+            difference = _difference(candidate, rows, columns, picture, paints, metric)
+            is_better = (candidate != NONE) & (difference < best)
+            best[is_better], label[is_better] = difference[is_better], candidate[is_better]
+        is_new = np.zeros(labels.shape, bool)
+        is_new[rows, columns] = label != NONE
+        labels[rows, columns] = label
+    return labels
+
+
+def _beside(mask: Mask) -> Mask:
+    """Return the pixels with a neighbour in ``mask`` [h, w]."""
+    result = np.zeros_like(mask)
+    result[1:] |= mask[:-1]
+    result[:-1] |= mask[1:]
+    result[:, 1:] |= mask[:, :-1]
+    result[:, :-1] |= mask[:, 1:]
+    return result
+
+
+def _difference(
+    label: Integers, rows: NDArray[np.intp], columns: NDArray[np.intp], picture: Floats, paints: Paints, metric: Floats
+) -> Floats:
+    x, y = (place.astype(np.float32) + np.float32(0.5) for place in (columns, rows))
+    return np.abs((picture[rows, columns] - paints.at(np.maximum(label, 0), x, y)) @ metric).max(-1)

@@ -1,0 +1,216 @@
+"""Areas of one paint become one region, and specks go."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.regions.assignment import Assignment, colors_of, unmix
+from warpvec.flat.regions.denoising import Tolerances
+from warpvec.flat.regions.hairlines import keep_hairlines
+from warpvec.flat.regions.label_areas import areas_of, most_contact
+from warpvec.flat.regions.paints import Paints
+from warpvec.flat.regions.region_growing import NONE
+from warpvec.flat.regions.specks import SpeckLimits, specks_of
+from warpvec.flat.regions.unmixing import FAR_SHARE_MAX, triple_shares
+from warpvec.geometry.gradients import FLAT
+
+Floats = NDArray[np.float32]
+Integers = NDArray[np.int32]
+Mask = NDArray[np.bool_]
+
+SMALL_AREA, NOISY_SMALL_AREA = 64, 400
+"""It is less certain that smaller areas of clean and of noisy pictures are regions."""
+
+SMALL_POOL = 2.0
+"""Multiple of the tolerance within which the colour of a small area is that of a larger one."""
+
+HALF = 0.6
+"""An area in which no pixel has a larger share is no region, but the faint side of an edge between two pixels."""
+
+FAINT, FAINT_AREA = 0.9, 24
+"""A smaller area in which no pixel has a larger share, and which lies between two regions, is a wisp at their edge."""
+
+BETWEEN = 0.75
+"""An area lies between regions if less than this part of its border touches one of them."""
+
+EXPLAINED_PART = 0.8
+"""A small area is dropped if the regions around explain this part of its pixels."""
+
+
+def small_area(tolerances: Tolerances) -> int:
+    """Return the area in pixels below which an area is less certain."""
+    return NOISY_SMALL_AREA if tolerances.noise > 0 else SMALL_AREA
+
+
+def pool_paints(paints: Paints, area: NDArray[np.intp], tolerances: Tolerances) -> Integers:
+    """Return for each of K paints the number of the paint that it is drawn with: that of the largest area alike."""
+    values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity]).astype(np.float32)
+    seen = values @ tolerances.metric
+    pool = _equal_ramps(paints)
+    leaders: list[int] = []
+    for index in np.argsort(-area, kind="stable").tolist():
+        if paints.kind[index] != FLAT:
+            continue
+        limit = tolerances.pool * (SMALL_POOL if area[index] < SMALL_AREA else 1)
+        distance = np.abs(seen[leaders] - seen[index]).max(-1)
+        alike = (distance <= limit) & ((paints.opacity[leaders] > 0) == (paints.opacity[index] > 0))
+        if alike.any():
+            pool[index] = leaders[int(np.where(alike, distance, np.inf).argmin())]
+        else:
+            leaders.append(index)
+    return pool
+
+
+def _equal_ramps(paints: Paints) -> Integers:
+    """Return for each of K paints the number of the first that is the same ramp, or its own."""
+    rows = np.column_stack([paints.color, paints.opacity, paints.kind, paints.geometry, paints.end_color])
+    _, first, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    own = np.arange(len(paints), dtype=np.int32)
+    return np.where(paints.kind == FLAT, own, first[group.ravel()]).astype(np.int32)
+
+
+def merge_regions(
+    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
+    canvas: int | None,
+) -> tuple[Assignment, Paints]:  # fmt: skip
+    """Return regions that are connected, no specks by ``limits``, and of other paints than their neighbours."""
+    area = np.bincount(assignment.label.ravel(), minlength=len(paints))
+    pool = pool_paints(paints, area, tolerances)
+    for part in (assignment.label, assignment.other):
+        part[...] = pool[part]
+    assignment.anchors[...] = np.append(pool, NONE)[assignment.anchors]
+    keep_hairlines(assignment, tolerances.noise > 0)
+    for only_new in (True, False):
+        _drop_redundant(picture, assignment, paints, tolerances, only_new)
+    _drop_specks(picture, assignment, paints, tolerances, limits, canvas)
+    return _split(assignment, paints, tolerances.reach)
+
+
+def _drop_redundant(
+    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, only_new: bool
+) -> None:
+    """Drop small areas that a mix of the regions around explains: slivers along edges, seams, and noise.
+
+    ``only_new`` are those of paints that no larger area has.
+    """
+    areas = areas_of(assignment)
+    size = np.bincount(areas.ravel())
+    is_small = (size < small_area(tolerances))[areas]
+    if only_new:
+        known = np.unique(assignment.label[~is_small])
+        is_small &= ~np.isin(assignment.label, known)
+    if is_small.all() or not is_small.any():
+        return
+    trial = assignment.copy()
+    trial.anchors[is_small] = NONE
+    trial.is_pure[is_small] = False
+    unmix(trial, is_small, picture, paints, tolerances, None)
+    explained = (trial.residual[is_small] <= tolerances.mix) | _shines_through(
+        picture, assignment, trial, is_small, paints, tolerances
+    )
+    count = np.bincount(areas[is_small], explained, len(size))
+    dropped = is_small & (count >= EXPLAINED_PART * size)[areas]
+    assignment.write(trial, dropped)
+
+
+def _shines_through(
+    picture: Floats, assignment: Assignment, trial: Assignment, where: Mask, paints: Paints, tolerances: Tolerances
+) -> Mask:
+    """Return for the pixels ``where`` [h, w] whether they are a seam of two regions of ``trial``, with a little of
+    their own region behind it."""
+    rows, columns = (place.astype(np.int32) for place in np.nonzero(where))
+    names = np.stack([side[rows, columns] for side in (assignment.label, trial.label, trial.other)], 1)
+    shares, rest = triple_shares(*colors_of(names, rows, columns, picture, paints, tolerances.metric))
+    seam: Mask = (shares >= 0).all(1) & (shares[:, 0] <= FAR_SHARE_MAX) & (rest <= tolerances.mix)
+    return seam
+
+
+def _drop_specks(
+    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
+    canvas: int | None,
+) -> None:  # fmt: skip
+    """Give the pixels of specks to the regions around, first to those in reach."""
+    _flip_halves(assignment)
+    for radius in (tolerances.reach, 1):
+        speck = specks_of(assignment, paints, tolerances.metric, limits)
+        if speck.all() or not speck.any():
+            return
+        assignment.anchors[...] = np.where(speck, NONE, assignment.anchors if radius > 1 else assignment.label)
+        assignment.is_pure[speck] = False
+        unmix(assignment, speck, picture, paints, tolerances, canvas if radius > 1 else None, radius)
+    _join_nearest(assignment, paints, tolerances, limits)
+
+
+def _flip_halves(assignment: Assignment) -> None:
+    """Give the pixels of areas that have hardly more than half of any pixel to the regions they share these with."""
+    areas = areas_of(assignment)
+    peak = np.zeros(areas.max() + 1, np.float32)
+    np.maximum.at(peak, areas.ravel(), assignment.share.ravel())
+    size = np.bincount(areas.ravel())
+    is_wisp = (peak < FAINT) & (size < FAINT_AREA) & (most_contact(areas, assignment.label) < BETWEEN)
+    flipped = ((peak < HALF) | is_wisp)[areas]
+    assignment.label[flipped], assignment.other[flipped] = assignment.other[flipped], assignment.label[flipped]
+    assignment.share[flipped] = 0.5
+
+
+def _join_nearest(assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits) -> None:
+    """Give pixels of specks the label of the nearest pixel that is in none."""
+    from scipy import ndimage
+
+    speck = specks_of(assignment, paints, tolerances.metric, limits)
+    if speck.all() or not speck.any():
+        return
+    row, column = ndimage.distance_transform_edt(speck, return_distances=False, return_indices=True)[:, speck]
+    label = assignment.label[row, column]
+    stays = assignment.other[speck] == label
+    assignment.share[speck] = np.where(stays, 0.5, 1.0)
+    assignment.other[speck] = np.where(stays, assignment.label[speck], label)
+    assignment.label[speck] = label
+
+
+def _split(assignment: Assignment, paints: Paints, reach: int) -> tuple[Assignment, Paints]:
+    """Make a region of each connected area, and find the areas that the shares of pixels belong to."""
+    label, other = assignment.label, assignment.other
+    areas = areas_of(assignment)
+    first = np.zeros(areas.max() + 1, np.int32)
+    first[areas.ravel()] = label.ravel()
+    new_other = areas.copy()
+    rows, columns = np.nonzero(other != label)
+    new_other[rows, columns] = _nearest_area(areas, label, rows, columns, other[rows, columns], reach)
+    share = np.where(new_other == areas, np.float32(1), assignment.share)
+    anchors = np.where(assignment.anchors == label, areas, NONE)
+    result = Assignment(anchors, assignment.is_pure, areas, new_other, share, assignment.residual)
+    return result, paints.select(first)
+
+
+def _nearest_area(
+    areas: Integers,
+    label: Integers,
+    rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+    wanted: Integers,
+    reach: int,
+) -> Integers:
+    """Return the area [N] of the label ``wanted`` [N] nearest to each pixel, or the largest of it if none is near."""
+    steps = np.arange(-reach, reach + 1)
+    dy, dx = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
+    order = np.argsort(dy**2 + dx**2, kind="stable")
+    width = label.shape[1] + 2 * reach
+    place = ((rows + reach) * width + columns + reach)[:, None] + (dy * width + dx)[order]
+    fits = np.pad(label, reach, constant_values=NONE).ravel()[place] == wanted[:, None]
+    nearest = np.pad(areas, reach).ravel()[place[np.arange(len(rows)), fits.argmax(1)]]
+    largest = _largest_areas(areas, label, int(max(label.max(), wanted.max(initial=0))) + 1)[wanted]
+    elsewhere = np.where(largest == NONE, areas[rows, columns], largest)
+    return np.where(fits.any(1), nearest, elsewhere).astype(np.int32)
+
+
+def _largest_areas(areas: Integers, label: Integers, paint_count: int) -> Integers:
+    """Return the largest area of each label, with ``NONE`` for those without one and at the end."""
+    size = np.bincount(areas.ravel())
+    order = np.argsort(size, kind="stable")
+    label_of = np.zeros(len(size), np.int32)
+    label_of[areas.ravel()] = label.ravel()
+    largest = np.full(paint_count + 1, NONE, np.int32)
+    largest[label_of[order]] = order
+    return largest

@@ -1,0 +1,143 @@
+"""The regions of a picture: areas of one paint, and how the pixels between them are mixed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.regions.assignment import assign
+from warpvec.flat.regions.denoising import SHARP_REACH, Tolerances, measure_tolerances
+from warpvec.flat.regions.paint_fitting import fit_paints, smooth_seams
+from warpvec.flat.regions.paints import Paints
+from warpvec.flat.regions.region_growing import NONE
+from warpvec.flat.regions.region_merging import merge_regions
+from warpvec.flat.regions.seeding import find_seeds
+from warpvec.flat.regions.specks import SpeckLimits
+from warpvec.flat.regions.thin_parts import add_thin_parts
+from warpvec.geometry.gradients import FLAT
+
+Floats = NDArray[np.float32]
+Integers = NDArray[np.int32]
+
+AREA_MIN, AREA_MIN_OF_ICONS = 4.0, 2.0
+"""Areas of fewer pixels are specks; in small pictures each pixel was placed to be seen."""
+
+CLEAR_AREA_MIN = 1.5
+"""The same for areas of clean pictures that stand out, as the dot of an i does in text of a screen."""
+
+SOFT_AREA_MIN = 0.5
+"""Area of a speck in pictures with soft edges, as a part of the square of their reach: blur hides them."""
+
+ICON_SIZE = 200
+"""Longer side in pixels below which a picture is small."""
+
+BORDER_SHARE_MIN = 0.5
+"""Share of the picture's border that the canvas of an opaque picture has at least."""
+
+
+@dataclass(frozen=True, eq=False)
+class Regions:
+    """K regions of a picture of h x w pixels. A pixel between two regions is a mix of both.
+
+    Attributes:
+        label: region with the largest share of each pixel [h, w] (int32).
+        other: region that has the rest of each pixel [h, w] (int32); equal to ``label`` in pure pixels.
+        share: share of ``label`` in each pixel [h, w] (float32), in [0.5, 1].
+        color: sRGB-encoded fill [K, 3] (float32) in [0, 1]; of a gradient, that of the first stop.
+        opacity: opacity [K] (float32) in [0, 1]; 0 for regions where the picture is transparent.
+        kind: `warpvec.geometry.gradients.FLAT`, ``LINEAR`` or ``RADIAL`` [K] (int32).
+        geometry: ends x1, y1, x2, y2 of a linear gradient, or cx, cy, r, 0 of a radial one, in pixels [K, 4] (float32).
+        end_color: fill of the last stop [K, 3] (float32).
+        canvas: region that fills the canvas behind all others; None if the picture has no such region.
+    """
+
+    label: NDArray[np.int32]
+    other: NDArray[np.int32]
+    share: NDArray[np.float32]
+    color: NDArray[np.float32]
+    opacity: NDArray[np.float32]
+    kind: NDArray[np.int32]
+    geometry: NDArray[np.float32]
+    end_color: NDArray[np.float32]
+    canvas: int | None = None
+
+    def __len__(self) -> int:
+        return len(self.color)
+
+    @property
+    def paints(self) -> Paints:
+        """The paints of the regions."""
+        return Paints(self.color, self.opacity, self.kind, self.geometry, self.end_color)
+
+    def mixed(self) -> Floats:
+        """Return the picture that the regions, their paints and shares state: premultiplied RGBA [h, w, 4]."""
+        y, x = np.indices(self.label.shape, np.float32) + np.float32(0.5)
+        share = self.share[..., None]
+        return share * self.paints.at(self.label, x, y) + (1 - share) * self.paints.at(self.other, x, y)
+
+
+def find_regions(image: Floats, min_area: float = 0.0) -> Regions:
+    """Return the regions of flat art.
+
+    Args:
+        image: picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
+        min_area: areas of fewer pixels are left out, and in any case those of fewer than two to four,
+            unless they stand out.
+    """
+    picture, straight = premultiplied(image), with_alpha(image)
+    tolerances = measure_tolerances(picture)
+    limits = _speck_limits(min_area, image.shape, tolerances)
+    seeds = find_seeds(picture, straight, tolerances)
+    paints, seeds, seams = fit_paints(straight, seeds, tolerances)
+    canvas = find_canvas(seeds, paints)
+    assignment = assign(picture, seeds, paints, tolerances, canvas)
+    smooth_seams(assignment, seams)
+    paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas)
+    assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas)
+    canvas = find_canvas(assignment.label, paints)
+    return Regions(
+        assignment.label, assignment.other, assignment.share, paints.color, paints.opacity, paints.kind,
+        paints.geometry, paints.end_color, canvas,
+    )  # fmt: skip
+
+
+def _speck_limits(min_area: float, shape: tuple[int, ...], tolerances: Tolerances) -> SpeckLimits:
+    """Return the areas in pixels below which areas are specks, at least the ``min_area`` asked for."""
+    if tolerances.reach > SHARP_REACH:
+        least = SOFT_AREA_MIN * tolerances.reach**2
+        return SpeckLimits(max(min_area, least), max(min_area, least))
+    least = AREA_MIN if max(shape[:2]) > ICON_SIZE else AREA_MIN_OF_ICONS
+    clear = least if tolerances.noise > 0 else CLEAR_AREA_MIN
+    return SpeckLimits(max(min_area, least), max(min_area, clear))
+
+
+def with_alpha(image: Floats) -> Floats:
+    """Return ``image`` [h, w, 3 or 4] with an alpha channel [h, w, 4]."""
+    if image.shape[-1] == 4:
+        return image.astype(np.float32)
+    return np.concatenate([image, np.ones((*image.shape[:2], 1), np.float32)], -1).astype(np.float32)
+
+
+def premultiplied(image: Floats) -> Floats:
+    """Return ``image`` [h, w, 3 or 4] as premultiplied RGBA [h, w, 4]."""
+    result = with_alpha(image)
+    result[..., :3] *= result[..., 3:]
+    return result
+
+
+def find_canvas(label: Integers, paints: Paints) -> int | None:
+    """Return the region of the map ``label`` [h, w] behind all others, or None.
+
+    It is the longest at the border of those whose paint is clear or, if none is, has most of the border and is flat.
+    """
+    border = np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]])
+    count = np.bincount(border[border != NONE], minlength=len(paints))
+    clear = np.where(paints.opacity == 0, count, 0)
+    if clear.any():
+        return int(clear.argmax())
+    first = int(count.argmax())
+    alike = (paints.color == paints.color[first]).all(1) & (paints.opacity == paints.opacity[first])
+    is_canvas = paints.kind[first] == FLAT and count[alike].sum() >= BORDER_SHARE_MIN * len(border)
+    return first if is_canvas else None

@@ -1,0 +1,220 @@
+"""Parts too thin for a pure pixel: found where no mix of the regions around explains the picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.regions.assignment import Assignment, unmix
+from warpvec.flat.regions.denoising import Tolerances
+from warpvec.flat.regions.paint_fitting import flat_paints
+from warpvec.flat.regions.paints import Paints
+from warpvec.flat.regions.region_growing import connected_areas, pixels_of
+from warpvec.flat.regions.specks import CLEAR_CONTRAST, SpeckLimits
+from warpvec.flat.regions.unmixing import FAR_SHARE_MAX, pair_shares, triple_shares
+
+Floats = NDArray[np.float32]
+Integers = NDArray[np.int32]
+Mask = NDArray[np.bool_]
+
+ROUNDS_MAX = 6
+"""Rounds of new regions. Each explains one colour of an unexplained area; few areas have more."""
+
+SAMPLES_MAX = 400
+"""Pixels of an unexplained area that paints are compared on."""
+
+OWN_COLORS = 12
+"""Colours of an area that are tried for it."""
+
+FIRST_PART = 0.9
+"""The purest colour of an area is taken if it explains at least this part of the pixels that any of them explains."""
+
+KNOWN_PART = 0.85
+"""A known paint is taken if it explains at least this part of the pixels that the best of its own colours explains."""
+
+TOP_RESIDUAL = 0.8
+"""Pixels with more than this part of the largest residual show the purest colour of an area."""
+
+PEAK_SHARE_MIN = 0.6
+"""A paint known from elsewhere explains an area only if some pixels show this share of it. Otherwise the area is drawn
+in its own paler colour: a line of less than half a pixel's width would be lost."""
+
+PLATEAU_SHARE = 0.3
+"""Part of an area's pixels that shows one colour, which then is its own colour and not a mix with a paler one."""
+
+PLATEAU_AREA, NOISY_PLATEAU_AREA = 24, 100
+"""Pixels of a line that is drawn in a colour of its own, in clean and noisy pictures; shorter ones are tips."""
+
+ANCHOR_SHARE = 0.45
+"""Share of a new region from which a pixel belongs to it: a bit below one half keeps lines of one pixel in one piece
+where they lie between two pixels."""
+
+SEAM_PART = 0.8
+"""Part of the pixels of an area that must look like a seam of two regions."""
+
+STRENGTH = 2.0
+"""An area is looked at if a pixel in it is unexplained by this multiple of the tolerance."""
+
+
+PAIR_GAIN = 0.25 / 255
+"""Residual that a mix of three colours must save over one of two."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Shares:
+    """Shares of M paints in N pixels [N, M], and what is left [N, M]: of the best mix, and of that of all three."""
+
+    share: Floats
+    rest: Floats
+    third: Floats
+    third_rest: Floats
+
+
+def add_thin_parts(
+    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
+    canvas: int | None,
+) -> Paints:  # fmt: skip
+    """Add regions for what ``assignment`` does not explain, and return all paints."""
+    given_up = np.zeros(assignment.label.shape, bool)
+    for _ in range(ROUNDS_MAX):
+        areas = connected_areas((assignment.residual > tolerances.mix) & ~given_up, diagonal=True)
+        new = np.zeros(areas.shape, bool)
+        for pixels in pixels_of(areas):
+            rows, columns = np.divmod(pixels, areas.shape[1])
+            found = _explain(rows, columns, picture, assignment, paints, tolerances, limits)
+            if found is None:
+                # What else the area shows may be explained without its worst pixels.
+                residual = assignment.residual[rows, columns]
+                worst = residual >= TOP_RESIDUAL * residual.max()
+                given_up[rows[worst], columns[worst]] = True
+                continue
+            paint, is_anchor = found
+            assignment.anchors[rows[is_anchor], columns[is_anchor]] = len(paints)
+            new[rows[is_anchor], columns[is_anchor]] = True
+            paints = paints.joined(paint)
+        if areas.max() < 0:
+            break
+        unmix(assignment, _grown(new, tolerances.reach) & ~assignment.is_pure, picture, paints, tolerances, canvas)
+    unexplained = assignment.residual > tolerances.mix
+    unmix(assignment, unexplained, picture, paints, tolerances, canvas, wider=True)
+    return paints
+
+
+def _grown(mask: Mask, distance: int) -> Mask:
+    from scipy import ndimage
+
+    grown: Mask = ndimage.maximum_filter(mask, 2 * distance + 1)
+    return grown
+
+
+def _explain(
+    rows: NDArray[np.intp], columns: NDArray[np.intp], picture: Floats, assignment: Assignment, paints: Paints,
+    tolerances: Tolerances, limits: SpeckLimits,
+) -> tuple[Paints, Mask] | None:  # fmt: skip
+    """Return the paint of an unexplained area and the pixels of it that belong to it, or None for a speck."""
+    residual = assignment.residual[rows, columns]
+    if len(rows) < 2 or residual.max() < STRENGTH * tolerances.mix:
+        return None
+    few = slice(None, None, -(-len(rows) // SAMPLES_MAX))
+    color = picture[rows[few], columns[few]]
+    known, own = _known_colors(paints), _own_colors(color, residual[few])
+    values, metric = np.concatenate([known, own]), tolerances.thin_metric()
+    shares = _shares_of(values, rows[few], columns[few], picture, assignment, paints, metric)
+    if _is_seam(shares, len(known), rows[few], columns[few], assignment, tolerances):
+        return None
+    value = values[_best_paint(values, len(known), shares, color, len(rows), tolerances)]
+    chosen = _shares_of(value[None], rows, columns, picture, assignment, paints, metric)
+    share, rest = chosen.share[:, 0], chosen.rest[:, 0]
+    is_anchor = (share >= ANCHOR_SHARE) & (rest <= np.maximum(0.5 * residual, tolerances.mix))
+    least = limits.clear_area if residual.max() >= CLEAR_CONTRAST else limits.area
+    return (_paint_of(value), is_anchor) if share[is_anchor].sum() >= least else None
+
+
+def _own_colors(color: Floats, residual: Floats) -> Floats:
+    """Return colours [C, 4] of an area's pixels [N, 4] that it may be drawn in, the most likely one first.
+
+    The median of the pixels that are explained worst comes first. An area of several colours may have others.
+    """
+    worst = np.median(color[residual >= TOP_RESIDUAL * residual.max()], 0)
+    order = np.argsort(-residual, kind="stable")[: max(len(color) // 2, 1)]
+    picked = order[np.linspace(0, len(order) - 1, min(OWN_COLORS, len(order))).astype(np.intp)]
+    return np.concatenate([worst[None], color[picked]]).astype(np.float32)
+
+
+def _paint_of(value: Floats) -> Paints:
+    color = value[:3] / max(float(value[3]), 1.0e-6)
+    return flat_paints(np.append(np.clip(color, 0, 1), value[3])[None].astype(np.float32))
+
+
+def _known_colors(paints: Paints) -> Floats:
+    """Return the different premultiplied colours [M, 4] of flat paints."""
+    flat = paints.kind == 0
+    values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity])[flat]
+    return np.unique(values, axis=0)
+
+
+def _shares_of(
+    values: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], picture: Floats, assignment: Assignment,
+    paints: Paints, metric: Floats,
+) -> _Shares:  # fmt: skip
+    """Return how each of ``values`` [M, 4] explains N pixels beside their one region, or both."""
+    x, y = ((place + 0.5).astype(np.float32) for place in (columns, rows))
+    shape = (len(rows), len(values), 4)
+    color = np.broadcast_to((picture[rows, columns] @ metric)[:, None], shape)
+    new = np.broadcast_to((values @ metric)[None], shape)
+    sides = [
+        np.broadcast_to((paints.at(side[rows, columns], x, y) @ metric)[:, None], shape)
+        for side in (assignment.label, assignment.other)
+    ]
+    three, three_rest = triple_shares(color.reshape(-1, 4), np.stack([new, *sides], 2).reshape(-1, 3, 4))
+    third = three[:, 0].reshape(shape[:2])
+    third_rest = np.where((three >= 0).all(1), three_rest, np.inf).reshape(shape[:2])
+    share, rest = third, third_rest
+    for side in sides:
+        part, left = pair_shares(color, new, side)
+        is_better = left <= rest + PAIR_GAIN
+        share, rest = np.where(is_better, part, share), np.where(is_better, left, rest)
+    return _Shares(share, rest, third, third_rest)
+
+
+def _is_seam(
+    shares: _Shares, known_count: int, rows: NDArray[np.intp], columns: NDArray[np.intp], assignment: Assignment,
+    tolerances: Tolerances,
+) -> bool:  # fmt: skip
+    """Return whether an area lies between two regions, and what is behind both shines through the seam."""
+    between = assignment.label[rows, columns] != assignment.other[rows, columns]
+    if between.mean() < SEAM_PART:
+        return False
+    thin = (shares.third_rest <= tolerances.mix) & (shares.third <= FAR_SHARE_MAX)
+    return bool((thin.mean(0)[:known_count] >= SEAM_PART).any())
+
+
+def _best_paint(
+    values: Floats, known_count: int, shares: _Shares, color: Floats, size: int, tolerances: Tolerances
+) -> int:
+    """Return which of ``values`` [M, 4] explains most of an area: a known paint, or else one of its own colours.
+
+    Args:
+        values: the known paints and the area's own colours, premultiplied.
+        known_count: number of known paints.
+        shares: how the values explain pixels of the area.
+        color: colours of these pixels [N, 4].
+        size: number of all pixels of the area.
+        tolerances: those of the picture.
+    """
+    is_explained = shares.rest <= tolerances.mix
+    count = is_explained.sum(0)
+    own = known_count + int(count[known_count:].argmax())
+    if count[known_count] >= FIRST_PART * count[own]:
+        own = known_count
+    metric = tolerances.thin_metric()
+    distance = np.abs((values[:known_count] - values[own]) @ metric).max(-1)
+    peak = np.quantile(np.where(is_explained, shares.share, 0), 0.9, axis=0)[:known_count]
+    is_short = size < (NOISY_PLATEAU_AREA if tolerances.noise > 0 else PLATEAU_AREA)
+    possible = (count[:known_count] >= KNOWN_PART * count[own]) & ((peak >= PEAK_SHARE_MIN) | is_short)
+    at_own = (np.abs((color - values[own]) @ metric).max(-1) <= tolerances.paint).mean()
+    if at_own >= PLATEAU_SHARE and not is_short:
+        possible &= distance <= 2 * tolerances.pool
+    return int(np.where(possible, distance, np.inf).argmin()) if possible.any() else own

@@ -1,0 +1,1 @@
+"""Drop what a picture does not need: paths, nodes, and small irregularities."""

@@ -1,0 +1,135 @@
+"""Keep the changes of a drawing that the picture does not object to, and take back the others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.fit.target import Target
+from warpvec.flat.simplification.local_error import errors_near
+from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples, control_points, sample_outlines
+from warpvec.geometry.joints import Joints
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
+
+NOISE = 0.02
+"""Squared error, summed over channels, that never counts: that of a few pixels rounded to 8 bits."""
+
+TRIES = 4
+"""Times that changes which cost too much are taken back, each time with one more of their neighbours."""
+
+_Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """The exact error of scenes against an image.
+
+    Attributes:
+        target: the image, with its renderer.
+        height, width: its size in pixels.
+        threads: CPU threads.
+        detail: root mean square in pixels by which an outline may move, as the picture shows it.
+    """
+
+    target: Target
+    height: int
+    width: int
+    threads: int | None
+    detail: float
+
+    @staticmethod
+    def of(image: Tensor, config: FitConfig, detail: float) -> Judge:
+        return Judge(Target(image, config, "cpu"), image.shape[0], image.shape[1], config.threads, detail)
+
+    def error(self, scene: Scene) -> NDArray[np.float32]:
+        """Return the squared error in each pixel [h, w], summed over the channels."""
+        found: NDArray[np.float32] = self.target.squared_error(scene).numpy()
+        return found
+
+    def samples(self, scene: Scene) -> OutlineSamples:
+        return sample_outlines(scene, self.height, self.width, self.threads)
+
+    def allowed(self, samples: OutlineSamples) -> Floats:
+        """Return the rise of the error near each segment [R] that is allowed."""
+        return self.detail**2 * (samples.contrast * samples.lengths).sum(1) + NOISE
+
+
+def accepted_nodes(old: Scene, new: Scene, judge: Judge, samples: OutlineSamples) -> Scene:
+    """Return ``new`` with nodes as in ``old`` where the exact error near them would rise by too much.
+
+    Both have the same structure. ``samples`` are those of ``old``.
+    """
+    before, allowed, joints = judge.error(old), judge.allowed(samples), Joints.of(old)
+    previous, current = joints.values(old), joints.values(new)
+    changes = torch.stack([(a != b).any(1) for a, b in zip(previous, current, strict=True)]).any(0).numpy()
+    for attempt in range(TRIES):
+        if not changes.any():
+            return old
+        mask = torch.from_numpy(changes)[:, None]
+        values = (torch.where(mask, b, a) for a, b in zip(previous, current, strict=True))
+        scene = replace(new, segments=joints.segments(*values))
+        rise = judge.error(scene) - before
+        cost = np.maximum(errors_near(control_points(old), rise), errors_near(control_points(scene), rise))
+        wrong = _nodes_around(cost > allowed, changes, joints, attempt)
+        if not wrong.any():
+            return scene
+        changes &= ~wrong
+    return old
+
+
+def _nodes_around(segments: _Mask, nodes: _Mask, joints: Joints, reach: int) -> _Mask:
+    """Return the ``nodes`` [R] at the ends of the ``segments`` [R], and as many neighbours of these as ``reach``."""
+    following, preceding = joints.following.numpy(), joints.preceding.numpy()
+    found = segments | segments[preceding]
+    for _ in range(reach):
+        found = found | found[following] | found[preceding]
+    return found & nodes
+
+
+def accepted_loops(old: Scene, loops: dict[int, Floats], judge: Judge, samples: OutlineSamples) -> Scene:
+    """Return ``old`` with other curves for some ``loops`` [K, 3, 2], where the exact error rises by little."""
+    before, allowed = judge.error(old), judge.allowed(samples)
+    sizes = old.structure.loop_first_segment.diff().long().numpy()
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    while loops:
+        new = with_loops(old, loops)
+        rise = judge.error(new) - before
+        new_sizes = new.structure.loop_first_segment.diff().long().numpy()
+        new_owner = np.repeat(np.arange(len(sizes)), new_sizes)
+        costs = [
+            np.bincount(each, errors_near(control_points(scene), rise), len(sizes))
+            for each, scene in ((owner, old), (new_owner, new))
+        ]
+        wrong = np.maximum(*costs) > np.bincount(owner, allowed, len(sizes))
+        kept = {loop: curves for loop, curves in loops.items() if not wrong[loop]}
+        if len(kept) == len(loops):
+            return new
+        loops = kept
+    return old
+
+
+def with_loops(scene: Scene, loops: dict[int, Floats]) -> Scene:
+    """Return ``scene`` with the curves [K, 3, 2] for the loops of these numbers."""
+    structure = scene.structure
+    first = structure.loop_first_segment.tolist()
+    is_line = Joints.of(scene, keep=False).is_line
+    parts, lines, counts = [], [], []
+    for loop in range(structure.loop_count):
+        rows = slice(first[loop], first[loop + 1])
+        if loop in loops:
+            parts.append(torch.from_numpy(loops[loop]).to(scene.segments))
+            lines.append(torch.zeros(len(loops[loop]), dtype=torch.bool))
+        else:
+            parts.append(scene.segments[rows])
+            lines.append(is_line[rows])
+        counts.append(len(parts[-1]))
+    starts = torch.tensor([0, *np.cumsum(counts).tolist()], dtype=torch.int32)
+    mask = torch.cat(lines)
+    changed = Structure(starts, structure.path_first_loop, mask if mask.any() else None)
+    return replace(scene.detach(), segments=torch.cat(parts), structure=changed)

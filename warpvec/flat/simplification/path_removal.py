@@ -1,0 +1,140 @@
+"""Remove paths and loops that the picture hardly shows: slivers along edges, specks, and what is hidden."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.fit.target import Target
+from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples, sample_outlines
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
+
+DETAIL = 0.1
+"""Root mean square in pixels by which an outline may move, as the picture shows it."""
+
+NOISE = 0.05
+"""Squared error, summed over channels, that never counts: that of a few pixels rounded to 8 bits."""
+
+ROUNDS = 8
+"""Most times that paths are removed. What a path costs depends on the others, so each round removes only paths that are
+apart from each other."""
+
+_Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Removal:
+    """A scene with fewer paths, and the number of paths and of loops of other paths that are gone."""
+
+    scene: Scene
+    path_count: int
+    loop_count: int
+
+
+def remove_paths(scene: Scene, image: Tensor, config: FitConfig, detail: float = DETAIL) -> Removal:
+    """Remove the paths and loops that raise the squared error by no more than a move of their outline by ``detail``.
+
+    Args:
+        scene: a scene of cubics, fitted to the image.
+        image: the target [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
+        config: settings of the fit.
+        detail: root mean square in pixels by which an outline may move.
+    """
+    target, count = Target(image, config, "cpu"), len(scene)
+    for _ in range(ROUNDS):
+        keep = _needed(scene, target, _samples(scene, image, config), detail)
+        if keep.all():
+            break
+        scene = scene.select(torch.from_numpy(keep))
+    path_count = count - len(scene)
+    scene, loop_count = _without_loops(scene, target, _samples(scene, image, config), detail)
+    return Removal(scene, path_count, loop_count)
+
+
+def _samples(scene: Scene, image: Tensor, config: FitConfig) -> OutlineSamples:
+    return sample_outlines(scene, image.shape[0], image.shape[1], config.threads)
+
+
+def _needed(scene: Scene, target: Target, samples: OutlineSamples, detail: float) -> _Mask:
+    """Return which paths [N] stay: those that cost more, and those that overlap with one that goes."""
+    cost = target.fit_step(scene, True).removal_cost.double().numpy() / target.error_scale
+    worth = np.bincount(samples.path, (samples.contrast * samples.lengths).sum(1), len(scene))
+    order = np.argsort(cost, kind="stable")
+    low, high = _boxes(samples.control, samples.path, len(scene))
+    keep = np.ones(len(scene), np.bool_)
+    for path in order[cost[order] <= detail**2 * worth[order] + NOISE].tolist():
+        overlaps = (low[path] <= high) & (low <= high[path])
+        keep[path] = bool((overlaps.all(1) & ~keep).any())
+    return keep
+
+
+def _boxes(control: Floats, owner: NDArray[np.int64], count: int) -> tuple[Floats, Floats]:
+    """Return the least and the greatest coordinates [count, 2] of the segments [R, 4, 2] of each ``owner`` [R]."""
+    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+    np.minimum.at(low, owner, control.min(1))
+    np.maximum.at(high, owner, control.max(1))
+    return low, high
+
+
+def _sums_in_boxes(rise: NDArray[np.float32], low: Floats, high: Floats) -> Floats:
+    """Return the sum of ``rise`` [h, w] in the pixels of each box [K] and those beside it."""
+    height, width = rise.shape
+    sums = np.pad(rise.astype(np.float64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    size = np.array([width, height])
+    (left, top), (right, bottom) = (
+        np.clip(each, 0, size).astype(np.int64).T for each in (np.floor(low) - 1, np.ceil(high) + 1)
+    )
+    found: Floats = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
+    return found
+
+
+def _without_loops(scene: Scene, target: Target, samples: OutlineSamples, detail: float) -> tuple[Scene, int]:
+    """Return ``scene`` without loops that show as little, of paths that have others, and the number of these loops."""
+    structure = scene.structure
+    sizes = structure.loop_first_segment.diff().long().numpy()
+    loop = np.repeat(np.arange(len(sizes)), sizes)
+    contrast = (samples.contrast * samples.lengths).sum(1)
+    worth, length = np.bincount(loop, contrast, len(sizes)), np.bincount(loop, samples.lengths.sum(1), len(sizes))
+    allowed = detail**2 * worth + NOISE
+    cost = np.abs(loop_areas(samples.control, loop, len(sizes))) * worth / np.maximum(length, 1e-9)
+    per_path = structure.path_first_loop.diff().long().numpy()
+    has_others = np.repeat(per_path > 1, per_path)
+    gone = (cost <= allowed) & has_others
+    first = structure.path_first_loop[:-1].long().numpy()
+    gone[first] &= np.add.reduceat(~gone, first) > 0 if len(first) else False  # a path keeps one
+    if not gone.any():
+        return scene, 0
+    before, box = target.squared_error(scene), _boxes(samples.control, loop, len(sizes))
+    gone &= _sums_in_boxes((target.squared_error(without_loops(scene, gone)) - before).numpy(), *box) <= allowed
+    fewer = without_loops(scene, gone)
+    if float((target.squared_error(fewer) - before).sum()) > allowed[gone].sum():
+        return scene, 0  # one loop made up for another
+    return fewer, int(gone.sum())
+
+
+def loop_areas(control: Floats, loop: NDArray[np.int64], count: int) -> Floats:
+    """Return the signed area of each of ``count`` loops of cubics ``control`` [R, 4, 2], of ``loop`` [R]."""
+    pairs = ((0, 1, 6.0), (0, 2, 3.0), (0, 3, 1.0), (1, 2, 3.0), (1, 3, 3.0), (2, 3, 6.0))
+    area = np.zeros(len(control))
+    for i, j, weight in pairs:
+        area += weight / 20.0 * (control[:, i, 0] * control[:, j, 1] - control[:, i, 1] * control[:, j, 0])
+    return np.bincount(loop, area, count).astype(np.float64)
+
+
+def without_loops(scene: Scene, gone: _Mask) -> Scene:
+    """Return ``scene`` without the loops ``gone`` [L]; every path must keep one."""
+    structure = scene.structure
+    sizes = structure.loop_first_segment.diff().long().numpy()
+    rows = torch.from_numpy(np.repeat(~gone, sizes))
+    path_of_loop = np.repeat(np.arange(len(scene)), structure.path_first_loop.diff().long().numpy())
+    counts: list[list[int]] = [[] for _ in range(len(scene))]
+    for path, size in zip(path_of_loop[~gone].tolist(), sizes[~gone].tolist(), strict=True):
+        counts[path].append(size)
+    is_line = None if structure.is_line is None else structure.is_line[rows]
+    return replace(scene, segments=scene.segments[rows], structure=Structure.of_loops(counts, is_line))

@@ -1,0 +1,103 @@
+"""Make a drawing regular where the picture cannot tell the difference."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.flat.simplification.accepted_changes import Judge, accepted_loops, accepted_nodes
+from warpvec.flat.simplification.circles import ellipse_of
+from warpvec.flat.simplification.outline_samples import OutlineSamples
+from warpvec.flat.simplification.path_removal import loop_areas
+from warpvec.flat.simplification.roundings import rounded_corners
+from warpvec.flat.simplification.span_candidates import HIDDEN
+from warpvec.flat.simplification.straight_lines import Lines, regular_anchors
+from warpvec.geometry.joints import Joints
+from warpvec.geometry.scene import Scene
+
+DETAIL, REGULAR_SHARE = 0.1, 0.5
+"""Root mean square in pixels by which an outline may move, as the picture shows it, and the share of it that regular
+forms may take. With all of it, lines that are a third of a degree off the level on purpose would be made level."""
+
+AXIS_DEGREES, AXIS_MOVE = 3.0, 0.3
+"""Largest angle by which the tangent of a smooth node turns to be level or upright, and the largest move of a handle in
+pixels by that."""
+
+
+def regularize(scene: Scene, image: Tensor, config: FitConfig, detail: float = DETAIL) -> Scene:
+    """Return ``scene`` with regular forms where the exact error hardly rises.
+
+    Circles and ellipses become four arcs. Lines become level, upright, parallel and aligned, and their corners right.
+    Rounded corners become arcs, with equal radii in a loop. The tangents of smooth nodes become level or upright. Each
+    change is taken back where the squared error near it rises by more than an outline costs that moves by half of
+    ``detail``.
+
+    Args:
+        scene: a scene of cubics, fitted to the image.
+        image: the target [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
+        config: settings of the fit.
+        detail: root mean square in pixels by which an outline may move, as the picture shows it.
+    """
+    judge = Judge.of(image, config, REGULAR_SHARE * detail)
+    samples = judge.samples(scene)
+    scene = accepted_loops(scene, _ellipses(scene, samples), judge, samples)
+    for change in (_with_regular_lines, _with_rounded_corners, _with_level_tangents):
+        samples = judge.samples(scene)
+        scene = accepted_nodes(scene, change(scene, samples), judge, samples)
+    return scene
+
+
+def _ellipses(scene: Scene, samples: OutlineSamples) -> dict[int, np.ndarray]:
+    """Return the four curves [4, 3, 2] of each loop that is an ellipse."""
+    first = scene.structure.loop_first_segment.tolist()
+    sizes = np.diff(first)
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    areas = loop_areas(samples.control, owner, len(sizes))
+    weights, found = np.where(samples.visibility < HIDDEN, 0.0, samples.visibility * samples.lengths), {}
+    for loop, area in enumerate(areas.tolist()):
+        rows = slice(first[loop], first[loop + 1])
+        ellipse = ellipse_of(samples.points[rows].reshape(-1, 2), weights[rows].reshape(-1))
+        if ellipse is not None:
+            found[loop] = ellipse.segments(area > 0.0)
+    return found
+
+
+def _with_regular_lines(scene: Scene, samples: OutlineSamples) -> Scene:
+    joints = Joints.of(scene)
+    rows = joints.is_line.nonzero().flatten().numpy()
+    weight = (samples.visibility * samples.lengths).sum(1)
+    control = samples.control[rows]
+    lines = Lines(rows, samples.path[rows], control[:, 0], control[:, 3], weight[rows])
+    anchor = regular_anchors(lines, samples.control[:, 0], joints.preceding.numpy())
+    _, leaving, arriving = joints.values(scene)
+    moved = torch.from_numpy(anchor).to(scene.segments.dtype)
+    return replace(scene, segments=joints.segments(moved, leaving, arriving))
+
+
+def _with_rounded_corners(scene: Scene, samples: OutlineSamples) -> Scene:
+    joints, structure = Joints.of(scene), scene.structure
+    loop = np.repeat(np.arange(structure.loop_count), structure.loop_first_segment.diff().long().numpy())
+    following, preceding = joints.following.numpy(), joints.preceding.numpy()
+    *values, arcs = rounded_corners(samples.control, joints.is_line.numpy(), following, preceding, loop)
+    mask = torch.from_numpy(arcs | arcs[preceding])[:, None]
+    old = joints.values(scene)
+    new = (torch.where(mask, torch.from_numpy(b).to(a), a) for a, b in zip(old, values, strict=True))
+    return replace(scene, segments=joints.segments(*new))
+
+
+def _with_level_tangents(scene: Scene, samples: OutlineSamples) -> Scene:
+    joints = Joints.of(scene)
+    anchor, leaving, arriving = joints.values(scene)
+    beside_line = joints.is_line | joints.is_line[joints.preceding]
+    for axis in (0, 1):
+        across = torch.stack([leaving[:, axis].abs(), arriving[:, axis].abs()])
+        along = torch.stack([leaving[:, 1 - axis].abs(), arriving[:, 1 - axis].abs()])
+        is_near = (across <= AXIS_MOVE) & (across <= np.tan(np.radians(AXIS_DEGREES)) * along)
+        chosen = joints.is_smooth & ~beside_line & is_near.all(0)
+        for handle in (leaving, arriving):
+            handle[chosen, axis] = 0.0
+    return replace(scene, segments=joints.segments(anchor, leaving, arriving))
