@@ -6,6 +6,7 @@ import json
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from commands import QUICK, assert_refused, invoke, write_photo
 from PIL import Image, ImageDraw
@@ -87,3 +88,12 @@ def test_a_batch_chooses_for_each_image(icon: Path) -> None:
     assert invoke("batch", source, target, "--jobs", "1", "-q", *QUICK).exit_code == 0
     records = [json.loads(line) for line in (target / "batch.jsonl").read_text().splitlines()]
     assert {record["input"]: record["mode"] for record in records} == {"icon.png": "flat", "photo.png": "photo"}
+
+
+def test_the_summary_counts_what_is_left_out(tmp_path: Path) -> None:
+    ink = np.full((64, 64), 255, np.uint8)
+    ink[10:40, 10:40] = 0
+    ink[50, 50] = ink[55, 20] = 0
+    Image.fromarray(ink).save(tmp_path / "scan.png")
+    result = invoke("run", tmp_path / "scan.png", "--mode", "mono")
+    assert "left out: 2 specks" in result.stdout

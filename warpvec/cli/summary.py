@@ -86,6 +86,9 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     if metrics.get("mode_reason"):
         name, other = _MODES[metrics["mode"]]
         lines.append(f"mode: {name} ({{mode_reason}}); --mode {other} overrides")
+    left_out = [counted(count, name) for name, count in metrics.get("left_out", {}).items() if count]
+    if left_out:
+        lines.append("left out: " + ", ".join(left_out))
     if metrics.get("levels"):
         parts = (f"{counted(level['curves'], 'curve')} {level['psnr']:.2f} dB" for level in metrics["levels"])
         lines.append("up to each level: " + ", ".join(parts))

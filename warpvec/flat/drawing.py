@@ -56,12 +56,14 @@ class FlatDrawing:
         config: settings of the run; ``time_budget`` is for all of it.
         on_progress: called after every iteration of a fit.
         is_interrupted: says whether Ctrl-C asks for the best result so far.
+        left_out: what the last drawing left out, by its name: "path", "loop" and "node".
     """
 
     image: Tensor
     config: FitConfig
     on_progress: OnProgress | None = None
     is_interrupted: Callable[[], bool] = bool
+    left_out: dict[str, int] = field(default_factory=dict)
     _traced: Scene | None = None
     _outlined: Scene | None = None
     _history: list[dict[str, float]] = field(default_factory=list)
@@ -75,9 +77,11 @@ class FlatDrawing:
         """
         scene = self._outlines()
         if not self.is_over():
-            scene = remove_paths(scene, self.image, self.config, detail).scene
+            removal = remove_paths(scene, self.image, self.config, detail)
+            scene, self.left_out = removal.scene, {"path": removal.path_count, "loop": removal.loop_count}
         if len(scene) and not self.is_over():
-            scene = simplify(scene, self.image, self._timed_config(), detail).scene
+            simplified = simplify(scene, self.image, self._timed_config(), detail)
+            scene, self.left_out["node"] = simplified.scene, simplified.dropped
             scene = self._polished(scene, LAST_ITERATIONS)
             # Last, as a fit would undo exact circles and level lines.
             scene = regularize(scene, self.image, self._timed_config(), detail)

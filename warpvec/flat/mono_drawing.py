@@ -11,7 +11,7 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.progress import FitResult, OnProgress
 from warpvec.flat.curves.curve_fitting import TOLERANCE
-from warpvec.flat.mono import MIN_AREA, trace_mono
+from warpvec.flat.mono import MIN_AREA, mono_tracing
 from warpvec.flat.simplification.simplify import DETAIL
 
 
@@ -24,12 +24,14 @@ class MonoDrawing:
         config: settings of the run.
         on_progress: not called, because there is no fit.
         is_interrupted: says whether Ctrl-C asks for the best result so far.
+        left_out: how many specks the last drawing left out.
     """
 
     image: Tensor
     config: FitConfig
     on_progress: OnProgress | None = None
     is_interrupted: Callable[[], bool] = bool
+    left_out: dict[str, int] = field(default_factory=dict)
     _begin: float = field(default_factory=time.perf_counter)
 
     def draw(self, detail: float) -> FitResult:
@@ -38,13 +40,14 @@ class MonoDrawing:
         With the default detail the tolerance follows the noise of the picture; else it is proportional to the detail.
         """
         threshold = self.config.threshold
-        scene = trace_mono(
+        tracing = mono_tracing(
             self.image.numpy(),
             "auto" if threshold == "auto" else float(threshold),
             tolerance=None if detail == DETAIL else TOLERANCE * detail / DETAIL,
             min_area=max(MIN_AREA, self.config.min_area),
         )
-        return FitResult(scene, [], 0, self.seconds(), self.is_interrupted(), "cpu")
+        self.left_out = {"speck": tracing.speck_count}
+        return FitResult(tracing.scene, [], 0, self.seconds(), self.is_interrupted(), "cpu")
 
     def is_over(self) -> bool:
         """Return whether Ctrl-C or the time budget asks for the best result so far."""

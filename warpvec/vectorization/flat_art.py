@@ -13,7 +13,7 @@ from warpvec.fit.interrupt import deferred_interrupts
 from warpvec.fit.loop import single_torch_thread
 from warpvec.fit.progress import OnProgress
 from warpvec.flat.classify import Choice
-from warpvec.flat.cutting.cutout import cut_out
+from warpvec.flat.cutting.cutout import Cutout, cut_out
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.layering import layered
 from warpvec.flat.mono_drawing import MonoDrawing
@@ -56,12 +56,17 @@ def fit_flat(
 
         def draw(detail: float) -> Result:
             fitted = drawing.draw(detail)
-            scene = _cut(fitted.scene, size, photo, config.precision) if config.cutout else fitted.scene
+            scene, left_out = fitted.scene, drawing.left_out
+            if config.cutout:
+                cut = _cut(scene, size, photo, config.precision)
+                more = {"hidden path": cut.hidden_count, "sliver": cut.sliver_count}
+                scene, left_out = cut.scene, {**left_out, **more, "translucent fill": cut.blended_count}
             found = layered(scene)
             fitted = replace(fitted, scene=found.scene)
             return Result(
                 photo, size, replace(config, detail=detail), fitted, title, file_options=file_options, form=form,
                 keeps_paths=True, layer_names=found.names, choice=choice,
+                left_out=left_out,
             )  # fmt: skip
 
         if not goal:
@@ -69,7 +74,7 @@ def fit_flat(
         return DetailSearch(goal, draw, drawing.is_over, can_lose_paths=not config.cutout).run(config.detail)
 
 
-def _cut(scene: Scene, size: tuple[int, int], photo: NDArray[np.float32], precision: int) -> Scene:
+def _cut(scene: Scene, size: tuple[int, int], photo: NDArray[np.float32], precision: int) -> Cutout:
     """Return ``scene`` without overlaps, with points at the last decimals of the file, whose units are ``photo``'s."""
     ticks = [side / whole / 10**precision for side, whole in zip(size, photo.shape, strict=False)]
-    return cut_out(scene, size[1], size[0], (ticks[1], ticks[0])).scene
+    return cut_out(scene, size[1], size[0], (ticks[1], ticks[0]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from base64 import b64encode
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import escape
 from pathlib import Path
@@ -60,6 +60,7 @@ class Result:
         start_psnr: PSNR in dB of the drawing that the fit began with, None without one.
         layer_names: names of the layers by generation; None for numbers.
         choice: the mode that the picture asked for, and why; None if a setting decided it.
+        left_out: number of parts of a drawing of flat art that its file leaves out, by their name, for the summary.
         unchanged: text of the given file, if the result is that file as it came in; None if the file shows `scene`.
     """
 
@@ -76,6 +77,7 @@ class Result:
     layer_names: dict[int, str] | None = None
     choice: Choice | None = None
     unchanged: str | None = None
+    left_out: dict[str, int] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         height, width = self.photo.shape[:2]
@@ -200,6 +202,7 @@ class Result:
             "renderer": self.config.renderer,
             "start_psnr": self.start_psnr,
             "unchanged": self.unchanged is not None,
+            "left_out": self.left_out,
             "internal_psnr": self._internal_psnr(),
             "degree": self.fitted.scene.degree,
             "conversion_px": self._cubics[1],
