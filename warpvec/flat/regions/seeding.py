@@ -1,4 +1,4 @@
-"""Where regions start: areas of pure pixels that one paint explains."""
+"""The starts of regions: areas of pure pixels that one paint explains."""
 
 from __future__ import annotations
 
