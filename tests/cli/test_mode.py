@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from commands import QUICK, assert_refused, invoke, write_photo
 from PIL import Image, ImageDraw
+from svg_files import skip_without_cairo
 
 
 @pytest.fixture
@@ -69,6 +70,7 @@ def test_the_page_and_frames_of_flat_art_are_written(icon: Path) -> None:
 
 
 def test_a_file_for_print_is_the_only_file(icon: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    skip_without_cairo()
     folder = icon.parent / "print"
     folder.mkdir()
     result = invoke("run", icon, folder / "icon.pdf", "--size", "90mm")

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from short_fits import vectorize_briefly
+from svg_files import skip_without_cairo
 
 import warpvec
 from warpvec.errors import InputError
@@ -47,6 +48,7 @@ def test_a_size_that_is_none_is_refused_in_one_line(size: object) -> None:
 
 
 def test_print_files_have_the_size_in_points(tmp_path: Path) -> None:
+    skip_without_cairo()
     result = vectorize_briefly(PHOTO, size="90mm")
     result.save(tmp_path / "out.pdf")
     result.save(tmp_path / "out.EPS")
