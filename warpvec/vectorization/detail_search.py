@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from warpvec.errors import InputError
+from warpvec.vectorization.byte_limit import cut_to_bytes
 from warpvec.vectorization.goal import Goal, Trial, best_trial, make_facts
 from warpvec.vectorization.result import Result
 
@@ -98,12 +99,4 @@ class DetailSearch:
         if limit is not None and trial.bytes > limit and not self.can_lose_paths:
             remedy = f"give at least {trial.bytes}, the size of the coarsest drawing, or leave --cutout out"
             raise InputError("max_bytes", "must be enough for all shapes without overlaps", str(limit), remedy)
-        while limit is not None and trial.bytes > limit:
-            if trial.curves <= 1:
-                remedy = f"give at least {trial.bytes}, the size of this file with one path"
-                raise InputError("max_bytes", "must be enough for a path", str(limit), remedy)
-            excess = max(1, round(trial.curves * (trial.bytes - limit) / trial.bytes))
-            result = result.without(min(excess, trial.curves - 1))
-            trial = result.trial(self.goal)
-            self._trials.append(trial)
-        return result, trial
+        return cut_to_bytes(result, self.goal, self._trials, trial)

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.rules import require_scaffolding
-from warpvec.errors import InputError
 from warpvec.fit.interrupt import deferred_interrupts
 from warpvec.geometry.scene import Scene
+from warpvec.vectorization.byte_limit import cut_to_bytes
 from warpvec.vectorization.goal import (
     CORRECTION_RATE,
     PROBE_CURVES,
@@ -69,7 +69,7 @@ class Search:
             self._interrupted = interrupted
             self._approach()
             best = best_trial(self.goal, self.trials)
-            return self._with_totals(*self._cut(self._results[best], self.trials[best]))
+            return self._with_totals(*cut_to_bytes(self._results[best], self.goal, self.trials, self.trials[best]))
 
     def _approach(self) -> None:
         """Make fits until one meets the goal or no other would."""
@@ -137,19 +137,6 @@ class Search:
         result = replace(self.fit(config, start), config=replace(self.config, curves=config.curves))
         self._results.append(result)
         self.trials.append(result.trial(self.goal)._replace(eligible=eligible))
-
-    def _cut(self, result: Result, trial: Trial) -> tuple[Result, Trial]:
-        """Remove paths from ``result`` until it is within the bytes; return it with its ``trial``."""
-        limit = self.goal.max_bytes
-        while limit is not None and trial.bytes > limit:
-            if trial.curves <= 1:
-                remedy = f"give at least {trial.bytes}, the size of this file with one path"
-                raise InputError("max_bytes", "must be enough for a path", str(limit), remedy)
-            excess = max(1, round(trial.curves * (trial.bytes - limit) / trial.bytes))
-            result = result.without(min(excess, trial.curves - 1))
-            trial = result.trial(self.goal)
-            self.trials.append(trial)
-        return result, trial
 
     def _with_totals(self, result: Result, trial: Trial) -> Result:
         """Return ``result`` with the history, iterations and seconds of all fits, and the facts about the goal."""

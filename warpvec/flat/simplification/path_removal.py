@@ -12,11 +12,9 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
 from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples, sample_outlines
+from warpvec.flat.simplification.simplify import DETAIL
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
-
-DETAIL = 0.1
-"""Root mean square in pixels by which an outline may move, as the picture shows it."""
 
 NOISE = 0.05
 """Squared error, summed over channels, that never counts: that of a few pixels rounded to 8 bits."""
