@@ -134,6 +134,22 @@ def test_a_batch_gets_a_keyboard_interrupt(number: int) -> None:
     assert child.end() == (128 + number, "stopped\n", "")
 
 
+def test_a_slow_listener_does_not_end_a_batch_that_was_interrupted() -> None:
+    child = Child(
+        "from warpvec.cli.signals import _Listener",
+        "_Listener._leave_closed_terminal = lambda self: time.sleep(0.3)",
+        "try:",
+        "    with raised_interrupts():",
+        "        say('ready')",
+        "        time.sleep(30)",
+        "except KeyboardInterrupt:",
+        "    time.sleep(1)",
+        "    say('stopped')",
+    )
+    child.send(signal.SIGINT)
+    assert child.end() == (130, "stopped\n", "")
+
+
 def test_an_error_keeps_its_exit_code() -> None:
     lines = ("with deferred_interrupts() as is_interrupted:", "    wait_for(is_interrupted)", "sys.exit(2)")
     child = Child("hold_signals()", "say('ready')", *lines)

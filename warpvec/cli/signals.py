@@ -140,7 +140,9 @@ class _Listener:
         while (number := os.read(self._pipe[0], 1)[0]) != _STOP:
             self._leave_closed_terminal()
             is_first, self.number = self.number is None, self.number or number
-            if not is_first or not (self._has_result or self._raises):
+            # The main thread may have raised already, and left its block, before this thread runs.
+            is_handled = self._has_result or self._raises or self._has_raised
+            if not is_first or not is_handled:
                 _end_now(128 + number)
 
     def _leave_closed_terminal(self) -> None:
