@@ -1,5 +1,8 @@
 """Write one HTML file in which an SVG can be viewed, compared with its image, and edited.
 
+`markup`, `style` and `script` are the parts of the page that do not depend on the drawing, unlike `page_data`.
+Other pages are built of them too; `warpvec/viewer/assets/live.js` tells their scripts how to work with this one.
+
 The file loads nothing. Its scripts and styles, from ``warpvec/viewer/assets``, are written into it, and a content
 security policy allows only these, by their hashes. The SVG is stored as a JSON string, reduced to known elements and
 attributes. The page reads only numbers, colours and names from it and never inserts its elements.
@@ -39,7 +42,7 @@ HISTORY_KEYS = ("iteration", "curves", "psnr", "seconds")
 # In the order in which they are joined. Whatever is used while the page starts must be defined before its use.
 _SCRIPTS = (
     "paths", "pen", "basics", "gradients", "read", "save", "raster", "measure", "history", "edit", "brush", "gesture",
-    "stage", "tools", "app", "charts", "levels", "panel", "keys", "main",
+    "stage", "tools", "live", "app", "charts", "levels", "panel", "keys", "main",
 )  # fmt: skip
 
 
@@ -71,12 +74,20 @@ def write_page(
     check_writable(path, "path")
     records = _checked_history(history or [])
     pixels = None if photo is None else read_image(photo, background, name="photo")
-    data = {"name": name or Path(path).stem, "history": records, **_data(svg, pixels)}
+    data = {"name": name or Path(path).stem, "history": records, **page_data(svg, pixels)}
     write_atomic(path, _page(data).encode())
 
 
-def _data(svg: bytes, pixels: NDArray[np.float32] | None) -> dict[str, Any]:
-    """Return the data of the page, ready for JSON; an infinite PSNR is None."""
+def page_data(svg: bytes, pixels: NDArray[np.float32] | None) -> dict[str, Any]:
+    """Return "svg", "figures" and, if there are ``pixels``, "photo" of the page, ready for JSON.
+
+    Args:
+        svg: bytes of an ``.svg`` or ``.svgz`` file of any program.
+        pixels: the image to compare with, [h, w, 3 or 4] in [0, 1]. An infinite PSNR is None.
+
+    Raises:
+        InputError: as in `write_page`.
+    """
     document, text = sanitize(svg)
     figures: dict[str, Any] = {**file_facts(document)}
     data: dict[str, Any] = {"figures": figures, "svg": text}
@@ -110,27 +121,49 @@ def _data_url(pixels: NDArray[np.float32]) -> str:
 
 
 def _page(data: dict[str, Any]) -> str:
-    style = _page_file("page.css")
-    modules = "\n".join(_page_file(f"{name}.js") for name in _SCRIPTS)
-    script = f'(() => {{\n"use strict";\n{modules}}})();\n'
-    # In a script element only "<" can end the text or start a comment.
-    embedded = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
+    sheet, code = style(), script()
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{_policy(script, style)}">
+<meta http-equiv="Content-Security-Policy" content="{_policy(code, sheet)}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="generator" content="warpvec {__version__}">
 <title>{escape(data["name"])} - warpvec</title>
-<style>{style}</style>
+<style>{sheet}</style>
 </head>
 <body>
-{_page_file("page.html")}<script type="application/json" id="data">{embedded}</script>
-<script>{script}</script>
+{markup()}<script type="application/json" id="data">{embedded_data(data)}</script>
+<script>{code}</script>
 </body>
 </html>
 """
+
+
+def markup() -> str:
+    """Return the elements of the body. A script element of the identifier "data" must follow: see `embedded_data`."""
+    return _page_file("page.html")
+
+
+def style() -> str:
+    """Return the style sheet of the page."""
+    return _page_file("page.css")
+
+
+def script() -> str:
+    """Return the script of the page, which starts it and leaves only ``window.warpvecView`` behind."""
+    modules = "\n".join(_page_file(f"{name}.js") for name in _SCRIPTS)
+    return f'(() => {{\n"use strict";\n{modules}}})();\n'
+
+
+def embedded_data(data: dict[str, Any]) -> str:
+    """Return JSON of ``data`` for ``<script type="application/json" id="data">``.
+
+    Args:
+        data: "name", and optionally "history" and what `page_data` returns. Without "svg" the page starts empty.
+    """
+    # In a script element only "<" can end the text or start a comment.
+    return json.dumps(data, allow_nan=False).replace("<", "\\u003c")
 
 
 def _policy(script: str, style: str) -> str:

@@ -1,23 +1,42 @@
 /* State of the page, and the actions that change it. */
 
 class App {
-  constructor(data, drawing) {
-    this.data = data;
-    this.drawing = drawing;
-    this.meter = null;
-    this.selection = new Set();
-    this.level = drawing.layers.length;
-    this.show = "drawing";
-    this.split = 0;
+  constructor() {
     this.tool = "select";
     this.panning = false;
-    this.filter = null;
-    this.brush = { fill: "#d9480f", opacity: 1, width: Math.max(Math.round(drawing.box[2] / 60), 1), layer: drawing.layers.at(-1) };
-    this.gesture = null;
-    this.edited = false;
-    this.history = new History(() => this.changed());
+    this.live = new Live(this);
     this.editor = new Editor(this);
     this.generations = { name: "generations", paper: "#d8d8d4", colorOf: ({ layer }) => this.layerColor(layer) };
+  }
+
+  /** Shows a document; `data` is that in the page, and `meter` compares with its photo, if there is one. */
+  open(data, meter) {
+    this.data = data;
+    this.drawing = readDrawing(data.svg ?? EMPTY);
+    this.meter = meter;
+    this.selection = new Set();
+    this.levelLimit = Infinity;
+    this.show = "drawing";
+    this.split = meter ? 50 : 0;
+    this.filter = null;
+    this.gesture = null;
+    this.edited = false;
+    const { layers, box } = this.drawing;
+    this.brush = { fill: "#d9480f", opacity: 1, width: Math.max(Math.round(box[2] / 60), 1), layer: layers.at(-1) };
+    this.history = new History(() => this.isLocked(), () => this.changed());
+    this.panel?.reopen();
+    this.stage?.fit();
+  }
+
+  /** Tells whether nothing can be edited now, and says why. */
+  isLocked() {
+    if (this.live.isOn) this.say("The drawing is being fitted: stop the fit to edit it");
+    return this.live.isOn;
+  }
+
+  /** The number of levels that the detail control shows, from the lowest. */
+  get level() {
+    return Math.min(this.levelLimit, this.drawing.layers.length);
   }
 
   get shownLayers() {
@@ -90,11 +109,12 @@ class App {
     if (kept.length < this.selection.size) this.selection = new Set(kept);
     this.stage.request();
     this.panel.request();
+    this.live.onChange?.();
   }
 
   /** Starts a gesture on the selection, unless one is already active. */
   begin(label) {
-    if (this.gesture || !this.selection.size) return;
+    if (this.gesture || !this.selection.size || this.isLocked()) return;
     if (this.split) this.setSplit(0);
     this.gesture = new Gesture(this, label);
   }
@@ -117,7 +137,7 @@ class App {
   }
 
   setLevel(level) {
-    this.level = Math.min(Math.max(level, 1), this.drawing.layers.length);
+    this.levelLimit = level >= this.drawing.layers.length ? Infinity : Math.max(level, 1);
     this.refresh();
   }
 
@@ -142,20 +162,23 @@ class App {
   }
 
   addStroke(points) {
+    if (this.isLocked()) return;
     const { fill, opacity, width, layer } = this.brush;
     layer.visible = true;
-    this.level = Math.max(this.level, this.drawing.layers.indexOf(layer) + 1);
+    this.setLevel(Math.max(this.level, this.drawing.layers.indexOf(layer) + 1));
     this.editor.add(strokeOutline(points, width), fill, opacity, layer);
     this.say("Path added");
   }
 
   undo() {
+    if (this.isLocked()) return;
     this.cancel();
     const label = this.history.undo();
     this.say(label ? `Undone: ${label}` : "Nothing to undo");
   }
 
   redo() {
+    if (this.isLocked()) return;
     this.cancel();
     const label = this.history.redo();
     this.say(label ? `Redone: ${label}` : "Nothing to redo");
@@ -163,6 +186,10 @@ class App {
 
   save() {
     const text = writeDrawing(this.drawing);
+    if (window.desk?.save) {
+      window.desk.save(text);
+      return;
+    }
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob([text], { type: "image/svg+xml" }));
     link.download = `${this.data.name}-edited.svg`;

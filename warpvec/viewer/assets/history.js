@@ -5,14 +5,17 @@ const MAX_COMMANDS = 500;
 const MERGE_MS = 800;
 
 class History {
-  constructor(onChange) {
+  /** `isLocked` says that nothing may change now; `onChange` is called after each change. */
+  constructor(isLocked, onChange) {
     this.done = [];
     this.undone = [];
+    this.isLocked = isLocked;
     this.onChange = onChange;
   }
 
   /** Runs `mutate` as the command `label`. It may change only `items` and `layers`. */
   record(label, items, layers, mutate, merge = false) {
+    if (this.isLocked()) return;
     const before = capture(items, layers);
     mutate();
     this.push(label, before, merge);
@@ -20,7 +23,7 @@ class History {
 
   /** Records the changes since `before`, a result of `capture`. */
   push(label, before, merge = false) {
-    const after = capture([...before.items.keys()], [...before.lists.keys()]);
+    const after = capture([...before.items.keys()], [...before.lists.keys()], before.frame?.drawing);
     const last = this.done.at(-1);
     const now = performance.now();
     const touched = new Set([...before.lists.keys(), ...layersOf(before), ...layersOf(after)]);
@@ -48,8 +51,9 @@ class History {
     return this.restore(command, command.after);
   }
 
-  restore(command, { items, lists }) {
+  restore(command, { items, lists, frame }) {
     command.time = 0;
+    if (frame) Object.assign(frame.drawing, frame.state);
     for (const [item, state] of items) Object.assign(item, state);
     for (const [layer, list] of lists) layer.items = list;
     this.finish(command.touched);
@@ -62,14 +66,16 @@ class History {
   }
 }
 
-/** Saves the state of items and layers. Shallow copies suffice: shapes and item lists are replaced, never changed. */
-function capture(items, layers) {
+/** Saves the state of items and layers, and of the whole `drawing` if it is given. Shallow copies suffice: shapes, item
+ * lists and the list of layers are replaced, never changed. */
+function capture(items, layers, drawing = null) {
   const states = new Map();
   for (const item of items) {
     const { layer, shape, fill, opacity, stroke } = item;
     states.set(item, { layer, shape, fill, opacity, stroke });
   }
-  return { items: states, lists: new Map(layers.map((layer) => [layer, layer.items])) };
+  const frame = drawing && { drawing, state: { ...drawing } };
+  return { items: states, lists: new Map(layers.map((layer) => [layer, layer.items])), frame };
 }
 
 function layersOf({ items }) {

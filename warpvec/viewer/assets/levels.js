@@ -6,6 +6,7 @@ const LAYER_COLORS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98],
 class LevelTable {
   constructor(app, body) {
     this.app = app;
+    body.replaceChildren();
     this.rows = app.drawing.layers.map((layer) => this.addRow(body, layer));
   }
 
@@ -42,6 +43,7 @@ class LevelTable {
   measure() {
     const { app } = this;
     clearTimeout(this.timer);
+    if (app.live.isOn || app.panel.levels !== this) return;
     const { layers } = app.drawing;
     const next = layers.findIndex((_, i) => app.meter.known(layers.slice(0, i + 1)) === undefined);
     if (next < 0) return;

@@ -2,15 +2,14 @@
 
 async function main() {
   const data = JSON.parse(find("data").textContent);
-  const drawing = readDrawing(data.svg);
-  const app = new App(data, drawing);
-  if (data.photo) app.meter = new Meter(await loadPhoto(data.photo), drawing.box);
-  if (app.meter) app.split = 50;
+  const app = new App();
+  await app.live.open(data);
   app.panel = new Panel(app);
   app.stage = new Stage(app, find("art"), find("surface"));
   app.pointer = new Pointer(app, find("surface"));
   connectKeys(app);
   app.panel.request();
+  window.warpvecView = app.live;
   document.body.dataset.ready = "yes";
 }
 

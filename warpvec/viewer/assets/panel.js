@@ -5,16 +5,23 @@ const find = (id) => document.getElementById(id);
 class Panel {
   constructor(app) {
     this.app = app;
-    find("title").textContent = app.drawing.title || app.data.name;
-    const missing = { photo: !app.data.photo, history: !(app.data.history?.length > 1) };
-    for (const element of document.querySelectorAll("[data-needs]")) element.hidden = missing[element.dataset.needs];
-    this.levels = new LevelTable(app, find("levels").tBodies[0]);
-    this.fillStatic();
     this.connectView();
     this.connectPaint();
     this.connectButtons();
     this.connectSplit();
+    this.reopen();
+  }
+
+  /** Shows what depends on the document alone. */
+  reopen() {
+    const { app } = this;
+    find("title").textContent = app.drawing.title || app.data.name;
+    const missing = { photo: !app.meter, history: !(app.data.history?.length > 1) };
+    for (const element of document.querySelectorAll("[data-needs]")) element.hidden = missing[element.dataset.needs];
+    this.fillStatic();
+    this.relist();
     if (!missing.history) this.showPlot("iteration");
+    this.request();
   }
 
   fillStatic() {
@@ -22,15 +29,22 @@ class Panel {
     const rows = settingRows(app.drawing.settings);
     fillTable(find("settings"), rows);
     find("settings-box").hidden = !rows.length;
-    find("level").max = app.drawing.layers.length;
-    find("level").disabled = app.drawing.layers.length < 2;
     find("width").max = Math.max(Math.round(app.drawing.box[2] / 4), 2);
-    const names = app.drawing.layers.map(({ name }) => name);
+    const notes = [...app.drawing.notes].map(([text, count]) => `${count} × ${text}`);
+    this.say(notes.length ? `Shown differently from the file: ${notes.join("; ")}` : "");
+  }
+
+  /** Shows the levels of the drawing, whenever their list is another one. */
+  relist() {
+    const { app } = this;
+    this.listed = app.drawing.layers;
+    this.levels = new LevelTable(app, find("levels").tBodies[0]);
+    find("level").max = this.listed.length;
+    find("level").disabled = this.listed.length < 2;
+    const names = this.listed.map(({ name }) => name);
     fillSelect(find("filter"), ["All shown", ...names]);
     fillSelect(find("brush-level"), names);
     fillSelect(find("to-level"), ["Move to …", ...names]);
-    const notes = [...app.drawing.notes].map(([text, count]) => `${count} × ${text}`);
-    this.say(notes.length ? `Shown differently from the file: ${notes.join("; ")}` : "");
   }
 
   connectView() {
@@ -114,6 +128,7 @@ class Panel {
   show() {
     this.pending = false;
     const { app } = this;
+    if (this.listed !== app.drawing.layers) this.relist();
     const layers = app.shownLayers;
     const count = layers.reduce((sum, { items }) => sum + items.length, 0);
     find("shown-paths").textContent = `${count.toLocaleString("en")} ${count === 1 ? "path" : "paths"}`;
@@ -152,30 +167,38 @@ class Panel {
 
   showFigures() {
     const { app } = this;
-    const { figures = {} } = app.data;
+    const { figures } = app.data;
     const rows = [
       ["Paths", app.pathCount.toLocaleString("en")],
       ["Levels", app.drawing.layers.filter(({ items }) => items.length).length],
       ["Canvas", app.drawing.box.slice(2).map((side) => formatNumber(side, 2)).join(" × ")],
-      ["File as opened", formatBytes(figures.bytes)],
-      ["gzipped", formatBytes(figures.gzip_bytes)],
-      ["Segments", figures.segments.toLocaleString("en")],
     ];
-    if ("psnr" in figures) rows.push(["PSNR (resvg)", formatDb(figures.psnr ?? Infinity)], ["SSIM", figures.ssim.toFixed(4)]);
+    if ("bytes" in figures) rows.push(["File as opened", formatBytes(figures.bytes)]);
+    if ("gzip_bytes" in figures) rows.push(["gzipped", formatBytes(figures.gzip_bytes)]);
+    if ("segments" in figures) rows.push(["Segments", figures.segments.toLocaleString("en")]);
+    if ("psnr" in figures) rows.push(["PSNR (resvg)", formatDb(figures.psnr ?? Infinity)]);
+    if ("ssim" in figures) rows.push(["SSIM", figures.ssim.toFixed(4)]);
     fillTable(find("figures"), rows);
-    const quality = "psnr" in figures ? ` · ${formatDb(figures.psnr ?? Infinity)} (resvg)` : "";
-    find("summary").textContent =
-      `${app.pathCount.toLocaleString("en")} paths · ${formatBytes(figures.bytes)}${quality}${app.edited ? " · edited" : ""}`;
+    const parts = [`${app.pathCount.toLocaleString("en")} paths`];
+    if ("bytes" in figures) parts.push(formatBytes(figures.bytes));
+    if ("psnr" in figures) parts.push(`${formatDb(figures.psnr ?? Infinity)} (resvg)`);
+    if (app.edited) parts.push("edited");
+    find("summary").textContent = parts.join(" · ");
   }
 
   /** Measures the PSNR of the visible picture after a pause, so that the page stays responsive. */
   measureSoon(layers) {
     const { app } = this;
     if (!app.meter) return;
+    if (app.live.isOn) {
+      find("shown-psnr").textContent = "";
+      return;
+    }
     const known = app.meter.known(layers);
     find("shown-psnr").textContent = known === undefined ? "… dB" : formatDb(known);
     clearTimeout(this.timer);
     this.timer = setTimeout(() => {
+      if (app.live.isOn) return;
       find("shown-psnr").textContent = formatDb(app.meter.psnr(app.drawing, app.shownLayers));
       this.levels.measure();
     }, MEASURE_DELAY_MS);

@@ -215,7 +215,7 @@ function newLayer(group, index) {
   const generation = Number(id.match(LAYER_ID)?.[1] ?? index);
   const label = group?.getAttribute("label") || id;
   const name = LAYER_ID.test(id) ? `Generation ${generation}` : label || `Level ${index + 1}`;
-  return { key: index, id, name, generation, items: [], version: 0, visible: true };
+  return { key: index, id, name, generation, items: [], version: nextVersion(), visible: true };
 }
 
 function merged(layers) {

@@ -1,0 +1,64 @@
+"""The page as scripts of other pages use it: live frames of a fit, other documents, and fitting again."""
+
+from __future__ import annotations
+
+from browser import NEEDS_BROWSER, Viewer, browser_fixture, open_page_fixture  # noqa: F401  (fixtures)
+from squares import SQUARES, changed, drawing
+
+pytestmark = NEEDS_BROWSER
+
+FRAME = changed(red=(20, 20, 60, "#0cc", "1", 0))
+
+
+def call(viewer: Viewer, method: str, *arguments: object) -> object:
+    result = viewer.page.evaluate(
+        "([method, given]) => window.warpvecView[method](...given)", [method, list(arguments)]
+    )
+    viewer.settle()
+    return result
+
+
+def test_frames_keep_view_and_selection_and_are_one_undo_step(open_page) -> None:
+    viewer = open_page(drawing())
+    viewer.press("+")
+    viewer.click(130, 30)
+    before = viewer.at(0, 0)
+    call(viewer, "showDrawing", FRAME)
+    assert viewer.color(30, 30) == (0, 0xCC, 0xCC)
+    assert viewer.at(0, 0) == before
+    assert viewer.selected() == "1 of 4 paths selected: Generation 0"
+    # Nothing is edited while frames come.
+    viewer.press("Delete", "ArrowLeft", "Control+z")
+    assert "stop the fit" in viewer.text("message")
+    assert call(viewer, "drawingText").count("<path") == 4
+    call(viewer, "showDrawing", drawing({name: SQUARES[name] for name in ("red", "green")}))
+    call(viewer, "endDrawing", "Fit")
+    assert call(viewer, "drawingText").count("<path") == 2
+    viewer.press("Control+z")
+    assert viewer.text("message") == "Undone: Fit"
+    assert call(viewer, "drawingText").count("<path") == 4
+    assert viewer.color(30, 30) == (0xCC, 0, 0)
+    assert viewer.page.locator("#undo").is_disabled()
+    viewer.press("Control+Shift+z")
+    assert call(viewer, "drawingText").count("<path") == 2
+
+
+def test_frames_that_are_not_wanted_leave_no_trace(open_page) -> None:
+    viewer = open_page(drawing())
+    text = call(viewer, "drawingText")
+    call(viewer, "showDrawing", FRAME)
+    call(viewer, "endDrawing", None)
+    assert call(viewer, "drawingText") == text
+    assert viewer.page.locator("#undo").is_disabled()
+    assert viewer.color(30, 30) == (0xCC, 0, 0)
+
+
+def test_another_document_replaces_the_first(open_page) -> None:
+    viewer = open_page(drawing())
+    viewer.press("Control+a", "Delete")
+    other = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 30 20"><path fill="#00f" d="M0 0h30v20H0z"/></svg>'
+    call(viewer, "open", {"svg": other, "name": "leaf"})
+    assert viewer.page.inner_text("h1") == "leaf"
+    assert viewer.color(15, 10) == (0, 0, 255)
+    assert viewer.page.locator("#undo").is_disabled()
+    assert viewer.page.locator("#levels input").count() == 1
