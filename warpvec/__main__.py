@@ -1,10 +1,12 @@
 """Run ``python -m warpvec``, and the installed script ``warpvec``."""
 
+from warpvec.cli.loading import end_quickly
 from warpvec.cli.signals import run_command
 
 
 def main() -> None:
     """Run the command ``warpvec`` with the arguments of the process."""
+    end_quickly()
     run_command(_command)
 
 

@@ -1,12 +1,14 @@
-"""A fit must not import torch's compiler, which takes half a second and is not used."""
+"""A run must not take time for what it does not use: modules, and searches for garbage among modules."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import torch
+from commands import QUICK, write_photo
 
 from warpvec.geometry.circles import circle_points
 from warpvec.geometry.scene import Scene
@@ -26,6 +28,26 @@ print("torch._dynamo" in sys.modules)
 @pytest.mark.parametrize("renderer", ["exact", "splat"])
 def test_a_run_does_not_import_the_compiler(renderer: str) -> None:
     assert _last_line(FIT.format(renderer=renderer)) == "False"
+
+
+COMMAND = """
+import atexit, gc, sys
+is_enabled = []
+gc.callbacks.append(lambda phase, info: is_enabled.append("torch" in sys.modules))
+atexit.register(lambda: print(gc.get_freeze_count(), "scipy" in sys.modules, any(is_enabled)))
+from warpvec.__main__ import main
+sys.argv = {arguments!r}
+main()
+"""
+
+
+def test_a_command_on_a_photo_loads_no_scipy_and_leaves_the_modules_out_of_searches(tmp_path: Path) -> None:
+    photo = write_photo(tmp_path)
+    arguments = ["warpvec", "run", str(photo), str(tmp_path / "out.svg"), *QUICK]
+    frozen, has_scipy, has_searched = _last_line(COMMAND.format(arguments=arguments)).split()
+    assert int(frozen) > 100_000
+    assert has_scipy == "False"
+    assert has_searched == "True"  # again, once the modules are loaded
 
 
 def _last_line(code: str) -> str:

@@ -9,7 +9,9 @@ import pytest
 from logo import logo
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFilter
+from scipy.ndimage import maximum_filter
 
+from warpvec.flat import classify
 from warpvec.flat.classify import choose_mode
 
 SIDE = 256
@@ -116,3 +118,9 @@ def test_any_shape_and_a_single_colour_have_a_mode(shape: tuple[int, int]) -> No
 
 def test_the_reason_counts_the_colours() -> None:
     assert choose_mode(np.full((40, 40, 3), 0.5, np.float32)).reason == "1 colour, 100 % of the area is flat"
+
+
+@pytest.mark.parametrize("shape", [(40, 60), (5, 30), (1, 1)])
+def test_the_surroundings_of_edges_end_at_their_reach(shape: tuple[int, int]) -> None:
+    mask = np.random.default_rng(0).random(shape) < 0.02
+    assert (classify._widened(mask, 6) == maximum_filter(mask, 13)).all()

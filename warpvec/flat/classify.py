@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageFilter
-from scipy.ndimage import maximum_filter
 
 Levels = NDArray[np.int16]
 Mask = NDArray[np.bool_]
@@ -122,7 +121,7 @@ def shares_of(levels: Levels, change: Levels) -> Shares:
         return Shares(0.0, 0.0, 0.0, 0.0)
     if not is_step.any():  # nothing but soft shading
         return Shares(1.0, 0.0, 1.0, 1.0)
-    is_lonely = is_step & ~maximum_filter(is_strong, 2 * REACH + 1)
+    is_lonely = is_step & ~_widened(is_strong, REACH)
     weak = float((is_step & ~is_strong).sum() / is_step.sum())
     shading = float(change[~is_step].sum() / change.sum())
     return Shares(weak, _between(levels), shading, float(is_lonely.sum() / max((is_lonely | is_strong).sum(), 1)))
@@ -151,6 +150,15 @@ def _changes(levels: Levels) -> Levels:
         lowest = np.minimum(np.minimum(lowest[places[0]], lowest[places[1]]), lowest[places[2]])
     change: Levels = (highest - lowest).max(2)
     return change
+
+
+def _widened(mask: Mask, reach: int) -> Mask:
+    """Return the pixels at most ``reach`` rows and columns from one of ``mask`` [h, w]."""
+    for axis in (0, 1):
+        padding = [(reach, reach) if each == axis else (0, 0) for each in (0, 1)]
+        windows = np.lib.stride_tricks.sliding_window_view(np.pad(mask, padding), 2 * reach + 1, axis)
+        mask = np.any(windows, axis=2)
+    return mask
 
 
 def _between(levels: Levels) -> float:

@@ -28,7 +28,6 @@ from warpvec.image.resize import reduce_image
 from warpvec.rendering.launch import resolve_device
 from warpvec.svg.measure import evaluate
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
-from warpvec.vectorization.flat_art import fit_flat
 from warpvec.vectorization.goal import Goal, is_auto, with_curves
 from warpvec.vectorization.result import Result
 from warpvec.vectorization.search import Search
@@ -126,6 +125,8 @@ def fit_photo(
         choice = None if start is not None or checkpoint is not None or resume is not None else _chosen(target, config)
         config = replace(config, mode="photo" if choice is None else choice.mode)
     if config.mode != "photo":
+        from warpvec.vectorization.flat_art import fit_flat  # loads SciPy, which photos do without
+
         result = fit_flat(
             photo, config, title=title, goal=goal, on_progress=on_progress, file_options=file_options, choice=choice
         )

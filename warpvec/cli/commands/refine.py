@@ -19,6 +19,7 @@ from warpvec.cli.arguments import (
     verbose_option,
     write_svg_file,
 )
+from warpvec.cli.loading import quick_loading
 from warpvec.cli.options import GOALS, file_options, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
 from warpvec.cli.side_files import SideFile
@@ -62,7 +63,8 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     of the drawing uses --lr-scale, but no other learning rate and no weight of the loss.
     """
     check_out(out, may_print=True)
-    from warpvec.vectorization.refine import form_of, place_on_photo, read_drawing, refine_photo
+    with quick_loading():
+        from warpvec.vectorization.refine import form_of, place_on_photo, read_drawing, refine_photo
 
     data = read_svg_bytes(drawing, "--from")
     loaded = read_drawing(data, "--from")

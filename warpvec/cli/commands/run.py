@@ -18,6 +18,7 @@ from warpvec.cli.arguments import (
     verbose_option,
     write_svg_file,
 )
+from warpvec.cli.loading import quick_loading
 from warpvec.cli.options import file_options, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
 from warpvec.cli.side_files import SideFile
@@ -139,10 +140,10 @@ def _fit(
 
     image = read_source(source, "IN")
     photo = read_image(image, options["background"], name="IN")
-    # These imports take seconds. By now most mistakes have been reported.
-    from warpvec.cli.frames import watch
-    from warpvec.rendering.launch import resolve_device
-    from warpvec.vectorization.api import fit_photo, title_of
+    with quick_loading():  # These imports take a second. By now most mistakes have been reported.
+        from warpvec.cli.frames import watch
+        from warpvec.rendering.launch import resolve_device
+        from warpvec.vectorization.api import fit_photo, title_of
 
     resolve_device(config.device)
     frames, video, every = options["save_frames"], options["video"], options["every"]
