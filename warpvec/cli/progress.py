@@ -5,13 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TextIO
-
-from rich.console import Console
-from rich.progress import BarColumn, TextColumn
-from rich.progress import Progress as Bar
+from typing import TYPE_CHECKING, TextIO
 
 from warpvec.fit.progress import OnProgress, Pace, Progress
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
 
 BAR_SECONDS = 0.2
 """Time between two updates of the bar. It looks alive and takes less than 1 % of a core."""
@@ -38,6 +37,10 @@ def _show_nothing(progress: Progress) -> None:
 
 @contextmanager
 def _bar(stream: TextIO) -> Iterator[OnProgress]:
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn
+    from rich.progress import Progress as Bar
+
     # The callback draws the bar. Rich's own thread would compete with the threads of the kernels.
     bar = Bar(
         BarColumn(bar_width=None),
