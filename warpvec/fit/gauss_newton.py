@@ -34,24 +34,22 @@ def gauss_newton(drawing: Drawing, x: Tensor, held: Tensor) -> sparse.csc_matrix
     for shares in drawing.target.shares(scene):
         paints.add(shares.double().cpu().numpy().reshape(-1, 3))
     by_points = drawing.point_derivative(x, held)
-    views = list(_views(drawing, scene, crossed, place, len(pixels)))
     total = sparse.block_diag([sparse.csr_matrix((by_points.shape[1],) * 2), paints.elsewhere()], "csr")
-    for outlines in views:
-        for channel, slopes in enumerate(outlines):
-            both = sparse.hstack([slopes @ by_points, paints.at_pixels(channel) * len(views) ** -0.5], "csr")
-            total = total + both.T @ both
+    for channel, slopes in enumerate(_slopes(drawing, scene, crossed, place, len(pixels))):
+        by_paints = paints.at_pixels(channel) if channel < 3 else paints.nothing()
+        both = sparse.hstack([slopes @ by_points, by_paints], "csr")
+        total = total + both.T @ both
     return (2.0 * drawing.target.error_scale * total).tocsc()
 
 
-def _views(
+def _slopes(
     drawing: Drawing, scene: Scene, crossed: CrossedPixels, place: NDArray[np.int64], pixel_count: int
-) -> Iterator[list[sparse.csr_matrix]]:
-    """Yield for each matte how the crossed pixels change with the points of the curves [P, 8 R]: a matrix a channel."""
+) -> Iterator[sparse.csr_matrix]:
+    """Yield for each channel how the crossed pixels change with the points of the curves [P, 8 R]."""
     device = scene.segments.device
     rows, x, y = (torch.from_numpy(part).to(device) for part in crossed[:3])
     path = scene.structure.segment_path.long()[rows]
     columns = (8 * crossed.row[:, None] + np.arange(8)).ravel()
     where, shape = (np.repeat(place, 8), columns), (pixel_count, 8 * len(scene.segments))
-    for slopes in drawing.target.winding_slopes(scene, path, x, y):
-        channels = slopes.double().cpu().numpy().T
-        yield [sparse.csr_matrix(((one[:, None] * crossed.slopes).ravel(), where), shape=shape) for one in channels]
+    for slopes in drawing.target.winding_slopes(scene, path, x, y).double().cpu().numpy().T:
+        yield sparse.csr_matrix(((slopes[:, None] * crossed.slopes).ravel(), where), shape=shape)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -34,7 +36,7 @@ class PaintSlopes:
         self._ends = None if paints is None else paints.geometry.double().cpu().numpy()
         self.value_count = 4 * len(scene) + 3 + (0 if paints is None else 7 * len(scene))
         self._seen = 0
-        self._at_pixels: list[Values] = []  # the shares of each path in ``pixels``
+        self._at_pixels: list[tuple[Values, _Ramp | None]] = []  # the shares and ramps of each path in ``pixels``
         self._covered: Values | None = None
         self._squares: list[tuple[list[int], Values]] = []  # blocks of the matrix
 
@@ -43,7 +45,7 @@ class PaintSlopes:
         for share in shares.T[: self._count - self._seen]:
             here = share[self._pixels]
             self._covered = share.copy() if self._covered is None else self._covered + share
-            self._at_pixels.append(here)
+            self._at_pixels.append((here, self._ramp_of(self._seen, self._pixels)))
             if self._kind[self._seen] == FLAT:
                 square = np.full((1, 1), np.square(share).sum() - np.square(here).sum())
                 self._squares += [([3 * self._seen + channel], square) for channel in range(3)]
@@ -67,8 +69,8 @@ class PaintSlopes:
     def at_pixels(self, channel: int) -> sparse.csr_matrix:
         """Return the derivative of one channel of ``pixels`` by the paints [P, V]."""
         columns: list[tuple[int, Values]] = []
-        for path, share in enumerate(self._at_pixels):
-            columns += self._columns(path, channel, share, self._pixels)
+        for path, (share, ramp) in enumerate(self._at_pixels):
+            columns += self._columns(path, channel, share, ramp)
         if self._covered is not None:
             columns.append((4 * self._count + channel, 1.0 - self._covered[self._pixels]))
         found = [(value, *np.nonzero(np.abs(value) > SHARE_MIN)) for _, value in columns]
@@ -77,6 +79,10 @@ class PaintSlopes:
         where = (np.concatenate([rows for _, rows in found]), np.concatenate(indices))
         return sparse.csr_matrix((values, where), shape=(len(self._pixels), self.value_count))
 
+    def nothing(self) -> sparse.csr_matrix:
+        """Return the derivative of something that no paint changes, such as alpha [P, V]."""
+        return sparse.csr_matrix((len(self._pixels), self.value_count))
+
     def _add_gradient(self, path: int, share: Values) -> None:
         """Add the block of a gradient in the pixels that no outline crosses."""
         shown = share > SHARE_MIN
@@ -84,38 +90,52 @@ class PaintSlopes:
         pixels = np.flatnonzero(shown)
         if not len(pixels):
             return
+        ramp = self._ramp_of(path, pixels)
         for channel in range(3):
-            found = self._columns(path, channel, share[pixels], pixels)
+            found = self._columns(path, channel, share[pixels], ramp)
             slopes = np.stack([value for _, value in found], 1)
             self._squares.append(([index for index, _ in found], slopes.T @ slopes))
 
-    def _columns(self, path: int, channel: int, share: Values, pixels: NDArray[np.int64]) -> list[tuple[int, Values]]:
-        """Return which values of the paint of ``path`` change a ``channel`` of ``pixels``, and how."""
+    def _columns(self, path: int, channel: int, share: Values, ramp: _Ramp | None) -> list[tuple[int, Values]]:
+        """Return which values of the paint of ``path`` change a ``channel`` of some pixels, and how."""
         color = 3 * path + channel
-        if self._kind[path] == FLAT or self._ends is None:
+        if ramp is None:
             return [(color, share)]
-        y, x = np.divmod(pixels, self._width)
-        ramp, slopes = _ramp(int(self._kind[path]), self._ends[path], x + 0.5, y + 0.5)
         first_end_color = 4 * self._count + 3
         change = share * (self._end_color - self._color)[path, channel]
-        ends = [(first_end_color + 3 * self._count + ENDS * path + k, change * slopes[:, k]) for k in range(ENDS)]
-        return [(color, share * (1.0 - ramp)), (first_end_color + color, share * ramp), *ends]
+        first_end = first_end_color + 3 * self._count + ENDS * path
+        ends = [(first_end + k, change * slope) for k, slope in enumerate(ramp.slopes)]
+        return [(color, share * (1.0 - ramp.place)), (first_end_color + color, share * ramp.place), *ends]
+
+    def _ramp_of(self, path: int, pixels: NDArray[np.int64]) -> _Ramp | None:
+        """Return the ramp of ``path`` in the ``pixels``, or None if the path is flat."""
+        if self._kind[path] == FLAT or self._ends is None:
+            return None
+        y, x = np.divmod(pixels, self._width)
+        return _ramp(int(self._kind[path]), self._ends[path], x + 0.5, y + 0.5)
 
 
-def _ramp(kind: int, ends: Values, x: Values, y: Values) -> tuple[Values, Values]:
-    """Return how far along a gradient each place lies [M], from 0 to 1, and its derivative by the ``ends`` [M, 4]."""
-    slopes = np.zeros((len(x), ENDS))
-    off = np.stack([x - ends[0], y - ends[1]], 1)
+class _Ramp(NamedTuple):
+    """How far along a gradient each place lies [M], from 0 to 1, and its derivative by each of the ends [4, M]."""
+
+    place: Values
+    slopes: Values
+
+
+def _ramp(kind: int, ends: Values, x: Values, y: Values) -> _Ramp:
+    """Return the ramp of a gradient at the places ``x``, ``y`` [M]."""
+    slopes = np.zeros((ENDS, len(x)))
+    off = np.stack([x - ends[0], y - ends[1]])
     if kind == RADIAL:
-        distance, radius = np.maximum(np.linalg.norm(off, axis=1), 1e-9), max(float(ends[2]), EXTENT_MIN)
+        distance, radius = np.maximum(np.sqrt(np.square(off).sum(0)), 1e-9), max(float(ends[2]), EXTENT_MIN)
         ramp = distance / radius
-        slopes[:, :2] = -off / (distance * radius)[:, None]
-        slopes[:, 2] = -ramp / radius
+        slopes[:2] = -off / (distance * radius)
+        slopes[2] = -ramp / radius
     else:
         axis = ends[2:] - ends[:2]
-        squared = max(float(axis @ axis), EXTENT_MIN**2)
-        ramp = off @ axis / squared
-        slopes[:, :2] = ((2.0 * ramp - 1.0)[:, None] * axis - off) / squared
-        slopes[:, 2:] = (off - 2.0 * ramp[:, None] * axis) / squared
-    slopes[(ramp <= 0.0) | (ramp >= 1.0)] = 0.0
-    return ramp.clip(0.0, 1.0), slopes
+        squared = max(float((axis * axis).sum()), EXTENT_MIN**2)
+        ramp = (axis[0] * off[0] + axis[1] * off[1]) / squared
+        slopes[:2] = ((2.0 * ramp - 1.0) * axis[:, None] - off) / squared
+        slopes[2:] = (off - 2.0 * ramp * axis[:, None]) / squared
+    slopes[:, (ramp <= 0.0) | (ramp >= 1.0)] = 0.0
+    return _Ramp(ramp.clip(0.0, 1.0), slopes)

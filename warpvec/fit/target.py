@@ -102,13 +102,20 @@ class Target:
             signs = torch.randint(0, 2, shape, generator=generator, dtype=torch.int8).to(scene.segments)
             yield self._renderer.adjoint(_over(scene, matte), share * (2.0 * signs - 1.0))
 
-    def winding_slopes(self, scene: Scene, path: Tensor, x: Tensor, y: Tensor) -> list[Tensor]:
-        """Return how pixels change with the winding of a path, [M, 3] for each matte or once if there are none.
+    def winding_slopes(self, scene: Scene, path: Tensor, x: Tensor, y: Tensor) -> Tensor:
+        """Return how pixels change with the winding of a path: [M, 3], or [M, 4] if there are mattes.
 
-        See `ExactRenderer.winding_slopes`. They are scaled as in `random_adjoints`.
+        See `ExactRenderer.winding_slopes`. With mattes these are the channels over a grey one, and the difference of
+        black and white, which all channels share: the sum of their squares is the mean over black and white.
         """
-        share = len(self._views) ** -0.5
-        return [share * self._exact.winding_slopes(_over(scene, m), path, x, y) for _, m in self._views]
+        if self._views[0][1] is None:
+            return self._exact.winding_slopes(scene, path, x, y)
+        grey = replace(scene, background=torch.full_like(scene.background, sum(MATTES) / 2.0))
+        clear = replace(
+            scene, color=torch.zeros_like(scene.color), background=torch.ones_like(grey.background), gradients=None
+        )
+        difference = self._exact.winding_slopes(clear, path, x, y, channels=1)
+        return torch.cat([self._exact.winding_slopes(grey, path, x, y), 0.5 * 3.0**0.5 * difference], 1)
 
     def shares(self, scene: Scene) -> Iterator[Tensor]:
         """Yield the visible share of each path in each pixel, three paths at a time [h, w, 3]."""

@@ -58,17 +58,17 @@ class ExactRenderer(TileRenderer):
         adj_edges = self._coverage.adjoint(self._flattening, self._binning, len(scene.segments))
         self._flattening.adjoint(adj_edges, adjoints.segments)
 
-    def winding_slopes(self, scene: Scene, path: Tensor, x: Tensor, y: Tensor) -> Tensor:
-        """Return how the colour of the pixel ``x`` [M], ``y`` [M] changes with the winding of ``path`` [M]: [M, 3].
+    def winding_slopes(self, scene: Scene, path: Tensor, x: Tensor, y: Tensor, channels: int = 3) -> Tensor:
+        """Return how the pixel ``x`` [M], ``y`` [M] changes with the winding of ``path`` [M]: its first C ``channels``.
 
-        It is 0 where no edge of the path lies, and outside of the canvas. The indices are int64.
+        These are [M, C], 0 where no edge of the path lies, and outside of the canvas. The indices are int64.
         """
         hits = self._cover(scene)
         binning, into = hits[0], self.make_adjoints(scene)
         place, is_inside = self._slot_places(binning, path, x, y)
         values = wp.to_torch(hits[2])
         winding, slopes = values.clone(), []
-        for channel in range(3):
+        for channel in range(channels):
             image = torch.zeros((self.grid.height, self.grid.width, 3), dtype=self.dtype, device=self.device)
             image[..., channel] = 1.0
             values.copy_(winding)
