@@ -23,15 +23,21 @@ class App {
     this.edited = false;
     const { layers, box } = this.drawing;
     this.brush = { fill: "#d9480f", opacity: 1, width: Math.max(Math.round(box[2] / 60), 1), layer: layers.at(-1) };
-    this.history = new History(() => this.isLocked(), () => this.changed());
+    this.history = new History(() => this.mayChange(), () => this.changed());
     this.panel?.reopen();
     this.stage?.fit();
   }
 
-  /** Tells whether nothing can be edited now, and says why. */
-  isLocked() {
+  /** Ends a gesture by keys, and tells whether the drawing can be edited now; if not, says why. */
+  mayChange() {
+    this.endKeys();
     if (this.live.isOn) this.say("The drawing is being fitted: stop the fit to edit it");
-    return this.live.isOn;
+    return !this.live.isOn;
+  }
+
+  /** Ends a gesture by keys, which waits for the next key. */
+  endKeys() {
+    if (this.gesture?.timer) this.end();
   }
 
   /** The number of levels that the detail control shows, from the lowest. */
@@ -98,25 +104,32 @@ class App {
     this.edited = true;
     this.split = 0;
     const present = new Set(this.drawing.layers.flatMap(({ items }) => items));
-    this.selection = new Set([...this.selection].filter((item) => present.has(item)));
+    this.keepSelected((item) => present.has(item));
     this.refresh();
   }
 
   /** Updates the page after a change of the visible levels, the colours or the split. */
   refresh() {
     const shown = new Set(this.shownLayers);
-    const kept = [...this.selection].filter(({ layer }) => shown.has(layer));
-    if (kept.length < this.selection.size) this.selection = new Set(kept);
+    this.keepSelected(({ layer }) => shown.has(layer));
     this.stage.request();
     this.panel.request();
     this.live.onChange?.();
   }
 
+  keepSelected(isKept) {
+    const kept = [...this.selection].filter(isKept);
+    if (kept.length < this.selection.size) this.selection = new Set(kept);
+  }
+
   /** Starts a gesture on the selection, unless one is already active. */
   begin(label) {
-    if (this.gesture || !this.selection.size || this.isLocked()) return;
+    if (this.gesture && this.gesture.label !== label) this.end();
+    if (this.gesture || !this.selection.size || !this.mayChange()) return;
     if (this.split) this.setSplit(0);
+    this.panel.stopMeasuring();
     this.gesture = new Gesture(this, label);
+    this.panel.request();
   }
 
   end() {
@@ -132,6 +145,7 @@ class App {
   }
 
   setTool(tool) {
+    this.endKeys();
     this.tool = tool;
     this.refresh();
   }
@@ -162,7 +176,7 @@ class App {
   }
 
   addStroke(points) {
-    if (this.isLocked()) return;
+    if (!this.mayChange()) return;
     const { fill, opacity, width, layer } = this.brush;
     layer.visible = true;
     this.setLevel(Math.max(this.level, this.drawing.layers.indexOf(layer) + 1));
@@ -171,20 +185,21 @@ class App {
   }
 
   undo() {
-    if (this.isLocked()) return;
+    if (!this.mayChange()) return;
     this.cancel();
     const label = this.history.undo();
     this.say(label ? `Undone: ${label}` : "Nothing to undo");
   }
 
   redo() {
-    if (this.isLocked()) return;
+    if (!this.mayChange()) return;
     this.cancel();
     const label = this.history.redo();
     this.say(label ? `Redone: ${label}` : "Nothing to redo");
   }
 
   save() {
+    this.endKeys();
     const text = writeDrawing(this.drawing);
     if (window.desk?.save) {
       window.desk.save(text);

@@ -19,18 +19,30 @@ class Editor {
     this.app.history.record(label, this.items, [], () => this.items.forEach(change), merge);
   }
 
-  transform(label, matrix, merge = false) {
-    this.each(label, (item) => Object.assign(item, transformed(item, matrix)), merge);
+  /** Transforms the selection by keys: those that follow each other are one gesture, and thus one command. */
+  nudge(label, matrix) {
+    const { app } = this;
+    app.begin(label);
+    app.gesture?.place(multiply(matrix, app.gesture.matrix));
+    app.gesture?.endSoon();
   }
 
   move(dx, dy) {
-    this.transform("Move", translation(dx, dy), true);
+    this.nudge("Move", translation(dx, dy));
   }
 
   scale(factor) {
-    if (!(factor > 0) || factor === 1 || !this.app.selection.size) return;
-    const [left, top, right, bottom] = unionOfBoxes(this.items.map(({ shape }) => shape.box));
-    this.transform("Scale", scaling(factor, factor, (left + right) / 2, (top + bottom) / 2), true);
+    if (factor > 0 && factor !== 1) this.nudge("Scale", scaling(factor, factor, ...this.center));
+  }
+
+  /** Turns the selection clockwise around the centre of its box. */
+  turn(degrees) {
+    if (Number.isFinite(degrees) && degrees) this.nudge("Turn", rotation((degrees * Math.PI) / 180, ...this.center));
+  }
+
+  get center() {
+    const [left, top, right, bottom] = this.app.selectionBox;
+    return [(left + right) / 2, (top + bottom) / 2];
   }
 
   remove() {

@@ -1,12 +1,7 @@
-/* A change in progress: the selected paths follow the pointer or a slider, and the end of it makes one command.
- *
- * The picture is split into moving planes and still planes below and above them. Still planes are drawn only once, so a
- * frame costs a few copies, however many paths there are. */
+/* A change in progress: the selected paths follow the pointer, keys or a slider, and the end of it makes one command. */
 
-// More moving planes cost more copies per frame. Beyond these, the drawing order is wrong until the gesture ends.
-const MAX_MOVING_PLANES = 4;
-// A moving plane with more paths is moved as a picture, whose edges are blurred until the gesture ends.
-const MAX_LIVE_PATHS = 200;
+// Keys that follow each other within this time, as held arrow keys do, are one gesture.
+const KEY_PAUSE_MS = 400;
 
 class Gesture {
   constructor(app, label) {
@@ -14,7 +9,11 @@ class Gesture {
     this.label = label;
     this.matrix = IDENTITY;
     this.before = capture([...app.selection], []);
-    this.planes = null;
+    this.timer = null;
+  }
+
+  get items() {
+    return [...this.before.items.keys()];
   }
 
   /** Transforms the selection by `matrix`, from its position at the start. */
@@ -25,83 +24,43 @@ class Gesture {
 
   /** Changes the {fill}, {endFill} or {opacity} of the selection. */
   paint(change) {
-    for (const item of this.before.items.keys()) Object.assign(item, painted(item, change));
-    this.repainted = true;
+    for (const item of this.items) Object.assign(item, painted(item, change));
+    this.repaint();
+  }
+
+  /** Replaces parts of the only selected item. */
+  reshape(change) {
+    Object.assign(this.items[0], change);
+    this.repaint();
+  }
+
+  repaint() {
+    this.isRepainted = true;
     this.app.stage.request();
   }
 
-  /** Makes the still and moving planes of what the stage shows. */
-  prepare(raster, drawing, layers, palette) {
-    if (this.planes) return;
-    const items = layers.flatMap((layer) => layer.items);
-    this.planes = planesOf(items, this.app.selection);
-    for (const [i, plane] of this.planes.entries()) {
-      plane.live = plane.moving && (this.repainted || plane.items.length <= MAX_LIVE_PATHS);
-      if (!plane.live) plane.picture = drawPlane(plane.items, raster, palette, i === 0 ? drawing : null);
-    }
+  /** Ends the gesture unless it goes on within a short time. */
+  endSoon() {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.app.end(), KEY_PAUSE_MS);
   }
 
-  /** Draws the planes on a canvas whose pixels are those of `raster`. */
-  draw(context, raster, palette) {
-    const view = raster.matrix;
-    const onScreen = multiply(multiply(view, this.matrix), inverse(view));
-    for (const plane of this.planes) {
-      if (plane.live) {
-        context.setTransform(...multiply(view, this.matrix));
-        paintItems(context, plane.items, palette, null);
-      } else {
-        context.setTransform(...(plane.moving ? onScreen : IDENTITY));
-        context.drawImage(plane.picture, 0, 0);
-      }
-    }
-    context.setTransform(...IDENTITY);
+  /** Returns the box of the moving paths in user units, as they are now. */
+  get reach() {
+    return transformedBox(unionOfBoxes(this.items.map(reachOf)), this.matrix);
   }
 
   /** Records the command, if anything has changed. */
   end() {
-    const items = [...this.before.items.keys()];
+    clearTimeout(this.timer);
+    const { items, before } = this;
     if (this.matrix !== IDENTITY) for (const item of items) Object.assign(item, transformed(item, this.matrix));
-    const changed = items.some((item) => ["shape", "fill", "opacity", "stroke"].some((k) => item[k] !== this.before.items.get(item)[k]));
-    if (changed) this.app.history.push(this.label, this.before);
+    if (items.some((item) => !sameState(item, before.items.get(item)))) this.app.history.push(this.label, before);
   }
 
   cancel() {
+    clearTimeout(this.timer);
     for (const [item, state] of this.before.items) Object.assign(item, state);
     this.app.stage.request();
   }
-}
-
-/** Returns runs of still and moving items in drawing order. The first run is still and may be empty. */
-function planesOf(items, moving) {
-  const planes = [{ moving: false, items: [] }];
-  for (const item of items) {
-    if (moving.has(item) !== planes.at(-1).moving) planes.push({ moving: moving.has(item), items: [] });
-    planes.at(-1).items.push(item);
-  }
-  const count = () => planes.filter((plane) => plane.moving).length;
-  while (count() > MAX_MOVING_PLANES) mergeNearest(planes);
-  return planes;
-}
-
-/** Merges the two moving planes with the fewest still items between them; those items move below. */
-function mergeNearest(planes) {
-  let best = 2;
-  for (let i = 2; i < planes.length - 1; i += 2) if (planes[i].items.length < planes[best].items.length) best = i;
-  const [first, between, second] = planes.splice(best - 1, 3);
-  planes[best - 2].items = planes[best - 2].items.concat(between.items);
-  planes.splice(best - 1, 0, { moving: true, items: first.items.concat(second.items) });
-}
-
-/** Draws `items` into a new canvas, over the drawing's background if `drawing` is given. */
-function drawPlane(items, raster, palette, drawing) {
-  const { canvas, context } = newCanvas(raster.canvas.width, raster.canvas.height);
-  context.setTransform(...raster.matrix);
-  if (drawing) paintBackground(context, drawing, palette);
-  paintItems(context, items, palette, raster.window);
-  return canvas;
-}
-
-/** Returns the inverse of a matrix that only scales and translates. */
-function inverse([a, , , d, e, f]) {
-  return [1 / a, 0, 0, 1 / d, -e / a, -f / d];
 }

@@ -5,17 +5,17 @@ const MAX_COMMANDS = 500;
 const MERGE_MS = 800;
 
 class History {
-  /** `isLocked` says that nothing may change now; `onChange` is called after each change. */
-  constructor(isLocked, onChange) {
+  /** `mayChange` says whether a command may run now; `onChange` is called after each change. */
+  constructor(mayChange, onChange) {
     this.done = [];
     this.undone = [];
-    this.isLocked = isLocked;
+    this.mayChange = mayChange;
     this.onChange = onChange;
   }
 
   /** Runs `mutate` as the command `label`. It may change only `items` and `layers`. */
   record(label, items, layers, mutate, merge = false) {
-    if (this.isLocked()) return;
+    if (!this.mayChange()) return;
     const before = capture(items, layers);
     mutate();
     this.push(label, before, merge);

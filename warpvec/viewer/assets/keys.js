@@ -28,7 +28,8 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], Arrow
 function connectKeys(app) {
   fillTable(find("keys"), KEYS);
   addEventListener("keydown", (event) => {
-    if (find("help").open || (app.gesture && event.key !== "Escape")) return;
+    if (find("help").open || (app.pointer.drag && event.key !== "Escape")) return;
+    if (event.key === "Escape") app.endKeys();
     const taken = event.ctrlKey || event.metaKey ? commandKey(app, event) : plainKey(app, event);
     if (taken) event.preventDefault();
   });

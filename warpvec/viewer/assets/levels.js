@@ -24,7 +24,7 @@ class LevelTable {
     swatch.style.background = this.app.layerColor(layer);
     row.insertCell().append(swatch, layer.name);
     const cells = { count: row.insertCell(), psnr: row.insertCell() };
-    cells.psnr.hidden = !this.app.data.photo;
+    cells.psnr.hidden = !this.app.meter;
     return { row, box, ...cells };
   }
 
@@ -34,23 +34,9 @@ class LevelTable {
       const { row, box, count, psnr } = this.rows[i];
       box.checked = layer.visible;
       row.classList.toggle("off", i >= app.level || !layer.visible);
-      count.textContent = layer.items.length.toLocaleString("en");
-      psnr.textContent = formatDb(app.meter?.known(app.drawing.layers.slice(0, i + 1))).replace(" dB", "");
+      const texts = [layer.items.length.toLocaleString("en"), formatDb(app.meter?.known(app.drawing.layers.slice(0, i + 1)))];
+      if (count.textContent !== texts[0]) count.textContent = texts[0];
+      psnr.textContent = texts[1].replace(" dB", "");
     }
-  }
-
-  /** Measures the PSNR up to each level, one level per task, so that the page stays responsive. */
-  measure() {
-    const { app } = this;
-    clearTimeout(this.timer);
-    if (app.live.isOn || app.panel.levels !== this) return;
-    const { layers } = app.drawing;
-    const next = layers.findIndex((_, i) => app.meter.known(layers.slice(0, i + 1)) === undefined);
-    if (next < 0) return;
-    this.timer = setTimeout(() => {
-      app.meter.psnr(app.drawing, layers.slice(0, next + 1));
-      this.show();
-      this.measure();
-    });
   }
 }

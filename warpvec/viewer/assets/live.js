@@ -51,6 +51,7 @@ class Live {
 
   showDrawing(svgText) {
     const { app } = this;
+    app.endKeys();
     app.cancel();
     this.before ??= capture([], [], app.drawing);
     const box = app.drawing.box;
@@ -79,6 +80,7 @@ class Live {
   }
 
   drawingText() {
+    this.app.endKeys();
     return writeDrawing(this.app.drawing);
   }
 

@@ -4,6 +4,9 @@
 const RESIDUAL_GAIN = 4;
 const RESIDUAL_COLORS = [[0, 0, 4], [86, 16, 110], [187, 55, 84], [249, 142, 9], [252, 255, 164]];
 
+// Numbers that are compared in a step: about a millisecond's work.
+const COMPARED_PER_STEP = 2 ** 19;
+
 const PLAIN = { name: "plain", paper: null, colorOf: () => null };
 
 async function loadPhoto(url) {
@@ -20,30 +23,34 @@ class Meter {
     context.drawImage(image, 0, 0);
     this.photo = canvas;
     this.pixels = context.getImageData(0, 0, width, height).data;
-    this.raster = new Raster();
+    this.own = newCanvas(width, height);
     const [scaleX, scaleY] = [width / box[2], height / box[3]];
-    this.raster.resize(width, height, [scaleX, 0, 0, scaleY, -box[0] * scaleX, -box[1] * scaleY]);
+    this.matrix = [scaleX, 0, 0, scaleY, -box[0] * scaleX, -box[1] * scaleY];
     this.measured = new Map();
     this.map = newCanvas(width, height);
     this.mapped = null;
   }
 
-  drawn(drawing, layers) {
-    const { width, height } = this.raster.draw(drawing, layers, PLAIN);
-    return this.raster.context.getImageData(0, 0, width, height).data;
-  }
-
-  /** Returns the PSNR in dB of the picture of `layers`. */
-  psnr(drawing, layers) {
-    const key = signatures(layers, PLAIN).at(-1);
-    if (!this.measured.has(key)) {
-      if (this.measured.size > 1000) this.measured.clear();
-      this.measured.set(key, psnrOf(this.drawn(drawing, layers), this.pixels));
+  /** Measures the picture of the first layer, of the first two, and so on, in steps. */
+  *measuring(drawing, layers) {
+    const { canvas, context } = this.own;
+    const keys = signatures(layers, PLAIN).slice(1);
+    if (keys.every((key) => this.measured.has(key))) return;
+    if (this.measured.size > 1000) this.measured.clear();
+    context.setTransform(...this.matrix);
+    paintBackground(context, drawing, PLAIN);
+    for (const [i, { items }] of layers.entries()) {
+      yield* painting(context, items, PLAIN, windowOf(canvas, this.matrix));
+      if (!this.measured.has(keys[i])) this.measured.set(keys[i], yield* comparing(this.drawn(), this.pixels));
     }
-    return this.measured.get(key);
   }
 
-  /** Returns the PSNR if it has been measured already. */
+  drawn() {
+    const { canvas, context } = this.own;
+    return context.getImageData(0, 0, canvas.width, canvas.height).data;
+  }
+
+  /** Returns the PSNR in dB of the picture of `layers` if it has been measured already. */
   known(layers) {
     return this.measured.get(signatures(layers, PLAIN).at(-1));
   }
@@ -53,8 +60,10 @@ class Meter {
     const key = signatures(layers, PLAIN).at(-1);
     if (this.mapped === key) return this.map.canvas;
     this.mapped = key;
-    const drawn = this.drawn(drawing, layers);
-    const image = this.map.context.createImageData(this.photo.width, this.photo.height);
+    const { canvas, context } = this.own;
+    runUntil(drawPicture(context, drawing, layers.flatMap(({ items }) => items), PLAIN, this.matrix), Infinity);
+    const drawn = this.drawn();
+    const image = this.map.context.createImageData(canvas.width, canvas.height);
     const target = new Uint32Array(image.data.buffer);
     const table = residualTable();
     for (let i = 0, j = 0; j < target.length; i += 4, j++) {
@@ -68,14 +77,18 @@ class Meter {
   }
 }
 
-/** Returns the PSNR over the colour channels of two arrays of RGBA pixels. */
-function psnrOf(a, b) {
+/** Returns the PSNR over the colour channels of two arrays of RGBA pixels, in steps. */
+function* comparing(a, b) {
   let squares = 0;
-  for (let i = 0; i < a.length; i += 4) {
-    const red = a[i] - b[i];
-    const green = a[i + 1] - b[i + 1];
-    const blue = a[i + 2] - b[i + 2];
-    squares += red * red + green * green + blue * blue;
+  for (let start = 0; start < a.length; start += COMPARED_PER_STEP) {
+    const end = Math.min(start + COMPARED_PER_STEP, a.length);
+    for (let i = start; i < end; i += 4) {
+      const red = a[i] - b[i];
+      const green = a[i + 1] - b[i + 1];
+      const blue = a[i + 2] - b[i + 2];
+      squares += red * red + green * green + blue * blue;
+    }
+    yield;
   }
   return squares ? 10 * Math.log10((255 * 255 * 0.75 * a.length) / squares) : Infinity;
 }

@@ -131,7 +131,7 @@ class Panel {
     if (this.listed !== app.drawing.layers) this.relist();
     const layers = app.shownLayers;
     const count = layers.reduce((sum, { items }) => sum + items.length, 0);
-    find("shown-paths").textContent = `${count.toLocaleString("en")} ${count === 1 ? "path" : "paths"}`;
+    setText("shown-paths", `${count.toLocaleString("en")} ${count === 1 ? "path" : "paths"}`);
     setChoice("tool", app.tool);
     setChoice("show", app.show);
     find("legend").hidden = app.show !== "residual";
@@ -141,7 +141,7 @@ class Panel {
     this.showFigures();
     this.levels.show();
     this.measureSoon(layers);
-    find("undo").disabled = !app.history.done.length;
+    find("undo").disabled = !app.history.done.length && !app.gesture;
     find("redo").disabled = !app.history.undone.length;
   }
 
@@ -152,7 +152,7 @@ class Panel {
     const { fill, opacity } = first ? { fill: first.fill ?? first.stroke.color, opacity: first.opacity } : app.brush;
     const gradient = [...app.selection].find((item) => isGradient(item.fill));
     const text = count ? `${count.toLocaleString("en")} of ${app.pathCount.toLocaleString("en")} paths selected` : "Nothing selected";
-    find("selected").textContent = count === 1 ? `${text}: ${first.layer.name}` : text;
+    setText("selected", count === 1 ? `${text}: ${first.layer.name}` : text);
     const [start] = endColors(fill);
     const [, end] = endColors(gradient?.fill ?? start);
     setValue("fill", start, start);
@@ -178,30 +178,40 @@ class Panel {
     if ("segments" in figures) rows.push(["Segments", figures.segments.toLocaleString("en")]);
     if ("psnr" in figures) rows.push(["PSNR (resvg)", formatDb(figures.psnr ?? Infinity)]);
     if ("ssim" in figures) rows.push(["SSIM", figures.ssim.toFixed(4)]);
-    fillTable(find("figures"), rows);
+    const text = JSON.stringify(rows);
+    if (this.figuresShown !== text) fillTable(find("figures"), rows);
+    this.figuresShown = text;
     const parts = [`${app.pathCount.toLocaleString("en")} paths`];
     if ("bytes" in figures) parts.push(formatBytes(figures.bytes));
     if ("psnr" in figures) parts.push(`${formatDb(figures.psnr ?? Infinity)} (resvg)`);
     if (app.edited) parts.push("edited");
-    find("summary").textContent = parts.join(" · ");
+    setText("summary", parts.join(" · "));
   }
 
-  /** Measures the PSNR of the visible picture after a pause, so that the page stays responsive. */
+  /** Measures the PSNR of the visible picture and of each level after a pause, in steps between frames. */
   measureSoon(layers) {
     const { app } = this;
+    this.stopMeasuring();
     if (!app.meter) return;
-    if (app.live.isOn) {
-      find("shown-psnr").textContent = "";
-      return;
-    }
     const known = app.meter.known(layers);
-    find("shown-psnr").textContent = known === undefined ? "… dB" : formatDb(known);
+    setText("shown-psnr", app.live.isOn ? "" : known === undefined ? "… dB" : formatDb(known));
+    if (!app.live.isOn) this.timer = setTimeout(() => this.measure(this.measuring(layers)), MEASURE_DELAY_MS);
+  }
+
+  *measuring(layers) {
+    const { meter, drawing } = this.app;
+    yield* meter.measuring(drawing, layers);
+    setText("shown-psnr", formatDb(meter.known(layers)));
+    yield* meter.measuring(drawing, drawing.layers);
+    this.levels.show();
+  }
+
+  measure(steps) {
+    if (!runUntil(steps, performance.now() + MEASURE_STEP_MS)) this.timer = setTimeout(() => this.measure(steps));
+  }
+
+  stopMeasuring() {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => {
-      if (app.live.isOn) return;
-      find("shown-psnr").textContent = formatDb(app.meter.psnr(app.drawing, app.shownLayers));
-      this.levels.measure();
-    }, MEASURE_DELAY_MS);
   }
 
   showPlot(axis) {
@@ -214,6 +224,9 @@ class Panel {
     const { stage } = app;
     const [x, y, width, height] = app.drawing.box;
     const [left, top] = stage.toStage(x + (width * app.split) / 100, y);
+    const shown = [left, top, stage.view.scale, stage.view.x, app.split, Boolean(app.meter), ...app.drawing.box].join(" ");
+    if (this.viewShown === shown) return;
+    this.viewShown = shown;
     const line = find("split-line");
     line.hidden = !app.meter;
     line.classList.toggle("parked", !app.split);
@@ -222,7 +235,7 @@ class Panel {
       find(tag).hidden = !app.split;
       Object.assign(find(tag).style, { left: `${left}px`, top: `${top + 8}px` });
     }
-    find("zoom").textContent = `${Math.round(stage.view.scale * 100)} %`;
+    setText("zoom", `${Math.round(stage.view.scale * 100)} %`);
     find("surface").dataset.view = [stage.view.scale, stage.view.x, stage.view.y].join(" ");
   }
 
@@ -231,7 +244,9 @@ class Panel {
   }
 }
 
-const MEASURE_DELAY_MS = 120;
+// A pause in which nothing changes, after which the picture is measured, and the time of a step of it.
+const MEASURE_DELAY_MS = 150;
+const MEASURE_STEP_MS = 6;
 
 function onInput(id, action) {
   find(id).addEventListener("input", () => action(find(id).value));
@@ -248,7 +263,13 @@ function setChoice(name, value) {
 /** Sets a control's value and the text beside it. */
 function setValue(id, value, text) {
   if (find(id).value !== String(value)) find(id).value = value;
-  find(`${id}-text`).textContent = text;
+  setText(`${id}-text`, text);
+}
+
+/** Sets the text of an element, which costs nothing if it is the same. */
+function setText(id, text) {
+  const element = find(id);
+  if (element.textContent !== text) element.textContent = text;
 }
 
 function fillSelect(select, names) {

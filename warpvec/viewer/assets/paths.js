@@ -171,6 +171,16 @@ function unionOfBoxes(boxes) {
   return union;
 }
 
+function grownBox([left, top, right, bottom], by) {
+  return [left - by, top - by, right + by, bottom + by];
+}
+
+/** Returns the box around a transformed box. */
+function transformedBox([left, top, right, bottom], [a, b, c, d, e, f]) {
+  const corners = [[left, top], [right, top], [right, bottom], [left, bottom]];
+  return unionOfBoxes(corners.map(([x, y]) => [a * x + c * y + e, b * x + d * y + f]).map(([x, y]) => [x, y, x, y]));
+}
+
 function boxesMeet(a, b) {
   return a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3];
 }

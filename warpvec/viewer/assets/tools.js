@@ -23,6 +23,7 @@ class Pointer {
 
   down(event) {
     if (this.drag || event.button > 1) return;
+    this.app.endKeys();
     this.surface.focus({ preventScroll: true });
     this.surface.setPointerCapture(event.pointerId);
     const start = this.at(event);
@@ -38,8 +39,8 @@ class Pointer {
     if (event.button === 1 || app.panning) return "pan";
     if (app.tool !== "select") return app.tool;
     if (app.selection.size && !event.shiftKey) {
-      const handle = app.stage.handles().findIndex((corner) => distance(corner, start) < HANDLE_REACH_PX);
-      if (handle >= 0) return handle;
+      const handle = app.stage.marks.handles().find(({ x, y }) => distance([x, y], start) < HANDLE_REACH_PX);
+      if (handle) return handle.corner;
       if (app.pathsAt(start).some((item) => app.selection.has(item))) return "move";
     }
     return "band";

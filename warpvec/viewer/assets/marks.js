@@ -1,0 +1,91 @@
+/* Draws marks above the picture: outlines of the selection, its handles, the rubber band, the stroke of the brush. */
+
+const MAX_OUTLINES = 300;
+const MAX_OUTLINES_MOVING = 40;
+const HANDLE_RADIUS = 4.5;
+const TURN_HANDLE_PX = 26;
+
+class Marks {
+  constructor(app, stage, canvas) {
+    Object.assign(this, { app, stage, canvas, context: canvas.getContext("2d") });
+    const forget = () => (this.accent = null);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", forget);
+    new MutationObserver(forget).observe(document.documentElement, { attributes: true });
+  }
+
+  draw() {
+    const { context, canvas, app, stage } = this;
+    context.setTransform(...IDENTITY);
+    context.clearRect(0, 0, canvas.width, canvas.height);
+    this.accent ??= getComputedStyle(canvas).color;
+    if (app.selection.size) this.drawOutlines();
+    context.setTransform(stage.ratio, 0, 0, stage.ratio, 0, 0);
+    if (app.selection.size) this.drawBox();
+    if (stage.band) this.drawBand();
+    if (stage.stroke) this.drawStroke();
+  }
+
+  drawOutlines() {
+    const { context, app, stage } = this;
+    if (app.selection.size > (app.gesture ? MAX_OUTLINES_MOVING : MAX_OUTLINES)) return;
+    const placed = multiply(stage.matrix, app.gesture?.matrix ?? IDENTITY);
+    for (const [width, color] of [[3, "rgb(255 255 255 / 0.75)"], [1.4, this.accent]]) {
+      context.setTransform(...placed);
+      context.lineWidth = (width * stage.ratio) / Math.hypot(placed[0], placed[1]);
+      context.strokeStyle = color;
+      for (const item of app.selection) context.stroke(path2dOf(item.shape));
+    }
+  }
+
+  drawBox() {
+    const [left, top, right, bottom] = this.stage.selectionBox();
+    this.strokeTwice(() => this.context.strokeRect(left, top, right - left, bottom - top), [4, 3]);
+    for (const { x, y } of this.handles()) this.drawDot(x, y);
+  }
+
+  drawDot(x, y, fill = "#fff") {
+    const { context } = this;
+    context.beginPath();
+    context.arc(x, y, HANDLE_RADIUS, 0, 2 * Math.PI);
+    context.fillStyle = fill;
+    context.fill();
+    context.stroke();
+  }
+
+  strokeTwice(stroke, dash) {
+    const { context } = this;
+    [context.lineWidth, context.strokeStyle] = [3, "rgb(255 255 255 / 0.6)"];
+    stroke();
+    context.setLineDash(dash);
+    [context.lineWidth, context.strokeStyle] = [1.4, this.accent];
+    stroke();
+    context.setLineDash([]);
+  }
+
+  /** Returns the handles of the selection: the corners of its box, clockwise from the left top, and one to turn it. */
+  handles() {
+    const [left, top, right, bottom] = this.stage.selectionBox();
+    const corners = [[left, top], [right, top], [right, bottom], [left, bottom]].map(([x, y], corner) => ({ x, y, corner }));
+    return [...corners, { x: (left + right) / 2, y: top - TURN_HANDLE_PX, corner: "turn" }];
+  }
+
+  drawBand() {
+    const { context, stage } = this;
+    const [left, top, right, bottom] = stage.band;
+    context.fillStyle = `color-mix(in srgb, ${this.accent} 14%, transparent)`;
+    context.fillRect(left, top, right - left, bottom - top);
+    this.strokeTwice(() => context.strokeRect(left, top, right - left, bottom - top), []);
+  }
+
+  drawStroke() {
+    const { context, app, stage } = this;
+    Object.assign(context, { lineWidth: app.brush.width * stage.view.scale, lineCap: "round", lineJoin: "round" });
+    context.strokeStyle = app.brush.fill;
+    context.globalAlpha = app.brush.opacity;
+    context.beginPath();
+    for (const point of stage.stroke) context.lineTo(...stage.toStage(...point));
+    if (stage.stroke.length === 1) context.lineTo(...stage.toStage(...stage.stroke[0]));
+    context.stroke();
+    context.globalAlpha = 1;
+  }
+}
