@@ -14,6 +14,7 @@ PACKAGE = Path(warpvec.__file__).parent
 
 ROOMS = [
     "cli",
+    "app",
     "batch viewer",
     "vectorization",
     "flat",

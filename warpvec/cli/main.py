@@ -31,6 +31,7 @@ _COMMANDS = {
     "refine": "refine",
     "batch": "batch",
     "eval": "evaluate",
+    "app": "app",
     "view": "view",
     "lod": "lod",
     "info": "info",

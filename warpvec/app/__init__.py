@@ -1,0 +1,1 @@
+"""The server and the page of ``warpvec app``: drop a picture, watch it being drawn, edit it, save it."""

@@ -1,0 +1,64 @@
+/* A picture on this page: its file, what the server knows of it, and its drawing. */
+
+// Longest side of the picture that the drawing is compared with, as in files of `warpvec run --report`.
+const PHOTO_SIDE = 2048;
+
+const STATUS_WORDS = {
+  loading: "loading", waiting: "waiting", fitting: "drawing", done: "done", stopped: "stopped", failed: "failed", idle: "",
+};
+
+class Picture {
+  constructor(name, blob) {
+    Object.assign(this, { name, blob, id: null, width: 0, height: 0, status: "loading", place: 0 });
+    Object.assign(this, { photo: null, text: null, frame: null, figures: {}, history: [], mode: null, reason: null });
+    this.settings = { ...DEFAULT_SETTINGS };
+    this.message = "";
+  }
+
+  get isBusy() {
+    return this.status === "waiting" || this.status === "fitting";
+  }
+
+  /** The newest drawing: the present frame of a fit, or the result of the last one. */
+  get newest() {
+    return this.frame?.svg ?? this.text;
+  }
+
+  /** Shows the list entry in words. */
+  get state() {
+    if (this.status === "waiting" && this.place > 0) return `waiting, ${this.place} before`;
+    if (this.status === "fitting" && this.frame) return `${Math.round(progressOf(this.frame) * 100)} %`;
+    return STATUS_WORDS[this.status];
+  }
+
+  /** Makes the address of an image to compare with; `fallback` is that of the server's copy. */
+  async prepare(fallback) {
+    if (this.photo) return;
+    this.photo = (this.blob && (await reducedUrl(this.blob))) ?? fallback();
+  }
+}
+
+function progressOf({ iteration, iterations }) {
+  return iterations ? iteration / iterations : 0;
+}
+
+/** Returns the address of an image, at most PHOTO_SIDE long; null if this browser cannot read it. */
+async function reducedUrl(blob) {
+  let bitmap;
+  try {
+    bitmap = await createImageBitmap(blob);
+  } catch {
+    return null;
+  }
+  const scale = PHOTO_SIDE / Math.max(bitmap.width, bitmap.height);
+  if (scale >= 1) return URL.createObjectURL(blob);
+  const canvas = new OffscreenCanvas(Math.round(bitmap.width * scale), Math.round(bitmap.height * scale));
+  const context = canvas.getContext("2d");
+  context.imageSmoothingQuality = "high";
+  context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+  return URL.createObjectURL(await canvas.convertToBlob({ type: "image/png" }));
+}
+
+function emptyDrawing({ width, height }) {
+  return `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}" viewBox="0 0 ${width} ${height}"/>`;
+}

@@ -1,0 +1,280 @@
+"""The state of the server: pictures in memory, the queue of fits, and the pages that watch.
+
+One fit runs at a time. A picture has at most one waiting fit, the newest that was asked for. Nothing is written: what
+the page does not save is gone when the server ends, or soon after its page is closed.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from warpvec.app.messages import Job, Report, Stop
+from warpvec.app.settings import FitSettings
+from warpvec.app.streams import Stream
+
+KEPT_BYTES = 2**30
+"""Bytes of all pictures' files together. A new one beyond that is refused."""
+
+FORGET_SECONDS = 60.0
+"""Time after which the pictures of a closed page are forgotten: long enough to reload it."""
+
+STOP_SECONDS = 15.0
+"""Time that a fit has to stop; stages of flat art cannot stop earlier. Then its process is ended."""
+
+DROP_SECONDS = 3.0
+"""The same if nobody wants the result."""
+
+
+class FitProcess(Protocol):
+    """What the desk needs of a worker process."""
+
+    def send(self, message: Job | Stop) -> None: ...
+
+    def restart(self) -> None: ...
+
+
+@dataclass
+class Picture:
+    """A picture that a page has sent, and the fit that waits for it or is under way."""
+
+    identifier: str
+    page: str
+    name: str
+    data: bytes = field(repr=False)
+    width: int
+    height: int
+    status: str = "idle"
+    """"idle", "waiting", "fitting", "done", "stopped" or "failed"."""
+    job: Job | None = None
+    last: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """The last facts of each kind of report, for a page that is loaded again."""
+    share: float = 0.0
+    """Share of a whole fit that the present drawing has had."""
+
+    def facts(self) -> dict[str, Any]:
+        """Return what a page shows of the picture in its list."""
+        size = {"width": self.width, "height": self.height}
+        return {"id": self.identifier, "name": self.name, "status": self.status, **size}
+
+
+class Desk:
+    """Pictures, the queue and the watching pages. All methods run in the event loop.
+
+    Args:
+        make_worker: makes the worker process, which reports to the function that it gets.
+    """
+
+    def __init__(self, make_worker: Callable[[Callable[[Report], None]], FitProcess]) -> None:
+        self.instance = secrets.token_hex(8)
+        self.pictures: dict[str, Picture] = {}
+        self.is_ready = False
+        self._streams: dict[str, set[Stream]] = {}
+        self._waiting: list[Picture] = []
+        self._running: Picture | None = None
+        self._number = 0
+        self._dropped: set[int] = set()
+        self._deadline: asyncio.TimerHandle | None = None
+        self._worker = make_worker(self.receive)
+
+    # Pages
+
+    def watch(self, page: str) -> Stream:
+        """Return a stream of events for ``page``, which begins with all that it has to know."""
+        stream = Stream()
+        self._streams.setdefault(page, set()).add(stream)
+        own = [picture for picture in self.pictures.values() if picture.page == page]
+        stream.put("hello", {"instance": self.instance, "ready": self.is_ready, "pictures": [p.facts() for p in own]})
+        for picture in own:
+            for kind, facts in picture.last.items():
+                stream.put(kind, {"id": picture.identifier, **facts}, replaces=f"{kind} {picture.identifier}")
+        self._tell_queue()
+        return stream
+
+    def leave(self, page: str, stream: Stream) -> None:
+        """Forget a stream, and the pictures of its page if that does not come back."""
+        streams = self._streams.get(page, set())
+        streams.discard(stream)
+        if not streams:
+            self._streams.pop(page, None)
+            asyncio.get_running_loop().call_later(FORGET_SECONDS, self._forget, page)
+
+    def close(self) -> None:
+        """End all streams, as the server ends."""
+        for streams in self._streams.values():
+            for stream in streams:
+                stream.close()
+
+    def _forget(self, page: str) -> None:
+        if page in self._streams:
+            return
+        for identifier in [p.identifier for p in self.pictures.values() if p.page == page]:
+            self.remove(identifier)
+
+    # Pictures
+
+    def has_room(self, size: int) -> bool:
+        """Return whether a picture of ``size`` bytes may be kept beside the others."""
+        return size + sum(len(picture.data) for picture in self.pictures.values()) <= KEPT_BYTES
+
+    def add(self, page: str, name: str, data: bytes, size: tuple[int, int]) -> Picture:
+        """Keep a picture of ``size`` (width, height) that ``page`` has sent."""
+        picture = Picture(secrets.token_hex(8), page, name, data, *size)
+        self.pictures[picture.identifier] = picture
+        return picture
+
+    def remove(self, identifier: str) -> None:
+        """Forget a picture; its fit ends."""
+        picture = self.pictures.pop(identifier)
+        self._withdraw(picture)
+        self._tell_queue()
+
+    # Fits
+
+    def fit(self, picture: Picture, settings: FitSettings, **more: Any) -> None:
+        """Put a fit of ``picture`` into the queue; it replaces the one that waits or runs.
+
+        Args:
+            settings: what the page asks for.
+            more: further fields of a `Job`.
+        """
+        is_first = picture is self._running
+        self._withdraw(picture)
+        self._number += 1
+        share = picture.share if more.get("start") is not None else 0.0
+        picture.job = Job(self._number, picture.data, picture.name, settings, done_share=share, **more)
+        picture.share = share
+        picture.last.clear()
+        self._waiting.insert(0 if is_first else len(self._waiting), picture)
+        self._set_status(picture, "waiting")
+        self._start_next()
+        self._tell_queue()
+
+    def stop(self, picture: Picture) -> None:
+        """End the fit of ``picture``: with its best drawing so far if it runs, with nothing if it still waits."""
+        if picture is self._running and picture.job is not None:
+            self._worker.send(Stop(picture.job.number))
+            self._limit(STOP_SECONDS)
+        elif picture in self._waiting:
+            self._waiting.remove(picture)
+            self._set_status(picture, "stopped")
+            self._tell_queue()
+
+    def receive(self, report: Report) -> None:
+        """Take a report of the worker process."""
+        if report.kind == "ready":
+            self.is_ready = True
+            self._tell_all("ready", {})
+            self._start_next()
+            return
+        if report.kind == "died":
+            self._end_running("failed", {"message": str(report.facts["message"])})
+            self._restart()
+            return
+        if report.number in self._dropped:
+            if report.kind in ("done", "failed", "dropped"):
+                self._dropped.discard(report.number)
+                self._free()
+            return
+        picture = self._running
+        if picture is None or picture.job is None or picture.job.number != report.number:
+            return
+        if report.kind in ("mode", "frame"):
+            self._note(picture, report)
+        else:
+            self._end_running(report.kind, report.facts)
+
+    def _note(self, picture: Picture, report: Report) -> None:
+        if report.kind == "frame":
+            iteration, count = report.facts["iteration"], report.facts["iterations"]
+            assert picture.job is not None
+            picture.share = picture.job.done_share + (1.0 - picture.job.done_share) * iteration / max(count, 1)
+        self._tell(picture, report.kind, report.facts)
+
+    def _end_running(self, kind: str, facts: dict[str, Any]) -> None:
+        picture = self._running
+        if picture is None:
+            return
+        picture.last.pop("frame", None)
+        is_stopped = bool(facts.get("stopped"))
+        picture.share = picture.share if is_stopped or kind == "failed" else 1.0
+        self._set_status(picture, "stopped" if is_stopped else kind)
+        self._tell(picture, kind, facts)
+        self._free()
+
+    def _free(self) -> None:
+        """Let the next fit begin."""
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
+        self._running = None
+        self._start_next()
+        self._tell_queue()
+
+    def _start_next(self) -> None:
+        if not self.is_ready or self._running is not None or self._dropped or not self._waiting:
+            return
+        picture = self._running = self._waiting.pop(0)
+        assert picture.job is not None
+        self._set_status(picture, "fitting")
+        self._worker.send(picture.job)
+
+    def _withdraw(self, picture: Picture) -> None:
+        """Take the fit of ``picture`` out of the queue, or end it without a result."""
+        if picture in self._waiting:
+            self._waiting.remove(picture)
+        if picture is self._running and picture.job is not None:
+            self._worker.send(Stop(picture.job.number, is_dropped=True))
+            self._dropped.add(picture.job.number)
+            self._running = None
+            self._limit(DROP_SECONDS)
+
+    def _limit(self, seconds: float) -> None:
+        if self._deadline is not None:
+            self._deadline.cancel()
+        self._deadline = asyncio.get_running_loop().call_later(seconds, self._end_by_force)
+
+    def _end_by_force(self) -> None:
+        """End a fit that does not stop. Its last frame is its drawing."""
+        picture, self._deadline = self._running, None
+        frame = None if picture is None else picture.last.get("frame")
+        if frame is not None:
+            self._end_running("done", {**frame, "psnr": None, "stopped": True})
+        else:
+            self._end_running("failed", {"message": "it was stopped before there was a drawing"})
+        self._restart()
+
+    def _restart(self) -> None:
+        self.is_ready = False
+        self._dropped.clear()
+        self._worker.restart()
+
+    # Events
+
+    def _set_status(self, picture: Picture, status: str) -> None:
+        picture.status = status
+        self._send(picture.page, "status", {"id": picture.identifier, "status": status}, f"status {picture.identifier}")
+
+    def _tell(self, picture: Picture, kind: str, facts: dict[str, Any]) -> None:
+        picture.last[kind] = facts
+        event = {"id": picture.identifier, "at": time.time(), **facts}
+        self._send(picture.page, kind, event, f"{kind} {picture.identifier}")
+
+    def _tell_queue(self) -> None:
+        """Tell each page how many fits are before each of its own."""
+        busy = self._running is not None
+        for page in self._streams:
+            places = {p.identifier: i + busy for i, p in enumerate(self._waiting) if p.page == page}
+            self._send(page, "queue", {"places": places}, "queue")
+
+    def _tell_all(self, kind: str, facts: dict[str, Any]) -> None:
+        for page in self._streams:
+            self._send(page, kind, facts, kind)
+
+    def _send(self, page: str, kind: str, facts: dict[str, Any], replaces: str) -> None:
+        for stream in self._streams.get(page, ()):
+            stream.put(kind, facts, replaces=replaces)

@@ -1,0 +1,123 @@
+"""Do a job of the page: read its picture, fit it, and describe the result."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.app.erasing import erase
+from warpvec.app.messages import Job
+from warpvec.config.fit_config import FitConfig
+from warpvec.fit.progress import OnProgress
+from warpvec.flat.classify import choose_mode
+from warpvec.image.read import read_image
+from warpvec.image.resize import reduce_image
+from warpvec.svg.measure import file_facts
+from warpvec.vectorization.api import fit_photo
+from warpvec.vectorization.flat_art import fit_flat
+from warpvec.vectorization.goal import CORRECTION_RATE, CURVES_MAX, Goal
+from warpvec.vectorization.refine import ITERATIONS, form_of, place_on_photo, read_drawing, refine_photo
+from warpvec.vectorization.result import Result
+
+LATE_SHARE = 0.5
+"""Share of a whole fit from which on its drawing is close to its end, so that going on takes small steps."""
+
+
+def run_job(
+    job: Job, report: Callable[[str, dict[str, Any]], None], on_progress: OnProgress, threads: int | None
+) -> Result:
+    """Return the drawing that ``job`` asks for.
+
+    Args:
+        job: what to do.
+        report: called with "mode" and facts when the kind of picture is known.
+        on_progress: called after every iteration.
+        threads: CPU threads; None for all cores.
+
+    Raises:
+        InputError: the picture or the drawing to go on from cannot be read, or the settings do not fit together.
+    """
+    photo = read_image(job.data, name="picture")
+    mode, reason = job.settings.mode, None
+    if mode == "auto":
+        mode, reason = choose_mode(reduce_image(photo, FitConfig.fit_size))
+    height, width = photo.shape[:2]
+    report("mode", {"mode": mode, "reason": reason, "width": width, "height": height})
+    if job.erased is not None:
+        photo = erase(photo, job.erased)
+    if job.start is not None and job.keeps_paths:
+        return _refined(job, photo, on_progress, threads)
+    config = replace(job.settings.config(mode), threads=threads)
+    if mode != "photo":
+        return fit_flat(photo, config, title=job.name, goal=_goal(job), on_progress=on_progress)
+    return _photo(job, photo, config, on_progress)
+
+
+def result_facts(result: Result) -> dict[str, Any]:
+    """Return the SVG text and the figures of its file that the page shows."""
+    text = result.svg()
+    facts = file_facts(text)
+    psnr = result.file_psnr
+    return {
+        "svg": text,
+        "paths": facts["paths"],
+        "segments": facts["segments"],
+        "bytes": facts["bytes"],
+        "gzip_bytes": facts["gzip_bytes"],
+        "psnr": psnr if math.isfinite(psnr) else None,
+        "seconds": result.fitted.seconds,
+        "stopped": result.interrupted,
+        "mode": result.config.mode,
+        "history": [entry for entry in result.history if math.isfinite(entry["psnr"])],
+    }
+
+
+def _photo(job: Job, photo: NDArray[np.float32], config: FitConfig, on_progress: OnProgress) -> Result:
+    """Fit a photo, from the start or from the drawing of the job."""
+    goal = _goal(job)
+    if goal:
+        config = replace(config, curves=CURVES_MAX)
+    start = None
+    if job.start is not None:
+        drawing = read_drawing(job.start.encode())
+        start = place_on_photo(drawing, photo)
+        is_late = job.done_share >= LATE_SHARE
+        if not goal:
+            left = max(ITERATIONS, round((1.0 - job.done_share) * config.iterations))
+            rate = CORRECTION_RATE if is_late else 1.0
+            config = replace(config, iterations=left, lr_scale=rate * config.lr_scale)
+        if drawing.scene.is_uniform:
+            config = replace(config, segments=drawing.scene.piece_count)
+    return fit_photo(photo, config, title=job.name, goal=goal, start=start, on_progress=on_progress)
+
+
+def _refined(job: Job, photo: NDArray[np.float32], on_progress: OnProgress, threads: int | None) -> Result:
+    """Fit the paths of the drawing again, whatever their kind; erased ones are replaced in photos alone."""
+    assert job.start is not None
+    data = job.start.encode()
+    drawing = read_drawing(data)
+    settings = replace(job.settings, mode="photo", cutout=False, gradients=0.0, colors=0, max_bytes=None)
+    config = replace(
+        settings.config("photo"),
+        threads=threads,
+        recycle_gap=0,
+        iterations=ITERATIONS,
+        curves=max(1, len(drawing.scene)),
+    )
+    if drawing.scene.is_uniform:
+        config = replace(config, segments=drawing.scene.piece_count)
+    if drawing.precision is not None:
+        config = replace(config, precision=drawing.precision)
+    return refine_photo(
+        photo, place_on_photo(drawing, photo), config, Goal(), title=job.name, on_progress=on_progress,
+        form=form_of(drawing, data, config, photo), given=data,
+    )  # fmt: skip
+
+
+def _goal(job: Job) -> Goal:
+    return Goal(max_bytes=job.settings.max_bytes)

@@ -1,0 +1,66 @@
+"""The folder that the server was started with: its pictures can be opened, and drawings are saved beside them."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from warpvec.errors import InputError
+from warpvec.files import write_atomic
+from warpvec.inputs import read_file
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif")
+"""Suffixes of the pictures that are listed."""
+
+LISTED_MAX = 1000
+"""Most pictures that are listed, the first ones by name."""
+
+NAME_MAX = 100
+"""Longest name of a saved file without its suffix, well below the limit of file systems."""
+
+_UNUSABLE = re.compile(r"[^\w .()+,=@-]+")
+
+
+def list_pictures(folder: Path) -> list[str]:
+    """Return the names of the pictures directly in ``folder``, in order."""
+    with os.scandir(folder) as entries:
+        names = [e.name for e in entries if e.name.lower().endswith(SUFFIXES) and e.is_file()]
+    return sorted(names)[:LISTED_MAX]
+
+
+def read_picture(folder: Path, name: str, limit: int) -> bytes:
+    """Return the bytes of a picture that `list_pictures` lists, at most ``limit``.
+
+    Raises:
+        InputError: there is no such picture, or it cannot be read, or it is larger.
+    """
+    if name not in list_pictures(folder):
+        raise InputError("picture", "must be in the folder of the server", repr(name), "reload the page")
+    return read_file(folder / name, limit, "picture", "an image file")
+
+
+def save_drawing(folder: Path, name: str, suffix: str, data: bytes) -> str:
+    """Write ``data`` to a new file in ``folder`` and return its name; no file is ever replaced.
+
+    Args:
+        folder: where to write.
+        name: wish for the name without its suffix; what file systems may not like is left out.
+        suffix: with its point.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    stem = usable_name(name)
+    found, number = f"{stem}{suffix}", 1
+    while os.path.lexists(folder / found):
+        number += 1
+        found = f"{stem}-{number}{suffix}"
+    write_atomic(folder / found, data)
+    return found
+
+
+def usable_name(name: str) -> str:
+    """Return ``name`` without folders, control characters and leading points, and not empty."""
+    last = re.split(r"[\\/]", name)[-1]
+    return _UNUSABLE.sub("_", last)[:NAME_MAX].strip(". ") or "drawing"

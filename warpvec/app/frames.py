@@ -1,0 +1,77 @@
+"""Frames of a running fit: its present drawing as SVG text, a few times a second."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+from warpvec.fit.progress import Progress
+from warpvec.geometry.cubics import to_cubics
+from warpvec.svg.write import write_svg
+
+FRAME_SECONDS = 0.4
+"""Time between two frames. To write one takes 7 ms for 512 paths, and 50 ms for 4,096."""
+
+PRECISION = 2
+"""Decimals of a frame's coordinates, those of files."""
+
+
+class FrameWriter:
+    """Called after every iteration of a fit of a picture with ``width`` x ``height`` pixels, it sends frames.
+
+    Args:
+        width, height: size of the picture, in which the frames are drawn.
+        send: takes the facts of a frame: "svg", "iteration", "iterations", "psnr", "bytes", "paths", "seconds", "left".
+        fit_size: longest side of the picture that is fitted.
+    """
+
+    def __init__(self, width: int, height: int, send: Callable[[dict[str, Any]], None], fit_size: int) -> None:
+        self._width, self._height, self._send = width, height, send
+        longest = max(width, height)
+        self._scale = max(1.0, longest / fit_size)
+        self._due = -math.inf
+        self._pace = _Pace()
+
+    def __call__(self, progress: Progress) -> None:
+        """Send a frame if it is time."""
+        self._pace.see(progress)
+        if time.monotonic() < self._due:
+            return
+        self._send(self._frame(progress))
+        self._due = time.monotonic() + FRAME_SECONDS
+
+    def _frame(self, progress: Progress) -> dict[str, Any]:
+        scene = to_cubics(progress.scene().cpu().scaled(self._scale))[0]
+        text = write_svg(scene, self._width, self._height, precision=PRECISION)
+        psnr = progress.psnr
+        return {
+            "svg": text,
+            "iteration": progress.iteration,
+            "iterations": progress.iteration_count,
+            "psnr": psnr if math.isfinite(psnr) else None,
+            "bytes": len(text.encode()),
+            "paths": len(scene),
+            "seconds": progress.seconds,
+            "left": self._pace.seconds_left(progress),
+        }
+
+
+class _Pace:
+    """An estimate of the time left, without the first iteration, which loads the kernels."""
+
+    def __init__(self) -> None:
+        self._first: tuple[int, float] | None = None
+        self._last = 0
+
+    def see(self, progress: Progress) -> None:
+        if self._first is None or progress.iteration < self._last:  # the first one of a fit
+            self._first = (progress.iteration, progress.seconds)
+        self._last = progress.iteration
+
+    def seconds_left(self, progress: Progress) -> float | None:
+        assert self._first is not None
+        done = progress.iteration - self._first[0]
+        remaining = progress.iteration_count - progress.iteration
+        return (progress.seconds - self._first[1]) / done * remaining if done else None

@@ -1,0 +1,78 @@
+"""Refuse requests that do not come from the page of this server, and give every answer strict headers.
+
+Programs on other machines cannot connect at all. Pages of other sites in the user's browser can, so each request must
+have:
+
+- the Host of this server, which a name that was made to point to this machine (DNS rebinding) does not have,
+- an Origin of this server or none, and no other site as its source (Sec-Fetch-Site),
+- the token, as the first part of its path. It is compared in a time that does not depend on it.
+"""
+
+from __future__ import annotations
+
+import hmac
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import PlainTextResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+HEADERS = {
+    "Cache-Control": "no-store",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",  # the address holds the token
+    "X-Content-Type-Options": "nosniff",
+    "Content-Security-Policy": "default-src 'none'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+}
+"""Headers of every answer that does not set them itself; the page has a policy of its own."""
+
+_SAME_SITE = ("same-origin", "none")
+
+
+class Guard:
+    """The application around the server's own, as ASGI.
+
+    Args:
+        app: serves the paths below the token.
+        port: port of the server.
+        token: first part of every allowed path.
+    """
+
+    def __init__(self, app: ASGIApp, port: int, token: str) -> None:
+        self._app, self._token = app, token
+        self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)  # the start and the end of the server; there are no web sockets
+            return
+
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in HEADERS.items():
+                    headers.setdefault(name, value)
+            await send(message)
+
+        refusal = self._refusal(Headers(scope=scope), scope["path"])
+        if refusal is not None:
+            await refusal(scope, receive, send_with_headers)
+            return
+        prefix = f"/{self._token}"
+        inner = {**scope, "root_path": scope.get("root_path", "") + prefix}
+        await self._app(inner, receive, send_with_headers)
+
+    def _refusal(self, headers: Headers, path: str) -> PlainTextResponse | None:
+        host, origin = headers.get("host", ""), headers.get("origin")
+        if host not in self._hosts or len(headers.getlist("host")) != 1:
+            return PlainTextResponse("This server answers only to its own name.\n", 421)
+        if origin is not None and origin != f"http://{host}":
+            return PlainTextResponse("Requests of other sites are refused.\n", 403)
+        given = path.split("/")[1] if path.startswith("/") else ""
+        if not hmac.compare_digest(given.encode(), self._token.encode()):
+            return PlainTextResponse("Open the address that warpvec app has printed: its token is missing.\n", 403)
+        # After the token: a browser that opens a link from another program may call it cross-site.
+        is_page = path.count("/") <= 2 and path.endswith("/")
+        if not is_page and headers.get("sec-fetch-site", "none") not in _SAME_SITE:
+            return PlainTextResponse("Requests of other sites are refused.\n", 403)
+        return None

@@ -1,0 +1,225 @@
+"""The requests of the page, below the token of the address; see `warpvec.app.guard`.
+
+GET    /                        the page
+GET    /events?page=            server-sent events: hello, ready, queue, status, mode, frame, done, failed
+POST   /pictures?page=&name=    a picture's file in the body -> its facts
+GET    /pictures/ID/preview     the picture as PNG, for browsers that cannot read its format
+POST   /pictures/ID/fit         {settings, start, locked, erased, keepsPaths}: fit it, or go on
+POST   /pictures/ID/stop        end the fit with its best drawing so far
+DELETE /pictures/ID             forget it
+GET    /folder                  names of the pictures in the folder of the server
+GET    /folder/NAME             one of them
+POST   /export?format=&width=&transparent=&name=&to=   SVG text in the body -> a file, or its name in the folder
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from warpvec.app.desk import Desk, Picture
+from warpvec.app.export import MEDIA_TYPES, encode
+from warpvec.app.folder import list_pictures, read_picture, save_drawing, usable_name
+from warpvec.app.page import page_text
+from warpvec.app.settings import FitSettings
+from warpvec.errors import InputError
+from warpvec.image.read import read_image
+from warpvec.image.resize import reduce_image
+from warpvec.image.write import to_8_bits
+from warpvec.viewer.page import PAGE_PHOTO_SIDE
+
+MAX_PICTURE_BYTES = 2**28
+"""Largest picture file: 256 MiB, those of 50 megapixels with room. The command reads larger ones, with less memory."""
+
+MAX_TEXT_BYTES = 2**26
+"""Largest SVG text or JSON of a request: 64 MiB, the limit of drawings that are read as paths."""
+
+LOCKED_MAX = 2**15
+"""Most paths of a drawing that is read."""
+
+
+class Routes:
+    """The answers of the server.
+
+    Args:
+        desk: pictures and fits.
+        folder: where pictures are listed and drawings are saved; None for nowhere.
+        formats: the formats in which a drawing can be saved.
+    """
+
+    def __init__(self, desk: Desk, folder: Path | None, formats: list[str]) -> None:
+        self._desk, self._folder, self._formats = desk, folder, formats
+        self._page, self._policy = page_text()
+
+    def application(self) -> Starlette:
+        """Return the ASGI application."""
+        routes = [
+            Route("/", self.page),
+            Route("/events", self.events),
+            Route("/pictures", self.add, methods=["POST"]),
+            Route("/pictures/{id}/preview", self.preview),
+            Route("/pictures/{id}/fit", self.fit, methods=["POST"]),
+            Route("/pictures/{id}/stop", self.stop, methods=["POST"]),
+            Route("/pictures/{id}", self.remove, methods=["DELETE"]),
+            Route("/folder", self.folder),
+            Route("/folder/{name}", self.from_folder),
+            Route("/export", self.export, methods=["POST"]),
+        ]
+        handlers: dict[Any, Callable[[Request, Exception], Awaitable[Response]]] = {InputError: _wrong_input}
+        return Starlette(routes=routes, exception_handlers=handlers)
+
+    async def page(self, request: Request) -> Response:
+        headers = {"Content-Security-Policy": self._policy}
+        return Response(self._page, media_type="text/html", headers=headers)
+
+    async def events(self, request: Request) -> Response:
+        page = _page_of(request)
+        stream = self._desk.watch(page)
+        stream.put("server", {"formats": self._formats, "folder": self._folder and self._folder.name})
+
+        async def texts() -> Any:
+            try:
+                async for text in stream.texts():
+                    yield text
+            finally:
+                self._desk.leave(page, stream)
+
+        return StreamingResponse(texts(), media_type="text/event-stream")
+
+    async def add(self, request: Request) -> Response:
+        page, name = _page_of(request), usable_name(request.query_params.get("name", "picture"))
+        data = await _body(request, MAX_PICTURE_BYTES)
+        if not self._desk.has_room(len(data)):
+            raise HTTPException(413, "too many pictures are open: remove some from the list")
+        size = await asyncio.to_thread(_size_of, data)
+        return JSONResponse(self._desk.add(page, name, data, size).facts(), 201)
+
+    async def preview(self, request: Request) -> Response:
+        picture = self._picture(request)
+        return Response(await asyncio.to_thread(_preview, picture.data), media_type="image/png")
+
+    async def fit(self, request: Request) -> Response:
+        picture = self._picture(request)
+        asked = _object(await _body(request, MAX_TEXT_BYTES))
+        settings = FitSettings.read(asked.get("settings", {}))
+        texts = {name: asked.get(name) for name in ("start", "erased")}
+        if not all(text is None or isinstance(text, str) for text in texts.values()):
+            raise InputError("start", "must be SVG text", "something else", "reload the page")
+        keeps_paths = asked.get("keepsPaths") is True
+        self._desk.fit(picture, settings, locked=_places(asked.get("locked", [])), keeps_paths=keeps_paths, **texts)
+        return JSONResponse(picture.facts(), 202)
+
+    async def stop(self, request: Request) -> Response:
+        self._desk.stop(self._picture(request))
+        return Response(status_code=204)
+
+    async def remove(self, request: Request) -> Response:
+        self._desk.remove(self._picture(request).identifier)
+        return Response(status_code=204)
+
+    async def folder(self, request: Request) -> Response:
+        names = [] if self._folder is None else await asyncio.to_thread(list_pictures, self._folder)
+        return JSONResponse(names)
+
+    async def from_folder(self, request: Request) -> Response:
+        if self._folder is None:
+            raise HTTPException(404, "the server was started without a folder")
+        data = await asyncio.to_thread(read_picture, self._folder, request.path_params["name"], MAX_PICTURE_BYTES)
+        return Response(data, media_type="application/octet-stream")
+
+    async def export(self, request: Request) -> Response:
+        kind, name = request.query_params.get("format", "svg"), request.query_params.get("name", "drawing")
+        text = (await _body(request, MAX_TEXT_BYTES)).decode("utf-8", "replace")
+        width, is_clear = request.query_params.get("width"), request.query_params.get("transparent") == "1"
+        data = await asyncio.to_thread(encode, text, kind, _whole(width), transparent=is_clear)
+        if request.query_params.get("to") != "folder" or self._folder is None:
+            return Response(data, media_type=MEDIA_TYPES[kind])
+        try:
+            saved = await asyncio.to_thread(save_drawing, self._folder, name, f".{kind}", data)
+        except OSError as error:
+            raise HTTPException(507, f"the file could not be written ({error.strerror})") from error
+        return JSONResponse({"saved": saved, "bytes": len(data)}, 201)
+
+    def _picture(self, request: Request) -> Picture:
+        picture = self._desk.pictures.get(request.path_params["id"])
+        if picture is None:
+            raise HTTPException(404, "the server does not have this picture any more")
+        return picture
+
+
+async def _wrong_input(request: Request, error: Exception) -> Response:
+    return PlainTextResponse(str(error), 422)
+
+
+def _page_of(request: Request) -> str:
+    """Return the identifier that a page has given itself."""
+    page = request.query_params.get("page", "")
+    if not (page.isalnum() and len(page) <= 64):
+        raise HTTPException(400, "the page must say which one it is")
+    return page
+
+
+async def _body(request: Request, limit: int) -> bytes:
+    """Return the body of a request of at most ``limit`` bytes; a larger one is refused before it has arrived."""
+    stated = request.headers.get("content-length", "0")
+    parts, count = [], 0
+    if stated.isdecimal() and int(stated) <= limit:
+        try:
+            async for part in request.stream():
+                count += len(part)
+                if count > limit:
+                    break
+                parts.append(part)
+            else:
+                return b"".join(parts)
+        except ClientDisconnect:
+            raise HTTPException(400, "the request ended early") from None
+    raise HTTPException(413, f"a file may have at most {limit >> 20} MiB")
+
+
+def _object(data: bytes) -> dict[str, Any]:
+    try:
+        found = json.loads(data)
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise InputError("request", "must be a JSON object", repr(data[:40]), "reload the page")
+    return found
+
+
+def _places(found: object) -> tuple[int, ...]:
+    if isinstance(found, list) and len(found) <= LOCKED_MAX:
+        places = [place for place in found if type(place) is int and 0 <= place < LOCKED_MAX]
+        if len(places) == len(found):
+            return tuple(sorted(set(places)))
+    raise InputError("locked", "must be a list of places of paths", str(found)[:40], "reload the page")
+
+
+def _whole(text: str | None) -> int | None:
+    if text is None or (text.isdecimal() and len(text) < 8):
+        return None if text is None else int(text)
+    raise InputError("width", "must be a whole number of pixels", repr(text), "give another")
+
+
+def _size_of(data: bytes) -> tuple[int, int]:
+    """Return width and height of a picture file, read whole, so that a broken one is refused at once."""
+    pixels = read_image(data, name="picture")
+    return pixels.shape[1], pixels.shape[0]
+
+
+def _preview(data: bytes) -> bytes:
+    stream = BytesIO()
+    pixels = to_8_bits(reduce_image(read_image(data, name="picture"), PAGE_PHOTO_SIDE))
+    Image.fromarray(pixels).save(stream, "PNG", compress_level=1)
+    return stream.getvalue()

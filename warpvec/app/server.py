@@ -1,0 +1,92 @@
+"""Run the server of the page until it is asked to end.
+
+Starlette and uvicorn are the most used and best kept pair of an ASGI library and server: few dependencies, streams
+whose client has left are noticed, and a test client that needs no port.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from types import FrameType
+
+import uvicorn
+
+from warpvec.app.address import HOST
+from warpvec.app.desk import Desk
+from warpvec.app.export import usable_formats
+from warpvec.app.guard import Guard
+from warpvec.app.messages import Report
+from warpvec.app.routes import Routes
+from warpvec.app.worker_process import WorkerProcess
+
+END_SECONDS = 2
+"""Time that requests under way have to end, once the server is to end."""
+
+
+def run_server(
+    listener: socket.socket,
+    token: str,
+    *,
+    folder: Path | None = None,
+    threads: int | None = None,
+    on_start: Callable[[str], None] | None = None,
+) -> None:
+    """Serve the page on ``listener`` until Ctrl-C or SIGTERM.
+
+    Args:
+        listener: a socket that is bound to a port of this machine.
+        token: first part of every path.
+        folder: where pictures are listed and drawings are saved; None for nowhere.
+        threads: CPU threads of fits; None for all cores.
+        on_start: called with the address of the page when it can be opened.
+    """
+    port = listener.getsockname()[1]
+    with suppress(KeyboardInterrupt):  # uvicorn raises it again once it has ended in order
+        asyncio.run(_serve(listener, token, port, folder, threads, on_start))
+
+
+async def _serve(
+    listener: socket.socket,
+    token: str,
+    port: int,
+    folder: Path | None,
+    threads: int | None,
+    on_start: Callable[[str], None] | None,
+) -> None:
+    workers: list[WorkerProcess] = []
+
+    def make_worker(receive: Callable[[Report], None]) -> WorkerProcess:
+        workers.append(WorkerProcess(receive, threads))
+        return workers[0]
+
+    desk = Desk(make_worker)
+    workers[0].start()
+    try:
+        routes = Routes(desk, folder, await asyncio.to_thread(usable_formats))
+        config = uvicorn.Config(
+            Guard(routes.application(), port, token), log_level="error", access_log=False, server_header=False,
+            timeout_graceful_shutdown=END_SECONDS, lifespan="off", ws="none",
+        )  # fmt: skip
+        server = _Server(config, desk)
+        if on_start is not None:
+            listener.listen()  # a browser that is quicker than the loop waits
+            on_start(f"http://{HOST}:{port}/{token}/")
+        await server.serve([listener])
+    finally:
+        workers[0].end()
+
+
+class _Server(uvicorn.Server):
+    """A server that ends its streams of events when it is to end; it would wait for their pages otherwise."""
+
+    def __init__(self, config: uvicorn.Config, desk: Desk) -> None:
+        super().__init__(config)
+        self._desk = desk
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        super().handle_exit(sig, frame)
+        self._desk.close()

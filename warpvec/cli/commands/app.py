@@ -1,0 +1,58 @@
+"""``warpvec app``: make, edit and save drawings on one page in the browser."""
+
+from __future__ import annotations
+
+import webbrowser
+from importlib.util import find_spec
+from pathlib import Path
+
+import click
+
+from warpvec.cli.value_types import WholeNumber
+from warpvec.errors import InputError
+
+PORT_MIN, PORT_MAX = 1024, 65_535
+"""Ports that need no special rights."""
+
+
+@click.command(short_help="Make and edit drawings on a page in the browser.")
+@click.argument("folder", metavar="[FOLDER]", required=False)
+@click.option("--port", type=WholeNumber(minimum=PORT_MIN), metavar="N", help="Port of the page. [8437, or a free one]")
+@click.option("--no-browser", is_flag=True, help="Print the address and open no browser.")
+@click.option("--threads", type=WholeNumber(minimum=1), metavar="N", help="CPU threads of fits. [all cores]")
+def app(folder: str | None, port: int | None, no_browser: bool, threads: int | None) -> None:
+    """Open a page in the browser on which pictures become drawings: drop a picture, watch it being drawn, edit the
+    drawing, save it.
+
+    All of it stays on this machine; only the page that is opened here can use the server. Pictures are kept in memory
+    until their page is closed. With FOLDER the page lists the pictures in it, and saves drawings there instead of
+    downloading them. Ctrl-C ends the server.
+    """
+    where = _checked_folder(folder)
+    if port is not None and port > PORT_MAX:
+        raise InputError("--port", f"must be from {PORT_MIN} to {PORT_MAX}", str(port), "give another, or none")
+    if any(find_spec(name) is None for name in ("starlette", "uvicorn")):
+        rule = "needs the packages of the extra app"
+        raise InputError("app", rule, "starlette or uvicorn is missing", "pip install 'warpvec[app]'")
+    from warpvec.app.address import open_socket, read_token
+    from warpvec.app.server import run_server
+
+    listener = open_socket(port)
+    token = read_token(listener.getsockname()[1])
+
+    def show(address: str) -> None:
+        click.echo(f"The page is at {address}\nCtrl-C ends it.", err=True)
+        if not no_browser:
+            webbrowser.open(address)
+
+    with listener:
+        run_server(listener, token, folder=where, threads=threads, on_start=show)
+
+
+def _checked_folder(folder: str | None) -> Path | None:
+    if folder is None:
+        return None
+    path = Path(folder)
+    if not path.is_dir():
+        raise InputError("FOLDER", "must be an existing folder", repr(folder), "create it first, or leave it out")
+    return path
