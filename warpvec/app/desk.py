@@ -172,8 +172,10 @@ class Desk:
             self._start_next()
             return
         if report.kind == "died":
-            self._end_running("failed", {"message": str(report.facts["message"])})
-            self._restart()
+            was_ready, self.is_ready = self.is_ready, False  # so that no fit begins before there is another
+            self._end_running("failed", report.facts)
+            if was_ready:  # one that ends before would do so again and again
+                self._restart()
             return
         if report.number in self._dropped:
             if report.kind in ("done", "failed", "dropped"):
@@ -240,7 +242,7 @@ class Desk:
 
     def _end_by_force(self) -> None:
         """End a fit that does not stop. Its last frame is its drawing."""
-        picture, self._deadline = self._running, None
+        picture, self._deadline, self.is_ready = self._running, None, False
         frame = None if picture is None else picture.last.get("frame")
         if frame is not None:
             self._end_running("done", {**frame, "psnr": None, "stopped": True})
@@ -249,7 +251,6 @@ class Desk:
         self._restart()
 
     def _restart(self) -> None:
-        self.is_ready = False
         self._dropped.clear()
         self._worker.restart()
 

@@ -1,0 +1,107 @@
+"""Only the page of the server may use it: the token, Host, Origin and sizes are checked on every request."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+from app_server import PORT, TOKEN, Server, server_fixture  # noqa: F401  (fixture)
+
+from warpvec.app import address
+from warpvec.errors import InputError
+
+OWN = {"Host": f"127.0.0.1:{PORT}", "Origin": f"http://127.0.0.1:{PORT}"}
+
+
+@pytest.mark.parametrize(
+    ("path", "headers", "status"),
+    [
+        (f"/{TOKEN}/", OWN, 200),
+        (f"/{TOKEN}/", {"Host": f"localhost:{PORT}"}, 200),
+        (f"/{TOKEN}/folder", {**OWN, "Sec-Fetch-Site": "same-origin"}, 200),
+        ("/", OWN, 403),
+        (f"/{TOKEN[:-1]}/", OWN, 403),
+        (f"/{TOKEN}x/folder", OWN, 403),
+        ("/folder", OWN, 403),
+        (f"//{TOKEN}/folder", OWN, 403),
+        (f"/{TOKEN}/folder", {"Host": "attacker.example"}, 421),
+        (f"/{TOKEN}/folder", {"Host": f"attacker.example:{PORT}"}, 421),
+        (f"/{TOKEN}/folder", {"Host": f"127.0.0.1:{PORT + 1}"}, 421),
+        (f"/{TOKEN}/folder", {"Origin": "http://attacker.example"}, 403),
+        (f"/{TOKEN}/folder", {"Origin": "null"}, 403),
+        (f"/{TOKEN}/folder", {"Origin": f"https://127.0.0.1:{PORT}"}, 403),
+        (f"/{TOKEN}/folder", {"Sec-Fetch-Site": "cross-site"}, 403),
+        (f"/{TOKEN}/folder", {"Sec-Fetch-Site": "same-site"}, 403),
+    ],
+)
+def test_a_request_needs_the_token_and_comes_from_the_page(
+    server: Server, path: str, headers: dict[str, str], status: int
+) -> None:
+    answer = server.ask("GET", path, headers=headers)
+    assert answer.status_code == status
+    assert answer.headers["referrer-policy"] == "no-referrer"
+    assert "default-src 'none'" in answer.headers["content-security-policy"]
+
+
+def test_a_foreign_page_changes_nothing(server: Server) -> None:
+    url = f"/{TOKEN}/pictures?page=a&name=x"
+    assert server.ask("POST", url, headers={"Origin": "http://attacker.example"}).status_code == 403
+    assert server.ask("POST", "/pictures?page=a").status_code == 403
+    assert server.desk.pictures == {}
+
+
+def test_the_policy_of_the_page_allows_only_its_own_scripts_and_server(server: Server) -> None:
+    policy = server.get("").headers["content-security-policy"]
+    assert "unsafe" not in policy
+    assert "connect-src 'self'" in policy
+    assert policy.count("sha256-") == 3
+
+
+def test_too_large_bodies_are_refused(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    from warpvec.app import desk, routes
+
+    monkeypatch.setattr(routes, "MAX_PICTURE_BYTES", 1000)
+    assert server.post("pictures?page=a", bytes(1001)).status_code == 413
+    assert server.ask("POST", f"/{TOKEN}/pictures?page=a", content=_without_length()).status_code == 413
+    monkeypatch.setattr(desk, "KEPT_BYTES", 500)
+    assert server.post("pictures?page=a", bytes(501)).status_code == 413
+    assert server.desk.pictures == {}
+
+
+async def _without_length() -> AsyncIterator[bytes]:
+    for _ in range(2):
+        yield bytes(600)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="the modes of files are POSIX's")
+def test_the_token_stays_for_a_restart_but_no_other_user_can_set_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    token = address.read_token(PORT)
+    assert len(token) == 32
+    assert address.read_token(PORT) == token
+    assert address.read_token(PORT + 1) != token
+    path = tmp_path / "warpvec" / f"token-{PORT}"
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    path.chmod(0o644)
+    second = address.read_token(PORT)
+    assert second != token
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    monkeypatch.setattr(address, "TOKEN_SECONDS", 0.0)
+    assert address.read_token(PORT) != second
+
+
+def test_a_given_port_that_is_taken_is_refused_and_else_another_is_used() -> None:
+    with address.open_socket(None) as first:
+        port = first.getsockname()[1]
+        assert first.getsockname()[0] == "127.0.0.1"
+        first.listen()
+        with pytest.raises(InputError, match="--port must be a free port"):
+            address.open_socket(port)
+        if port == address.DEFAULT_PORT:
+            with address.open_socket(None) as second:
+                assert second.getsockname()[1] != port
