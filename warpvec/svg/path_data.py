@@ -32,8 +32,10 @@ def format_number(ticks: int, decimals: int) -> str:
     return "-" + text if ticks < 0 else text
 
 
-def format_curves(ticks: Ticks, first: NDArray[np.int64], decimals: int) -> list[str]:
-    """Return the data of paths of one loop of cubics each.
+def format_curves(
+    ticks: Ticks, first: NDArray[np.int64], decimals: int, is_closing: NDArray[np.bool_] | None = None
+) -> list[str]:
+    """Return the data of paths of one loop of cubics each, which a line may close.
 
     Cubics of no length are left out.
 
@@ -41,18 +43,49 @@ def format_curves(ticks: Ticks, first: NDArray[np.int64], decimals: int) -> list
         ticks: control points [R, 3, 2] of the cubics of all paths.
         first: first row of each path [N + 1]; the last entry is R.
         decimals: of the numbers.
+        is_closing: rows [R] that are lines to the start of their path, which "z" draws; None for none.
     """
     anchor, start = ticks[:, 0], first[:-1]
     following = np.roll(anchor, -1, axis=0)
     following[first[1:] - 1] = anchor[start]
     relative = (np.stack([ticks[:, 1], ticks[:, 2], following], axis=1) - anchor[:, None]).reshape(-1, 6)
     drawn = (relative != 0).any(axis=1)
+    if is_closing is not None:
+        drawn &= ~is_closing
     counts = np.add.reduceat(drawn, start, dtype=np.int64)
     # A path that is a single point keeps one cubic, because "c" needs arguments.
     drawn[start[counts == 0]] = True
     heads = _number_lists(anchor[start].ravel(), np.full(len(start), 2), decimals)
     tails = _number_lists(relative[drawn].ravel(), 6 * np.maximum(counts, 1), decimals)
     return [f"M{head}c{tail}z" for head, tail in zip(heads, tails, strict=True)]
+
+
+def format_closed_curves(
+    ticks: Ticks, first: NDArray[np.int64], decimals: int, is_closing: NDArray[np.bool_]
+) -> list[str]:
+    """Return the data of paths of one loop each, whose rows ``is_closing`` [R] are lines to the start that "z" draws.
+
+    It is that of `format_path`, but found for all paths at once, which takes a tenth of the time. Only paths with
+    implied handles ("s") are written one by one.
+
+    Args:
+        ticks, first, decimals: as `format_curves`.
+        is_closing: rows that are lines; only the last row of a path may be one.
+    """
+    data = format_curves(ticks, first, decimals, is_closing)
+    for path in _with_implied_handles(ticks, first, is_closing):
+        rows = slice(first[path], first[path + 1])
+        data[path] = format_path([(ticks[rows], is_closing[rows])], decimals)
+    return data
+
+
+def _with_implied_handles(ticks: Ticks, first: NDArray[np.int64], is_closing: NDArray[np.bool_]) -> list[int]:
+    """Return the paths in which the leaving handle of a cubic mirrors the arriving one of the row before."""
+    mirrored = 2 * ticks[1:, 0] - ticks[:-1, 2]
+    is_implied = (ticks[1:, 1] == mirrored).all(1) & ~is_closing[1:]
+    is_implied[first[1:-1] - 1] = False  # the row before is of another path
+    found = np.searchsorted(first, is_implied.nonzero()[0] + 1, side="right") - 1
+    return np.unique(found).tolist()
 
 
 def format_path(loops: list[tuple[Ticks, NDArray[np.bool_]]], decimals: int) -> str:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -48,6 +49,7 @@ class LoadedSvg:
         precision: decimals of the coordinates in warpvec's own files, None for other files.
         sides: width and height as warpvec's own file states them, with their units, if these are not pixels.
         layer_names: names of the layers of warpvec's own file by generation, if they have names.
+        minified: whether warpvec's own file has the form of `warpvec.svg.minify.write_minified`.
     """
 
     scene: Scene
@@ -57,6 +59,7 @@ class LoadedSvg:
     precision: int | None = None
     sides: tuple[str, str] | None = None
     layer_names: dict[int, str] | None = None
+    minified: bool = False
 
 
 def read_svg(source: bytes | str) -> LoadedSvg:
@@ -78,7 +81,7 @@ def read_svg(source: bytes | str) -> LoadedSvg:
     check_pixels(*stated_size(parse_svg(text, builder).root))
     root = builder.close()
     try:
-        return _read_own(root)
+        return replace(_read_own(root), minified=_is_minified(text, root))
     except _NotOurs:
         return _read_foreign(root)
 
@@ -100,8 +103,8 @@ def _read_own(root: Element) -> LoadedSvg:
     if children and local_name(children[0].tag) == "rect":
         background = _read_background(children.pop(0), width, height)
     elements = list(_own_paths(children))
-    decimals = max((decimals_of(_own_data(element)) for element, _ in elements), default=0)
-    outlines = [_own_outline(element, generation, decimals, gradients) for element, generation in elements]
+    decimals = max((decimals_of(_own_data(path.element)) for path in elements), default=0)
+    outlines = [_own_outline(path, decimals, gradients) for path in elements]
     return LoadedSvg(
         make_scene(outlines, background),
         float(width),
@@ -135,15 +138,38 @@ def _read_background(rect: Element, width: str, height: str) -> Color:
     return _own_color(rect)
 
 
-def _own_paths(children: Sequence[Element]) -> Iterator[tuple[Element, int]]:
-    """Yield each path and its generation. All paths must be in groups, and no group in another."""
+class _OwnPath(NamedTuple):
+    """A path with what its group states for it."""
+
+    element: Element
+    generation: int
+    opacity: str
+
+
+def _own_paths(children: Sequence[Element]) -> Iterator[_OwnPath]:
+    """Yield each path. All paths are in groups, and no group in another; or there are no groups."""
+    if children and all(local_name(child.tag) == "path" for child in children):
+        for path in children:
+            yield _own_path(path, 0, "1")
+        return
     for index, group in enumerate(children):
         _expect(local_name(group.tag) == "g")
-        _expect_attributes(group, ("id",))
+        _expect_attributes(group, ("id", "fill-opacity"))
         for path in group:
-            _expect(local_name(path.tag) == "path" and len(path) == 0)
-            _expect_attributes(path, ("id", "fill", "fill-opacity", "d"))
-            yield path, layer_level(group.get("id"), index)
+            yield _own_path(path, layer_level(group.get("id"), index), group.get("fill-opacity", "1"))
+
+
+def _own_path(path: Element, generation: int, opacity: str) -> _OwnPath:
+    _expect(local_name(path.tag) == "path" and len(path) == 0)
+    _expect_attributes(path, ("id", "fill", "fill-opacity", "d"))
+    return _OwnPath(path, generation, path.get("fill-opacity", opacity))
+
+
+def _is_minified(text: str, root: Element) -> bool:
+    """Return whether warpvec's own file has one line, and neither names nor settings."""
+    children = [local_name(child.tag) for child in root]
+    has_names = any(child.get("id") for child in root) or any(name in _UNDRAWN for name in children)
+    return "\n" not in text.strip() and not has_names and bool({"g", "path"} & set(children))
 
 
 def _own_layer_names(groups: Sequence[Element]) -> dict[int, str] | None:
@@ -155,19 +181,18 @@ def _own_layer_names(groups: Sequence[Element]) -> dict[int, str] | None:
     return names if names and has_names and len(names) == len(groups) else None
 
 
-def _own_outline(path: Element, generation: int, decimals: int, gradients: dict[str, _Paint]) -> Outline:
-    fill = path.get("fill", "")
-    color, gradient = gradients[fill] if fill in gradients else (_own_color(path), None)
-    loops = read_loops(_own_data(path), decimals)
+def _own_outline(path: _OwnPath, decimals: int, gradients: dict[str, _Paint]) -> Outline:
+    fill = path.element.get("fill", "")
+    color, gradient = gradients[fill] if fill in gradients else (_own_color(path.element), None)
+    loops = read_loops(_own_data(path.element), decimals)
     _expect(all(bool((np.abs(ticks) < MAX_TICKS).all()) for ticks, _ in loops))
     points = np.concatenate([ticks.reshape(-1, 2) for ticks, _ in loops]) / 10**decimals
     is_line = np.concatenate([mask for _, mask in loops])
     counts = tuple(len(ticks) for ticks, _ in loops)
-    return Outline(points, color, _own_opacity(path), generation, counts, is_line, gradient)
+    return Outline(points, color, _own_opacity(path.opacity), path.generation, counts, is_line, gradient)
 
 
-def _own_opacity(path: Element) -> float:
-    opacity = path.get("fill-opacity", "1")
+def _own_opacity(opacity: str) -> float:
     _expect(_OWN_OPACITY.fullmatch(opacity) is not None)
     return float(opacity)
 

@@ -106,7 +106,7 @@ def write_svg(
         ValueError: as `quantize`, or ``metadata`` cannot be written as JSON.
     """
     scene = quantize(scene, precision, opacity_decimals).cpu()
-    fills, definitions = _fills(scene)
+    fills, definitions = fills_of(scene)
     sides = sides or (str(width), str(height))
     elements = _path_elements(scene, precision, opacity_decimals, fills)
     lines = [
@@ -142,7 +142,7 @@ def _check_finite(scene: Scene, precision: int) -> None:
         raise ValueError("end colours of gradients must be finite to be written; check what made them")
 
 
-def _ticks(values: Tensor, per_unit: int) -> Tensor:
+def ticks_of(values: Tensor, per_unit: int) -> Tensor:
     """Return ``values`` as the nearest integers (int64) in units of ``1 / per_unit``.
 
     They are computed in float64, so that a value rounded to a tick and stored in float32 gives the same tick again.
@@ -151,7 +151,7 @@ def _ticks(values: Tensor, per_unit: int) -> Tensor:
 
 
 def _rounded(values: Tensor, per_unit: int) -> Tensor:
-    return (_ticks(values, per_unit).double() / per_unit).to(values.dtype)
+    return (ticks_of(values, per_unit).double() / per_unit).to(values.dtype)
 
 
 def _rounded_segments(segments: Tensor, structure: Structure, precision: int) -> Tensor:
@@ -236,7 +236,7 @@ def _xml_text(text: str) -> str:
 
 def _background(scene: Scene, width: int, height: int) -> Iterator[str]:
     if not scene.transparent:
-        fill = _hex_colors(scene.background[None])[0]
+        fill = hex_colors(scene.background[None])[0]
         yield f'<rect id="background" width="{width}" height="{height}" fill="{fill}"/>'
 
 
@@ -260,25 +260,24 @@ def layer_id(name: str) -> str:
 
 
 def _path_elements(scene: Scene, precision: int, opacity_decimals: int, fills: list[str]) -> list[str]:
-    data = _path_data(scene, precision)
+    data = path_data(scene, precision)
     opaque = 10**opacity_decimals
-    opacity = _ticks(scene.opacity, opaque).tolist()
+    opacity = ticks_of(scene.opacity, opaque).tolist()
     return [
         f'<path fill="{fill}"{_opacity_attribute(ticks, opacity_decimals) if ticks < opaque else ""} d="{d}"/>'
         for fill, ticks, d in zip(fills, opacity, data, strict=True)
     ]
 
 
-def _path_data(scene: Scene, precision: int) -> list[str]:
+def path_data(scene: Scene, precision: int) -> list[str]:
     """Return the ``d`` of each path.
 
     The choice between the two forms depends only on what a reader of the file finds as well, so that a file that is
     read and written again has the same bytes: not on rows of no length, which are left out.
     """
-    ticks, structure = _ticks(scene.segments, 10**precision).numpy(), scene.structure
+    ticks, structure = ticks_of(scene.segments, 10**precision).numpy(), scene.structure
     is_line = np.zeros(len(ticks), np.bool_) if structure.is_line is None else structure.is_line.numpy()
-    ends = ticks[structure.segment_next.numpy(), 0]
-    has_lines = bool((is_line & (ends != ticks[:, 0]).any(1)).any())
+    has_lines = bool(_drawn_lines(ticks, structure).any())
     if structure.loop_count == len(scene) and not has_lines:
         return format_curves(ticks, structure.loop_first_segment.numpy().astype(np.int64), precision)
     rows, loops = structure.loop_first_segment.tolist(), structure.path_first_loop.tolist()
@@ -286,17 +285,39 @@ def _path_data(scene: Scene, precision: int) -> list[str]:
     return [format_path(parts[start:stop], precision) for start, stop in pairwise(loops)]
 
 
+def closes_by_lines(scene: Scene) -> NDArray[np.bool_] | None:
+    """Return the rows [R] that are the line which closes a path; None if a path has several loops or other lines.
+
+    ``scene`` has whole numbers of ticks, as those of its file.
+    """
+    structure = scene.structure
+    if structure.loop_count != len(scene):
+        return None
+    is_line = np.zeros(len(scene.segments), np.bool_) if structure.is_line is None else structure.is_line.numpy()
+    is_last = np.zeros_like(is_line)
+    is_last[structure.loop_first_segment.numpy()[1:] - 1] = True
+    return None if (is_line & ~is_last).any() else is_line & is_last
+
+
+def _drawn_lines(ticks: NDArray[np.int64], structure: Structure) -> NDArray[np.bool_]:
+    """Return the rows [R] that are lines of some length."""
+    if structure.is_line is None:
+        return np.zeros(len(ticks), np.bool_)
+    ends = ticks[structure.segment_next.numpy(), 0]
+    return structure.is_line.numpy() & (ends != ticks[:, 0]).any(1)
+
+
 def _opacity_attribute(ticks: int, decimals: int) -> str:
     return f' fill-opacity="{format_number(ticks, decimals)}"'
 
 
-def _fills(scene: Scene) -> tuple[list[str], list[str]]:
+def fills_of(scene: Scene) -> tuple[list[str], list[str]]:
     """Return the ``fill`` of each path, and the lines that define its gradients; equal gradients are one."""
-    fills = _hex_colors(scene.color)
+    fills = hex_colors(scene.color)
     if scene.gradients is None:
         return fills, []
     gradients, names = scene.gradients, dict[str, str]()
-    ends, places = _hex_colors(gradients.end_color), _ticks(gradients.geometry, 10**GRADIENT_DECIMALS).tolist()
+    ends, places = hex_colors(gradients.end_color), ticks_of(gradients.geometry, 10**GRADIENT_DECIMALS).tolist()
     for row, kind in enumerate(gradients.kind.tolist()):
         if kind != FLAT:
             text = _gradient(kind, places[row], fills[row], ends[row])
@@ -314,7 +335,7 @@ def _gradient(kind: int, geometry: list[int], start: str, end: str) -> str:
     return f'<{element} gradientUnits="userSpaceOnUse" {" ".join(places)}>{stops}</{element}>'
 
 
-def _hex_colors(color: Tensor) -> list[str]:
+def hex_colors(color: Tensor) -> list[str]:
     """Return ``#rrggbb``, or ``#rgb`` if that is the same colour, for each row of ``color`` [N, 3]."""
-    names = (bytes(levels).hex() for levels in _ticks(color, COLOR_LEVELS).tolist())
+    names = (bytes(levels).hex() for levels in ticks_of(color, COLOR_LEVELS).tolist())
     return ["#" + (name[::2] if name[::2] == name[1::2] else name) for name in names]
