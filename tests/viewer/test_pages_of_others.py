@@ -157,7 +157,7 @@ def test_every_control_has_a_name_and_takes_the_focus(open_page) -> None:
     viewer.press("]")
     viewer.page.locator("h1").click()
     reached = set()
-    for _ in range(40):
+    for _ in range(80):
         viewer.page.keyboard.press("Tab")
         reached.add(viewer.page.evaluate("() => document.activeElement.id || document.activeElement.name"))
     assert {"save", "tool", "fill", "opacity", "scale", "front", "to-level", "surface", "level", "zoom-fit"} <= reached

@@ -6,6 +6,11 @@ class App {
     this.panning = false;
     this.live = new Live(this);
     this.editor = new Editor(this);
+    this.nodes = new NodeTool(this);
+    this.caret = new Caret(this);
+    this.palettes = new Palette(this);
+    // Each click adds to the selection, as with Shift, which a touch screen lacks.
+    this.adding = false;
     this.generations = { name: "generations", paper: "#d8d8d4", colorOf: ({ layer }) => this.layerColor(layer) };
   }
 
@@ -87,7 +92,27 @@ class App {
   }
 
   selectAll() {
-    this.select(this.pickable);
+    if (this.nodes.path) this.nodes.chooseAll();
+    else this.select(this.pickable);
+  }
+
+  /** Selects all paths that have the "fill" or the "level" of a selected one. */
+  selectAlike(what) {
+    const keyOfItem = (item) => (what === "fill" ? paintKey(item) : item.layer);
+    const keys = new Set([...this.selection].map(keyOfItem));
+    if (keys.size) this.select(this.pickable.filter((item) => keys.has(keyOfItem(item))));
+  }
+
+  /** Moves the chosen nodes or the selection by a key; returns whether there was something to move. */
+  nudge(dx, dy) {
+    if (this.nodes.nudge(dx, dy)) return true;
+    this.editor.move(dx, dy);
+    return this.selection.size > 0;
+  }
+
+  toggleCaret() {
+    this.pointer.surface.focus({ preventScroll: true });
+    this.caret.toggle();
   }
 
   /** Selects the path after (1) or before (-1) the selected one, in drawing order. */
@@ -142,6 +167,12 @@ class App {
   cancel() {
     this.gesture?.cancel();
     this.gesture = null;
+  }
+
+  /** Lets each click add to the selection, or not. */
+  setAdding(isOn) {
+    this.adding = isOn;
+    this.refresh();
   }
 
   setTool(tool) {

@@ -78,14 +78,86 @@ class Editor {
     });
   }
 
+  /** Makes a level of the selected paths, above the highest level of one of them. */
+  group() {
+    const { app } = this;
+    if (!app.selection.size) return;
+    const chosen = new Set(app.selection);
+    const moving = app.drawing.layers.flatMap(({ items }) => items.filter((item) => chosen.has(item)));
+    const layers = this.layers;
+    const highest = app.drawing.layers.findLastIndex((layer) => layers.includes(layer));
+    const key = freeKey(app.drawing.layers);
+    const made = { ...newLayer(null, key), id: freeId(app.drawing.layers), items: moving };
+    app.history.record("New level", moving, layers, () => {
+      for (const layer of layers) layer.items = layer.items.filter((item) => !chosen.has(item));
+      for (const item of moving) item.layer = made;
+      app.drawing.layers = app.drawing.layers.toSpliced(highest + 1, 0, made);
+    }, false, app.drawing);
+    app.say(`Made ${made.name}`);
+  }
+
+  /** Merges the levels of the selected paths into those below them; the lowest one stays. */
+  ungroup() {
+    const { app } = this;
+    const { layers } = app.drawing;
+    const gone = this.layers.filter((layer) => layer !== layers[0]);
+    if (!gone.length) return;
+    const rest = layers.filter((layer) => !gone.includes(layer));
+    const moving = gone.flatMap(({ items }) => items);
+    app.history.record("Merge levels", moving, layers, () => {
+      layers.forEach((layer, i) => {
+        if (!gone.includes(layer)) return;
+        const below = layers.slice(0, i).findLast((other) => rest.includes(other));
+        below.items = [...below.items, ...layer.items];
+        for (const item of layer.items) item.layer = below;
+      });
+      app.drawing.layers = rest;
+    }, false, app.drawing);
+  }
+
+  /** Moves the level of the selected path up (1) or down (-1) in the order of levels. */
+  moveLevel(by) {
+    const { app } = this;
+    const { layers } = app.drawing;
+    const at = layers.indexOf(this.layers[0]);
+    if (at < 0 || !layers[at + by]) return;
+    app.history.record("Move level", [], [layers[at]], () => {
+      app.drawing.layers = layers.with(at, layers[at + by]).with(at + by, layers[at]);
+    }, false, app.drawing);
+  }
+
+  /** Puts the box of the selection: any of {x, y, width, height} in user units. */
+  place({ x, y, width, height }) {
+    const { app } = this;
+    app.endKeys();
+    const [left, top, right, bottom] = app.selectionBox;
+    const sx = width > 0 && right > left ? width / (right - left) : 1;
+    const sy = height > 0 && bottom > top ? height / (bottom - top) : 1;
+    const moved = translation(Number.isFinite(x) ? x - left : 0, Number.isFinite(y) ? y - top : 0);
+    const matrix = multiply(moved, scaling(sx, sy, left, top));
+    this.each("Place", (item) => Object.assign(item, transformed(item, matrix)));
+  }
+
   /** Adds a path on top of the level `layer` and selects nothing, so that the next stroke can follow. */
   add(shape, fill, opacity, layer) {
-    const item = { layer, shape, fill, opacity, rule: "nonzero", stroke: null };
+    const item = { layer, shape, fill, opacity, rule: "nonzero", stroke: null, origin: null };
     this.app.history.record("Brush", [], [layer], () => {
       layer.items = [...layer.items, item];
     });
     return item;
   }
+}
+
+/** Returns a key that no layer has. */
+function freeKey(layers) {
+  return Math.max(...layers.map(({ key }) => key)) + 1;
+}
+
+function freeId(layers) {
+  const taken = new Set(layers.map(({ id, key }) => id || `level-${key + 1}`));
+  let number = layers.length + 1;
+  while (taken.has(`level-${number}`)) number++;
+  return `level-${number}`;
 }
 
 function transformed(item, matrix) {

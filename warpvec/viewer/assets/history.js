@@ -13,10 +13,10 @@ class History {
     this.onChange = onChange;
   }
 
-  /** Runs `mutate` as the command `label`. It may change only `items` and `layers`. */
-  record(label, items, layers, mutate, merge = false) {
+  /** Runs `mutate` as the command `label`. It may change only `items`, `layers`, and `drawing` itself if it is given. */
+  record(label, items, layers, mutate, merge = false, drawing = null) {
     if (!this.mayChange()) return;
-    const before = capture(items, layers);
+    const before = capture(items, layers, drawing);
     mutate();
     this.push(label, before, merge);
   }

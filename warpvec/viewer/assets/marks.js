@@ -4,6 +4,7 @@ const MAX_OUTLINES = 300;
 const MAX_OUTLINES_MOVING = 40;
 const HANDLE_RADIUS = 4.5;
 const TURN_HANDLE_PX = 26;
+const CARET_PX = 11;
 
 class Marks {
   constructor(app, stage, canvas) {
@@ -20,9 +21,11 @@ class Marks {
     this.accent ??= getComputedStyle(canvas).color;
     if (app.selection.size) this.drawOutlines();
     context.setTransform(stage.ratio, 0, 0, stage.ratio, 0, 0);
-    if (app.selection.size) this.drawBox();
+    if (app.nodes.path) this.drawPoints();
+    else if (app.selection.size) this.drawBox();
     if (stage.band) this.drawBand();
     if (stage.stroke) this.drawStroke();
+    if (app.caret.isOn) this.drawCaret();
   }
 
   drawOutlines() {
@@ -66,7 +69,56 @@ class Marks {
   handles() {
     const [left, top, right, bottom] = this.stage.selectionBox();
     const corners = [[left, top], [right, top], [right, bottom], [left, bottom]].map(([x, y], corner) => ({ x, y, corner }));
-    return [...corners, { x: (left + right) / 2, y: top - TURN_HANDLE_PX, corner: "turn" }];
+    const y = Math.max(top - TURN_HANDLE_PX, 2 * HANDLE_RADIUS);
+    return [...corners, { x: (left + right) / 2, y, corner: "turn" }];
+  }
+
+  /** Draws nodes: round if they are smooth, else square; filled if they are chosen, with their handles. */
+  drawPoints() {
+    const { context, app, stage } = this;
+    const { nodes, chosen, current } = app.nodes;
+    [context.strokeStyle, context.lineWidth] = [this.accent, 1.4];
+    for (const point of app.nodes.shownPoints()) {
+      const [x, y] = stage.toStage(point.x, point.y);
+      const isNode = point.kind === "node";
+      const isCurrent = current?.kind === point.kind && current.index === point.index;
+      if (!isNode && point.kind !== "gradient") this.drawArm(nodes[point.index], x, y);
+      const fill = isCurrent || (isNode && chosen.has(point.index)) ? this.accent : "#fff";
+      if (isNode && !nodes[point.index].isSmooth) this.drawSquare(x, y, fill, 0);
+      else if (point.kind === "gradient") this.drawSquare(x, y, fill, Math.PI / 4);
+      else this.drawDot(x, y, fill);
+    }
+  }
+
+  drawArm({ x, y }, handleX, handleY) {
+    const { context, stage } = this;
+    context.beginPath();
+    context.moveTo(...stage.toStage(x, y));
+    context.lineTo(handleX, handleY);
+    context.stroke();
+  }
+
+  drawSquare(x, y, fill, angle) {
+    const { context } = this;
+    context.save();
+    context.translate(x, y);
+    context.rotate(angle);
+    context.fillStyle = fill;
+    context.fillRect(-HANDLE_RADIUS, -HANDLE_RADIUS, 2 * HANDLE_RADIUS, 2 * HANDLE_RADIUS);
+    context.strokeRect(-HANDLE_RADIUS, -HANDLE_RADIUS, 2 * HANDLE_RADIUS, 2 * HANDLE_RADIUS);
+    context.restore();
+  }
+
+  /** Draws the cross that keys move. */
+  drawCaret() {
+    const { context, app } = this;
+    const [x, y] = app.caret.at;
+    context.beginPath();
+    for (const [dx, dy] of [[CARET_PX, 0], [0, CARET_PX]]) {
+      context.moveTo(x - dx, y - dy);
+      context.lineTo(x + dx, y + dy);
+    }
+    this.strokeTwice(() => context.stroke(), []);
   }
 
   drawBand() {

@@ -6,9 +6,12 @@ class Panel {
   constructor(app) {
     this.app = app;
     this.connectView();
-    this.connectPaint();
     this.connectButtons();
     this.connectSplit();
+    this.editing = new EditPanel(app);
+    app.palettes.connect();
+    this.again = new FitAgain(app);
+    connectWords();
     this.reopen();
   }
 
@@ -69,39 +72,13 @@ class Panel {
     if (app.filter) app.select([...app.selection].filter(({ layer }) => layer === app.filter));
   }
 
-  /** Lets the selection follow a dragged control; releasing it makes one command. */
-  connectPaint() {
-    const { app } = this;
-    const follow = (id, label, read) => {
-      onInput(id, (value) => {
-        if (id !== "end") Object.assign(app.brush, read(value));
-        app.begin(label);
-        app.gesture?.paint(read(value));
-        this.request();
-      });
-      find(id).addEventListener("change", () => app.end());
-    };
-    follow("fill", "Recolour", (fill) => ({ fill }));
-    follow("end", "Recolour", (endFill) => ({ endFill }));
-    follow("opacity", "Opacity", (value) => ({ opacity: Number(value) }));
-    onInput("width", (value) => {
-      app.brush.width = Number(value);
-      this.request();
-    });
-  }
-
   connectButtons() {
     const { app } = this;
-    const actions = {
+    connectClicks({
       undo: () => app.undo(), redo: () => app.redo(), save: () => app.save(),
-      "select-all": () => app.selectAll(), "select-none": () => app.select([]),
-      delete: () => app.editor.remove(), front: () => app.editor.reorder("front"),
-      raise: () => app.editor.reorder("raise"), lower: () => app.editor.reorder("lower"),
-      back: () => app.editor.reorder("back"), "scale-apply": () => app.editor.scale(find("scale").valueAsNumber / 100),
       "zoom-in": () => app.stage.zoom(1.4), "zoom-out": () => app.stage.zoom(1 / 1.4), "zoom-fit": () => app.stage.fit(),
       theme: () => toggleTheme(), "help-open": () => find("help").showModal(),
-    };
-    for (const [id, action] of Object.entries(actions)) find(id).addEventListener("click", action);
+    });
   }
 
   /** Makes the line between photo and drawing draggable; the slider is for the keyboard. */
@@ -137,32 +114,14 @@ class Panel {
     find("legend").hidden = app.show !== "residual";
     setValue("split", Math.round(app.split), `${Math.round(app.split)} %`);
     setValue("level", app.level, `${app.level} of ${app.drawing.layers.length}`);
-    this.showSelection();
+    this.editing.show();
+    app.palettes.show();
+    this.again.show();
     this.showFigures();
     this.levels.show();
     this.measureSoon(layers);
     find("undo").disabled = !app.history.done.length && !app.gesture;
     find("redo").disabled = !app.history.undone.length;
-  }
-
-  showSelection() {
-    const { app } = this;
-    const count = app.selection.size;
-    const [first] = app.selection;
-    const { fill, opacity } = first ? { fill: first.fill ?? first.stroke.color, opacity: first.opacity } : app.brush;
-    const gradient = [...app.selection].find((item) => isGradient(item.fill));
-    const text = count ? `${count.toLocaleString("en")} of ${app.pathCount.toLocaleString("en")} paths selected` : "Nothing selected";
-    setText("selected", count === 1 ? `${text}: ${first.layer.name}` : text);
-    const [start] = endColors(fill);
-    const [, end] = endColors(gradient?.fill ?? start);
-    setValue("fill", start, start);
-    setValue("end", end, end);
-    find("end-field").hidden = !gradient;
-    setValue("opacity", opacity, opacity.toFixed(2));
-    setValue("width", app.brush.width, `${app.brush.width} px`);
-    find("brush-level").selectedIndex = app.drawing.layers.indexOf(app.brush.layer);
-    find("filter").selectedIndex = app.drawing.layers.indexOf(app.filter) + 1;
-    for (const id of ["arrange", "delete", "select-none"]) find(id).disabled = !count;
   }
 
   showFigures() {
@@ -250,6 +209,10 @@ const MEASURE_STEP_MS = 6;
 
 function onInput(id, action) {
   find(id).addEventListener("input", () => action(find(id).value));
+}
+
+function connectClicks(actions) {
+  for (const [id, action] of Object.entries(actions)) find(id).addEventListener("click", action);
 }
 
 function onPick(name, action) {

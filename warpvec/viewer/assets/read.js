@@ -3,7 +3,7 @@
  *
  * A drawing is {width, height, box, title, metadata, settings, background, layers, notes}. A layer is {key, id, name,
  * generation, items, version, visible}; its version grows with each change. An item is {layer, shape, fill, opacity,
- * rule, stroke}; fill is as in gradients.js. */
+ * rule, stroke, origin}; fill is as in gradients.js, and origin is the item as it was read, or null. */
 
 const MAX_LAYERS = 64;
 const LAYER_ID = /^layer-\d+-generation-(\d+)$/;
@@ -116,14 +116,15 @@ class Reader {
     if (!plain.subpaths.length || (!fill && !stroke)) return;
     const parsed = moved ? transformShape(plain, matrix) : plain;
     const scale = Math.sqrt(Math.abs(matrix[0] * matrix[3] - matrix[1] * matrix[2]));
-    layer.items.push({
+    const item = {
       layer,
       shape: verbatim && !moved ? parsed : { ...parsed, d: null },
       fill,
       opacity: context.opacity * (fill ? context.fillOpacity : context.strokeOpacity),
       rule: context.rule,
       stroke: stroke && { color: stroke, width: context.strokeWidth * scale, ...context.strokeShape },
-    });
+    };
+    layer.items.push({ ...item, origin: item });
   }
 
   /** Returns the inherited style and transform of an element; null if it is not displayed. */

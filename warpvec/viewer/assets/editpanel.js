@@ -1,0 +1,128 @@
+/* The controls that change the selection, its paint, its place and its nodes. */
+
+class EditPanel {
+  constructor(app) {
+    this.app = app;
+    this.connectPaint();
+    this.connectSelection();
+    this.connectNodes();
+    this.connectPlace();
+  }
+
+  show() {
+    this.showSelection();
+    this.showNodes();
+    this.showPlace();
+  }
+
+  /** Lets the selection follow a dragged control; releasing it makes one command. */
+  connectPaint() {
+    const { app } = this;
+    const follow = (id, label, read) => {
+      onInput(id, (value) => {
+        if (id !== "end") Object.assign(app.brush, read(value));
+        app.begin(label);
+        app.gesture?.paint(read(value));
+        app.panel.request();
+      });
+      find(id).addEventListener("change", () => app.end());
+    };
+    follow("fill", "Recolour", (fill) => ({ fill }));
+    follow("end", "Recolour", (endFill) => ({ endFill }));
+    follow("opacity", "Opacity", (value) => ({ opacity: Number(value) }));
+    onInput("width", (value) => {
+      app.brush.width = Number(value);
+      app.panel.request();
+    });
+  }
+
+  connectSelection() {
+    const { app } = this;
+    const { editor } = app;
+    connectClicks({
+      "select-all": () => app.selectAll(), "select-none": () => app.select([]), adding: () => app.setAdding(!app.adding),
+      "same-fill": () => app.selectAlike("fill"), "same-level": () => app.selectAlike("level"), delete: () => editor.remove(),
+      front: () => editor.reorder("front"), raise: () => editor.reorder("raise"), lower: () => editor.reorder("lower"),
+      back: () => editor.reorder("back"), "scale-apply": () => editor.scale(find("scale").valueAsNumber / 100),
+      "turn-apply": () => editor.turn(find("turn").valueAsNumber), group: () => editor.group(), ungroup: () => editor.ungroup(),
+      "level-up": () => editor.moveLevel(1), "level-down": () => editor.moveLevel(-1), caret: () => app.toggleCaret(),
+    });
+  }
+
+  connectNodes() {
+    const { nodes } = this.app;
+    connectClicks({
+      "node-last": () => nodes.step(-1), "node-next": () => nodes.step(1), "node-add": () => nodes.add(),
+      "node-delete": () => nodes.remove(), "node-smooth": () => nodes.smooth(), "node-corner": () => nodes.corner(),
+      "node-line": () => nodes.switchLine(),
+    });
+    for (const id of ["node-x", "node-y"]) {
+      find(id).addEventListener("change", () => nodes.put(find("node-x").valueAsNumber, find("node-y").valueAsNumber));
+    }
+  }
+
+  connectPlace() {
+    for (const name of ["x", "y", "width", "height"]) {
+      const field = find(`box-${name}`);
+      field.addEventListener("change", () => this.app.editor.place({ [name]: field.valueAsNumber }));
+    }
+    onInput("kind", (kind) => {
+      this.app.editor.each("Fill", (item) => Object.assign(item, { fill: asKind(item.fill, kind, item.shape.box) }));
+    });
+  }
+
+  showSelection() {
+    const { app } = this;
+    const count = app.selection.size;
+    const [first] = app.selection;
+    const { fill, opacity } = first ? { fill: first.fill ?? first.stroke.color, opacity: first.opacity } : app.brush;
+    const gradient = [...app.selection].find((item) => isGradient(item.fill));
+    setText("selected", this.selectionText());
+    find("kind-field").hidden = !first?.fill;
+    if (first?.fill) find("kind").value = isGradient(first.fill) ? first.fill.kind : "flat";
+    for (const [id, isOn] of [["adding", app.adding], ["caret", app.caret.isOn]]) find(id).setAttribute("aria-pressed", isOn);
+    const [start] = endColors(fill);
+    const [, end] = endColors(gradient?.fill ?? start);
+    setValue("fill", start, start);
+    setValue("end", end, end);
+    find("end-field").hidden = !gradient;
+    setValue("opacity", opacity, opacity.toFixed(2));
+    setValue("width", app.brush.width, `${app.brush.width} px`);
+    find("brush-level").selectedIndex = app.drawing.layers.indexOf(app.brush.layer);
+    find("filter").selectedIndex = app.drawing.layers.indexOf(app.filter) + 1;
+    for (const id of ["arrange", "delete", "select-none"]) find(id).disabled = !count;
+  }
+
+  selectionText() {
+    const { selection, pathCount } = this.app;
+    const [first] = selection;
+    const text = `${selection.size.toLocaleString("en")} of ${pathCount.toLocaleString("en")} paths selected`;
+    return selection.size > 1 ? text : first ? `${text}: ${first.layer.name}` : "Nothing selected";
+  }
+
+  showNodes() {
+    const { nodes, tool } = this.app;
+    find("node-box").hidden = tool !== "node";
+    if (tool !== "node") return;
+    setText("node-text", nodes.describe());
+    const { path, current, chosen } = nodes;
+    const point = current && nodes.points().find(({ kind, index }) => kind === current.kind && index === current.index);
+    for (const axis of ["x", "y"]) {
+      find(`node-${axis}`).disabled = !point;
+      find(`node-${axis}`).value = point ? Number(point[axis].toFixed(3)) : "";
+    }
+    for (const id of ["delete", "smooth", "corner", "line"]) find(`node-${id}`).disabled = !chosen.size;
+    for (const id of ["last", "next", "add"]) find(`node-${id}`).disabled = !path;
+  }
+
+  showPlace() {
+    const { app } = this;
+    const [left, top, right, bottom] = app.selectionBox;
+    const values = { x: left, y: top, width: right - left, height: bottom - top };
+    for (const [name, value] of Object.entries(values)) {
+      const field = find(`box-${name}`);
+      const text = app.selection.size ? String(Number(value.toFixed(3))) : "";
+      if (field.value !== text && document.activeElement !== field) field.value = text;
+    }
+  }
+}

@@ -1,0 +1,161 @@
+/* The list of all colours of the drawing, and the replacement of one of them wherever it is used: in fills, gradients,
+ * strokes and the background, on hidden levels too. */
+
+const MAX_SWATCHES = 48;
+
+class Palette {
+  constructor(app) {
+    this.app = app;
+    this.color = null;
+    this.listed = null;
+  }
+
+  connect() {
+    find("palette").addEventListener("change", (event) => this.choose(event.target.value));
+    onInput("replace", (value) => this.replace(value));
+    find("replace-hex").addEventListener("change", () => this.replaceByText(find("replace-hex").value));
+    for (const id of ["hue", "saturation", "lightness"]) onInput(id, () => this.replace(this.mixed()));
+    find("select-color").addEventListener("click", () => this.selectPaths());
+  }
+
+  /** Chooses a colour; the uses that it has now are those that are replaced. */
+  choose(color) {
+    const { drawing } = this.app;
+    const items = drawing.layers.flatMap((layer) => layer.items).filter((item) => colorsOf(item).includes(color));
+    this.color = color;
+    this.uses = new Map(items.map((item) => [item, { fill: item.fill, stroke: item.stroke }]));
+    this.background = drawing.background?.fill === color ? drawing.background : null;
+    [this.from, this.version] = [color, this.versionOf()];
+    this.app.panel.request();
+  }
+
+  selectPaths() {
+    const { app } = this;
+    app.select(app.pickable.filter((item) => this.uses.has(item)));
+  }
+
+  replaceByText(text) {
+    const hex = text.trim().replace(/^#?(?=[0-9a-f])/i, "#").replace(/^#(.)(.)(.)$/, "#$1$1$2$2$3$3").toLowerCase();
+    if (/^#[0-9a-f]{6}$/.test(hex)) this.replace(hex);
+    else this.app.say("A colour has six digits from 0 to f, as #1c64d1");
+    this.app.panel.request();
+  }
+
+  /** Replaces the chosen colour in all its uses; replacements that follow each other are one command. */
+  replace(color) {
+    const { app, uses, background } = this;
+    if (!this.color || color === this.color || (!uses.size && !background)) return;
+    const change = () => {
+      for (const [item, use] of uses) Object.assign(item, withColor(use, this.from, color));
+      if (background) app.drawing.background = { ...background, fill: color };
+    };
+    app.history.record("Replace colour", [...uses.keys()], [], change, true, app.drawing);
+    [this.color, this.version] = [color, this.versionOf()];
+    app.say(`Replaced in ${uses.size.toLocaleString("en")} ${uses.size === 1 ? "path" : "paths"}${background ? " and the background" : ""}`);
+  }
+
+  /** Returns the colour of the three sliders. */
+  mixed() {
+    const [hue, saturation, lightness] = ["hue", "saturation", "lightness"].map((id) => Number(find(id).value));
+    return colorOfHsl(hue, saturation / 100, lightness / 100);
+  }
+
+  versionOf() {
+    const { layers, background } = this.app.drawing;
+    return `${signatures(layers, PLAIN).at(-1)} ${background?.fill}`;
+  }
+
+  show() {
+    const { app } = this;
+    const selected = app.selection.size ? colorsOf([...app.selection][0])[0] : null;
+    if (selected && this.shownFor !== app.selection) this.choose(selected);
+    else if (this.color && this.version !== this.versionOf()) this.choose(this.color);
+    this.shownFor = app.selection;
+    this.list();
+    const count = this.color ? this.uses.size + Boolean(this.background) : 0;
+    find("replace-box").disabled = !count;
+    if (!count) return;
+    setValue("replace", this.color, `${count.toLocaleString("en")} ${count === 1 ? "use" : "uses"}`);
+    if (document.activeElement !== find("replace-hex")) find("replace-hex").value = this.color;
+    if (this.mixed() !== this.color) this.showMix();
+  }
+
+  showMix() {
+    const [hue, saturation, lightness] = hslOf(this.color);
+    if (saturation > 0) find("hue").value = Math.round(hue);
+    find("saturation").value = Math.round(100 * saturation);
+    find("lightness").value = Math.round(100 * lightness);
+  }
+
+  /** Lists the colours with the most uses, and the chosen one. */
+  list() {
+    const counts = countColors(this.app.drawing);
+    const byUse = [...counts].sort((a, b) => b[1] - a[1]);
+    const listed = byUse.slice(0, MAX_SWATCHES);
+    if (this.color && counts.has(this.color) && !listed.some(([color]) => color === this.color)) listed.push([this.color, counts.get(this.color)]);
+    const text = JSON.stringify(listed);
+    if (text !== this.listed) find("palette").replaceChildren(...listed.map(([color, count]) => swatch(color, count)));
+    this.listed = text;
+    setText("palette-more", byUse.length > listed.length ? `and ${(byUse.length - listed.length).toLocaleString("en")} more with fewer uses` : "");
+    setChoice("swatch", this.color);
+  }
+}
+
+function swatch(color, count) {
+  const label = document.createElement("label");
+  const input = document.createElement("input");
+  Object.assign(input, { type: "radio", name: "swatch", value: color });
+  input.setAttribute("aria-label", `${color}, ${count} ${count === 1 ? "use" : "uses"}`);
+  label.title = input.getAttribute("aria-label");
+  const mark = document.createElement("i");
+  mark.style.background = color;
+  label.append(input, mark);
+  return label;
+}
+
+/** Returns the colours that an item is painted with. */
+function colorsOf({ fill, stroke }) {
+  const colors = isGradient(fill) ? fill.stops.map(({ color }) => color) : fill ? [fill] : [];
+  return stroke ? [...colors, stroke.color] : colors;
+}
+
+function countColors({ layers, background }) {
+  const counts = new Map(background ? [[background.fill, 1]] : []);
+  for (const { items } of layers) {
+    for (const item of items) for (const color of new Set(colorsOf(item))) counts.set(color, (counts.get(color) ?? 0) + 1);
+  }
+  return counts;
+}
+
+function withColor({ fill, stroke }, from, to) {
+  const swapped = (color) => (color === from ? to : color);
+  const isUsed = isGradient(fill) && fill.stops.some(({ color }) => color === from);
+  const stops = isUsed && fill.stops.map((stop) => ({ ...stop, color: swapped(stop.color) }));
+  const painted = isUsed ? { ...fill, stops, onCanvas: null } : isGradient(fill) ? fill : swapped(fill);
+  return { fill: painted, stroke: stroke?.color === from ? { ...stroke, color: to } : stroke };
+}
+
+/** Returns a text that is the same for items that are painted alike. */
+function paintKey({ fill, stroke }) {
+  const paint = isGradient(fill) ? `${fill.kind} ${fill.stops.map(({ color, offset }) => `${color} ${offset}`).join(" ")}` : fill;
+  return fill ? `${paint}` : `stroke ${stroke?.color}`;
+}
+
+/** Returns hue in degrees, saturation and lightness from 0 to 1 of "#rrggbb". */
+function hslOf(color) {
+  const [r, g, b] = [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16) / 255);
+  const [high, low] = [Math.max(r, g, b), Math.min(r, g, b)];
+  const [range, lightness] = [high - low, (high + low) / 2];
+  if (!range) return [0, 0, lightness];
+  const sixth = high === r ? (g - b) / range : high === g ? (b - r) / range + 2 : (r - g) / range + 4;
+  return [(60 * sixth + 360) % 360, range / (1 - Math.abs(2 * lightness - 1)), lightness];
+}
+
+function colorOfHsl(hue, saturation, lightness) {
+  const reach = saturation * Math.min(lightness, 1 - lightness);
+  const channel = (n) => {
+    const k = (n + hue / 30) % 12;
+    return 255 * (lightness - reach * Math.max(-1, Math.min(k - 3, 9 - k, 1)));
+  };
+  return hexColor([channel(0), channel(8), channel(4)]);
+}

@@ -1,0 +1,32 @@
+/* Explains words that are not everyday English: in the help, as tooltips, and to screen readers. */
+
+const WORDS = {
+  path: ["Path", "A shape with an outline of lines and curves, and a fill."],
+  node: ["Node", "A point of an outline where two of its lines or curves meet. Handles beside it bend the curves."],
+  smooth: ["Smooth node", "The outline passes it without a bend: its two handles stay in line (S)."],
+  corner: ["Corner", "A node at which the outline may bend: its two handles move apart (S)."],
+  gradient: ["Gradient", "A fill that changes from one colour to another, along a line or from a centre outwards."],
+  opacity: ["Opacity", "How much a path hides what is below: 1 hides it, 0 is like clear glass."],
+  palette: ["Palette", "All colours of the drawing, the most used first."],
+  hex: ["Colour code", "Red, green and blue as six digits from 0 to f, as in web pages: #ff0000 is red."],
+  hue: ["Hue", "The place of a colour in the rainbow, from red over green and blue to red again."],
+  saturation: ["Vivid", "From grey to the most vivid colour; also called saturation."],
+  generation: ["Generation", "Paths that the fit added at the same time. Early ones are large, late ones show detail."],
+  residual: ["Residual", "The difference between drawing and photo: black where they are the same."],
+  psnr: ["PSNR", "How like the photo the drawing is, in decibels (dB): more is better, and 30 dB is hard to tell apart."],
+  ssim: ["SSIM", "How like the photo the drawing is in structure: 1 is the same."],
+  convergence: ["Convergence", "How the likeness grew while the drawing was fitted."],
+};
+
+function connectWords() {
+  for (const [key, [word, meaning]] of Object.entries(WORDS)) {
+    const [term, text] = ["dt", "dd"].map((name) => document.createElement(name));
+    [term.textContent, text.textContent, text.id] = [word, meaning, `word-${key}`];
+    find("words").append(term, text);
+  }
+  for (const element of document.querySelectorAll("[data-word]")) {
+    element.title ||= WORDS[element.dataset.word][1];
+    const control = element.control ?? element.closest("label")?.control ?? document.getElementById(element.htmlFor) ?? element;
+    control.setAttribute("aria-describedby", `word-${element.dataset.word}`);
+  }
+}
