@@ -40,6 +40,6 @@ def test_shares_add_up_to_the_picture() -> None:
     scene = replace(read_svg(TEXT).scene, background=torch.zeros(3), transparent=False)
     renderer = ExactRenderer(36, 40, threads=1)
     (shares,) = renderer.shares(scene)
-    picture = shares[..., :2] @ scene.color
+    picture = shares[:2].permute(1, 2, 0) @ scene.color
     torch.testing.assert_close(picture, renderer.render(scene), atol=1e-5, rtol=0)
-    assert not shares[..., 2].any()
+    assert not shares[2].any()

@@ -32,7 +32,7 @@ def gauss_newton(drawing: Drawing, x: Tensor, held: Tensor) -> sparse.csc_matrix
     pixels, place = np.unique(crossed.y * width + crossed.x, return_inverse=True)
     paints = PaintSlopes(scene, width, pixels)
     for shares in drawing.target.shares(scene):
-        paints.add(shares.double().cpu().numpy().reshape(-1, 3))
+        paints.add(shares.float().cpu().numpy().reshape(3, -1))
     by_points = drawing.point_derivative(x, held)
     total = sparse.block_diag([sparse.csr_matrix((by_points.shape[1],) * 2), paints.elsewhere()], "csr")
     for channel, slopes in enumerate(_slopes(drawing, scene, crossed, place, len(pixels))):

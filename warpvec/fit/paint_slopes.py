@@ -40,11 +40,13 @@ class PaintSlopes:
         self._covered: Values | None = None
         self._squares: list[tuple[list[int], Values]] = []  # blocks of the matrix
 
-    def add(self, shares: Values) -> None:
-        """Add the ``shares`` [h w, n] of the next n paths in all pixels; columns past the last path are left."""
-        for share in shares.T[: self._count - self._seen]:
+    def add(self, shares: NDArray[np.float32]) -> None:
+        """Add the ``shares`` [n, h w] of the next n paths in all pixels; rows past the last path are left."""
+        if self._covered is None:
+            self._covered = np.zeros(shares.shape[1])
+        for share in shares[: self._count - self._seen].astype(np.float64):
             here = share[self._pixels]
-            self._covered = share.copy() if self._covered is None else self._covered + share
+            self._covered += share
             self._at_pixels.append((here, self._ramp_of(self._seen, self._pixels)))
             if self._kind[self._seen] == FLAT:
                 square = np.full((1, 1), np.square(share).sum() - np.square(here).sum())

@@ -118,7 +118,7 @@ class Target:
         return torch.cat([self._exact.winding_slopes(grey, path, x, y), 0.5 * 3.0**0.5 * difference], 1)
 
     def shares(self, scene: Scene) -> Iterator[Tensor]:
-        """Yield the visible share of each path in each pixel, three paths at a time [h, w, 3]."""
+        """Yield the visible share of each path in each pixel, three paths at a time [3, h, w]."""
         yield from self._exact.shares(scene)
 
     @property

@@ -13,7 +13,7 @@ from warpvec.geometry.scene import Scene
 from warpvec.kernels.constants import COLUMNS, PARTIAL, TILE, TRANSMITTANCE_MIN
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.stages.binning import Binning
-from warpvec.rendering.stages.compositing import Paint, from_tiles, to_tiles
+from warpvec.rendering.stages.compositing import Paint, planes_from_tiles
 from warpvec.rendering.stages.coverage import Coverage
 from warpvec.rendering.stages.flattening import Flattening
 from warpvec.rendering.tile_renderer import Adjoints, Hits, TileRenderer
@@ -68,17 +68,17 @@ class ExactRenderer(TileRenderer):
         place, is_inside = self._slot_places(binning, path, x, y)
         values = wp.to_torch(hits[2])
         winding, slopes = values.clone(), []
+        tiles = torch.empty((self.grid.count, 3, TILE, TILE), dtype=self.dtype, device=self.device)
         for channel in range(channels):
-            image = torch.zeros((self.grid.height, self.grid.width, 3), dtype=self.dtype, device=self.device)
-            image[..., channel] = 1.0
+            tiles.zero_()[:, channel] = 1.0
             values.copy_(winding)
             paint = self._paint_adjoints(into, into.opacity)
-            self._compositing.adjoint(*hits, to_tiles(image, self.grid), paint)
+            self._compositing.adjoint(*hits, tiles, paint)
             slopes.append(torch.where(is_inside, values.reshape(-1)[place], 0.0))
         return torch.stack(slopes, 1)
 
     def shares(self, scene: Scene) -> Iterator[Tensor]:
-        """Yield the visible share of each path in each pixel: three paths at a time, [h, w, 3], the last one padded."""
+        """Yield the visible share of each path in each pixel: three paths at a time, [3, h, w], the last one padded."""
         hits = self._cover(scene)
         tiles = torch.empty((self.grid.count, 3, TILE, TILE), dtype=self.dtype, device=self.device)
         for first in range(0, len(scene), 3):
@@ -87,7 +87,7 @@ class ExactRenderer(TileRenderer):
             color[rows, rows - first] = 1.0
             paint = Paint(color, scene.opacity, torch.zeros_like(scene.background), self._lanes)
             self._compositing.run(*hits[:3], paint, tiles)
-            yield from_tiles(tiles, self.grid)
+            yield planes_from_tiles(tiles, self.grid)
 
     def _slot_places(self, binning: Binning, path: Tensor, x: Tensor, y: Tensor) -> tuple[Tensor, Tensor]:
         """Return where the winding of ``path`` at each pixel lies in ``slot_winding``, and whether it lies there."""

@@ -202,16 +202,16 @@ def _side(xy: Floats, sign: int, gap: int = GAP) -> Side:
     """Return where the outline lies ahead of (``sign`` 1) or behind (-1) each sample, beyond the gap."""
     count = len(xy)
     long = min(LONG, max(SHORT, count // 6))
-    rows = (np.arange(count)[:, None] + sign * np.arange(gap, gap + long)) % count
-    near = xy[rows]
+    rows = (np.arange(count) + sign * np.arange(gap, gap + long)[:, None]) % count
+    near = np.ascontiguousarray(xy.T[:, rows])  # [2, long, n]: einsum is ten times as fast along long rows
     offsets = np.arange(long)
     basis = np.stack([offsets**0, offsets, offsets**2], 1).astype(np.float64)
-    parabola = np.einsum("kl,nlc->nkc", _parabola(offsets), near)
-    residual = near - np.einsum("lk,nkc->nlc", basis, parabola)
-    line = np.einsum("kl,nlc->nkc", np.linalg.pinv(basis[:SHORT, :2]), near[:, :SHORT])
-    is_bent = np.sqrt((residual**2).sum(-1).mean(1)) > RESIDUAL_MAX
-    chosen = np.where(is_bent[:, None, None], line, parabola[:, :2])
-    return Side(chosen[:, 0], _unit(chosen[:, 1]))
+    parabola = np.einsum("kl,cln->ckn", _parabola(offsets), near)
+    residual = near - np.einsum("lk,ckn->cln", basis, parabola)
+    line = np.einsum("kl,cln->ckn", np.linalg.pinv(basis[:SHORT, :2]), near[:, :SHORT])
+    is_bent = np.sqrt((residual**2).sum(0).mean(0)) > RESIDUAL_MAX
+    point, away = np.where(is_bent, line, parabola[:, :2]).transpose(1, 2, 0)
+    return Side(np.ascontiguousarray(point), _unit(away))
 
 
 def _is_peak(values: Floats) -> Mask:

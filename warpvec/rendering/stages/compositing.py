@@ -38,6 +38,12 @@ def from_tiles(tiles: Tensor, grid: TileGrid) -> Tensor:
     return image.reshape(grid.rows * TILE, grid.columns * TILE, 3)[: grid.height, : grid.width].contiguous()
 
 
+def planes_from_tiles(tiles: Tensor, grid: TileGrid) -> Tensor:
+    """Return the image of [tiles, 3, TILE, TILE] as three planes [3, h, w]."""
+    planes = tiles.reshape(grid.rows, grid.columns, 3, TILE, TILE).permute(2, 0, 4, 1, 3)
+    return planes.reshape(3, grid.rows * TILE, grid.columns * TILE)[:, : grid.height, : grid.width].contiguous()
+
+
 class Paint:
     """Colours, opacities, background and gradients of a scene, as Warp arrays over torch memory.
 
