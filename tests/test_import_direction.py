@@ -15,7 +15,7 @@ PACKAGE = Path(warpvec.__file__).parent
 ROOMS = [
     "cli",
     "app",
-    "batch viewer",
+    "batch inkscape viewer",
     "vectorization",
     "flat",
     "fit",

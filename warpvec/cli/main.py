@@ -35,6 +35,7 @@ _COMMANDS = {
     "view": "view",
     "lod": "lod",
     "info": "info",
+    "inkscape": "inkscape",
     "sample": "sample",
     "help": "show_help",
 }
