@@ -135,6 +135,7 @@ class Editor {
     const sy = height > 0 && bottom > top ? height / (bottom - top) : 1;
     const moved = translation(Number.isFinite(x) ? x - left : 0, Number.isFinite(y) ? y - top : 0);
     const matrix = multiply(moved, scaling(sx, sy, left, top));
+    if (matrix.every((value, i) => Math.abs(value - IDENTITY[i]) < 1e-9)) return;
     this.each("Place", (item) => Object.assign(item, transformed(item, matrix)));
   }
 

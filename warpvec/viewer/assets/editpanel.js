@@ -56,8 +56,8 @@ class EditPanel {
       "node-delete": () => nodes.remove(), "node-smooth": () => nodes.smooth(), "node-corner": () => nodes.corner(),
       "node-line": () => nodes.switchLine(),
     });
-    for (const id of ["node-x", "node-y"]) {
-      find(id).addEventListener("change", () => nodes.put(find("node-x").valueAsNumber, find("node-y").valueAsNumber));
+    for (const axis of ["x", "y"]) {
+      find(`node-${axis}`).addEventListener("change", () => nodes.put(axis, find(`node-${axis}`).valueAsNumber));
     }
   }
 
@@ -103,10 +103,11 @@ class EditPanel {
   showNodes() {
     const { nodes, tool } = this.app;
     find("node-box").hidden = tool !== "node";
+    // For tests, and for other scripts: the points in user units.
+    find("surface").dataset.points = nodes.points().map(({ kind, index, x, y }) => `${kind} ${index} ${x} ${y}`).join(",");
     if (tool !== "node") return;
     setText("node-text", nodes.describe());
-    const { path, current, chosen } = nodes;
-    const point = current && nodes.points().find(({ kind, index }) => kind === current.kind && index === current.index);
+    const { path, currentPoint: point, chosen } = nodes;
     for (const axis of ["x", "y"]) {
       find(`node-${axis}`).disabled = !point;
       find(`node-${axis}`).value = point ? Number(point[axis].toFixed(3)) : "";

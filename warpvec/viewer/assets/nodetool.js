@@ -52,6 +52,12 @@ class NodeTool {
     return near[0] ?? null;
   }
 
+  /** The current point where it is now; null without one. */
+  get currentPoint() {
+    const { current } = this;
+    return (current && this.points().find(({ kind, index }) => kind === current.kind && index === current.index)) ?? null;
+  }
+
   choose(point, isAdded = false) {
     this.current = point;
     if (point.kind === "node") {
@@ -94,10 +100,9 @@ class NodeTool {
   }
 
   describe() {
-    const { current } = this;
     if (!this.path) return "Select one path to see its nodes";
     const count = this.nodes.length;
-    const point = current && this.points().find(({ kind, index }) => kind === current.kind && index === current.index);
+    const point = this.currentPoint;
     if (!point) return this.chosen.size ? `${this.chosen.size} of ${count} nodes` : `${count} nodes`;
     const place = `at ${formatNumber(point.x, 2)}, ${formatNumber(point.y, 2)}`;
     if (point.kind === "gradient") return `${point.index ? "End" : "Start"} of the gradient ${place}`;
@@ -132,13 +137,13 @@ class NodeTool {
     return { shape: moveHandle(shape, index, kind, x + dx, y + dy) };
   }
 
-  /** Puts the current point to x, y of the drawing. */
-  put(x, y) {
-    const { current, app } = this;
-    const point = current && this.points().find(({ kind, index }) => kind === current.kind && index === current.index);
-    if (!point || !Number.isFinite(x) || !Number.isFinite(y)) return;
+  /** Puts the "x" or "y" of the current point to a place of the drawing. */
+  put(axis, value) {
+    const { app } = this;
     app.endKeys();
-    this.nudge(x - point.x, y - point.y);
+    const by = value - this.currentPoint?.[axis];
+    if (!by) return;
+    this.nudge(axis === "x" ? by : 0, axis === "y" ? by : 0);
     app.endKeys();
   }
 
