@@ -73,9 +73,9 @@ def test_a_goal_without_requirements_is_false() -> None:
 
 def test_a_given_number_of_paths_is_the_most_that_a_goal_may_use() -> None:
     goal = Goal(max_bytes=1000)
-    assert with_curves({"seed": 1}, None, goal) == {"seed": 1, "curves": CURVES_MAX}
+    assert with_curves({"seed": 1}, None, goal) == {"seed": 1, "minify": True, "curves": CURVES_MAX}
     assert with_curves({}, "auto", Goal(auto=True)) == {"curves": CURVES_MAX}
-    assert with_curves({}, 20, goal) == {"curves": 20}
+    assert with_curves({"minify": False}, 20, goal) == {"minify": False, "curves": 20}
     assert with_curves({}, None, Goal()) == {}
     with pytest.raises(InputError, match="curves must be a whole number or auto, got 'many'"):
         with_curves({}, "many", goal)

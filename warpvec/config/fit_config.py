@@ -40,12 +40,20 @@ class FitConfig:
     """Cubics per path in the model "segments"; a path has 3 * segments control points."""
     degree: int = 5
     """M, the degree of both curves in the model "sides"; a path has 2 * degree control points."""
+    closing_line: bool = False
+    """Close every path by a straight line, after its cubics. A file need not state such a line."""
     precision: int = 2
     """Decimals of the coordinates in the SVG."""
+    minify: bool = False
+    """Write the shortest file, of whole numbers in a fine viewBox, and fit paths that it states in few bytes: see
+    `warpvec.config.presets.MINIFIED`."""
+    grid: int = 0
+    """Units per pixel of a minified file, 0 for as many as the paths need."""
     fit_size: int = 1024
     """Longest side, in pixels, of the image that is fitted; larger images are reduced to it."""
     opacity: str = "free"
-    """"free": each path has its own opacity. "opaque": every path has opacity 1."""
+    """"free": each path has its own opacity. "common": all have the same, so that the file states it once. "opaque":
+    every path has opacity 1."""
     colors: int = 0
     """Largest number of colours in a fitted palette for all fills, the canvas included; 0 for any colours."""
     palette: str | None = None

@@ -16,7 +16,7 @@ COLOR_PARAMETERS = ("direct", "logit")
 LR_DECAYS = ("cosine", "constant", "steps")
 BACKDROPS = ("learned", "white")
 POLICIES = ("scaffolding", "replacement")
-OPACITIES = ("free", "opaque")
+OPACITIES = ("free", "common", "opaque")
 
 MAX_THREADS = 4096
 """Largest number of CPU threads, above the cores of any machine: more must be a mistake. A file of settings or a
@@ -40,12 +40,15 @@ MAX_GAUSSIANS = 2**26
 MAX_COUNT = 10**9
 """Largest count of what takes no memory. A fit of so many iterations takes weeks, and no image has such a side."""
 
+MAX_GRID = 1000
+"""Most units per pixel of a minified file, as fine as three decimals."""
+
 COUNT_RANGES: dict[str, tuple[int, int]] = {
     "curves": (1, MAX_CURVES), "segments": (2, MAX_SEGMENTS), "fit_size": (1, MAX_COUNT), "iterations": (1, MAX_COUNT),
     "initial_curves": (1, MAX_COUNT), "inflation_gap": (1, MAX_COUNT), "recycle_gap": (0, MAX_COUNT),
     "replace_gap": (1, MAX_COUNT), "threads": (1, MAX_THREADS),
     # float32 has seven digits, and at least one of them is before the point.
-    "precision": (0, 6), "colors": (0, 256), "degree": (2, 12),
+    "precision": (0, 6), "colors": (0, 256), "degree": (2, 12), "grid": (0, MAX_GRID),
     # The random number generators take a signed 64-bit seed.
     "seed": (0, 2**63 - 1),
 }  # fmt: skip
@@ -161,7 +164,7 @@ def _check_choices(settings: dict[str, Any]) -> None:
     }  # fmt: skip
     for name, allowed in choices.items():
         check_choice(name, settings[name], allowed)
-    for name in ("shorten_gap", "compensate", "flat", "lod"):
+    for name in ("shorten_gap", "compensate", "flat", "lod", "minify", "closing_line"):
         check_flag(name, settings[name])
     # The fit checks later that the device exists: finding out takes seconds.
     if not isinstance(settings["device"], str):
@@ -172,6 +175,9 @@ def _check_path_model(settings: dict[str, Any]) -> None:
     if settings["path_model"] == "sides" and settings["renderer"] != "splat":
         rule = f"must be segments with the renderer {settings['renderer']}"
         raise InputError("path_model", rule, "'sides'", "give segments, or the renderer splat")
+    if settings["closing_line"] and settings["renderer"] != "exact":
+        rule = f"must be off with the renderer {settings['renderer']}, which draws curves only"
+        raise InputError("closing_line", rule, remedy="leave it out, or give the renderer exact")
 
 
 def _check_gradients(settings: dict[str, Any]) -> None:

@@ -13,6 +13,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit import schedule
+from warpvec.fit.byte_budget import ANY_FILE, ByteBudget, Written
 from warpvec.fit.clock import Clock
 from warpvec.fit.interrupt import deferred_interrupts, hold_signals
 from warpvec.fit.loop_state import check_loop
@@ -21,6 +22,7 @@ from warpvec.fit.palette import START as PALETTE_START
 from warpvec.fit.palette import Palette, with_pure_colors
 from warpvec.fit.policies.prefixes import prefix_length, with_prefix
 from warpvec.fit.policies.registry import config_from_start, config_from_state, make_policy
+from warpvec.fit.policies.scaffolding import Scaffolding
 from warpvec.fit.population import Population, do_nothing
 from warpvec.fit.population_state import check_scene
 from warpvec.fit.progress import FitResult, OnProgress, Progress, check_history, history_entry
@@ -30,6 +32,7 @@ from warpvec.fit.start import first_paths, given_paths
 from warpvec.fit.state import Saving, State
 from warpvec.fit.state_form import row_count
 from warpvec.fit.target import Target
+from warpvec.fit.written_grid import WrittenGrid
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import is_transparent
 from warpvec.rendering.launch import resolve_device
@@ -52,6 +55,7 @@ def fit(
     start: Scene | None = None,
     resume: State | None = None,
     saving: Saving | None = None,
+    written: Written = ANY_FILE,
 ) -> FitResult:
     """Fit paths to ``target`` [h, w, 3], sRGB-encoded in [0, 1], or [h, w, 4] with straight alpha.
 
@@ -66,6 +70,7 @@ def fit(
             paths; if there are more, it keeps those with the highest removal cost.
         resume: the state of an earlier fit of the same target with the same settings, to continue.
         saving: how often such states are saved, and where.
+        written: what the file asks of the paths.
 
     Raises:
         InputError: the device does not exist, ``start`` does not have the path model of ``config``, or ``resume`` is no
@@ -78,7 +83,8 @@ def fit(
         if resume is not None:
             run.check(resume)
             run.restore(resume)
-        run.saving = saving
+        run.saving, run.budget = saving, written.budget
+        run.take_grid(written.step)
         try:
             run.iterate(is_interrupted)
         except KeyboardInterrupt:
@@ -132,6 +138,8 @@ class _Fit:
         self.history: list[dict[str, float]] = []
         self.interrupted = False
         self.saving: Saving | None = None
+        self.budget: ByteBudget | None = None
+        self._grid: WrittenGrid | None = None
         if start is None:
             first = first_paths(self._image, config, self._policy)
         else:
@@ -139,6 +147,11 @@ class _Fit:
         self._population = Population(first, config, max(height, width) / 2)
         has_palette = config.palette is not None or config.colors > 0
         self._palette = Palette(config, height * width) if has_palette else None
+
+    def take_grid(self, step: tuple[float, float] | None) -> None:
+        """Let the last iterations draw paths whose points are whole multiples of ``step`` pixels, across and down."""
+        if step is not None:
+            self._grid = self._population.grid = WrittenGrid(step)
 
     def iterate(self, is_interrupted: Callable[[], bool]) -> None:
         """Run the loop to its end; raise KeyboardInterrupt once ``is_interrupted()``."""
@@ -154,7 +167,10 @@ class _Fit:
             if is_interrupted():
                 raise KeyboardInterrupt
             self._sort()
+            if self._grid is not None:
+                self._grid.begin(self._iteration, self._iteration_count)
             wants_removal_cost = self._policy.wants_removal_cost(self._iteration + 1, self._iteration_count)
+            wants_removal_cost = wants_removal_cost or self._is_trimming()
             removal_cost = self._step(self._iteration, wants_removal_cost)
             self._iteration += 1
             hold_signals()
@@ -300,12 +316,24 @@ class _Fit:
         has_cut = self._small_paths.cut(self._population, iteration, iterations)
         # The removal costs do not belong to the paths that a cut leaves.
         removal_cost = None if has_cut else self._small_paths.prefer(self._population, removal_cost)
+        if self.budget is not None and removal_cost is not None:
+            if self._is_trimming(self._iteration):
+                has_cut = self.budget.trim(self._population, removal_cost)
+                removal_cost = None
+            elif isinstance(self._policy, Scaffolding):
+                count = self.budget.wanted_count(self._population.live)
+                self._policy.resize(count, len(self._population))
         has_changed = self._policy.update(
             self._population, iteration, iterations, removal_cost, self._target.squared_error
         )
         self._gradients.update(self._population, iteration, iterations, has_changed or has_cut)
         if has_changed or has_cut:
             self._remember(before)
+
+    def _is_trimming(self, iteration: int | None = None) -> bool:
+        """Return whether paths that are too many for the file are removed after ``iteration``, by default the next."""
+        iteration = self._iteration + 1 if iteration is None else iteration
+        return self.budget is not None and self.budget.is_trimming(iteration, self._iteration_count)
 
     def _sort(self) -> None:
         if self._config.z_order == "area":

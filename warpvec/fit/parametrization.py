@@ -11,6 +11,13 @@ from warpvec.geometry.scene import Scene
 PLANES = 5
 """Planes of a parameter: its values, three averages of its gradient, and the previous gradient."""
 
+COMMON_OPACITY = 0.7
+"""Opacity of all paths if it is the same for all. From 0.65 to 0.75 the PSNR changes by less than 0.05 dB (kodim07 and
+kodim23, at 384 x 256, 25 KB); 0.6 is worse by 0.1 dB."""
+
+FIXED_OPACITIES = {"common": COMMON_OPACITY, "opaque": 1.0}
+"""Setting ``opacity`` -> the opacity that all paths have."""
+
 _LOGIT_MARGIN = 1e-4
 """Opacities and logit colours stay this far from 0 and 1, where the logit is infinite."""
 

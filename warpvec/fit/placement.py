@@ -9,8 +9,9 @@ from torch import Tensor
 from torch.nn.functional import pad
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.geometry.circles import circle_points, circle_sides
+from warpvec.geometry.circles import arc_points, circle_points, circle_sides
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
 
 BLUR_SIGMA = 1.0
 """Sigma of the blur of the residual, in pixels. It draws paths to errors that they can cover, not to single noisy
@@ -18,6 +19,9 @@ pixels. Better by 0.07 dB than 2 at 256 paths (two photos), and by 0.08 dB than 
 
 BLUR_REACH = 3
 """Radius of the blur in sigmas; 0.3 % of a Gaussian lie beyond."""
+
+CLOSED_ARC = 5.0 / 6.0
+"""Share of a circle that the cubics of a new path draw if a line closes it."""
 
 BLOCK = 1024
 """Pixels in a block of the two-level draw: the square root of a megapixel, so that both levels stay small."""
@@ -69,11 +73,32 @@ def new_paths(
         generation: the generation of all paths.
         config: gives the path model and its size.
     """
+    if config.closing_line:
+        return _closed_by_lines(center, radius, color, opacity, background, generation, config.segments)
     spawn, size = (circle_sides, config.degree) if config.path_model == "sides" else (circle_points, config.segments)
     unit = spawn(torch.zeros_like(center), torch.ones_like(center[:, 0]), size)
     points = center[:, None, :] + unit * center.new_tensor(radius)
     generations = torch.full((len(center),), generation, device=center.device)
     return Scene.uniform(points, color, opacity, background, generations, config.point_degree)
+
+
+def _closed_by_lines(
+    center: Tensor,
+    radius: tuple[float, float],
+    color: Tensor,
+    opacity: Tensor,
+    background: Tensor,
+    generation: int,
+    curve_count: int,
+) -> Scene:
+    """Return the ellipses of `new_paths` with ``curve_count`` cubics and a line in place of a small arc."""
+    count, rows = len(center), curve_count + 1
+    points = center[:, None, :] + arc_points(curve_count, CLOSED_ARC).to(center) * center.new_tensor(radius)
+    loops = torch.arange(count + 1, dtype=torch.int32, device=center.device)
+    is_line = torch.arange(rows, device=center.device).repeat(count) == curve_count
+    structure = Structure(loops * rows, loops, is_line)
+    generations = torch.full((count,), generation, device=center.device)
+    return Scene(points.reshape(-1, 3, 2), structure, color, opacity, background, generations)
 
 
 def _blur(image: Tensor) -> Tensor:

@@ -13,10 +13,11 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.fit.gradients import GradientParameters
 from warpvec.fit.node_state import carried_averages
 from warpvec.fit.palette import Palette
-from warpvec.fit.parametrization import PLANES, Parametrization, fresh_planes
+from warpvec.fit.parametrization import FIXED_OPACITIES, PLANES, Parametrization, fresh_planes
 from warpvec.fit.population_state import StateCheck, has_fixed_background
 from warpvec.fit.population_step import PopulationStep
 from warpvec.fit.state import State
+from warpvec.fit.written_grid import WrittenGrid
 from warpvec.geometry import nodes
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.gradients import Gradients
@@ -35,6 +36,7 @@ class Population:
         before_use: called before the paths are read or changed otherwise than by a step. A fit on a GPU then takes the
             steps again for which there was no room.
         serial: position of each path [N] in the order of creation, which the z-order by area does not keep.
+        grid: what the live scene is rounded to, None for nothing.
     """
 
     live: Scene
@@ -43,10 +45,11 @@ class Population:
 
     def __init__(self, scene: Scene, config: FitConfig, half_side: float) -> None:
         self.before_use: Callable[[], None] = do_nothing
+        self.grid: WrittenGrid | None = None
         self._config = config
         self._parameters = Parametrization(half_side, config.color_parameter == "logit")
         self._fixed_background = has_fixed_background(config, scene)
-        self._opaque = config.opacity == "opaque"
+        self._opacity = FIXED_OPACITIES.get(config.opacity)
         self._palette: Palette | None = None
         # Parameters and state: segments [5, R, 2 M], colour [5, N, 3], opacity [5, N, 1] and background [5, 1, 3].
         self._rows = self._parameters.fresh_rows(scene)
@@ -284,14 +287,17 @@ class Population:
         """Straighten lines, and apply opaque paths and the palette, in the live scene in place."""
         if self.live.structure.is_line is not None:
             self.live.segments.copy_(straightened(self.live.segments, self.live.structure))
-            self._rows[0][0].copy_(self._parameters.raw_segments(self.live))
-        if self._opaque:
-            self.live.opacity.fill_(1.0)
+            # Anchors stay as they are: those of the live scene may be rounded.
+            self._rows[0][0][:, 2:].copy_(self._parameters.raw_segments(self.live)[:, 2:])
+        if self._opacity is not None:
+            self.live.opacity.fill_(self._opacity)
         if self._palette is not None:
             color = self._palette.color
             self.live.color.copy_(color[:-1])
             if not self.live.transparent:
                 self.live.background.copy_(color[-1])
+        if self.grid is not None:
+            self.grid.round_in_place(self.live)
 
     def _free_colors(self) -> Tensor:
         """Return the colours [N + 1, 3] that the paths and, last, the background would have without a palette."""

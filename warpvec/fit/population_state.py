@@ -12,7 +12,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.fit.adan import check_averages
 from warpvec.fit.gradients import GradientParameters
 from warpvec.fit.palette import Palette, drawn_colors
-from warpvec.fit.parametrization import PLANES, Parametrization
+from warpvec.fit.parametrization import FIXED_OPACITIES, PLANES, Parametrization
 from warpvec.fit.state import State
 from warpvec.fit.state_form import (
     Array,
@@ -120,15 +120,25 @@ class StateCheck:
         own = self.parameters.to_color(state["background"][0, 0])
         is_fixed = has_fixed_background(self.config, self.like)
         background = self.like.background.to(own.device) if is_fixed else own
-        is_opaque = self.config.opacity == "opaque"
-        color, opacity = made.color, torch.ones_like(made.opacity) if is_opaque else made.opacity
+        fixed = FIXED_OPACITIES.get(self.config.opacity)
+        color, opacity = made.color, made.opacity if fixed is None else torch.full_like(made.opacity, fixed)
         if state["palette"] is not None:
             drawn = drawn_colors(state["palette"]["free"], state["palette"]["entry"])
             color, background = drawn[:-1], background if live.transparent else drawn[-1]
         shown = {"segments": made.segments, "color": color, "opacity": opacity, "background": background}
         for name, value in shown.items():
-            is_same = torch.allclose(value, getattr(live, name), rtol=1e-4, atol=1e-4)
+            is_same = torch.allclose(value, getattr(live, name), rtol=1e-4, atol=self._rounding(name))
             require(is_same, f"population.live.{name}", "does not go with the parameters of the paths")
+
+    def _rounding(self, name: str) -> float:
+        """Return how far a value of the live scene may be from its parameter: it may be rounded to the file's."""
+        if not self.config.minify:
+            return 1e-4
+        return ROUNDED_POINT if name == "segments" else ROUNDED_LEVEL
+
+
+ROUNDED_POINT, ROUNDED_LEVEL = 0.75, 0.006
+"""Half the largest step of a minified file in pixels and half a hundredth, with room for the handles of lines."""
 
 
 def has_fixed_background(config: FitConfig, scene: Scene) -> bool:

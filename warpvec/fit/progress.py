@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
+import torch
 from torch import Tensor
 
 from warpvec.checks import counted
@@ -55,6 +56,13 @@ class FitResult:
     seconds: float
     interrupted: bool
     device: str
+
+
+def no_fit() -> FitResult:
+    """Return the result of no fit: no paths over black."""
+    nothing = torch.zeros(0)
+    scene = Scene.uniform(torch.zeros(0, 6, 2), torch.zeros(0, 3), nothing, torch.zeros(3), nothing.long())
+    return FitResult(scene, [], 0, 0.0, False, "cpu")
 
 
 def history_entry(progress: Progress) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from warpvec.geometry.bezier import bernstein
+from warpvec.geometry.lines import thirds
 
 # For a circle of radius 1 the inner control points are 4/3 tan(angle / 4) away from their anchors.
 _CIRCLE_HANDLE = 4.0 / 3.0
@@ -23,6 +24,20 @@ def circle_points(center: Tensor, radius: Tensor, segment_count: int) -> Tensor:
     following, following_tangent = anchor.roll(-1, 0), tangent.roll(-1, 0)
     unit = torch.stack([anchor, anchor + tangent, following - following_tangent], 1).reshape(-1, 2)
     return center[:, None, :] + radius[:, None, None] * unit
+
+
+def arc_points(segment_count: int, share: float) -> Tensor:
+    """Return the control points [3 S + 3, 2] of ``share`` of a circle around 0 of radius 1, and of its chord.
+
+    ``segment_count``, S, cubics go clockwise on screen; then follows a line to their start, as a cubic.
+    """
+    step = 2.0 * math.pi * share / segment_count
+    angle = torch.arange(segment_count + 1, dtype=torch.float64) * step
+    anchor = torch.stack([angle.cos(), angle.sin()], -1)
+    tangent = torch.stack([-angle.sin(), angle.cos()], -1) * (_CIRCLE_HANDLE * math.tan(step / 4))
+    cubics = torch.stack([anchor[:-1], anchor[:-1] + tangent[:-1], anchor[1:] - tangent[1:]], 1)
+    line = torch.stack([anchor[-1], *thirds(anchor[-1], anchor[0])])
+    return torch.cat([cubics.reshape(-1, 2), line])
 
 
 def circle_sides(center: Tensor, radius: Tensor, degree: int) -> Tensor:

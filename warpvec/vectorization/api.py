@@ -17,18 +17,22 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
+from warpvec.fit.byte_budget import Written
 from warpvec.fit.checkpoint import Checkpoint, write_checkpoint
 from warpvec.fit.loop import fit
-from warpvec.fit.progress import OnProgress
+from warpvec.fit.progress import OnProgress, no_fit
 from warpvec.fit.state import Saving, State, digest
 from warpvec.flat.classify import Choice, choose_mode
 from warpvec.geometry.scene import Scene
+from warpvec.image.alpha import is_transparent
 from warpvec.image.read import ImageSource, read_image
 from warpvec.image.resize import reduce_image
 from warpvec.rendering.launch import resolve_device
 from warpvec.svg.measure import evaluate
+from warpvec.vectorization.byte_fit import budget_of, can_fit_once, first_count, within_bytes
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import Goal, is_auto, with_curves
+from warpvec.vectorization.minified_form import minified_form
 from warpvec.vectorization.result import Result
 from warpvec.vectorization.search import Search
 
@@ -134,21 +138,32 @@ def fit_photo(
             return result
         choice = Choice("photo", f"as flat art it has only {result.file_psnr:.1f} dB")
         config = replace(config, mode="photo")
+    if config.opacity == "common" and is_transparent(target):  # soft edges need paths of their own opacity
+        config = replace(config, opacity="free")
     pixels = torch.from_numpy(target)
     state = None if resume is None else _state_of(resume, pixels)
     saving = None if checkpoint is None else _saving(checkpoint, every, config, pixels, on_checkpoint_error or _warn)
+    wanted = goal or Goal()
     size = (target.shape[0], target.shape[1])
     factors = size[1] / photo.shape[1], size[0] / photo.shape[0]
 
     def fit_once(settings: FitConfig, scene: Scene | None) -> Result:
         reduced = replace(settings, min_area=settings.min_area * factors[0] * factors[1])
-        fitted = fit(pixels, reduced, on_progress, start=scene, resume=state, saving=saving)
-        return Result(photo, size, settings, fitted, title, file_options=file_options, choice=choice)
+        form = minified_form(settings, (photo.shape[0], photo.shape[1]), size) if settings.minify else None
+        blank = Result(photo, size, settings, no_fit(), title, file_options=file_options, form=form, choice=choice)
+        fitted = fit(
+            pixels, reduced, on_progress, start=scene, resume=state, saving=saving,
+            written=Written(blank.grid_step, None if scene is not None else budget_of(wanted, config, blank)),
+        )  # fmt: skip
+        return replace(blank, fitted=fitted)
 
     first = None if start is None else start.scaled(*factors)
-    if not goal:
+    if not wanted:
         return fit_once(config, first)
-    return Search(goal, config, fit_once, first).run()
+    if start is None and can_fit_once(wanted, config):
+        count = first_count(wanted, config)
+        return within_bytes(wanted, fit_once(replace(config, curves=count), None))
+    return Search(wanted, config, fit_once, first).run()
 
 
 FLAT_PSNR_MIN = 26.0

@@ -21,6 +21,7 @@ class FileForm(NamedTuple):
         metadata: the settings that the file states, None for none.
         sides: width and height with their units, None for the size in pixels.
         layer_names: names of the layers by generation, None for numbers.
+        minified: whether the file is the one of `warpvec.svg.minify.write_minified`.
     """
 
     size: tuple[int, int]
@@ -29,6 +30,7 @@ class FileForm(NamedTuple):
     metadata: dict[str, Any] | None = None
     sides: tuple[str, str] | None = None
     layer_names: dict[int, str] | None = None
+    minified: bool = False
 
 
 def stated_settings(config: FitConfig) -> dict[str, Any]:

@@ -105,7 +105,12 @@ def is_auto(curves: Any) -> bool:
 
 
 def with_curves(settings: dict[str, Any], curves: int | str | None, goal: Goal) -> dict[str, Any]:
-    """Return ``settings`` with the number of paths: ``curves`` itself, or the most that the search may use."""
+    """Return ``settings`` with the number of paths: ``curves`` itself, or the most that the search may use.
+
+    A file whose bytes count is minified, unless ``settings`` say otherwise or ask for levels of detail.
+    """
+    if goal.max_bytes is not None and not settings.get("lod"):
+        settings = {"minify": True, **settings}
     if isinstance(curves, str) and not is_auto(curves):
         raise InputError("curves", "must be a whole number or auto", repr(curves), "give one of these")
     if curves is None or is_auto(curves):

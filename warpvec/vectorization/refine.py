@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.config.presets import make_config
+from warpvec.config.presets import MINIFIED, make_config
 from warpvec.config.rules import require_scaffolding
 from warpvec.errors import InputError
 from warpvec.fit.progress import OnProgress
@@ -140,7 +140,9 @@ def with_drawing_settings(given: dict[str, Any], drawing: LoadedSvg) -> dict[str
         remedy = "leave it out, or vectorize the image from scratch"
         raise InputError("mode", "must be photo to refine a drawing", repr(mode), remedy)
     given = {**given, "mode": "photo"}
-    decided: dict[str, Any] = {"recycle_gap": 0}
+    decided: dict[str, Any] = {"recycle_gap": 0, "minify": drawing.minified}
+    if given.get("minify", drawing.minified):  # the drawing has its paths already
+        decided |= {name: getattr(FitConfig(), name) for name in MINIFIED}
     if drawing.scene.is_uniform:
         segments = drawing.scene.piece_count
         if given.get("segments", segments) != segments:

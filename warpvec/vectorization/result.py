@@ -6,7 +6,7 @@ import os
 from base64 import b64encode
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,7 @@ from warpvec.image.write import round_to_8_bits, write_png
 from warpvec.rendering.draw import draw_8_bits, draw_exactly, draw_pixels
 from warpvec.svg.layers import prefixes, read_layers
 from warpvec.svg.measure import draw, draw_like, evaluate, file_facts
+from warpvec.svg.minify import write_minified
 from warpvec.svg.print_formats import PRINT_SUFFIXES, encode_drawing
 from warpvec.svg.units import sides_of
 from warpvec.svg.write import quantize, write_svg
@@ -238,7 +239,9 @@ class Result:
         height, width = self.photo.shape[:2]
 
         def draw_pixels_of(some: Scene) -> bytes:
-            text = write_svg(some, width, height, precision=self.config.precision)
+            is_minified = self.form is not None and self.form.minified
+            own = partial(write_svg, width=width, height=height, precision=self.config.precision)
+            text = self._text_of(some) if is_minified else own(some)
             return draw(text, width, height, transparent=some.transparent).tobytes()
 
         visible, changes = self._areas(visible_areas, scene), self._areas(removal_changes, scene)
@@ -281,17 +284,41 @@ class Result:
 
     @cached_property
     def _text(self) -> str:
-        if self.unchanged is not None:
-            return self.unchanged
+        return self._text_of(self.scene) if self.unchanged is None else self.unchanged
+
+    def count_bytes(self, scene: Scene, *, gzip: bool = False) -> int:
+        """Return the bytes of the file, after gzip if asked, that would show all paths of a fit's ``scene`` of cubics.
+
+        It is in pixels of the reduced photo.
+        """
+        (height, width), (rows, columns) = self.photo.shape[:2], self.fitted_size
+        data = self._text_of(scene.scaled(width / columns, height / rows)).encode()
+        return len(gzip_bytes(data)) if gzip else len(data)
+
+    def _text_of(self, scene: Scene) -> str:
+        """Return the text of the file that shows ``scene``, in pixels of the photo."""
         form = self.form or FileForm((self.photo.shape[0], self.photo.shape[1]), self.config.precision, self.title)
-        metadata = (form.metadata or self._settings()) if self.file_options.metadata else None
-        scene, (rows, columns) = self.scene.scaled(*self._units), form.size
-        size = self.file_options.size
+        rows, columns = form.size
+        size, scene = self.file_options.size, scene.scaled(*self._units)
+        if form.minified:
+            true = form.sides or (str(columns), str(rows))
+            true = true if size is None else sides_of(size, self.photo.shape[1], self.photo.shape[0])
+            return write_minified(scene, columns, rows, true, precision=form.precision, keeps_layers=self.config.lod)
         sides = form.sides if size is None else sides_of(size, columns, rows)
+        metadata = (form.metadata or self._settings()) if self.file_options.metadata else None
         return write_svg(
             scene, columns, rows, precision=form.precision, title=form.title, metadata=metadata, sides=sides,
             layer_names=self.layer_names or form.layer_names,
         )  # fmt: skip
+
+    @property
+    def grid_step(self) -> tuple[float, float] | None:
+        """Step of the coordinates of a minified file in pixels of the reduced photo, across and down; else None."""
+        if self.form is None or not self.form.minified:
+            return None
+        (height, width), (rows, columns) = self.fitted_size, self.form.size
+        per_unit = 10**self.form.precision
+        return width / columns / per_unit, height / rows / per_unit
 
     def _settings(self) -> dict[str, Any]:
         """Return the settings that the file states."""

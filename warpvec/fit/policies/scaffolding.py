@@ -6,6 +6,7 @@ Recycling goes beyond the paper.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import torch
 from torch import Tensor
@@ -39,6 +40,7 @@ class Scaffolding:
         self._height, self._width = image.shape[:2]
         self._generator = torch.Generator().manual_seed(config.seed)
         self._generation = 0
+        self._added = 0  # paths that the next recycling adds beyond those that it removes, if it is positive
 
     def first_paths(self, background: Tensor) -> Scene:
         """Return the first generation, placed where the image differs most from ``background`` [3]."""
@@ -67,6 +69,11 @@ class Scaffolding:
         else:
             return False
         return True
+
+    def resize(self, count: int, present: int) -> None:
+        """Let the next recycling lead from ``present`` paths to ``count``."""
+        self._config = replace(self._config, curves=count)
+        self._added = count - present
 
     def state(self) -> State:
         """Return everything that :meth:`restore` needs to continue to the same bits."""
@@ -118,13 +125,14 @@ class Scaffolding:
 
     def _recycle(self, population: Population, removal_cost: Tensor, squared_error: Callable[[Scene], Tensor]) -> None:
         """Move the paths with the lowest removal cost to where the residual is large."""
-        count = int(len(population) * self._config.recycle_share)
+        count = max(int(len(population) * self._config.recycle_share), -self._added)
         keep = torch.ones(len(removal_cost), dtype=torch.bool, device=removal_cost.device)
         keep[removal_cost.topk(count, largest=False).indices] = False
         population.keep(keep)
         self._generation = schedule.inflation_count(self._config) + 1
         radius = schedule.recycling_radius(self._config, self._height, self._width)
-        self._append(population, count, radius, squared_error)
+        self._append(population, count + self._added, radius, squared_error)
+        self._added = 0
 
     def _append(
         self, population: Population, count: int, radius: float, squared_error: Callable[[Scene], Tensor]

@@ -1,0 +1,89 @@
+"""The number of paths for a file of a given size, corrected while a fit still adds and removes paths."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from warpvec.fit.population import Population
+from warpvec.fit.written_grid import ROUNDING_START
+from warpvec.geometry.scene import Scene
+
+AIM = 1.0
+"""Share of the bytes that the paths take after each correction. Those that are too many at the end of the fit are the
+ones that it misses least."""
+
+STEP_MAX = 1.25
+"""Largest factor by which one correction changes the number of paths. Young paths may take fewer bytes than
+old ones."""
+
+TRIM_GAP = 0.02
+"""Share of the iterations between two removals of paths near the end, when the file's bytes are known exactly."""
+
+
+@dataclass
+class ByteBudget:
+    """The bytes of a file, and what its paths take of them.
+
+    Attributes:
+        limit: most bytes of the file.
+        count_bytes: returns the bytes of the file of a scene in pixels of the fitted image.
+        curves_max: most paths.
+    """
+
+    limit: int
+    count_bytes: Callable[[Scene], int]
+    curves_max: int
+    _empty: int | None = None
+
+    def wanted_count(self, scene: Scene) -> int:
+        """Return how many paths like those of ``scene`` the file has room for."""
+        count = max(len(scene), 1)
+        per_path = max(self.count_bytes(scene) - self._empty_bytes(scene), 1) / count
+        wanted = (AIM * self.limit - self._empty_bytes(scene)) / per_path
+        return max(1, min(math.floor(min(wanted, STEP_MAX * count)), self.curves_max))
+
+    def is_trimming(self, iteration: int, iterations: int) -> bool:
+        """Return whether :meth:`trim` is due after ``iteration`` (the first is 1), and needs each removal cost."""
+        first = math.ceil(ROUNDING_START * iterations)
+        return iteration >= first and (iteration - first) % max(1, int(TRIM_GAP * iterations)) == 0
+
+    def trim(self, population: Population, removal_cost: Tensor) -> bool:
+        """Remove the paths of lowest ``removal_cost`` [N] that are too many; return whether there were any."""
+        scene = population.live
+        excess = self.count_bytes(scene) - self.limit
+        if excess <= 0 or len(scene) <= 1:
+            return False
+        per_path = (excess + self.limit - self._empty_bytes(scene)) / len(scene)
+        count = min(math.ceil(excess / per_path), len(scene) - 1)
+        keep = torch.ones(len(scene), dtype=torch.bool, device=removal_cost.device)
+        keep[removal_cost.topk(count, largest=False).indices] = False
+        population.keep(keep)
+        return True
+
+    def _empty_bytes(self, scene: Scene) -> int:
+        if self._empty is None:
+            self._empty = self.count_bytes(scene.prefix(0))
+        return self._empty
+
+
+class Written(NamedTuple):
+    """What a file asks of the paths of a fit.
+
+    Attributes:
+        step: distance of the file's coordinates in pixels of the fitted image, across and down; None if the fit does
+            not round.
+        budget: the file's bytes, None for any.
+    """
+
+    step: tuple[float, float] | None = None
+    budget: ByteBudget | None = None
+
+
+ANY_FILE = Written()
+"""Nothing is asked: the number of paths stays, and only the file rounds them."""

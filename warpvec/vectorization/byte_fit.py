@@ -1,0 +1,68 @@
+"""One fit for a file of a given size: its number of paths follows the bytes while it runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.fit.byte_budget import ByteBudget
+from warpvec.vectorization.byte_limit import cut_to_bytes
+from warpvec.vectorization.goal import Goal, Trial, make_facts
+from warpvec.vectorization.result import Result
+
+HEAD_BYTES, LONG_HEAD_BYTES = 170, 1300
+"""Bytes of a file besides its paths, minified and with its settings."""
+
+PATH_BYTES, NUMBER_BYTES = 40.0, 2.8
+"""Bytes of a minified path besides the numbers of its cubics, and of each number."""
+
+LONG_PATH_BYTES, LONG_NUMBER_BYTES = 66.0, 3.8
+"""The same for paths in the long form with two decimals."""
+
+GZIP_SHARE = 0.48
+"""Bytes of the paths after gzip over those before."""
+
+
+def can_fit_once(goal: Goal, config: FitConfig) -> bool:
+    """Return whether one fit meets ``goal``: a number of bytes alone, and paths of cubics that are recycled."""
+    is_bytes = goal.max_bytes is not None and goal.target_psnr is None and not goal.auto
+    return is_bytes and config.path_model == "segments" and config.policy == "scaffolding" and not config.lod
+
+
+def first_count(goal: Goal, config: FitConfig) -> int:
+    """Return a guess at the number of paths, which the fit corrects."""
+    assert goal.max_bytes is not None
+    head, path, number = (
+        (HEAD_BYTES, PATH_BYTES, NUMBER_BYTES)
+        if config.minify
+        else (LONG_HEAD_BYTES, LONG_PATH_BYTES, LONG_NUMBER_BYTES)
+    )
+    share = GZIP_SHARE if goal.gzip else 1.0
+    count = (goal.max_bytes / share - head) / (path + 6 * config.segments * number)
+    return max(1, min(round(count), config.curves))
+
+
+def budget_of(goal: Goal, config: FitConfig, blank: Result) -> ByteBudget | None:
+    """Return the bytes that the fit must keep to, counted in files like that of ``blank``; None if it need not.
+
+    Args:
+        goal: requirements on the file.
+        config: settings whose ``curves`` are the most that may be used.
+        blank: a result without paths, of the same photo, settings and file options.
+    """
+    if goal.max_bytes is None or not can_fit_once(goal, config):
+        return None
+    return ByteBudget(goal.max_bytes, lambda scene: blank.count_bytes(scene, gzip=goal.gzip), config.curves)
+
+
+def within_bytes(goal: Goal, result: Result) -> Result:
+    """Return the ``result`` of one fit, cut to the bytes of ``goal`` if need be, with the facts about it.
+
+    Raises:
+        InputError: not even one path fits into the bytes.
+    """
+    count = len(result.fitted.scene)
+    result = replace(result, config=replace(result.config, curves=max(count, 1)))
+    trials: list[Trial] = [result.trial(goal)]
+    found, trial = cut_to_bytes(result, goal, trials, trials[0])
+    return replace(found, goal_facts=make_facts(goal, trials, trial))
