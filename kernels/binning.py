@@ -2,7 +2,8 @@
 
 A path's bounding box, in tiles, is cut into strips, one per tile row. Pairs are numbered path by path, strip by strip,
 left to right. A tile that an edge touches is partial. Any other tile has the same winding number everywhere: that of
-its left neighbour, plus the edges that cross the middle of the strip between the two.
+its left neighbour, plus the edges that cross the middle of the strip between the two. A lane is an edge, which looks
+only at the strips that it touches.
 
 Sorting puts the pairs of each tile next to one another, lowest path first. A position in that sorted list is a *hit*.
 """
@@ -14,6 +15,7 @@ import warp as wp
 
 from warpvec.kernels import edges
 from warpvec.kernels.constants import COORDINATE_MAX, EMPTY, FULL, PARTIAL, TILE
+from warpvec.kernels.index_lanes import make_index_lanes
 from warpvec.kernels.lanes import Lanes, stage_module
 
 
@@ -21,8 +23,23 @@ from warpvec.kernels.lanes import Lanes, stage_module
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``bound_paths``, ``list_strips``, ``classify_pairs`` and ``find_tile_ranges``."""
     dtype, vec2 = lanes.dtype, lanes.vec2
-    column_range = edges.make_functions(lanes).column_range
-    inverse = edges.make_functions(lanes).inverse
+    add, sub, mul, fma, spread = lanes.add, lanes.sub, lanes.mul, lanes.fma, lanes.spread
+    minimum, maximum = lanes.minimum, lanes.maximum
+    ints = make_index_lanes(lanes)
+    lane_numbers, spread_whole, real_of, floor_whole = (
+        ints.lane_numbers, ints.spread_whole, ints.real_of, ints.floor_whole
+    )  # fmt: skip
+    whole_add, whole_fma, whole_min, whole_max, whole_shift = (
+        ints.whole_add, ints.whole_fma, ints.whole_min, ints.whole_max, ints.whole_shift
+    )  # fmt: skip
+    where_whole_less, whole_where_less, any_whole_less = (
+        ints.where_whole_less, ints.whole_where_less, ints.any_whole_less
+    )  # fmt: skip
+    mark_ranges, scatter_steps = ints.mark_ranges, ints.scatter_steps
+    functions = edges.make_functions(lanes)
+    column_range, end_points, inverse = functions.column_range, functions.end_points, functions.inverse
+    width, bits = wp.constant(lanes.width), wp.constant(edges.TILE_BITS)
+    half_side, per_side = wp.constant(dtype(TILE / 2)), wp.constant(dtype(1 / TILE))
     farthest = wp.constant(dtype(COORDINATE_MAX))
     side = wp.constant(dtype(TILE))
     module = stage_module("binning", lanes)
@@ -83,10 +100,54 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         for strip in range(path_first_strip[path], path_first_strip[path + 1]):
             strip_path[strip] = path
 
+    @wp.func
+    def mark_edges(
+        start: int,
+        end: int,
+        vertices: wp.array(dtype=vec2),
+        edge_end: wp.array(dtype=int),
+        box: wp.vec4i,
+        pair0: int,
+        pair_winding: wp.array(dtype=int),
+        pair_is_partial: wp.array(dtype=int),
+    ):
+        """Mark the tiles that the edges of a path touch, and note where they change the winding of a tile row."""
+        none, unit, minus = spread_whole(0), spread_whole(1), spread_whole(-1)
+        left, right, row_pairs = spread_whole(box[0]), spread_whole(box[2] - 1), spread_whole(box[2] - box[0])
+        first_row, last_row = spread_whole(box[1]), spread_whole(box[3] - 1)
+        origin = spread_whole(pair0 - box[1] * (box[2] - box[0]) - box[0])
+        for group in range((end - start + width - 1) // width):
+            lane = lane_numbers(start + group * width)
+            x0, y0, x1, y1 = end_points(vertices, edge_end, whole_min(lane, spread_whole(end - 1)))
+            # An edge that ends on the border of two tile rows touches both: the first row is ceil(y / TILE) - 1.
+            ceiling = whole_fma(floor_whole(mul(minimum(y0, y1), spread(-per_side))), minus, none)
+            row = whole_max(whole_add(ceiling, minus), first_row)
+            row_end = whole_min(floor_whole(mul(maximum(y0, y1), spread(per_side))), last_row)
+            while any_whole_less(row, whole_add(row_end, unit)):
+                top = mul(real_of(row), spread(side))
+                row_origin = whole_fma(row, row_pairs, origin)
+                first_column, last_column = column_range(x0, y0, x1, y1, top, add(top, spread(side)))
+                touched = whole_max(whole_shift(first_column, spread_whole(bits)), left)
+                touched_end = whole_add(whole_min(whole_shift(last_column, spread_whole(bits)), right), row_origin)
+                touched_end = where_whole_less(row_end, row, minus, touched_end)
+                mark_ranges(pair_is_partial, whole_add(touched, row_origin), touched_end)
+
+                middle = add(top, spread(half_side))
+                is_below0 = whole_where_less(middle, y0, unit, none)
+                step = whole_fma(is_below0, minus, whole_where_less(middle, y1, unit, none))
+                x = fma(sub(x1, x0), mul(sub(middle, y0), inverse(sub(y1, y0))), x0)
+                behind = whole_max(whole_add(floor_whole(mul(x, spread(per_side))), unit), left)
+                step = where_whole_less(right, behind, none, step)
+                step = where_whole_less(row_end, row, none, step)
+                step = where_whole_less(lane, spread_whole(end), step, none)
+                scatter_steps(pair_winding, whole_add(behind, row_origin), step)
+                row = whole_add(row, unit)
+
     @wp.kernel(module=module)
     def classify_pairs(
         first: int,
         vertices: wp.array(dtype=vec2),  # [V] px
+        edge_end: wp.array(dtype=int),  # [V]
         segment_first_vertex: wp.array(dtype=int),  # [R + 1]
         loop_first_segment: wp.array(dtype=int),  # [L + 1]
         path_first_loop: wp.array(dtype=int),  # [N + 1]
@@ -95,7 +156,6 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
         path_first_strip: wp.array(dtype=int),  # [N + 1]
         path_first_pair: wp.array(dtype=int),  # [N + 1]
-        strip_path: wp.array(dtype=int),  # [strips] -1: no path
         # outputs
         pair_path: wp.array(dtype=int),  # [K]
         pair_class: wp.array(dtype=int),  # [K]
@@ -104,54 +164,31 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         pair_key: wp.array(dtype=int),  # [K] tile, or tile_count for an empty pair
         pair_index: wp.array(dtype=int),  # [K] the pair itself, to be sorted by key
     ):
-        """Find the class and the sort key of each pair of a strip."""
-        strip = first + wp.tid()
-        path = strip_path[strip]
-        if path < 0:
-            return
+        """Find the class and the sort key of each pair of one path."""
+        path = first + wp.tid()
         box = path_tile_box[path]
-        tile_row = box[1] + strip - path_first_strip[path]
-        columns = box[2] - box[0]
-        pair0 = path_first_pair[path] + (strip - path_first_strip[path]) * columns
-        for pair in range(pair0, pair0 + columns):
+        if box[2] <= box[0]:
+            return
+        pair0 = path_first_pair[path]
+        for pair in range(pair0, path_first_pair[path + 1]):
             pair_winding[pair] = 0
             pair_is_partial[pair] = 0
-        top = dtype(tile_row * TILE)
-        middle = top + dtype(0.5) * side
-        bottom = top + side
-        winding = int(0)
-        for loop in range(path_first_loop[path], path_first_loop[path + 1]):
-            start = segment_first_vertex[loop_first_segment[loop]]
-            end = segment_first_vertex[loop_first_segment[loop + 1]]
-            v0 = vertices[end - 1]
-            for v in range(start, end):
-                v1 = vertices[v]
-                if wp.max(v0[1], v1[1]) >= top and wp.min(v0[1], v1[1]) <= bottom:
-                    touched = column_range(v0, v1, top, bottom)
-                    if touched[1] >= box[0] * TILE and touched[0] < box[2] * TILE:
-                        for tile in range(
-                            wp.max(touched[0], box[0] * TILE) // TILE, wp.min(touched[1], box[2] * TILE - 1) // TILE + 1
-                        ):
-                            pair_is_partial[pair0 + tile - box[0]] = 1
-                    if (v0[1] <= middle) != (v1[1] <= middle):
-                        step = wp.where(v1[1] > v0[1], 1, -1)
-                        x = v0[0] + (v1[0] - v0[0]) * ((middle - v0[1]) * inverse(v1[1] - v0[1]))
-                        tile = int(wp.floor(x / side)) + 1 - box[0]
-                        if tile <= 0:
-                            winding += step
-                        elif tile < columns:
-                            pair_winding[pair0 + tile] = pair_winding[pair0 + tile] + step
-                v0 = v1
-        for column in range(columns):
-            pair = pair0 + column
-            winding += pair_winding[pair]
-            pair_class_here = wp.where(winding != 0, FULL, EMPTY)
-            if pair_is_partial[pair] == 1:
-                pair_class_here = PARTIAL
-            pair_path[pair] = path
-            pair_class[pair] = pair_class_here
-            pair_key[pair] = wp.where(pair_class_here == EMPTY, tile_count, tile_row * tile_columns + box[0] + column)
-            pair_index[pair] = pair
+        start = segment_first_vertex[loop_first_segment[path_first_loop[path]]]
+        end = segment_first_vertex[loop_first_segment[path_first_loop[path + 1]]]
+        mark_edges(start, end, vertices, edge_end, box, pair0, pair_winding, pair_is_partial)
+        pair = int(pair0)
+        for tile_row in range(box[1], box[3]):
+            winding = int(0)
+            for tile in range(tile_row * tile_columns + box[0], tile_row * tile_columns + box[2]):
+                winding += pair_winding[pair]
+                pair_class_here = wp.where(winding != 0, FULL, EMPTY)
+                if pair_is_partial[pair] == 1:
+                    pair_class_here = PARTIAL
+                pair_path[pair] = path
+                pair_class[pair] = pair_class_here
+                pair_key[pair] = wp.where(pair_class_here == EMPTY, tile_count, tile)
+                pair_index[pair] = pair
+                pair += 1
 
     @wp.kernel(module=module)
     def find_tile_ranges(

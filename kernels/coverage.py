@@ -7,34 +7,176 @@ is the accumulation buffer of font-rs and stb_truetype, with exact areas.)
 
 The winding is positive inside a path that runs counter-clockwise on screen.
 
-A lane is a pixel row, so the sums along the rows of a tile take 16 additions.
+On the CPU a work item is a path: 16 of its edges at a time walk through the pixels that they cross (``edges.py``) and
+add to them one after another. On scalar lanes a work item is a pixel row, which looks at every edge of its path: thus
+each pixel is written by one thread of a GPU.
 """
 
 from functools import cache
 from types import SimpleNamespace
+from typing import Any
 
 import warp as wp
 
 from warpvec.kernels import edges
 from warpvec.kernels.constants import COLUMNS, TILE
+from warpvec.kernels.index_lanes import make_index_lanes
 from warpvec.kernels.lanes import Lanes, stage_module
 
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``accumulate_winding``."""
-    dtype, vec2, vector = lanes.dtype, lanes.vec2, lanes.vector
-    add, mul, fma, fnma, sub = lanes.add, lanes.mul, lanes.fma, lanes.fnma, lanes.sub
-    minimum, maximum, spread = lanes.minimum, lanes.maximum, lanes.spread
-    functions = edges.make_functions(lanes)
-    inverse, column_range, row_crossing = functions.inverse, functions.column_range, functions.row_crossing
-    blocks = wp.constant(lanes.blocks)
-    width = wp.constant(lanes.width)
-    height = wp.constant(dtype(lanes.width))
-    zero, half, one = wp.constant(dtype(0.0)), wp.constant(dtype(0.5)), wp.constant(dtype(1.0))
-    module = stage_module("coverage", lanes)
+    return SimpleNamespace(accumulate_winding=_of_rows(lanes) if lanes.width == 1 else _of_paths(lanes))
 
-    @wp.kernel(module=module)
+
+def _of_paths(lanes: Lanes) -> Any:
+    dtype, vec2, vector, width = lanes.dtype, lanes.vec2, lanes.vector, lanes.width
+    add, mul, fma, fnma, sub = lanes.add, lanes.mul, lanes.fma, lanes.fnma, lanes.sub
+    minimum, maximum, spread, where_less = lanes.minimum, lanes.maximum, lanes.spread, lanes.where_less
+    ints = make_index_lanes(lanes)
+    lane_numbers, spread_whole, real_of, whole_add = (
+        ints.lane_numbers, ints.spread_whole, ints.real_of, ints.whole_add
+    )  # fmt: skip
+    whole_min, whole_max, any_less, gather_whole, scatter_add = (
+        ints.whole_min, ints.whole_max, ints.any_less, ints.gather_whole, ints.scatter_add
+    )  # fmt: skip
+    where_whole_less, whole_where_less, where_index_less = (
+        ints.where_whole_less, ints.whole_where_less, ints.where_index_less
+    )  # fmt: skip
+    walk = edges.make_functions(lanes)
+    end_points, left_end, inverse, crossing, between, magnitude = (
+        walk.end_points, walk.left_end, walk.inverse, walk.crossing, walk.between, walk.magnitude
+    )  # fmt: skip
+    pixel_at, row_ahead, step_ends, next_pixel = walk.pixel_at, walk.row_ahead, walk.step_ends, walk.next_pixel
+    pair_of, place_in = walk.pair_of, walk.place_in
+    zero, half = wp.constant(dtype(0.0)), wp.constant(dtype(0.5))
+    slot_size = wp.constant(COLUMNS * TILE)
+
+    @wp.func
+    def add_edges(
+        start: int,
+        end: int,
+        vertices: wp.array(dtype=vec2),
+        edge_end: wp.array(dtype=int),
+        box: wp.vec4i,
+        pair0: int,
+        pair_end: int,
+        carry0: int,
+        pair_slot: wp.array(dtype=int),
+        slot_winding: wp.array(dtype=vector),
+    ):
+        """Add the edges [start, end) of a path to its pixels; what lies left of its box, to the row's carry."""
+        side, row_pairs = spread_whole(TILE), spread_whole(box[2] - box[0])
+        origin = spread_whole(pair0 - box[1] * (box[2] - box[0]) - box[0])
+        left, right = spread_whole(box[0] * TILE), spread_whole(box[2] * TILE)
+        top, bottom = spread_whole(box[1] * TILE), spread_whole(box[3] * TILE)
+        left_of_box, carry_origin = spread_whole(box[0] * TILE - 1), spread_whole((carry0 - box[1]) * TILE)
+        first_pair, last_pair = spread_whole(pair0), spread_whole(pair_end - 1)
+        last_place = spread_whole(pair_slot[pair_end] * slot_size - TILE - 1)
+        # Lanes without work add nothing, each to a place of its own.
+        idle = lane_numbers(carry0 * TILE)
+        for group in range((end - start + width - 1) // width):
+            lane = lane_numbers(start + group * width)
+            x0, y0, x1, y1 = end_points(vertices, edge_end, whole_min(lane, spread_whole(end - 1)))
+            x, y, dx, dy = left_end(x0, y0, x1, y1)
+            height, inv_dx, inv_dy = sub(y1, y0), inverse(dx), inverse(dy)
+            low, stop = between(top, bottom, y, inv_dy)
+            stop = minimum(stop, crossing(right, x, inv_dx))
+            stop = where_less(spread(zero), magnitude(height), stop, low)
+            stop = where_index_less(lane, spread_whole(end), stop, low)
+            # All that lies left of the box counts as one column.
+            column, row = pixel_at(low, x, dx, left_of_box, right), pixel_at(low, y, dy, top, bottom)
+            ahead = row_ahead(dy)
+            passed = spread(zero)
+            while any_less(low, stop):
+                across, down = step_ends(column, row, ahead, x, y, inv_dx, inv_dy)
+                high = maximum(low, minimum(stop, minimum(across, down)))
+                part = mul(height, sub(high, low))
+                middle = fma(mul(add(low, high), spread(half)), dx, sub(x, real_of(column)))
+                area = fnma(part, middle, part)
+                rest = sub(part, area)
+                value = add(area, passed)
+                pair = whole_min(whole_max(pair_of(column, row, row_pairs, origin), first_pair), last_pair)
+                # Rounding of a huge edge may leave a tile unmarked. Its pixels then are those of another pair.
+                place = whole_min(place_in(gather_whole(pair_slot, pair), column, row), last_place)
+                beside = whole_add(place, side)
+                carry = whole_add(carry_origin, row)
+                place = where_whole_less(column, left, carry, place)
+                beside = where_whole_less(column, left, carry, beside)
+                value = where_index_less(column, left, part, value)
+                rest = where_index_less(column, left, spread(zero), rest)
+                # The rest goes on to the next pixel of the walk, if that is the pixel to the right.
+                passed = where_less(across, minimum(down, stop), rest, spread(zero))
+                value = where_less(low, stop, value, spread(zero))
+                rest = where_less(low, stop, sub(rest, passed), spread(zero))
+                place, beside = whole_where_less(low, stop, place, idle), whole_where_less(low, stop, beside, idle)
+                scatter_add(slot_winding, place, value, beside, rest)
+                column, row = next_pixel(column, row, ahead, across, down)
+                low = high
+
+    @wp.func
+    def add_along_rows(
+        strip_pair: int,
+        strip_end: int,
+        carry: vector,
+        pair_slot: wp.array(dtype=int),
+        slot_winding: wp.array(dtype=vector),
+    ):
+        """Replace what the edges added to the pixels of a strip by the sums along the rows, from ``carry`` on."""
+        for pair in range(strip_pair, strip_end):
+            slot = pair_slot[pair]
+            if pair_slot[pair + 1] > slot:
+                for column in range(slot * COLUMNS, slot * COLUMNS + TILE):
+                    carry = add(carry, slot_winding[column])
+                    slot_winding[column] = carry
+                carry = add(carry, slot_winding[slot * COLUMNS + TILE])
+
+    @wp.kernel(module=stage_module("coverage", lanes))
+    def accumulate_winding(
+        first: int,
+        vertices: wp.array(dtype=vec2),  # [V] px
+        edge_end: wp.array(dtype=int),  # [V]
+        segment_first_vertex: wp.array(dtype=int),  # [R + 1]
+        loop_first_segment: wp.array(dtype=int),  # [L + 1]
+        path_first_loop: wp.array(dtype=int),  # [N + 1]
+        path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
+        path_first_strip: wp.array(dtype=int),  # [N + 1]
+        path_first_pair: wp.array(dtype=int),  # [N + 1]
+        pair_slot: wp.array(dtype=int),  # [K + 1] exclusive count of partial pairs
+        slot_count: int,
+        # outputs
+        slot_winding: wp.array(dtype=vector),  # [slots, COLUMNS] of pixels, then [strips] of what enters from the left
+    ):
+        """Find the winding in the partial pairs of one path."""
+        path = first + wp.tid()
+        box = path_tile_box[path]
+        pair0, pair_end = path_first_pair[path], path_first_pair[path + 1]
+        if pair_slot[pair0] == pair_slot[pair_end]:
+            return
+        for index in range(pair_slot[pair0] * COLUMNS, pair_slot[pair_end] * COLUMNS):
+            slot_winding[index] = spread(zero)
+        carry0 = slot_count * COLUMNS + path_first_strip[path]
+        for index in range(carry0, carry0 + box[3] - box[1]):
+            slot_winding[index] = spread(zero)
+        start = segment_first_vertex[loop_first_segment[path_first_loop[path]]]
+        end = segment_first_vertex[loop_first_segment[path_first_loop[path + 1]]]
+        add_edges(start, end, vertices, edge_end, box, pair0, pair_end, carry0, pair_slot, slot_winding)
+        for strip in range(box[3] - box[1]):
+            strip_pair = pair0 + strip * (box[2] - box[0])
+            strip_end = strip_pair + box[2] - box[0]
+            add_along_rows(strip_pair, strip_end, slot_winding[carry0 + strip], pair_slot, slot_winding)
+
+    return accumulate_winding
+
+
+def _of_rows(lanes: Lanes) -> Any:
+    dtype, vec2 = lanes.dtype, lanes.vec2
+    functions = edges.make_functions(lanes)
+    inverse, column_range = functions.inverse, functions.column_range
+    zero, half, one = wp.constant(dtype(0.0)), wp.constant(dtype(0.5)), wp.constant(dtype(1.0))
+
+    @wp.kernel(module=stage_module("coverage", lanes))
     def accumulate_winding(
         first: int,
         vertices: wp.array(dtype=vec2),  # [V] px
@@ -47,12 +189,12 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         strip_path: wp.array(dtype=int),  # [strips] -1: no path
         pair_slot: wp.array(dtype=int),  # [K + 1] exclusive count of partial pairs
         # outputs
-        slot_winding: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
+        slot_winding: wp.array(dtype=dtype),  # [slots, COLUMNS, TILE]
     ):
-        """Find the winding in the partial pairs of one strip (CPU), or of one pixel row of a strip (scalar lanes)."""
+        """Find the winding in the partial pairs of one pixel row of a strip."""
         item = first + wp.tid()
-        strip = item // blocks
-        block = item % blocks
+        strip = item // TILE
+        row = item % TILE
         path = strip_path[strip]
         if path < 0:
             return
@@ -61,13 +203,13 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         pair0 = path_first_pair[path] + strip_in_path * (box[2] - box[0])
         pair_end = pair0 + box[2] - box[0]
         for index in range(pair_slot[pair0] * COLUMNS, pair_slot[pair_end] * COLUMNS):
-            slot_winding[index * blocks + block] = spread(zero)
+            slot_winding[index * TILE + row] = zero
 
-        top = dtype((box[1] + strip_in_path) * TILE + block * width)
-        bottom = top + height
+        top = dtype((box[1] + strip_in_path) * TILE + row)
+        bottom = top + one
         left_column = box[0] * TILE
         end_column = box[2] * TILE
-        carry = spread(zero)
+        carry = dtype(0.0)
         for loop in range(path_first_loop[path], path_first_loop[path + 1]):
             start = segment_first_vertex[loop_first_segment[loop]]
             end = segment_first_vertex[loop_first_segment[loop + 1]]
@@ -76,52 +218,52 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 v1 = vertices[v]
                 dy = v1[1] - v0[1]
                 if dy != zero and wp.max(v0[1], v1[1]) > top and wp.min(v0[1], v1[1]) < bottom:
-                    touched = column_range(v0, v1, top, bottom)
-                    if touched[0] < end_column:
+                    first_column, last_column = column_range(v0[0], v0[1], v1[0], v1[1], top, bottom)
+                    if first_column < end_column:
                         dx = v1[0] - v0[0]
                         inv_dx = inverse(dx)
                         inv_dy = inverse(dy)
-                        upper = row_crossing(top, v0[1], inv_dy)
-                        lower = row_crossing(top + one, v0[1], inv_dy)
-                        row_low = minimum(upper, lower)
-                        row_high = maximum(upper, lower)
+                        upper = wp.clamp((top - v0[1]) * inv_dy, zero, one)
+                        lower = wp.clamp((bottom - v0[1]) * inv_dy, zero, one)
+                        row_low = wp.min(upper, lower)
+                        row_high = wp.max(upper, lower)
                         # s at the left border of the current column. The part left of the box goes into ``carry``.
-                        column = wp.max(touched[0], left_column)
+                        column = wp.max(first_column, left_column)
                         cross = (dtype(column) - v0[0]) * inv_dx
-                        if touched[0] < left_column:
-                            low = maximum(row_low, spread(wp.where(dx >= zero, zero, cross)))
-                            high = minimum(row_high, spread(wp.where(dx >= zero, cross, one)))
-                            carry = fma(spread(dy), maximum(sub(high, low), spread(zero)), carry)
-                        passed = spread(zero)
-                        last = wp.min(touched[1], end_column - 1)
+                        if first_column < left_column:
+                            low = wp.max(row_low, wp.where(dx >= zero, zero, cross))
+                            high = wp.min(row_high, wp.where(dx >= zero, cross, one))
+                            carry += dy * wp.max(high - low, zero)
+                        passed = dtype(0.0)
+                        last = wp.min(last_column, end_column - 1)
                         index = int(-1)
                         while column <= last:
                             following = (dtype(column + 1) - v0[0]) * inv_dx
-                            low = maximum(row_low, spread(wp.min(cross, following)))
-                            high = minimum(row_high, spread(wp.max(cross, following)))
-                            part = mul(spread(dy), maximum(sub(high, low), spread(zero)))
-                            middle = fma(mul(add(low, high), spread(half)), spread(dx), spread(v0[0] - dtype(column)))
+                            low = wp.max(row_low, wp.min(cross, following))
+                            high = wp.min(row_high, wp.max(cross, following))
+                            part = dy * wp.max(high - low, zero)
+                            middle = half * (low + high) * dx + (v0[0] - dtype(column))
                             pair = pair0 + column // TILE - box[0]
                             slot = pair_slot[pair]
                             # A column in the guard margin may lie in a tile that rounding left unmarked.
                             if pair_slot[pair + 1] > slot:
-                                index = (slot * COLUMNS + column % TILE) * blocks + block
-                                area = fnma(part, middle, part)
-                                slot_winding[index] = add(slot_winding[index], add(area, passed))
-                                passed = sub(part, area)
+                                index = (slot * COLUMNS + column % TILE) * TILE + row
+                                area = part - part * middle
+                                slot_winding[index] = slot_winding[index] + (area + passed)
+                                passed = part - area
                             cross = following
                             column += 1
                         if index >= 0:
-                            slot_winding[index + blocks] = add(slot_winding[index + blocks], passed)
+                            slot_winding[index + TILE] = slot_winding[index + TILE] + passed
                 v0 = v1
 
         for pair in range(pair0, pair_end):
             slot = pair_slot[pair]
             if pair_slot[pair + 1] > slot:
-                base = slot * COLUMNS * blocks + block
+                base = slot * COLUMNS * TILE + row
                 for column in range(TILE):
-                    carry = add(carry, slot_winding[base + column * blocks])
-                    slot_winding[base + column * blocks] = carry
-                carry = add(carry, slot_winding[base + TILE * blocks])
+                    carry = carry + slot_winding[base + column * TILE]
+                    slot_winding[base + column * TILE] = carry
+                carry = carry + slot_winding[base + TILE * TILE]
 
-    return SimpleNamespace(accumulate_winding=accumulate_winding)
+    return accumulate_winding

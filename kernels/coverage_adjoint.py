@@ -3,6 +3,8 @@
 Moving an edge's points by (u, v) changes the winding of a pixel that it crosses by the integral of (dx v - dy u) ds
 over the part of the edge in that pixel. The edge's start has the weight 1 - s, its end s. A pixel that no edge crosses
 has no derivative with respect to positions.
+
+A lane is an edge, which walks through the pixels that it crosses (``edges.py``).
 """
 
 from functools import cache
@@ -11,7 +13,8 @@ from types import SimpleNamespace
 import warp as wp
 
 from warpvec.kernels import edges
-from warpvec.kernels.constants import COLUMNS, PARTIAL, TILE
+from warpvec.kernels.constants import PARTIAL, TILE
+from warpvec.kernels.index_lanes import make_index_lanes
 from warpvec.kernels.lanes import Lanes, stage_module
 
 
@@ -20,66 +23,36 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``integrate_edges``."""
     dtype, vec2, vec4, vector = lanes.dtype, lanes.vec2, lanes.vec4, lanes.vector
     add, mul, fma, sub = lanes.add, lanes.mul, lanes.fma, lanes.sub
-    minimum, maximum, spread, total = lanes.minimum, lanes.maximum, lanes.spread, lanes.total
-    functions = edges.make_functions(lanes)
-    inverse, column_range, row_range = functions.inverse, functions.column_range, functions.row_range
-    row_crossing = functions.row_crossing
-    blocks = wp.constant(lanes.blocks)
+    minimum, maximum, spread, where_less = lanes.minimum, lanes.maximum, lanes.spread, lanes.where_less
+    ints = make_index_lanes(lanes)
+    lane_numbers, spread_whole, whole_fma, whole_min = (
+        ints.lane_numbers, ints.spread_whole, ints.whole_fma, ints.whole_min
+    )  # fmt: skip
+    where_whole_less, whole_where_less, where_index_less = (
+        ints.where_whole_less, ints.whole_where_less, ints.where_index_less
+    )  # fmt: skip
+    any_less, gather_whole, gather_box, gather_value = (
+        ints.any_less, ints.gather_whole, ints.gather_box, ints.gather_value
+    )  # fmt: skip
+    scatter_vec4 = ints.scatter_vec4
+    walk = edges.make_functions(lanes)
+    end_points, left_end, inverse, crossing, between = (
+        walk.end_points, walk.left_end, walk.inverse, walk.crossing, walk.between
+    )  # fmt: skip
+    pixel_at, row_ahead, step_ends, next_pixel = walk.pixel_at, walk.row_ahead, walk.step_ends, walk.next_pixel
+    pair_of, place_in = walk.pair_of, walk.place_in
     width = wp.constant(lanes.width)
-    height = wp.constant(dtype(lanes.width))
-    zero, half, one = wp.constant(dtype(0.0)), wp.constant(dtype(0.5)), wp.constant(dtype(1.0))
+    zero, half = wp.constant(dtype(0.0)), wp.constant(dtype(0.5))
     module = stage_module("coverage_adjoint", lanes)
-
-    @wp.func
-    def edge_moments(
-        v0: vec2,
-        v1: vec2,
-        box: wp.vec4i,
-        first_pair: int,
-        pair_class: wp.array(dtype=int),
-        pair_slot: wp.array(dtype=int),
-        adj_winding: wp.array(dtype=vector),
-    ):
-        """Return the integrals of adj_winding and of s adj_winding along the edge, over its partial pairs."""
-        inv_dx = inverse(v1[0] - v0[0])
-        inv_dy = inverse(v1[1] - v0[1])
-        sum0 = spread(zero)
-        sum1 = spread(zero)
-        rows = row_range(v0, v1, box[1], box[3])
-        for strip in range(rows[0] * blocks, (rows[1] + 1) * blocks):
-            tile_row = strip // blocks
-            block = strip % blocks
-            top = dtype(tile_row * TILE + block * width)
-            upper = row_crossing(top, v0[1], inv_dy)
-            lower = row_crossing(top + one, v0[1], inv_dy)
-            row_low = minimum(upper, lower)
-            row_high = maximum(upper, lower)
-            touched = column_range(v0, v1, top, top + height)
-            column = wp.max(touched[0], box[0] * TILE)
-            last = wp.min(touched[1], box[2] * TILE - 1)
-            pair0 = first_pair + (tile_row - box[1]) * (box[2] - box[0]) - box[0]
-            cross = (dtype(column) - v0[0]) * inv_dx
-            while column <= last:
-                following = (dtype(column + 1) - v0[0]) * inv_dx
-                pair = pair0 + column // TILE
-                if pair_class[pair] == PARTIAL:
-                    low = maximum(row_low, spread(wp.min(cross, following)))
-                    high = minimum(row_high, spread(wp.max(cross, following)))
-                    part = maximum(sub(high, low), spread(zero))
-                    adj = mul(part, adj_winding[(pair_slot[pair] * COLUMNS + column % TILE) * blocks + block])
-                    sum0 = add(sum0, adj)
-                    sum1 = fma(adj, mul(add(low, high), spread(half)), sum1)
-                cross = following
-                column += 1
-        return vec2(total(sum0), total(sum1))
 
     @wp.kernel(module=module)
     def integrate_edges(
         first: int,
         vertices: wp.array(dtype=vec2),  # [V] px
+        edge_end: wp.array(dtype=int),  # [V]
+        edge_path: wp.array(dtype=int),  # [V]
         segment_first_vertex: wp.array(dtype=int),  # [R + 1]
-        segment_path: wp.array(dtype=int),  # [R]
-        segment_next: wp.array(dtype=int),  # [R]
+        segment_count: int,  # R
         path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
         path_first_pair: wp.array(dtype=int),  # [N + 1]
         pair_class: wp.array(dtype=int),  # [K]
@@ -88,26 +61,49 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         # outputs
         adj_edges: wp.array(dtype=vec4),  # [V] dL/d(start), dL/d(end)
     ):
-        """Write dL/d(start) and dL/d(end) of each edge of one segment."""
-        segment = first + wp.tid()
-        path = segment_path[segment]
-        box = path_tile_box[path]
-        start = segment_first_vertex[segment]
-        end = segment_first_vertex[segment + 1]
-        for v in range(start, end):
-            following = v + 1
-            if following == end:
-                following = segment_first_vertex[segment_next[segment]]
-            adjoint = vec4()
-            if box[2] > box[0]:
-                v0 = vertices[v]
-                v1 = vertices[following]
-                moments = edge_moments(v0, v1, box, path_first_pair[path], pair_class, pair_slot, adj_winding)
-                w0 = moments[0] - moments[1]
-                w1 = moments[1]
-                dx = v1[0] - v0[0]
-                dy = v1[1] - v0[1]
-                adjoint = vec4(-dy * w0, dx * w0, -dy * w1, dx * w1)
-            adj_edges[v] = adjoint
+        """Write dL/d(start) and dL/d(end) of as many edges as there are lanes; lanes beyond the last edge repeat it."""
+        edge0 = (first + wp.tid()) * width
+        edge_count = segment_first_vertex[segment_count]
+        if edge0 >= edge_count:
+            return
+        edge = whole_min(lane_numbers(edge0), spread_whole(edge_count - 1))
+        path = gather_whole(edge_path, edge)
+        none, minus, side, partial = spread_whole(0), spread_whole(-1), spread_whole(TILE), spread_whole(PARTIAL)
+        left, top = gather_box(path_tile_box, path, 0), gather_box(path_tile_box, path, 1)
+        right, bottom = gather_box(path_tile_box, path, 2), gather_box(path_tile_box, path, 3)
+        row_pairs = whole_fma(left, minus, right)
+        origin = whole_fma(whole_fma(top, row_pairs, left), minus, gather_whole(path_first_pair, path))
+        left, top = whole_fma(left, side, none), whole_fma(top, side, none)
+        right, bottom = whole_fma(right, side, none), whole_fma(bottom, side, none)
+
+        x0, y0, x1, y1 = end_points(vertices, edge_end, edge)
+        # The edges of a path without pairs may not be finite.
+        x0, y0 = where_index_less(left, right, x0, spread(zero)), where_index_less(left, right, y0, spread(zero))
+        x1, y1 = where_index_less(left, right, x1, spread(zero)), where_index_less(left, right, y1, spread(zero))
+        x, y, dx, dy = left_end(x0, y0, x1, y1)
+        inv_dx, inv_dy = inverse(dx), inverse(dy)
+        low, end = between(top, bottom, y, inv_dy)
+        low, end = maximum(low, crossing(left, x, inv_dx)), minimum(end, crossing(right, x, inv_dx))
+        column, row, ahead = pixel_at(low, x, dx, left, right), pixel_at(low, y, dy, top, bottom), row_ahead(dy)
+        sum0, sum1 = spread(zero), spread(zero)
+        while any_less(low, end):
+            across, down = step_ends(column, row, ahead, x, y, inv_dx, inv_dy)
+            high = maximum(low, minimum(end, minimum(across, down)))
+            # A lane that has arrived looks at pair 0, and so at a place that exists.
+            pair = whole_where_less(low, end, pair_of(column, row, row_pairs, origin), none)
+            kind = gather_whole(pair_class, pair)
+            place = place_in(gather_whole(pair_slot, pair), column, row)
+            value = gather_value(adj_winding, where_whole_less(kind, partial, none, place))
+            value = where_index_less(kind, partial, spread(zero), value)
+            adj = where_less(low, high, mul(sub(high, low), value), spread(zero))
+            sum0 = add(sum0, adj)
+            sum1 = fma(adj, mul(add(low, high), spread(half)), sum1)
+            column, row = next_pixel(column, row, ahead, across, down)
+            low = high
+        at_left, at_right = sub(sum0, sum1), sum1
+        w0 = where_less(x1, x0, at_right, at_left)
+        w1 = where_less(x1, x0, at_left, at_right)
+        dx, dy = sub(x1, x0), sub(y0, y1)
+        scatter_vec4(adj_edges, edge, mul(dy, w0), mul(dx, w0), mul(dy, w1), mul(dx, w1))
 
     return SimpleNamespace(integrate_edges=integrate_edges)

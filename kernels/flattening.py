@@ -43,11 +43,14 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         first: int,
         points: wp.array(dtype=vec2),  # [3 R] px
         segment_next: wp.array(dtype=int),  # [R]
+        segment_path: wp.array(dtype=int),  # [R]
         segment_first_vertex: wp.array(dtype=int),  # [R + 1]
         # outputs
         vertices: wp.array(dtype=vec2),  # [V] px
+        edge_end: wp.array(dtype=int),  # [V] the vertex where the edge of a vertex ends
+        edge_path: wp.array(dtype=int),  # [V]
     ):
-        """Write the vertices of each segment."""
+        """Write the vertices of each segment, and the end and path of the edge of each vertex."""
         segment = first + wp.tid()
         point = 3 * segment
         p0 = points[point]
@@ -56,9 +59,14 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         p3 = points[3 * segment_next[segment]]
         start = segment_first_vertex[segment]
         count = segment_first_vertex[segment + 1] - start
+        path = segment_path[segment]
         for j in range(count):
             w = vertex_weights(j, count)
             vertices[start + j] = w[0] * p0 + w[1] * p1 + w[2] * p2 + w[3] * p3
+            edge_end[start + j] = start + j + 1
+            edge_path[start + j] = path
+        if count > 0:
+            edge_end[start + count - 1] = segment_first_vertex[segment_next[segment]]
 
     @wp.kernel(module=module)
     def gather_segments_adjoint(

@@ -60,8 +60,10 @@ class Binning:
         polylines = flattening.polylines
         size = [self._grid.rows, self._grid.columns]
         arrays = self._bound(path_count, self._kernels.bound_paths, [*polylines, *size])
-        arguments = [*polylines, self._grid.columns, self._grid.count, *self._boxes(), *arrays.values()]
-        self._launch.shared(self._kernels.classify_pairs, self.strip_count, arguments)
+        boxes = [self.path_tile_box, self.path_first_strip, self.path_first_pair]
+        edges = [polylines[0], flattening.edge_end, *polylines[1:]]
+        arguments = [*edges, self._grid.columns, self._grid.count, *boxes, *arrays.values()]
+        self._launch.shared(self._kernels.classify_pairs, path_count, arguments)
         self._number_slots(arrays["is_partial"])
         self._sort()
 

@@ -6,7 +6,7 @@ import warp as wp
 
 from warpvec.kernels import coverage as kernels
 from warpvec.kernels import coverage_adjoint as adjoint_kernels
-from warpvec.kernels.constants import COLUMNS
+from warpvec.kernels.constants import COLUMNS, TILE
 from warpvec.kernels.lanes import Lanes
 from warpvec.rendering.launch import Launcher
 from warpvec.rendering.stages.binning import Binning
@@ -30,17 +30,26 @@ class Coverage:
 
     def run(self, flattening: Flattening, binning: Binning) -> None:
         """Fill ``slot_winding``."""
-        size = binning.slot_count * COLUMNS * self._lanes.blocks
-        self.slot_winding = self._buffers.get("slot_winding", size, self._lanes.vector)
-        boxes = [binning.path_tile_box, binning.path_first_strip, binning.path_first_pair, binning.strip_path]
-        arguments = [*flattening.polylines, *boxes, binning.pair_slot, self.slot_winding]
-        self._launch.shared(self._forward.accumulate_winding, binning.strip_count * self._lanes.blocks, arguments)
+        lanes, value_count = self._lanes, binning.slot_count * COLUMNS * self._lanes.blocks
+        is_by_path = lanes.width > 1
+        size = value_count + binning.strip_count * is_by_path
+        self.slot_winding = self._buffers.get("slot_winding", size, lanes.vector)
+        boxes = [binning.path_tile_box, binning.path_first_strip, binning.path_first_pair]
+        if is_by_path:
+            counts, item_count = [binning.pair_slot, binning.slot_count], flattening.path_count
+        else:
+            counts, item_count = [binning.strip_path, binning.pair_slot], binning.strip_count * TILE
+        vertices, *rows = flattening.polylines
+        ends = [flattening.edge_end] * is_by_path
+        arguments = [vertices, *ends, *rows, *boxes, *counts, self.slot_winding]
+        self._launch.shared(self._forward.accumulate_winding, item_count, arguments)
 
     def adjoint(self, flattening: Flattening, binning: Binning, segment_count: int) -> wp.array:
         """Return dL/d(start), dL/d(end) of every edge [V] of vec4; ``slot_winding`` must hold dL/d(winding)."""
         adj_edges = self._buffers.get("adj_edges", flattening.vertex_count, self._lanes.vec4)
-        rows = [flattening.segment_first_vertex, flattening.segment_path, flattening.segment_next]
+        rows = [flattening.edge_end, flattening.edge_path, flattening.segment_first_vertex, segment_count]
         pairs = [binning.path_tile_box, binning.path_first_pair, binning.pair_class, binning.pair_slot]
         arguments = [flattening.vertices, *rows, *pairs, self.slot_winding, adj_edges]
-        self._launch.shared(self._adjoint.integrate_edges, segment_count, arguments)
+        groups = -(-flattening.vertex_count // self._lanes.width)
+        self._launch.shared(self._adjoint.integrate_edges, groups, arguments)
         return adj_edges

@@ -46,8 +46,16 @@ class Flattening:
         self._launch(self._kernels.count_chords, total, [points, self.segment_next, chord_count])
         self._number_vertices(chord_count, total)
         self.vertices = self._buffers.get("vertices", self.vertex_count, self._lanes.vec2)
-        arguments = [points, self.segment_next, self.segment_first_vertex, self.vertices]
+        self.edge_end = self._buffers.get("edge_end", self.vertex_count, wp.int32)
+        self.edge_path = self._buffers.get("edge_path", self.vertex_count, wp.int32)
+        rows = [self.segment_next, self.segment_path, self.segment_first_vertex]
+        arguments = [points, *rows, self.vertices, self.edge_end, self.edge_path]
         self._launch(self._kernels.emit_vertices, total, arguments)
+
+    @property
+    def path_count(self) -> int:
+        assert self.structure is not None
+        return len(self.structure.path_first_loop) - 1
 
     @property
     def polylines(self) -> list[wp.array]:
