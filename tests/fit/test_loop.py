@@ -116,7 +116,7 @@ def test_every_preset_fits(preset):
     config = make_config(preset, curves=32, iterations=40, threads=1)
     result = fit(picture(), config)
     assert final_psnr(result) > 15.0
-    assert result.scene.points.isfinite().all()
+    assert result.scene.segments.isfinite().all()
 
 
 SPLAT = {"renderer": "splat", "samples": 16, "lines": 6}
@@ -140,7 +140,7 @@ def test_the_baseline_fits():
         make_config("bezier-splatting", curves=32, iterations=40, threads=1, lr_scale=20.0, shorten_gap=False),
     )
     assert len(result.scene) == 32
-    assert result.scene.points.isfinite().all()
+    assert result.scene.segments.isfinite().all()
     assert final_psnr(result) > result.history[0]["psnr"] + 0.5
 
 
@@ -161,19 +161,19 @@ def test_the_regularizers_have_the_degree_of_the_paths(monkeypatch, path_model, 
 @pytest.mark.parametrize("switch", [{"interior_gradient": False}, {"covariance_gradient": True}, {"lines": 7}])
 def test_settings_of_splat_reach_the_renderer(switch):
     settings = {**SPLAT, "iterations": 5}
-    assert not torch.equal(run(**settings).scene.points, run(**{**settings, **switch}).scene.points)
+    assert not torch.equal(run(**settings).scene.segments, run(**{**settings, **switch}).scene.segments)
 
 
 @pytest.mark.parametrize("threads", [2, 3])
 def test_result_does_not_depend_on_threads(threads):
     one, many = run(threads=1).scene, run(threads=threads).scene
-    for name in ("points", "color", "opacity", "background", "generation"):
+    for name in ("segments", "color", "opacity", "background", "generation"):
         assert torch.equal(getattr(one, name), getattr(many, name)), name
 
 
 def test_seed_decides():
-    assert torch.equal(run(seed=1).scene.points, run(seed=1).scene.points)
-    assert not torch.equal(run(seed=1).scene.points, run(seed=2).scene.points)
+    assert torch.equal(run(seed=1).scene.segments, run(seed=1).scene.segments)
+    assert not torch.equal(run(seed=1).scene.segments, run(seed=2).scene.segments)
 
 
 def test_torch_threads_are_given_back():
@@ -242,11 +242,11 @@ def test_a_kept_scene_does_not_change():
     def keep(progress):
         if progress.iteration == 5:
             scene = progress.scene()
-            kept.extend([scene, scene.points.clone(), scene.color.clone(), scene.background.clone()])
+            kept.extend([scene, scene.segments.clone(), scene.color.clone(), scene.background.clone()])
 
     run(keep, iterations=20)
     scene, points, color, background = kept
-    assert torch.equal(scene.points, points)
+    assert torch.equal(scene.segments, points)
     assert torch.equal(scene.color, color)
     assert torch.equal(scene.background, background)
 
@@ -273,7 +273,7 @@ def test_history_of_a_long_fit_keeps_fewer_iterations(monkeypatch):
     thinned = run(iterations=33, lr_scale=0.5)
     assert [entry["iteration"] for entry in whole.history] == [10, 20, 30, 33]
     assert [entry["iteration"] for entry in thinned.history] == [20, 33]
-    assert torch.equal(whole.scene.points, thinned.scene.points)
+    assert torch.equal(whole.scene.segments, thinned.scene.segments)
 
 
 def test_a_history_of_the_most_entries_fits_into_a_checkpoint():
@@ -284,7 +284,7 @@ def test_a_history_of_the_most_entries_fits_into_a_checkpoint():
 @pytest.mark.parametrize("size", [(1, 1), (1, 30), (30, 1), (17, 16)])
 def test_tiny_pictures(size):
     result = fit(torch.full((*size, 3), 0.25), make_config(curves=20, iterations=20, threads=1))
-    assert result.scene.points.isfinite().all()
+    assert result.scene.segments.isfinite().all()
     assert final_psnr(result) > 30.0
 
 
@@ -299,4 +299,4 @@ def test_the_order_by_area_holds_from_the_first_step_to_the_last_frame():
     result = fit(picture(), config, lambda progress: seen.append(progress.scene()))
     box = path_boxes(result.scene)
     assert ((box[:, 2:] - box[:, :2]).prod(-1).diff() <= 0).all()
-    assert torch.equal(seen[-1].points, result.scene.points)
+    assert torch.equal(seen[-1].segments, result.scene.segments)

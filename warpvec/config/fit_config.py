@@ -37,7 +37,10 @@ class FitConfig:
     """"segments": a path is a loop of cubics. "sides": a path is two curves with common ends, as in the paper; only the
     renderer "splat" draws these, and the file approximates them by cubics."""
     segments: int = 4
-    """Cubics per path in the model "segments"; a path has 3 * segments control points."""
+    """Mean number of cubics per path in the model "segments"; a cubic has 3 control points."""
+    fixed_segments: bool = False
+    """Give each path exactly ``segments`` cubics, instead of more to some and fewer to others at the same total. It is
+    so in any case for the renderer "splat", the model "sides", the policy "replacement" and fits without recycling."""
     degree: int = 5
     """M, the degree of both curves in the model "sides"; a path has 2 * degree control points."""
     closing_line: bool = False

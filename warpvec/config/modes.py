@@ -18,7 +18,7 @@ FLAT_MODES = ("flat", "mono")
 SPLAT_SETTINGS = ("renderer", "path_model", "degree", "samples", "lines", "interior_gradient", "covariance_gradient")
 
 PHOTO_SETTINGS = (
-    *SPLAT_SETTINGS, "segments", "closing_line", "gradients", "lod", "backdrop", "policy", "z_order",
+    *SPLAT_SETTINGS, "segments", "fixed_segments", "closing_line", "gradients", "lod", "backdrop", "policy", "z_order",
     "initial_curves", "growth",
     "inflation_gap", "shorten_gap", "initial_radius", "radius_decay", "prune_opacity", "compensate", "flat",
     "recycle_gap", "recycle_share", "recycle_until", "replace_gap", "lr_points", "lr_color", "lr_opacity", "lr_scale",

@@ -164,7 +164,7 @@ def _check_choices(settings: dict[str, Any]) -> None:
     }  # fmt: skip
     for name, allowed in choices.items():
         check_choice(name, settings[name], allowed)
-    for name in ("shorten_gap", "compensate", "flat", "lod", "minify", "closing_line"):
+    for name in ("fixed_segments", "shorten_gap", "compensate", "flat", "lod", "minify", "closing_line"):
         check_flag(name, settings[name])
     # The fit checks later that the device exists: finding out takes seconds.
     if not isinstance(settings["device"], str):

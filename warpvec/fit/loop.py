@@ -18,6 +18,7 @@ from warpvec.fit.clock import Clock
 from warpvec.fit.interrupt import deferred_interrupts, hold_signals
 from warpvec.fit.loop_state import check_loop
 from warpvec.fit.min_area import SmallPaths
+from warpvec.fit.node_exchange import NodeExchange
 from warpvec.fit.palette import START as PALETTE_START
 from warpvec.fit.palette import Palette, with_pure_colors
 from warpvec.fit.policies.prefixes import prefix_length, with_prefix
@@ -31,7 +32,7 @@ from warpvec.fit.regularization import Regularization
 from warpvec.fit.start import first_paths, given_paths
 from warpvec.fit.state import Saving, State
 from warpvec.fit.state_form import row_count
-from warpvec.fit.target import Target
+from warpvec.fit.target import OutlineStep, Target
 from warpvec.fit.written_grid import WrittenGrid
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import is_transparent
@@ -127,11 +128,13 @@ class _Fit:
         self._regularization = Regularization(height, width, config, device, config.point_degree)
         self._small_paths = SmallPaths(self._target, config)
         self._gradients = GradientChoice(self._target, config)
+        self._nodes = NodeExchange(config, start)
         self._clock = Clock(config, device)
         self._iteration = 0
         self._iteration_count = config.iterations
         self._steps_before = 0  # iterations that the paths know nothing of
         self._loss = torch.zeros(())
+        self._outlines: OutlineStep | None = None
         self._best: tuple[float, Scene] | None = None
         self._check_gap = _HISTORY_GAP if device == "cpu" else _HISTORY_GAP_CUDA
         self._history_gap = self._check_gap * math.ceil(config.iterations / (self._check_gap * HISTORY_MAX))
@@ -171,7 +174,9 @@ class _Fit:
                 self._grid.begin(self._iteration, self._iteration_count)
             wants_removal_cost = self._policy.wants_removal_cost(self._iteration + 1, self._iteration_count)
             wants_removal_cost = wants_removal_cost or self._is_trimming()
-            removal_cost = self._step(self._iteration, wants_removal_cost)
+            self._outlines = None
+            wants_outlines = self._nodes.is_due(self._iteration + 1, self._iteration_count)
+            removal_cost = self._step(self._iteration, wants_removal_cost, wants_outlines)
             self._iteration += 1
             hold_signals()
             self._iteration_count = self._clock.planned_iterations(self._iteration)
@@ -197,16 +202,17 @@ class _Fit:
         seconds = self._clock.seconds()
         return FitResult(scene.cpu(), self.history, self._iteration, seconds, self.interrupted, self._device)
 
-    def _step(self, iteration: int, want_removal_cost: bool) -> Tensor | None:
+    def _step(self, iteration: int, want_removal_cost: bool, want_outlines: bool = False) -> Tensor | None:
         """Render, differentiate the loss and update the paths; return each path's removal cost [N] on request."""
         scene, config = self._population.live, self._config
         takes_palette = self._takes_palette(iteration)
-        if want_removal_cost or takes_palette:
+        wanted = (want_removal_cost, want_outlines)
+        if any(wanted) or takes_palette:
             self._take_dropped_steps(iteration)
-        adjoints = self._differentiate(iteration, want_removal_cost)
+        adjoints = self._differentiate(iteration, *wanted)
         if takes_palette and self._target.has_dropped():  # the palette cannot leave a step out
             self._target.make_room()
-            adjoints = self._differentiate(iteration, want_removal_cost)
+            adjoints = self._differentiate(iteration, *wanted)
         adj_opacity = adjoints.opacity.contiguous()
         self._regularization.add_adjoint(scene, adjoints.segments, adj_opacity)
         factor = schedule.lr_factor(iteration, config, self._iteration_count)
@@ -219,9 +225,12 @@ class _Fit:
         self._loss = adjoints.loss
         return adjoints.removal_cost if want_removal_cost else None
 
-    def _differentiate(self, iteration: int, want_removal_cost: bool) -> Any:
+    def _differentiate(self, iteration: int, want_removal_cost: bool, want_outlines: bool) -> Any:
         scene = self._population.live
-        adjoints = self._target.fit_step(scene, want_removal_cost)
+        if want_outlines:
+            adjoints, self._outlines = self._target.outline_step(scene)
+        else:
+            adjoints = self._target.fit_step(scene, want_removal_cost)
         if not self._config.lod:
             return adjoints
         count = prefix_length(self._population.prefix_counts, iteration)
@@ -276,6 +285,7 @@ class _Fit:
             "best": best,
             "history": self.history,
             "policy": self._policy.state(),
+            "nodes": self._nodes.state(),
             "population": self._population.state(),
         }
 
@@ -286,6 +296,7 @@ class _Fit:
         check_history(state["history"], iteration, state["seconds"], curves)
         count = row_count("population", state["population"], "serial", curves)
         generation_max = self._policy.check(state["policy"], iteration, count)
+        self._nodes.check(state["nodes"])
         self._population.check(state["population"], self._palette, iteration, count, generation_max)
         if state["best"] is not None:
             scene = state["best"]["scene"]
@@ -301,6 +312,7 @@ class _Fit:
         self._best = None if best is None else (best["loss"], Scene.from_dict(best["scene"]).to(self._device))
         self.history = list(state["history"])
         self._policy.restore(state["policy"])
+        self._nodes.restore(state["nodes"])
         self._population.restore(state["population"], self._palette)
 
     def _save(self) -> None:
@@ -313,6 +325,7 @@ class _Fit:
     def _change_population(self, removal_cost: Tensor | None) -> None:
         before = self._population.live
         iteration, iterations = self._iteration, self._iteration_count
+        has_exchanged = self._outlines is not None and self._nodes.update(self._population, *self._outlines)
         has_cut = self._small_paths.cut(self._population, iteration, iterations)
         # The removal costs do not belong to the paths that a cut leaves.
         removal_cost = None if has_cut else self._small_paths.prefer(self._population, removal_cost)
@@ -327,7 +340,7 @@ class _Fit:
             self._population, iteration, iterations, removal_cost, self._target.squared_error
         )
         self._gradients.update(self._population, iteration, iterations, has_changed or has_cut)
-        if has_changed or has_cut:
+        if has_changed or has_cut or has_exchanged:
             self._remember(before)
 
     def _is_trimming(self, iteration: int | None = None) -> bool:

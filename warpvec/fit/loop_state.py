@@ -27,6 +27,7 @@ def check_loop(state: State, config: FitConfig) -> None:
         best=Maybe(Fields({"loss": loss, "scene": Part()})),
         history=ListOf(Part()),
         policy=Part(),
+        nodes=Part(),
         population=Part(),
     )
     require(state["iteration"] < state["iteration_count"], "iteration", "is not before the last one")

@@ -20,6 +20,7 @@ from warpvec.fit.state import State
 from warpvec.fit.written_grid import WrittenGrid
 from warpvec.geometry import nodes
 from warpvec.geometry.bezier import path_boxes
+from warpvec.geometry.closest_cubic import Replacement
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene, straightened
 
@@ -251,12 +252,12 @@ class Population:
         """Divide the segments ``rows`` [K] at ``t``, as `warpvec.geometry.nodes.split` does."""
         self._edit_nodes(nodes.split(self.scene, rows, t))
 
-    def merge(self, rows: Tensor) -> tuple[Tensor, Tensor]:
-        """Drop the anchors at the start of ``rows`` [K], as `warpvec.geometry.nodes.merge` does.
+    def merge(self, rows: Tensor, found: Replacement | None = None) -> tuple[Tensor, Tensor]:
+        """Drop the anchors at the start of ``rows`` [K], as `warpvec.geometry.nodes.merge` does with ``found``.
 
         Return how far apart the outlines are [K], and the area between them [K].
         """
-        return self._edit_nodes(nodes.merge(self.scene, rows))
+        return self._edit_nodes(nodes.merge(self.scene, rows, found))
 
     def to_line(self, rows: Tensor) -> tuple[Tensor, Tensor]:
         """Make the segments ``rows`` [K] straight lines; return distances and areas as `merge` does."""

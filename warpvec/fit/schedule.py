@@ -23,6 +23,13 @@ RECYCLING_FILL = 0.3
 """Area of N recycled paths over the area of the canvas. The radius is 6 px for 256 paths on 384x256 and 9 px for 512 on
 768x512. At 256 paths this is better by 0.07 dB than a share of 0.5 (two photos)."""
 
+NODE_GAP = 25
+"""Iterations between exchanges of nodes. An exchange takes a third of the time of a step."""
+
+NODE_SPAN = (30, 0.9)
+"""Exchanges of nodes begin after so many iterations and end at this share of the run. The last ones come after the
+last recycling, which changes the number of segments, and leave time to fit."""
+
 RATE_STEPS = ((0.9, 0.1), (0.6, 0.2), (0.5, 0.5))
 """Learning rates have the second number as a factor from the first number, a share of the run, on. These are Bezier
 Splatting's steps after 5000, 6000 and 9000 of its 10,000 iterations."""
@@ -142,6 +149,19 @@ def is_recycling(iteration: int, config: FitConfig, iterations: int) -> bool:
         return False
     since_full = iteration - max(inflation_steps(config, iterations), default=0)
     return since_full > 0 and since_full % config.recycle_gap == 0
+
+
+def exchanges_nodes(config: FitConfig) -> bool:
+    """Return whether a fit moves nodes between paths: only where paths are recycled, and drawn by their exact area."""
+    is_able = config.renderer == "exact" and config.path_model == "segments" and config.policy == "scaffolding"
+    return is_able and config.recycle_gap > 0 and not config.fixed_segments
+
+
+def is_exchanging_nodes(iteration: int, config: FitConfig, iterations: int) -> bool:
+    """Return whether an exchange of nodes is due: in the middle between recyclings, which the paths then get over."""
+    if not exchanges_nodes(config) or not NODE_SPAN[0] <= iteration <= NODE_SPAN[1] * iterations:
+        return False
+    return iteration % NODE_GAP == NODE_GAP // 2
 
 
 def replacement_gap(config: FitConfig) -> int:

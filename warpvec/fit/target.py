@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from functools import reduce
+from typing import Any, NamedTuple
 
 import torch
 from torch import Tensor
@@ -16,7 +17,21 @@ from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import ALPHA_MIN, MATTES, is_transparent, over, premultiplied
 from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.graph import RecordedStep
+from warpvec.rendering.outline_adjoint import OutlineAdjoint
 from warpvec.rendering.registry import make_renderer
+
+
+class OutlineStep(NamedTuple):
+    """The adjoint of the outlines of a scene, and how strongly its paths show, on the CPU.
+
+    Attributes:
+        adjoint: dL/d(edges).
+        contrast: half of the second derivative of the loss by the opacity of each path, times the square of its
+            opacity [N]: the sum of c^2 / (3 h w) over the pixels of the path, which the path changes by c.
+    """
+
+    adjoint: OutlineAdjoint
+    contrast: Tensor
 
 
 class Target:
@@ -56,6 +71,20 @@ class Target:
             ]
         )
         return replace(adjoints, canvas_sums=adjoints.canvas_sums.clone())
+
+    def outline_step(self, scene: Scene) -> tuple[Any, OutlineStep]:
+        """Return what `fit_step` does with removal costs, and what it tells of the outlines of ``scene``.
+
+        Only the exact renderer can.
+        """
+        parts, outlines = [], []
+        for step, (prepared, matte) in zip(self._steps, self._prepared, strict=True):
+            parts.append(self._take(step, _over(scene, matte), prepared, True))
+            outlines.append(self._exact.outline_adjoint(scene))
+        adjoints = _mean_adjoints(parts)
+        contrast = adjoints.removal_cost + scene.opacity * adjoints.opacity
+        outline = OutlineStep(reduce(OutlineAdjoint.averaged, outlines), contrast.cpu().double())
+        return replace(adjoints, canvas_sums=adjoints.canvas_sums.clone()), outline
 
     def _take(self, step: RecordedStep, *inputs: Any) -> Any:
         adjoints = step.take(*inputs)

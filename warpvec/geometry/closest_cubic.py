@@ -60,6 +60,10 @@ class Replacement:
     distance: Tensor
     area: Tensor
 
+    def to(self, device: torch.device | str) -> Replacement:
+        """Return the cubics in the memory of ``device``."""
+        return Replacement(*(getattr(self, name).to(device) for name in Replacement.__dataclass_fields__))
+
 
 def closest_cubic(first: Tensor, second: Tensor, is_line: Tensor) -> Replacement:
     """Return the cubic that replaces ``first`` and then ``second`` [K, 4, 2], where a row ``is_line`` [K] a line.

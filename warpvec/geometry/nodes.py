@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from warpvec.errors import InputError
-from warpvec.geometry.closest_cubic import closest_cubic, compared
+from warpvec.geometry.closest_cubic import Replacement, closest_cubic, compared
 from warpvec.geometry.lines import thirds
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
@@ -77,11 +77,11 @@ def split(scene: Scene, rows: Tensor, t: Tensor | float = 0.5) -> Edit:
 
 
 @torch.no_grad()
-def merge(scene: Scene, rows: Tensor) -> Edit:
+def merge(scene: Scene, rows: Tensor, found: Replacement | None = None) -> Edit:
     """Drop the anchors at the start of ``rows`` [K]: each becomes one segment with the row before it in its loop.
 
-    The new handles are those of least squares, as in `warpvec.geometry.closest_cubic.closest_cubic`. Two lines become a
-    line, unless it would be alone in its loop.
+    The new handles are those of ``found``, or those of least squares, as in
+    `warpvec.geometry.closest_cubic.closest_cubic`. Two lines become a line, unless it would be alone in its loop.
 
     Raises:
         InputError: a row does not exist, occurs twice, is alone in its loop, or follows another one of ``rows``.
@@ -101,7 +101,8 @@ def merge(scene: Scene, rows: Tensor) -> Edit:
     new_structure = _restructured(structure, kept.long(), source)
     first, second = _control(scene, before), _control(scene, rows)
     is_line = _merged_lines(new_structure, structure, place, before, rows)
-    found = closest_cubic(first, second, is_line)
+    if found is None:
+        found = closest_cubic(first, second, is_line)
     is_fresh, segments = torch.zeros_like(source, dtype=torch.bool), scene.segments[source].detach()
     is_fresh[place] = True
     segments[place, 1:] = found.handles.to(segments.dtype)

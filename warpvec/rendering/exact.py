@@ -12,6 +12,7 @@ from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
 from warpvec.kernels.constants import COLUMNS, PARTIAL, TILE, TRANSMITTANCE_MIN
 from warpvec.rendering.capacity import Counts
+from warpvec.rendering.outline_adjoint import OutlineAdjoint
 from warpvec.rendering.stages.binning import Binning
 from warpvec.rendering.stages.compositing import Paint, planes_from_tiles
 from warpvec.rendering.stages.coverage import Coverage
@@ -57,6 +58,15 @@ class ExactRenderer(TileRenderer):
     def _collect(self, scene: Scene, adjoints: Adjoints) -> None:
         adj_edges = self._coverage.adjoint(self._flattening, self._binning, len(scene.segments))
         self._flattening.adjoint(adj_edges, adjoints.segments)
+        self._adj_edges = adj_edges
+
+    def outline_adjoint(self, scene: Scene) -> OutlineAdjoint:
+        """Return a copy of the adjoint of the outlines of ``scene``, whose adjoints were computed last."""
+        count = self._flattening.vertex_count
+        first = wp.to_torch(self._flattening.segment_first_vertex)[: scene.structure.segment_count + 1]
+        arrays = (self._flattening.vertices, self._adj_edges)
+        vertices, adj_edges = (wp.to_torch(array)[:count].cpu().double() for array in arrays)
+        return OutlineAdjoint(first.cpu().long(), vertices.reshape(count, 2), adj_edges.reshape(count, 4))
 
     def winding_slopes(self, scene: Scene, path: Tensor, x: Tensor, y: Tensor, channels: int = 3) -> Tensor:
         """Return how the pixel ``x`` [M], ``y`` [M] changes with the winding of ``path`` [M]: its first C ``channels``.
