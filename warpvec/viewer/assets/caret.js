@@ -25,6 +25,7 @@ class Caret {
     const isInView = middle[0] > 0 && middle[1] > 0 && middle[0] < stage.width && middle[1] < stage.height;
     this.at = isInView ? middle : [stage.width / 2, stage.height / 2];
     this.isOn = true;
+    this.publish();
     this.app.say("Cross on: arrows move it, Enter clicks, Space presses and releases, Esc ends");
     this.app.refresh();
   }
@@ -53,7 +54,13 @@ class Caret {
     const [width, height] = [stage.width, stage.height];
     this.at = [Math.min(Math.max(this.at[0] + x * step, 0), width), Math.min(Math.max(this.at[1] + y * step, 0), height)];
     pointer.move(this.event(event, false));
+    this.publish();
     stage.request();
+  }
+
+  /** Tells tests where the cross is. */
+  publish() {
+    this.app.pointer.surface.dataset.caret = this.at.join(" ");
   }
 
   click(event) {

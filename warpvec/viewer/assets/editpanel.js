@@ -103,7 +103,7 @@ class EditPanel {
   showNodes() {
     const { nodes, tool } = this.app;
     find("node-box").hidden = tool !== "node";
-    // For tests, and for other scripts: the points in user units.
+    // Tells tests where the points are, in user units.
     find("surface").dataset.points = nodes.points().map(({ kind, index, x, y }) => `${kind} ${index} ${x} ${y}`).join(",");
     if (tool !== "node") return;
     setText("node-text", nodes.describe());

@@ -13,7 +13,7 @@ const WORDS = {
   saturation: ["Vivid", "From grey to the most vivid colour; also called saturation."],
   generation: ["Generation", "Paths that the fit added at the same time. Early ones are large, late ones show detail."],
   residual: ["Residual", "The difference between drawing and photo: black where they are the same."],
-  psnr: ["PSNR", "How like the photo the drawing is, in decibels (dB): more is better, and 30 dB is hard to tell apart."],
+  psnr: ["PSNR", "How like the photo the drawing is, in decibels (dB). More is better; 3 dB more halve the error."],
   ssim: ["SSIM", "How like the photo the drawing is in structure: 1 is the same."],
   convergence: ["Convergence", "How the likeness grew while the drawing was fitted."],
 };
