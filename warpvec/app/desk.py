@@ -103,12 +103,6 @@ class Desk:
             self._streams.pop(page, None)
             asyncio.get_running_loop().call_later(FORGET_SECONDS, self._forget, page)
 
-    def close(self) -> None:
-        """End all streams, as the server ends."""
-        for streams in self._streams.values():
-            for stream in streams:
-                stream.close()
-
     def _forget(self, page: str) -> None:
         if page in self._streams:
             return

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import asyncio
 import socket
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 
 import uvicorn
 
@@ -23,9 +22,6 @@ from warpvec.app.messages import Report
 from warpvec.app.routes import Routes
 from warpvec.app.worker_process import WorkerProcess
 
-END_SECONDS = 2
-"""Time that requests under way have to end, once the server is to end."""
-
 
 def run_server(
     listener: socket.socket,
@@ -35,7 +31,7 @@ def run_server(
     threads: int | None = None,
     on_start: Callable[[str], None] | None = None,
 ) -> None:
-    """Serve the page on ``listener`` until Ctrl-C or SIGTERM.
+    """Serve the page on ``listener`` until an exception ends it: the caller's KeyboardInterrupt.
 
     Args:
         listener: a socket that is bound to a port of this machine.
@@ -45,8 +41,7 @@ def run_server(
         on_start: called with the address of the page when it can be opened.
     """
     port = listener.getsockname()[1]
-    with suppress(KeyboardInterrupt):  # uvicorn raises it again once it has ended in order
-        asyncio.run(_serve(listener, token, port, folder, threads, on_start))
+    asyncio.run(_serve(listener, token, port, folder, threads, on_start))
 
 
 async def _serve(
@@ -69,9 +64,9 @@ async def _serve(
         routes = Routes(desk, folder, await asyncio.to_thread(usable_formats))
         config = uvicorn.Config(
             Guard(routes.application(), port, token), log_level="error", access_log=False, server_header=False,
-            timeout_graceful_shutdown=END_SECONDS, lifespan="off", ws="none",
+            lifespan="off", ws="none",
         )  # fmt: skip
-        server = _Server(config, desk)
+        server = _Server(config)
         if on_start is not None:
             listener.listen()  # a browser that is quicker than the loop waits
             on_start(f"http://{HOST}:{port}/{token}/")
@@ -81,12 +76,8 @@ async def _serve(
 
 
 class _Server(uvicorn.Server):
-    """A server that ends its streams of events when it is to end; it would wait for their pages otherwise."""
+    """A server that leaves the signals to the command: its own handlers would raise each of them a second time."""
 
-    def __init__(self, config: uvicorn.Config, desk: Desk) -> None:
-        super().__init__(config)
-        self._desk = desk
-
-    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        super().handle_exit(sig, frame)
-        self._desk.close()
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        yield

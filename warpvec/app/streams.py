@@ -20,7 +20,6 @@ class Stream:
     def __init__(self) -> None:
         self._events: dict[str, tuple[str, dict[str, Any]]] = {}
         self._count = 0
-        self._is_open = True
         self._news = asyncio.Event()
 
     def put(self, kind: str, facts: dict[str, Any], replaces: str | None = None) -> None:
@@ -31,15 +30,10 @@ class Stream:
         self._events[key] = (kind, facts)
         self._news.set()
 
-    def close(self) -> None:
-        """Send what is left, and end."""
-        self._is_open = False
-        self._news.set()
-
     async def texts(self) -> AsyncIterator[bytes]:
-        """Yield the events as a page receives them, until the stream is closed."""
+        """Yield the events as a page receives them, without end."""
         yield f"retry: {RETRY_MS}\n\n".encode()
-        while self._is_open or self._events:
+        while True:
             if not self._events:
                 try:
                     await asyncio.wait_for(self._news.wait(), BEAT_SECONDS)

@@ -6,7 +6,6 @@ It never outlives the server: once the pipe between them closes, it ends at once
 
 from __future__ import annotations
 
-import signal
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 
 def serve(connection: Connection, threads: int | None) -> None:
     """Do the jobs that come through ``connection``, with so many CPU ``threads``, until it closes."""
-    for number in (signal.SIGINT, signal.SIGHUP) if hasattr(signal, "SIGHUP") else (signal.SIGINT,):
-        signal.signal(number, signal.SIG_IGN)  # terminals send these to the server too
     mailbox = Mailbox(connection)
     from warpvec.app.work import Worker  # takes seconds, in which messages already arrive
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import asyncio
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
-from multiprocessing import get_context
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 
@@ -36,7 +36,8 @@ class WorkerProcess:
         """Start the process; it reports "ready" when it has loaded what fits need."""
         ours, theirs = _CONTEXT.Pipe()
         process = _CONTEXT.Process(target=serve, args=(theirs, self._threads), daemon=True)
-        process.start()
+        with _blocked_signals():
+            process.start()
         theirs.close()  # from here on the pipe ends with the process
         self._process, self._connection = process, ours
         loop = asyncio.get_running_loop()
@@ -77,6 +78,20 @@ class WorkerProcess:
 def _send(connection: Connection, message: Job | Stop) -> None:
     with suppress(OSError):
         connection.send(message)
+
+
+@contextmanager
+def _blocked_signals() -> Iterator[None]:
+    """Start processes in this context that never see Ctrl-C, which terminals send to all processes of a command."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # the first process that is spawned would start it, and it unblocks signals
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _end_of(process: SpawnProcess) -> str:

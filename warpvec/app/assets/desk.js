@@ -40,7 +40,7 @@ class Desk {
 
   add(files) {
     for (const file of files) {
-      const picture = new Picture(file.name.replace(/\.[^.]+$/, "") || "picture", file);
+      const picture = new Picture(file.name.replace(/\.[^.]+$/, "") || "picture", file, this.panel.settings);
       this.pictures.push(picture);
       this.uploading = (this.uploading ?? Promise.resolve()).then(() => this.begin(picture));
     }
@@ -204,7 +204,7 @@ class Desk {
     const known = new Set(pictures.map(({ id }) => id));
     for (const facts of pictures) {
       if (this.pictures.some(({ id }) => id === facts.id)) continue;
-      const picture = Object.assign(new Picture(facts.name, null), facts);
+      const picture = Object.assign(new Picture(facts.name, null, DEFAULT_SETTINGS), facts);
       this.pictures.push(picture);
       if (!this.current) this.open(picture);
     }

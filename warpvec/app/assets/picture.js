@@ -8,10 +8,10 @@ const STATUS_WORDS = {
 };
 
 class Picture {
-  constructor(name, blob) {
+  constructor(name, blob, settings) {
     Object.assign(this, { name, blob, id: null, width: 0, height: 0, status: "loading", place: 0 });
     Object.assign(this, { photo: null, text: null, frame: null, figures: {}, history: [], mode: null, reason: null });
-    this.settings = { ...DEFAULT_SETTINGS };
+    this.settings = { ...settings };
     this.message = "";
   }
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from warpvec.cli.signals import raised_interrupts
 from warpvec.cli.value_types import WholeNumber
 from warpvec.errors import InputError
 
@@ -45,7 +46,7 @@ def app(folder: str | None, port: int | None, no_browser: bool, threads: int | N
         if not no_browser:
             webbrowser.open(address)
 
-    with listener:
+    with listener, raised_interrupts():
         run_server(listener, token, folder=where, threads=threads, on_start=show)
 
 

@@ -1,0 +1,156 @@
+"""Drive ``warpvec app`` in a real Chromium: the command as a process, and its page as a user uses it."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser import CHROMIUM
+
+from warpvec.app.address import open_socket
+
+WAIT_MS = int(os.environ.get('W', 240_000))
+"""Longest wait for a fit, on a busy machine."""
+
+
+class DeskServer:
+    """``warpvec app --no-browser`` as a process.
+
+    Args:
+        folder: of the pictures, or None.
+        runtime: folder of the token.
+        port: where it listens; None for a free one.
+    """
+
+    def __init__(self, runtime: Path, folder: Path | None = None, port: int | None = None) -> None:
+        self.runtime, self.folder = runtime, folder
+        if port is None:
+            with open_socket(0) as listener:
+                port = listener.getsockname()[1]
+        self.port = port
+        self.start()
+
+    def start(self) -> None:
+        """Start the process, also after it was killed, and wait for its address."""
+        command = [sys.executable, "-m", "warpvec", "app", "--no-browser", "--port", str(self.port), "--threads", "1"]
+        more = [] if self.folder is None else [str(self.folder)]
+        environment = {**os.environ, "XDG_RUNTIME_DIR": str(self.runtime)}
+        self.process = subprocess.Popen([*command, *more], stderr=subprocess.PIPE, text=True, env=environment)
+        assert self.process.stderr is not None
+        line = self.process.stderr.readline()
+        found = re.search(r"http://127\.0\.0\.1:\d+/[\w-]{32}/", line)
+        assert found, line + self.process.stderr.read()
+        self.url = found[0]
+
+    def end(self, number: int = signal.SIGINT) -> int:
+        """Send a signal and return the exit code."""
+        self.process.send_signal(number)
+        code = self.process.wait(30)
+        assert self.process.stderr is not None
+        self.process.stderr.close()
+        return code
+
+    def children(self) -> list[int]:
+        """Return the processes that the server has started."""
+        path = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
+        return [int(text) for text in path.read_text().split()]
+
+
+class DeskPage:
+    """A tab with the page, which records its errors and its requests to other hosts."""
+
+    def __init__(self, browser: Any, server: DeskServer, folder: Path, **options: Any) -> None:
+        self.server, self.folder = server, folder
+        viewport = {"width": 1280, "height": 850}
+        self.page = browser.new_page(**{"viewport": viewport, "accept_downloads": True, **options})
+        self.page.set_default_timeout(WAIT_MS)
+        self.complaints: list[str] = []
+        self.page.on("console", lambda message: self.complaints.append(message.text))
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("request", self._note_request)
+        self.page.on("dialog", lambda dialog: dialog.accept())
+        self.page.goto(server.url)
+        self.page.wait_for_selector("body[data-desk]")
+
+    def _note_request(self, request: Any) -> None:
+        if not request.url.startswith((self.server.url, "data:", "blob:")):
+            self.complaints.append(request.url)
+
+    def drop(self, *files: Path) -> None:
+        """Drop files on the page, as a file manager does."""
+        data = [{"name": file.name, "bytes": list(file.read_bytes())} for file in files]
+        script = """(files) => {
+            const transfer = new DataTransfer();
+            const type = (name) => (name.endsWith("jpg") ? "image/jpeg" : "image/png");
+            for (const { name, bytes } of files) {
+                transfer.items.add(new File([new Uint8Array(bytes)], name, { type: type(name) }));
+            }
+            const options = { dataTransfer: transfer, bubbles: true, cancelable: true };
+            for (const kind of ["dragover", "drop"]) document.body.dispatchEvent(new DragEvent(kind, options));
+        }"""
+        self.page.evaluate(script, data)
+
+    def status(self) -> str:
+        return str(self.page.inner_text("#fit-status"))
+
+    def states(self) -> list[str]:
+        """Return name and state of each picture in the list."""
+        return [" ".join(text.split("\n")[:2]) for text in self.page.locator("#pictures li").all_inner_texts()]
+
+    def wait_for_status(self, words: str) -> None:
+        script = "(words) => document.getElementById('fit-status').textContent.includes(words)"
+        self.page.wait_for_function(script, arg=words)
+
+    def wait_for_frame(self, psnr: float = 0.0) -> None:
+        """Wait for a frame of a running fit, of at least ``psnr`` dB."""
+        script = """(psnr) => {
+            const text = document.getElementById("fit-figures").textContent.match(/PSNR([\\d.]+)/);
+            return window.warpvecView.state.live && text && Number(text[1]) >= psnr;
+        }"""
+        self.page.wait_for_function(script, arg=psnr)
+
+    def slide(self, identifier: str, value: int) -> None:
+        self.page.locator(f"#{identifier}").fill(str(value))
+
+    def paths(self) -> int:
+        return int(self.page.evaluate("() => window.warpvecView.state.paths"))
+
+    def save(self, kind: str = "svg") -> Path:
+        """Save with the button of a format and return the file."""
+        with self.page.expect_download() as download:
+            self.page.locator(f"[data-format={kind}]").click()
+        path = self.folder / f"{time.monotonic_ns()}-{download.value.suggested_filename}"
+        download.value.save_as(path)
+        return path
+
+    def close(self) -> None:
+        """Close the tab, and assert that it reported no error and asked no other host."""
+        self.page.close()
+        assert self.complaints == []
+
+
+@pytest.fixture(scope="module", name="desk_server")
+def desk_server_fixture(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DeskServer]:
+    """Run one server for a module."""
+    server = DeskServer(tmp_path_factory.mktemp("runtime"))
+    yield server
+    assert server.end() == 130
+
+
+@pytest.fixture(name="desk")
+def desk_fixture(browser: Any, desk_server: DeskServer, tmp_path: Path) -> Iterator[DeskPage]:
+    """Open a tab for a test."""
+    page = DeskPage(browser, desk_server, tmp_path)
+    yield page
+    page.close()
+
+
+__all__ = ["CHROMIUM", "DeskPage", "DeskServer", "desk_fixture", "desk_server_fixture"]
