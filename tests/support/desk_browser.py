@@ -17,7 +17,7 @@ from browser import CHROMIUM
 
 from warpvec.app.address import open_socket
 
-WAIT_MS = int(os.environ.get('W', 240_000))
+WAIT_MS = 240_000
 """Longest wait for a fit, on a busy machine."""
 
 

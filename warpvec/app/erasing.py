@@ -13,22 +13,26 @@ MARGIN = 2
 """Pixels around the shapes that are filled too: soft edges still show a little of what was there."""
 
 
-def erase(photo: Pixels, shapes: str) -> Pixels:
-    """Return ``photo`` [h, w, 3 or 4] with the area of ``shapes`` filled.
-
-    The fill is the smooth one between the colours at its border: each pixel gets the mean of known pixels near it, near
-    ones first ("pull-push", Gortler et al., The Lumigraph, 1996).
+def hole_of(photo: Pixels, shapes: str) -> NDArray[np.bool_]:
+    """Return the pixels [h, w] that ``shapes`` paint, and those next to them.
 
     Args:
-        photo: the picture, in [0, 1].
-        shapes: SVG text with the proportions of the picture; whatever it paints is taken out.
+        photo: the picture [h, w, 3 or 4].
+        shapes: SVG text with the proportions of the picture.
 
     Raises:
         InputError: ``shapes`` is not such an SVG.
     """
     height, width = photo.shape[:2]
-    covered = draw(shapes, width, height, transparent=True)[..., 3] > 0
-    hole = _grown(covered, MARGIN)
+    return _grown(draw(shapes, width, height, transparent=True)[..., 3] > 0, MARGIN)
+
+
+def erase(photo: Pixels, hole: NDArray[np.bool_]) -> Pixels:
+    """Return ``photo`` [h, w, 3 or 4], in [0, 1], with the ``hole`` [h, w] filled; a hole without a border stays.
+
+    The fill is the smooth one between the colours at its border: each pixel gets the mean of known pixels near it, near
+    ones first ("pull-push", Gortler et al., The Lumigraph, 1996).
+    """
     if not hole.any() or hole.all():
         return photo
     filled = _fill(photo.astype(np.float32), ~hole)

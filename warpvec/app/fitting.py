@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.app.erasing import erase
+from warpvec.app.again import fit_again
 from warpvec.app.messages import Job
+from warpvec.app.settings import FitSettings
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.progress import OnProgress
 from warpvec.flat.classify import choose_mode
@@ -21,7 +22,7 @@ from warpvec.svg.measure import file_facts
 from warpvec.vectorization.api import fit_photo
 from warpvec.vectorization.flat_art import fit_flat
 from warpvec.vectorization.goal import CORRECTION_RATE, CURVES_MAX, Goal
-from warpvec.vectorization.refine import ITERATIONS, form_of, place_on_photo, read_drawing, refine_photo
+from warpvec.vectorization.refine import ITERATIONS, place_on_photo, read_drawing
 from warpvec.vectorization.result import Result
 
 LATE_SHARE = 0.5
@@ -48,10 +49,10 @@ def run_job(
         mode, reason = choose_mode(reduce_image(photo, FitConfig.fit_size))
     height, width = photo.shape[:2]
     report("mode", {"mode": mode, "reason": reason, "width": width, "height": height})
-    if job.erased is not None:
-        photo = erase(photo, job.erased)
     if job.start is not None and job.keeps_paths:
-        return _refined(job, photo, on_progress, threads)
+        settings = FitSettings(mode="photo", opaque=job.settings.opaque)
+        config = replace(settings.config("photo"), threads=threads, recycle_gap=0)
+        return fit_again(job, photo, mode, config, on_progress)
     config = replace(job.settings.config(mode), threads=threads)
     if mode != "photo":
         return fit_flat(photo, config, title=job.name, goal=_goal(job), on_progress=on_progress)
@@ -94,29 +95,6 @@ def _photo(job: Job, photo: NDArray[np.float32], config: FitConfig, on_progress:
         if drawing.scene.is_uniform:
             config = replace(config, segments=drawing.scene.piece_count)
     return fit_photo(photo, config, title=job.name, goal=goal, start=start, on_progress=on_progress)
-
-
-def _refined(job: Job, photo: NDArray[np.float32], on_progress: OnProgress, threads: int | None) -> Result:
-    """Fit the paths of the drawing again, whatever their kind; erased ones are replaced in photos alone."""
-    assert job.start is not None
-    data = job.start.encode()
-    drawing = read_drawing(data)
-    settings = replace(job.settings, mode="photo", cutout=False, gradients=0.0, colors=0, max_bytes=None)
-    config = replace(
-        settings.config("photo"),
-        threads=threads,
-        recycle_gap=0,
-        iterations=ITERATIONS,
-        curves=max(1, len(drawing.scene)),
-    )
-    if drawing.scene.is_uniform:
-        config = replace(config, segments=drawing.scene.piece_count)
-    if drawing.precision is not None:
-        config = replace(config, precision=drawing.precision)
-    return refine_photo(
-        photo, place_on_photo(drawing, photo), config, Goal(), title=job.name, on_progress=on_progress,
-        form=form_of(drawing, data, config, photo), given=data,
-    )  # fmt: skip
 
 
 def _goal(job: Job) -> Goal:

@@ -19,8 +19,8 @@ class Job:
         settings: what the page asks for.
         start: SVG text to go on from; None to begin from nothing.
         locked: places of paths in ``start`` that keep their form and paint.
-        erased: SVG text whose shapes are taken out of the picture before the fit; None for none.
-        keeps_paths: fit the paths of ``start`` again, and add only what replaces erased ones.
+        erased: SVG text whose shapes are taken out of the picture before it is fitted again; None for none.
+        keeps_paths: fit the paths of ``start`` again, and in photos add only what replaces erased ones.
         done_share: share of a whole fit that ``start`` has had, from 0 to 1.
     """
 

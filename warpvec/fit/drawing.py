@@ -42,6 +42,8 @@ class Evaluation:
 class Drawing:
     """The free values of ``scene``: one vector of anchors, handles, colours, opacities, background and gradients.
 
+    ``locked`` paths [N] (bool) keep all their values.
+
     Attributes:
         start: the values of ``scene`` [K].
         point_count: the first values are the coordinates of so many points, two each.
@@ -50,7 +52,9 @@ class Drawing:
         target, joints: the image, and the kinds of the nodes.
     """
 
-    def __init__(self, scene: Scene, target: Target, config: FitConfig, *, free: bool = False) -> None:
+    def __init__(
+        self, scene: Scene, target: Target, config: FitConfig, *, free: bool = False, locked: Tensor | None = None
+    ) -> None:
         self._scene, self.target, self.joints = scene, target, Joints.of(scene, keep=not free)
         parts = [*self.joints.values(scene), scene.color, scene.opacity, scene.background]
         if scene.gradients is not None:
@@ -64,6 +68,9 @@ class Drawing:
         is_translucent = torch.full_like(scene.opacity, config.opacity != "opaque", dtype=torch.bool)
         self._of(self.is_free)[4].copy_(is_translucent & ((scene.opacity < OPAQUE) | free))
         self._of(self.is_free)[5].fill_(config.backdrop != "white" and not scene.transparent)
+        self._locked = None if locked is None else self._values_of(locked)
+        if self._locked is not None:
+            self.is_free &= ~self._locked
         self._memory = scene.copied()
 
     def scene(self, x: Tensor) -> Scene:
@@ -117,13 +124,21 @@ class Drawing:
         for part in (color, background, *paints[:1]):
             part.clamp_(0.0, 1.0)
         opacity.copy_(torch.where(self._of(self.is_free)[4], opacity.clamp(OPACITY_MIN, 1.0), opacity))
-        return x
+        return x if self._locked is None else torch.where(self._locked, self.start, x)
 
     def points_of(self, rows: Tensor) -> Tensor:
         """Return which values are points of the segments ``rows`` (a mask [R]) or of their nodes: a mask [K]."""
         mask = torch.zeros_like(self.is_free)
         for part in self._of(mask)[:3]:
             part.copy_(rows[:, None].expand_as(part))
+        return mask
+
+    def _values_of(self, paths: Tensor) -> Tensor:
+        """Return which values belong to ``paths`` (a mask [N]): a mask [K]."""
+        mask = self.points_of(paths[self._scene.structure.segment_path.long()])
+        _, _, _, color, opacity, _, *paints = self._of(mask)
+        for part in (color, opacity, *paints):
+            part[paths] = True
         return mask
 
     def whole_paths(self, rows: Tensor) -> Tensor:

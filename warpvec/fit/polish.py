@@ -52,6 +52,7 @@ def polish(
     iterations: int,
     free: bool = False,
     values_exact_max: int | None = None,
+    locked: Tensor | None = None,
 ) -> FitResult:
     """Fit ``start`` to ``target`` [h, w, 3 or 4] and keep its structure; the loss of the result is at most its own.
 
@@ -67,13 +68,15 @@ def polish(
         iterations: most evaluations of the loss; 0 returns ``start``. It ends earlier once nothing improves any more.
         free: let smooth nodes become corners, opaque paths translucent, and paths cross themselves.
         values_exact_max: most values that are fitted by Gauss-Newton steps; None is ``VALUES_EXACT_MAX``.
+        locked: paths [N] (bool) that keep their form and paint; None for none.
 
     Raises:
         InputError: the device does not exist.
     """
     device = resolve_device(config.device)
     with on_warps_stream(device), single_torch_thread(), torch.no_grad(), deferred_interrupts() as is_interrupted:
-        run = _Polish(target.to(device, torch.float32), start.to(device), config, device, free)
+        locked = None if locked is None else locked.to(device)
+        run = _Polish(target.to(device, torch.float32), start.to(device), config, device, free, locked)
         run.values_exact_max = VALUES_EXACT_MAX if values_exact_max is None else values_exact_max
         run.on_progress = on_progress
         try:
@@ -86,12 +89,14 @@ def polish(
 
 
 class _Polish:
-    def __init__(self, image: Tensor, start: Scene, config: FitConfig, device: str, free: bool) -> None:
+    def __init__(
+        self, image: Tensor, start: Scene, config: FitConfig, device: str, free: bool, locked: Tensor | None
+    ) -> None:
         self._config, self._device = config, device
         self._begin = time.perf_counter()
         self._start = start
         compared = Target(image, config, device)
-        self._drawing = Drawing(start, compared, config, free=free)
+        self._drawing = Drawing(start, compared, config, free=free, locked=locked)
         self._start_loss = float(compared.fit_step(start, False).loss)
         self._is_guarded = (overlapping_pairs(start) <= PAIRS_GUARDED_MAX) & (not free)
         self._crossings = crossings_of_rows(start, self._is_guarded)

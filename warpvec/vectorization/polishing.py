@@ -29,11 +29,13 @@ def polish_photo(
     file_options: FileOptions,
     form: FileForm | None,
     free: bool,
+    locked: torch.Tensor | None = None,
 ) -> Result:
     """Fit ``start``, in pixels of the ``photo``, and return the file that resvg draws best: the fitted one or its own.
 
     Without iterations the file keeps its canvas, and the title and the settings that it states, or none. If ``config``
-    asks for opaque paths, ``start`` is made opaque before; the file may then be worse than the drawing was.
+    asks for opaque paths, ``start`` is made opaque before; the file may then be worse than the drawing was. ``locked``
+    paths [N] (bool) keep their form and paint.
     """
     if not iterations:
         return _as_read(photo, start, config, title, file_options, form)
@@ -50,7 +52,7 @@ def polish_photo(
         reduced = replace(reduced, opacity=torch.ones_like(reduced.opacity))
     if form is not None:
         form = form._replace(title=title, metadata=None)
-    fitted = polish(pixels, reduced, config, on_progress, iterations=iterations, free=free)
+    fitted = polish(pixels, reduced, config, on_progress, iterations=iterations, free=free, locked=locked)
     result = Result(photo, size, config, fitted, title, file_options=file_options, form=form, keeps_paths=True)
     first = replace(result, fitted=replace(fitted, scene=reduced))
     before = first.file_psnr

@@ -141,8 +141,7 @@ class Desk {
     const picture = this.current;
     if (!picture) return;
     const erased = this.shownText && erasedShapes(this.shownText, text, picture);
-    const keepsPaths = !erased || picture.mode !== "photo";
-    await this.requestFit(picture, { start: text, locked, erased, keepsPaths });
+    await this.requestFit(picture, { start: text, locked, erased, keepsPaths: true });
   }
 
   // Events

@@ -1,0 +1,93 @@
+"""An edited drawing is fitted again: locked paths stay, and deleted ones are filled in from around them."""
+
+from __future__ import annotations
+
+import re
+from io import BytesIO
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from warpvec.app.erasing import erase, hole_of
+from warpvec.app.fitting import result_facts, run_job
+from warpvec.app.messages import Job
+from warpvec.app.settings import FitSettings
+from warpvec.errors import InputError
+from warpvec.svg.measure import draw
+
+SIDE = 48
+
+
+def svg(*paths: str) -> str:
+    inner = "\n".join(paths)
+    box = f'width="{SIDE}" height="{SIDE}" viewBox="0 0 {SIDE} {SIDE}"'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" {box}>\n{inner}\n</svg>\n'
+
+
+def square(x: float, side: float, fill: str) -> str:
+    return f'<path fill="{fill}" d="M{x} {x}h{side}v{side}h-{side}z"/>'
+
+
+def picture(*paths: str) -> bytes:
+    stream = BytesIO()
+    Image.fromarray(draw(svg(*paths))).save(stream, "PNG")
+    return stream.getvalue()
+
+
+PAPER = f'<path fill="#3060a0" d="M0 0h{SIDE}v{SIDE}h-{SIDE}z"/>'
+TRUE = square(10, 20, "#e04020")
+
+
+def again(mode: str = "flat", **more: object) -> tuple[str, list[str]]:
+    """Fit a drawing again; return the text and the data of its paths."""
+    job = Job(1, picture(PAPER, TRUE), "x", FitSettings(mode=mode), keeps_paths=True, **more)  # type: ignore[arg-type]
+    found = run_job(job, lambda kind, facts: None, lambda progress: None, 1)
+    text = result_facts(found)["svg"]
+    return text, re.findall(r'<path[^>]* d="([^"]*)"', text)
+
+
+def color_at(text: str, x: int, y: int) -> tuple[int, ...]:
+    return tuple(int(level) for level in draw(text)[y, x])
+
+
+def test_free_paths_move_to_the_picture_and_locked_ones_stay() -> None:
+    edited = svg(PAPER, square(9, 21, "#20c040"))
+    free, _ = again(start=edited)
+    assert np.abs(np.subtract(color_at(free, 20, 20), (0xE0, 0x40, 0x20))).max() <= 2
+    kept, paths = again(start=edited, locked=(1,))
+    assert color_at(kept, 20, 20) == (0x20, 0xC0, 0x40)
+    assert paths[1] == "M9 9h21v21h-21z"
+
+
+def test_paths_beside_a_locked_one_adapt_to_the_picture() -> None:
+    edited = svg('<path fill="#000" d="M0 0h48v48h-48z"/>', square(10, 20, "#20c040"))
+    kept, _ = again(start=edited, locked=(1,))
+    assert np.abs(np.subtract(color_at(kept, 40, 40), (0x30, 0x60, 0xA0))).max() <= 2
+    assert color_at(kept, 20, 20) == (0x20, 0xC0, 0x40)
+
+
+def test_a_deleted_path_does_not_come_back() -> None:
+    text, paths = again(start=svg(PAPER), erased=svg(square(10, 20, "#000")))
+    assert len(paths) == 1
+    assert np.abs(draw(text).astype(int) - (0x30, 0x60, 0xA0)).max() <= 2
+    text, paths = again("photo", start=svg(PAPER), erased=svg(square(10, 20, "#000")))
+    assert len(paths) == 2  # a photo gets as many as it has lost
+    assert np.abs(draw(text).astype(int) - (0x30, 0x60, 0xA0)).max() <= 3
+
+
+def test_locks_that_cannot_be_found_are_refused() -> None:
+    with pytest.raises(InputError, match="must have only filled paths"):
+        again(start=svg(PAPER, TRUE), locked=(5,))
+
+
+def test_a_hole_is_filled_smoothly_from_its_border() -> None:
+    ramp = np.linspace(0, 1, SIDE, dtype=np.float32)[None, :, None].repeat(SIDE, 0).repeat(3, 2)
+    damaged = ramp.copy()
+    damaged[14:34, 14:34] = (1.0, 0.0, 1.0)
+    hole = hole_of(damaged, svg(square(14, 20, "#000")))
+    assert hole.sum() == 24 * 24
+    filled = erase(damaged, hole)
+    assert np.abs(filled - ramp).max() < 0.15
+    assert (filled[~hole] == ramp[~hole]).all()
+    assert erase(damaged, np.zeros_like(hole)) is damaged

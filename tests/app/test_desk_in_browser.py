@@ -1,0 +1,147 @@
+"""``warpvec app`` in a real Chromium, from the drop of a picture to a saved file that resvg draws again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
+from desk_browser import DeskPage, desk_fixture, desk_server_fixture  # noqa: F401  (fixtures)
+from logo import logo
+from pictures import picture
+from PIL import Image
+
+from warpvec.image.metrics import psnr
+from warpvec.image.read import read_image
+from warpvec.svg.measure import draw_like, file_facts
+
+pytestmark = NEEDS_BROWSER
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> Path:
+    """Write a small textured photo."""
+    return write_photo(tmp_path / "photo.png")
+
+
+def write_photo(path: Path, scale: int = 4) -> Path:
+    rng = np.random.default_rng(0)
+    base = np.kron(picture().numpy(), np.ones((scale, scale, 1)))
+    noisy = np.clip(base + rng.normal(0, 0.05, base.shape), 0, 1)
+    Image.fromarray((255 * noisy).astype(np.uint8)).save(path)
+    return path
+
+
+def write_logo(path: Path, transparent: bool) -> Path:
+    pixels = logo(2)
+    image = Image.fromarray(pixels)
+    if not transparent:
+        paper = Image.new("RGBA", image.size, "white")
+        image = Image.alpha_composite(paper, image).convert("RGB")
+    image.save(path)
+    return path
+
+
+def file_psnr(svg: Path, source: Path) -> float:
+    target = read_image(source)
+    return psnr(draw_like(svg.read_bytes(), target), target)
+
+
+def test_a_photo_is_drawn_while_one_watches_and_saved(desk: DeskPage, photo: Path) -> None:
+    desk.slide("detail", 8)
+    desk.drop(photo)
+    desk.wait_for_frame()
+    assert desk.page.locator("#stop").is_enabled()
+    desk.wait_for_status("done")
+    assert desk.page.inner_text("#found") == "found: photo"
+    assert desk.states() == ["photo done"]
+    saved = desk.save()
+    stated = float(desk.page.locator("#fit-figures tr", has_text="PSNR").inner_text().split()[1])
+    assert abs(file_psnr(saved, photo) - stated) < 0.1  # the page writes a third decimal less
+    assert stated > 22
+    with Image.open(desk.save("png")) as image:
+        assert image.size == (224, 160)
+    packed = desk.save("svgz")
+    assert packed.stat().st_size < saved.stat().st_size
+    assert file_facts(packed.read_bytes())["paths"] == file_facts(saved.read_bytes())["paths"] == desk.paths()
+    assert desk.save("pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize("transparent", [False, True])
+def test_a_logo_becomes_clean_shapes(desk: DeskPage, tmp_path: Path, transparent: bool) -> None:
+    source = write_logo(tmp_path / "logo.png", transparent)
+    desk.drop(source)
+    desk.wait_for_status("done")
+    assert desk.page.inner_text("#found") == "found: flat"
+    saved = desk.save()
+    assert file_psnr(saved, source) > 30
+    assert ("background" in saved.read_text()) == (not transparent)
+    with Image.open(desk.save("png")) as image:
+        assert (image.mode == "RGBA" and image.getextrema()[3][0] == 0) == transparent
+    # Without overlaps: as the command's --cutout.
+    desk.page.locator("#cutout").check()
+    desk.wait_for_status("Drawing")
+    desk.wait_for_status("done")
+    assert file_psnr(desk.save(), source) > 30
+
+
+def test_broken_files_are_named_and_harm_nothing(desk: DeskPage, tmp_path: Path, photo: Path) -> None:
+    broken = tmp_path / "broken.png"
+    broken.write_bytes(photo.read_bytes()[:2000])
+    desk.slide("detail", 0)
+    desk.drop(broken, photo)
+    desk.page.wait_for_function("() => document.querySelectorAll('#pictures .state')[1]?.textContent === 'done'")
+    assert desk.states() == ["broken failed", "photo done"]
+    desk.page.locator("#pictures .open").first.click()
+    assert "must be a complete PNG, JPEG" in desk.status()
+    desk.complaints.remove(next(text for text in desk.complaints if "422" in text))  # the browser's note
+
+
+def test_stop_keeps_the_best_drawing_and_a_slider_goes_on_from_it(desk: DeskPage, tmp_path: Path) -> None:
+    source = write_photo(tmp_path / "large.png", 10)
+    desk.slide("detail", 24)
+    desk.drop(source)
+    desk.wait_for_frame(15.0)
+    desk.page.locator("#stop").click()
+    desk.wait_for_status("Stopped")
+    first = desk.save()
+    before = file_psnr(first, source)
+    assert before > 14
+    desk.slide("detail", 8)  # 64 shapes
+    desk.wait_for_status("Drawing")
+    desk.wait_for_frame(before - 6)  # not from nothing
+    assert desk.paths() <= 64
+    desk.slide("detail", 4)  # while it draws: 32 shapes
+    desk.page.wait_for_function("() => window.warpvecView.state.paths <= 32")
+    desk.page.locator("#stop").click()
+    desk.wait_for_status("Stopped")
+    assert file_facts(desk.save().read_bytes())["paths"] <= 32
+
+
+def test_a_large_photo_is_drawn(desk: DeskPage, tmp_path: Path) -> None:
+    source = tmp_path / "large.jpg"
+    with Image.open(write_photo(tmp_path / "small.png")) as image:
+        image.resize((4000, 3000)).save(source, quality=85)
+    desk.slide("detail", 4)
+    desk.drop(source)
+    desk.wait_for_frame()
+    desk.page.locator("#stop").click()
+    desk.wait_for_status("Stopped")
+    assert file_facts(desk.save().read_bytes())["paths"] > 0
+    assert desk.page.inner_text("#figures").split("Canvas")[1].split()[::2][:2] == ["4000", "3000"]
+
+
+def test_two_tabs_take_turns(browser, desk: DeskPage, tmp_path: Path, photo: Path) -> None:
+    other = DeskPage(browser, desk.server, tmp_path)
+    desk.drop(write_photo(tmp_path / "first.png", 10))
+    desk.wait_for_frame()
+    other.drop(photo)
+    other.wait_for_status("Waiting for 1 other drawing")
+    assert other.states() == ["photo waiting, 1 before"]
+    desk.page.locator("#stop").click()
+    other.wait_for_frame()
+    assert desk.states() == ["first stopped"]
+    other.page.locator("#stop").click()
+    other.wait_for_status("Stopped")
+    other.close()
