@@ -24,8 +24,8 @@ REMEDY = "Open a terminal and run: warpvec inkscape install"
 WAIT_SECONDS = 0.1
 """Time between two looks at the buttons and the output: short for a hand, and long for the processor."""
 
-END_SECONDS = 10.0
-"""Longest time that warpvec gets to end in order when its work is no longer wanted."""
+END_SECONDS = 0.5
+"""Time that a process gets to end after each signal. Nobody wants its result any more."""
 
 _ERROR = "warpvec: error: "
 _STOPPED = 130
@@ -146,13 +146,14 @@ def _has_left() -> bool:
 
 
 def _end(process: subprocess.Popen[str]) -> None:
-    if process.poll() is not None:
-        return
-    process.terminate()
-    try:
-        process.wait(END_SECONDS)
-    except subprocess.TimeoutExpired:
-        process.kill()
+    """End ``process``. The first signal lets warpvec end in order, the second one makes it leave at once."""
+    for _ in range(2):
+        if process.poll() is None:
+            process.terminate()
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(END_SECONDS)
+    process.kill()
+    process.wait()
 
 
 def _reason(code: int, lines: list[str]) -> str:

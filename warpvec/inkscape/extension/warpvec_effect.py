@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import sys
 import tempfile
 from typing import Any
 
@@ -14,6 +16,7 @@ class WarpvecEffect(inkex.EffectExtension):  # type: ignore[misc] # inkex has no
 
     def effect(self) -> None:
         """Do the work."""
+        signal.signal(signal.SIGTERM, _leave)
         try:
             with tempfile.TemporaryDirectory(prefix="warpvec-") as folder:
                 self.work(folder)
@@ -23,6 +26,11 @@ class WarpvecEffect(inkex.EffectExtension):  # type: ignore[misc] # inkex has no
     def work(self, folder: str) -> None:
         """Change ``self.svg``; files may be made in ``folder``."""
         raise NotImplementedError
+
+
+def _leave(*_: object) -> None:
+    """End with the folder removed, and warpvec ended."""
+    sys.exit(1)
 
 
 def read_drawing(path: str) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import inkex
@@ -22,8 +22,12 @@ _SHARED = ("style", "linearGradient", "radialGradient", "clipPath")
 _FRAME = ("id", "x", "y", "width", "height", "viewBox", "preserveAspectRatio")
 """Attributes of an SVG that a group does not have."""
 
+_WHOLE = ("opacity", "clip-path", "mask", "filter", "mix-blend-mode")
+"""Properties that belong to a group as a whole. On a path, warpvec makes opacity and clipping part of its fill and
+outline, and does not know the others."""
+
 _OUTLINE = ("x", "y", "width", "height", "rx", "ry", "cx", "cy", "r", "points", "d")
-_PAINT = ("fill", "fill-opacity", "fill-rule", "opacity", "clip-path")
+_PAINT = ("fill", "fill-opacity", "fill-rule")
 _EDITED = ("{http://sodipodi.sourceforge.net/", "{http://www.inkscape.org/namespaces/inkscape}path-effect",
            "{http://www.inkscape.org/namespaces/inkscape}original-d")  # fmt: skip
 """Beginnings of attributes from which Inkscape makes an outline: they would undo the new one."""
@@ -59,10 +63,21 @@ def draft_of(shapes: Iterable[Any], root: Any, pixels: Size, to_pixels: Matrix) 
         layer = etree.SubElement(draft, SVG + "g", id=f"layer-{number + 1}-generation-{number}")
         layer.set("transform", matrix_text(to_pixels))
         for ancestor in reversed(list(shape.iterancestors())):
-            kept = {name: value for name, value in ancestor.attrib.items() if name not in _FRAME and name[0] != "{"}
-            layer = etree.SubElement(layer, SVG + "g", kept)
+            layer = etree.SubElement(layer, SVG + "g", _inherited(ancestor))
         layer.append(copy.deepcopy(shape))
     return bytes(etree.tostring(draft))
+
+
+def _inherited(ancestor: Any) -> dict[str, str]:
+    """Return the attributes of ``ancestor`` without those of its frame, and without what it does as a whole.
+
+    Somebody who makes a layer translucent to see the image does not want other colours.
+    """
+    kept = {name: value for name, value in ancestor.attrib.items() if name[0] != "{"}
+    for name in (*_FRAME, *_WHOLE):
+        kept.pop(name, None)
+    style = {name: value for name, value in ancestor.style.items() if name not in _WHOLE}
+    return {**kept, "style": str(inkex.Style(style))}
 
 
 def replace_shape(shape: Any, path: Any, definitions: dict[str, Any], matrix: Matrix) -> None:
@@ -75,12 +90,11 @@ def replace_shape(shape: Any, path: Any, definitions: dict[str, Any], matrix: Ma
     svg, data = shape.root, path.get("d")
     outline = data if is_identity(matrix) else str(inkex.Path(data).transform(inkex.Transform(matrix)))
     style = {**shape.style, "fill": _fill(path, definitions, matrix, svg), "fill-rule": "nonzero"}
-    opacity = float(path.get("fill-opacity", 1.0)) / _opacity_around(shape)
-    style["fill-opacity"] = f"{min(1.0, opacity):g}"
+    style["fill-opacity"] = path.get("fill-opacity", "1")
     for name in ("opacity", "clip-path"):
         style.pop(name, None)
     kept = {name: value for name, value in shape.attrib.items() if not name.startswith(_EDITED)}
-    for name in (*_OUTLINE, *_PAINT):
+    for name in (*_OUTLINE, *_PAINT, "opacity", "clip-path"):
         kept.pop(name, None)
     refined = inkex.PathElement()
     refined.attrib.update({**kept, "d": outline, "style": str(inkex.Style(style))})
@@ -100,12 +114,3 @@ def _fill(path: Any, definitions: dict[str, Any], matrix: Matrix, svg: Any) -> s
         gradient.set("gradientTransform", matrix_text(matrix))
     svg.defs.append(gradient)
     return "url(#{})".format(gradient.get("id"))
-
-
-def _opacity_around(shape: Any) -> float:
-    """Return the product of the opacities of the groups around ``shape``, which warpvec gives to each path."""
-    product = 1.0
-    for group in shape.iterancestors(SVG + "g"):
-        style: Sequence[Any] = (group.style.get("opacity"), group.get("opacity"), 1.0)
-        product *= float(next(value for value in style if value is not None))
-    return max(product, 1e-3)
