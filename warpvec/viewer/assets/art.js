@@ -2,6 +2,8 @@
 
 // Part of a frame of 16.7 ms in which pictures and planes are drawn in advance.
 const FRAME_WORK_MS = 7;
+// Planes are drawn in advance for a selection that rests, not while keys step through paths.
+const REST_MS = 150;
 
 class Art {
   constructor(app, canvas) {
@@ -59,11 +61,13 @@ class Art {
     const { selection } = this.app;
     const key = `${keyOf(wanted)} ${identityOf(selection)}`;
     if (this.planesFor !== key) {
-      this.planesFor = key;
+      [this.planesFor, this.planesDue] = [key, performance.now() + REST_MS];
       if (!selection.size) this.planes = null;
-      else this.ownPlanes(wanted);
     }
-    return Boolean(this.planes) && !this.planes.work(deadline);
+    if (!selection.size || performance.now() < this.planesDue) return selection.size > 0;
+    if (this.planesDue > 0) this.ownPlanes(wanted);
+    this.planesDue = 0;
+    return !this.planes.work(deadline);
   }
 
   ownPlanes(wanted) {

@@ -21,9 +21,8 @@ class Palette {
   /** Chooses a colour; the uses that it has now are those that are replaced. */
   choose(color) {
     const { drawing } = this.app;
-    const items = drawing.layers.flatMap((layer) => layer.items).filter((item) => colorsOf(item).includes(color));
     this.color = color;
-    this.uses = new Map(items.map((item) => [item, { fill: item.fill, stroke: item.stroke }]));
+    this.uses = new Map((this.items.get(color) ?? []).map((item) => [item, { fill: item.fill, stroke: item.stroke }]));
     this.background = drawing.background?.fill === color ? drawing.background : null;
     [this.from, this.version] = [color, this.versionOf()];
     this.app.panel.request();
@@ -60,6 +59,13 @@ class Palette {
     return colorOfHsl(hue, saturation / 100, lightness / 100);
   }
 
+  /** The items that are painted with each colour. */
+  get items() {
+    const version = this.versionOf();
+    if (this.indexed?.version !== version) this.indexed = { version, items: itemsByColor(this.app.drawing) };
+    return this.indexed.items;
+  }
+
   versionOf() {
     const { layers, background } = this.app.drawing;
     return `${signatures(layers, PLAIN).at(-1)} ${background?.fill}`;
@@ -89,14 +95,21 @@ class Palette {
 
   /** Lists the colours with the most uses, and the chosen one. */
   list() {
-    const counts = countColors(this.app.drawing);
-    const byUse = [...counts].sort((a, b) => b[1] - a[1]);
-    const listed = byUse.slice(0, MAX_SWATCHES);
-    if (this.color && counts.has(this.color) && !listed.some(([color]) => color === this.color)) listed.push([this.color, counts.get(this.color)]);
-    const text = JSON.stringify(listed);
-    if (text !== this.listed) find("palette").replaceChildren(...listed.map(([color, count]) => swatch(color, count)));
-    this.listed = text;
-    setText("palette-more", byUse.length > listed.length ? `and ${(byUse.length - listed.length).toLocaleString("en")} more with fewer uses` : "");
+    const { background } = this.app.drawing;
+    const countOf = (color) => (this.items.get(color)?.length ?? 0) + (background?.fill === color);
+    const { items } = this;
+    if (this.listed !== this.indexed.version) {
+      const byUse = [...items.keys()].map((color) => [color, countOf(color)]).sort((a, b) => b[1] - a[1]);
+      const listed = byUse.slice(0, MAX_SWATCHES);
+      find("palette").replaceChildren(...listed.map(([color, count]) => swatch(color, count)));
+      const rest = byUse.length - listed.length;
+      setText("palette-more", rest ? `and ${rest.toLocaleString("en")} more with fewer uses` : "");
+      [this.listed, this.extra] = [this.indexed.version, null];
+    }
+    this.extra?.remove();
+    const isListed = document.querySelector(`[name=swatch][value="${this.color}"]`);
+    this.extra = this.color && !isListed ? swatch(this.color, countOf(this.color)) : null;
+    if (this.extra) find("palette").append(this.extra);
     setChoice("swatch", this.color);
   }
 }
@@ -119,12 +132,15 @@ function colorsOf({ fill, stroke }) {
   return stroke ? [...colors, stroke.color] : colors;
 }
 
-function countColors({ layers, background }) {
-  const counts = new Map(background ? [[background.fill, 1]] : []);
-  for (const { items } of layers) {
-    for (const item of items) for (const color of new Set(colorsOf(item))) counts.set(color, (counts.get(color) ?? 0) + 1);
+function itemsByColor({ layers, background }) {
+  const items = new Map(background ? [[background.fill, []]] : []);
+  for (const item of layers.flatMap((layer) => layer.items)) {
+    for (const color of new Set(colorsOf(item))) {
+      if (!items.has(color)) items.set(color, []);
+      items.get(color).push(item);
+    }
   }
-  return counts;
+  return items;
 }
 
 function withColor({ fill, stroke }, from, to) {

@@ -5,7 +5,8 @@
 
 // A box with more paths than this is drawn in steps.
 const MAX_PATCHED_PATHS = 160;
-// A picture that is late by this time is finished at once, lest changes that follow each other keep it from ever showing.
+// A picture that is started anew after this time is finished at once, lest changes that follow each other keep it from ever
+// showing.
 const MAX_LATE_MS = 250;
 
 class Picture {
@@ -34,8 +35,9 @@ class Picture {
       return true;
     }
     this.lateSince ??= now;
-    if (this.job?.key !== key) this.start(wanted, key);
-    if (!runUntil(this.job.steps, now - this.lateSince > MAX_LATE_MS ? Infinity : deadline)) return false;
+    const isNew = this.job?.key !== key;
+    if (isNew) this.start(wanted, key);
+    if (!runUntil(this.job.steps, isNew && now - this.lateSince > MAX_LATE_MS ? Infinity : deadline)) return false;
     [this.front, this.back] = [this.back, this.front];
     [this.shown, this.matrix, this.job, this.lateSince] = [this.job.shown, wanted.matrix, null, null];
     return true;
