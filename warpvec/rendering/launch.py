@@ -1,8 +1,8 @@
 """Launch kernels, on the CPU shared among threads, and keep buffers that grow on demand.
 
 Warp runs a CPU launch on the calling thread and releases the GIL. A launch is therefore cut into chunks of work items,
-which several Python threads take in turn. The work items of a kernel write disjoint entries, so the result does not
-depend on which thread ran which item.
+which several Python threads take in turn; on a busy machine fewer threads do (``thread_choice.py``). The work items of a
+kernel write disjoint entries, so the result does not depend on which thread ran which item.
 
 Importing this module has a side effect: in every process that is then forked from this one, torch runs on one thread.
 """
@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import logging
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache, partial
-from itertools import count
 from typing import Any
 
 import torch
@@ -25,6 +25,7 @@ from warpvec.kernels.constants import TILE
 from warpvec.rendering.capacity import Capacity
 from warpvec.rendering.devices import gpu_count, why_no_gpu
 from warpvec.rendering.kernel_cache import init_warp
+from warpvec.rendering.thread_choice import Share, ThreadChoice
 from warpvec.rendering.thread_pool import ThreadPool, core_count, usable_threads
 
 # A smaller chunk is done before a second thread can start on its own.
@@ -106,6 +107,7 @@ class Launcher:
         self.capacity = Capacity(self.device)
         self.threads = 1 if self.device.is_cuda else usable_threads(threads)
         self._pool = ThreadPool(self.threads - 1, self.threads <= core_count()) if self.threads > 1 else None
+        self._choice = ThreadChoice(self.threads)
         self._commands: dict[Any, list[_Command]] = {}
         self._all_buffers: list[Buffers] = []
 
@@ -113,6 +115,11 @@ class Launcher:
         """Make buffers on the device; their growth counts in ``growth``."""
         self._all_buffers.append(Buffers(self.device))
         return self._all_buffers[-1]
+
+    @property
+    def thread_seconds(self) -> dict[int, float]:
+        """Seconds of shared launches so far by the number of threads that took part; see `thread_choice`."""
+        return self._choice.seconds
 
     @property
     def growth(self) -> int:
@@ -140,25 +147,37 @@ class Launcher:
 
     def _run(self, kernel: Any, item_count: int, arguments: list[Any], chunk: int, first: int = 0) -> None:
         check_entries("a launch", first + item_count)
-        thread_count = min(self.threads, -(-item_count // chunk))
+        chunk_count = -(-item_count // chunk)
+        is_shared = min(self.threads, chunk_count) > 1
+        thread_count = min(self._choice.count, chunk_count) if is_shared else 1
         commands = self._commands.setdefault(kernel, [])
         commands += [_Command(kernel, arguments, self.device) for _ in range(thread_count - len(commands))]
         for command in commands:
             command.update(arguments)
-        if thread_count == 1:
-            commands[0].run(first, item_count)
+        if is_shared:
+            self._share(kernel, commands[:thread_count], item_count, chunk, first)
         else:
-            self._share(commands[:thread_count], item_count, chunk, first)
+            commands[0].run(first, item_count)
 
-    def _share(self, commands: list[_Command], item_count: int, chunk: int, first: int) -> None:
+    def _share(self, kernel: Any, commands: list[_Command], item_count: int, chunk: int, first: int) -> None:
         assert self._pool is not None
-        turns = count()
+        chunk = chunk if len(commands) > 1 else item_count
+        shares = [Share(0.0, 0.0)] * len(commands)
+        starts = iter(range(0, item_count, chunk))
 
-        def work(command: _Command) -> None:
-            while (start := next(turns) * chunk) < item_count:
-                command.run(first + start, min(chunk, item_count - start))
+        def work(number: int) -> None:
+            wall, cpu = time.perf_counter(), time.thread_time()
+            # Taking from an iterator is one step of the interpreter, so no two threads take the same chunk.
+            for start in starts:
+                commands[number].run(first + start, min(chunk, item_count - start))
+            shares[number] = Share(time.perf_counter() - wall, time.thread_time() - cpu)
 
-        self._pool.call([partial(work, command) for command in commands])
+        began = time.perf_counter()
+        if len(commands) == 1:
+            work(0)
+        else:
+            self._pool.call([partial(work, number) for number in range(len(commands))])
+        self._choice.record(kernel, item_count, time.perf_counter() - began, shares)
 
 
 class _Command:
