@@ -67,6 +67,7 @@ def test_a_dragged_node_moves_its_lines_and_nothing_else(triangle: Viewer) -> No
 def test_keys_step_through_nodes_and_move_them(triangle: Viewer) -> None:
     triangle.press("]", "]", "Shift+ArrowRight", "ArrowUp")
     assert triangle.text("message") == "Node 2 of 3, corner, at 140, 40"
+    triangle.page.wait_for_function("() => document.getElementById('message').textContent.endsWith('at 150, 39')")
     assert triangle.text("node-text") == "Node 2 of 3, corner, at 150, 39"
     triangle.slide("node-y", "100")
     assert_draws_as(triangle.saved(), art('<path fill="#00f" d="M40 40L150 100L40 120z"/>' + OTHER))
@@ -249,6 +250,20 @@ def test_a_colour_is_replaced_wherever_it_is_used(open_page) -> None:
     assert_draws_as(viewer.saved(), colourful("#06f"))
     viewer.press_button("select-color")
     assert viewer.selected() == "4 of 5 paths selected"
+
+
+def test_near_colours_change_as_much(open_page) -> None:
+    def sheet(*colors: str) -> str:
+        return art("".join(f'<path fill="{color}" d="M{10 + 50 * i} 10h30v30z"/>' for i, color in enumerate(colors)))
+
+    viewer = open_page(sheet("#c81020", "#be1428", "#6e1020", "#fff0c8"))
+    viewer.click(35, 15)
+    viewer.slide("near", "12")
+    assert viewer.text("replace-text") == "2 uses"
+    viewer.slide("replace-hex", "#20c810")
+    assert_draws_as(viewer.saved(), sheet("#20c810", "#16cc18", "#6e1020", "#fff0c8"), levels=0)
+    viewer.press_button("undo")
+    assert_draws_as(viewer.saved(), sheet("#c81020", "#be1428", "#6e1020", "#fff0c8"), levels=0)
 
 
 def test_paths_alike_are_selected(open_page) -> None:

@@ -45,6 +45,16 @@ class App {
     if (this.gesture?.timer) this.end();
   }
 
+  /** Says where keys have moved the selection to, for those who do not see it. */
+  reportPlace(label) {
+    if (this.nodes.path) {
+      this.say(`${label}: ${this.nodes.describe()}`);
+      return;
+    }
+    const [left, top, right, bottom] = this.selectionBox.map((value) => formatNumber(value, 1));
+    this.say(`${label}: now from ${left}, ${top} to ${right}, ${bottom}`);
+  }
+
   /** The number of levels that the detail control shows, from the lowest. */
   get level() {
     return Math.min(this.levelLimit, this.drawing.layers.length);
@@ -161,6 +171,7 @@ class App {
     const { gesture } = this;
     this.gesture = null;
     gesture?.end();
+    if (gesture?.timer && this.selection.size) this.reportPlace(gesture.label);
     this.refresh();
   }
 

@@ -4,6 +4,8 @@
 const FRAME_WORK_MS = 7;
 // Planes are drawn in advance for a selection that rests, not while keys step through paths.
 const REST_MS = 150;
+// Many separate paths on a large screen take more memory; their planes are drawn when a gesture needs them.
+const MAX_AHEAD_BYTES = 128 * 2 ** 20;
 
 class Art {
   constructor(app, canvas) {
@@ -67,7 +69,7 @@ class Art {
     if (!selection.size || performance.now() < this.planesDue) return selection.size > 0;
     if (this.planesDue > 0) this.ownPlanes(wanted);
     this.planesDue = 0;
-    return !this.planes.work(deadline);
+    return this.planes.byteCount <= MAX_AHEAD_BYTES && !this.planes.work(deadline);
   }
 
   ownPlanes(wanted) {

@@ -104,7 +104,8 @@ class EditPanel {
     const { nodes, tool } = this.app;
     find("node-box").hidden = tool !== "node";
     // Tells tests where the points are, in user units.
-    find("surface").dataset.points = nodes.points().map(({ kind, index, x, y }) => `${kind} ${index} ${x} ${y}`).join(",");
+    const points = nodes.points().slice(0, MAX_SHOWN_POINTS);
+    find("surface").dataset.points = points.map(({ kind, index, x, y }) => `${kind} ${index} ${x} ${y}`).join(",");
     if (tool !== "node") return;
     setText("node-text", nodes.describe());
     const { path, currentPoint: point, chosen } = nodes;

@@ -2,6 +2,9 @@
  *
  * A point is {kind, index, x, y}: a "node", its handle "before" or "after", or a "gradient" end. */
 
+// More points than this cannot be told apart on a screen, and would take longer than a frame.
+const MAX_SHOWN_POINTS = 1500;
+
 class NodeTool {
   constructor(app) {
     this.app = app;
@@ -41,7 +44,7 @@ class NodeTool {
   /** Returns the points that are drawn: handles only of chosen nodes and of the one under the keys. */
   shownPoints() {
     const isShown = ({ kind, index }) => kind === "node" || kind === "gradient" || this.chosen.has(index) || this.current?.index === index;
-    return this.points().filter(isShown);
+    return this.points().filter(isShown).slice(0, MAX_SHOWN_POINTS);
   }
 
   /** Returns the shown point nearest to x, y of the stage within `reach`; handles come before nodes. */

@@ -24,7 +24,7 @@ function moveGradientPoint(fill, index, dx, dy) {
 
 /** Returns a gradient across `box` from the colour of a fill; it ends lighter, or darker if the colour is light. */
 function gradientAcross(color, kind, [left, top, right, bottom]) {
-  const channels = [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16));
+  const channels = channelsOf(color);
   const isLight = channels.reduce((sum, level) => sum + level, 0) > 384;
   const end = hexColor(channels.map((level) => (isLight ? level / 2 : (level + 255) / 2)));
   const stops = [{ offset: 0, color, opacity: 1 }, { offset: 1, color: end, opacity: 1 }];

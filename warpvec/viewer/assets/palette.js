@@ -1,5 +1,5 @@
 /* The list of all colours of the drawing, and the replacement of one of them wherever it is used: in fills, gradients,
- * strokes and the background, on hidden levels too. */
+ * strokes and the background, on hidden levels too. Colours near it, as far as the slider says, change by as much. */
 
 const MAX_SWATCHES = 48;
 
@@ -14,16 +14,21 @@ class Palette {
     find("palette").addEventListener("change", (event) => this.choose(event.target.value));
     onInput("replace", (value) => this.replace(value));
     find("replace-hex").addEventListener("change", () => this.replaceByText(find("replace-hex").value));
+    onInput("near", () => this.choose(this.color));
     for (const id of ["hue", "saturation", "lightness"]) onInput(id, () => this.replace(this.mixed()));
     find("select-color").addEventListener("click", () => this.selectPaths());
   }
 
   /** Chooses a colour; the uses that it has now are those that are replaced. */
   choose(color) {
-    const { drawing } = this.app;
+    const { background } = this.app.drawing;
     this.color = color;
-    this.uses = new Map((this.items.get(color) ?? []).map((item) => [item, { fill: item.fill, stroke: item.stroke }]));
-    this.background = drawing.background?.fill === color ? drawing.background : null;
+    const reach = Number(find("near").value);
+    const isNear = (other) => (reach ? gapBetween(color, other) <= reach : color === other);
+    this.near = new Set([...this.items.keys()].filter(isNear));
+    const items = [...this.near].flatMap((other) => this.items.get(other));
+    this.uses = new Map(items.map((item) => [item, { fill: item.fill, stroke: item.stroke }]));
+    this.background = this.near.has(background?.fill) ? background : null;
     [this.from, this.version] = [color, this.versionOf()];
     this.app.panel.request();
   }
@@ -44,9 +49,10 @@ class Palette {
   replace(color) {
     const { app, uses, background } = this;
     if (!this.color || color === this.color || (!uses.size && !background)) return;
+    const swapped = new Map([...this.near].map((other) => [other, shiftedColor(other, this.from, color)]));
     const change = () => {
-      for (const [item, use] of uses) Object.assign(item, withColor(use, this.from, color));
-      if (background) app.drawing.background = { ...background, fill: color };
+      for (const [item, use] of uses) Object.assign(item, withColors(use, swapped));
+      if (background) app.drawing.background = { ...background, fill: swapped.get(background.fill) };
     };
     app.history.record("Replace colour", [...uses.keys()], [], change, true, app.drawing);
     [this.color, this.version] = [color, this.versionOf()];
@@ -84,6 +90,7 @@ class Palette {
     setValue("replace", this.color, `${count.toLocaleString("en")} ${count === 1 ? "use" : "uses"}`);
     if (document.activeElement !== find("replace-hex")) find("replace-hex").value = this.color;
     if (this.mixed() !== this.color) this.showMix();
+    setText("near-text", find("near").value);
   }
 
   showMix() {
@@ -143,12 +150,28 @@ function itemsByColor({ layers, background }) {
   return items;
 }
 
-function withColor({ fill, stroke }, from, to) {
-  const swapped = (color) => (color === from ? to : color);
-  const isUsed = isGradient(fill) && fill.stops.some(({ color }) => color === from);
-  const stops = isUsed && fill.stops.map((stop) => ({ ...stop, color: swapped(stop.color) }));
-  const painted = isUsed ? { ...fill, stops, onCanvas: null } : isGradient(fill) ? fill : swapped(fill);
-  return { fill: painted, stroke: stroke?.color === from ? { ...stroke, color: to } : stroke };
+/** Returns fill and stroke with each colour that `swapped` has replaced by the other one. */
+function withColors({ fill, stroke }, swapped) {
+  const isUsed = isGradient(fill) && fill.stops.some(({ color }) => swapped.has(color));
+  const stops = isUsed && fill.stops.map((stop) => ({ ...stop, color: swapped.get(stop.color) ?? stop.color }));
+  const painted = isUsed ? { ...fill, stops, onCanvas: null } : isGradient(fill) ? fill : (swapped.get(fill) ?? fill);
+  return { fill: painted, stroke: swapped.has(stroke?.color) ? { ...stroke, color: swapped.get(stroke.color) } : stroke };
+}
+
+function channelsOf(color) {
+  return [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16));
+}
+
+/** Returns the largest difference of a channel, from 0 to 255. */
+function gapBetween(a, b) {
+  const [from, to] = [a, b].map(channelsOf);
+  return Math.max(...from.map((level, i) => Math.abs(level - to[i])));
+}
+
+/** Returns `color` changed as much as `from` is changed by becoming `to`. */
+function shiftedColor(color, from, to) {
+  const [level, start, end] = [color, from, to].map(channelsOf);
+  return hexColor(level.map((value, i) => Math.min(Math.max(value + end[i] - start[i], 0), 255)));
 }
 
 /** Returns a text that is the same for items that are painted alike. */
@@ -159,7 +182,7 @@ function paintKey({ fill, stroke }) {
 
 /** Returns hue in degrees, saturation and lightness from 0 to 1 of "#rrggbb". */
 function hslOf(color) {
-  const [r, g, b] = [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16) / 255);
+  const [r, g, b] = channelsOf(color).map((level) => level / 255);
   const [high, low] = [Math.max(r, g, b), Math.min(r, g, b)];
   const [range, lightness] = [high - low, (high + low) / 2];
   if (!range) return [0, 0, lightness];

@@ -43,6 +43,11 @@ class Planes {
     return same?.canvas ?? null;
   }
 
+  /** The memory of the canvases of all planes. */
+  get byteCount() {
+    return 4 * this.wanted.width * this.wanted.height * this.planes.filter((plane) => !plane.isLive).length;
+  }
+
   get isReady() {
     return this.planes.every((plane) => plane.isReady);
   }

@@ -11,6 +11,7 @@ const WORDS = {
   hex: ["Colour code", "Red, green and blue as six digits from 0 to f, as in web pages: #ff0000 is red."],
   hue: ["Hue", "The place of a colour in the rainbow, from red over green and blue to red again."],
   saturation: ["Vivid", "From grey to the most vivid colour; also called saturation."],
+  near: ["Near", "Colours that differ by at most this, of 255, are replaced too, and change as much."],
   generation: ["Generation", "Paths that the fit added at the same time. Early ones are large, late ones show detail."],
   residual: ["Residual", "The difference between drawing and photo: black where they are the same."],
   psnr: ["PSNR", "How like the photo the drawing is, in decibels (dB). More is better; 3 dB more halve the error."],
