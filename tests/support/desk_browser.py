@@ -123,6 +123,16 @@ class DeskPage:
     def paths(self) -> int:
         return int(self.page.evaluate("() => window.warpvecView.state.paths"))
 
+    def click(self, x: float, y: float) -> None:
+        """Click on the point x, y of the drawing."""
+        script = """() => {
+            const surface = document.getElementById("surface"), { left, top } = surface.getBoundingClientRect();
+            const [scale, x, y] = surface.dataset.view.split(" ").map(Number);
+            return [scale, x + left, y + top];
+        }"""
+        scale, left, top = self.page.evaluate(script)
+        self.page.mouse.click(left + scale * x, top + scale * y)
+
     def save(self, kind: str = "svg") -> Path:
         """Save with the button of a format and return the file."""
         with self.page.expect_download() as download:

@@ -9,7 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from warpvec.app.erasing import erase, hole_of
+from warpvec.app.erasing import hole_of
 from warpvec.app.messages import Job
 from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
@@ -42,11 +42,11 @@ CANDIDATES_MAX = 4000
 
 
 def fit_again(job: Job, photo: NDArray[np.float32], mode: str, config: FitConfig, on_progress: OnProgress) -> Result:
-    """Fit the paths of the job's drawing to ``photo`` [h, w, 3 or 4] without what was deleted from it.
+    """Fit the paths of the job's drawing to ``photo`` [h, w, 3 or 4].
 
     Args:
         job: its ``start`` is the drawing.
-        photo: the picture.
+        photo: the picture, without what was deleted from the drawing.
         mode: kind of the picture. In photos as many paths as were deleted are added; areas of flat art need none.
         config: settings of a fit of a photo.
         on_progress: called after every iteration.
@@ -61,12 +61,9 @@ def fit_again(job: Job, photo: NDArray[np.float32], mode: str, config: FitConfig
     locked = _locked(job, len(scene))
     if not is_transparent(photo):
         scene = over_white(scene)
-    if job.erased is not None:
-        hole = hole_of(photo, job.erased)
-        photo = erase(photo, hole)
-        if mode == "photo" and hole.any():
-            scene = scene.joined(_filling(hole, photo, file_facts(job.erased)["paths"], scene))
-            locked = torch.cat([locked, torch.zeros(len(scene) - len(locked), dtype=torch.bool)])
+    if job.filled is not None and mode == "photo":
+        scene = scene.joined(_filling(hole_of(photo, job.filled), photo, file_facts(job.filled)["paths"], scene))
+        locked = torch.cat([locked, torch.zeros(len(scene) - len(locked), dtype=torch.bool)])
     precision = config.precision if drawing.precision is None else drawing.precision
     config = replace(config, curves=max(1, len(scene)), precision=precision)
     form = form_of(drawing, data, config, photo)
@@ -101,7 +98,7 @@ def _filling(hole: NDArray[np.bool_], photo: NDArray[np.float32], count: int, sc
 
 def _spread(hole: NDArray[np.bool_], count: int) -> NDArray[np.float32]:
     """Return ``count`` centres [K, 2] of pixels in the ``hole`` [h, w], each as far from those before as can be."""
-    rows, columns = np.nonzero(hole)
+    rows, columns = np.nonzero(hole if hole.any() else np.ones_like(hole))
     step = max(1, len(rows) // CANDIDATES_MAX)
     points = np.stack([columns[::step], rows[::step]], 1).astype(np.float32) + 0.5
     chosen = [int(((points - points.mean(0)) ** 2).sum(1).argmin())]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.app.again import fit_again
+from warpvec.app.erasing import erase, hole_of
 from warpvec.app.messages import Job
 from warpvec.app.settings import FitSettings
 from warpvec.config.fit_config import FitConfig
@@ -49,6 +50,8 @@ def run_job(
         mode, reason = choose_mode(reduce_image(photo, FitConfig.fit_size))
     height, width = photo.shape[:2]
     report("mode", {"mode": mode, "reason": reason, "width": width, "height": height})
+    if job.erased is not None:
+        photo = erase(photo, hole_of(photo, job.erased))
     if job.start is not None and job.keeps_paths:
         settings = FitSettings(mode="photo", opaque=job.settings.opaque)
         config = replace(settings.config("photo"), threads=threads, recycle_gap=0)

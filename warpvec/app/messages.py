@@ -19,8 +19,9 @@ class Job:
         settings: what the page asks for.
         start: SVG text to go on from; None to begin from nothing.
         locked: places of paths in ``start`` that keep their form and paint.
-        erased: SVG text whose shapes are taken out of the picture before it is fitted again; None for none.
-        keeps_paths: fit the paths of ``start`` again, and in photos add only what replaces erased ones.
+        erased: SVG text whose shapes are taken out of the picture before the fit; None for none.
+        filled: those of them that new paths of a photo are to fill; None for none.
+        keeps_paths: fit the paths of ``start`` again, and add none but those.
         done_share: share of a whole fit that ``start`` has had, from 0 to 1.
     """
 
@@ -31,6 +32,7 @@ class Job:
     start: str | None = field(default=None, repr=False)
     locked: tuple[int, ...] = ()
     erased: str | None = field(default=None, repr=False)
+    filled: str | None = field(default=None, repr=False)
     keeps_paths: bool = False
     done_share: float = 0.0
 

@@ -4,7 +4,7 @@ GET    /                        the page
 GET    /events?page=            server-sent events: hello, ready, queue, status, mode, frame, done, failed
 POST   /pictures?page=&name=    a picture's file in the body -> its facts
 GET    /pictures/ID/preview     the picture as PNG, for browsers that cannot read its format
-POST   /pictures/ID/fit         {settings, start, locked, erased, keepsPaths}: fit it, or go on
+POST   /pictures/ID/fit         {settings, start, locked, erased, filled, keepsPaths}: fit it, or go on
 POST   /pictures/ID/stop        end the fit with its best drawing so far
 DELETE /pictures/ID             forget it
 GET    /folder                  names of the pictures in the folder of the server
@@ -113,7 +113,7 @@ class Routes:
         picture = self._picture(request)
         asked = _object(await _body(request, MAX_TEXT_BYTES))
         settings = FitSettings.read(asked.get("settings", {}))
-        texts = {name: asked.get(name) for name in ("start", "erased")}
+        texts = {name: asked.get(name) for name in ("start", "erased", "filled")}
         if not all(text is None or isinstance(text, str) for text in texts.values()):
             raise InputError("start", "must be SVG text", "something else", "reload the page")
         keeps_paths = asked.get("keepsPaths") is True

@@ -27,7 +27,10 @@ class Desk {
       byId("files").value = "";
     });
     byId("stop").addEventListener("click", () => this.attempt(() => this.server.stop(this.current.id)));
-    byId("restart").addEventListener("click", () => this.requestFit(this.current, {}));
+    byId("restart").addEventListener("click", () => {
+      this.current.erased = [];
+      this.requestFit(this.current, {});
+    });
     byId("folder").addEventListener("change", () => this.addFromFolder(byId("folder").value));
     for (const input of document.getElementsByName("side")) input.addEventListener("change", () => showSide(input.value));
     for (const button of document.querySelectorAll("[data-format]")) {
@@ -112,13 +115,22 @@ class Desk {
     if (!picture) return;
     picture.settings = settings;
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.requestFit(picture, name === "mode" ? {} : this.present(picture)), SETTLE_MS);
+    this.timer = setTimeout(() => {
+      const { filled, start, ...erased } = this.present(picture);
+      this.requestFit(picture, name === "mode" ? erased : { start, ...erased });
+    }, SETTLE_MS);
   }
 
-  /** Returns the drawing to go on from, if there is one. */
+  /** Returns the drawing to go on from, and the shapes that the user has deleted from it: all, and the new ones. */
   present(picture) {
-    const text = picture === this.current && picture.newest ? this.view.drawingText() : picture.newest;
-    return text && /<path/.test(text) ? { start: text } : {};
+    const isShown = picture === this.current && picture.newest;
+    const text = isShown ? this.view.drawingText() : picture.newest;
+    if (!text) return {};
+    const lost = isShown && !this.view.state.live && this.shownText ? lostPaths(this.shownText, text) : [];
+    if (isShown && !this.view.state.live) this.shownText = text;
+    picture.erased = [...stillLost(picture.erased, text), ...lost];
+    const start = /<path/.test(text) ? text : null;
+    return { start, erased: shapesText(picture.erased, picture), filled: shapesText(lost, picture) };
   }
 
   async requestFit(picture, more) {
@@ -138,10 +150,8 @@ class Desk {
 
   /** Fits the edited drawing again; the paths at `locked` stay, and deleted ones are filled in. */
   async fitAgain(text, locked) {
-    const picture = this.current;
-    if (!picture) return;
-    const erased = this.shownText && erasedShapes(this.shownText, text, picture);
-    await this.requestFit(picture, { start: text, locked, erased, keepsPaths: true });
+    if (!this.current) return;
+    await this.requestFit(this.current, { ...this.present(this.current), start: text, locked, keepsPaths: true });
   }
 
   // Events
@@ -210,7 +220,7 @@ class Desk {
     if (!isOther) return;
     for (const picture of this.pictures.filter(({ id, blob }) => id && blob && !known.has(id))) {
       picture.id = null;
-      if (picture.isBusy) this.requestFit(picture, this.present(picture));
+      if (picture.isBusy) this.requestFit(picture, { ...this.present(picture), filled: null });
     }
   }
 

@@ -13,6 +13,8 @@ class Picture {
     Object.assign(this, { photo: null, text: null, frame: null, figures: {}, history: [], mode: null, reason: null });
     this.settings = { ...settings };
     this.message = "";
+    // Paths that the user has deleted: what they show does not come back.
+    this.erased = [];
   }
 
   get isBusy() {

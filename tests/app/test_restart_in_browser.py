@@ -1,0 +1,102 @@
+"""A server of ``warpvec app`` that ends and comes back, signals, and requests from outside of the page."""
+
+from __future__ import annotations
+
+import http.client
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
+from desk_browser import DeskPage, DeskServer
+from PIL import Image
+
+from warpvec.svg.measure import file_facts
+
+pytestmark = NEEDS_BROWSER
+
+
+def write_photo(path: Path, side: int = 400) -> Path:
+    rng = np.random.default_rng(0)
+    coarse = rng.integers(0, 255, (12, 16, 3), np.uint8)
+    Image.fromarray(coarse).resize((side, side * 3 // 4), Image.Resampling.BICUBIC).save(path)
+    return path
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc"), reason="the processes are found in /proc")
+def test_the_page_says_that_the_server_has_ended_and_goes_on_with_a_new_one(browser, tmp_path: Path) -> None:
+    server = DeskServer(tmp_path)
+    desk = DeskPage(browser, server, tmp_path)
+    desk.slide("detail", 12)
+    desk.page.locator("#modes label").nth(1).click()
+    desk.drop(write_photo(tmp_path / "photo.png"))
+    desk.wait_for_frame(12.0)
+    worker = server.children()
+    assert worker
+    server.end(signal.SIGKILL)
+    desk.page.wait_for_selector("#lost:not([hidden])")
+    assert "Run warpvec app again" in desk.page.inner_text("#lost")
+    deadline = time.monotonic() + 10
+    while any(_runs(process) for process in worker) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not any(_runs(process) for process in worker)
+    # What has been drawn so far can be saved.
+    count = file_facts(desk.save().read_bytes())["paths"]
+    assert count > 0
+    address = server.url
+    server.start()
+    assert server.url == address
+    desk.page.wait_for_selector("#lost", state="hidden")
+    desk.wait_for_frame(12.0)
+    desk.page.locator("#stop").click()
+    desk.wait_for_status("Stopped")
+    assert file_facts(desk.save().read_bytes())["paths"] >= count
+    assert all("ERR_" in text or "reset" in text.lower() for text in desk.complaints)  # the browser's notes
+    desk.page.close()
+    assert server.end() == 130
+
+
+def _runs(process: int) -> bool:
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_requests_from_outside_are_refused_and_the_folder_is_used(browser, tmp_path: Path) -> None:
+    folder = tmp_path / "pictures"
+    folder.mkdir()
+    write_photo(folder / "small.png", 64)
+    server = DeskServer(tmp_path, folder)
+    token = server.url.split("/")[3]
+    own = f"127.0.0.1:{server.port}"
+    for path, headers, status in [
+        (f"/{token}/", {"Host": own}, 200),
+        (f"/{token}/", {"Host": f"attacker.example:{server.port}"}, 421),
+        (f"/{token}/folder", {"Host": own, "Origin": "http://attacker.example"}, 403),
+        ("/", {"Host": own}, 403),
+        (f"/{'x' * len(token)}/events?page=a", {"Host": own}, 403),
+    ]:
+        connection = http.client.HTTPConnection("127.0.0.1", server.port)
+        connection.request("GET", path, headers=headers)
+        assert connection.getresponse().status == status, (path, headers)
+        connection.close()
+    desk = DeskPage(browser, server, tmp_path)
+    desk.slide("detail", 0)
+    desk.page.locator("#folder").select_option(label="small.png")
+    desk.wait_for_frame()
+    desk.page.reload()  # the server still has it
+    desk.page.wait_for_selector("body[data-desk]")
+    desk.wait_for_status("done")
+    desk.page.locator("[data-format=svg]").click()
+    desk.page.wait_for_function("() => document.getElementById('message').textContent.includes('Saved')")
+    assert desk.page.inner_text("#message").startswith("Saved small.svg in pictures")
+    assert file_facts((folder / "small.svg").read_bytes())["paths"] > 0
+    desk.close()
+    worker = server.children()
+    assert server.end() == 130
+    time.sleep(1.0)
+    assert not any(_runs(process) for process in worker)
