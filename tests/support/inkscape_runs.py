@@ -7,6 +7,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from functools import cache
@@ -78,7 +79,13 @@ def run_inkscape(document: Path, actions: str, out: Path, profile: Path) -> None
     command = ["xvfb-run", "-a", "inkscape", "--batch-process", f"--actions={wanted}", str(document)]
     environment = _environment(INKSCAPE_PROFILE_DIR=str(profile), GTK_A11Y="none", NO_AT_BRIDGE="1")
     del environment["PYTHONPATH"]
-    subprocess.run(command, env=environment, capture_output=True, timeout=SECONDS, check=True)
+    options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True}
+    with subprocess.Popen(command, env=environment, **options) as process:
+        try:
+            assert process.wait(SECONDS) == 0
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)  # Inkscape and its screen, not only the script that starts them
+            raise
 
 
 def fake_command(folder: Path, code: str) -> Path:

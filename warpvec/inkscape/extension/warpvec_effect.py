@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import tempfile
@@ -22,6 +23,13 @@ class WarpvecEffect(inkex.EffectExtension):  # type: ignore[misc] # inkex has no
                 self.work(folder)
         except Refusal as refusal:
             raise inkex.AbortExtension(str(refusal)) from None
+
+    def link_folders(self) -> list[str]:
+        """Return the folders that links to files may be relative to.
+
+        Inkscape gives a copy of the document, with links relative to that copy.
+        """
+        return [os.path.dirname(self.options.input_file), self.svg_path() or ""]
 
     def work(self, folder: str) -> None:
         """Change ``self.svg``; files may be made in ``folder``."""

@@ -6,7 +6,7 @@ import os
 import urllib.error
 import urllib.parse
 import urllib.request
-from collections.abc import Container
+from collections.abc import Container, Iterable
 from typing import Any
 
 from warpvec_placement import Box, Size, image_box, read_length
@@ -39,8 +39,11 @@ def name_of(element: Any) -> str:
     return str(element.get(_LABEL) or element.get("id"))
 
 
-def image_file(image: Any, document_folder: str | None, folder: str) -> str:
+def image_file(image: Any, document_folders: Iterable[str | None], folder: str) -> str:
     """Return the file of an image: that of its link, or one in ``folder`` for an embedded image.
+
+    Args:
+        document_folders: the folders that links may be relative to, the likeliest first.
 
     Raises:
         Refusal: there is no file, or it is not on this computer.
@@ -53,7 +56,8 @@ def image_file(image: Any, document_folder: str | None, folder: str) -> str:
     if not is_local:
         raise Refusal(f"The image is a link to {link}. Save that file, and import it.")
     path = link if len(parts.scheme) == 1 else urllib.request.url2pathname(parts.path)
-    candidates = [os.path.join(document_folder or "", path), image.get(_ABSOLUTE) or ""]
+    candidates = [os.path.join(start, path) for start in document_folders if start]
+    candidates.append(image.get(_ABSOLUTE) or "")
     for candidate in candidates:
         if os.path.isfile(candidate):
             return os.path.abspath(candidate)

@@ -32,7 +32,7 @@ class Refine(WarpvecEffect):
         if not selected:
             raise Refusal("Select paths with a fill and without a stroke, then try again.")
         image = self._image_under(selected[0])
-        source = image_file(image, self.svg_path(), folder)
+        source = image_file(image, self.link_folders(), folder)
         pixels = Size(*ask("inkscape", "size", source))
         matrix, _ = place_pixels(box_of(image, pixels), pixels, image.get("preserveAspectRatio"))
         to_root = compose(element_matrix(image), matrix)

@@ -47,7 +47,7 @@ class Trace(WarpvecEffect):
         arguments = fit_arguments(self.options)
         for number, image in enumerate(images, 1):
             count = f" ({number} of {len(images)})" if len(images) > 1 else ""
-            source, out = image_file(image, self.svg_path(), folder), os.path.join(folder, "drawing.svg")
+            source, out = image_file(image, self.link_folders(), folder), os.path.join(folder, "drawing.svg")
             title = f"Tracing {name_of(image)}{count}"
             report = fit("run", source, out, *arguments, "--trim", "--no-metadata", "--json", title=title)
             self._insert(image, read_drawing(out), report)

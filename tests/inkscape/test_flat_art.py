@@ -1,0 +1,50 @@
+"""Drawings of flat art, as Inkscape reads them."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from commands import invoke
+from inkscape_runs import why_no_scripts
+from logo import logo
+from PIL import Image
+
+pytestmark = pytest.mark.skipif("Inkscape" in why_no_scripts(), reason=why_no_scripts())
+
+NUMBERS_A_NODE = {"l": 2, "h": 1, "v": 1, "c": 6}
+"""Command of path data -> numbers with which each of its segments is stated."""
+
+
+def _inkscape(*arguments: str) -> str:
+    done = subprocess.run(["inkscape", *arguments], capture_output=True, text=True, timeout=120, check=True)
+    return done.stdout
+
+
+def _stated_segments(data: str) -> int:
+    """Return how many segments path data state, without the lines that "z" adds."""
+    count = 0
+    for command, numbers in re.findall(r"([a-zA-Z])([^a-zA-Z]*)", data.replace("e-", "")):
+        pieces = len(re.findall(r"[-+.\d]+", numbers))
+        count += (pieces - 2) // 2 if command in "mM" else pieces // NUMBERS_A_NODE.get(command.lower(), 1)
+    return count
+
+
+def test_inkscape_counts_the_objects_layers_and_nodes_of_the_summary(tmp_path: Path) -> None:
+    source, out, rewritten = (tmp_path / name for name in ("logo.png", "logo.svg", "rewritten.svg"))
+    Image.fromarray(logo()).convert("RGBA").save(source)
+    report = json.loads(invoke("run", source, out, "--mode", "flat", "--json").stdout)
+    # Inkscape writes the data of what it moves from its own nodes.
+    moves = "select-all:no-layers;transform-translate:8,8"
+    _inkscape(str(out), f"--actions={moves};export-filename:{rewritten};export-do")
+    text = rewritten.read_text()
+    data = re.findall(r'<path\b[^>]*?\sd="([^"]*)"', text, re.DOTALL)
+    assert len(data) == report["curves"] > 3
+    assert sum(map(_stated_segments, data)) == report["segments"] > 20
+    layers = re.findall(r'<g id="([^"]+)" inkscape:groupmode="layer"', out.read_text())
+    assert text.count('inkscape:groupmode="layer"') == len(layers) > 2
+    listed = [line.partition(",")[0] for line in _inkscape("--query-all", str(out)).splitlines()]
+    assert [name for name in listed if name in layers] == layers
