@@ -23,6 +23,7 @@ _MODULES = {
     "render": "rendering.operator",
     "vectorize": "vectorization.api",
     "refine": "vectorization.refine",
+    "placeholder": "vectorization.placeholder",
     "Result": "vectorization.result",
 }
 

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     "--every", type=WholeNumber(minimum=1), default=50, metavar="N",
     help="Iterations between two frames and between two checkpoints. [50]",
 )  # fmt: skip
+@click.option("--placeholder", is_flag=True, help="Print a rough drawing of 1000 bytes as a data URI.")
 @json_option
 @verbose_option
 @quiet_option
@@ -62,8 +63,16 @@ def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
     The mode follows the picture: paths are fitted to photos, and the regions of logos, icons and drawings are outlined.
     Settings that only one mode has decide it; the help of each says so.
 
+    --placeholder is for web pages to show while the image loads: it prints a drawing as a data URI of at most
+    --max-bytes (300 to 5000, 1000 if not given). If OUT is an .svg file, it gets the SVG. No other setting changes it.
+
     The defaults in brackets are those of the preset "default"; other presets change some of them.
     """
+    if options["placeholder"]:
+        from warpvec.cli.placeholder import run_placeholder
+
+        run_placeholder(ctx, source, out, options)
+        return
     config, goal = _requested(out, options)
     _check_outputs(out, options, goal)
     config = _with_mode_of_checkpoints(config, options)

@@ -1,0 +1,45 @@
+"""``warpvec run --placeholder``: where it goes, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from commands import assert_refused, invoke, write_photo
+
+from warpvec.vectorization.placeholder_text import data_uri
+
+OPTIONS = ("--placeholder", "--max-bytes", "300")
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> Path:
+    return write_photo(tmp_path)
+
+
+def test_the_uri_goes_to_stdout_and_the_svg_to_a_file(photo: Path) -> None:
+    out = photo.with_name("out.svg")
+    printed = invoke("run", photo, *OPTIONS)
+    assert printed.exit_code == 0, printed.output
+    uri = printed.stdout.removesuffix("\n")
+    assert uri.startswith("data:image/svg+xml,<svg ") and len(uri) <= 300
+    assert f"data URI of {len(uri)} bytes" in printed.stderr
+    written = invoke("run", photo, out, *OPTIONS, "--json")
+    assert data_uri(out.read_text()) == uri
+    facts = json.loads(written.stdout)
+    assert (facts["uri_bytes"], facts["bytes"]) == (len(uri), out.stat().st_size)
+    assert not photo.with_name("photo.svg").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--max-bytes", "200"), "must be a whole number from 300 to 5000"),
+        (("--curves", "20"), "--curves must not be given with --placeholder"),
+        (("--opaque",), "--opaque must not be given with --placeholder"),
+        (("out.svgz",), "OUT must end in .svg with --placeholder"),
+    ],
+)
+def test_what_a_placeholder_does_not_obey_is_refused(photo: Path, options: tuple[str, ...], words: str) -> None:
+    assert_refused(invoke("run", photo, "--placeholder", *options), words)

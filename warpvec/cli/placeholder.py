@@ -1,0 +1,72 @@
+"""``warpvec run --placeholder``: a drawing of few bytes for web pages to show while the image loads."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.core import ParameterSource
+
+from warpvec.checks import counted, in_one_line
+from warpvec.cli.arguments import check_out, read_photo, write_svg_file
+from warpvec.cli.loading import quick_loading
+from warpvec.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from warpvec.vectorization.placeholder import Placeholder
+
+_ALLOWED = ("source", "out", "placeholder", "max_bytes", "background", "as_json", "quiet", "verbose")
+"""Parameters that a placeholder obeys. It has a fit of its own, which the others would not change."""
+
+
+def run_placeholder(ctx: click.Context, source: str, out: str, options: dict[str, Any]) -> None:
+    """Print the placeholder of the image ``source`` as a data URI, or write its SVG to the file ``out``.
+
+    Raises:
+        InputError: another option was given, ``out`` is neither "-" nor an .svg file, or the bytes are out of range.
+    """
+    _refuse_others(ctx)
+    check_out(out)
+    if out != "-" and Path(out).suffix.lower() != ".svg":
+        raise InputError("OUT", "must end in .svg with --placeholder, or be - for a data URI", repr(out), "rename it")
+    background = options["background"] or "white"
+    photo = read_photo(source, background, "IN")
+    with quick_loading():
+        from warpvec.vectorization.placeholder import BYTES_DEFAULT, check_bytes, fit_placeholder
+    found = fit_placeholder(photo, check_bytes(options["max_bytes"] or BYTES_DEFAULT))
+    write_svg_file(found.uri + "\n" if out == "-" else found.svg, out)
+    if options["as_json"] or not options["quiet"]:
+        _summarize(found, photo, out, options["as_json"])
+
+
+def _refuse_others(ctx: click.Context) -> None:
+    for option in ctx.command.params:
+        source = None if option.name is None else ctx.get_parameter_source(option.name)
+        if source is ParameterSource.COMMANDLINE and option.name not in _ALLOWED:
+            rule = "must not be given with --placeholder, which --max-bytes alone can change"
+            raise InputError(option.opts[-1], rule, remedy="leave one of them out")
+
+
+def _summarize(found: Placeholder, photo: NDArray[np.float32], out: str, as_json: bool) -> None:
+    """Print the figures of a placeholder, to stderr if the data URI went to stdout."""
+    from warpvec.svg.measure import file_quality
+
+    facts = {"uri_bytes": len(found.uri), "bytes": len(found.svg), "shapes": found.shape_count}
+    quality = file_quality(found.svg, photo)
+    size = f"{facts['uri_bytes']:,} bytes"
+    start = (
+        f"data URI of {size}"
+        if out == "-"
+        else f"{in_one_line(out)}: {facts['bytes']:,} bytes, {facts['uri_bytes']:,} as a data URI"
+    )
+    text = (
+        f"{start}, {counted(found.shape_count, 'shape')}\n"
+        f"PSNR {quality['psnr']:.2f} dB, SSIM {quality['ssim']:.3f} (drawn by resvg at the size of the image)"
+    )
+    finite = {name: value if value != float("inf") else None for name, value in quality.items()}
+    click.echo(json.dumps({**facts, **finite}) if as_json else text, err=out == "-")
