@@ -186,6 +186,17 @@ def test_the_line_of_warpvec_is_shown(extension: Path, tmp_path: Path, code: str
     assert len(message.splitlines()) == 1
 
 
+@pytest.mark.parametrize(("answer", "is_kept"), [("stop", True), ("cancel", False)])
+def test_the_buttons_of_the_window_end_the_fit(extension: Path, tmp_path: Path, answer: str, is_kept: bool) -> None:
+    (extension / "warpvec_progress.py").write_text(f"import sys\nsys.stdin.readline()\nprint({answer!r}, flush=True)")
+    wait = "import time\ntry:\n    time.sleep(100)\nexcept KeyboardInterrupt:\n    sys.exit(130)\n"
+    fake_command(extension, STAND_IN.replace("file=sys.stderr", "file=sys.stderr, flush=True") + wait)
+    path = saved(tmp_path, document(IMAGE.format("", png_link(PIXELS))))
+    traced, message = run_script(extension, "warpvec_trace.py", path, "--id=img")
+    assert message == ""
+    assert ("Trace of img: 2 paths" in traced) == is_kept == (traced != "")
+
+
 def test_a_command_that_has_gone_is_named(extension: Path, tmp_path: Path) -> None:
     gone = str(tmp_path / "bin" / "python")
     (extension / "command.json").write_text(json.dumps({"command": [gone]}))
@@ -206,5 +217,5 @@ def test_warpvec_ends_when_inkscape_stops_waiting(extension: Path, tmp_path: Pat
             time.sleep(0.05)
         assert process.stdout is not None
         process.stdout.close()
-        assert process.wait(20) == 1
+        assert process.wait(20) == 0
     assert not Path(f"/proc/{note.read_text()}").exists()

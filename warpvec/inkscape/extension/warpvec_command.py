@@ -60,7 +60,7 @@ def ask(*arguments: str) -> Any:
 def fit(*arguments: str, title: str | None) -> Any:
     """Return the JSON that warpvec prints with ``arguments``, and show its progress under a ``title``, None for not.
 
-    The process ends here, with warpvec, if Inkscape does not wait for it any more.
+    The process ends here, with warpvec, if the user cancels or Inkscape does not wait for it any more.
 
     Raises:
         Refusal: warpvec fails or was stopped before it had a result; the message is that of warpvec.
@@ -71,7 +71,7 @@ def fit(*arguments: str, title: str | None) -> Any:
     readers = [_reader(process.stderr, lines.put), _reader(process.stdout, output.append)]
     window = None if title is None else _Window(title)
     try:
-        last = _follow(process, lines, window)
+        seen = _follow(process, lines, window)
     finally:
         _end(process)
         if window is not None:
@@ -79,7 +79,7 @@ def fit(*arguments: str, title: str | None) -> Any:
     for reader in readers:
         reader.join()
     if process.returncode not in (0, _STOPPED) or not output:
-        raise Refusal(_reason(process.returncode, [last, *_waiting(lines)]))
+        raise Refusal(_reason(process.returncode, seen + _waiting(lines)))
     return json.loads("".join(output))
 
 
@@ -108,23 +108,23 @@ def _read(stream: IO[str], take: Callable[[str], Any]) -> None:
             take(line)
 
 
-def _follow(process: subprocess.Popen[str], lines: queue.Queue[str], window: _Window | None) -> str:
-    """Wait until warpvec ends, and return the last line on its stderr."""
-    last, is_stopped = "", False
+def _follow(process: subprocess.Popen[str], lines: queue.Queue[str], window: _Window | None) -> list[str]:
+    """Wait until warpvec ends, and return the ``lines`` that have been shown."""
+    seen: list[str] = []
     while process.poll() is None:
         for line in _waiting(lines):
-            last = line
+            seen.append(line)
             if window is not None:
                 window.show(line)
-        if _has_left():
+        answers = [] if window is None else window.answers()
+        if _has_left() or "cancel" in answers:
             _end(process)
-            sys.exit(1)
-        if window is not None and window.is_stopped() and not is_stopped:
-            is_stopped = True
+            sys.exit(0)  # without a new document on stdout, the old one stays
+        if "stop" in answers:
             process.send_signal(signal.SIGTERM if sys.platform == "win32" else signal.SIGINT)
         with suppress(subprocess.TimeoutExpired):
             process.wait(WAIT_SECONDS)
-    return last
+    return seen
 
 
 def _waiting(lines: queue.Queue[str]) -> list[str]:
@@ -184,9 +184,9 @@ class _Window:
             self._process.stdin.write(line)
             self._process.stdin.flush()
 
-    def is_stopped(self) -> bool:
-        """Return whether the user has pressed the button since the last call."""
-        return bool(_waiting(self._answers))
+    def answers(self) -> list[str]:
+        """Return what the user has chosen since the last call: "stop" to keep the best so far, or "cancel"."""
+        return [answer.strip() for answer in _waiting(self._answers)]
 
     def close(self) -> None:
         """Close the window."""

@@ -1,4 +1,4 @@
-"""A window with the progress of warpvec: lines come from stdin, and "stop" goes to stdout if the user wants that."""
+"""A window with the progress of warpvec: lines come from stdin, and "stop" or "cancel" goes to stdout."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ITERATION = re.compile(r"iteration (\d+) of (\d+), (.*)")
 
 
 class ProgressWindow(Gtk.Window):  # type: ignore[misc] # GTK has no types
-    """A bar, a line of text and a button."""
+    """A bar, a line of text and two buttons. Inkscape 1.2 itself does not react while an extension works."""
 
     def __init__(self, title: str) -> None:
         super().__init__(title="warpvec", default_width=WIDTH, border_width=12)
@@ -29,11 +29,14 @@ class ProgressWindow(Gtk.Window):  # type: ignore[misc] # GTK has no types
         self._is_counted = False
         self._bar = Gtk.ProgressBar()
         self._text = Gtk.Label(label="Starting. A first run takes longer.", xalign=0.0)
-        self._button = Gtk.Button(label="Stop and keep the best so far", halign=Gtk.Align.END)
-        self._button.connect("clicked", self._stop)
-        self.connect("delete-event", self._stop)
+        self._buttons = Gtk.Box(spacing=8, halign=Gtk.Align.END)
+        for label, answer in (("Cancel", "cancel"), ("Stop and keep the best so far", "stop")):
+            button = Gtk.Button(label=label)
+            button.connect("clicked", self._answer, answer)
+            self._buttons.add(button)
+        self.connect("delete-event", self._answer, "cancel")
         rows = Gtk.Box(orientation=Gtk.Orientation.VERTICAL, spacing=8)
-        for row in (Gtk.Label(label=title, xalign=0.0), self._bar, self._text, self._button):
+        for row in (Gtk.Label(label=title, xalign=0.0), self._bar, self._text, self._buttons):
             rows.add(row)
         self.add(rows)
         GLib.timeout_add(PULSE_MS, self._pulse)
@@ -51,9 +54,10 @@ class ProgressWindow(Gtk.Window):  # type: ignore[misc] # GTK has no types
             self._bar.pulse()
         return not self._is_counted
 
-    def _stop(self, *_: object) -> bool:
-        print("stop", flush=True)
-        self._button.set_sensitive(False)
+    def _answer(self, *values: object) -> bool:
+        """Print the last of ``values``, the answer that a button stands for."""
+        print(values[-1], flush=True)
+        self._buttons.set_sensitive(False)
         self._text.set_text("Stopping.")
         return True  # a closed window would look as if the work had ended
 
