@@ -29,6 +29,9 @@ def square(x: float, side: float, fill: str) -> str:
     return f'<path fill="{fill}" d="M{x} {x}h{side}v{side}h-{side}z"/>'
 
 
+BACKGROUND = f'<rect id="background" width="{SIDE}" height="{SIDE}" fill="#3060a0"/>'
+
+
 def picture(*paths: str) -> bytes:
     stream = BytesIO()
     Image.fromarray(draw(svg(*paths))).save(stream, "PNG")
@@ -62,7 +65,8 @@ def test_free_paths_move_to_the_picture_and_locked_ones_stay() -> None:
 
 def test_paths_beside_a_locked_one_adapt_to_the_picture() -> None:
     edited = svg('<path fill="#000" d="M0 0h48v48h-48z"/>', square(10, 20, "#20c040"))
-    kept, _ = again(start=edited, locked=(1,))
+    kept, paths = again(start=edited, locked=(1,))
+    assert len(paths) == 2
     assert np.abs(np.subtract(color_at(kept, 40, 40), (0x30, 0x60, 0xA0))).max() <= 2
     assert color_at(kept, 20, 20) == (0x20, 0xC0, 0x40)
 
@@ -80,6 +84,8 @@ def test_a_deleted_path_does_not_come_back() -> None:
 def test_locks_that_cannot_be_found_are_refused() -> None:
     with pytest.raises(InputError, match="must have only filled paths"):
         again(start=svg(PAPER, TRUE), locked=(5,))
+    _, paths = again(start=svg(BACKGROUND, square(9, 21, "#20c040")), locked=(0,))  # the canvas is no path
+    assert paths == ["M9 9h21v21h-21z"]
 
 
 def test_a_hole_is_filled_smoothly_from_its_border() -> None:

@@ -152,13 +152,13 @@ def test_an_edited_drawing_is_fitted_again(desk: DeskPage, tmp_path: Path) -> No
     desk.drop(source)
     desk.wait_for_status("done")
     before, count = desk.save(), desk.paths()
-    # The yellow disc goes, the letter becomes green and stays so.
+    # The yellow disc goes, the black bar becomes green and stays so.
     page = desk.page
     page.locator("#sides label").nth(1).click()
     desk.click(128, 124)
     page.keyboard.press("Delete")
     assert desk.paths() == count - 1
-    desk.click(264, 56)
+    desk.click(264, 218)
     page.locator("#fill").fill("#00aa00")
     page.locator("#fill").dispatch_event("change")
     page.locator("#fit-again").click()
@@ -168,11 +168,11 @@ def test_an_edited_drawing_is_fitted_again(desk: DeskPage, tmp_path: Path) -> No
     after = desk.save()
     target = read_image(source)
     first, second = (draw_like(file.read_bytes(), target).astype(int) for file in (before, after))
-    assert tuple(second[56, 264]) == (0, 0xAA, 0)
+    assert tuple(second[218, 264]) == (0, 0xAA, 0)
     assert np.abs(second[124, 128] - (20, 110, 220)).max() < 24  # the blue ring's colour is all around the disc
     assert np.abs(first[124, 128] - (255, 200, 40)).max() < 8
     outside = np.ones(target.shape[:2], bool)
-    outside[30:220, 190:310] = False  # the letter
+    outside[205:230, 220:310] = False  # the bar
     outside[80:170, 80:175] = False  # the disc
     assert np.abs(first - second)[outside].mean() < 1.0
     # A slider does not bring it back.

@@ -79,7 +79,7 @@ def _locked(job: Job, count: int) -> Tensor:
     if not job.locked:
         return mask
     assert job.start is not None
-    if job.locked[-1] >= count or file_facts(job.start)["paths"] - ('id="background"' in job.start) != count:
+    if job.locked[-1] >= count or job.start.count("<path") != count:
         remedy = "fit again without locked paths"
         raise InputError("drawing", "must have only filled paths to lock some", "strokes or others", remedy)
     mask[list(job.locked)] = True

@@ -284,6 +284,7 @@ class Desk {
 
 function startDesk() {
   document.querySelector("header").after(byId("lost"), byId("sides"), byId("desk"));
+  byId("stage").append(byId("empty"));
   showSide("make");
   const desk = new Desk(window.warpvecView);
   window.desk = {
