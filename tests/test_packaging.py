@@ -61,7 +61,11 @@ def test_the_wheel_contains_every_module_unchanged(site: Path, packed: str, sour
 def test_the_wheel_contains_nothing_else(site: Path) -> None:
     assert sorted(path.name for path in site.iterdir()) == ["warpvec", f"warpvec-{warpvec.__version__}.dist-info"]
     others = {path.name for path in site.glob("warpvec/**/*") if path.is_file() and path.suffix != ".py"}
-    assert others == {"py.typed"} | {path.name for path in (ROOT / "warpvec" / "viewer" / "assets").iterdir()}
+    folders = (f"{room}/assets/*" for room in ("app", "viewer"))
+    kept = [
+        path.name for pattern in (*folders, "inkscape/extension/*.inx") for path in (ROOT / "warpvec").glob(pattern)
+    ]
+    assert others == {"py.typed", *kept}
 
 
 def test_the_wheel_states_version_licence_and_command(site: Path) -> None:
