@@ -1,21 +1,23 @@
 """Pictures of thousands of regions: the work on them is bounded, and what shows most stays."""
 
 import numpy as np
+import pytest
 
+import warpvec.flat.regions.regions as regions_module
 from warpvec.flat.drawing import SMALL_SIDE
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
-from warpvec.flat.regions.regions import Regions, find_regions
+from warpvec.flat.regions.regions import NotFlatArtError, Regions, find_regions
 from warpvec.flat.scene_building import LAYERS_MIN, scene_of
 from warpvec.flat.simplification.circles import ellipse_of
 
 
-def squares() -> Regions:
+def squares(may_refuse: bool = False) -> Regions:
     """Return the regions of a white picture with 64 squares of 4 pixels, each darker than the one before it."""
     image = np.ones((SMALL_SIDE, SMALL_SIDE, 3), np.float32)
     for k in range(64):
         y, x = 4 + 15 * (k // 8), 4 + 15 * (k % 8)
         image[y : y + 4, x : x + 4] = 0.7 - 0.01 * k
-    return find_regions(image)
+    return find_regions(image, may_refuse=may_refuse)
 
 
 def test_the_regions_that_show_most_stay() -> None:
@@ -38,6 +40,24 @@ def test_tracing_ends_once_the_time_is_over() -> None:
     regions = squares()
     assert len(scene_of(regions)) == 64
     assert len(scene_of(regions, is_over=lambda: True)) == LAYERS_MIN
+
+
+def test_a_picture_without_pure_areas_or_with_too_many_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    noise = np.random.default_rng(1).random((64, 64, 3), np.float32)
+    with pytest.raises(NotFlatArtError, match="no areas of one colour"):
+        find_regions(noise, may_refuse=True)
+    assert len(find_regions(noise)) > 0
+    monkeypatch.setattr(regions_module, "SEEDS_MAX", 60)
+    with pytest.raises(NotFlatArtError, match="65 separate areas"):
+        squares(may_refuse=True)
+
+
+def test_late_regions_lack_thin_parts() -> None:
+    image = np.ones((64, 64, 3), np.float32)
+    image[10:50, 30] = 0.0
+    late = find_regions(image, is_over=lambda: True)
+    assert len(find_regions(image)) == 2
+    assert len(late) == 1 and not late.label.any()
 
 
 def test_an_outline_that_shows_at_one_point_is_no_ellipse() -> None:

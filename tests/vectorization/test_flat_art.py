@@ -16,6 +16,7 @@ from warpvec.config.presets import make_config
 from warpvec.errors import InputError
 from warpvec.fit.progress import Progress
 from warpvec.flat.layering import color_name
+from warpvec.flat.regions import regions
 from warpvec.vectorization import api
 
 SIDE = 64
@@ -128,6 +129,14 @@ def test_a_picture_that_flat_art_cannot_show_is_a_photo(monkeypatch: pytest.Monk
     result = warpvec.vectorize(badge(), iterations=20)
     assert result.config.mode == "photo"
     assert "as flat art it has only" in result.metrics["mode_reason"]
+
+
+def test_a_picture_of_too_many_areas_becomes_a_photo_before_it_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(regions, "SEEDS_MAX", 1)
+    result = warpvec.vectorize(badge(), iterations=20)
+    assert result.config.mode == "photo"
+    assert "separate areas of one colour" in result.metrics["mode_reason"]
+    assert draw(mode="flat").config.mode == "flat"
 
 
 def test_goals_choose_the_detail(plain: warpvec.Result) -> None:

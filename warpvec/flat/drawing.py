@@ -56,6 +56,7 @@ class FlatDrawing:
         config: settings of the run; ``time_budget`` is for all of it.
         on_progress: called after every iteration of a fit.
         is_interrupted: says whether Ctrl-C asks for the best result so far.
+        may_refuse: whether to refuse a picture that is plainly no flat art; see `NotFlatArtError`.
         left_out: what the last drawing left out, by its name: "path", "loop" and "node".
     """
 
@@ -63,6 +64,7 @@ class FlatDrawing:
     config: FitConfig
     on_progress: OnProgress | None = None
     is_interrupted: Callable[[], bool] = bool
+    may_refuse: bool = False
     left_out: dict[str, int] = field(default_factory=dict)
     _traced: Scene | None = None
     _outlined: Scene | None = None
@@ -74,17 +76,20 @@ class FlatDrawing:
         """Return the drawing with the nodes and paths that show at ``detail`` pixels, and facts about all fits so far.
 
         The regions and their first outlines are found once.
+
+        Raises:
+            NotFlatArtError: the picture is plainly no flat art, and ``may_refuse``.
         """
         scene = self._outlines()
         if not self.is_over():
-            removal = remove_paths(scene, self.image, self.config, detail)
+            removal = remove_paths(scene, self.image, self.config, detail, self.is_over)
             scene, self.left_out = removal.scene, {"path": removal.path_count, "loop": removal.loop_count}
         if len(scene) and not self.is_over():
-            simplified = simplify(scene, self.image, self._timed_config(), detail)
+            simplified = simplify(scene, self.image, self._timed_config(), detail, is_over=self.is_over)
             scene, self.left_out["node"] = simplified.scene, simplified.dropped
             scene = self._polished(scene, LAST_ITERATIONS)
             # Last, as a fit would undo exact circles and level lines.
-            scene = regularize(scene, self.image, self._timed_config(), detail)
+            scene = regularize(scene, self.image, self._timed_config(), detail, self.is_over)
         history, interrupted = list(self._history), self.is_interrupted()
         return FitResult(self._snapped(scene), history, self._iterations, self.seconds(), interrupted, "cpu")
 
@@ -100,7 +105,7 @@ class FlatDrawing:
     def _outlines(self) -> Scene:
         """Return the outlines of the regions, with more nodes than they need, fitted to the picture."""
         if self._outlined is None:
-            found = find_regions(self.image.numpy(), self.config.min_area)
+            found = find_regions(self.image.numpy(), self.config.min_area, self.is_over, self.may_refuse)
             regions = self._repainted(with_fewer_regions(found))
             tolerance = TOLERANCE if max(self.image.shape[:2]) >= SMALL_SIDE else SMALL_TOLERANCE
             traced = self._on_canvas(scene_of(regions, tolerance, is_over=self.is_over))

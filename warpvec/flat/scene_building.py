@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import pairwise
 
 import numpy as np
 import torch
@@ -12,13 +11,19 @@ from numpy.typing import NDArray
 from warpvec.flat.curves.curve_fitting import TOLERANCE, fit_loops
 from warpvec.flat.layers.outlines import outlines
 from warpvec.flat.layers.stacking import Layer, stack
+from warpvec.flat.regions.fewer_regions import with_fewer_regions
 from warpvec.flat.regions.regions import Regions
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 
+Floats = NDArray[np.float64]
+
 LAYERS_MIN = 16
 """Layers that are drawn even if the time is over: with none, nothing would be seen."""
+
+LAYERS_AT_ONCE = 32
+"""Layers whose outlines are fitted together. The memory of a thousand together is 300 MB."""
 
 
 def scene_of(
@@ -32,8 +37,10 @@ def scene_of(
         join: make one path of the shapes of one paint, as `stack` does.
         is_over: says whether the layers so far must do, the lowest first.
     """
+    if is_over():
+        regions = with_fewer_regions(regions, LAYERS_MIN + 1)  # and the canvas
     layers: list[Layer] = []
-    loops: list[list[NDArray[np.float64]]] = []
+    loops: list[list[Floats]] = []
     for layer in stack(regions, join):
         if is_over() and len(layers) >= LAYERS_MIN:
             break
@@ -41,13 +48,27 @@ def scene_of(
         if found:
             layers.append(layer)
             loops.append(found)
-    fits = fit_loops([loop for found in loops for loop in found], tolerance)
-    counts = np.cumsum([0, *(len(found) for found in loops)])
-    per_layer = [[len(fits[k][0]) for k in range(a, b)] for a, b in pairwise(counts)]
-    segments = np.concatenate([segments for segments, _ in fits]) if fits else np.zeros((0, 3, 2))
-    is_line = np.concatenate([mask for _, mask in fits]) if fits else np.zeros(0, bool)
-    structure = Structure.of_loops(per_layer, torch.from_numpy(is_line) if is_line.any() else None)
-    return _painted(regions, layers, torch.from_numpy(segments).float(), structure)
+    fits = _fitted(loops, tolerance, is_over)
+    flat = [fit for found in fits for fit in found]
+    segments = np.concatenate([segments for segments, _ in flat]) if flat else np.zeros((0, 3, 2))
+    is_line = np.concatenate([mask for _, mask in flat]) if flat else np.zeros(0, bool)
+    counts = [[len(segments) for segments, _ in found] for found in fits]
+    structure = Structure.of_loops(counts, torch.from_numpy(is_line) if is_line.any() else None)
+    return _painted(regions, layers[: len(fits)], torch.from_numpy(segments).float(), structure)
+
+
+def _fitted(
+    loops: Sequence[Sequence[Floats]], tolerance: float, is_over: Callable[[], bool]
+) -> list[list[tuple[Floats, NDArray[np.bool_]]]]:
+    """Return the curves of the ``loops`` of each layer, or of the lowest layers once ``is_over``."""
+    fits: list[list[tuple[Floats, NDArray[np.bool_]]]] = []
+    for first in range(0, len(loops), LAYERS_AT_ONCE):
+        if is_over() and len(fits) >= LAYERS_MIN:
+            break
+        some = loops[first : first + LAYERS_AT_ONCE]
+        found = iter(fit_loops([loop for each in some for loop in each], tolerance))
+        fits += [[next(found) for _ in each] for each in some]
+    return fits
 
 
 def _painted(regions: Regions, layers: Sequence[Layer], segments: torch.Tensor, structure: Structure) -> Scene:

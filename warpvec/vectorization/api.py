@@ -129,15 +129,10 @@ def fit_photo(
         choice = None if start is not None or checkpoint is not None or resume is not None else _chosen(target, config)
         config = replace(config, mode="photo" if choice is None else choice.mode)
     if config.mode != "photo":
-        from warpvec.vectorization.flat_art import fit_flat  # loads SciPy, which photos do without
-
-        result = fit_flat(
-            photo, config, title=title, goal=goal, on_progress=on_progress, file_options=file_options, choice=choice
-        )
-        if choice is None or not _is_too_far(result, goal):
-            return result
-        choice = Choice("photo", f"as flat art it has only {result.file_psnr:.1f} dB")
-        config = replace(config, mode="photo")
+        drawn = _drawn(photo, config, title, goal, on_progress, file_options, choice)
+        if isinstance(drawn, Result):
+            return drawn
+        choice, config = Choice("photo", drawn), replace(config, mode="photo")
     if config.opacity == "common" and is_transparent(target):  # soft edges need paths of their own opacity
         config = replace(config, opacity="free")
     pixels = torch.from_numpy(target)
@@ -166,6 +161,38 @@ def fit_photo(
     return Search(wanted, config, fit_once, first).run()
 
 
+def _drawn(
+    photo: NDArray[np.float32],
+    config: FitConfig,
+    title: str | None,
+    goal: Goal | None,
+    on_progress: OnProgress | None,
+    file_options: FileOptions,
+    choice: Choice | None,
+) -> Result | str:
+    """Return the drawing of flat art; if only the picture has chosen the mode, maybe why it is rather a photo."""
+    from warpvec.flat.regions.regions import NotFlatArtError  # these load SciPy, which photos do without
+    from warpvec.vectorization.flat_art import fit_flat
+
+    may_refuse = choice is not None and not (_has_paints(config) or config.cutout)
+    try:
+        result = fit_flat(
+            photo,
+            config,
+            title=title,
+            goal=goal,
+            on_progress=on_progress,
+            file_options=file_options,
+            choice=choice,
+            may_refuse=may_refuse,
+        )
+    except NotFlatArtError as error:
+        return str(error)
+    if choice is None or not _is_too_far(result, goal):
+        return result
+    return f"as flat art it has only {result.file_psnr:.1f} dB"
+
+
 FLAT_PSNR_MIN = 26.0
 """If auto takes a picture for flat art and the drawing reaches fewer dB, the picture is fitted as a photo. Drawings of
 logos have 40 to 60 dB; screenshots with small text have 27, which is still more than the fit of a photo gives them."""
@@ -174,10 +201,14 @@ logos have 40 to 60 dB; screenshots with small text have 27, which is still more
 def _is_too_far(result: Result, goal: Goal | None) -> bool:
     """Return whether a drawing of flat art is too far from its picture, although nothing has bounded it."""
     config = result.config
-    has_paints = config.colors or config.palette or config.opacity == "opaque"
     is_bounded = goal or result.interrupted or config.time_budget is not None or config.curves < FitConfig.curves
-    is_free = config.mode == "flat" and not (has_paints or is_bounded or config.cutout)
+    is_free = config.mode == "flat" and not (_has_paints(config) or is_bounded or config.cutout)
     return is_free and result.file_psnr < FLAT_PSNR_MIN
+
+
+def _has_paints(config: FitConfig) -> bool:
+    """Return whether the settings say which paints the file may have."""
+    return bool(config.colors or config.palette or config.opacity == "opaque")
 
 
 def _chosen(target: NDArray[np.float32], config: FitConfig) -> Choice:

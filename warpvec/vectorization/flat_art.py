@@ -35,6 +35,7 @@ def fit_flat(
     on_progress: OnProgress | None = None,
     file_options: FileOptions = DEFAULT_FILE_OPTIONS,
     choice: Choice | None = None,
+    may_refuse: bool = False,
 ) -> Result:
     """Draw the flat art ``photo`` [h, w, 3 or 4], as `read_image` returns it, reduced to ``config.fit_size``.
 
@@ -45,6 +46,10 @@ def fit_flat(
         on_progress: called after every iteration of the fits.
         file_options: choices about the file alone.
         choice: why the mode is that one, for the summary; None if it was asked for.
+        may_refuse: whether to refuse a picture that is plainly no flat art.
+
+    Raises:
+        NotFlatArtError: the picture is plainly no flat art, and ``may_refuse``.
     """
     target = reduce_image(photo, config.fit_size)
     size = (target.shape[0], target.shape[1])
@@ -53,6 +58,8 @@ def fit_flat(
     kind = FlatDrawing if config.mode == "flat" else MonoDrawing
     with deferred_interrupts() as is_interrupted, single_torch_thread(), torch.no_grad():
         drawing = kind(torch.from_numpy(target), reduced, on_progress, is_interrupted)
+        if isinstance(drawing, FlatDrawing):
+            drawing.may_refuse = may_refuse
 
         def draw(detail: float) -> Result:
             fitted = drawing.draw(detail)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -47,18 +49,20 @@ def pool_paints(paints: Paints, area: NDArray[np.intp], tolerances: Tolerances) 
     """Return for each of K paints the number of the paint that it is drawn with: that of the largest area alike."""
     values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity]).astype(np.float32)
     seen = values @ tolerances.metric
-    pool = _equal_ramps(paints)
-    leaders: list[int] = []
+    pool, shows = _equal_ramps(paints), paints.opacity > 0
+    leaders, count = np.empty(len(paints), np.int32), 0
+    seen_leaders = np.empty((seen.shape[1], len(paints)), np.float32)  # a row a channel: its largest is found faster
     for index in np.argsort(-area, kind="stable").tolist():
         if paints.kind[index] != FLAT:
             continue
         limit = tolerances.pool * (SMALL_POOL if area[index] < SMALL_AREA else 1)
-        distance = np.abs(seen[leaders] - seen[index]).max(-1)
-        alike = (distance <= limit) & ((paints.opacity[leaders] > 0) == (paints.opacity[index] > 0))
+        distance = np.abs(seen_leaders[:, :count] - seen[index][:, None]).max(0)
+        alike = (distance <= limit) & (shows[leaders[:count]] == shows[index])
         if alike.any():
             pool[index] = leaders[int(np.where(alike, distance, np.inf).argmin())]
         else:
-            leaders.append(index)
+            leaders[count], seen_leaders[:, count] = index, seen[index]
+            count += 1
     return pool
 
 
@@ -72,9 +76,12 @@ def _equal_ramps(paints: Paints) -> Integers:
 
 def merge_regions(
     picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
-    canvas: int | None,
+    canvas: int | None, is_over: Callable[[], bool] = bool,
 ) -> tuple[Assignment, Paints]:  # fmt: skip
-    """Return regions that are connected, no specks by ``limits``, and of other paints than their neighbours."""
+    """Return regions that are connected, no specks by ``limits``, and of other paints than their neighbours.
+
+    Once ``is_over``, only the first holds.
+    """
     area = np.bincount(assignment.label.ravel(), minlength=len(paints))
     pool = pool_paints(paints, area, tolerances)
     for part in (assignment.label, assignment.other):
@@ -82,8 +89,10 @@ def merge_regions(
     assignment.anchors[...] = np.append(pool, NONE)[assignment.anchors]
     keep_hairlines(assignment, tolerances.noise > 0)
     for only_new in (True, False):
-        _drop_redundant(picture, assignment, paints, tolerances, only_new)
-    _drop_specks(picture, assignment, paints, tolerances, limits, canvas)
+        if not is_over():
+            _drop_redundant(picture, assignment, paints, tolerances, only_new)
+    if not is_over():
+        _drop_specks(picture, assignment, paints, tolerances, limits, canvas)
     return _split(assignment, paints, tolerances.reach)
 
 

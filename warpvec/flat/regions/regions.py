@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,8 +34,16 @@ SOFT_AREA_MIN = 0.5
 ICON_SIZE = 200
 """Longer side in pixels below which a picture is small."""
 
+SEEDS_MAX = 4096
+"""Most pure areas of flat art. Sixteen drawings have 5 to 106 at 512 px, as PNG or JPEG; squares of 8 pixels in a
+picture of 1024 have 16,384, and noise has none."""
+
 BORDER_SHARE_MIN = 0.5
 """Share of the picture's border that the canvas of an opaque picture has at least."""
+
+
+class NotFlatArtError(Exception):
+    """A picture is plainly no flat art. The message says why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,29 +87,48 @@ class Regions:
         return share * self.paints.at(self.label, x, y) + (1 - share) * self.paints.at(self.other, x, y)
 
 
-def find_regions(image: Floats, min_area: float = 0.0) -> Regions:
+def find_regions(
+    image: Floats, min_area: float = 0.0, is_over: Callable[[], bool] = bool, may_refuse: bool = False
+) -> Regions:
     """Return the regions of flat art.
 
     Args:
         image: picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
         min_area: areas of fewer pixels are left out, and in any case those of fewer than two to four,
             unless they stand out.
+        is_over: says whether rougher regions must do.
+        may_refuse: whether to refuse a picture that is plainly no flat art.
+
+    Raises:
+        NotFlatArtError: the picture has no pure areas, or more than ``SEEDS_MAX``.
     """
     picture, straight = premultiplied(image), with_alpha(image)
     tolerances = measure_tolerances(picture)
     limits = _speck_limits(min_area, image.shape, tolerances)
     seeds = find_seeds(picture, straight, tolerances)
+    if may_refuse:
+        _require_flat_art(seeds)
+    if (seeds == NONE).all():
+        seeds = np.zeros_like(seeds)
     paints, seeds, seams = fit_paints(straight, seeds, tolerances)
     canvas = find_canvas(seeds, paints)
     assignment = assign(picture, seeds, paints, tolerances, canvas)
     smooth_seams(assignment, seams)
-    paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas)
-    assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas)
+    paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas, is_over)
+    assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, is_over)
     canvas = find_canvas(assignment.label, paints)
     return Regions(
         assignment.label, assignment.other, assignment.share, paints.color, paints.opacity, paints.kind,
         paints.geometry, paints.end_color, canvas,
     )  # fmt: skip
+
+
+def _require_flat_art(seeds: Integers) -> None:
+    count = int(seeds.max()) + 1
+    if count == 0:
+        raise NotFlatArtError("it has no areas of one colour")
+    if count > SEEDS_MAX:
+        raise NotFlatArtError(f"it has {count:,} separate areas of one colour")
 
 
 def _speck_limits(min_area: float, shape: tuple[int, ...], tolerances: Tolerances) -> SpeckLimits:

@@ -26,7 +26,7 @@ RAMP_ERROR = 2.5 / 255
 
 
 def find_seeds(picture: Floats, image: Floats, tolerances: Tolerances) -> Integers:
-    """Return the areas of pure pixels [h, w]; one area of all pixels if there are none.
+    """Return the areas of pure pixels [h, w], ``NONE`` elsewhere. Noise has none.
 
     Args:
         picture: premultiplied RGBA [h, w, 4].
@@ -43,8 +43,7 @@ def find_seeds(picture: Floats, image: Floats, tolerances: Tolerances) -> Intege
         seeds = _without_edges(image, flat, steep, tolerances)
     if (picture[..., 3] == 0).any():
         seeds[_is_tip(seeds, picture[..., 3])] = NONE
-    seeds = without_small(seeds, 1)
-    return seeds if (seeds != NONE).any() else np.zeros_like(seeds)
+    return without_small(seeds, 1)
 
 
 def _without_edges(image: Floats, flat: Integers, steep: Integers, tolerances: Tolerances) -> Integers:

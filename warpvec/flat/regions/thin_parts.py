@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,14 +75,16 @@ class _Shares:
 
 def add_thin_parts(
     picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
-    canvas: int | None,
+    canvas: int | None, is_over: Callable[[], bool] = bool,
 ) -> Paints:  # fmt: skip
-    """Add regions for what ``assignment`` does not explain, and return all paints."""
+    """Add regions for what ``assignment`` does not explain, until ``is_over``, and return all paints."""
     given_up = np.zeros(assignment.label.shape, bool)
     for _ in range(ROUNDS_MAX):
         areas = connected_areas((assignment.residual > tolerances.mix) & ~given_up, diagonal=True)
         new = np.zeros(areas.shape, bool)
         for pixels in pixels_of(areas):
+            if is_over():
+                return paints
             rows, columns = np.divmod(pixels, areas.shape[1])
             found = _explain(rows, columns, picture, assignment, paints, tolerances, limits)
             if found is None:

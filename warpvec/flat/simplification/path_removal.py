@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,7 +36,9 @@ class Removal:
     loop_count: int
 
 
-def remove_paths(scene: Scene, image: Tensor, config: FitConfig, detail: float = DETAIL) -> Removal:
+def remove_paths(
+    scene: Scene, image: Tensor, config: FitConfig, detail: float = DETAIL, is_over: Callable[[], bool] = bool
+) -> Removal:
     """Remove the paths and loops that raise the squared error by no more than a move of their outline by ``detail``.
 
     Args:
@@ -43,14 +46,17 @@ def remove_paths(scene: Scene, image: Tensor, config: FitConfig, detail: float =
         image: the target [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
         config: settings of the fit.
         detail: root mean square in pixels by which an outline may move.
+        is_over: says whether what is removed so far must do.
     """
     target, count = Target(image, config, "cpu"), len(scene)
     for _ in range(ROUNDS):
         keep = _needed(scene, target, _samples(scene, image, config), detail)
-        if keep.all():
-            break
         scene = scene.select(torch.from_numpy(keep))
+        if keep.all() or is_over():
+            break
     path_count = count - len(scene)
+    if is_over():
+        return Removal(scene, path_count, 0)
     scene, loop_count = _without_loops(scene, target, _samples(scene, image, config), detail)
     return Removal(scene, path_count, loop_count)
 

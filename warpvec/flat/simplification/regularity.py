@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +29,9 @@ AXIS_DEGREES, AXIS_MOVE = 3.0, 0.3
 pixels by that."""
 
 
-def regularize(scene: Scene, image: Tensor, config: FitConfig, detail: float = DETAIL) -> Scene:
+def regularize(
+    scene: Scene, image: Tensor, config: FitConfig, detail: float = DETAIL, is_over: Callable[[], bool] = bool
+) -> Scene:
     """Return ``scene`` with regular forms where the exact error hardly rises.
 
     Circles and ellipses become four arcs. Lines become level, upright, parallel and aligned, and their corners right.
@@ -41,11 +44,16 @@ def regularize(scene: Scene, image: Tensor, config: FitConfig, detail: float = D
         image: the target [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
         config: settings of the fit.
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
+        is_over: says whether the forms that are regular so far must do.
     """
+    if is_over():
+        return scene
     judge = Judge.of(image, config, REGULAR_SHARE * detail)
     samples = judge.samples(scene)
     scene = accepted_loops(scene, _ellipses(scene, samples), judge, samples)
     for change in (_with_regular_lines, _with_rounded_corners, _with_level_tangents):
+        if is_over():
+            break
         samples = judge.samples(scene)
         scene = accepted_nodes(scene, change(scene, samples), judge, samples)
     return scene

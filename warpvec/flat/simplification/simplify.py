@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,7 +70,12 @@ class Simplified:
 
 
 def simplify(
-    scene: Scene, image: Tensor, config: FitConfig, detail: float = DETAIL, iterations: int = ITERATIONS
+    scene: Scene,
+    image: Tensor,
+    config: FitConfig,
+    detail: float = DETAIL,
+    iterations: int = ITERATIONS,
+    is_over: Callable[[], bool] = bool,
 ) -> Simplified:
     """Return ``scene`` with fewer nodes and more lines, fitted to ``image`` [h, w, 3 or 4] again.
 
@@ -83,6 +89,7 @@ def simplify(
         config: settings of the fit.
         detail: root mean square in pixels by which an outline may move.
         iterations: of the fit of each round; 0 chooses nodes by their distances alone.
+        is_over: says whether the nodes that are dropped so far must do.
     """
     if not len(scene):
         return Simplified(scene, 0, 0)
@@ -95,6 +102,8 @@ def simplify(
             break
         state, back_count = changed
         put_back += back_count
+        if is_over():
+            break
     return Simplified(state.scene, count - len(state.scene.segments), put_back)
 
 
