@@ -41,7 +41,8 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
     """
     dtype, vec3, vec4, vector = lanes.dtype, lanes.vec3, lanes.vec4, lanes.vector
     mul, fma, sub = lanes.mul, lanes.fma, lanes.sub
-    spread, get, put = lanes.spread, lanes.get, lanes.put
+    spread, get, put, load, store = lanes.spread, lanes.get, lanes.put, lanes.load, lanes.store
+    prefetch = lanes.prefetch
     reduce_tile, reduce_canvas = lanes.reduce_tile, lanes.reduce_canvas
     functions = compositing.make_functions(lanes)
     winding_index, on_canvas = functions.winding_index, functions.on_canvas
@@ -129,9 +130,9 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
 
         base = background[0]
         for v in range(tile_vectors):
-            stack[stack0 + v] = spread(base[0])
-            stack[stack0 + v + tile_size] = spread(base[1])
-            stack[stack0 + v + 2 * tile_size] = spread(base[2])
+            store(stack, stack0 + v, spread(base[0]))
+            store(stack, stack0 + v + tile_size, spread(base[1]))
+            store(stack, stack0 + v + 2 * tile_size, spread(base[2]))
         above = stack0
         for hit in range(begin, end):
             pair = hit_pair[hit]
@@ -144,6 +145,7 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
             if wp.static(with_gradients):
                 kind, geometry, e = int(paint_kind[path]), vec4(paint_geometry[path]), vec3(end_color[path])
                 slope = slopes(kind, geometry)
+            prefetch(slot_winding, winding_index(pair_slot[hit_pair[wp.min(hit + 1, end - 1)]], 0))
             behind = above
             above += 3 * tile_size
             for v in range(tile_vectors):
@@ -157,11 +159,15 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
                         green = fma(ramp, spread(e[1] - c[1]), spread(c[1]))
                         blue = fma(ramp, spread(e[2] - c[2]), spread(c[2]))
                 if not is_full:
-                    alpha = mul(full_alpha, coverage(slot_winding[winding0 + v]))
-                b0, b1, b2 = stack[behind + v], stack[behind + v + tile_size], stack[behind + v + 2 * tile_size]
-                stack[above + v] = fma(alpha, sub(red, b0), b0)
-                stack[above + v + tile_size] = fma(alpha, sub(green, b1), b1)
-                stack[above + v + 2 * tile_size] = fma(alpha, sub(blue, b2), b2)
+                    alpha = mul(full_alpha, coverage(load(slot_winding, winding0 + v)))
+                b0, b1, b2 = (
+                    load(stack, behind + v),
+                    load(stack, behind + v + tile_size),
+                    load(stack, behind + v + 2 * tile_size),
+                )
+                store(stack, above + v, fma(alpha, sub(red, b0), b0))
+                store(stack, above + v + tile_size, fma(alpha, sub(green, b1), b1))
+                store(stack, above + v + 2 * tile_size, fma(alpha, sub(blue, b2), b2))
 
         if wp.static(local_array):
             transmittance = wp.zeros(shape=(tile_vectors,), dtype=vector)
@@ -177,14 +183,14 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
         reference0 = tile * 3 * tile_size + part0
         for v in range(tile_vectors):
             put(transmittance, v, spread(one))
-            r0 = tile_reference[reference0 + v]
-            r1 = tile_reference[reference0 + v + tile_size]
-            r2 = tile_reference[reference0 + v + 2 * tile_size]
+            r0 = load(tile_reference, reference0 + v)
+            r1 = load(tile_reference, reference0 + v + tile_size)
+            r2 = load(tile_reference, reference0 + v + 2 * tile_size)
             if wp.static(fused):
                 mask = on_canvas(tile, part0 + v, tile_columns, height, width_px)
-                r0 = mul(mask, sub(stack[above + v], r0))
-                r1 = mul(mask, sub(stack[above + v + tile_size], r1))
-                r2 = mul(mask, sub(stack[above + v + 2 * tile_size], r2))
+                r0 = mul(mask, sub(load(stack, above + v), r0))
+                r1 = mul(mask, sub(load(stack, above + v + tile_size), r1))
+                r2 = mul(mask, sub(load(stack, above + v + 2 * tile_size), r2))
                 squared_error = fma(r0, r0, fma(r1, r1, fma(r2, r2, squared_error)))
                 scale = spread(dtype(2.0) * error_scale)
                 r0, r1, r2 = mul(scale, r0), mul(scale, r1), mul(scale, r2)
@@ -221,15 +227,15 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
                         red = fma(ramp, spread(e[0] - c[0]), spread(c[0]))
                         green = fma(ramp, spread(e[1] - c[1]), spread(c[1]))
                         blue = fma(ramp, spread(e[2] - c[2]), spread(c[2]))
-                d0 = sub(red, stack[above + v])
-                d1 = sub(green, stack[above + v + tile_size])
-                d2 = sub(blue, stack[above + v + 2 * tile_size])
+                d0 = sub(red, load(stack, above + v))
+                d1 = sub(green, load(stack, above + v + tile_size))
+                d2 = sub(blue, load(stack, above + v + 2 * tile_size))
                 adj_alpha = mul(t, fma(a0, d0, fma(a1, d1, mul(a2, d2))))
                 covered = spread(one)
                 if not is_full:
-                    winding = slot_winding[winding0 + v]
+                    winding = load(slot_winding, winding0 + v)
                     covered = coverage(winding)
-                    slot_winding[winding0 + v] = mul(mul(adj_alpha, full_alpha), coverage_slope(winding))
+                    store(slot_winding, winding0 + v, mul(mul(adj_alpha, full_alpha), coverage_slope(winding)))
                 visible = mul(t, mul(full_alpha, covered))
                 adj_red = fma(visible, a0, adj_red)
                 adj_green = fma(visible, a1, adj_green)

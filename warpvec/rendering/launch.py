@@ -1,8 +1,8 @@
 """Launch kernels, on the CPU shared among threads, and keep buffers that grow on demand.
 
 Warp runs a CPU launch on the calling thread and releases the GIL. A launch is therefore cut into chunks of work items,
-which several Python threads take in turn; on a busy machine fewer threads do (``thread_choice.py``). The work items of a
-kernel write disjoint entries, so the result does not depend on which thread ran which item.
+which several Python threads take in turn; on a busy machine fewer threads do (``thread_choice.py``). The work items of
+a kernel write disjoint entries, so the result does not depend on which thread ran which item.
 
 Importing this module has a side effect: in every process that is then forked from this one, torch runs on one thread.
 """
