@@ -16,7 +16,8 @@ pytest.importorskip("svgelements")
 pytest.importorskip("pathops")
 pytestmark = [pytest.mark.skipif(bool(why_no_scripts()), reason=why_no_scripts()), pytest.mark.slow]
 
-SHAPES = """<rect id="frame" x="10" y="10" width="48" height="44" fill="#c33"/>
+SHAPES = """<linearGradient id="shade"><stop stop-color="#f22"/><stop offset="1" stop-color="#622"/></linearGradient>
+<rect id="frame" x="10" y="10" width="48" height="44" style="fill:url(#shade)"/>
 <path id="leaf" d="M20 20h20v20z" fill="#14a" transform="translate({shift} 0)"/>
 <circle id="dot" r="{radius}" cx="44" cy="40" style="fill:#fc2"/>"""
 """Shapes in pixels of an image of 64 x 64."""
@@ -54,6 +55,7 @@ def test_displaced_shapes_find_their_place(extension: Path, tmp_path: Path) -> N
         for text in (placed(SHAPES.format(shift=0, radius=8)), path.read_text(), refined)
     )
     assert np.square(after - wanted).mean() < 0.02 * np.square(before - wanted).mean()
+    assert re.search(r'id="frame"[^>]*fill:url\(#refined-gradient\)', refined)
     assert re.findall(r'<(\w+) id="(frame|leaf|dot)"', refined) == [("path", name) for name in ("frame", "leaf", "dot")]
 
 
