@@ -65,7 +65,7 @@ class Drawing:
         self.point_count = self._bounds[3] // 2
         self.opacity_range = self._bounds[4], self._bounds[5]
         self.is_free = torch.ones_like(self.start, dtype=torch.bool)
-        is_translucent = torch.full_like(scene.opacity, config.opacity != "opaque", dtype=torch.bool)
+        is_translucent = torch.full_like(scene.opacity, config.opacity == "free", dtype=torch.bool)
         self._of(self.is_free)[4].copy_(is_translucent & ((scene.opacity < OPAQUE) | free))
         self._of(self.is_free)[5].fill_(config.backdrop != "white" and not scene.transparent)
         self._locked = None if locked is None else self._values_of(locked)

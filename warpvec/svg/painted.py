@@ -25,14 +25,24 @@ class PaintedCounter:
 
     def __init__(self) -> None:
         self.count = self.gradient_count = self._depth = 0
+        self._view_box = ""
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
         """Take the start of the SVG element ``name``."""
         self._depth += name in _DEFINITIONS
-        is_background = name == "rect" and attributes.get("id") == _BACKGROUND_ID
-        if name in _PAINTED and not self._depth and not is_background:
+        if name == "svg" and not self._view_box:
+            self._view_box = attributes.get("viewBox", "")
+        if name in _PAINTED and not self._depth and not self._is_canvas(name, attributes):
             self.count += 1
             self.gradient_count += _has_gradient(attributes)
+
+    def _is_canvas(self, name: str, attributes: dict[str, str]) -> bool:
+        """Return whether an element is the canvas of a file of warpvec, whose short form has no names."""
+        if name != "rect" or self.count:
+            return name == "rect" and attributes.get("id") == _BACKGROUND_ID
+        is_plain = attributes.keys() == {"width", "height", "fill"}
+        covers = is_plain and self._view_box == f"0 0 {attributes['width']} {attributes['height']}"
+        return covers or attributes.get("id") == _BACKGROUND_ID
 
     def end(self, name: str) -> None:
         """Take the end of the SVG element ``name``."""

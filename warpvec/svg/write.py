@@ -163,11 +163,11 @@ def _rounded_segments(segments: Tensor, structure: Structure, precision: int) ->
     anchor = ticks[:, :1].round()
     step = 10 ** (precision - min(precision, max(precision - 1, MIN_HANDLE_DECIMALS)))
     rounded = anchor + ((ticks - anchor) / step).round() * step
-    rounded = torch.where(_at_ticks(ticks, structure)[:, None, None], ticks.round(), rounded) / 10**precision
+    rounded = torch.where(at_ticks(ticks, structure)[:, None, None], ticks.round(), rounded) / 10**precision
     return straightened(rounded, structure).to(segments.dtype)
 
 
-def _at_ticks(ticks: Tensor, structure: Structure) -> Tensor:
+def at_ticks(ticks: Tensor, structure: Structure) -> Tensor:
     """Return the segments [R] of paths with all points at whole ``ticks``, up to the rounding of float32."""
     off = (ticks - ticks.round()).abs() > TICK_ERROR + TICK_ERROR_SHARE * ticks.abs()
     if structure.is_line is not None:

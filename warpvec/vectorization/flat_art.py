@@ -23,6 +23,7 @@ from warpvec.vectorization.detail_search import DetailSearch
 from warpvec.vectorization.file_form import FileForm
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import Goal
+from warpvec.vectorization.minified_form import finer_form, flat_units
 from warpvec.vectorization.result import Result
 
 
@@ -55,6 +56,7 @@ def fit_flat(
     size = (target.shape[0], target.shape[1])
     reduced = replace(config, min_area=config.min_area * target[..., 0].size / photo[..., 0].size)
     form = FileForm((photo.shape[0], photo.shape[1]), config.precision, title)  # with smooth nodes that stay smooth
+    form = finer_form(form, flat_units(config)) if config.minify else form
     kind = FlatDrawing if config.mode == "flat" else MonoDrawing
     with deferred_interrupts() as is_interrupted, single_torch_thread(), torch.no_grad():
         drawing = kind(torch.from_numpy(target), reduced, on_progress, is_interrupted)
@@ -65,7 +67,7 @@ def fit_flat(
             fitted = drawing.draw(detail)
             scene, left_out = fitted.scene, drawing.left_out
             if config.cutout:
-                cut = _cut(scene, size, photo, config.precision)
+                cut = _cut(scene, size, form)
                 more = {"hidden path": cut.hidden_count, "sliver": cut.sliver_count}
                 scene, left_out = cut.scene, {**left_out, **more, "translucent fill": cut.blended_count}
             found = layered(scene)
@@ -81,7 +83,7 @@ def fit_flat(
         return DetailSearch(goal, draw, drawing.is_over, can_lose_paths=not config.cutout).run(config.detail)
 
 
-def _cut(scene: Scene, size: tuple[int, int], photo: NDArray[np.float32], precision: int) -> Cutout:
-    """Return ``scene`` without overlaps, with points at the last decimals of the file, whose units are ``photo``'s."""
-    ticks = [side / whole / 10**precision for side, whole in zip(size, photo.shape, strict=False)]
+def _cut(scene: Scene, size: tuple[int, int], form: FileForm) -> Cutout:
+    """Return ``scene``, of a fitted image of this ``size``, without overlaps, with points where the file has ticks."""
+    ticks = [side / whole / 10**form.precision for side, whole in zip(size, form.size, strict=True)]
     return cut_out(scene, size[1], size[0], (ticks[1], ticks[0]))

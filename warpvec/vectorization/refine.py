@@ -29,6 +29,7 @@ from warpvec.vectorization.api import fit_photo, title_of
 from warpvec.vectorization.file_form import FileForm, description_of
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import CORRECTION_RATE, Goal, is_auto, with_curves
+from warpvec.vectorization.minified_form import finer_form, flat_units
 from warpvec.vectorization.polishing import polish_photo
 from warpvec.vectorization.result import Result
 
@@ -111,7 +112,11 @@ def form_of(drawing: LoadedSvg, data: bytes, config: FitConfig, photo: NDArray[n
     size = (int(drawing.height), int(drawing.width)) if is_whole else (photo.shape[0], photo.shape[1])
     more = max(0, math.ceil(math.log10(photo.shape[1] / size[1]) - 1e-9)) if drawing.precision is None else 0
     title, metadata = description_of(data)
-    return FileForm(size, config.precision + more, title, metadata, drawing.sides, drawing.layer_names)
+    form = FileForm(size, config.precision + more, title, metadata, drawing.sides, drawing.layer_names)
+    if not config.minify:
+        return form
+    is_exact = drawing.precision is not None and not config.grid
+    return finer_form(form, 10**form.precision if is_exact else flat_units(config))
 
 
 def read_drawing(data: bytes, name: str = "svg") -> LoadedSvg:
@@ -143,6 +148,7 @@ def with_drawing_settings(given: dict[str, Any], drawing: LoadedSvg) -> dict[str
     decided: dict[str, Any] = {"recycle_gap": 0, "minify": drawing.minified}
     if given.get("minify", drawing.minified):  # the drawing has its paths already
         decided |= {name: getattr(FitConfig(), name) for name in MINIFIED}
+        decided["opacity"] = "common" if _has_common_opacity(drawing.scene) else "free"
     if drawing.scene.is_uniform:
         segments = drawing.scene.piece_count
         if given.get("segments", segments) != segments:
@@ -151,6 +157,12 @@ def with_drawing_settings(given: dict[str, Any], drawing: LoadedSvg) -> dict[str
     if drawing.precision is not None:
         decided["precision"] = drawing.precision
     return {**decided, **given}
+
+
+def _has_common_opacity(scene: Scene) -> bool:
+    """Return whether all paths are equally translucent, which a minified file states once."""
+    opacity = scene.opacity
+    return len(opacity) > 1 and bool((opacity == opacity[0]).all()) and float(opacity[0]) < 1.0
 
 
 def refine_config(config: FitConfig, given: dict[str, Any], goal: Goal, drawing: LoadedSvg) -> FitConfig:

@@ -36,7 +36,7 @@ from warpvec.svg.measure import draw, draw_like, evaluate, file_facts
 from warpvec.svg.minify import write_minified
 from warpvec.svg.print_formats import PRINT_SUFFIXES, encode_drawing
 from warpvec.svg.units import sides_of
-from warpvec.svg.write import quantize, write_svg
+from warpvec.svg.write import at_ticks, quantize, write_svg
 from warpvec.vectorization.file_form import FileForm, stated_settings
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import Goal, Trial
@@ -113,7 +113,12 @@ class Result:
         across, down = self._units
         scene = scene.scaled(across, down)
         if self.keeps_paths and not scene.is_uniform:
-            scene = round_nodes(scene, self.form.precision)
+            rounded = round_nodes(scene, self.form.precision)
+            if self.form.minified:  # its ticks are coarse: directions of rounded handles would not stay
+                stays = at_ticks(scene.segments.double() * 10**self.form.precision, scene.structure)
+                segments = torch.where(stays[:, None, None], scene.segments, rounded.segments)
+                rounded = replace(rounded, segments=segments)
+            scene = rounded
         return quantize(scene, self.form.precision).scaled(1.0 / across, 1.0 / down)
 
     @property
