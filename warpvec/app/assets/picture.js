@@ -44,7 +44,7 @@ function progressOf({ iteration, iterations }) {
   return iterations ? iteration / iterations : 0;
 }
 
-/** Returns the address of an image, at most PHOTO_SIDE long; null if this browser cannot read it. */
+/** Returns the address of an image, at most PHOTO_SIDE long, over white; null if this browser cannot read it. */
 async function reducedUrl(blob) {
   let bitmap;
   try {
@@ -52,13 +52,22 @@ async function reducedUrl(blob) {
   } catch {
     return null;
   }
-  const scale = PHOTO_SIDE / Math.max(bitmap.width, bitmap.height);
-  if (scale >= 1) return URL.createObjectURL(blob);
+  const scale = Math.min(PHOTO_SIDE / Math.max(bitmap.width, bitmap.height), 1);
   const canvas = new OffscreenCanvas(Math.round(bitmap.width * scale), Math.round(bitmap.height * scale));
-  const context = canvas.getContext("2d");
+  const context = canvas.getContext("2d", { willReadFrequently: true });
   context.imageSmoothingQuality = "high";
   context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+  if (scale === 1 && (blob.type === "image/jpeg" || isOpaque(context, canvas))) return URL.createObjectURL(blob);
+  context.globalCompositeOperation = "destination-over";
+  context.fillStyle = "#ffffff";
+  context.fillRect(0, 0, canvas.width, canvas.height);
   return URL.createObjectURL(await canvas.convertToBlob({ type: "image/png" }));
+}
+
+function isOpaque(context, { width, height }) {
+  const { data } = context.getImageData(0, 0, width, height);
+  for (let i = 3; i < data.length; i += 4) if (data[i] < 255) return false;
+  return true;
 }
 
 function emptyDrawing({ width, height }) {
