@@ -53,9 +53,15 @@ def _python() -> str:
 
 def _environment(**more: str) -> dict[str, str]:
     kept = {name: value for name, value in os.environ.items() if name in ("HOME", "LANG", "TMPDIR", "WARP_CACHE_PATH")}
-    data = subprocess.run(["inkscape", "--system-data-directory"], capture_output=True, text=True, check=True).stdout
-    extensions = str(Path(data.strip()) / "extensions")
-    return {**kept, "PATH": _SYSTEM_PATH, "PYTHONPATH": extensions, "PYTHONDONTWRITEBYTECODE": "1", **more}
+    return {**kept, "PATH": _SYSTEM_PATH, "PYTHONPATH": _extensions(), "PYTHONDONTWRITEBYTECODE": "1", **more}
+
+
+@cache
+def _extensions() -> str:
+    """Return the folder of the extensions that come with Inkscape, which has inkex."""
+    command = ["inkscape", "--system-data-directory"]
+    data = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    return str(Path(data.strip()) / "extensions")
 
 
 def start_script(folder: Path, name: str, document: Path, *arguments: str) -> subprocess.Popen[str]:
