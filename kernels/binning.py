@@ -35,9 +35,11 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     where_whole_less, whole_where_less, any_whole_less = (
         ints.where_whole_less, ints.whole_where_less, ints.any_whole_less
     )  # fmt: skip
-    mark_ranges, scatter_steps = ints.mark_ranges, ints.scatter_steps
+    mark_places, mark_ranges, scatter_steps = ints.mark_places, ints.mark_ranges, ints.scatter_steps
+    gather_x, gather_y, where_less, lane_max = ints.gather_x, ints.gather_y, lanes.where_less, lanes.lane_max
     functions = edges.make_functions(lanes)
     column_range, end_points, inverse = functions.column_range, functions.end_points, functions.inverse
+    magnitude = functions.magnitude
     width, bits = wp.constant(lanes.width), wp.constant(edges.TILE_BITS)
     half_side, per_side = wp.constant(dtype(TILE / 2)), wp.constant(dtype(1 / TILE))
     farthest = wp.constant(dtype(COORDINATE_MAX))
@@ -66,22 +68,27 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     ):
         """Find the box of tiles of each path; it is empty if the path is off the canvas or not finite."""
         path = first + wp.tid()
-        low = vec2(farthest, farthest)
-        high = vec2(-farthest, -farthest)
-        finite = bool(True)
         start = segment_first_vertex[loop_first_segment[path_first_loop[path]]]
         end = segment_first_vertex[loop_first_segment[path_first_loop[path + 1]]]
-        for v in range(start, end):
-            vertex = vertices[v]
-            low = wp.min(low, vertex)
-            high = wp.max(high, vertex)
-            finite = finite and wp.abs(vertex[0]) < farthest and wp.abs(vertex[1]) < farthest
+        most_left, most_right = spread(farthest), spread(-farthest)
+        highest, lowest = spread(farthest), spread(-farthest)
+        wild = spread(dtype(0.0))
+        for group in range((end - start + width - 1) // width):
+            vertex = whole_min(lane_numbers(start + group * width), spread_whole(end - 1))
+            x, y = gather_x(vertices, vertex), gather_y(vertices, vertex)
+            most_left, most_right = minimum(x, most_left), maximum(x, most_right)
+            highest, lowest = minimum(y, highest), maximum(y, lowest)
+            # A comparison with what is not a number is false.
+            wild = where_less(magnitude(x), spread(farthest), wild, spread(dtype(1.0)))
+            wild = where_less(magnitude(y), spread(farthest), wild, spread(dtype(1.0)))
+        low = vec2(-lane_max(sub(spread(dtype(0.0)), most_left)), -lane_max(sub(spread(dtype(0.0)), highest)))
+        high = vec2(lane_max(most_right), lane_max(lowest))
         left = tile_of(low[0], tile_columns)
         top = tile_of(low[1], tile_rows)
         right = wp.min(tile_of(high[0], tile_columns) + 1, tile_columns)
         bottom = wp.min(tile_of(high[1], tile_rows) + 1, tile_rows)
         off_canvas = high[0] <= dtype(0.0) or high[1] <= dtype(0.0) or left >= right or top >= bottom
-        if off_canvas or not finite:
+        if off_canvas or lane_max(wild) > dtype(0.0):
             right = left
             bottom = top
         path_tile_box[path] = wp.vec4i(left, top, right, bottom)
@@ -114,7 +121,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         """Mark the tiles that the edges of a path touch, and note where they change the winding of a tile row."""
         none, unit, minus = spread_whole(0), spread_whole(1), spread_whole(-1)
         left, right, row_pairs = spread_whole(box[0]), spread_whole(box[2] - 1), spread_whole(box[2] - box[0])
-        first_row, last_row = spread_whole(box[1]), spread_whole(box[3] - 1)
+        first_row, last_row, path_pair = spread_whole(box[1]), spread_whole(box[3] - 1), spread_whole(pair0)
         origin = spread_whole(pair0 - box[1] * (box[2] - box[0]) - box[0])
         for group in range((end - start + width - 1) // width):
             lane = lane_numbers(start + group * width)
@@ -129,8 +136,14 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 first_column, last_column = column_range(x0, y0, x1, y1, top, add(top, spread(side)))
                 touched = whole_max(whole_shift(first_column, spread_whole(bits)), left)
                 touched_end = whole_add(whole_min(whole_shift(last_column, spread_whole(bits)), right), row_origin)
-                touched_end = where_whole_less(row_end, row, minus, touched_end)
-                mark_ranges(pair_is_partial, whole_add(touched, row_origin), touched_end)
+                touched = whole_add(touched, row_origin)
+                is_touched = where_whole_less(row_end, row, none, where_whole_less(touched_end, touched, none, unit))
+                # Places where nothing is marked only have to be the path's own.
+                touched = where_whole_less(none, is_touched, touched, path_pair)
+                touched_end = where_whole_less(none, is_touched, touched_end, path_pair)
+                mark_places(pair_is_partial, is_touched, touched, touched_end)
+                if any_whole_less(whole_add(touched, unit), touched_end):
+                    mark_ranges(pair_is_partial, whole_add(touched, unit), whole_add(touched_end, minus))
 
                 middle = add(top, spread(half_side))
                 is_below0 = whole_where_less(middle, y0, unit, none)

@@ -85,16 +85,17 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         a1 = vec2()
         a2 = vec2()
         a3 = vec2()
+        w = vertex_weights(0, count)
         for j in range(count):
             adj = adj_edges[start + j]
             adj_start = vec2(adj[0], adj[1])
             adj_end = vec2(adj[2], adj[3])
-            w = vertex_weights(j, count)
             v = vertex_weights(j + 1, count)
             a0 += w[0] * adj_start + v[0] * adj_end
             a1 += w[1] * adj_start + v[1] * adj_end
             a2 += w[2] * adj_start + v[2] * adj_end
             a3 += w[3] * adj_start + v[3] * adj_end
+            w = vec4(v[0], v[1], v[2], v[3])
         adj_points[3 * segment] = a0
         adj_points[3 * segment + 1] = a1
         adj_points[3 * segment + 2] = a2

@@ -125,6 +125,9 @@ def _native_functions(lanes: Lanes) -> SimpleNamespace:
     )
     def scatter_add(values: wp.array(dtype=vector), j: whole, a: vector, k: whole, b: vector): ...
 
+    @wp.func_native(f"{views('', 'ajk')} {each} {{ values.data[J[i]] |= A[i]; values.data[K[i]] |= A[i]; }}")
+    def mark_places(values: wp.array(dtype=int), a: whole, j: whole, k: whole): ...
+
     @wp.func_native(f"{views('', 'jk')} {each} for (int n = J[i]; n <= K[i]; ++n) values.data[n] = 1;")
     def mark_ranges(values: wp.array(dtype=int), j: whole, k: whole): ...
 
@@ -134,7 +137,7 @@ def _native_functions(lanes: Lanes) -> SimpleNamespace:
     return _named(
         whole, lane_numbers, spread_whole, whole_fma, whole_add, whole_min, whole_max, whole_shift, whole_and,
         where_whole_less, whole_where_less, where_index_less, any_less, any_whole_less, floor_whole, real_of,
-        gather_whole, gather_box, gather_x, gather_y, gather_value, scatter_vec4, scatter_add, mark_ranges,
+        gather_whole, gather_box, gather_x, gather_y, gather_value, scatter_vec4, scatter_add, mark_places, mark_ranges,
         scatter_steps,
     )  # fmt: skip
 
@@ -232,6 +235,11 @@ def _scalar_functions(lanes: Lanes) -> SimpleNamespace:
         values[k] = values[k] + b
 
     @wp.func
+    def mark_places(values: wp.array(dtype=int), a: int, j: int, k: int):
+        values[j] = values[j] | a
+        values[k] = values[k] | a
+
+    @wp.func
     def mark_ranges(values: wp.array(dtype=int), j: int, k: int):
         for n in range(j, k + 1):
             values[n] = 1
@@ -244,7 +252,7 @@ def _scalar_functions(lanes: Lanes) -> SimpleNamespace:
     return _named(
         wp.int32, lane_numbers, spread_whole, whole_fma, whole_add, whole_min, whole_max, whole_shift, whole_and,
         where_whole_less, whole_where_less, where_index_less, any_less, any_whole_less, floor_whole, real_of,
-        gather_whole, gather_box, gather_x, gather_y, gather_value, scatter_vec4, scatter_add, mark_ranges,
+        gather_whole, gather_box, gather_x, gather_y, gather_value, scatter_vec4, scatter_add, mark_places, mark_ranges,
         scatter_steps,
     )  # fmt: skip
 

@@ -52,6 +52,7 @@ class Binning:
     def __init__(self, launch: Launcher, lanes: Lanes, grid: TileGrid) -> None:
         self._launch, self._grid = launch, grid
         self._kernels, self._capacity = kernels.make_kernels(lanes), capacity_kernels.make_kernels(lanes)
+        self._needs_strips = lanes.width == 1  # on vector lanes a work item of the later stages is a path
         self._buffers = launch.make_buffers()
         self.tile_first_hit = self._buffers.get("tile_first_hit", grid.count + 1, wp.int32)
 
@@ -86,7 +87,8 @@ class Binning:
         self.strip_count = read_total(self.path_first_strip, path_count)
         self.pair_count = read_total(self.path_first_pair, path_count)
         self.strip_path = self._buffers.get("strip_path", self.strip_count, wp.int32)
-        self._launch(self._kernels.list_strips, path_count, [self.path_first_strip, self.strip_path])
+        if self._needs_strips:
+            self._launch(self._kernels.list_strips, path_count, [self.path_first_strip, self.strip_path])
         return self._pair_arrays()
 
     def _admit_pairs(self, strip_count: wp.array, pair_count: wp.array, path_count: int) -> dict[str, wp.array]:

@@ -24,6 +24,7 @@ class SplatBinning(Binning):
 
     def __init__(self, launch: Launcher, lanes: Lanes, grid: TileGrid, sample_count: int) -> None:
         super().__init__(launch, lanes, grid)
+        self._needs_strips = True
         self._splat_kernels = kernels.make_kernels(lanes)
         self.group_count = -(-sample_count // SPLAT_GROUP)
 
