@@ -112,6 +112,13 @@ def test_every_script_of_the_package_is_in_the_page_and_small(tmp_path: Path) ->
         assert text.count("\n") < 300, name
 
 
+def test_every_name_of_the_scripts_is_given_once(tmp_path: Path) -> None:
+    # They share a scope, in which a second function of the same name silently replaces the first.
+    names = re.findall(r"^(?:async )?(?:function\*?|class|const|let) (\w+)", page_of(tmp_path).raw[2][1], re.M)
+    assert len(names) > 200
+    assert {name for name in names if names.count(name) > 1} == set()
+
+
 def test_figures_are_those_of_resvg_and_the_photo_is_as_read(tmp_path: Path) -> None:
     pixels, photo = photo_file()
     page = page_of(tmp_path, photo=photo, history=[{**HISTORY[0], "other": 3}])

@@ -101,7 +101,6 @@ function smoothNode(subpath, { node, x, y }) {
   const [last, next] = neighbours(subpath, node);
   if (last === null || next === null) return;
   const p = subpath.points;
-  [subpath.kinds[last], subpath.kinds[next]] = ["c", "c"];
   const ends = [[p[6 * last], p[6 * last + 1]], [p[6 * next + 6], p[6 * next + 7]]];
   const handles = [[p[6 * last + 4], p[6 * last + 5]], [p[6 * next + 2], p[6 * next + 3]]];
   const arms = handles.map((handle, i) => (distance(handle, [x, y]) > 1e-6 ? handle : ends[i]));
@@ -109,6 +108,8 @@ function smoothNode(subpath, { node, x, y }) {
   let [dx, dy] = [ahead[0] - back[0], ahead[1] - back[1]];
   if (Math.hypot(dx, dy) < 1e-3) [dx, dy] = [-ahead[1], ahead[0]];
   const size = Math.hypot(dx, dy);
+  if (!size) return; // all three nodes lie in one place
+  [subpath.kinds[last], subpath.kinds[next]] = ["c", "c"];
   const lengths = handles.map((handle, i) => distance(handle, [x, y]) || distance(ends[i], [x, y]) / 3);
   setHandle(subpath, node, "before", x - (lengths[0] * dx) / size, y - (lengths[0] * dy) / size);
   setHandle(subpath, node, "after", x + (lengths[1] * dx) / size, y + (lengths[1] * dy) / size);
