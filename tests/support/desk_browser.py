@@ -133,6 +133,19 @@ class DeskPage:
         scale, left, top = self.page.evaluate(script)
         self.page.mouse.click(left + scale * x, top + scale * y)
 
+    def color(self, x: float, y: float) -> tuple[int, ...]:
+        """Return red, green and blue that the page shows at the point x, y of the drawing."""
+        script = """async ([x, y]) => {
+            await new Promise(requestAnimationFrame);
+            await new Promise(requestAnimationFrame);
+            const [scale, left, top] = document.getElementById("surface").dataset.view.split(" ").map(Number);
+            const scratch = new OffscreenCanvas(1, 1).getContext("2d");
+            const [column, row] = [Math.floor(left + scale * x), Math.floor(top + scale * y)];
+            scratch.drawImage(document.getElementById("art"), -column, -row);
+            return [...scratch.getImageData(0, 0, 1, 1).data.slice(0, 3)];
+        }"""
+        return tuple(self.page.evaluate(script, [x, y]))
+
     def save(self, kind: str = "svg") -> Path:
         """Save with the button of a format and return the file."""
         with self.page.expect_download() as download:

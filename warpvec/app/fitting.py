@@ -15,15 +15,15 @@ from warpvec.app.erasing import erase, hole_of
 from warpvec.app.messages import Job
 from warpvec.app.settings import FitSettings
 from warpvec.config.fit_config import FitConfig
+from warpvec.config.presets import make_config
 from warpvec.fit.progress import OnProgress
 from warpvec.flat.classify import choose_mode
 from warpvec.image.read import read_image
 from warpvec.image.resize import reduce_image
 from warpvec.svg.measure import file_facts
 from warpvec.vectorization.api import fit_photo
-from warpvec.vectorization.flat_art import fit_flat
-from warpvec.vectorization.goal import CORRECTION_RATE, CURVES_MAX, Goal
-from warpvec.vectorization.refine import ITERATIONS, place_on_photo, read_drawing
+from warpvec.vectorization.goal import CORRECTION_RATE
+from warpvec.vectorization.refine import ITERATIONS, place_on_photo, read_drawing, with_drawing_settings
 from warpvec.vectorization.result import Result
 
 LATE_SHARE = 0.5
@@ -56,10 +56,12 @@ def run_job(
         settings = FitSettings(mode="photo", opaque=job.settings.opaque)
         config = replace(settings.config("photo"), threads=threads, recycle_gap=0)
         return fit_again(job, photo, mode, config, on_progress)
+    if mode == "photo":
+        return _photo(job, photo, threads, on_progress)
     config = replace(job.settings.config(mode), threads=threads)
-    if mode != "photo":
-        return fit_flat(photo, config, title=job.name, goal=_goal(job), on_progress=on_progress)
-    return _photo(job, photo, config, on_progress)
+    if job.settings.mode == "auto":  # the drawing may show that it is rather a photo
+        config = replace(config, mode="auto")
+    return fit_photo(photo, config, title=job.name, goal=job.settings.goal, on_progress=on_progress)
 
 
 def result_facts(result: Result) -> dict[str, Any]:
@@ -81,24 +83,18 @@ def result_facts(result: Result) -> dict[str, Any]:
     }
 
 
-def _photo(job: Job, photo: NDArray[np.float32], config: FitConfig, on_progress: OnProgress) -> Result:
-    """Fit a photo, from the start or from the drawing of the job."""
-    goal = _goal(job)
-    if goal:
-        config = replace(config, curves=CURVES_MAX)
-    start = None
+def _photo(job: Job, photo: NDArray[np.float32], threads: int | None, on_progress: OnProgress) -> Result:
+    """Fit a photo, from nothing or from the drawing of the job."""
+    values, goal, start = job.settings.values("photo"), job.settings.goal, None
     if job.start is not None:
         drawing = read_drawing(job.start.encode())
         start = place_on_photo(drawing, photo)
         is_late = job.done_share >= LATE_SHARE
-        if not goal:
-            left = max(ITERATIONS, round((1.0 - job.done_share) * config.iterations))
-            rate = CORRECTION_RATE if is_late else 1.0
-            config = replace(config, iterations=left, lr_scale=rate * config.lr_scale)
-        if drawing.scene.is_uniform:
-            config = replace(config, segments=drawing.scene.piece_count)
+        kept = {"minify": bool(goal)} if is_late else {"minify": bool(goal), "recycle_gap": FitConfig.recycle_gap}
+        values = with_drawing_settings({**kept, **values}, drawing)
+    config = replace(make_config(**values), threads=threads)
+    if start is not None and not goal:
+        left = max(ITERATIONS, round((1.0 - job.done_share) * config.iterations))
+        rate = CORRECTION_RATE if is_late else 1.0
+        config = replace(config, iterations=left, lr_scale=rate * config.lr_scale)
     return fit_photo(photo, config, title=job.name, goal=goal, start=start, on_progress=on_progress)
-
-
-def _goal(job: Job) -> Goal:
-    return Goal(max_bytes=job.settings.max_bytes)

@@ -10,6 +10,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.config.modes import DETAIL_MAX, MODES
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
+from warpvec.vectorization.goal import Goal, with_curves
 
 CURVES_MAX = 4096
 """Most paths of a photo that the page offers: as many as it draws smoothly while they are edited."""
@@ -74,17 +75,28 @@ class FitSettings:
         """Return the settings as plain values."""
         return asdict(self)
 
-    def config(self, mode: str) -> FitConfig:
+    @property
+    def goal(self) -> Goal:
+        """The requirement on the file; false without one."""
+        return Goal(max_bytes=self.max_bytes)
+
+    def values(self, mode: str) -> dict[str, Any]:
         """Return the settings of a run in ``mode``, "photo", "flat" or "mono", without those that it does not use."""
-        shared: dict[str, Any] = {"mode": mode}
+        values: dict[str, Any] = {"mode": mode}
         if self.opaque:
-            shared["opacity"] = "opaque"
+            values["opacity"] = "opaque"
         if mode != "mono" and self.colors:
-            shared["colors"] = self.colors
+            values["colors"] = self.colors
         if mode == "photo":
-            return make_config(**shared, curves=self.curves, gradients=self.gradients)
-        cutout = self.cutout and mode == "flat"
-        return make_config(**shared, detail=max(self.detail, DETAIL_MIN), cutout=cutout)
+            values |= {"gradients": self.gradients}
+        else:
+            values |= {"detail": max(self.detail, DETAIL_MIN), "cutout": self.cutout and mode == "flat"}
+        curves = self.curves if mode == "photo" and not self.goal else None
+        return with_curves(values, curves, self.goal)
+
+    def config(self, mode: str) -> FitConfig:
+        """Return all settings of a run in ``mode``."""
+        return make_config(**self.values(mode))
 
 
 DETAIL_MIN = 0.01

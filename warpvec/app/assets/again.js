@@ -1,12 +1,18 @@
 /* What has been taken out of a drawing since its last fit: the shapes of deleted paths are filled in by the next one. */
 
-/** Returns the paths of an SVG text in order, as {d, paint, rule}. */
+/** Returns the paths of an SVG text in order, as {d, paint, rule, box}; the box is that of the text's user units. */
 function pathsOf(text) {
   const parsed = new DOMParser().parseFromString(text, "image/svg+xml");
+  const box = boxOf(text);
   return [...parsed.querySelectorAll("path")].map((element) => {
     const paint = ["fill", "fill-opacity", "stroke"].map((name) => element.getAttribute(name) ?? "").join(" ");
-    return { d: element.getAttribute("d") ?? "", paint, rule: element.getAttribute("fill-rule") };
+    return { d: element.getAttribute("d") ?? "", paint, rule: element.getAttribute("fill-rule"), box };
   });
+}
+
+/** Returns the viewBox of an SVG text of warpvec. */
+function boxOf(text) {
+  return text.match(/viewBox="([^"]*)"/)?.[1] ?? "";
 }
 
 /** Returns the paths of `before` that `after` has lost.
@@ -35,7 +41,10 @@ function stillLost(paths, text) {
 /** Returns an SVG text of `paths` for a picture of that size; null without any. */
 function shapesText(paths, size) {
   if (!paths.length) return null;
-  const rule = (path) => (path.rule ? ` fill-rule="${path.rule}"` : "");
-  const lines = paths.map((path) => `<path${rule(path)} d="${path.d.replace(/[&<"]/g, "")}"/>`);
+  const lines = paths.map(({ d, rule, box }) => {
+    const [x, y, width, height] = box.split(/[\s,]+/).map(Number);
+    const place = `scale(${size.width / width} ${size.height / height}) translate(${-x} ${-y})`;
+    return `<path${rule ? ` fill-rule="${rule}"` : ""} transform="${place}" d="${d.replace(/[&<"]/g, "")}"/>`;
+  });
   return emptyDrawing(size).replace("/>", `>${lines.join("")}</svg>`);
 }

@@ -83,10 +83,12 @@ class Desk {
     await picture.prepare(() => this.server.previewUrl(picture.id));
     if (this.current !== picture) return;
     const { name, photo, history, figures } = picture;
-    await this.view.open({ svg: picture.text ?? emptyDrawing(picture), name, photo, history, figures });
+    const svg = picture.text ?? emptyDrawing(picture);
+    this.box = boxOf(svg);
+    await this.view.open({ svg, name, photo, history, figures });
     setControl("split", picture.newest ? 0 : 100);
     byId("png-width").value = picture.width;
-    this.shownText = picture.text;
+    this.shownText = picture.text && this.view.drawingText();
     if (picture.frame) this.view.showDrawing(picture.frame.svg);
     this.refresh();
   }
@@ -94,7 +96,9 @@ class Desk {
   /** Keeps the edited drawing of the present picture, before another is shown. */
   keepEdits() {
     const { current, view } = this;
-    if (current?.text && !view.state.live) current.text = view.drawingText();
+    if (!current?.text || view.state.live || view.drawingText() === this.shownText) return;
+    this.present(current); // notes what has been deleted
+    current.text = view.drawingText();
   }
 
   async remove(picture) {
@@ -124,13 +128,20 @@ class Desk {
   /** Returns the drawing to go on from, and the shapes that the user has deleted from it: all, and the new ones. */
   present(picture) {
     const isShown = picture === this.current && picture.newest;
-    const text = isShown ? this.view.drawingText() : picture.newest;
+    const text = isShown ? this.exactText(this.view.drawingText()) : picture.newest;
     if (!text) return {};
-    const lost = isShown && !this.view.state.live && this.shownText ? lostPaths(this.shownText, text) : [];
-    if (isShown && !this.view.state.live) this.shownText = text;
-    picture.erased = [...stillLost(picture.erased, text), ...lost];
+    const isEdited = isShown && !this.view.state.live && this.shownText && text !== picture.text;
+    const lost = isEdited ? lostPaths(this.shownText, text) : [];
+    const known = new Set(lost.map(({ d }) => d));
+    picture.erased = [...stillLost(picture.erased, text).filter(({ d }) => !known.has(d)), ...lost];
     const start = /<path/.test(text) ? text : null;
     return { start, erased: shapesText(picture.erased, picture), filled: shapesText(lost, picture) };
+  }
+
+  /** Returns the file of the last fit instead of `text`, the drawing as the page writes it, if it has not been edited. */
+  exactText(text) {
+    const { current, view } = this;
+    return current?.text && !view.state.live && text === this.shownText ? current.text : text;
   }
 
   async requestFit(picture, more) {
@@ -199,6 +210,11 @@ class Desk {
     const figures = { psnr, bytes, gzip_bytes, segments };
     Object.assign(picture, { frame: null, text: svg, history: history ?? [], figures, result: facts });
     if (picture !== this.current || !picture.photo) return;
+    if (boxOf(svg) !== this.box) {
+      // Other user units: what was measured before, and earlier edits, are in the old ones.
+      this.open(picture);
+      return;
+    }
     this.view.showDrawing(svg);
     this.view.endDrawing("Fit");
     this.view.showFigures(Object.fromEntries(Object.entries(figures).filter(([, value]) => value !== undefined)));
@@ -249,7 +265,8 @@ class Desk {
   async save(text, format = "svg") {
     await this.attempt(async () => {
       const name = this.current?.name ?? "drawing";
-      this.view.say(await this.saver.save(text, name, format, byId("png-width").valueAsNumber || 1024));
+      const written = this.exactText(text);
+      this.view.say(await this.saver.save(written, name, format, byId("png-width").valueAsNumber || 1024));
       this.view.markSaved();
     });
   }

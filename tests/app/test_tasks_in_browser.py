@@ -1,0 +1,142 @@
+"""What users come for, once with the mouse and once with keys alone: a cut-out logo, a photo of few bytes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
+from desk_browser import DeskPage, desk_fixture, desk_server_fixture  # noqa: F401  (fixtures)
+from logo import logo
+from PIL import Image
+
+from warpvec.image.metrics import psnr
+from warpvec.image.read import read_image
+from warpvec.svg.measure import draw_like
+
+pytestmark = NEEDS_BROWSER
+
+
+def choose(desk: DeskPage, source: Path, way: str) -> None:
+    """Choose a picture file with the button."""
+    with desk.page.expect_file_chooser() as chooser:
+        if way == "mouse":
+            desk.page.locator("#choose").click()
+        else:
+            focus(desk, "choose")
+            desk.page.keyboard.press("Enter")
+    chooser.value.set_files(source)
+
+
+def focus(desk: DeskPage, identifier: str) -> None:
+    """Press Tab until a control has the focus."""
+    for _ in range(150):
+        desk.page.keyboard.press("Tab")
+        if desk.page.evaluate("() => document.activeElement.id || document.activeElement.dataset.format") == identifier:
+            return
+    raise AssertionError(f"{identifier} cannot be reached")
+
+
+def save(desk: DeskPage, way: str) -> Path:
+    """Save the SVG."""
+    if way == "mouse":
+        return desk.save()
+    with desk.page.expect_download() as download:
+        desk.page.keyboard.press("Control+s")
+    path = desk.folder / download.value.suggested_filename
+    download.value.save_as(path)
+    return path
+
+
+def write_scene(path: Path, person: bool) -> Path:
+    """Write a photo of a wall with or without a figure in front of it."""
+    y, x = np.mgrid[0:120, 0:160] / 160.0
+    rng = np.random.default_rng(1)
+    image = np.stack([0.5 + 0.3 * x, 0.6 - 0.2 * y, 0.4 + 0.2 * x * y], -1)
+    if person:
+        image[(x - 0.5) ** 2 / 0.008 + (y - 0.4) ** 2 / 0.04 < 1] = (0.1, 0.05, 0.3)
+    noisy = image + rng.normal(0, 0.02, image.shape)
+    Image.fromarray((255 * noisy.clip(0, 1)).astype(np.uint8)).save(path)
+    return path
+
+
+@pytest.mark.parametrize("way", ["mouse", "keys"])
+def test_a_logo_becomes_a_file_for_a_cutter(desk: DeskPage, tmp_path: Path, way: str) -> None:
+    source = tmp_path / "logo.png"
+    Image.fromarray(logo(1)).save(source)
+    choose(desk, source, way)
+    desk.wait_for_status("done")
+    if way == "mouse":
+        desk.page.locator("#cutout").check()
+    else:
+        focus(desk, "cutout")
+        desk.page.keyboard.press("Space")
+    desk.wait_for_status("Drawing")
+    desk.wait_for_status("done")
+    saved = save(desk, way)
+    assert '"cutout":true' in saved.read_text().replace(" ", "")
+    target = read_image(source)
+    assert psnr(draw_like(saved.read_bytes(), target), target) > 28
+
+
+@pytest.mark.parametrize("way", ["mouse", "keys"])
+def test_a_photo_becomes_a_file_of_few_bytes(desk: DeskPage, tmp_path: Path, way: str) -> None:
+    source = write_scene(tmp_path / "photo.png", person=True)
+    if way == "mouse":
+        desk.page.locator("#modes label").nth(1).click()
+        desk.slide("size", 3)  # 5 KB
+    else:
+        desk.page.keyboard.press("Tab")
+        focus(desk, "size")
+        for _ in range(3):
+            desk.page.keyboard.press("ArrowRight")
+    assert desk.page.inner_text("#size-text") == "5 KB"
+    choose(desk, source, way)
+    desk.wait_for_status("done")
+    saved = save(desk, way)
+    assert 0.7 * 5000 < saved.stat().st_size <= 5000
+    target = read_image(source)
+    stated = float(desk.page.locator("#fit-figures tr", has_text="PSNR").inner_text().split()[1])
+    assert abs(psnr(draw_like(saved.read_bytes(), target), target) - stated) < 0.01
+    # Less: it goes on from there, and the page compares in the right units.
+    desk.slide("size", 2)
+    desk.wait_for_status("Drawing")
+    desk.wait_for_status("done")
+    assert save(desk, way).stat().st_size <= 3000
+    desk.page.wait_for_function("() => /^[\\d.]+ dB$/.test(document.getElementById('shown-psnr').textContent)")
+    shown = float(desk.page.inner_text("#shown-psnr").split()[0])
+    stated = float(desk.page.locator("#fit-figures tr", has_text="PSNR").inner_text().split()[1])
+    assert abs(shown - stated) < 1.0
+
+
+@pytest.mark.parametrize("way", ["mouse", "keys"])
+def test_a_person_is_removed_and_the_wall_goes_on(desk: DeskPage, tmp_path: Path, way: str) -> None:
+    source = write_scene(tmp_path / "photo.png", person=True)
+    wall = read_image(write_scene(tmp_path / "wall.png", person=False))
+    desk.page.locator("#modes label").nth(1).click()
+    desk.slide("detail", 4)
+    desk.drop(source)
+    desk.wait_for_status("done")
+    before = draw_like(desk.save().read_bytes(), wall)
+    page, count = desk.page, desk.paths()
+    page.locator("#sides label").nth(1).click()
+    # The paths that are dark in the middle are the person.
+    for _ in range(count):
+        if desk.color(80, 64)[0] > 90:
+            break
+        desk.click(80, 64)
+        page.keyboard.press("Delete")
+    deleted = count - desk.paths()
+    assert deleted > 0
+    if way == "mouse":
+        page.locator("#fit-again").click()
+    else:
+        focus(desk, "fit-again")
+        page.keyboard.press("Enter")
+    page.locator("#sides label").nth(0).click()
+    desk.wait_for_status("done")
+    assert desk.paths() >= count - deleted
+    after = draw_like(save(desk, way).read_bytes(), wall)
+    assert psnr(after, wall) > psnr(before, wall) + 5
+    assert psnr(after, wall) > 24
