@@ -86,8 +86,9 @@ class Editor {
     const moving = app.drawing.layers.flatMap(({ items }) => items.filter((item) => chosen.has(item)));
     const layers = this.layers;
     const highest = app.drawing.layers.findLastIndex((layer) => layers.includes(layer));
-    const key = freeKey(app.drawing.layers);
-    const made = { ...newLayer(null, key), id: freeId(app.drawing.layers), items: moving };
+    const number = freeNumber(app.drawing.layers);
+    const names = { id: `level-${number}`, name: `Level ${number}` };
+    const made = { ...newLayer(null, freeKey(app.drawing.layers)), ...names, items: moving };
     app.history.record("New level", moving, layers, () => {
       for (const layer of layers) layer.items = layer.items.filter((item) => !chosen.has(item));
       for (const item of moving) item.layer = made;
@@ -154,11 +155,12 @@ function freeKey(layers) {
   return Math.max(...layers.map(({ key }) => key)) + 1;
 }
 
-function freeId(layers) {
-  const taken = new Set(layers.map(({ id, key }) => id || `level-${key + 1}`));
+/** Returns a number that neither the id nor the name of a level has. */
+function freeNumber(layers) {
+  const taken = new Set(layers.flatMap(({ id, key, name }) => [id || `level-${key + 1}`, name]));
   let number = layers.length + 1;
-  while (taken.has(`level-${number}`)) number++;
-  return `level-${number}`;
+  while (taken.has(`level-${number}`) || taken.has(`Level ${number}`)) number++;
+  return number;
 }
 
 function transformed(item, matrix) {

@@ -22,7 +22,7 @@ class Marks {
     if (app.selection.size) this.drawOutlines();
     context.setTransform(stage.ratio, 0, 0, stage.ratio, 0, 0);
     if (app.nodes.path) this.drawPoints();
-    else if (app.selection.size) this.drawBox();
+    else if (app.selection.size && app.tool !== "node") this.drawBox();
     if (stage.band) this.drawBand();
     if (stage.stroke) this.drawStroke();
     if (app.caret.isOn) this.drawCaret();

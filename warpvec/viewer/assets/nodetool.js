@@ -37,7 +37,7 @@ class NodeTool {
       const isHidden = !place || (kind !== "node" && distance(place, [node.x, node.y]) < 1e-6);
       return isHidden ? [] : [{ kind, index: node.index, x: place[0], y: place[1] }];
     };
-    const points = this.nodes.flatMap((node) => ["before", "node", "after"].flatMap((kind) => of(node, kind)));
+    const points = this.nodes.flatMap((node) => ["node", "before", "after"].flatMap((kind) => of(node, kind)));
     return [...points, ...gradientPoints(path.fill).map(([x, y], index) => ({ kind: "gradient", index, x, y }))];
   }
 

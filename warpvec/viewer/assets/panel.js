@@ -138,7 +138,10 @@ class Panel {
     if ("psnr" in figures) rows.push(["PSNR (resvg)", formatDb(figures.psnr ?? Infinity)]);
     if ("ssim" in figures) rows.push(["SSIM", figures.ssim.toFixed(4)]);
     const text = JSON.stringify(rows);
-    if (this.figuresShown !== text) fillTable(find("figures"), rows);
+    if (this.figuresShown !== text) {
+      fillTable(find("figures"), rows);
+      explainFigures(find("figures"));
+    }
     this.figuresShown = text;
     const parts = [`${app.pathCount.toLocaleString("en")} paths`];
     if ("bytes" in figures) parts.push(formatBytes(figures.bytes));

@@ -94,9 +94,11 @@ function repaint(context, { drawing, palette, matrix }, items) {
 }
 
 /** Tells pictures apart whose unchanged parts are at other places or in other colours. */
-function placeOf({ drawing, palette, width, height, matrix }) {
+function placeOf({ drawing, layers, palette, width, height, matrix }) {
   const { background, box } = drawing;
-  return [palette.name, width, height, ...matrix, ...box, background?.fill, background?.opacity].join(" ");
+  // Colours by level change with the levels.
+  const levels = palette === PLAIN ? [] : [drawing.layers.length, ...layers.map(({ key, items }) => `${key}:${items.length}`)];
+  return [palette.name, width, height, ...matrix, ...box, background?.fill, background?.opacity, ...levels].join(" ");
 }
 
 function keyOf(wanted) {

@@ -12,12 +12,28 @@ const WORDS = {
   hue: ["Hue", "The place of a colour in the rainbow, from red over green and blue to red again."],
   saturation: ["Vivid", "From grey to the most vivid colour; also called saturation."],
   near: ["Near", "Colours that differ by at most this, of 255, are replaced too, and change as much."],
+  level: ["Level", "A group of paths that are shown, hidden and saved together, as a layer: upper levels hide lower ones."],
+  segment: ["Segment", "A line or a curve between two nodes."],
+  gzip: ["Gzipped", "The size of the file as web servers send it, packed without loss."],
   generation: ["Generation", "Paths that the fit added at the same time. Early ones are large, late ones show detail."],
   residual: ["Residual", "The difference between drawing and photo: black where they are the same."],
   psnr: ["PSNR", "How like the photo the drawing is, in decibels (dB). More is better; 3 dB more halve the error."],
   ssim: ["SSIM", "How like the photo the drawing is in structure: 1 is the same."],
   convergence: ["Convergence", "How the likeness grew while the drawing was fitted."],
 };
+
+// Rows of the table of figures and their words.
+const FIGURE_WORDS = { Paths: "path", Levels: "level", gzipped: "gzip", Segments: "segment", "PSNR (resvg)": "psnr", SSIM: "ssim" };
+
+/** Explains the first cells of the rows of the table of figures. */
+function explainFigures(table) {
+  for (const { cells } of table.rows) {
+    const key = FIGURE_WORDS[cells[0].textContent];
+    if (!key) continue;
+    cells[0].title = WORDS[key][1];
+    cells[0].setAttribute("aria-describedby", `word-${key}`);
+  }
+}
 
 function connectWords() {
   for (const [key, [word, meaning]] of Object.entries(WORDS)) {
