@@ -1,6 +1,6 @@
 """Measure decibels and SSIM over the bytes of a file, beside other tracers and image formats.
 
-Rows: warpvec with `--max-bytes`; vtracer, the best of 60 settings, minified by svgo if that is given; JPEG, WebP and
+Rows: warpvec with `--max-bytes`; vtracer, the best of 40 settings, minified by svgo if that is given; JPEG, WebP and
 AVIF of Pillow at the highest quality that fits. Bytes are those of the file, or with `--gzip` those after gzip.
 
 The image formats win: a drawing of paths is for editing and for scaling, not for compression.

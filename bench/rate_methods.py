@@ -20,9 +20,13 @@ from warpvec.files import gzip_bytes
 from warpvec.image.metrics import psnr, ssim
 from warpvec.svg.measure import file_quality
 
-PRECISIONS, SPECKLES, DIFFERENCES = (3, 4, 5, 6), (4, 8, 16, 32, 64), (16, 32, 64)
-"""Settings of vtracer that decide the size of its file: bits of a channel, side of the smallest area in pixels,
-and difference of the colours of two layers. All combinations are traced once a photo."""
+MODES, SPECKLES, DIFFERENCES = ("spline", "polygon"), (8, 16, 32, 64, 128), (16, 32, 64, 96)
+"""Settings of vtracer that decide the size of its file: curves or lines, side of the smallest area in pixels, and
+difference of the colours of two layers. All combinations are traced once a photo, with whole coordinates. Fewer bits a
+channel than the six of its default, more than these layers, and its simplifying fitter have fewer decibels a byte."""
+
+TEXT_MAX = 600_000
+"""Bytes of a tracing above which it is left out: svgo would not bring it down to the sizes of the bench."""
 
 QUALITY_MAX = 100
 
@@ -98,12 +102,13 @@ def of_vtracer(image: Image.Image, svgo: str | None) -> list[Point]:
     vtracer = import_module("vtracer")
     pixels, data = np.asarray(image), image.convert("RGBA").tobytes()
     points = []
-    for precision, speckle, difference in product(PRECISIONS, SPECKLES, DIFFERENCES):
+    for mode, speckle, difference in product(MODES, SPECKLES, DIFFERENCES):
         start = time.process_time()
-        config = vtracer.Config(color_precision=precision, filter_speckle=speckle, layer_difference=difference)
+        config = vtracer.Config(mode=mode, filter_speckle=speckle, layer_difference=difference, path_precision=0)
         text = vtracer.convert_pixels(data, *image.size, config)
         seconds = time.process_time() - start
-        points.append(_point_of(_minified(text, svgo), pixels, seconds))
+        if len(text) <= TEXT_MAX:
+            points.append(_point_of(_minified(text, svgo), pixels, seconds))
     return points
 
 
@@ -116,7 +121,7 @@ def best_within(points: list[Point], size: int, *, gzip: bool) -> Point | None:
 def _minified(text: str, svgo: str | None) -> str:
     if svgo is None:
         return text
-    done = subprocess.run([svgo, "--multipass", "-i", "-", "-o", "-"], input=text, capture_output=True, text=True)
+    done = subprocess.run([svgo, "-i", "-", "-o", "-"], input=text, capture_output=True, text=True)
     return done.stdout if done.returncode == 0 and done.stdout.startswith("<svg") else text
 
 
