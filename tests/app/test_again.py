@@ -98,3 +98,24 @@ def test_a_hole_is_filled_smoothly_from_its_border() -> None:
     assert np.abs(filled - ramp).max() < 0.15
     assert (filled[~hole] == ramp[~hole]).all()
     assert erase(damaged, np.zeros_like(hole)) is damaged
+
+
+def test_another_detail_goes_on_from_the_outlines(monkeypatch: pytest.MonkeyPatch) -> None:
+    from warpvec.flat import drawing
+    from warpvec.vectorization.flat_art import Outlines
+
+    searches: list[object] = []
+    found = drawing.find_regions
+    monkeypatch.setattr(drawing, "find_regions", lambda *arguments: searches.append(0) or found(*arguments))
+    outlines = Outlines()
+
+    def drawn(kept: Outlines, detail: float, data: bytes = picture(PAPER, TRUE)) -> str:
+        job = Job(1, data, "x", FitSettings(mode="flat", detail=detail))
+        return str(result_facts(run_job(job, lambda kind, facts: None, lambda progress: None, 1, kept))["svg"])
+
+    drawn(outlines, 0.1)
+    second = drawn(outlines, 0.4)
+    assert len(searches) == 1
+    assert second == drawn(Outlines(), 0.4)
+    drawn(outlines, 0.4, picture(PAPER, square(8, 20, "#20c040")))  # another picture
+    assert len(searches) == 3

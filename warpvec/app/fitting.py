@@ -22,6 +22,7 @@ from warpvec.image.read import read_image
 from warpvec.image.resize import reduce_image
 from warpvec.svg.measure import file_facts
 from warpvec.vectorization.api import fit_photo
+from warpvec.vectorization.flat_art import Outlines
 from warpvec.vectorization.goal import CORRECTION_RATE
 from warpvec.vectorization.refine import ITERATIONS, place_on_photo, read_drawing, with_drawing_settings
 from warpvec.vectorization.result import Result
@@ -31,7 +32,11 @@ LATE_SHARE = 0.5
 
 
 def run_job(
-    job: Job, report: Callable[[str, dict[str, Any]], None], on_progress: OnProgress, threads: int | None
+    job: Job,
+    report: Callable[[str, dict[str, Any]], None],
+    on_progress: OnProgress,
+    threads: int | None,
+    outlines: Outlines | None = None,
 ) -> Result:
     """Return the drawing that ``job`` asks for.
 
@@ -40,6 +45,7 @@ def run_job(
         report: called with "mode" and facts when the kind of picture is known.
         on_progress: called after every iteration.
         threads: CPU threads; None for all cores.
+        outlines: of the picture of the last job, for one that changes its detail; it becomes that of this job.
 
     Raises:
         InputError: the picture or the drawing to go on from cannot be read, or the settings do not fit together.
@@ -61,7 +67,8 @@ def run_job(
     config = replace(job.settings.config(mode), threads=threads)
     if job.settings.mode == "auto":  # the drawing may show that it is rather a photo
         config = replace(config, mode="auto")
-    return fit_photo(photo, config, title=job.name, goal=job.settings.goal, on_progress=on_progress)
+    goal = job.settings.goal
+    return fit_photo(photo, config, title=job.name, goal=goal, on_progress=on_progress, outlines=outlines)
 
 
 def result_facts(result: Result) -> dict[str, Any]:

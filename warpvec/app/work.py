@@ -17,6 +17,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.fit import interrupt
 from warpvec.fit.progress import Progress
 from warpvec.vectorization.api import fit_photo
+from warpvec.vectorization.flat_art import Outlines
 
 
 class Worker:
@@ -30,6 +31,7 @@ class Worker:
 
     def __init__(self, mailbox: Mailbox, send: Callable[[Report], None], threads: int | None) -> None:
         self._mailbox, self._send, self._threads = mailbox, send, threads
+        self._outlines = Outlines()
         interrupt.listen_to(mailbox)
 
     def warm_up(self) -> None:
@@ -59,7 +61,7 @@ class Worker:
             writer(progress)
 
         self._mailbox.check()
-        result = run_job(job, report, on_progress, self._threads)
+        result = run_job(job, report, on_progress, self._threads, self._outlines)
         self._mailbox.check()
         return result_facts(result)
 

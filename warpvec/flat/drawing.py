@@ -93,6 +93,12 @@ class FlatDrawing:
         history, interrupted = list(self._history), self.is_interrupted()
         return FitResult(self._snapped(scene), history, self._iterations, self.seconds(), interrupted, "cpu")
 
+    def again(self, on_progress: OnProgress | None, is_interrupted: Callable[[], bool]) -> FlatDrawing:
+        """Return new work on the same picture with the outlines that this one has found."""
+        fresh = FlatDrawing(self.image, self.config, on_progress, is_interrupted)
+        fresh._traced, fresh._outlined = self._traced, self._outlined
+        return fresh
+
     def is_over(self) -> bool:
         """Return whether Ctrl-C or the time budget asks for the best result so far."""
         budget = self.config.time_budget

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
@@ -35,6 +35,9 @@ from warpvec.vectorization.goal import Goal, is_auto, with_curves
 from warpvec.vectorization.minified_form import minified_form
 from warpvec.vectorization.result import Result
 from warpvec.vectorization.search import Search
+
+if TYPE_CHECKING:
+    from warpvec.vectorization.flat_art import Outlines
 
 __all__ = ["FileOptions", "Result", "evaluate", "fit_photo", "title_of", "vectorize"]
 
@@ -106,6 +109,7 @@ def fit_photo(
     every: int = 50,
     resume: Checkpoint | None = None,
     file_options: FileOptions = DEFAULT_FILE_OPTIONS,
+    outlines: Outlines | None = None,
 ) -> Result:
     """Vectorize ``photo`` [h, w, 3 or 4], as `read_image` returns it, reduced to ``config.fit_size``.
 
@@ -119,6 +123,7 @@ def fit_photo(
             the next time. By default Python warns.
         resume: such a state, of this photo and with these settings, to continue from.
         file_options: choices about the file alone.
+        outlines: of the last picture of flat art, for a caller that fits it again with another detail.
 
     Raises:
         InputError: ``resume`` is of another photo, or as `warpvec.fit.loop.fit`.
@@ -129,7 +134,7 @@ def fit_photo(
         choice = None if start is not None or checkpoint is not None or resume is not None else _chosen(target, config)
         config = replace(config, mode="photo" if choice is None else choice.mode)
     if config.mode != "photo":
-        drawn = _drawn(photo, config, title, goal, on_progress, file_options, choice)
+        drawn = _drawn(photo, config, title, goal, on_progress, file_options, choice, outlines)
         if isinstance(drawn, Result):
             return drawn
         choice, config = Choice("photo", drawn), replace(config, mode="photo")
@@ -169,6 +174,7 @@ def _drawn(
     on_progress: OnProgress | None,
     file_options: FileOptions,
     choice: Choice | None,
+    outlines: Outlines | None,
 ) -> Result | str:
     """Return the drawing of flat art; if only the picture has chosen the mode, maybe why it is rather a photo."""
     from warpvec.flat.regions.regions import NotFlatArtError  # these load SciPy, which photos do without
@@ -185,6 +191,7 @@ def _drawn(
             file_options=file_options,
             choice=choice,
             may_refuse=may_refuse,
+            outlines=outlines,
         )
     except NotFlatArtError as error:
         return str(error)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.interrupt import deferred_interrupts
@@ -27,6 +30,32 @@ from warpvec.vectorization.minified_form import finer_form, flat_units
 from warpvec.vectorization.result import Result
 
 
+@dataclass
+class Outlines:
+    """The outlines of the last picture of flat art, to go on from when only the detail, cutout or goal is another."""
+
+    _drawing: FlatDrawing | None = None
+
+    def begin(
+        self,
+        image: Tensor,
+        config: FitConfig,
+        on_progress: OnProgress | None,
+        is_interrupted: Callable[[], bool],
+    ) -> FlatDrawing:
+        """Return the work on ``image`` with ``config``: with the known outlines if they are right for it."""
+        known = self._drawing
+        same: dict[str, Any] = {"detail": config.detail, "cutout": config.cutout, "minify": config.minify}
+        if known is not None and replace(known.config, **same) == config and torch.equal(known.image, image):
+            return known.again(on_progress, is_interrupted)
+        return FlatDrawing(image, config, on_progress, is_interrupted)
+
+    def keep(self, drawing: FlatDrawing) -> None:
+        """Keep the outlines of a whole ``drawing``; one that was interrupted may have poor ones."""
+        if not drawing.is_over():
+            self._drawing = drawing
+
+
 def fit_flat(
     photo: NDArray[np.float32],
     config: FitConfig,
@@ -37,6 +66,7 @@ def fit_flat(
     file_options: FileOptions = DEFAULT_FILE_OPTIONS,
     choice: Choice | None = None,
     may_refuse: bool = False,
+    outlines: Outlines | None = None,
 ) -> Result:
     """Draw the flat art ``photo`` [h, w, 3 or 4], as `read_image` returns it, reduced to ``config.fit_size``.
 
@@ -48,6 +78,7 @@ def fit_flat(
         file_options: choices about the file alone.
         choice: why the mode is that one, for the summary; None if it was asked for.
         may_refuse: whether to refuse a picture that is plainly no flat art.
+        outlines: of the last picture, which becomes this one; None to keep none.
 
     Raises:
         NotFlatArtError: the picture is plainly no flat art, and ``may_refuse``.
@@ -57,14 +88,17 @@ def fit_flat(
     reduced = replace(config, min_area=config.min_area * target[..., 0].size / photo[..., 0].size)
     form = FileForm((photo.shape[0], photo.shape[1]), config.precision, title)  # with smooth nodes that stay smooth
     form = finer_form(form, flat_units(config)) if config.minify else form
-    kind = FlatDrawing if config.mode == "flat" else MonoDrawing
+    kept = Outlines() if outlines is None else outlines
+    begin = kept.begin if config.mode == "flat" else MonoDrawing
     with deferred_interrupts() as is_interrupted, single_torch_thread(), torch.no_grad():
-        drawing = kind(torch.from_numpy(target), reduced, on_progress, is_interrupted)
+        drawing = begin(torch.from_numpy(target), reduced, on_progress, is_interrupted)
         if isinstance(drawing, FlatDrawing):
             drawing.may_refuse = may_refuse
 
         def draw(detail: float) -> Result:
             fitted = drawing.draw(detail)
+            if isinstance(drawing, FlatDrawing):
+                kept.keep(drawing)
             scene, left_out = fitted.scene, drawing.left_out
             if config.cutout:
                 cut = _cut(scene, size, form)
