@@ -51,6 +51,10 @@ def test_frames_that_are_not_wanted_leave_no_trace(open_page) -> None:
     assert call(viewer, "drawingText") == text
     assert viewer.page.locator("#undo").is_disabled()
     assert viewer.color(30, 30) == (0xCC, 0, 0)
+    # The brush draws in the level of the drawing that is back.
+    viewer.press("b")
+    viewer.drag((20, 120), (100, 120))
+    assert call(viewer, "drawingText").count("<path") == 5
 
 
 def test_another_document_replaces_the_first(open_page) -> None:

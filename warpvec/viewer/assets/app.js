@@ -145,11 +145,20 @@ class App {
 
   /** Updates the page after a change of the visible levels, the colours or the split. */
   refresh() {
+    this.keepLevels();
     const shown = new Set(this.shownLayers);
     this.keepSelected(({ layer }) => shown.has(layer));
     this.stage.request();
     this.panel.request();
     this.live.onChange?.();
+  }
+
+  /** Finds the levels of filter and brush again by their names, if the drawing has others now. */
+  keepLevels() {
+    const { layers } = this.drawing;
+    const again = (level) => (layers.includes(level) ? level : layers.find(({ name }) => name === level?.name));
+    this.filter = again(this.filter) ?? null;
+    this.brush.layer = again(this.brush.layer) ?? layers.at(-1);
   }
 
   keepSelected(isKept) {

@@ -41,6 +41,7 @@ class EditPanel {
     const { editor } = app;
     connectClicks({
       "select-all": () => app.selectAll(), "select-none": () => app.select([]), adding: () => app.setAdding(!app.adding),
+      "path-last": () => app.selectNext(-1), "path-next": () => app.selectNext(1),
       "same-fill": () => app.selectAlike("fill"), "same-level": () => app.selectAlike("level"), delete: () => editor.remove(),
       front: () => editor.reorder("front"), raise: () => editor.reorder("raise"), lower: () => editor.reorder("lower"),
       back: () => editor.reorder("back"), "scale-apply": () => editor.scale(find("scale").valueAsNumber / 100),

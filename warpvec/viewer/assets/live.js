@@ -40,7 +40,10 @@ class Live {
   async open(data) {
     const { app } = this;
     const { box } = readDrawing(data.svg ?? EMPTY);
+    const opening = (this.opening = {});
     const meter = data.photo ? new Meter(await loadPhoto(data.photo), box) : null;
+    // Another document was opened while the photo was loaded.
+    if (this.opening !== opening) return;
     this.before = null;
     app.open({ name: "drawing", history: [], figures: {}, ...data }, meter);
   }
@@ -99,7 +102,7 @@ class Live {
   }
 }
 
-/** Puts the content of `next` into the app's drawing; hidden levels, filter and selection are found again by place. */
+/** Puts the content of `next` into the app's drawing; hidden levels and the selection are found again by place. */
 function replaceDrawing(app, next) {
   const places = new Map(app.drawing.layers.map((layer) => [layer.name, layer]));
   const chosen = [];
@@ -111,9 +114,6 @@ function replaceDrawing(app, next) {
       if (app.selection.has(item) && layer.items[i]) chosen.push(layer.items[i]);
     });
   }
-  const sameLayer = (old) => next.layers.find(({ name }) => name === old?.name);
-  app.filter = sameLayer(app.filter) ?? null;
-  app.brush.layer = sameLayer(app.brush.layer) ?? next.layers.at(-1);
   Object.assign(app.drawing, next);
   app.selection = new Set(chosen);
 }
