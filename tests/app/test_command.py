@@ -1,0 +1,51 @@
+"""``warpvec app`` on the command line: its mistakes are named before anything starts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from commands import invoke
+
+from warpvec.cli.commands import app as command
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["no-such-folder"], "FOLDER must be an existing folder"),
+        (["--port", "70000"], "--port must be from 1024 to 65535"),
+        (["--port", "80"], "--port"),
+    ],
+)
+def test_mistakes_are_one_line(tmp_path: Path, arguments: list[str], message: str) -> None:
+    result = invoke("app", "--no-browser", *arguments)
+    assert result.exit_code == 2
+    assert message in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_the_extra_is_named_if_it_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command, "find_spec", lambda name: None)
+    result = invoke("app", "--no-browser")
+    assert result.exit_code == 2
+    assert "pip install 'warpvec[app]'" in result.stderr
+
+
+@pytest.mark.parametrize("opens", [True, False])
+def test_the_address_is_printed_and_opened(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, opens: bool) -> None:
+    from warpvec.app import server
+
+    def run_server(listener: Any, token: str, **options: Any) -> None:
+        options["on_start"](f"http://127.0.0.1:{listener.getsockname()[1]}/{token}/")
+
+    opened: list[str] = []
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr(server, "run_server", run_server)
+    monkeypatch.setattr(command.webbrowser, "open", opened.append)
+    result = invoke("app", *([] if opens else ["--no-browser"]))
+    assert result.exit_code == 0, result.stderr
+    address = result.stderr.split()[4]
+    assert address.startswith("http://127.0.0.1:")
+    assert opened == ([address] if opens else [])
