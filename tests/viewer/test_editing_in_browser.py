@@ -289,6 +289,11 @@ def test_levels_are_made_moved_and_merged(open_page) -> None:
     identifiers = re.findall(r'<g id="([^"]*)"', saved)
     assert len(set(identifiers)) == 3
     assert viewer.page.locator("#levels tbody tr").count() == 3
+    viewer.slide("level-name", 'Eyes & "lids"')
+    assert viewer.page.locator("#levels tbody tr").nth(2).inner_text().split("\t")[1] == 'Eyes & "lids"'
+    assert 'inkscape:label="Eyes &amp; &quot;lids&quot;"' in viewer.saved()
+    viewer.press_button("undo")
+    assert "Eyes" not in viewer.saved()
     viewer.press_button("level-down")
     assert groups_of(viewer.saved()) == [1, 2, 1]
     viewer.press("Control+Shift+g")

@@ -116,6 +116,15 @@ class Editor {
     }, false, app.drawing);
   }
 
+  /** Renames the level of the selected path. One that is named after its generation gets an id of its own. */
+  renameLevel(name) {
+    const { app } = this;
+    const [layer] = this.layers;
+    if (!layer || !name || name === layer.name) return;
+    const id = LAYER_ID.test(layer.id) ? `level-${freeNumber(app.drawing.layers)}` : layer.id;
+    app.history.record("Rename level", [], [layer], () => Object.assign(layer, { id, name }));
+  }
+
   /** Moves the level of the selected path up (1) or down (-1) in the order of levels. */
   moveLevel(by) {
     const { app } = this;

@@ -67,6 +67,7 @@ class EditPanel {
       const field = find(`box-${name}`);
       field.addEventListener("change", () => this.app.editor.place({ [name]: field.valueAsNumber }));
     }
+    find("level-name").addEventListener("change", () => this.app.editor.renameLevel(find("level-name").value.trim()));
     onInput("kind", (kind) => {
       this.app.editor.each("Fill", (item) => Object.assign(item, { fill: asKind(item.fill, kind, item.shape.box) }));
     });
@@ -78,6 +79,7 @@ class EditPanel {
     const [first] = app.selection;
     const { fill, opacity } = first ? { fill: first.fill ?? first.stroke.color, opacity: first.opacity } : app.brush;
     const gradient = [...app.selection].find((item) => isGradient(item.fill));
+    if (document.activeElement !== find("level-name")) find("level-name").value = first?.layer.name ?? "";
     setText("selected", this.selectionText());
     find("kind-field").hidden = !first?.fill;
     if (first?.fill) find("kind").value = isGradient(first.fill) ? first.fill.kind : "flat";

@@ -55,7 +55,7 @@ class History {
     command.time = 0;
     if (frame) Object.assign(frame.drawing, frame.state);
     for (const [item, state] of items) Object.assign(item, state);
-    for (const [layer, list] of lists) layer.items = list;
+    for (const [layer, state] of lists) Object.assign(layer, state);
     this.finish(command.touched);
     return command.label;
   }
@@ -75,7 +75,8 @@ function capture(items, layers, drawing = null) {
     states.set(item, { layer, shape, fill, opacity, stroke });
   }
   const frame = drawing && { drawing, state: { ...drawing } };
-  return { items: states, lists: new Map(layers.map((layer) => [layer, layer.items])), frame };
+  const lists = new Map(layers.map((layer) => [layer, { items: layer.items, id: layer.id, name: layer.name }]));
+  return { items: states, lists, frame };
 }
 
 function layersOf({ items }) {

@@ -40,7 +40,7 @@ class Panel {
   /** Shows the levels of the drawing, whenever their list is another one. */
   relist() {
     const { app } = this;
-    this.listed = app.drawing.layers;
+    [this.listed, this.names] = [app.drawing.layers, levelNames(app.drawing)];
     this.levels = new LevelTable(app, find("levels").tBodies[0]);
     find("level").max = this.listed.length;
     find("level").disabled = this.listed.length < 2;
@@ -105,7 +105,7 @@ class Panel {
   show() {
     this.pending = false;
     const { app } = this;
-    if (this.listed !== app.drawing.layers) this.relist();
+    if (this.listed !== app.drawing.layers || this.names !== levelNames(app.drawing)) this.relist();
     const layers = app.shownLayers;
     const count = layers.reduce((sum, { items }) => sum + items.length, 0);
     setText("shown-paths", `${count.toLocaleString("en")} ${count === 1 ? "path" : "paths"}`);
@@ -209,6 +209,10 @@ class Panel {
 // A pause in which nothing changes, after which the picture is measured, and the time of a step of it.
 const MEASURE_DELAY_MS = 150;
 const MEASURE_STEP_MS = 6;
+
+function levelNames({ layers }) {
+  return layers.map(({ name }) => name).join("\n");
+}
 
 function onInput(id, action) {
   find(id).addEventListener("input", () => action(find(id).value));
