@@ -135,11 +135,20 @@ def parse_settings(assignments: Iterable[str]) -> dict[str, Any]:
 
 
 def _parse_value(assignment: str, value: str, kind: str) -> Any:
-    parsers: dict[str, Callable[[str], Any]] = {"int": int, "float": float, "bool": _parse_bool}
+    parsers: dict[str, Callable[[str], Any]] = {
+        "int": int, "float": float, "bool": _parse_bool, "float | str": _parse_number_or_word,
+    }  # fmt: skip
     try:
         return parsers.get(kind, str)(value)
     except ValueError:
         raise click.BadParameter(f"--set must give a value of type {kind}, got {assignment!r}") from None
+
+
+def _parse_number_or_word(value: str) -> float | str:
+    try:
+        return float(value)
+    except ValueError:
+        return value
 
 
 def _parse_bool(value: str) -> bool:

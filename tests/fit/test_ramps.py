@@ -184,3 +184,17 @@ def test_an_interrupted_fit_returns_a_scene_that_can_be_drawn(stop: int) -> None
     assert result.interrupted and result.iterations == stop
     assert math.isfinite(error(target, result.scene))
     assert stop > 8 or result.scene.gradients is None
+
+
+def test_auto_gives_gradients_where_they_pay_and_nowhere_else() -> None:
+    x = torch.linspace(0.1, 0.9, WIDTH)[None, :, None].expand(HEIGHT, WIDTH, 3).contiguous()
+    config = FitConfig(curves=6, iterations=60, threads=1, gradients="auto")
+    smooth = fit(x, config).scene
+    assert smooth.gradients is not None and int((smooth.gradients.kind == LINEAR).sum()) > 0
+    plain = fit((x > 0.5).float(), config).scene
+    assert plain.gradients is None
+
+
+def test_gradients_are_a_number_or_auto() -> None:
+    with pytest.raises(InputError, match="gradients must be"):
+        FitConfig(gradients="many")

@@ -12,7 +12,7 @@ from click.core import ParameterSource
 from warpvec.cli.arguments import check_one_stdin, default_out
 from warpvec.cli.options import FLAGS, OTHER_DEFAULTS, RARE, SETTINGS, Setting
 from warpvec.cli.paths import check_distinct_files
-from warpvec.cli.value_types import ByteCount, CurveCount, Number, PaletteColors, WholeNumber
+from warpvec.cli.value_types import ByteCount, CurveCount, GradientCount, Number, PaletteColors, WholeNumber
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import PRESETS
 from warpvec.config.toml_file import read_settings
@@ -36,6 +36,7 @@ _TYPES: dict[str, tuple[Any, str]] = {"int": (WholeNumber(), "N"), "float": (Num
 
 _SPECIAL_TYPES: dict[str, Any] = {
     "curves": CurveCount(),
+    "gradients": GradientCount(),
     "palette": PaletteColors(),
     "max_bytes": ByteCount(),
     "target_psnr": Number(),

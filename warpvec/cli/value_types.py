@@ -68,6 +68,20 @@ class CurveCount(click.ParamType):
             raise InputError("curves", "must be a whole number or auto", repr(value)) from None
 
 
+class GradientCount(click.ParamType):
+    """A number of paths or their share, or "auto"."""
+
+    name = "float|auto"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value == "auto":
+            return value
+        try:
+            return float(value)
+        except ValueError:
+            raise InputError(_option(param), "must be a number or auto", repr(value)) from None
+
+
 class ByteCount(click.ParamType):
     """A size such as 50000, 80k or 1.5M."""
 

@@ -73,13 +73,16 @@ MAX_SECONDS = 1e9
 MAX_WEIGHT = 1e6
 """Largest weight of a term of the loss. The optimizer squares the gradients, which must be finite in float32."""
 
+AUTO = "auto"
+"""Value of ``gradients`` that leaves their number to the fit."""
+
 NUMBER_RANGES = {
     "growth": (1.0, MAX_GROWTH), "initial_radius": (0.0, MAX_RADIUS), "radius_decay": (0.0, 1.0),
     "prune_opacity": (0.0, 1.0), "recycle_share": (0.0, 1.0), "recycle_until": (0.0, 1.0),
     "lr_points": (0.0, MAX_RATE), "lr_color": (0.0, MAX_RATE), "lr_opacity": (0.0, MAX_RATE),
     "lr_scale": (0.0, MAX_SCALE), "lr_final": (0.0, 1.0), "opacity_weight": (0.0, MAX_WEIGHT),
     "xing_weight": (0.0, MAX_WEIGHT), "bezier_weight": (0.0, MAX_WEIGHT),
-    "min_area": (0.0, math.inf), "gradients": (0.0, MAX_CURVES),
+    "min_area": (0.0, math.inf),
 }  # fmt: skip
 """Setting -> its smallest and largest value."""
 
@@ -91,6 +94,7 @@ def check_settings(settings: dict[str, Any]) -> dict[str, Any]:
         InputError: a value has the wrong type or is out of range, or two values do not go together.
     """
     checked = {**settings, **_counts(settings), **_numbers(settings), "palette": _palette(settings["palette"])}
+    checked["gradients"] = _gradients(settings["gradients"])
     for renderer, names in RENDERER_SETTINGS.items():
         checked |= check_renderer_settings(renderer, {name: settings[name] for name in names})
     _check_choices(checked)
@@ -178,6 +182,12 @@ def _check_path_model(settings: dict[str, Any]) -> None:
     if settings["closing_line"] and settings["renderer"] != "exact":
         rule = f"must be off with the renderer {settings['renderer']}, which draws curves only"
         raise InputError("closing_line", rule, remedy="leave it out, or give the renderer exact")
+
+
+def _gradients(value: Any) -> float | str:
+    if isinstance(value, str) and value != AUTO:
+        raise InputError("gradients", "must be a number or auto", show(value), "give for example 0.2")
+    return AUTO if value == AUTO else check_number("gradients", value, 0.0, MAX_CURVES)
 
 
 def _check_gradients(settings: dict[str, Any]) -> None:
