@@ -16,7 +16,7 @@ import warp as wp
 
 from warpvec.geometry.gradients import FLAT
 from warpvec.kernels import compositing, gradients
-from warpvec.kernels.constants import EMPTY, FULL, PARTIAL
+from warpvec.kernels.constants import EMPTY, FULL, PARTIAL, TILE
 from warpvec.kernels.lanes import Lanes, stage_module
 
 TERMS = 5
@@ -121,6 +121,7 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
         start = tile_first_hit[tile]
         end = tile_first_hit[tile + 1]
         begin = tile_first_visible[tile]
+        last_hit = tile_first_hit[(height + TILE - 1) // TILE * tile_columns] - 1
         clear_hidden(start, begin, lane, hit_pair, pair_class, pair_slot, slot_winding, pair_sums)
         entry0 = start + tile - stack_first
         if stack_chunk > 0:
@@ -145,7 +146,8 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
             if wp.static(with_gradients):
                 kind, geometry, e = int(paint_kind[path]), vec4(paint_geometry[path]), vec3(end_color[path])
                 slope = slopes(kind, geometry)
-            prefetch(slot_winding, winding_index(pair_slot[hit_pair[wp.min(hit + 1, end - 1)]], 0))
+            # Windings lie anywhere in memory. These are of this tile, or of the next one.
+            prefetch(slot_winding, winding_index(pair_slot[hit_pair[wp.min(hit + 2, last_hit)]], 0))
             behind = above
             above += 3 * tile_size
             for v in range(tile_vectors):
