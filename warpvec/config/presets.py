@@ -34,7 +34,7 @@ _PAPER_MODEL: dict[str, Any] = {
 }
 
 MINIFIED: dict[str, Any] = {
-    "segments": 2,
+    "segments": 3,
     "closing_line": True,
     "opacity": "common",
     "bezier_weight": 0.02,

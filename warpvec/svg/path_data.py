@@ -66,17 +66,37 @@ def format_closed_curves(
     """Return the data of paths of one loop each, whose rows ``is_closing`` [R] are lines to the start that "z" draws.
 
     It is that of `format_path`, but found for all paths at once, which takes a tenth of the time. Only paths with
-    implied handles ("s") are written one by one.
+    implied handles ("s") are written one by one. A path without these that a line closes goes round the shorter way;
+    of equally short ones, that which comes first in the alphabet.
 
     Args:
         ticks, first, decimals: as `format_curves`.
         is_closing: rows that are lines; only the last row of a path may be one.
     """
     data = format_curves(ticks, first, decimals, is_closing)
+    if is_closing.any():
+        other = format_curves(_reversed_paths(ticks, first), first, decimals, is_closing)
+        for path in is_closing[first[1:] - 1].nonzero()[0]:
+            data[path] = min(data[path], other[path], key=lambda text: (len(text), text))
     for path in _with_implied_handles(ticks, first, is_closing):
         rows = slice(first[path], first[path + 1])
         data[path] = format_path([(ticks[rows], is_closing[rows])], decimals)
     return data
+
+
+def _reversed_paths(ticks: Ticks, first: NDArray[np.int64]) -> Ticks:
+    """Return the control points [R, 3, 2] of paths that a line closes, with their cubics in the opposite order.
+
+    Args:
+        ticks: control points; the last row of each path is the line, of which only the anchor counts.
+        first: first row of each path [N + 1]; the last entry is R.
+    """
+    start, last = 3 * first[:-1], 3 * (first[1:] - 1)
+    owner = np.repeat(np.arange(len(start)), 3 * np.diff(first))
+    place = np.arange(3 * len(ticks))
+    source = start[owner] + last[owner] - place
+    source = np.where(place > last[owner], last[owner], source)  # handles of lines
+    return ticks.reshape(-1, 2)[source].reshape(ticks.shape)
 
 
 def _with_implied_handles(ticks: Ticks, first: NDArray[np.int64], is_closing: NDArray[np.bool_]) -> list[int]:

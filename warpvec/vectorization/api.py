@@ -29,7 +29,7 @@ from warpvec.image.read import ImageSource, read_image
 from warpvec.image.resize import reduce_image
 from warpvec.rendering.launch import resolve_device
 from warpvec.svg.measure import evaluate
-from warpvec.vectorization.byte_fit import budget_of, can_fit_once, first_count, within_bytes
+from warpvec.vectorization.byte_fit import budget_of, can_fit_once, first_count, settings_for_bytes, within_bytes
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import Goal, is_auto, with_curves
 from warpvec.vectorization.minified_form import minified_form
@@ -149,7 +149,8 @@ def fit_photo(
 
     def fit_once(settings: FitConfig, scene: Scene | None) -> Result:
         reduced = replace(settings, min_area=settings.min_area * factors[0] * factors[1])
-        form = minified_form(settings, (photo.shape[0], photo.shape[1]), size) if settings.minify else None
+        photo_size = (photo.shape[0], photo.shape[1])
+        form = minified_form(settings, photo_size, size, gzip=wanted.gzip) if settings.minify else None
         blank = Result(photo, size, settings, no_fit(), title, file_options=file_options, form=form, choice=choice)
         fitted = fit(
             pixels, reduced, on_progress, start=scene, resume=state, saving=saving,
@@ -161,8 +162,9 @@ def fit_photo(
     if not wanted:
         return fit_once(config, first)
     if start is None and can_fit_once(wanted, config):
-        count = first_count(wanted, config)
-        return within_bytes(wanted, fit_once(replace(config, curves=count), None))
+        settings = settings_for_bytes(wanted, config, size[0] * size[1])
+        settings = replace(settings, curves=first_count(wanted, settings))
+        return within_bytes(wanted, fit_once(settings, None))
     return Search(wanted, config, fit_once, first).run()
 
 
