@@ -76,7 +76,7 @@ def format_closed_curves(
     data = format_curves(ticks, first, decimals, is_closing)
     if is_closing.any():
         other = format_curves(_reversed_paths(ticks, first), first, decimals, is_closing)
-        for path in is_closing[first[1:] - 1].nonzero()[0]:
+        for path in is_closing[first[1:] - 1].nonzero()[0].tolist():
             data[path] = min(data[path], other[path], key=lambda text: (len(text), text))
     for path in _with_implied_handles(ticks, first, is_closing):
         rows = slice(first[path], first[path + 1])
