@@ -41,10 +41,9 @@ HISTORY_KEYS = ("iteration", "curves", "psnr", "seconds")
 
 # In the order in which they are joined. Whatever is used while the page starts must be defined before its use.
 _SCRIPTS = (
-    "paths", "pen", "basics", "gradients", "read", "save", "raster", "changes", "picture", "planes", "measure", "history",
-    "edit", "brush", "nodes", "paints", "nodetool", "gesture", "art", "marks", "stage", "caret", "pinch", "tools", "live",
-    "palette", "again", "app", "charts", "levels", "words", "editpanel",
-    "panel", "keys", "main",
+    "paths", "pen", "basics", "gradients", "read", "save", "raster", "changes", "picture", "planes", "measure",
+    "history", "edit", "brush", "nodes", "paints", "nodetool", "gesture", "art", "marks", "stage", "caret", "pinch",
+    "tools", "live", "palette", "again", "app", "charts", "levels", "words", "editpanel", "panel", "keys", "main",
 )  # fmt: skip
 
 
