@@ -50,7 +50,7 @@ def test_options_become_settings_and_a_goal() -> None:
     given: dict[str, Any] = {"curves": None, "seed": 3, "max_bytes": 5000, "gzip": None, "target_psnr": None}
     config, goal = requested("draft", given)
     assert goal == Goal(max_bytes=5000)
-    assert config == make_config("draft", seed=3, curves=config.curves)
+    assert config == make_config("draft", seed=3, curves=config.curves, minify=True)
     assert requested("default", {"curves": 7}) == (FitConfig(curves=7), Goal())
     assert requested("default", {"curves": "auto"})[1] == Goal(auto=True)
     assert requested("default", {"curves": 7, "target_psnr": 30.0})[0].curves == 7
@@ -76,13 +76,14 @@ def test_unknown_settings_in_python_come_with_a_remedy(name: str, remedy: str) -
         (["--opaque"], {"opacity": "opaque"}, Goal()),
         (["--opacity", "opaque"], {"opacity": "opaque"}, Goal()),
         (["--colors", "16", "--min-area", "2.5"], {"colors": 16, "opacity": "opaque", "min_area": 2.5}, Goal()),
-        (["--colors", "16", "--opacity", "free"], {"colors": 16}, Goal()),
+        (["--colors", "16", "--opacity", "free"], {"colors": 16, "opacity": "free"}, Goal()),
         (["--colors", "0"], {}, Goal()),
         (["--palette", "#123,#ABCDEF"], {"palette": "#112233,#abcdef"}, Goal()),
         (["--palette", "red, Blue"], {"palette": "#ff0000,#0000ff"}, Goal()),
-        (["--max-bytes", "80k"], {"curves": 16384}, Goal(max_bytes=80_000)),
-        (["--max-bytes", "80k", "--curves", "99"], {"curves": 99}, Goal(max_bytes=80_000)),
-        (["--max-bytes", "9k", "--gzip"], {"curves": 16384}, Goal(max_bytes=9_000, gzip=True)),
+        (["--max-bytes", "80k"], {"curves": 16384, "minify": True}, Goal(max_bytes=80_000)),
+        (["--max-bytes", "80k", "--curves", "99"], {"curves": 99, "minify": True}, Goal(max_bytes=80_000)),
+        (["--max-bytes", "80k", "--no-minify"], {"curves": 16384}, Goal(max_bytes=80_000)),
+        (["--max-bytes", "9k", "--gzip"], {"curves": 16384, "minify": True}, Goal(max_bytes=9_000, gzip=True)),
         (["--target-psnr", "28", "--time-budget", "9"], {"curves": 16384, "time_budget": 9.0}, Goal(target_psnr=28.0)),
         (["--curves", "auto"], {"curves": 16384}, Goal(auto=True)),
     ],
@@ -91,7 +92,7 @@ def test_options_reach_the_fit(
     photo: Path, asked: Asked, options: list[str], config: dict[str, Any], goal: Goal
 ) -> None:
     _run(photo, *options)
-    assert asked == [(FitConfig(**config), goal)]
+    assert asked == [(make_config(**config), goal)]
 
 
 def test_svgz_counts_bytes_after_gzip(photo: Path, asked: Asked) -> None:
@@ -141,8 +142,9 @@ def test_the_command_line_overrides_the_file(photo: Path, asked: Asked) -> None:
     _run(photo, "--config", settings)
     _run(photo, "--curves", "50", "--no-flat", "--preset", "best", "--opacity", "free", "--config", settings)
     goal = Goal(max_bytes=9_000)
-    first = make_config("draft", curves=40, lr_points=0.5, flat=True, opacity="opaque")
-    assert asked == [(first, goal), (make_config("best", curves=50, lr_points=0.5), goal)]
+    first = make_config("draft", curves=40, lr_points=0.5, flat=True, opacity="opaque", minify=True)
+    second = make_config("best", curves=50, lr_points=0.5, opacity="free", minify=True)
+    assert asked == [(first, goal), (second, goal)]
 
 
 def test_colors_on_the_command_line_make_paths_opaque_whatever_the_file_says(photo: Path, asked: Asked) -> None:
@@ -194,7 +196,7 @@ def test_mistakes_in_a_file_are_reported_in_one_line(photo: Path, text: str, wor
         (["--colors", "3", "--palette", "#123"], ["--colors must be 0 with a palette"]),
         (["--palette", "#12345"], ["--palette must be colours"]),
         (["--palette", "red,crimsn"], ["--palette must be colours", "or a file of them, got 'red,crimsn'"]),
-        (["--opacity", "0.5"], ["--opacity must be one of free, opaque"]),
+        (["--opacity", "0.5"], ["--opacity must be one of free, common, opaque"]),
         (["--min-area", "-1"], ["--min-area must be"]),
         (["--opaque", "--opacity", "free"], ["--opaque must not be given with --opacity free; leave one of them out"]),
         (["--gzip"], ["--gzip must come with --max-bytes; add --max-bytes or leave --gzip out"]),

@@ -29,6 +29,7 @@ _PAPER_MODEL: dict[str, Any] = {
     "backdrop": "white",
     "renderer": "splat",
     "color_parameter": "logit",
+    "smooth_bias": 0.0,
     "opacity_weight": 0.01,
     "bezier_weight": 1.0,
 }
@@ -104,23 +105,22 @@ def make_config(preset: str = "default", **settings: Any) -> FitConfig:
         if name not in known:
             raise InputError(name, "is not a setting", remedy=_remedy(name, known))
     start = replace(FitConfig(), **PRESETS[preset].settings)
-    minified = _minified(start, settings) if settings.get("minify") is True else {}
-    config = replace(start, **{**minified, **settings, "mode": given_mode(start.to_dict(), settings)})
+    usual = {**start.to_dict(), **_minified(start, settings)}
+    config = FitConfig(**{**usual, **settings, "mode": given_mode(usual, settings)})
     if config.colors and "opacity" not in settings:
         config = replace(config, opacity="opaque")
     return config
 
 
 def _minified(start: FitConfig, given: dict[str, Any]) -> dict[str, Any]:
-    """Return those of the settings `MINIFIED` that are neither ``given`` nor decided by the preset, ``start``.
+    """Return those of the settings `MINIFIED` that the preset, ``start``, leaves open; none without ``minify``.
 
     They are for the exact renderer and paths of cubics.
     """
-    plain = FitConfig()
-    if given.get("renderer", start.renderer) != "exact" or given.get("path_model", start.path_model) != "segments":
+    plain, asked = FitConfig(), {**start.to_dict(), **given}
+    if asked["minify"] is not True or (asked["renderer"], asked["path_model"]) != (plain.renderer, plain.path_model):
         return {}
-    is_open = (name for name in MINIFIED if name not in given and getattr(start, name) == getattr(plain, name))
-    return {name: MINIFIED[name] for name in is_open}
+    return {name: value for name, value in MINIFIED.items() if getattr(start, name) == getattr(plain, name)}
 
 
 def _remedy(name: str, known: list[str]) -> str:

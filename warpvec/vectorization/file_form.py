@@ -33,17 +33,22 @@ class FileForm(NamedTuple):
     minified: bool = False
 
 
+FORM_SETTINGS = ("minify", "grid")
+"""Settings of files without metadata, which other files need not state."""
+
+
 def stated_settings(config: FitConfig) -> dict[str, Any]:
     """Return the settings that a file states.
 
-    The file of a photo is silent about flat art, and without gradients about these, which saves bytes. That of flat art
-    is small, and states what differs from the defaults.
+    The file of a photo is silent about flat art, and about gradients and closing lines without any, which saves bytes.
+    That of flat art is small, and states what differs from the defaults.
     """
     settings, plain = config.to_dict(), FitConfig().to_dict()
     if config.mode in FLAT_MODES:
         named = {name: value for name, value in settings.items() if name not in MACHINE_SETTINGS}
         return {name: value for name, value in named.items() if value != plain[name]}
-    left_out = (*MACHINE_SETTINGS, "mode", *FLAT_SETTINGS, *(() if config.gradients else ("gradients",)))
+    unused = [name for name in ("gradients", "closing_line") if not settings[name]]
+    left_out = (*MACHINE_SETTINGS, "mode", *FLAT_SETTINGS, *FORM_SETTINGS, *unused)
     return {name: value for name, value in settings.items() if name not in left_out}
 
 
