@@ -13,6 +13,7 @@ from short_fits import Photo
 
 import warpvec
 from warpvec.fit import polish
+from warpvec.geometry.gradients import FLAT, LINEAR
 from warpvec.geometry.joints import Joints
 from warpvec.image.metrics import psnr
 from warpvec.svg.measure import draw
@@ -150,3 +151,16 @@ def test_without_iterations_a_foreign_drawing_gets_no_canvas_and_no_settings() -
     assert result.metrics["start_psnr"] == math.inf  # the given file is the photo itself
     kept = warpvec.refine(photo, _moved(_wavy(64)), iterations=2, threads=1, gradients=1)
     assert kept.metrics["start_psnr"] == pytest.approx(psnr(draw(_moved(_wavy(64)), 64, 64), photo))
+
+
+def test_flat_paths_get_a_gradient_if_asked_for_and_only_where_the_picture_has_one() -> None:
+    shapes = '<path fill="{}" d="M6 6H40V58H6z"/><path fill="#e80" d="M44 6H60V58H44z"/></svg>'
+    opening = '<svg xmlns="http://www.w3.org/2000/svg" width="64" height="64">'
+    ramp = '<linearGradient id="a" gradientUnits="userSpaceOnUse" x1="6" y1="6" x2="40" y2="58">'
+    ramp += '<stop stop-color="#026"/><stop offset="1" stop-color="#9cf"/></linearGradient>'
+    photo = draw(opening + ramp + shapes.format("url(#a)"), 64, 64)
+    flat = warpvec.refine(photo, opening + shapes.format("#48a"), iterations=60, threads=1)
+    shaded = warpvec.refine(photo, opening + shapes.format("#48a"), iterations=60, threads=1, gradients=1)
+    assert flat.fitted.scene.gradients is None
+    assert shaded.fitted.scene.gradients.kind.tolist() == [LINEAR, FLAT]
+    assert shaded.metrics["psnr"] > 45 > flat.metrics["psnr"] + 15

@@ -16,6 +16,7 @@ from warpvec.image.resize import reduce_image
 from warpvec.rendering.launch import resolve_device
 from warpvec.vectorization.file_form import FileForm
 from warpvec.vectorization.file_options import FileOptions
+from warpvec.vectorization.gradient_rounds import polish_with_gradients
 from warpvec.vectorization.result import Result
 
 
@@ -52,7 +53,10 @@ def polish_photo(
         reduced = replace(reduced, opacity=torch.ones_like(reduced.opacity))
     if form is not None:
         form = form._replace(title=title, metadata=None)
-    fitted = polish(pixels, reduced, config, on_progress, iterations=iterations, free=free, locked=locked)
+    if config.gradients:
+        fitted = polish_with_gradients(pixels, reduced, config, on_progress, iterations, free, locked)
+    else:
+        fitted = polish(pixels, reduced, config, on_progress, iterations=iterations, free=free, locked=locked)
     result = Result(photo, size, config, fitted, title, file_options=file_options, form=form, keeps_paths=True)
     first = replace(result, fitted=replace(fitted, scene=reduced))
     before = first.file_psnr

@@ -280,8 +280,11 @@ def _fitted(
 
 
 def keeps_structure(config: FitConfig, start: Scene, goal: Goal) -> bool:
-    """Return whether the settings only move what ``start`` has: no other paths or paints, no palette, no levels."""
-    adds_nothing = not goal and config.curves == len(start) and config.recycle_gap == 0 and not config.gradients
+    """Return whether the settings only move what ``start`` has: no other paths, no palette, no levels.
+
+    Gradients are paints that flat paths may get.
+    """
+    adds_nothing = not goal and config.curves == len(start) and config.recycle_gap == 0
     is_plain = config.palette is None and config.colors == 0 and not config.lod and config.z_order == "creation"
     return adds_nothing and is_plain and config.renderer == "exact" and config.min_area == 0
 
