@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
@@ -11,6 +12,8 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit import polish as polishing
+from warpvec.fit.drawing import Evaluation
+from warpvec.fit.levenberg_marquardt import LevenbergMarquardt
 from warpvec.fit.polish import polish
 from warpvec.fit.progress import FitResult
 from warpvec.geometry.joints import Joints, with_lines
@@ -73,6 +76,24 @@ def test_what_folds_goes_no_farther(monkeypatch: pytest.MonkeyPatch, values: int
     assert float(free.scene.segments[:, 0, 0].max()) > 55.5
     assert float(kept.scene.segments[:, 0, 0].max()) <= 54.01
     assert _psnr(kept, picture) > _psnr(polish(picture, start, CONFIG, iterations=0), picture) + 2.0
+
+
+def test_steps_start_anew_from_the_best_while_that_pays(monkeypatch: pytest.MonkeyPatch) -> None:
+    starts: list[float] = []
+
+    class Impatient(LevenbergMarquardt):
+        def steps(self, count: int) -> Iterator[Evaluation]:
+            starts.append(self._here.loss)
+            return super().steps(min(count, 3))
+
+    monkeypatch.setattr(polishing, "LevenbergMarquardt", Impatient)
+    scene = _scene(RING)
+    result = polish(_picture(scene), _shaken(scene, 1.0), CONFIG, iterations=80)
+    assert len(starts) > 2 and starts == sorted(starts, reverse=True)
+    assert _psnr(result, _picture(scene)) > 45
+    starts.clear()
+    polish(_picture(scene), _shaken(scene, 1.0), CONFIG, iterations=40)
+    assert len(starts) == 1  # too few are left
 
 
 def test_the_bits_do_not_depend_on_the_threads() -> None:

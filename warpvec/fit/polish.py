@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 
@@ -38,6 +39,10 @@ segments along a circle has 2**14; this many take 0.1 s a look."""
 
 CROSSINGS_GUARDED_MAX = 256
 """A path that starts with more crossings is not looked at for folds: it is a scribble, where one more is not seen."""
+
+RESTART_SHARE, RESTART_ROOM = 0.99, 40
+"""Gauss-Newton steps that improve nothing any more start anew, with no memory of what had folded, if the last start has
+brought the loss below this share and so many iterations are left. Tracings of emoji_u1f988 and emoji_u1f36f gain 1.7 and 0.1 dB so."""
 
 HISTORY_GAP = 10
 """Iterations between entries of the history."""
@@ -121,11 +126,19 @@ class _Polish:
             self._take_by_gradients(iterations, is_interrupted)
 
     def _take_exactly(self, iterations: int, is_interrupted: Callable[[], bool]) -> None:
-        """Take Gauss-Newton steps, which fold nothing."""
-        drawing, config = self._drawing, self._config
-        solver = LevenbergMarquardt(drawing, drawing.start, self._folds, config.seed, config.lr_scale)
-        for found in solver.steps(iterations):
-            self._see(found, is_interrupted)
+        """Take Gauss-Newton steps, which fold nothing, and start anew from the best while that pays."""
+        drawing, config, before = self._drawing, self._config, math.inf
+        while self._best_loss < RESTART_SHARE * before:
+            before = self._best_loss
+            solver = LevenbergMarquardt(drawing, self._best_x, self._folds, config.seed, config.lr_scale)
+            for found in solver.steps(iterations - self._iteration):
+                self._see(found, is_interrupted)
+            if self._iteration + RESTART_ROOM > iterations:
+                break
+
+    @property
+    def _best_loss(self) -> float:
+        return self._start_loss if self._best is None else self._best.loss
 
     def _take_by_gradients(self, iterations: int, is_interrupted: Callable[[], bool]) -> None:
         """Take steps by gradients alone, and take back what folds."""
