@@ -29,7 +29,6 @@ _PAPER_MODEL: dict[str, Any] = {
     "backdrop": "white",
     "renderer": "splat",
     "color_parameter": "logit",
-    "smooth_bias": 0.0,
     "opacity_weight": 0.01,
     "bezier_weight": 1.0,
 }
