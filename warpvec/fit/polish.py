@@ -42,7 +42,8 @@ CROSSINGS_GUARDED_MAX = 256
 
 RESTART_SHARE, RESTART_ROOM = 0.99, 40
 """Gauss-Newton steps that improve nothing any more start anew, with no memory of what had folded, if the last start has
-brought the loss below this share and so many iterations are left. Tracings of emoji_u1f988 and emoji_u1f36f gain 1.7 and 0.1 dB so."""
+brought the loss below this share and so many iterations are left. Tracings of emoji_u1f988 and emoji_u1f36f gain 1.7
+and 0.1 dB so."""
 
 HISTORY_GAP = 10
 """Iterations between entries of the history."""
