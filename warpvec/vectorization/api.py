@@ -164,7 +164,7 @@ def fit_photo(
     if start is None and can_fit_once(wanted, config):
         settings = settings_for_bytes(wanted, config, size[0] * size[1])
         settings = replace(settings, curves=first_count(wanted, settings))
-        return within_bytes(wanted, fit_once(settings, None))
+        return within_bytes(wanted, fit_once(settings, None), config.iterations)
     return Search(wanted, config, fit_once, first).run()
 
 

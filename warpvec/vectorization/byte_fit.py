@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import MINIFIED
+from warpvec.config.rules import MAX_COUNT
 from warpvec.fit.byte_budget import ByteBudget
 from warpvec.vectorization.byte_limit import cut_to_bytes
 from warpvec.vectorization.goal import Goal, Trial, make_facts
@@ -51,7 +52,7 @@ def settings_for_bytes(goal: Goal, config: FitConfig, pixel_count: int) -> FitCo
         pixel_count: number of pixels of the fitted image.
     """
     assert goal.max_bytes is not None
-    config = replace(config, iterations=round(LONGER * config.iterations))
+    config = replace(config, iterations=min(round(LONGER * config.iterations), MAX_COUNT))
     is_rich = goal.gzip or goal.max_bytes > RICH_BYTES * pixel_count
     if config.minify and is_rich and config.segments == MINIFIED["segments"]:
         return replace(config, segments=RICH_SEGMENTS)
@@ -84,14 +85,19 @@ def budget_of(goal: Goal, config: FitConfig, blank: Result) -> ByteBudget | None
     return ByteBudget(goal.max_bytes, lambda scene: blank.count_bytes(scene, gzip=goal.gzip), config.curves)
 
 
-def within_bytes(goal: Goal, result: Result) -> Result:
+def within_bytes(goal: Goal, result: Result, iterations: int) -> Result:
     """Return the ``result`` of one fit, cut to the bytes of ``goal`` if need be, with the facts about it.
+
+    Args:
+        goal: the bytes.
+        result: what the fit found.
+        iterations: what was asked for, which the file states.
 
     Raises:
         InputError: not even one path fits into the bytes.
     """
     count = len(result.fitted.scene)
-    result = replace(result, config=replace(result.config, curves=max(count, 1)))
+    result = replace(result, config=replace(result.config, curves=max(count, 1), iterations=iterations))
     trials: list[Trial] = [result.trial(goal)]
     found, trial = cut_to_bytes(result, goal, trials, trials[0])
     return replace(found, goal_facts=make_facts(goal, trials, trial))
