@@ -1,15 +1,14 @@
 """Measure the frame rate of the page of `warpvec view` while a drawing is edited, in a headless Chromium.
 
-Each action runs as a user's hand would: a drag moves 60 times a second, a held key repeats 30 times a second. A row
-gives the time between frames, and the script and task time of the page's main thread per frame, which a busy machine
-changes less.
+A drag moves in every frame and a held key repeats in every second one, as from a mouse of 60 Hz and a keyboard of
+30 Hz; the page itself makes these events, since a driver's would be too few on a busy machine. A row gives the time
+between frames, and the script and task time of the page's main thread per frame, which a busy machine changes less.
 
     python bench/page_frames.py DRAWING.svg [--image PHOTO] [--width 1200] [--height 800] [--ratio 1]
 """
 
 from __future__ import annotations
 
-import math
 import os
 import shutil
 import tempfile
@@ -33,6 +32,21 @@ RECORD = """() => {
         if (window.frameTimes) requestAnimationFrame(note);
     };
     requestAnimationFrame(note);
+}"""
+DRAG = """async ([x, y, moves]) => {
+    const surface = document.getElementById("surface");
+    for (let i = 0; i < moves; i++) {
+        await new Promise(requestAnimationFrame);
+        const place = { clientX: x + 60 * Math.sin(i / 9), clientY: y + 40 * Math.sin(i / 7) };
+        surface.dispatchEvent(new PointerEvent("pointermove", { ...place, pointerId: 1, pointerType: "mouse" }));
+    }
+}"""
+HOLD = """async ([key, times, frames]) => {
+    for (let i = 0; i < times * frames; i++) {
+        await new Promise(requestAnimationFrame);
+        if (i % frames) continue;
+        document.activeElement.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+    }
 }"""
 TAKE = "() => { const times = window.frameTimes; window.frameTimes = null; return times; }"
 SIZE = """(text) => {
@@ -74,20 +88,16 @@ class Hand:
         return left + dx + scale * x, top + dy + scale * y
 
     def drag(self, x: float, y: float, moves: int = 120) -> None:
-        """Drag from a point of the window along a curve, and release it."""
+        """Drag from a point of the window along a curve, a step in each frame, and release it."""
         mouse = self.page.mouse
         mouse.move(x, y)
         mouse.down()
-        for i in range(moves):
-            mouse.move(x + 60 * math.sin(i / 9), y + 40 * math.sin(i / 7))
-            time.sleep(1 / 60)
+        self.page.evaluate(DRAG, [x, y, moves])
         mouse.up()
 
-    def hold(self, key: str, times: int = 60, rate: float = 30) -> None:
-        """Press a key as often as it repeats while it is held."""
-        for _ in range(times):
-            self.page.keyboard.press(key)
-            time.sleep(1 / rate)
+    def hold(self, key: str, times: int = 60, frames: int = 2) -> None:
+        """Press a key as often as it repeats while it is held, once in so many frames."""
+        self.page.evaluate(HOLD, [key, times, frames])
 
     def press(self, *keys: str) -> None:
         for key in keys:
@@ -133,13 +143,15 @@ class Stopwatch:
 def recolour_and_delete(hand: Hand) -> None:
     hand.set("fill", "#00aaff")
     hand.press("Delete")
-    hand.hold("Control+z", 3, 5)
+    for _ in range(3):
+        hand.press("Control+z")
+        time.sleep(0.2)
 
 
 def zoom(hand: Hand) -> None:
     """Zoom in and out, and rest after each, so that the picture is drawn anew."""
     for key in "+-":
-        hand.hold(key, 10, 12)
+        hand.hold(key, 10, 5)
         time.sleep(0.5)
 
 
@@ -147,6 +159,8 @@ def measure_editing(page: Any, box: tuple[float, float]) -> list[Row]:
     """Measure all actions on a drawing of the size ``box`` in user units."""
     hand, watch = Hand(page), Stopwatch(page)
     middle = box[0] / 2, box[1] / 2
+    if page.locator("#split").is_visible():
+        hand.press("p")  # the line between photo and drawing lies on the middle
     watch.measure("nothing", lambda: time.sleep(1.5))
     for name, level in (("top", "All shown"), ("bottom", page.locator("#filter option").nth(1).inner_text())):
         page.locator("#filter").select_option(label=level)
@@ -160,6 +174,7 @@ def measure_editing(page: Any, box: tuple[float, float]) -> list[Row]:
     watch.measure("recolour, delete, undo", lambda: recolour_and_delete(hand))
     hand.press("n")
     page.mouse.click(*hand.at(*middle))
+    page.wait_for_selector("#surface[data-points*=node]")
     watch.measure("drag a node", lambda: hand.drag(*hand.point()))
     hand.press("]")
     watch.measure("hold an arrow key, node", lambda: hand.hold("ArrowDown"))
