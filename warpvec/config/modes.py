@@ -70,10 +70,11 @@ def given_mode(preset: Mapping[str, Any], given: Mapping[str, Any]) -> str:
         given: settings that replace some of them. One with the same value counts as not given.
 
     Raises:
-        InputError: a setting that only the fit of a photo uses is given with another mode.
+        InputError: a setting that only the fit of a photo uses is given with another mode, or a detail with photo.
     """
     mode: str = given.get("mode", preset["mode"])
     if mode == "photo":
+        _refuse(given, [name for name in ("detail",) if name in given], preset, mode)
         return mode
     changed = [name for name in PHOTO_SETTINGS if name in given and _differ(given[name], preset[name])]
     if mode in FLAT_MODES:

@@ -61,11 +61,17 @@ def with_gradients(scene: Scene, image: Tensor, config: FitConfig, locked: Tenso
     pays = (ramps.gain > GAIN_MIN * loss) & (2.0 * ramps.change.abs().amax(1) > CHANGE_MIN) & is_flat
     if locked is not None:
         pays &= ~locked.cpu()
-    asked = config.gradients * len(scene) if config.gradients <= 1.0 else config.gradients
-    count = min(round(asked) - int((~is_flat).sum()), int(pays.sum()))
+    count = min(_wanted(config.gradients, len(scene)) - int((~is_flat).sum()), int(pays.sum()))
     if count <= 0:
         return scene
     return with_ramps(scene, ramps.gain.masked_fill(~pays, -1.0).topk(count).indices.sort().values, ramps)
+
+
+def _wanted(gradients: float | str, path_count: int) -> int:
+    """Return how many of the paths may have a gradient; with "auto" all for which it pays."""
+    if isinstance(gradients, str):
+        return path_count
+    return round(gradients * path_count if gradients <= 1.0 else gradients)
 
 
 @dataclass(frozen=True, eq=False)

@@ -179,7 +179,7 @@ def refine_config(config: FitConfig, given: dict[str, Any], goal: Goal, drawing:
         return config
     if given.get("iterations") == 0:
         _require_no_change(config, given, drawing)
-    defaults: dict[str, Any] = {"iterations": ITERATIONS, "curves": max(1, len(drawing.scene))}
+    defaults: dict[str, Any] = {"iterations": ITERATIONS, "curves": max(1, len(drawing.scene)), "gradients": 0.0}
     return replace(config, **{name: value for name, value in defaults.items() if name not in given})
 
 
