@@ -183,7 +183,7 @@ def test_curves_are_doubled_until_that_does_not_pay(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(search, "worthwhile_count", lambda trials: trials[-2].asked)
     result = _run(fits, Goal(auto=True))
     assert [config.curves for config in fits.asked] == [64, 128, 256, 128]
-    assert [config.iterations for config in fits.asked] == [10, 10, 10, 40]
+    assert [config.iterations for config in fits.asked] == [10, 8, 8, 40]
     assert fits.starts[-1] is None
     assert result.goal_facts is not None and result.goal_facts["auto"]
 

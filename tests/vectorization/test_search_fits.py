@@ -55,6 +55,15 @@ def test_the_decibels_are_those_of_the_file(photo: NDArray[np.uint8]) -> None:
     assert _facts(result)["trials"][-1]["psnr"] == pytest.approx(quality)
 
 
+def test_a_psnr_costs_hardly_more_than_one_fit_of_its_result(photo: NDArray[np.uint8]) -> None:
+    iterations = 300
+    result = warpvec.vectorize(photo, target_psnr=30.0, **{**QUICK, "iterations": iterations})
+    assert 30.0 <= result.file_psnr <= 30.3
+    spans = zip(result.history, [{"iteration": 0}, *result.history], strict=False)
+    steps = sum(entry["curves"] * (entry["iteration"] - before["iteration"]) for entry, before in spans)
+    assert steps / (len(result.scene) * iterations) <= 1.5
+
+
 def test_decibels_out_of_reach_end_with_the_most_curves(photo: NDArray[np.uint8]) -> None:
     result = warpvec.vectorize(photo, 40, target_psnr=60.0, **QUICK)
     assert not _facts(result)["met"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import torch
 from torch import Tensor
@@ -41,8 +41,9 @@ class ByteBudget:
     curves_max: int
     _empty: int | None = None
 
-    def wanted_count(self, scene: Scene) -> int:
+    def wanted_count(self, scene: Scene, loss: float, iteration: int, iterations: int) -> int:
         """Return how many paths like those of ``scene`` the file has room for."""
+        del loss, iteration, iterations
         count = max(len(scene), 1)
         per_path = max(self.count_bytes(scene) - self._empty_bytes(scene), 1) / count
         wanted = (AIM * self.limit - self._empty_bytes(scene)) / per_path
@@ -53,8 +54,9 @@ class ByteBudget:
         first = math.ceil(ROUNDING_START * iterations)
         return iteration >= first and (iteration - first) % max(1, int(TRIM_GAP * iterations)) == 0
 
-    def trim(self, population: Population, removal_cost: Tensor) -> bool:
+    def trim(self, population: Population, removal_cost: Tensor, loss: float) -> bool:
         """Remove the paths of lowest ``removal_cost`` [N] that are too many; return whether there were any."""
+        del loss
         scene = population.live
         excess = self.count_bytes(scene) - self.limit
         if excess <= 0 or len(scene) <= 1:
@@ -72,17 +74,33 @@ class ByteBudget:
         return self._empty
 
 
+class Budget(Protocol):
+    """What decides the number of paths while a fit runs: see `ByteBudget` and `warpvec.fit.psnr_budget`."""
+
+    def wanted_count(self, scene: Scene, loss: float, iteration: int, iterations: int) -> int:
+        """Return the number of paths for ``scene`` with ``loss`` after ``iteration`` of ``iterations``."""
+        ...
+
+    def is_trimming(self, iteration: int, iterations: int) -> bool:
+        """Return whether paths are removed after ``iteration`` (the first is 1)."""
+        ...
+
+    def trim(self, population: Population, removal_cost: Tensor, loss: float) -> bool:
+        """Remove paths that are too many, those of lowest ``removal_cost`` [N]; return whether there were any."""
+        ...
+
+
 class Written(NamedTuple):
     """What a file asks of the paths of a fit.
 
     Attributes:
         step: distance of the file's coordinates in pixels of the fitted image, across and down; None if the fit does
             not round.
-        budget: the file's bytes, None for any.
+        budget: the file's bytes or PSNR, None for any.
     """
 
     step: tuple[float, float] | None = None
-    budget: ByteBudget | None = None
+    budget: Budget | None = None
 
 
 ANY_FILE = Written()

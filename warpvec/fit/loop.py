@@ -13,7 +13,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit import schedule
-from warpvec.fit.byte_budget import ANY_FILE, ByteBudget, Written
+from warpvec.fit.byte_budget import ANY_FILE, Budget, Written
 from warpvec.fit.clock import Clock
 from warpvec.fit.interrupt import deferred_interrupts, hold_signals
 from warpvec.fit.loop_state import check_loop
@@ -141,7 +141,7 @@ class _Fit:
         self.history: list[dict[str, float]] = []
         self.interrupted = False
         self.saving: Saving | None = None
-        self.budget: ByteBudget | None = None
+        self.budget: Budget | None = None
         self._grid: WrittenGrid | None = None
         if start is None:
             first = first_paths(self._image, config, self._policy)
@@ -331,10 +331,10 @@ class _Fit:
         removal_cost = None if has_cut else self._small_paths.prefer(self._population, removal_cost)
         if self.budget is not None and removal_cost is not None:
             if self._is_trimming(self._iteration):
-                has_cut = self.budget.trim(self._population, removal_cost)
+                has_cut = self.budget.trim(self._population, removal_cost, float(self._loss))
                 removal_cost = None
             elif isinstance(self._policy, Scaffolding):
-                count = self.budget.wanted_count(self._population.live)
+                count = self.budget.wanted_count(self._population.live, float(self._loss), iteration, iterations)
                 self._policy.resize(count, len(self._population))
         has_changed = self._policy.update(
             self._population, iteration, iterations, removal_cost, self._target.squared_error

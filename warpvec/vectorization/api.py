@@ -17,10 +17,11 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
-from warpvec.fit.byte_budget import Written
+from warpvec.fit.byte_budget import Budget, Written
 from warpvec.fit.checkpoint import Checkpoint, write_checkpoint
 from warpvec.fit.loop import fit
 from warpvec.fit.progress import OnProgress, no_fit
+from warpvec.fit.psnr_budget import PsnrBudget
 from warpvec.fit.state import Saving, State, digest
 from warpvec.flat.classify import Choice, choose_mode
 from warpvec.geometry.scene import Scene
@@ -34,7 +35,7 @@ from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import Goal, is_auto, with_curves
 from warpvec.vectorization.minified_form import minified_form
 from warpvec.vectorization.result import Result
-from warpvec.vectorization.search import Search
+from warpvec.vectorization.search import Search, can_follow_psnr
 
 if TYPE_CHECKING:
     from warpvec.vectorization.flat_art import Outlines
@@ -147,14 +148,17 @@ def fit_photo(
     size = (target.shape[0], target.shape[1])
     factors = size[1] / photo.shape[1], size[0] / photo.shape[0]
 
-    def fit_once(settings: FitConfig, scene: Scene | None) -> Result:
+    def fit_once(settings: FitConfig, scene: Scene | None, curves_max: int | None = None) -> Result:
         reduced = replace(settings, min_area=settings.min_area * factors[0] * factors[1])
         photo_size = (photo.shape[0], photo.shape[1])
         form = minified_form(settings, photo_size, size, gzip=wanted.gzip) if settings.minify else None
         blank = Result(photo, size, settings, no_fit(), title, file_options=file_options, form=form, choice=choice)
+        budget: Budget | None = None if scene is not None else budget_of(wanted, config, blank)
+        if curves_max is not None and wanted.target_psnr is not None:
+            budget = PsnrBudget(wanted.target_psnr, curves_max, blank.psnr_of)
         fitted = fit(
             pixels, reduced, on_progress, start=scene, resume=state, saving=saving,
-            written=Written(blank.grid_step, None if scene is not None else budget_of(wanted, config, blank)),
+            written=Written(blank.grid_step, budget),
         )  # fmt: skip
         return replace(blank, fitted=fitted)
 
@@ -165,7 +169,12 @@ def fit_photo(
         settings = settings_for_bytes(wanted, config, size[0] * size[1])
         settings = replace(settings, curves=first_count(wanted, settings))
         return within_bytes(wanted, fit_once(settings, None), config.iterations)
-    return Search(wanted, config, fit_once, first).run()
+
+    def fit_to_psnr(settings: FitConfig, curves_max: int) -> Result:
+        return fit_once(settings, None, curves_max)
+
+    can_follow = can_follow_psnr(wanted, config)
+    return Search(wanted, config, fit_once, first, fit_to_psnr=fit_to_psnr if can_follow else None).run()
 
 
 def _drawn(

@@ -300,6 +300,11 @@ class Result:
         data = self._text_of(scene.scaled(width / columns, height / rows)).encode()
         return len(gzip_bytes(data)) if gzip else len(data)
 
+    def psnr_of(self, scene: Scene) -> float:
+        """Return the PSNR in dB of the file that would show all paths of a fit's ``scene``, in its pixels."""
+        (height, width), (rows, columns) = self.photo.shape[:2], self.fitted_size
+        return self._file_psnr(self._text_of(to_cubics(scene.cpu().scaled(width / columns, height / rows))[0]))
+
     def _text_of(self, scene: Scene) -> str:
         """Return the text of the file that shows ``scene``, in pixels of the photo."""
         form = self.form or FileForm((self.photo.shape[0], self.photo.shape[1]), self.config.precision, self.title)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -15,6 +16,7 @@ from warpvec.vectorization.goal import (
     CORRECTION_RATE,
     PROBE_CURVES,
     SHORT_SHARE,
+    STEP_UP_MAX,
     Goal,
     Trial,
     best_trial,
@@ -33,8 +35,22 @@ CORRECTIONS_MAX = 6
 three corrections are usual. Such a bracket is then narrowed until it is tight, which takes at most six corrections if
 the numbers differ by a factor of 4. In the end the best file is cut down to the bytes."""
 
+DOUBLING_SHARE = 0.2
+"""Iterations of a fit that only tells whether twice the paths pay, as a share of those of a whole fit. All doublings
+together take 0.7 of a fit, the one that does not pay included, and the whole fit, which starts with few paths, 0.64."""
+
+FIRST_SLOPE = 7.0
+"""Decibels from the PSNR of the probe to that of a whole fit for each doubling of its paths, for the first guess of a
+fit whose number of paths follows its PSNR. Too few paths cost less than too many, as the fit adds them soon."""
+
 Fit = Callable[[FitConfig, Scene | None], Result]
 """Function that fits with the settings, from a scene in pixels of the fitted image or, with None, from nothing."""
+
+
+def can_follow_psnr(goal: Goal, config: FitConfig) -> bool:
+    """Return whether the number of paths can follow the PSNR of ``goal`` during one fit: paths are recycled."""
+    is_psnr = goal.target_psnr is not None and not goal.auto
+    return is_psnr and config.policy == "scaffolding" and config.recycle_gap > 0 and not config.lod
 
 
 @dataclass
@@ -47,6 +63,8 @@ class Search:
         fit: makes one fit.
         start: paths to begin with, None for none.
         trials: figures of the fits so far.
+        fit_to_psnr: makes one fit from nothing, whose number of paths follows the PSNR of the goal up to a number; None
+            if none can.
     """
 
     goal: Goal
@@ -54,6 +72,7 @@ class Search:
     fit: Fit
     start: Scene | None = None
     trials: list[Trial] = field(default_factory=list)
+    fit_to_psnr: Callable[[FitConfig, int], Result] | None = None
     _results: list[Result] = field(default_factory=list)
     _start_seconds: float = field(default_factory=time.perf_counter)
     _interrupted: Callable[[], bool] = bool
@@ -82,7 +101,7 @@ class Search:
             self._double()
             curves_max = worthwhile_count(self.trials)
         if self.start is None and not self._is_over():
-            self._try(self._settings(self._next_count(curves_max), 1.0, 1.0), None)
+            self._fit_whole(curves_max)
         outside_count = 0  # corrections that do not narrow a bracket
         while not self._is_done(curves_max):
             count = self._next_count(curves_max)
@@ -95,13 +114,28 @@ class Search:
         count = min(PROBE_CURVES, self.config.curves)
         self._try(self._settings(count, SHORT_SHARE, 1.0), None, eligible=False)
 
+    def _fit_whole(self, curves_max: int) -> None:
+        """Make a whole fit, whose number of paths follows its PSNR if it can."""
+        if self.fit_to_psnr is None:
+            self._try(self._settings(self._next_count(curves_max), 1.0, 1.0), None)
+            return
+        assert self.goal.target_psnr is not None
+        probe = self.trials[-1]
+        octaves = max(-2.0, min((self.goal.target_psnr - probe.psnr) / FIRST_SLOPE, math.log2(STEP_UP_MAX)))
+        if self.goal.max_bytes is not None:
+            curves_max = next_count(replace(self.goal, target_psnr=None), self.trials, curves_max)
+        count = max(1, min(round(probe.asked * 2.0**octaves), curves_max))
+        result = self.fit_to_psnr(self._settings(count, 1.0, 1.0), curves_max)
+        self._keep(result, len(result.fitted.scene))
+
     def _begin(self, start: Scene) -> None:
         self._correct(max(1, min(len(start), self.config.curves)), start)
 
     def _double(self) -> None:
         """Double the paths of the last result for as long as that pays."""
         while is_worth_doubling(self.trials, self.config.curves) and not self._is_over():
-            self._correct(2 * self.trials[-1].asked, self._results[-1].fitted.scene, eligible=False)
+            config = self._settings(2 * self.trials[-1].asked, DOUBLING_SHARE, CORRECTION_RATE)
+            self._try(config, self._results[-1].fitted.scene, eligible=False)
 
     def _correct(self, count: int, start: Scene, eligible: bool = True) -> None:
         self._try(self._settings(count, SHORT_SHARE, CORRECTION_RATE), start, eligible)
@@ -133,8 +167,11 @@ class Search:
         )
 
     def _try(self, config: FitConfig, start: Scene | None, eligible: bool = True) -> None:
+        self._keep(self.fit(config, start), config.curves, eligible)
+
+    def _keep(self, result: Result, count: int, eligible: bool = True) -> None:
         # The file states the settings that the user asked for, so that its measured size is its final one.
-        result = replace(self.fit(config, start), config=replace(self.config, curves=config.curves))
+        result = replace(result, config=replace(self.config, curves=max(count, 1)))
         self._results.append(result)
         self.trials.append(result.trial(self.goal)._replace(eligible=eligible))
 
