@@ -79,6 +79,12 @@ def test_refining_by_no_iterations_changes_nothing(result: warpvec.Result) -> No
     assert warpvec.refine(_photo(), text.encode(), iterations=0).svg() == text
 
 
+def test_levels_of_detail_stay_in_their_groups() -> None:
+    text = warpvec.vectorize(_photo(36, 24), 20, minify=True, lod=True, **QUICK).svg()
+    assert text.count("<g") > 2
+    assert warpvec.refine(_photo(36, 24), text.encode(), iterations=0).svg() == text
+
+
 def test_refining_keeps_the_form_and_the_opacity(result: warpvec.Result) -> None:
     refined = warpvec.refine(_photo(), result.svg().encode(), iterations=3, device="cpu", threads=1)
     text = refined.svg()

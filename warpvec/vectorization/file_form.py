@@ -22,6 +22,7 @@ class FileForm(NamedTuple):
         sides: width and height with their units, None for the size in pixels.
         layer_names: names of the layers by generation, None for numbers.
         minified: whether the file is the one of `warpvec.svg.minify.write_minified`.
+        keeps_layers: whether such a file has a group for each level of detail.
     """
 
     size: tuple[int, int]
@@ -31,6 +32,7 @@ class FileForm(NamedTuple):
     sides: tuple[str, str] | None = None
     layer_names: dict[int, str] | None = None
     minified: bool = False
+    keeps_layers: bool = False
 
 
 FORM_SETTINGS = ("minify", "grid")

@@ -116,7 +116,8 @@ def form_of(drawing: LoadedSvg, data: bytes, config: FitConfig, photo: NDArray[n
     if not config.minify:
         return form
     is_exact = drawing.precision is not None and not config.grid
-    return finer_form(form, 10**form.precision if is_exact else flat_units(config))
+    form = finer_form(form, 10**form.precision if is_exact else flat_units(config))
+    return form._replace(keeps_layers=drawing.minified and len(drawing.scene.generation.unique()) > 1)
 
 
 def read_drawing(data: bytes, name: str = "svg") -> LoadedSvg:

@@ -313,7 +313,8 @@ class Result:
         if form.minified:
             true = form.sides or (str(columns), str(rows))
             true = true if size is None else sides_of(size, self.photo.shape[1], self.photo.shape[0])
-            return write_minified(scene, columns, rows, true, precision=form.precision, keeps_layers=self.config.lod)
+            keeps_layers = form.keeps_layers or self.config.lod
+            return write_minified(scene, columns, rows, true, precision=form.precision, keeps_layers=keeps_layers)
         sides = form.sides if size is None else sides_of(size, columns, rows)
         metadata = (form.metadata or self._settings()) if self.file_options.metadata else None
         return write_svg(
