@@ -50,13 +50,16 @@ class Runs:
 
 
 def goal_rows(runs: Runs, image: Path, sizes: Sequence[str], decibels: Sequence[str]) -> list[list[str]]:
-    """Fit ``image`` to each file size and each PSNR; return a row for each."""
-    asked = [("--max-bytes", size) for size in sizes] + [("--target-psnr", value) for value in decibels]
+    """Fit ``image`` to each file size, in the short and in the long form, and each PSNR; return a row for each."""
+    asked: list[tuple[str, ...]] = []
+    for size in sizes:
+        asked += [("--max-bytes", size), ("--max-bytes", size, "--no-minify")]
+    asked += [("--target-psnr", value) for value in decibels]
     rows = []
-    for option, value in asked:
-        measured = runs(image, option, value)
+    for options in asked:
+        measured = runs(image, *options)
         tried = ", ".join(str(trial["curves"]) for trial in measured.metrics["goal"]["trials"])
-        rows.append([f"{option} {value}", *_figures(measured), tried])
+        rows.append([" ".join(options), *_figures(measured), str(measured.metrics["iterations"]), tried])
     return rows
 
 
@@ -112,7 +115,9 @@ def main(
     runs = Runs(common)
     runs(image, "--curves", 16)  # compiles the kernels that are not cached
     head = ["PSNR, dB", "bytes", "curves", "wall s"]
-    click.echo(markdown_table(["goal", *head, "curves of its fits"], goal_rows(runs, image, sizes, decibels)))
+    click.echo(
+        markdown_table(["goal", *head, "iterations", "curves of its fits"], goal_rows(runs, image, sizes, decibels))
+    )
     click.echo("\n" + markdown_table(["fills", *head, "fills"], palette_rows(runs, colorful or image, colors, curves)))
     levels = ["curves of the level", "PSNR, dB", "fit of as many, dB", "difference"]
     click.echo("\n" + markdown_table(levels, level_rows(runs, image, lod_curves)))

@@ -117,7 +117,8 @@ def form_of(drawing: LoadedSvg, data: bytes, config: FitConfig, photo: NDArray[n
         return form
     is_exact = drawing.precision is not None and not config.grid
     form = finer_form(form, 10**form.precision if is_exact else flat_units(config))
-    return form._replace(keeps_layers=drawing.minified and len(drawing.scene.generation.unique()) > 1)
+    generation = drawing.scene.generation
+    return form._replace(keeps_layers=drawing.minified and int(generation.max()) > int(generation.min()))
 
 
 def read_drawing(data: bytes, name: str = "svg") -> LoadedSvg:
