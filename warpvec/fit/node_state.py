@@ -24,15 +24,16 @@ def carried_averages(averages: Tensor, age: Tensor, edit: Edit) -> tuple[Tensor,
     Returns:
         averages [4, R', 6] and ages [R'].
     """
-    kept, ages = averages[:, edit.source[:, 0]], age[edit.source]
-    new_age = ages.amax(1)
-    linear = averages.double().reshape(*averages.shape[:2], 3, 2)
+    new, new_age = averages[:, edit.source[:, 0]], age[edit.source].amax(1)
+    fresh = edit.is_fresh.nonzero().flatten()
+    source = edit.source[fresh]
+    linear = averages[:, source].double().reshape(len(averages), len(fresh), 2, 3, 2)
     linear[2] = linear[2].sqrt()
-    gathered = linear[:, edit.source] * _age_factors(ages, new_age)[..., None, None]  # [4, R', 2, 3, 2]
-    carried = torch.einsum("rkji,arkic->arjc", edit.weights, gathered)
+    gathered = linear * _age_factors(age[source], new_age[fresh])[..., None, None]
+    carried = torch.einsum("rkji,arkic->arjc", edit.weights[fresh], gathered)
     carried[2] = carried[2].square()
-    fresh = carried.flatten(-2).to(averages.dtype)
-    return torch.where(edit.is_fresh[:, None], fresh, kept), new_age
+    new[:, fresh] = carried.flatten(-2).to(averages.dtype)
+    return new, new_age
 
 
 def _age_factors(age: Tensor, new_age: Tensor) -> Tensor:
