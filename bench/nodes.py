@@ -32,7 +32,7 @@ from warpvec.image.read import read_image
 from warpvec.image.resize import reduce_image
 
 RATE = 0.25
-"""Factor of the learning rates of the steps after a change, that of the second half of a fit."""
+"""Factor of the learning rates at the first step after a change; it falls to 0, so that the last loss is quiet."""
 
 _SIDE, _MARGIN = 320, 48
 
@@ -74,10 +74,10 @@ class Case:
     def fitted(self, scene: Scene) -> float:
         """Return the loss of ``scene`` after a few steps."""
         population = Population(scene, self._config, self._half_side)
-        for _ in range(self._steps):
+        for step in range(self._steps):
             adjoints = self._target.fit_step(population.live, False)
             values = (adjoints.segments, adjoints.color, adjoints.opacity.contiguous(), adjoints.background)
-            population.step(*values, RATE)
+            population.step(*values, RATE * (1.0 - step / self._steps))
         return self.immediate(population.live)
 
 
