@@ -206,3 +206,14 @@ def test_colours_are_named_as_in_css() -> None:
         assert color_name(np.array(levels) / 255.0).split("#")[1] == name.split("#")[1]
     assert color_name(np.array((250, 5, 5)) / 255.0).startswith("red ")
     assert color_name(np.array((254, 254, 254)) / 255.0).startswith("white ")
+
+
+def test_a_ramp_has_its_mean_colour_when_gradients_are_forbidden() -> None:
+    picture = np.full((SIDE, SIDE, 3), 255, np.uint8)
+    picture[8:44, 8:44] = np.linspace((0, 0, 160), (0, 0, 96), 36)[:, None]
+    plain, asked = (warpvec.vectorize(picture, threads=1, **given) for given in ({}, {"gradients": 0}))
+    assert plain.metrics["mode"] == asked.metrics["mode"] == "flat"
+    assert (plain.metrics["gradients"], asked.metrics["gradients"]) == (1, 0)
+    assert [asked.metrics["curves"], re.findall(r'<path fill="(#\w+)"', asked.svg())] == [1, ["#000080"]]
+    assert make_config(gradients=0).mode == "auto" and make_config(gradients=0.5).mode == "photo"
+    assert make_config(mode="photo").gradients == 0.0

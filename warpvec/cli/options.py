@@ -50,7 +50,7 @@ SETTINGS: dict[str, dict[str, Setting]] = {
         ),
         "opacity": Setting("Opacity of the paths: free, common (the same for all), or opaque.", metavar="NAME"),
         "opaque": Setting("Make every path opaque (--opacity opaque).", DAILY),
-        "gradients": Setting("Paths with a gradient: number, share up to 1, or auto.", DAILY, "X|auto"),
+        "gradients": Setting("Paths with a gradient: number, share, auto; 0: none.", DAILY, "X|auto"),
         "min_area": Setting("Leave out paths smaller than X square pixels.", DAILY),
         "lod": Setting("Make every prefix of the layers a good picture."),
         "size": Setting("Width such as 90mm, also in, cm, pt, px or %.", DAILY, "WIDTH"),

@@ -61,9 +61,10 @@ class FitConfig:
     """Largest number of colours in a fitted palette for all fills, the canvas included; 0 for any colours."""
     palette: str | None = None
     """Colours that all fills must come from: CSS names, "#rgb" or "#rrggbb", with commas; stored as "#rrggbb,..."."""
-    gradients: float | str = 0.0
+    gradients: float | str | None = None
     """Paths with a linear gradient, those that gain most: their share if this is at most 1, else their number. "auto":
-    the paths for which a gradient gains more than another path of as many bytes."""
+    the paths for which a gradient gains more than another path of as many bytes. None: what the mode does, none in
+    photos (stored as 0), those of the picture in flat art. 0 forbids them there too."""
     min_area: float = 0.0
     """Smallest area of a path on the canvas, in square pixels of the full-size image; smaller paths are left out."""
     lod: bool = False

@@ -42,14 +42,16 @@ LEVEL_MAX = 255
 def check_mode_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings of the modes in their normal form.
 
-    ``cutout`` in the mode auto means flat, and a threshold means mono.
+    ``cutout`` in the mode auto means flat, and a threshold means mono. Photos without a number of gradients have none.
 
     Raises:
         InputError: a value has the wrong type or is out of range, or a setting is of another mode.
     """
     check_choice("mode", settings["mode"], MODES)
     check_flag("cutout", settings["cutout"])
+    gradients = settings["gradients"]
     checked = {**settings, "threshold": _threshold(settings["threshold"]), "detail": _detail(settings["detail"])}
+    checked["gradients"] = gradients or 0.0
     mode = _implied(checked)
     if mode in FLAT_MODES:
         _refuse(checked, ("renderer", "path_model", "policy", "lod", "gradients"), _PLAIN, mode)
@@ -59,7 +61,8 @@ def check_mode_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
         _refuse(checked, ("threshold",), _PLAIN, mode)
     if mode == "mono":
         _refuse(checked, COLOR_SETTINGS, _PLAIN, mode)
-    return {name: checked[name] for name in FLAT_SETTINGS} | {"mode": mode}
+    gradients = 0.0 if gradients is None and mode == "photo" else gradients
+    return {name: checked[name] for name in FLAT_SETTINGS} | {"mode": mode, "gradients": gradients}
 
 
 def given_mode(preset: Mapping[str, Any], given: Mapping[str, Any]) -> str:
@@ -77,6 +80,9 @@ def given_mode(preset: Mapping[str, Any], given: Mapping[str, Any]) -> str:
         _refuse(given, [name for name in ("detail",) if name in given], preset, mode)
         return mode
     changed = [name for name in PHOTO_SETTINGS if name in given and _differ(given[name], preset[name])]
+    if "gradients" in changed and (given["gradients"] is None or not _differ(given["gradients"], 0.0)):
+        # each mode can do without them
+        changed.remove("gradients")
     if mode in FLAT_MODES:
         _refuse(given, changed, preset, mode)
     return "photo" if changed and mode == "auto" else mode

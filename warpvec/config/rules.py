@@ -184,7 +184,9 @@ def _check_path_model(settings: dict[str, Any]) -> None:
         raise InputError("closing_line", rule, remedy="leave it out, or give the renderer exact")
 
 
-def _gradients(value: Any) -> float | str:
+def _gradients(value: Any) -> float | str | None:
+    if value is None:
+        return None
     if isinstance(value, str) and value != AUTO:
         raise InputError("gradients", "must be a number or auto", show(value), "give for example 0.2")
     return AUTO if value == AUTO else check_number("gradients", value, 0.0, MAX_CURVES)

@@ -140,7 +140,7 @@ class GradientChoice:
         return SHARE_GAINED * error / len(scene)
 
     def _wanted(self, path_count: int) -> int:
-        gradients = self._config.gradients
+        gradients = self._config.gradients or 0.0
         if isinstance(gradients, str):
             return path_count
         return min(path_count, round(gradients * path_count if gradients <= 1.0 else gradients))

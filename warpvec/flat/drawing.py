@@ -15,7 +15,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.fit.polish import PATHS_EXACT_MAX, polish
 from warpvec.fit.progress import FitResult, OnProgress, Progress
 from warpvec.flat.curves.curve_fitting import TOLERANCE
-from warpvec.flat.fewer_colors import with_colors, with_palette
+from warpvec.flat.fewer_colors import with_colors, with_flat_paints, with_palette
 from warpvec.flat.fewer_paths import with_fewer_paths
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
 from warpvec.flat.regions.regions import Regions, find_regions
@@ -161,7 +161,9 @@ class FlatDrawing:
         if self.config.palette is not None:
             palette = np.array([parse_color(name) for name in self.config.palette.split(",")], np.float64)
             return with_palette(regions, palette)
-        return with_colors(regions, self.config.colors) if self.config.colors else regions
+        if self.config.colors:
+            return with_colors(regions, self.config.colors)
+        return regions if self.config.gradients is None else with_flat_paints(regions)
 
     def _snapped(self, scene: Scene) -> Scene:
         """Return ``scene`` with the colours of the regions, where the fitted ones hardly differ or paths share one."""

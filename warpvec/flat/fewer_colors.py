@@ -35,6 +35,13 @@ def with_palette(regions: Regions, palette: Floats) -> Regions:
     return _painted(regions, palette[distance.argmin(1)])
 
 
+def with_flat_paints(regions: Regions) -> Regions:
+    """Return ``regions`` without gradients: each has its mean colour."""
+    if (regions.kind == FLAT).all():
+        return regions
+    return _painted(regions, flat_colors(regions)[0])
+
+
 def flat_colors(regions: Regions) -> tuple[Floats, Floats]:
     """Return the mean colour of each region [K, 3] and its area in pixels [K]."""
     rows, columns = (np.arange(side, dtype=np.float32) + np.float32(0.5) for side in regions.label.shape)

@@ -220,7 +220,8 @@ def _is_too_far(result: Result, goal: Goal | None) -> bool:
     """Return whether a drawing of flat art is too far from its picture, although nothing has bounded it."""
     config = result.config
     is_bounded = goal or result.interrupted or config.time_budget is not None or config.curves < FitConfig.curves
-    is_free = config.mode == "flat" and not (_has_paints(config) or is_bounded or config.cutout)
+    has_paints = _has_paints(config) or config.gradients == 0.0
+    is_free = config.mode == "flat" and not (has_paints or is_bounded or config.cutout)
     return is_free and result.file_psnr < FLAT_PSNR_MIN
 
 

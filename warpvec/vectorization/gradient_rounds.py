@@ -61,7 +61,7 @@ def with_gradients(scene: Scene, image: Tensor, config: FitConfig, locked: Tenso
     pays = (ramps.gain > GAIN_MIN * loss) & (2.0 * ramps.change.abs().amax(1) > CHANGE_MIN) & is_flat
     if locked is not None:
         pays &= ~locked.cpu()
-    count = min(_wanted(config.gradients, len(scene)) - int((~is_flat).sum()), int(pays.sum()))
+    count = min(_wanted(config.gradients or 0.0, len(scene)) - int((~is_flat).sum()), int(pays.sum()))
     if count <= 0:
         return scene
     return with_ramps(scene, ramps.gain.masked_fill(~pays, -1.0).topk(count).indices.sort().values, ramps)
