@@ -14,6 +14,7 @@ import click
 import fits
 import harness
 import kodak
+import nodes
 import numpy as np
 import pytest
 import torch
@@ -347,3 +348,11 @@ def test_a_scene_of_an_older_version_is_fitted_again_and_not_misread(
     with pytest.raises(click.UsageError, match="a scene of an older version of warpvec; delete it"):
         scenes.load_scene(path)
     assert torch.equal(scenes.load_scene(scenes.fitted_scene(*arguments)).points, scene.points)
+
+
+def test_predicted_and_true_values_of_nodes(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "nodes.svg"
+    options = ["--curves", 8, "--iterations", 60, "--side", 40, "--count", 4, "--steps", 2, "--out", out]
+    result = _invoke(nodes.main, folder / "a.png", *options)
+    assert "gain of a new node" in result.output
+    assert out.read_text().count("<circle") == 12
