@@ -39,11 +39,22 @@ def test_the_summary_says_the_mode_and_how_to_override_it(icon: Path) -> None:
     assert 'width="3in" height="2in"' in out.read_text()
 
 
+def test_the_summary_says_which_options_decide_the_mode(icon: Path) -> None:
+    def line(*options: str) -> str:
+        lines = invoke("run", icon, *QUICK, *options).stdout.splitlines()
+        return next((each for each in lines if each.startswith("mode:")), "")
+
+    assert line("--lod", "--lr-final", "0.1") == "mode: photo (because of --lod, --lr-final); else the picture decides"
+    assert line("--cutout").startswith("mode: flat art (because of --cutout); ")
+    assert line("--mode", "photo", "--lod") == ""
+    assert line("--gradients", "0").endswith("; --mode photo overrides")
+
+
 def test_checkpoints_mean_a_photo(icon: Path) -> None:
     saved = icon.with_name("fit.npz")
     result = invoke("run", icon, "--checkpoint", saved, "--every", "2", *QUICK)
     assert result.exit_code == 0
-    assert "mode:" not in result.stdout
+    assert "mode: photo (because of --checkpoint); else the picture decides" in result.stdout
     assert_refused(
         invoke("run", icon, "--mode", "flat", "--checkpoint", saved), "--checkpoint must not be given", "flat"
     )

@@ -6,7 +6,7 @@ from dataclasses import fields
 from typing import Any, NamedTuple
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.config.presets import make_config
+from warpvec.config.presets import make_config, settings_of_mode
 from warpvec.config.rules import require_scaffolding
 from warpvec.vectorization.file_options import FileOptions
 from warpvec.vectorization.goal import Goal, with_curves
@@ -172,6 +172,15 @@ def requested(preset: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
     if goal:
         require_scaffolding(config.policy, "to meet a goal")
     return config, goal
+
+
+def options_of_mode(preset: str, options: dict[str, Any]) -> list[str]:
+    """Return the options that decide the mode without --mode; none if the picture decides it."""
+    given = {name: value for name, value in options.items() if name in _FIELDS and value is not None}
+    names = settings_of_mode(preset, **given)
+    if not names and given.get("mode", "auto") == "auto":  # only the fit of a photo has a state
+        names = [name for name in ("resume", "checkpoint") if options[name] is not None][:1]
+    return ["--" + name.replace("_", "-") for name in names]
 
 
 def file_options(options: dict[str, Any]) -> FileOptions:

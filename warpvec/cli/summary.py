@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -33,10 +34,21 @@ def print_summary(metrics: dict[str, Any], out: str, as_json: bool, *, verbose: 
     click.echo(text, err=out == "-")
 
 
-def end_fit(ctx: click.Context, result: Result, out: str, options: dict[str, Any]) -> None:
-    """Print the summary of a fit as ``options`` ask for it, and exit with 130 if Ctrl-C ended the fit."""
+_BECAUSE = "because of "
+"""Beginning of the reason for a mode that options have decided."""
+
+
+def end_fit(
+    ctx: click.Context, result: Result, out: str, options: dict[str, Any], deciding: Sequence[str] = ()
+) -> None:
+    """Print the summary of a fit as ``options`` ask for it, and exit with 130 if Ctrl-C ended the fit.
+
+    ``deciding`` are the options that have decided the mode, as there is no --mode.
+    """
     if options["as_json"] or not options["quiet"]:
         metrics = {**result.metrics, "history": result.history}
+        if deciding and metrics["mode_reason"] is None:
+            metrics["mode_reason"] = _BECAUSE + ", ".join(deciding)
         reason = _why_on_cpu(result.config.device, metrics["device"], options["verbose"])
         if reason is not None and options["as_json"]:
             metrics["device_reason"] = reason
@@ -85,7 +97,9 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.append(f"{{iterations}} iterations in {{seconds:.1f}} s on {{device}}{stopped}")
     if metrics.get("mode_reason"):
         name, other = _MODES[metrics["mode"]]
-        lines.append(f"mode: {name} ({{mode_reason}}); --mode {other} overrides")
+        is_decided = metrics["mode_reason"].startswith(_BECAUSE)
+        hint = "else the picture decides" if is_decided else f"--mode {other} overrides"
+        lines.append(f"mode: {name} ({{mode_reason}}); {hint}")
     left_out = [counted(count, name) for name, count in metrics.get("left_out", {}).items() if count]
     if left_out:
         lines.append("left out: " + ", ".join(left_out))

@@ -79,13 +79,30 @@ def given_mode(preset: Mapping[str, Any], given: Mapping[str, Any]) -> str:
     if mode == "photo":
         _refuse(given, [name for name in ("detail",) if name in given], preset, mode)
         return mode
-    changed = [name for name in PHOTO_SETTINGS if name in given and _differ(given[name], preset[name])]
-    if "gradients" in changed and (given["gradients"] is None or not _differ(given["gradients"], 0.0)):
-        # each mode can do without them
-        changed.remove("gradients")
+    changed = _changed_photo_settings(preset, given)
     if mode in FLAT_MODES:
         _refuse(given, changed, preset, mode)
     return "photo" if changed and mode == "auto" else mode
+
+
+def deciding_settings(preset: Mapping[str, Any], given: Mapping[str, Any]) -> list[str]:
+    """Return those of the settings ``given`` that decide the mode because none is asked for; arguments as `given_mode`.
+
+    The name is "preset" if the preset decides it. The list is empty if the mode is given, or if the picture decides it.
+    """
+    if given.get("mode", "auto") != "auto":
+        return []
+    if preset["mode"] != "auto":
+        return ["preset"]
+    of_flat_art = [name for name in ("cutout", "threshold") if name in given and _differ(given[name], _PLAIN[name])]
+    return _changed_photo_settings(preset, given) or of_flat_art
+
+
+def _changed_photo_settings(preset: Mapping[str, Any], given: Mapping[str, Any]) -> list[str]:
+    changed = [name for name in PHOTO_SETTINGS if name in given and _differ(given[name], preset[name])]
+    if "gradients" in changed and (given["gradients"] is None or not _differ(given["gradients"], 0.0)):
+        changed.remove("gradients")  # each mode can do without them
+    return changed
 
 
 _PLAIN: dict[str, Any] = {

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from warpvec.checks import check_choice, suggest_name
 from warpvec.config.fit_config import FitConfig
-from warpvec.config.modes import given_mode
+from warpvec.config.modes import deciding_settings, given_mode
 from warpvec.errors import InputError
 
 
@@ -103,12 +103,22 @@ def make_config(preset: str = "default", **settings: Any) -> FitConfig:
     for name in settings:
         if name not in known:
             raise InputError(name, "is not a setting", remedy=_remedy(name, known))
-    start = replace(FitConfig(), **PRESETS[preset].settings)
-    usual = {**start.to_dict(), **_minified(start, settings)}
+    usual = _usual(preset, settings)
     config = FitConfig(**{**usual, **settings, "mode": given_mode(usual, settings)})
     if config.colors and "opacity" not in settings:
         config = replace(config, opacity="opaque")
     return config
+
+
+def settings_of_mode(preset: str, **settings: Any) -> list[str]:
+    """Return those of the ``settings`` of `make_config` that decide the mode; see `deciding_settings`."""
+    return deciding_settings(_usual(preset, settings), settings)
+
+
+def _usual(preset: str, given: dict[str, Any]) -> dict[str, Any]:
+    """Return every setting as it is unless it is ``given``."""
+    start = replace(FitConfig(), **PRESETS[preset].settings)
+    return {**start.to_dict(), **_minified(start, given)}
 
 
 def _minified(start: FitConfig, given: dict[str, Any]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from warpvec.cli.arguments import (
     write_svg_file,
 )
 from warpvec.cli.loading import quick_loading
-from warpvec.cli.options import file_options, requested, stated
+from warpvec.cli.options import file_options, options_of_mode, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
 from warpvec.cli.side_files import SideFile
 from warpvec.cli.summary import end_fit
@@ -79,7 +79,7 @@ def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
     checkpoint = None if options["resume"] is None else _resumed(config, options)
     config = config if checkpoint is None else checkpoint.config
     result = _fit(source, out, config, goal, checkpoint, options)
-    end_fit(ctx, result, out, options)
+    end_fit(ctx, result, out, options, options_of_mode(options["preset"], options))
 
 
 def _requested(out: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
