@@ -29,6 +29,13 @@ def test_a_tally_in_a_line() -> None:
     assert tally.pace().startswith("2 of 4, 1 failed, ")
 
 
+def test_a_tally_counts_the_modes_of_new_files() -> None:
+    records = [replace(DONE, mode=mode) for mode in ("flat", "photo", "photo", None)]
+    tally = Tally(skipped=0, total=5, records=[*records, replace(FAILED, mode="mono")])
+    assert "5 images: 4 done (2 as photos, 1 as flat art), 1 failed, PSNR" in tally.summary()
+    assert tally.facts()["modes"] == {"photo": 2, "flat": 1}
+
+
 def test_photos_that_were_not_tried_do_not_count_for_the_time_left() -> None:
     refused = replace(FAILED, attempts=0)
     tally = Tally(skipped=0, total=5, started=time.monotonic() - 60.0, records=[refused, refused])

@@ -221,7 +221,7 @@ def test_a_failed_photo_is_tried_by_the_next_batch(photos: Path, out: Path, engi
     (photos / "p1.png").write_bytes(b"")
     result = invoke("batch", photos, out, *QUICK)
     assert result.exit_code == 1
-    assert f"{out}: 4 images: 3 done, 1 failed, PSNR " in result.stdout
+    assert f"{out}: 4 images: 3 done (3 as photos), 1 failed, PSNR " in result.stdout
     assert "is empty" in _records(out)["p1.png"]["error"]
     (photos / "p1.png").write_bytes(good)
     assert _done(engine, photos, out, *QUICK) == ["p1.png"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -18,6 +19,9 @@ from rich.text import Text
 from warpvec.batch.jobs import Job
 from warpvec.batch.journal import Record
 from warpvec.checks import counted, in_one_line
+
+MODE_NAMES = {"photo": "as photos", "flat": "as flat art", "mono": "as black and white art"}
+"""Mode of a file -> its words in the summary, after a number."""
 
 
 @dataclass
@@ -45,14 +49,20 @@ class Tally:
         failures = f", {len(self.failed)} failed" if self.failed else ""
         return f"{done} of {self.total}{failures}{left}"
 
+    def modes(self) -> dict[str, int]:
+        """Return the number of new files of each mode, the most frequent first."""
+        found = Counter(record.mode for record in self.records if record.error is None and record.mode is not None)
+        return dict(found.most_common())
+
     def facts(self) -> dict[str, Any]:
-        """Return the counts, the seconds and the mean PSNR of the new files, as plain values for JSON."""
+        """Return the counts, the modes, the seconds and the mean PSNR of the new files, as plain values for JSON."""
         psnrs = [record.psnr for record in self.records if record.error is None and record.psnr is not None]
         return {
             "images": self.skipped + self.total,
             "done": len(self.records) - len(self.failed),
             "failed": len(self.failed),
             "skipped": self.skipped,
+            "modes": self.modes(),
             "left": self.total - len(self.records),
             "psnr": fmean(psnrs) if psnrs else None,
             "seconds": round(time.monotonic() - self.started, 3),
@@ -61,7 +71,8 @@ class Tally:
     def summary(self) -> str:
         """Return the facts as one line of text."""
         facts = self.facts()
-        parts = [f"{facts['done']} done"]
+        modes = ", ".join(f"{count} {MODE_NAMES[mode]}" for mode, count in facts["modes"].items())
+        parts = [f"{facts['done']} done" + (f" ({modes})" if modes else "")]
         parts += [f"{facts['failed']} failed"] if facts["failed"] else []
         parts += [f"{facts['skipped']} done before"] if facts["skipped"] else []
         parts += [f"{facts['left']} left"] if facts["left"] else []
