@@ -39,6 +39,7 @@ SHARED_KERNELS = {
     "thread_pool",
     "edges",
     "gradients",
+    "index_lanes",
     "lanes",
     "reductions",
 }

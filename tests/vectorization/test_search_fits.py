@@ -100,10 +100,10 @@ def emoji() -> Image.Image:
     return image.resize((96, 96), Image.Resampling.LANCZOS)
 
 
-def test_flat_art_takes_tens_of_curves(emoji: Image.Image) -> None:
+def test_a_picture_of_few_areas_takes_few_curves(emoji: Image.Image) -> None:
     settings = {**QUICK, "iterations": 400}
     auto = warpvec.vectorize(emoji, "auto", **settings)
-    assert auto.metrics["curves"] <= 128
+    assert auto.metrics["curves"] <= 256  # of 2,048
     assert auto.metrics["psnr"] > 32
     result = warpvec.vectorize(emoji, target_psnr=28.0, **settings)
     assert result.metrics["psnr"] >= 28.0
