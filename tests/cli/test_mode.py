@@ -12,6 +12,8 @@ from commands import QUICK, assert_refused, invoke, write_photo
 from PIL import Image, ImageDraw
 from svg_files import skip_without_cairo
 
+import warpvec
+
 
 @pytest.fixture
 def icon(tmp_path: Path) -> Path:
@@ -78,6 +80,19 @@ def test_the_page_and_frames_of_flat_art_are_written(icon: Path) -> None:
     assert invoke("run", icon, "--report", page, "--save-frames", frames, "--every", "5", "-q").exit_code == 0
     assert "gold #ffd700" in page.read_text()
     assert len(list(frames.iterdir())) > 1
+
+
+@pytest.mark.parametrize(("mode", "frames_min"), [("flat", 8), ("mono", 1)])
+def test_a_video_of_flat_art_ends_with_its_drawing(icon: Path, mode: str, frames_min: int) -> None:
+    video, drawing = icon.with_name("fit.gif"), icon.with_name("drawing.png")
+    assert invoke("run", icon, "--mode", mode, "--video", video, "-q").exit_code == 0
+    warpvec.vectorize(icon, mode=mode).save(drawing)
+    with Image.open(video) as film, Image.open(drawing) as expected:
+        count = getattr(film, "n_frames", 1)
+        film.seek(count - 1)
+        last, shown = (np.asarray(image.convert("RGB")).astype(float) for image in (film, expected))
+    assert count >= frames_min
+    assert np.abs(last - shown).mean() < 2.0
 
 
 def test_a_file_for_print_is_the_only_file(icon: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from warpvec.cli.progress import show_progress
 from warpvec.cli.side_files import SideFile
 from warpvec.config.fit_config import FitConfig
+from warpvec.config.modes import FLAT_MODES
 from warpvec.errors import InputError
 from warpvec.files import make_folder
 from warpvec.fit.progress import OnProgress, Progress
@@ -21,6 +23,10 @@ from warpvec.image.video import Video, check_video
 from warpvec.image.write import write_png
 from warpvec.rendering.draw import draw_pixels
 
+if TYPE_CHECKING:
+    from warpvec.geometry.scene import Scene
+    from warpvec.vectorization.result import Result
+
 TakeFrame = Callable[[int, NDArray[np.float32]], None]
 """Receives the number of the iteration and an image [h, w, 3 or 4]."""
 
@@ -28,8 +34,8 @@ TakeFrame = Callable[[int, NDArray[np.float32]], None]
 @contextmanager
 def watch(
     photo: NDArray[np.float32], config: FitConfig, folder: str | None, video: str | None, every: int, *, quiet: bool
-) -> Iterator[OnProgress]:
-    """Yield the callback for a fit of ``photo``, which shows progress on stderr and records frames.
+) -> Iterator[Watcher]:
+    """Yield the watcher of a fit of ``photo``, which shows progress on stderr and records frames.
 
     A frame that cannot be written later, as on a full disk, is a warning and does not end the fit.
 
@@ -50,28 +56,43 @@ def watch(
             takers.append(stack.enter_context(_filmed(video)))
         show = stack.enter_context(show_progress(sys.stderr, quiet=quiet))
         size = fitted_size(photo.shape[0], photo.shape[1], config.fit_size)
-        yield _both(show, _recorder(takers, every, size, config)) if takers else show
+        yield Watcher(show, takers, every, size, config)
 
 
-def _recorder(takers: list[TakeFrame], every: int, size: tuple[int, int], config: FitConfig) -> OnProgress:
-    """Return a callback that draws every ``every``-th scene, and the last one, at the size of the fit.
+class Watcher:
+    """Shows the progress of a fit, and draws frames at the size of the fit."""
 
-    A goal takes several fits, whose iterations are numbered consecutively: an iteration number that does not increase
-    starts a new fit.
-    """
-    before, last = 0, 0
+    def __init__(
+        self, show: OnProgress, takers: list[TakeFrame], every: int, size: tuple[int, int], config: FitConfig
+    ) -> None:
+        self._show, self._takers, self._every, self._size = show, takers, every, size
+        self._settings = config.render_settings
+        self._before = self._last = 0
 
-    def call(progress: Progress) -> None:
-        nonlocal before, last
-        if progress.iteration <= last:
-            before += last
-        last = progress.iteration
-        if last % every == 0 or last == progress.iteration_count:
-            image = draw_pixels(progress.scene(), *size, **config.render_settings)
-            for take in takers:
-                take(before + last, image)
+    def __call__(self, progress: Progress) -> None:
+        """Show the ``progress``, and draw every scene whose turn it is, and the last one.
 
-    return call
+        A goal takes several fits, whose iterations are numbered consecutively: an iteration number that does not
+        increase starts a new fit. Of a fit of fewer iterations than are between two frames, every scene is drawn.
+        """
+        self._show(progress)
+        if progress.iteration <= self._last:
+            self._before += self._last
+        self._last = progress.iteration
+        is_due = self._last % self._every == 0 or self._last == progress.iteration_count
+        if self._takers and (is_due or progress.iteration_count < self._every):
+            self._draw(progress.scene())
+
+    def end(self, result: Result) -> None:
+        """Draw the ``result`` if it is flat art, which is no scene of a fit: its forms become regular after the fit."""
+        if self._takers and result.config.mode in FLAT_MODES:
+            self._last += 1
+            self._draw(result.fitted.scene)
+
+    def _draw(self, scene: Scene) -> None:
+        image = draw_pixels(scene, *self._size, **self._settings)
+        for take in self._takers:
+            take(self._before + self._last, image)
 
 
 def _png_writer(folder: str) -> TakeFrame:
@@ -99,11 +120,3 @@ def _filmed(path: str) -> Iterator[TakeFrame]:
         yield take
         if not side.has_failed:
             side.attempt(film.finish)
-
-
-def _both(first: OnProgress, second: OnProgress) -> OnProgress:
-    def call(progress: Progress) -> None:
-        first(progress)
-        second(progress)
-
-    return call

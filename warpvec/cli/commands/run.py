@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 @click.option("--resume", metavar="FILE", help="Continue from a checkpoint, with its settings.")
 @click.option(
     "--every", type=WholeNumber(minimum=1), default=50, metavar="N",
-    help="Iterations between two frames and between two checkpoints. [50]",
+    help="Iterations between two frames (1 in fits of fewer) and between two checkpoints. [50]",
 )  # fmt: skip
 @click.option("--placeholder", is_flag=True, help="Print a rough drawing of 1000 bytes as a data URI.")
 @json_option
@@ -157,12 +157,12 @@ def _fit(
     resolve_device(config.device)
     frames, video, every = options["save_frames"], options["video"], options["every"]
     failure: OSError | None = None
-    with watch(photo, config, frames, video, every, quiet=options["quiet"]) as on_progress:
+    with watch(photo, config, frames, video, every, quiet=options["quiet"]) as watcher:
         if options["write_config"] is not None:
             settings = stated(options["preset"], options["background"], options, config)
             SideFile("--write-config").attempt(write_settings, options["write_config"], settings)
         result = fit_photo(
-            photo, config, title=title_of(image), goal=goal, on_progress=on_progress,
+            photo, config, title=title_of(image), goal=goal, on_progress=watcher,
             checkpoint=options["checkpoint"], every=every, resume=checkpoint,
             on_checkpoint_error=SideFile("--checkpoint").fail, file_options=file_options(options),
         )  # fmt: skip
@@ -171,6 +171,7 @@ def _fit(
             write_svg_file(result.svg(), out)
         except OSError as error:
             failure = error
+        watcher.end(result)
     if options["page"] is not None:
         SideFile("--report").attempt(_write_page, options["page"], result, out)
     if failure is not None:  # only now, so that the video and the page are there
