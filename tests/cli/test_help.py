@@ -11,7 +11,7 @@ import pytest
 from commands import assert_refused, invoke
 
 from warpvec import __version__
-from warpvec.cli.options import FILE_OPTIONS, FLAGS, GOALS, SETTINGS
+from warpvec.cli.options import FILE_OPTIONS, FLAGS, GOALS, REFUSED, SETTINGS
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import PRESETS
 from warpvec.vectorization.refine import ITERATIONS
@@ -28,7 +28,8 @@ def test_help_fits_on_a_screen_with_the_presets_first(command: str) -> None:
     for name, preset in PRESETS.items():
         assert f"  {name} " in text[:last]
         assert preset.sentence in " ".join(text[:last].split())
-    for name in (*GOALS, "mode", "detail", "cutout", "size", "curves", "opaque", "palette", "config", "help_all"):
+    modes = () if command == "refine" else ("mode", "detail", "cutout")
+    for name in (*GOALS, *modes, "size", "curves", "opaque", "palette", "config", "help_all"):
         assert f"  --{name.replace('_', '-')} " in text
     assert "--lr-points" not in text
     assert "--no-lod" not in text
@@ -40,7 +41,8 @@ def test_help_all_shows_every_option(command: str) -> None:
     assert result.exit_code == 0
     names = {each.name for each in dataclasses.fields(FitConfig)}
     assert sorted(ROWS) == sorted({*names, *GOALS, *FLAGS, *FILE_OPTIONS})
-    for name in (*ROWS, "write_config", "background"):
+    refused = REFUSED.get(command, ())
+    for name in {*ROWS, "write_config", "background"} - {*refused}:
         assert f"--{name.replace('_', '-')} " in result.stdout
     assert "Policy replacement:" in result.stdout
     if command == "run":

@@ -121,6 +121,14 @@ def test_a_drawing_that_is_missing_is_that_of_from(photo: Path) -> None:
     assert_refused(result, "error: --from must be an SVG file", "none.svg")
 
 
+@pytest.mark.parametrize("options", [["--mode", "flat"], ["--detail", "1"], ["--cutout"], ["--threshold", "9"]])
+def test_the_help_leaves_out_what_is_refused(photo: Path, options: list[str]) -> None:
+    assert_refused(_refine(photo, *options), f"{options[0]} must ")
+    text = invoke("refine", "--help-all").stdout
+    assert f"{options[0]} " not in text and "Kind of picture" not in text
+    assert f"  {options[0]}" in invoke("run", "--help-all").stdout
+
+
 def test_the_help_names_the_settings_that_are_not_used() -> None:
     text = " ".join(invoke("refine", "--help-all").stdout.split())
     assert "--flat, --initial-curves, --initial-radius and --radius-decay are never used" in text

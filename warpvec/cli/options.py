@@ -132,6 +132,9 @@ OTHER_DEFAULTS = {
 }
 """Command -> option -> its default in the help, where the command decides it and not FitConfig."""
 
+REFUSED = {"refine": ("mode", "detail", "cutout", "threshold")}
+"""Command -> options that its help leaves out, because all of their values but the usual one are refused."""
+
 GOALS = ("max_bytes", "gzip", "target_psnr")
 """Options that are fields of Goal."""
 

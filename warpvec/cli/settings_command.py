@@ -10,7 +10,7 @@ import click
 from click.core import ParameterSource
 
 from warpvec.cli.arguments import check_one_stdin, default_out
-from warpvec.cli.options import FLAGS, OTHER_DEFAULTS, RARE, SETTINGS, Setting
+from warpvec.cli.options import FLAGS, OTHER_DEFAULTS, RARE, REFUSED, SETTINGS, Setting
 from warpvec.cli.paths import check_distinct_files
 from warpvec.cli.value_types import ByteCount, CurveCount, GradientCount, Number, PaletteColors, WholeNumber
 from warpvec.config.fit_config import FitConfig
@@ -54,7 +54,10 @@ class SettingsCommand(click.Command):
         super().__init__(*args, **kwargs)
         defaults = {name: field.default for name, field in _FIELDS.items()} | OTHER_DEFAULTS.get(self.name or "", {})
         rows = {name: row for section in SETTINGS.values() for name, row in section.items()}
-        self.params += [_setting_option(name, row, defaults.get(name)) for name, row in rows.items()]
+        for name, row in rows.items():
+            option = _setting_option(name, row, defaults.get(name))
+            option.hidden = name in REFUSED.get(self.name or "", ())
+            self.params.append(option)
         self.params += _general_options()
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -107,6 +110,8 @@ class SettingsCommand(click.Command):
         for title, names in sections.items():
             records = (options[name].get_help_record(ctx) for name in names)
             rows = [record for record in records if record]
+            if not rows:
+                continue
             with formatter.section(title):
                 formatter.write_dl(rows if full else [(flags.partition(" / ")[0], text) for flags, text in rows])
 

@@ -59,7 +59,7 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     those that matter least are removed. With these, a goal, --recycle-gap, --gradients, --colors, --palette, --lod or
     --min-area the fit is that of run from the drawing on, with 0.4 times its learning rates, and without these bounds.
 
-    --detail, --flat, --initial-curves, --initial-radius and --radius-decay are never used. A fit that keeps the paths
+    --flat, --initial-curves, --initial-radius and --radius-decay are never used. A fit that keeps the paths
     of the drawing uses --lr-scale, but no other learning rate and no weight of the loss.
     """
     check_out(out, may_print=True)
