@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,8 @@ import pytest
 from app_server import Server, server_fixture  # noqa: F401  (fixture)
 from PIL import Image
 
-from warpvec.app import desk
-from warpvec.app.messages import Stop
+from warpvec.app import desk, folder
+from warpvec.app.messages import Report, Stop
 
 
 def add(server: Server, page: str = "a", side: int = 8) -> str:
@@ -113,8 +114,33 @@ def test_a_worker_that_dies_fails_one_fit_and_is_replaced(server: Server) -> Non
     server.report("ready")
     assert statuses(server) == ["failed", "fitting"]
     server.report("died", message="again")
+    third = add(server)
+    fit(server, third)
     server.report("died", message="before it was ready")  # it would do so forever
     assert server.worker.restarts == 2
+    assert statuses(server) == ["failed", "failed", "failed"]
+    fit(server, third)  # the user tries again
+    assert server.worker.restarts == 3
+    server.report("ready")
+    assert statuses(server)[2] == "fitting"
+
+
+def test_a_worker_that_dies_after_a_fit_was_dropped_does_not_cost_the_next_one(
+    server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(desk, "DROP_SECONDS", 0.0)
+    server.report("ready")
+    identifier = add(server)
+    fit(server, identifier)
+
+    def drop_and_die() -> None:
+        server.desk.remove(identifier)
+        server.worker.receive(Report("died", 0, {"message": "out of memory"}))
+        server.worker.receive(Report("ready", 0, {}))
+
+    server.act(drop_and_die)
+    server.act(lambda: None)
+    assert server.worker.restarts == 1
 
 
 def test_pages_see_their_own_pictures_and_behind_ones_only_the_newest_frame(server: Server) -> None:
@@ -196,6 +222,24 @@ def test_the_folder_lists_pictures_and_takes_drawings_without_replacing_any(serv
     with Image.open(tmp_path / "saved.png") as image:
         assert image.size == (80, 40)
         assert image.getpixel((40, 20)) == (255, 0, 0)
+    assert server.post(f"export?format=svg&name={'漢' * 120}&to=folder", svg).status_code == 201
     assert server.post("export?format=exe", svg).status_code == 422
+    for size in ("", 'width="1e400" height="4"'):
+        sizeless = svg.replace(b'width="8" height="4"', size.encode())
+        assert server.post("export?format=svgz", sizeless).status_code == 422
     assert server.post("export?format=png&width=99999", svg).status_code == 422
     assert server.post("export?format=png", b"<svg").status_code == 422
+
+
+def test_pages_that_save_at_the_same_time_get_files_of_their_own(tmp_path: Path) -> None:
+    with ThreadPoolExecutor(8) as pool:
+        names = list(pool.map(lambda n: folder.save_drawing(tmp_path, "b", ".svg", b"%d" % n), range(64)))
+    assert sorted(int((tmp_path / name).read_bytes()) for name in names) == list(range(64))
+
+
+def test_a_folder_that_has_gone_is_named(server: Server, tmp_path: Path) -> None:
+    tmp_path.rename(tmp_path.with_name("elsewhere"))
+    answer = server.get("folder")
+    assert answer.status_code == 404
+    assert "the folder of the server cannot be read" in answer.text
+    assert server.get("folder/b.png").status_code == 404

@@ -70,7 +70,6 @@ class Desk:
     """
 
     def __init__(self, make_worker: Callable[[Callable[[Report], None]], FitProcess]) -> None:
-        self.instance = secrets.token_hex(8)
         self.pictures: dict[str, Picture] = {}
         self.is_ready = False
         self._streams: dict[str, set[Stream]] = {}
@@ -79,6 +78,7 @@ class Desk:
         self._number = 0
         self._dropped: set[int] = set()
         self._deadline: asyncio.TimerHandle | None = None
+        self._is_broken = False
         self._worker = make_worker(self.receive)
 
     # Pages
@@ -88,7 +88,7 @@ class Desk:
         stream = Stream()
         self._streams.setdefault(page, set()).add(stream)
         own = [picture for picture in self.pictures.values() if picture.page == page]
-        stream.put("hello", {"instance": self.instance, "ready": self.is_ready, "pictures": [p.facts() for p in own]})
+        stream.put("hello", {"ready": self.is_ready, "pictures": [p.facts() for p in own]})
         for picture in own:
             for kind, facts in picture.last.items():
                 stream.put(kind, {"id": picture.identifier, **facts}, replaces=f"{kind} {picture.identifier}")
@@ -145,6 +145,8 @@ class Desk:
         picture.last.clear()
         self._waiting.insert(0 if is_first else len(self._waiting), picture)
         self._set_status(picture, "waiting")
+        if self._is_broken:  # the user tries again, and so does the server
+            self._restart()
         self._start_next()
         self._tell_queue()
 
@@ -166,10 +168,7 @@ class Desk:
             self._start_next()
             return
         if report.kind == "died":
-            was_ready, self.is_ready = self.is_ready, False  # so that no fit begins before there is another
-            self._end_running("failed", report.facts)
-            if was_ready:  # one that ends before would do so again and again
-                self._restart()
+            self._replace_dead(report.facts)
             return
         if report.number in self._dropped:
             if report.kind in ("done", "failed", "dropped"):
@@ -183,6 +182,18 @@ class Desk:
             self._note(picture, report)
         else:
             self._end_running(report.kind, report.facts)
+
+    def _replace_dead(self, facts: dict[str, Any]) -> None:
+        """Start another process after the end of one. One that ended before it was ready would do so again."""
+        was_ready, self.is_ready = self.is_ready, False  # so that no fit begins before there is another
+        self._end_running("failed", facts)
+        if was_ready:
+            self._restart()
+            return
+        self._is_broken = True
+        while self._waiting:
+            self._running = self._waiting.pop(0)
+            self._end_running("failed", facts)
 
     def _note(self, picture: Picture, report: Report) -> None:
         if report.kind == "frame":
@@ -204,9 +215,7 @@ class Desk:
 
     def _free(self) -> None:
         """Let the next fit begin."""
-        if self._deadline is not None:
-            self._deadline.cancel()
-            self._deadline = None
+        self._cancel_limit()
         self._running = None
         self._start_next()
         self._tell_queue()
@@ -230,9 +239,13 @@ class Desk:
             self._limit(DROP_SECONDS)
 
     def _limit(self, seconds: float) -> None:
+        self._cancel_limit()
+        self._deadline = asyncio.get_running_loop().call_later(seconds, self._end_by_force)
+
+    def _cancel_limit(self) -> None:
         if self._deadline is not None:
             self._deadline.cancel()
-        self._deadline = asyncio.get_running_loop().call_later(seconds, self._end_by_force)
+            self._deadline = None
 
     def _end_by_force(self) -> None:
         """End a fit that does not stop. Its last frame is its drawing."""
@@ -245,7 +258,9 @@ class Desk:
         self._restart()
 
     def _restart(self) -> None:
+        self._cancel_limit()  # it was that of the old process
         self._dropped.clear()
+        self._is_broken = False
         self._worker.restart()
 
     # Events

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 
 from PIL import Image
 
@@ -48,13 +49,15 @@ def encode(text: str, kind: str, width: int | None = None, *, transparent: bool 
     if kind not in MEDIA_TYPES:
         raise InputError("format", f"must be one of {', '.join(MEDIA_TYPES)}", repr(kind), "reload the page")
     document = parse_svg(text)
+    across, down = stated_size(document.root)
+    if not (0.0 < across < math.inf and 0.0 < down < math.inf):
+        raise InputError("SVG", "must have a positive size", f"{across:g} x {down:g}", "change its width and height")
     if kind != "png":
         return encode_drawing(text, f"drawing.{kind}")
-    across, down = stated_size(document.root)
-    columns = round(across) if width is None else width
-    rows = max(1, round(columns * down / across))
-    if not (1 <= columns <= PNG_SIDE_MAX and rows <= PNG_SIDE_MAX):
-        raise InputError("width", f"must give sides from 1 to {PNG_SIDE_MAX} pixels", str(columns), "give another")
+    columns = across if width is None else float(width)
+    rows = max(1.0, columns * down / across)
+    if not (1.0 <= columns <= PNG_SIDE_MAX and rows <= PNG_SIDE_MAX):
+        raise InputError("width", f"must give sides from 1 to {PNG_SIDE_MAX} pixels", f"{columns:g}", "give another")
     stream = io.BytesIO()
-    Image.fromarray(draw(document, columns, rows, transparent=transparent)).save(stream, "PNG")
+    Image.fromarray(draw(document, round(columns), round(rows), transparent=transparent)).save(stream, "PNG")
     return stream.getvalue()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from contextlib import suppress
 from pathlib import Path
 
 from warpvec.errors import InputError
@@ -17,7 +18,7 @@ LISTED_MAX = 1000
 """Most pictures that are listed, the first ones by name."""
 
 NAME_MAX = 100
-"""Longest name of a saved file without its suffix, well below the limit of file systems."""
+"""Longest name of a saved file in bytes, without its suffix: file systems allow 255, or 143 if they encrypt names."""
 
 _UNUSABLE = re.compile(r"[^\w .()+,=@-]+")
 
@@ -51,16 +52,31 @@ def save_drawing(folder: Path, name: str, suffix: str, data: bytes) -> str:
     Raises:
         OSError: the file cannot be written.
     """
-    stem = usable_name(name)
-    found, number = f"{stem}{suffix}", 1
-    while os.path.lexists(folder / found):
-        number += 1
-        found = f"{stem}-{number}{suffix}"
-    write_atomic(folder / found, data)
-    return found
+    path = _taken_name(folder, usable_name(name), suffix)
+    try:
+        write_atomic(path, data)
+    except OSError:
+        with suppress(OSError):
+            path.unlink()
+        raise
+    return path.name
+
+
+def _taken_name(folder: Path, stem: str, suffix: str) -> Path:
+    """Return the path of a new empty file, so that another page that saves at the same time takes another name."""
+    path, number = folder / f"{stem}{suffix}", 1
+    while True:
+        try:
+            path.touch(exist_ok=False)
+        except FileExistsError:
+            number += 1
+            path = folder / f"{stem}-{number}{suffix}"
+        else:
+            return path
 
 
 def usable_name(name: str) -> str:
     """Return ``name`` without folders, control characters and leading points, and not empty."""
     last = re.split(r"[\\/]", name)[-1]
-    return _UNUSABLE.sub("_", last)[:NAME_MAX].strip(". ") or "drawing"
+    kept = _UNUSABLE.sub("_", last).encode("utf-8", "replace")[:NAME_MAX].decode("utf-8", "ignore")
+    return kept.strip(". ") or "drawing"

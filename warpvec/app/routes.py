@@ -85,10 +85,10 @@ class Routes:
 
     async def events(self, request: Request) -> Response:
         page = _page_of(request)
-        stream = self._desk.watch(page)
-        stream.put("server", {"formats": self._formats, "folder": self._folder and self._folder.name})
 
         async def texts() -> Any:
+            stream = self._desk.watch(page)  # here, as the rest is never run for a page that has left before
+            stream.put("server", {"formats": self._formats, "folder": self._folder and self._folder.name})
             try:
                 async for text in stream.texts():
                     yield text
@@ -129,13 +129,20 @@ class Routes:
         return Response(status_code=204)
 
     async def folder(self, request: Request) -> Response:
-        names = [] if self._folder is None else await asyncio.to_thread(list_pictures, self._folder)
+        try:
+            names = [] if self._folder is None else await asyncio.to_thread(list_pictures, self._folder)
+        except OSError as error:
+            raise _unreadable(error) from error
         return JSONResponse(names)
 
     async def from_folder(self, request: Request) -> Response:
         if self._folder is None:
             raise HTTPException(404, "the server was started without a folder")
-        data = await asyncio.to_thread(read_picture, self._folder, request.path_params["name"], MAX_PICTURE_BYTES)
+        name = request.path_params["name"]
+        try:
+            data = await asyncio.to_thread(read_picture, self._folder, name, MAX_PICTURE_BYTES)
+        except OSError as error:
+            raise _unreadable(error) from error
         return Response(data, media_type="application/octet-stream")
 
     async def export(self, request: Request) -> Response:
@@ -156,6 +163,10 @@ class Routes:
         if picture is None:
             raise HTTPException(404, "the server does not have this picture any more")
         return picture
+
+
+def _unreadable(error: OSError) -> HTTPException:
+    return HTTPException(404, f"the folder of the server cannot be read ({error.strerror})")
 
 
 async def _wrong_input(request: Request, error: Exception) -> Response:

@@ -7,6 +7,7 @@ whose client has left are noticed, and a test client that needs no port.
 from __future__ import annotations
 
 import asyncio
+import logging
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -66,6 +67,7 @@ async def _serve(
             Guard(routes.application(), port, token), log_level="error", access_log=False, server_header=False,
             lifespan="off", ws="none",
         )  # fmt: skip
+        logging.getLogger("uvicorn.error").addFilter(_is_mistake)
         server = _Server(config)
         if on_start is not None:
             listener.listen()  # a browser that is quicker than the loop waits
@@ -73,6 +75,12 @@ async def _serve(
         await server.serve([listener])
     finally:
         workers[0].end()
+
+
+def _is_mistake(record: logging.LogRecord) -> bool:
+    """Return whether a message is of more than a request that the end of the server has cut off."""
+    error = record.exc_info[1] if record.exc_info else None
+    return not isinstance(error, (asyncio.CancelledError, KeyboardInterrupt))
 
 
 class _Server(uvicorn.Server):

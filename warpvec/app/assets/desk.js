@@ -10,7 +10,6 @@ class Desk {
     this.view = view;
     this.pictures = [];
     this.current = null;
-    this.instance = null;
     this.shownText = null;
     this.list = new PictureList(byId("pictures"), (picture) => this.open(picture), (picture) => this.remove(picture));
     this.panel = new SettingsPanel((settings, name) => this.changeSettings(settings, name));
@@ -222,10 +221,9 @@ class Desk {
     this.shownText = this.view.drawingText();
   }
 
-  /** Learns which pictures the server has, and gives it back those that it has lost by being started again. */
-  greet({ instance, pictures }) {
-    const isOther = this.instance !== null && this.instance !== instance;
-    this.instance = instance;
+  /** Learns which pictures the server has, and gives it back those that it has lost: it was started again, or this
+   * page did not answer for a while, as when the computer slept. */
+  greet({ pictures }) {
     const known = new Set(pictures.map(({ id }) => id));
     for (const facts of pictures) {
       if (this.pictures.some(({ id }) => id === facts.id)) continue;
@@ -233,7 +231,9 @@ class Desk {
       this.pictures.push(picture);
       if (!this.current) this.open(picture);
     }
-    if (!isOther) return;
+    const isFirst = !this.hasMet;
+    this.hasMet = true;
+    if (isFirst) return;
     for (const picture of this.pictures.filter(({ id, blob }) => id && blob && !known.has(id))) {
       picture.id = null;
       if (picture.isBusy) this.requestFit(picture, { ...this.present(picture), filled: null });
