@@ -24,18 +24,25 @@ def choose(desk: DeskPage, source: Path, way: str) -> None:
         if way == "mouse":
             desk.page.locator("#choose").click()
         else:
-            focus(desk, "choose")
-            desk.page.keyboard.press("Enter")
+            press(desk, "choose", "Enter")
     chooser.value.set_files(source)
 
 
-def focus(desk: DeskPage, identifier: str) -> None:
-    """Press Tab until a control has the focus."""
+def focus(desk: DeskPage, name: str) -> None:
+    """Press Tab until a control, by its identifier, format or group of choices, has the focus."""
+    script = "() => { const { id, dataset, name } = document.activeElement; return id || dataset.format || name; }"
     for _ in range(150):
-        desk.page.keyboard.press("Tab")
-        if desk.page.evaluate("() => document.activeElement.id || document.activeElement.dataset.format") == identifier:
+        if desk.page.evaluate(script) == name:
             return
-    raise AssertionError(f"{identifier} cannot be reached")
+        desk.page.keyboard.press("Tab")
+    raise AssertionError(f"{name} cannot be reached")
+
+
+def press(desk: DeskPage, name: str, *keys: str) -> None:
+    """Press keys in a control."""
+    focus(desk, name)
+    for key in keys:
+        desk.page.keyboard.press(key)
 
 
 def save(desk: DeskPage, way: str) -> Path:
@@ -70,8 +77,7 @@ def test_a_logo_becomes_a_file_for_a_cutter(desk: DeskPage, tmp_path: Path, way:
     if way == "mouse":
         desk.page.locator("#cutout").check()
     else:
-        focus(desk, "cutout")
-        desk.page.keyboard.press("Space")
+        press(desk, "cutout", "Space")
     desk.wait_for_status("Drawing")
     desk.wait_for_status("done")
     saved = save(desk, way)
@@ -87,10 +93,8 @@ def test_a_photo_becomes_a_file_of_few_bytes(desk: DeskPage, tmp_path: Path, way
         desk.page.locator("#modes label").nth(1).click()
         desk.slide("size", 3)  # 5 KB
     else:
-        desk.page.keyboard.press("Tab")
-        focus(desk, "size")
-        for _ in range(3):
-            desk.page.keyboard.press("ArrowRight")
+        press(desk, "mode", "ArrowRight")
+        press(desk, "size", *["ArrowRight"] * 3)
     assert desk.page.inner_text("#size-text") == "5 KB"
     choose(desk, source, way)
     desk.wait_for_status("done")
@@ -100,7 +104,10 @@ def test_a_photo_becomes_a_file_of_few_bytes(desk: DeskPage, tmp_path: Path, way
     stated = float(desk.page.locator("#fit-figures tr", has_text="PSNR").inner_text().split()[1])
     assert abs(psnr(draw_like(saved.read_bytes(), target), target) - stated) < 0.01
     # Less: it goes on from there, and the page compares in the right units.
-    desk.slide("size", 2)
+    if way == "mouse":
+        desk.slide("size", 2)
+    else:
+        press(desk, "size", "ArrowLeft")
     desk.wait_for_status("Drawing")
     desk.wait_for_status("done")
     assert save(desk, way).stat().st_size <= 3000
@@ -110,31 +117,76 @@ def test_a_photo_becomes_a_file_of_few_bytes(desk: DeskPage, tmp_path: Path, way
     assert abs(shown - stated) < 1.0
 
 
+class Mouse:
+    """The steps of the removal of a person, without a key."""
+
+    def __init__(self, desk: DeskPage) -> None:
+        self.desk, self.page = desk, desk.page
+
+    def set_up(self) -> None:
+        self.page.locator("#modes label").nth(1).click()
+        self.desk.slide("detail", 4)
+
+    def begin_editing(self) -> None:
+        self.page.locator("#sides label").nth(1).click()
+
+    def delete_at(self, x: float, y: float) -> None:
+        self.desk.click(x, y)
+        self.page.locator("#delete").click()
+
+    def fit_again(self) -> None:
+        self.page.locator("#fit-again").click()
+        self.page.locator("#sides label").nth(0).click()
+
+
+class Keys:
+    """The same without a mouse."""
+
+    def __init__(self, desk: DeskPage) -> None:
+        self.desk, self.page = desk, desk.page
+
+    def set_up(self) -> None:
+        press(self.desk, "mode", "ArrowRight")
+        press(self.desk, "detail", "Home", *["ArrowRight"] * 4)
+
+    def begin_editing(self) -> None:
+        press(self.desk, "side", "ArrowRight")
+        self.page.keyboard.press("c")
+
+    def delete_at(self, x: float, y: float) -> None:
+        """Move the cross to the point, and click with it."""
+        for (less, more), gap in zip((("Left", "Right"), ("Up", "Down")), self.desk.caret_gap(x, y), strict=True):
+            far, near = divmod(round(abs(gap)), 10)
+            arrow = f"Arrow{more if gap > 0 else less}"
+            for key in [arrow] * far + [f"Control+{arrow}"] * near:
+                self.page.keyboard.press(key)
+        self.page.keyboard.press("Enter")
+        self.page.keyboard.press("Delete")
+
+    def fit_again(self) -> None:
+        press(self.desk, "fit-again", "Enter")
+        press(self.desk, "side", "ArrowLeft")
+
+
 @pytest.mark.parametrize("way", ["mouse", "keys"])
 def test_a_person_is_removed_and_the_wall_goes_on(desk: DeskPage, tmp_path: Path, way: str) -> None:
     source = write_scene(tmp_path / "photo.png", person=True)
     wall = read_image(write_scene(tmp_path / "wall.png", person=False))
-    desk.page.locator("#modes label").nth(1).click()
-    desk.slide("detail", 4)
-    desk.drop(source)
+    hand: Mouse | Keys = Mouse(desk) if way == "mouse" else Keys(desk)
+    hand.set_up()
+    choose(desk, source, way)
     desk.wait_for_status("done")
-    before = draw_like(desk.save().read_bytes(), wall)
-    page, count = desk.page, desk.paths()
-    page.locator("#sides label").nth(1).click()
+    before = draw_like(save(desk, way).read_bytes(), wall)
+    count = desk.paths()
+    hand.begin_editing()
     # The paths that are dark in the middle are the person.
     for _ in range(count):
         if desk.color(80, 64)[0] > 90:
             break
-        desk.click(80, 64)
-        page.keyboard.press("Delete")
+        hand.delete_at(80, 64)
     deleted = count - desk.paths()
     assert deleted > 0
-    if way == "mouse":
-        page.locator("#fit-again").click()
-    else:
-        focus(desk, "fit-again")
-        page.keyboard.press("Enter")
-    page.locator("#sides label").nth(0).click()
+    hand.fit_again()
     desk.wait_for_status("done")
     assert desk.paths() >= count - deleted
     after = draw_like(save(desk, way).read_bytes(), wall)

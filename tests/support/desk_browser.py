@@ -133,6 +133,15 @@ class DeskPage:
         scale, left, top = self.page.evaluate(script)
         self.page.mouse.click(left + scale * x, top + scale * y)
 
+    def caret_gap(self, x: float, y: float) -> list[float]:
+        """Return the pixels to the right and down from the cross for keys to the point x, y of the drawing."""
+        script = """([x, y]) => {
+            const { view, caret } = document.getElementById("surface").dataset;
+            const [[scale, left, top], [column, row]] = [view, caret].map((text) => text.split(" ").map(Number));
+            return [left + scale * x - column, top + scale * y - row];
+        }"""
+        return list(self.page.evaluate(script, [x, y]))
+
     def color(self, x: float, y: float) -> tuple[int, ...]:
         """Return red, green and blue that the page shows at the point x, y of the drawing."""
         script = """async ([x, y]) => {

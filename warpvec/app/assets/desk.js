@@ -149,6 +149,7 @@ class Desk {
     await this.attempt(async () => {
       if (!picture.id) await this.upload(picture);
       Object.assign(picture, { status: "waiting", message: "" });
+      this.refresh();
       await this.server.fit(picture.id, request).catch(async (error) => {
         if (error.status !== 404 || !picture.blob) throw error;
         await this.upload(picture); // the server has forgotten it
