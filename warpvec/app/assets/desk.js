@@ -63,7 +63,7 @@ class Desk {
       if (!this.current || !this.pictures.some((other) => other !== picture && other.isBusy)) await this.open(picture);
     } catch (error) {
       Object.assign(picture, { status: "failed", message: error.message });
-      if (!this.current) this.current = picture;
+      if (!this.current || this.current.status === "failed") this.current = picture; // so that its message is seen
     }
     this.refresh();
   }
@@ -161,7 +161,10 @@ class Desk {
 
   /** Fits the edited drawing again; the paths at `locked` stay, and deleted ones are filled in. */
   async fitAgain(text, locked) {
-    if (!this.current) return;
+    if (!this.current?.newest) {
+      this.view.say("There is no drawing to fit again yet");
+      return;
+    }
     await this.requestFit(this.current, { ...this.present(this.current), start: text, locked, keepsPaths: true });
   }
 
@@ -264,6 +267,10 @@ class Desk {
   // Saving
 
   async save(text, format = "svg") {
+    if (!this.current?.newest) {
+      this.view.say("There is no drawing to save yet");
+      return;
+    }
     await this.attempt(async () => {
       const name = this.current?.name ?? "drawing";
       const written = this.exactText(text);
