@@ -16,7 +16,8 @@ from warpvec.geometry.circles import circle_sides
 from warpvec.geometry.cubics import CUBICS_MAX, to_cubics
 from warpvec.geometry.scene import Scene
 from warpvec.image.metrics import psnr
-from warpvec.svg.measure import count_segments, draw
+from warpvec.svg.measure import draw
+from warpvec.svg.segments import count_segments
 from warpvec.svg.write import quantize, write_svg
 
 

@@ -78,7 +78,7 @@ def test_facts_of_a_file_and_of_its_gzip_are_the_same():
     text = svg_file(paths + "<!-- \u00e9 -->" * 30)
     facts = file_facts(text)
     assert facts == file_facts(text.encode()) == file_facts(gzip.compress(text.encode()))
-    assert (facts["paths"], facts["segments"], facts["bytes"]) == (4, 4, len(text.encode()))
+    assert (facts["paths"], facts["segments"], facts["bytes"]) == (4, 5, len(text.encode()))
     assert len(gzip.compress(text.encode())) - 20 <= facts["gzip_bytes"] < facts["bytes"]
 
 
@@ -122,7 +122,7 @@ def test_the_segments_of_a_long_path_are_counted_in_little_memory(unit):
 
 def test_more_commands_than_can_be_counted_soon_are_refused(monkeypatch):
     monkeypatch.setattr(measure, "MAX_COMMANDS", 50)
-    assert file_facts(svg_file('<path d="M0 0' + "h1" * 49 + 'z"/>'))["segments"] == 49
+    assert file_facts(svg_file('<path d="M0 0' + "h1" * 49 + 'z"/>'))["segments"] == 50
     assert "at most 50 commands" in refusal(file_facts, svg_file(('<path d="M0 0' + "h1" * 25 + '"/>') * 2))
 
 

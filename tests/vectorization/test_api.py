@@ -106,7 +106,7 @@ def test_evaluate_measures_any_svg(photo: Photo) -> None:
     facts = api.evaluate(svg, photo)
     grey = np.full_like(photo, 0x80)
     assert facts["curves"] == 1
-    assert facts["segments"] == 3
+    assert facts["segments"] == 4
     assert facts["psnr"] == pytest.approx(psnr(grey, photo))
 
 
