@@ -206,7 +206,7 @@ class Population:
         if live.gradients is not None:
             self._gradients = GradientParameters(live.gradients, self._config, self._parameters.half_side)
             self._gradients.restore(state["gradients"], str(device))
-        self._set_live(live)
+        self._set_live(live, is_constrained=True)
 
     def keep(self, rows: Tensor) -> None:
         """Keep the paths ``rows``: a mask, or indices in the new order."""
@@ -277,12 +277,16 @@ class Population:
         self._set_live(replace(self.live, segments=edit.scene.segments, structure=edit.scene.structure))
         return edit.distance, edit.area
 
-    def _set_live(self, scene: Scene) -> None:
-        """Make ``scene``, which shares no memory, the live one, and prepare the step's arguments for its memory."""
+    def _set_live(self, scene: Scene, *, is_constrained: bool = False) -> None:
+        """Make ``scene``, which shares no memory, the live one, and prepare the step's arguments for its memory.
+
+        A saved one is constrained already. If it is rounded too, constraints would change it and its parameters.
+        """
         scene = replace(scene, gradients=None if self._gradients is None else self._gradients.live)
         self.live, self._copy, self._prefix_counts = scene, None, None
         self._take_step.prepare(scene, (*self._rows, self._background), (self._segment_age, self._age))
-        self._constrain()
+        if not is_constrained:
+            self._constrain()
 
     def _constrain(self) -> None:
         """Straighten lines, and apply opaque paths and the palette, in the live scene in place."""
