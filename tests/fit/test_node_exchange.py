@@ -13,6 +13,7 @@ import torch
 from scenes import blob_scene
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.fit import node_exchange
 from warpvec.fit.loop import fit
 from warpvec.fit.node_exchange import choose, curve_count
 from warpvec.fit.node_gains import merge_costs, node_values
@@ -140,6 +141,13 @@ def test_a_fit_gives_paths_as_many_nodes_as_they_need_at_the_same_total() -> Non
     assert fixed.is_uniform
     assert moved.structure.segment_count == fixed.structure.segment_count == 4 * COUNT
     assert int(counts.min()) < 4 < int(counts.max())
+
+
+def test_no_path_gets_nodes_beyond_its_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(node_exchange, "SEGMENTS_MAX", 5)
+    scene = fit(photo(), quick()).scene
+    assert int(scene.structure.path_first_segment.diff().max()) == 5
+    assert scene.structure.segment_count == 4 * COUNT
 
 
 @pytest.mark.parametrize("settings", [{}, {"lod": True}, {"gradients": "auto"}, {"colors": 8}], ids=str)
