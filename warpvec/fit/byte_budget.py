@@ -75,7 +75,7 @@ class ByteBudget:
 
 
 class Budget(Protocol):
-    """What decides the number of paths while a fit runs: see `ByteBudget` and `warpvec.fit.psnr_budget`."""
+    """A rule for the number of paths while a fit runs: see `ByteBudget` and `warpvec.fit.psnr_budget`."""
 
     def wanted_count(self, scene: Scene, loss: float, iteration: int, iterations: int) -> int:
         """Return the number of paths for ``scene`` with ``loss`` after ``iteration`` of ``iterations``."""
@@ -91,7 +91,7 @@ class Budget(Protocol):
 
 
 class Written(NamedTuple):
-    """What a file asks of the paths of a fit.
+    """Requirements of a file on the paths of a fit.
 
     Attributes:
         step: distance of the file's coordinates in pixels of the fitted image, across and down; None if the fit does

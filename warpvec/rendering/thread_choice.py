@@ -48,7 +48,7 @@ class Share(NamedTuple):
 
 @dataclass
 class _Window:
-    """What some launches in a row did: wall seconds, and those that the threads spent and had a core for."""
+    """The totals of some launches in a row: wall seconds, and those that the threads spent and had a core for."""
 
     launches: int = 0
     wall: float = 0.0
