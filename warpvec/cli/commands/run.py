@@ -95,7 +95,8 @@ def _check_outputs(out: str, options: dict[str, Any], goal: Goal) -> None:
         check_writable(options["checkpoint"], "--checkpoint")
     if goal and (options["checkpoint"] or options["resume"]):
         name = "--resume" if options["resume"] else "--checkpoint"
-        raise InputError(name, "must be given without a goal for the file, whose fits have no state", remedy="leave one of them out")
+        rule = "must be given without a goal for the file, whose fits have no state"
+        raise InputError(name, rule, remedy="leave one of them out")
 
 
 def _with_mode_of_checkpoints(config: FitConfig, options: dict[str, Any]) -> FitConfig:
