@@ -1,6 +1,6 @@
 """Measure `warpvec refine`: on the tracings of vtracer, on disturbed originals, and on originals as they stand.
 
-    python bench/refine.py FOLDER [--tracings FOLDER] [--iterations 500] [--names a,b]
+    python bench/refine.py FOLDER [--tracings FOLDER] [--iterations 500] [--gradients auto] [--names a,b]
 
 FOLDER has NAME.png and NAME.svg, such as the flat art. The tracings are NAME.svg in a folder of their own, made with
 ``vtracer.convert_pixels(rgba, width, height, vtracer.Config(simplify=2.0))`` from the pictures over white.
@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import click
 import numpy as np
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import warpvec
+from warpvec.cli.value_types import GradientCount
 from warpvec.geometry.crossings import self_crossings
 from warpvec.geometry.gradients import FLAT, RADIAL
 from warpvec.geometry.joints import Joints, with_lines
@@ -83,10 +84,10 @@ def drawing_of(path: Path, photo: NDArray[np.uint8]) -> Scene:
     return loaded.scene.scaled(width / loaded.width, height / loaded.height)
 
 
-def refined(name: str, photo: NDArray[np.uint8], svg: str, iterations: int, threads: int = 2) -> Row:
-    """Refine ``svg`` and return the figures."""
+def refined(name: str, photo: NDArray[np.uint8], svg: str, settings: dict[str, Any], threads: int = 2) -> Row:
+    """Refine ``svg`` with the ``settings`` of `warpvec.refine` and return the figures."""
     seconds = time.process_time()
-    result = warpvec.refine(photo, svg, iterations=iterations, threads=threads, metadata=False)
+    result = warpvec.refine(photo, svg, **settings, threads=threads, metadata=False)
     seconds = time.process_time() - seconds
     start, end = (drawing_from(text, photo) for text in (svg, result.svg()))
     added = (self_crossings(end) - self_crossings(start)).clamp_min(0).sum() if len(start) == len(end) else -1
@@ -136,13 +137,14 @@ def drawings(folder: Path, tracings: Path | None, kind: str, names: list[str]) -
 @click.option("--tracings", type=click.Path(exists=True, path_type=Path))
 @click.option("--kinds", default="tracing,original,noise,noise-gradients", show_default=True)
 @click.option("--iterations", default=500, show_default=True)
+@click.option("--gradients", type=GradientCount(), default=0.0, help="Paths that may have one, as in warpvec refine.")
 @click.option("--names", default="", help="Only these drawings.")
-def main(folder: Path, tracings: Path | None, kinds: str, iterations: int, names: str) -> None:
+def main(folder: Path, tracings: Path | None, kinds: str, names: str, **settings: Any) -> None:
     """Print a row for each drawing of FOLDER and the means."""
     for kind in kinds.split(","):
         rows = []
         for name, text in drawings(folder, tracings, kind, [each for each in names.split(",") if each]):
-            row = refined(name, over_white(folder / f"{name}.png"), text, iterations)
+            row = refined(name, over_white(folder / f"{name}.png"), text, settings)
             rows.append(row)
             click.echo(
                 f"| {kind} | {name} | {row.before:.2f} | {row.after:.2f} | {row.bytes / row.start_bytes:.2f}"

@@ -33,6 +33,15 @@ def test_a_row_for_each_kind_and_drawing(tmp_path: Path) -> None:
     assert noise[-2:] == ["0", "0"]
 
 
+def test_flat_paths_get_gradients_if_asked(tmp_path: Path) -> None:
+    drawn = draw(TEXT, 64, 64)
+    flat = TEXT.replace("url(#a)", "#888")
+    plain, painted = (
+        refine.refined("one", drawn, flat, {"iterations": 20, "gradients": count}) for count in (0.0, "auto")
+    )
+    assert painted.after > plain.after + 5.0
+
+
 def test_disturbed_drawings_keep_their_kinds_and_flat_paints() -> None:
     scene = refine.drawing_from(TEXT, draw(TEXT, 64, 64))
     for with_gradients in (False, True):
