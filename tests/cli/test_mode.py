@@ -67,6 +67,8 @@ def test_checkpoints_mean_a_photo(icon: Path) -> None:
 def test_settings_of_another_mode_are_refused_in_one_line(icon: Path) -> None:
     assert_refused(invoke("run", icon, "--mode", "flat", "--lod"), "--lod must not be given in the mode flat")
     assert_refused(invoke("run", icon, "--mode", "photo", "--cutout"), "--cutout must not be given in the mode photo")
+    rule = "--detail must not be given in the mode photo, which does not use it, got 0.5; leave it out"
+    assert_refused(invoke("run", icon, "--mode", "photo", "--detail", "0.5"), rule)
     assert_refused(invoke("run", icon, "--threshold", "300"), "--threshold must be a whole number from 0 to 255")
     assert_refused(invoke("run", icon, "--size", "9 feet"), "--size must be a width above 0 in mm, cm")
     drawing = icon.with_suffix(".svg")
