@@ -77,7 +77,7 @@ def test_eval_counts_what_is_painted_and_its_gradients(photo: Path) -> None:
     shapes = '<path d="M0 0h48v32z" fill="url(#a)"/>'
     text = '<svg xmlns="http://www.w3.org/2000/svg" width="48" height="32">{}</svg>'
     drawing = photo.with_name("drawing.svg")
-    for drawn, words in ((shapes, "1 curve (1 with a gradient), 2 segments, "), (shapes + "<circle/>", "2 curves (1 ")):
+    for drawn, words in ((shapes, "1 curve (1 with a gradient), 3 segments, "), (shapes + "<circle/>", "2 curves (1 ")):
         drawing.write_text(text.format(stops + drawn))
         assert f"drawing.svg: {words}" in invoke("eval", photo, drawing).stdout
 
