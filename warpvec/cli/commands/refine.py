@@ -56,7 +56,7 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     first makes every path opaque, which may make it worse.
 
     If --curves is above the number of paths, new ones are added on top where the picture is worst; if it is below,
-    those that matter least are removed. With these, a goal, --recycle-gap, --gradients, --colors, --palette, --lod or
+    those that matter least are removed. With these, a goal, --recycle-gap, --colors, --palette, --lod or
     --min-area the fit is that of run from the drawing on, with 0.4 times its learning rates, and without these bounds.
 
     --flat, --initial-curves, --initial-radius and --radius-decay are never used. A fit that keeps the paths
