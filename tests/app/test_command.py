@@ -15,6 +15,7 @@ from warpvec.cli.commands import app as command
     ("arguments", "message"),
     [
         (["no-such-folder"], "FOLDER must be an existing folder"),
+        ([""], "FOLDER must be an existing folder"),
         (["--port", "70000"], "--port must be from 1024 to 65535"),
         (["--port", "80"], "--port"),
     ],

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import uvicorn
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from warpvec.app.address import HOST
 from warpvec.app.desk import Desk
@@ -22,6 +23,15 @@ from warpvec.app.guard import Guard
 from warpvec.app.messages import Report
 from warpvec.app.routes import Routes
 from warpvec.app.worker_process import WorkerProcess
+
+CONNECTIONS_MAX = 128
+"""Most open connections. Browsers open six to a server, and a process may often have 1,024 files, or 256."""
+
+BACKLOG = 64
+"""Most connections that are accepted before the first of them is counted."""
+
+SILENT_SECONDS = 10.0
+"""Time in which a new connection must bring its first request: other programs' silent ones take up room."""
 
 
 def run_server(
@@ -64,8 +74,8 @@ async def _serve(
     try:
         routes = Routes(desk, folder, await asyncio.to_thread(usable_formats))
         config = uvicorn.Config(
-            Guard(routes.application(), port, token), log_level="error", access_log=False, server_header=False,
-            lifespan="off", ws="none",
+            Guard(routes.application(), port, token), http=_Connection, backlog=BACKLOG, log_level="error",
+            access_log=False, server_header=False, lifespan="off", ws="none",
         )  # fmt: skip
         logging.getLogger("uvicorn.error").addFilter(_is_mistake)
         server = _Server(config)
@@ -75,6 +85,21 @@ async def _serve(
         await server.serve([listener])
     finally:
         workers[0].end()
+
+
+class _Connection(H11Protocol):
+    """A connection that ends at once if there are too many, and soon if it is silent."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override] # as uvicorn's own
+        super().connection_made(transport)
+        if len(self.connections) > CONNECTIONS_MAX:
+            transport.abort()
+            return
+        self.loop.call_later(SILENT_SECONDS, self._end_if_silent)
+
+    def _end_if_silent(self) -> None:
+        if self.cycle is None:  # there was no request
+            self.transport.abort()
 
 
 def _is_mistake(record: logging.LogRecord) -> bool:

@@ -54,6 +54,6 @@ def _checked_folder(folder: str | None) -> Path | None:
     if folder is None:
         return None
     path = Path(folder)
-    if not path.is_dir():
+    if not folder or not path.is_dir():
         raise InputError("FOLDER", "must be an existing folder", repr(folder), "create it first, or leave it out")
     return path
