@@ -100,6 +100,13 @@ def test_the_probe_has_at_most_the_paths_of_the_fit() -> None:
     assert [config.curves for config in fits.asked] == [10, 10]
 
 
+def test_no_correction_is_made_twice() -> None:
+    fits = Fits()
+    _run(fits, Goal(max_bytes=3_000, target_psnr=60.0))
+    made = [(config.curves, id(start)) for config, start in zip(fits.asked, fits.starts, strict=True) if start]
+    assert len(made) == len(set(made)) > 0
+
+
 @pytest.mark.parametrize("interrupted", [0, 1, 2])
 def test_an_interrupt_ends_the_search_with_what_fits(interrupted: int) -> None:
     fits = Fits(lambda asked: max(asked, 60), interrupted=interrupted)

@@ -103,12 +103,17 @@ class Search:
         if self.start is None and not self._is_over():
             self._fit_whole(curves_max)
         outside_count = 0  # corrections that do not narrow a bracket
+        last: tuple[int, Result] | None = None
         while not self._is_done(curves_max):
             count = self._next_count(curves_max)
             outside_count += not narrows_bracket(self.goal, self.trials, count)
             if outside_count > CORRECTIONS_MAX:
                 break
-            self._correct(count, self._nearest(count).fitted.scene)
+            nearest = self._nearest(count)
+            if last is not None and last[0] == count and last[1] is nearest:
+                break  # the same fit would find the same again
+            last = count, nearest
+            self._correct(count, nearest.fitted.scene)
 
     def _probe(self) -> None:
         count = min(PROBE_CURVES, self.config.curves)
