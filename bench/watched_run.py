@@ -18,7 +18,7 @@ from typing import Any
 
 
 class Watch:
-    """Wrapper of ``warpvec.vectorization.api.fit`` that records seconds since the start and paths at each iteration."""
+    """Wrapper of ``warpvec.vectorization.photo_fit.fit`` that records seconds since the start and paths at every step."""
 
     def __init__(self, fit: Callable[..., Any]) -> None:
         self._fit = fit
@@ -79,10 +79,10 @@ def count_pairs(watch: Watch) -> dict[str, int]:
 def main() -> None:
     """Run the command, then report; exit with the code of the command."""
     from warpvec.cli import main as cli
-    from warpvec.vectorization import api
+    from warpvec.vectorization import photo_fit
 
-    watch = Watch(api.fit)
-    api.fit = watch  # type: ignore[assignment]
+    watch = Watch(photo_fit.fit)
+    photo_fit.fit = watch  # type: ignore[assignment]
     try:
         cli.main(["run", *sys.argv[1:]])
     except SystemExit as stop:

@@ -45,6 +45,6 @@ def quick_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     """Replace the fit by a stub that returns circles."""
     from stubs import stub_fit
 
-    from warpvec.vectorization import api
+    from warpvec.vectorization import photo_fit
 
-    monkeypatch.setattr(api, "fit", stub_fit)
+    monkeypatch.setattr(photo_fit, "fit", stub_fit)

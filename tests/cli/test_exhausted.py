@@ -15,7 +15,7 @@ from click.testing import Result
 from commands import QUICK, assert_refused, invoke, write_photo
 
 from warpvec import files
-from warpvec.vectorization import api
+from warpvec.vectorization import photo_fit
 
 
 @pytest.fixture
@@ -125,7 +125,7 @@ def _in_python() -> Any:
 def test_full_memory_is_reported_in_one_line(
     photo: Path, allocate: Callable[[], Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(api, "fit", lambda *_, **__: allocate())
+    monkeypatch.setattr(photo_fit, "fit", lambda *_, **__: allocate())
     line = _line(_run(photo, "--video", photo.with_name("fit.gif"), "--every", "1"))
     assert line.startswith("memory has run out (")
     assert line.endswith("); give a smaller --fit-size or fewer --curves")
@@ -133,7 +133,7 @@ def test_full_memory_is_reported_in_one_line(
 
 
 def test_full_memory_leaves_the_checkpoint(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real, state = api.fit, photo.with_name("state")
+    real, state = photo_fit.fit, photo.with_name("state")
 
     def fit(target: Any, config: Any, on_progress: Any, **others: Any) -> Any:
         def exhaust(progress: Any) -> None:
@@ -145,7 +145,7 @@ def test_full_memory_leaves_the_checkpoint(photo: Path, monkeypatch: pytest.Monk
     settings = ["--curves", "8", "--iterations", "6", "-q"]
     assert invoke("run", photo, photo.with_name("whole.svg"), *settings).exit_code == 0
     with monkeypatch.context() as exhausted:
-        exhausted.setattr(api, "fit", fit)
+        exhausted.setattr(photo_fit, "fit", fit)
         run = invoke("run", photo, photo.with_name("out.svg"), *settings, "--checkpoint", state, "--every", "1")
         assert _line(run).startswith("memory has run out")
     assert not photo.with_name("out.svg").exists()

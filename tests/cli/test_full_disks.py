@@ -19,7 +19,7 @@ from torture_disks import FILES, is_whole, small_disk
 from warpvec import files
 from warpvec.config.fit_config import FitConfig
 from warpvec.image.read import read_image
-from warpvec.vectorization import api
+from warpvec.vectorization import api, photo_fit
 
 FIT = ["--curves", "24", "--iterations", "12", "--every", "1", "-q"]
 
@@ -71,14 +71,14 @@ def test_the_other_files_are_whole(full: str, file: str, photo: Path, disk: Path
 
 
 def test_other_failures_of_side_files_are_warnings_too(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder, out, real = photo.with_name("gone"), photo.with_name("out.svg"), api.fit
+    folder, out, real = photo.with_name("gone"), photo.with_name("out.svg"), photo_fit.fit
     folder.mkdir()
 
     def fit(*arguments: Any, **named: Any) -> Any:
         shutil.rmtree(folder)
         return real(*arguments, **named)
 
-    monkeypatch.setattr(api, "fit", fit)
+    monkeypatch.setattr(photo_fit, "fit", fit)
     result = _run(photo, {name: folder / file for name, file in FILES.items()} | {"OUT": out})
     assert result.exit_code == 0
     assert out.read_text(encoding="utf-8").endswith("</svg>\n")

@@ -19,7 +19,7 @@ from stubs import circles, progress_at
 
 import warpvec
 from warpvec.cli import progress
-from warpvec.vectorization import api
+from warpvec.vectorization import photo_fit
 
 pytestmark = pytest.mark.usefixtures("quick_fit")
 
@@ -50,7 +50,7 @@ def test_unexpected_failure_is_one_line_with_a_hint(photo: Path, monkeypatch: py
     def fail(*arguments: object, **_: object) -> None:
         raise RuntimeError("the reactor\nis hot")
 
-    monkeypatch.setattr(api, "fit", fail)
+    monkeypatch.setattr(photo_fit, "fit", fail)
     result = invoke("run", photo, photo.with_name("out.svg"))
     assert result.exit_code == 1
     (line,) = result.stderr.splitlines()

@@ -22,7 +22,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.image.metrics import psnr
 from warpvec.rendering import devices, launch
-from warpvec.vectorization import api
+from warpvec.vectorization import photo_fit
 
 pytestmark = pytest.mark.usefixtures("quick_fit")
 
@@ -185,7 +185,7 @@ def test_frames_are_drawn_by_the_renderer_of_the_fit(photo: Path) -> None:
 
 
 def test_interrupted_fit_is_saved_and_exits_with_130(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(api, "fit", functools.partial(stub_fit, interrupted=True))
+    monkeypatch.setattr(photo_fit, "fit", functools.partial(stub_fit, interrupted=True))
     out = photo.with_name("out.svg")
     result = invoke("run", photo, out, *QUICK)
     assert result.exit_code == 130
@@ -200,7 +200,7 @@ def test_interrupt_outside_the_fit_exits_with_130_and_writes_nothing(
     def interrupt(*arguments: object, **_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(api, "fit", interrupt)
+    monkeypatch.setattr(photo_fit, "fit", interrupt)
     assert invoke("run", photo, photo.with_name("out.svg")).exit_code == 130
     assert os.listdir(photo.parent) == ["photo.png"]
 
@@ -226,7 +226,7 @@ def test_options_reach_the_fit_and_the_preset_decides_the_rest(
         seen.append(config)
         return stub_fit(target, FitConfig(curves=1, iterations=1), on_progress)
 
-    monkeypatch.setattr(api, "fit", record)
+    monkeypatch.setattr(photo_fit, "fit", record)
     assert invoke("run", photo, "-", *options).exit_code == 0
     assert seen == [expected]
 

@@ -15,7 +15,7 @@ from commands import QUICK, assert_refused, invoke, write_photo
 from PIL import Image
 from stubs import stub_fit
 
-from warpvec.vectorization import api
+from warpvec.vectorization import photo_fit
 
 pytestmark = pytest.mark.usefixtures("quick_fit")
 
@@ -74,7 +74,7 @@ def test_a_perfect_fit_has_a_page(photo: Path, monkeypatch: pytest.MonkeyPatch) 
         fitted.history[-1]["psnr"] = math.inf
         return fitted
 
-    monkeypatch.setattr(api, "fit", perfect)
+    monkeypatch.setattr(photo_fit, "fit", perfect)
     found, page = _report(photo)
     assert [record["psnr"] for record in found["history"]] == [20.0, 20.0, None]
     # The plot cannot show infinity.

@@ -27,7 +27,7 @@ from warpvec.image.metrics import psnr
 from warpvec.rendering.exact import ExactRenderer
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
-from warpvec.vectorization import api
+from warpvec.vectorization import photo_fit
 
 HEIGHT, WIDTH = 40, 56
 GIVEN = "#102030,#c0a080,#fff,#456"
@@ -234,7 +234,7 @@ def test_no_path_of_the_file_is_smaller_than_min_area() -> None:
 
 def test_paths_that_end_too_small_are_not_in_the_file(monkeypatch: pytest.MonkeyPatch) -> None:
     """The paths are discs of 50 square pixels; some lie partly off the canvas."""
-    monkeypatch.setattr(api, "fit", stub_fit)
+    monkeypatch.setattr(photo_fit, "fit", stub_fit)
     result = warpvec.vectorize(_photo(48), 40, iterations=1, min_area=45.0)
     areas = _areas(result)
     assert 5 < len(areas) < len(result.fitted.scene) == 40

@@ -20,7 +20,7 @@ from stubs import stub_fit
 from warpvec.errors import InputError
 from warpvec.image import video
 from warpvec.image.video import EXTENSIONS, FRAMES_PER_SECOND, Video, check_video
-from warpvec.vectorization import api
+from warpvec.vectorization import photo_fit
 
 KINDS = [
     pytest.param(extension, marks=pytest.mark.skipif(missing, reason="needs imageio-ffmpeg, the extra video"))
@@ -203,7 +203,7 @@ def test_run_films_the_fit(extension: str, photo: Path) -> None:
 
 
 def test_an_interrupted_fit_leaves_its_video_so_far(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = api.fit
+    real = photo_fit.fit
 
     def stop(target: Any, config: Any, on_progress: Any, **others: Any) -> Any:
         def tell(progress: Any) -> None:
@@ -213,7 +213,7 @@ def test_an_interrupted_fit_leaves_its_video_so_far(photo: Path, monkeypatch: py
 
         return real(target, config, tell, **others)
 
-    monkeypatch.setattr(api, "fit", stop)
+    monkeypatch.setattr(photo_fit, "fit", stop)
     path, out = photo.with_name("fit.gif"), photo.with_name("out.svg")
     result = invoke("run", photo, out, "--curves", "8", "--iterations", "50", "--every", "2", "--video", path)
     assert result.exit_code == 130
@@ -226,7 +226,7 @@ def test_an_error_in_the_fit_leaves_no_video(photo: Path, monkeypatch: pytest.Mo
         stub_fit(target, config, on_progress)
         raise RuntimeError("the reactor is hot")
 
-    monkeypatch.setattr(api, "fit", fail)
+    monkeypatch.setattr(photo_fit, "fit", fail)
     result = invoke(
         "run", photo, photo.with_name("out.svg"), *QUICK, "--every", "1", "--video", photo.with_name("a.gif")
     )

@@ -1,4 +1,4 @@
-"""What the page asks of a fit: few settings, checked, and turned into those of a run."""
+"""Few settings that the page sends with a picture: checked, and turned into those of a run."""
 
 from __future__ import annotations
 

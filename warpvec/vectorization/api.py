@@ -17,11 +17,8 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
-from warpvec.fit.byte_budget import Budget, Written
 from warpvec.fit.checkpoint import Checkpoint, write_checkpoint
-from warpvec.fit.loop import fit
-from warpvec.fit.progress import OnProgress, no_fit
-from warpvec.fit.psnr_budget import PsnrBudget
+from warpvec.fit.progress import OnProgress
 from warpvec.fit.state import Saving, State, digest
 from warpvec.flat.classify import Choice, choose_mode
 from warpvec.geometry.scene import Scene
@@ -30,12 +27,10 @@ from warpvec.image.read import ImageSource, read_image
 from warpvec.image.resize import reduce_image
 from warpvec.rendering.launch import resolve_device
 from warpvec.svg.measure import evaluate
-from warpvec.vectorization.byte_fit import budget_of, can_fit_once, first_count, settings_for_bytes, within_bytes
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import Goal, is_auto, with_curves
-from warpvec.vectorization.minified_form import minified_form
+from warpvec.vectorization.photo_fit import PhotoFit
 from warpvec.vectorization.result import Result
-from warpvec.vectorization.search import Search, can_follow_psnr
 
 if TYPE_CHECKING:
     from warpvec.vectorization.flat_art import Outlines
@@ -144,37 +139,8 @@ def fit_photo(
     pixels = torch.from_numpy(target)
     state = None if resume is None else _state_of(resume, pixels)
     saving = None if checkpoint is None else _saving(checkpoint, every, config, pixels, on_checkpoint_error or _warn)
-    wanted = goal or Goal()
-    size = (target.shape[0], target.shape[1])
-    factors = size[1] / photo.shape[1], size[0] / photo.shape[0]
-
-    def fit_once(settings: FitConfig, scene: Scene | None, curves_max: int | None = None) -> Result:
-        reduced = replace(settings, min_area=settings.min_area * factors[0] * factors[1])
-        photo_size = (photo.shape[0], photo.shape[1])
-        form = minified_form(settings, photo_size, size, gzip=wanted.gzip) if settings.minify else None
-        blank = Result(photo, size, settings, no_fit(), title, file_options=file_options, form=form, choice=choice)
-        budget: Budget | None = None if scene is not None else budget_of(wanted, config, blank)
-        if curves_max is not None and wanted.target_psnr is not None:
-            budget = PsnrBudget(wanted.target_psnr, curves_max, blank.psnr_of)
-        fitted = fit(
-            pixels, reduced, on_progress, start=scene, resume=state, saving=saving,
-            written=Written(blank.grid_step, budget),
-        )  # fmt: skip
-        return replace(blank, fitted=fitted)
-
-    first = None if start is None else start.scaled(*factors)
-    if not wanted:
-        return fit_once(config, first)
-    if start is None and can_fit_once(wanted, config):
-        settings = settings_for_bytes(wanted, config, size[0] * size[1])
-        settings = replace(settings, curves=first_count(wanted, settings))
-        return within_bytes(wanted, fit_once(settings, None), config.iterations)
-
-    def fit_to_psnr(settings: FitConfig, curves_max: int) -> Result:
-        return fit_once(settings, None, curves_max)
-
-    can_follow = can_follow_psnr(wanted, config)
-    return Search(wanted, config, fit_once, first, fit_to_psnr=fit_to_psnr if can_follow else None).run()
+    common = PhotoFit(photo, target, config, goal or Goal(), title, file_options, choice, on_progress, state, saving)
+    return common.run(start)
 
 
 def _drawn(

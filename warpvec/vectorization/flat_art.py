@@ -86,8 +86,7 @@ def fit_flat(
     target = reduce_image(photo, config.fit_size)
     size = (target.shape[0], target.shape[1])
     reduced = replace(config, min_area=config.min_area * target[..., 0].size / photo[..., 0].size)
-    form = FileForm((photo.shape[0], photo.shape[1]), config.precision, title)  # with smooth nodes that stay smooth
-    form = finer_form(form, flat_units(config)) if config.minify else form
+    form = _form(photo, config, title)
     kept = Outlines() if outlines is None else outlines
     begin = kept.begin if config.mode == "flat" else MonoDrawing
     with deferred_interrupts() as is_interrupted, single_torch_thread(), torch.no_grad():
@@ -99,22 +98,34 @@ def fit_flat(
             fitted = drawing.draw(detail)
             if isinstance(drawing, FlatDrawing):
                 kept.keep(drawing)
-            scene, left_out = fitted.scene, drawing.left_out
-            if config.cutout:
-                cut = _cut(scene, size, form)
-                more = {"hidden path": cut.hidden_count, "sliver": cut.sliver_count}
-                scene, left_out = cut.scene, {**left_out, **more, "translucent fill": cut.blended_count}
+            scene, left_out = _without_overlaps(fitted.scene, size, form, config.cutout)
             found = layered(scene)
-            fitted = replace(fitted, scene=found.scene)
             return Result(
-                photo, size, replace(config, detail=detail), fitted, title, file_options=file_options, form=form,
-                keeps_paths=True, layer_names=found.names, choice=choice,
-                left_out=left_out,
+                photo, size, replace(config, detail=detail), replace(fitted, scene=found.scene), title,
+                file_options=file_options, form=form, keeps_paths=True, layer_names=found.names, choice=choice,
+                left_out={**drawing.left_out, **left_out},
             )  # fmt: skip
 
         if not goal:
             return draw(config.detail)
         return DetailSearch(goal, draw, drawing.is_over, can_lose_paths=not config.cutout).run(config.detail)
+
+
+def _form(photo: NDArray[np.float32], config: FitConfig, title: str | None) -> FileForm:
+    """Return the form of the file, in which smooth nodes stay smooth."""
+    form = FileForm((photo.shape[0], photo.shape[1]), config.precision, title)
+    return finer_form(form, flat_units(config)) if config.minify else form
+
+
+def _without_overlaps(
+    scene: Scene, size: tuple[int, int], form: FileForm, is_cut: bool
+) -> tuple[Scene, dict[str, int]]:
+    """Return ``scene``, cut out if ``is_cut``, and how many of its parts that has left out."""
+    if not is_cut:
+        return scene, {}
+    cut = _cut(scene, size, form)
+    more = {"hidden path": cut.hidden_count, "sliver": cut.sliver_count, "translucent fill": cut.blended_count}
+    return cut.scene, more
 
 
 def _cut(scene: Scene, size: tuple[int, int], form: FileForm) -> Cutout:
