@@ -18,7 +18,7 @@ from typing import Any
 
 
 class Watch:
-    """Wrapper of ``warpvec.vectorization.photo_fit.fit`` that records seconds since the start and paths at each step."""
+    """Wrapper of ``warpvec.vectorization.photo_fit.fit`` that records seconds since the start and paths as it goes."""
 
     def __init__(self, fit: Callable[..., Any]) -> None:
         self._fit = fit
