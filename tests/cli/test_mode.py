@@ -50,6 +50,7 @@ def test_the_summary_says_which_options_decide_the_mode(icon: Path) -> None:
     assert line("--cutout").startswith("mode: flat art (because of --cutout); ")
     assert line("--mode", "photo", "--lod") == ""
     assert line("--gradients", "0").endswith("; --mode photo overrides")
+    assert line("--gradients", "auto").endswith("; --mode photo overrides")
 
 
 def test_checkpoints_mean_a_photo(icon: Path) -> None:

@@ -47,6 +47,19 @@ def search(tries: int = 99, **goal: Any) -> tuple[Drawing, list[float]]:
     return found, details
 
 
+class Vanishing(Drawing):
+    """A drawing of which nothing is left from a detail of 0.3 px on."""
+
+    def trial(self, goal: Goal) -> Trial:
+        return Trial(9, 0, 90, 5.0) if self.detail > 0.3 else super().trial(goal)
+
+
+def test_a_drawing_of_nothing_meets_no_goal() -> None:
+    drawing: Any = Vanishing
+    found = DetailSearch(Goal(max_bytes=700), drawing, lambda: False).run(0.1)
+    assert found.trial(Goal()).curves == 2
+
+
 def test_a_file_within_the_bytes_keeps_the_detail() -> None:
     found, details = search(max_bytes=2000)
     assert details == [0.1]

@@ -51,7 +51,7 @@ def check_mode_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
     check_flag("cutout", settings["cutout"])
     gradients = settings["gradients"]
     checked = {**settings, "threshold": _threshold(settings["threshold"]), "detail": _detail(settings["detail"])}
-    checked["gradients"] = gradients or 0.0
+    checked["gradients"] = 0.0 if _is_any_mode(gradients) else gradients
     mode = _implied(checked)
     if mode in FLAT_MODES:
         _refuse(checked, ("renderer", "path_model", "policy", "lod", "gradients"), _PLAIN, mode)
@@ -100,9 +100,14 @@ def deciding_settings(preset: Mapping[str, Any], given: Mapping[str, Any]) -> li
 
 def _changed_photo_settings(preset: Mapping[str, Any], given: Mapping[str, Any]) -> list[str]:
     changed = [name for name in PHOTO_SETTINGS if name in given and _differ(given[name], preset[name])]
-    if "gradients" in changed and (given["gradients"] is None or not _differ(given["gradients"], 0.0)):
-        changed.remove("gradients")  # each mode can do without them
+    if "gradients" in changed and _is_any_mode(given["gradients"]):
+        changed.remove("gradients")
     return changed
+
+
+def _is_any_mode(gradients: Any) -> bool:
+    """Return whether every mode can do what is asked of gradients: nothing, none of them, or those that pay."""
+    return gradients is None or not _differ(gradients, "auto") or not _differ(gradients, 0.0)
 
 
 _PLAIN: dict[str, Any] = {

@@ -163,7 +163,7 @@ class FlatDrawing:
             return with_palette(regions, palette)
         if self.config.colors:
             return with_colors(regions, self.config.colors)
-        return regions if self.config.gradients is None else with_flat_paints(regions)
+        return regions if self.config.gradients != 0.0 else with_flat_paints(regions)
 
     def _snapped(self, scene: Scene) -> Scene:
         """Return ``scene`` with the colours of the regions, where the fitted ones hardly differ or paths share one."""

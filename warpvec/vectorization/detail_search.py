@@ -76,8 +76,11 @@ class DetailSearch:
 
     def _try(self, detail: float) -> None:
         result = self.draw(detail)
+        trial = result.trial(self.goal)
+        if self._trials and trial.curves == 0 < self._trials[0].curves:
+            return  # so coarse that nothing is left
         self._results.append(result)
-        self._trials.append(result.trial(self.goal))
+        self._trials.append(trial)
 
     def _is_coarser_wanted(self) -> bool:
         """Return whether the last drawing is too large, or better than it need be."""
