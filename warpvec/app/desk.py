@@ -209,8 +209,9 @@ class Desk:
         picture.last.pop("frame", None)
         is_stopped = bool(facts.get("stopped"))
         picture.share = picture.share if is_stopped or kind == "failed" else 1.0
-        self._set_status(picture, "stopped" if is_stopped else kind)
+        # The result before the status: a page that says "done" has the drawing that it saves.
         self._tell(picture, kind, facts)
+        self._set_status(picture, "stopped" if is_stopped else kind)
         self._free()
 
     def _free(self) -> None:
