@@ -24,7 +24,8 @@ from warpvec.geometry.gradients import LINEAR, RADIAL, Gradients
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.operator import render
 from warpvec.svg.measure import draw
-from warpvec.svg.write import quantize, write_svg
+from warpvec.svg.quantize import quantize
+from warpvec.svg.write import write_svg
 
 HEIGHT, WIDTH = 40, 60
 SAMPLES = 8

@@ -17,8 +17,9 @@ from warpvec.geometry.cubics import CUBICS_MAX, to_cubics
 from warpvec.geometry.scene import Scene
 from warpvec.image.metrics import psnr
 from warpvec.svg.measure import draw
+from warpvec.svg.quantize import quantize
 from warpvec.svg.segments import count_segments
-from warpvec.svg.write import quantize, write_svg
+from warpvec.svg.write import write_svg
 
 
 def sides_scene(path_count: int, degree: int = 5, wobble: float = 0.5, seed: int = 0) -> Scene:

@@ -11,8 +11,9 @@ from warpvec.geometry.joints import Joints
 from warpvec.geometry.rounding import round_nodes
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
+from warpvec.svg.quantize import quantize
 from warpvec.svg.read import read_svg
-from warpvec.svg.write import quantize, write_svg
+from warpvec.svg.write import write_svg
 
 
 def _wheel(handle: float, count: int = 40) -> Scene:

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from warpvec.geometry.circles import circle_points
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.trim import trim
+from warpvec.svg.quantize import quantize
 from warpvec.svg.read import read_svg
 from warpvec.svg.resvg import rasterize
-from warpvec.svg.write import quantize, write_svg
+from warpvec.svg.write import write_svg
 
 WIDTH, HEIGHT = 96, 64
 

@@ -25,7 +25,8 @@ from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.operator import _inputs
 from warpvec.rendering.tile_renderer import Adjoints
 from warpvec.svg.measure import draw
-from warpvec.svg.write import quantize, write_svg
+from warpvec.svg.quantize import quantize
+from warpvec.svg.write import write_svg
 
 HEIGHT, WIDTH = 33, 50
 

@@ -11,7 +11,8 @@ from torch import Tensor
 
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
-from warpvec.svg.write import quantize, write_svg
+from warpvec.svg.quantize import quantize
+from warpvec.svg.write import write_svg
 
 SAMPLES = 4
 """Samples of resvg per pixel and axis."""

@@ -13,8 +13,9 @@ from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.svg.measure import draw
 from warpvec.svg.minify import write_minified
+from warpvec.svg.quantize import quantize
 from warpvec.svg.read import read_svg
-from warpvec.svg.write import quantize, write_svg
+from warpvec.svg.write import write_svg
 
 WIDTH, HEIGHT, UNITS = 48, 32, 4
 SIDES = (str(WIDTH), str(HEIGHT))

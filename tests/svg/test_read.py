@@ -11,8 +11,9 @@ import torch
 from svg_files import make_scene, refusal, square_file
 
 from warpvec.svg import read
+from warpvec.svg.quantize import quantize
 from warpvec.svg.read import read_svg
-from warpvec.svg.write import quantize, write_svg
+from warpvec.svg.write import write_svg
 
 FIELDS = ("points", "color", "opacity", "background", "generation")
 

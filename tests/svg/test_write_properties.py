@@ -20,8 +20,9 @@ from warpvec.geometry.circles import circle_points
 from warpvec.geometry.gradients import FLAT, RADIAL, Gradients
 from warpvec.geometry.scene import Scene, straightened
 from warpvec.geometry.structure import Structure
+from warpvec.svg.quantize import quantize
 from warpvec.svg.read import read_svg
-from warpvec.svg.write import quantize, write_svg
+from warpvec.svg.write import write_svg
 
 SIZE = 48
 

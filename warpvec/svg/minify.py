@@ -15,15 +15,8 @@ import numpy as np
 
 from warpvec.geometry.scene import Scene
 from warpvec.svg.path_data import format_closed_curves, format_number
-from warpvec.svg.write import (
-    OPACITY_DECIMALS,
-    closes_by_lines,
-    fills_of,
-    hex_colors,
-    path_data,
-    quantize,
-    ticks_of,
-)
+from warpvec.svg.quantize import OPACITY_DECIMALS, quantize, ticks_of
+from warpvec.svg.write import closes_by_lines, fills_of, hex_colors, path_data
 
 _OPAQUE = 10**OPACITY_DECIMALS
 

@@ -21,8 +21,9 @@ from warpvec.geometry.scene import Scene
 from warpvec.svg.document import local_name, parse_svg, read_text
 from warpvec.svg.layers import layer_level
 from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops
+from warpvec.svg.quantize import COLOR_LEVELS, MAX_TICKS
 from warpvec.svg.units import check_pixels, stated_size
-from warpvec.svg.write import COLOR_LEVELS, GRADIENT_ELEMENTS, MAX_TICKS, layer_id
+from warpvec.svg.write import GRADIENT_ELEMENTS, layer_id
 
 _Paint = tuple[Color, LinearOrRadial | None]
 

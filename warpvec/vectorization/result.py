@@ -18,7 +18,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
-from warpvec.files import check_writable, gzip_bytes, write_atomic
+from warpvec.files import check_writable, gzip_count, write_atomic
 from warpvec.fit.progress import FitResult
 from warpvec.fit.target import Target
 from warpvec.fit.visibility import canvas_areas, removal_changes, visible_areas, without_invisible
@@ -35,8 +35,9 @@ from warpvec.svg.layers import prefixes, read_layers
 from warpvec.svg.measure import draw, draw_like, evaluate, file_facts
 from warpvec.svg.minify import write_minified
 from warpvec.svg.print_formats import PRINT_SUFFIXES, encode_drawing
+from warpvec.svg.quantize import at_ticks, quantize
 from warpvec.svg.units import sides_of
-from warpvec.svg.write import at_ticks, quantize, write_svg
+from warpvec.svg.write import write_svg
 from warpvec.vectorization.file_form import FileForm, stated_settings
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.vectorization.goal import Goal, Trial
@@ -228,7 +229,7 @@ class Result:
     def trial(self, goal: Goal) -> Trial:
         """Return the figures of the file for a search: paths, bytes as ``goal`` counts them, and PSNR."""
         svg = self.svg().encode()
-        size = len(gzip_bytes(svg)) if goal.gzip else len(svg)
+        size = gzip_count(svg) if goal.gzip else len(svg)
         return Trial(self.config.curves, len(self.scene), size, self._file_psnr(svg))
 
     def without(self, count: int) -> Result:
@@ -298,7 +299,7 @@ class Result:
         """
         (height, width), (rows, columns) = self.photo.shape[:2], self.fitted_size
         data = self._text_of(scene.scaled(width / columns, height / rows)).encode()
-        return len(gzip_bytes(data)) if gzip else len(data)
+        return gzip_count(data) if gzip else len(data)
 
     def psnr_of(self, scene: Scene) -> float:
         """Return the PSNR in dB of the file that would show all paths of a fit's ``scene``, in its pixels."""
