@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import gzip
 import os
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -14,6 +15,9 @@ from warpvec.temporary_files import open_temporary_file, temporary_file
 
 GZIP_LEVEL = 9
 """The slowest level: at these file sizes it takes milliseconds, and a file is written once and read often."""
+
+GZIP_COMMAND_MEMORY = 9
+"""zlib's memory level with which it finds the same blocks as the command gzip; it usually takes 8."""
 
 
 def check_writable(path: str | os.PathLike[str], name: str) -> None:
@@ -105,6 +109,15 @@ def encode_svg(text: str, path: str | os.PathLike[str]) -> bytes:
 def gzip_bytes(data: bytes) -> bytes:
     """Return ``data`` gzipped without a time stamp, so that equal data give equal bytes."""
     return gzip.compress(data, GZIP_LEVEL, mtime=0)
+
+
+def gzip_count(data: bytes) -> int:
+    """Return the bytes of ``data`` gzipped at the highest level: the more of `gzip_bytes` and of the command gzip.
+
+    They differ by up to 0.2 %. The name that the command stores unless it is told ``-n`` does not count.
+    """
+    packer = zlib.compressobj(GZIP_LEVEL, zlib.DEFLATED, zlib.MAX_WBITS | 16, GZIP_COMMAND_MEMORY)
+    return max(len(gzip_bytes(data)), len(packer.compress(data)) + len(packer.flush()))
 
 
 def _write_through(path: Path, data: bytes) -> None:

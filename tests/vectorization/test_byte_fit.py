@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import signal
+import zlib
 from typing import Any
 
 import numpy as np
@@ -12,9 +14,15 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import warpvec
+from warpvec.config.presets import make_config
+from warpvec.errors import InputError
 from warpvec.svg.document import parse_svg
 from warpvec.svg.measure import draw
 from warpvec.svg.read import read_svg
+from warpvec.vectorization import byte_fit
+from warpvec.vectorization.api import fit_photo
+from warpvec.vectorization.byte_limit import cut_to_bytes
+from warpvec.vectorization.goal import Goal
 
 QUICK: dict[str, Any] = {"iterations": 80, "initial_curves": 8, "inflation_gap": 4, "device": "cpu", "threads": 1}
 SIZE = 6_000
@@ -103,6 +111,34 @@ def test_the_long_form_needs_one_fit_too() -> None:
 def test_gzipped_bytes_are_used() -> None:
     packed = warpvec.vectorize(_photo(), max_bytes=3_000, gzip=True, **QUICK)
     assert 0.95 * 3_000 <= packed.metrics["gzip_bytes"] <= 3_000
+    other = zlib.compressobj(9, zlib.DEFLATED, 31, 9)  # as the command gzip does it
+    assert len(other.compress(packed.svg().encode()) + other.flush()) <= 3_000
+
+
+def test_given_cubics_per_path_are_kept() -> None:
+    few = {**QUICK, "iterations": 20, "fixed_segments": True}
+    rich, kept = (warpvec.vectorize(_photo(), max_bytes=SIZE, **few, **given) for given in ({}, {"segments": 3}))
+    counts = [each.config.segments for each in (rich, kept)]
+    assert counts == [2, 3]
+    assert len(kept.scene) < len(rich.scene)
+
+
+def test_ctrl_c_while_paths_are_cut_loses_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def cut(*values: Any) -> Any:
+        signal.raise_signal(signal.SIGINT)
+        return cut_to_bytes(*values)
+
+    monkeypatch.setattr(byte_fit, "cut_to_bytes", cut)
+    found = warpvec.vectorize(_photo(36, 24), max_bytes=2_000, **{**QUICK, "iterations": 10})
+    assert found.interrupted and len(found.svg().encode()) <= 2_000
+
+
+@pytest.mark.parametrize("name", ["checkpoint", "resume"])
+def test_the_state_of_a_fit_to_a_size_is_refused(name: str) -> None:
+    config = make_config(**QUICK)
+    state: Any = {"checkpoint": "never-written", "resume": object()}[name]
+    with pytest.raises(InputError, match=f"^{name} must be given without a goal"):
+        fit_photo(np.zeros((8, 8, 3), np.float32), config, goal=Goal(max_bytes=2_000), **{name: state})
 
 
 def test_the_given_number_of_paths_is_not_exceeded() -> None:

@@ -153,12 +153,14 @@ def test_the_next_number_of_paths_aims_at_the_bytes_and_the_psnr(goal: Goal, tri
 
 def test_paths_are_doubled_while_that_pays() -> None:
     first = _trial(64, psnr=20.0)
-    assert is_worth_doubling([first], 512)
-    assert not is_worth_doubling([first], 127)
+    assert is_worth_doubling(Goal(auto=True), [first], 512)
+    assert not is_worth_doubling(Goal(auto=True), [first], 127)
+    assert is_worth_doubling(Goal(auto=True, max_bytes=first.bytes), [first], 512)
+    assert not is_worth_doubling(Goal(auto=True, max_bytes=first.bytes - 1), [first], 512)
     paid, not_paid = _trial(128, psnr=21.0), _trial(128, psnr=20.9)
-    assert is_worth_doubling([first, paid], 512)
-    assert not is_worth_doubling([first, not_paid], 512)
-    assert not is_worth_doubling([first, _trial(AUTO_CURVES_MAX, psnr=30.0)], CURVES_MAX)
+    assert is_worth_doubling(Goal(auto=True), [first, paid], 512)
+    assert not is_worth_doubling(Goal(auto=True), [first, not_paid], 512)
+    assert not is_worth_doubling(Goal(auto=True), [first, _trial(AUTO_CURVES_MAX, psnr=30.0)], CURVES_MAX)
     assert worthwhile_count([first]) == 64
     assert worthwhile_count([first, paid]) == 128
     assert worthwhile_count([first, not_paid]) == 64
@@ -166,7 +168,7 @@ def test_paths_are_doubled_while_that_pays() -> None:
 
 def test_flat_art_is_not_doubled_for_gains_that_cannot_be_seen() -> None:
     emoji = [_trial(64, psnr=42.0), _trial(128, psnr=46.0)]
-    assert not is_worth_doubling(emoji[:1], 512)
+    assert not is_worth_doubling(Goal(auto=True), emoji[:1], 512)
     assert worthwhile_count(emoji) == 64
     unused = [_trial(64, curves=40, psnr=30.0), _trial(128, curves=60, psnr=32.0)]
     assert worthwhile_count(unused) == 64

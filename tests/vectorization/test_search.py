@@ -119,7 +119,7 @@ def test_an_interrupt_ends_the_search_with_what_fits(interrupted: int) -> None:
 
 @pytest.mark.parametrize("interrupted", [0, 1])
 def test_an_interrupt_ends_the_doubling(interrupted: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "is_worth_doubling", lambda trials, _: len(trials) < 4)
+    monkeypatch.setattr(search, "is_worth_doubling", lambda _, trials, __: len(trials) < 4)
     fits = Fits(interrupted=interrupted)
     assert _run(fits, Goal(auto=True)).interrupted
     assert len(fits.asked) == interrupted + 1

@@ -170,7 +170,8 @@ def requested(preset: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
     known = (*_FIELDS, *GOALS)
     given = {name: value for name, value in options.items() if name in known and value is not None}
     curves = given.pop("curves", None)
-    goal = Goal(**{name: given.pop(name) for name in GOALS if name in given}, auto=curves == "auto")
+    goals = {name: given.pop(name) for name in GOALS if name in given}
+    goal = Goal(**goals, auto=curves == "auto", keeps_segments="segments" in given)
     config = make_config(preset, **with_curves(given, curves, goal))
     if goal:
         require_scaffolding(config.policy, "to meet a goal")

@@ -7,23 +7,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-import torch
 from torch import Tensor
 
 from warpvec.fit.population import Population
-from warpvec.fit.written_grid import ROUNDING_START
+from warpvec.fit.trimming import is_trim_due, remove_cheapest
 from warpvec.geometry.scene import Scene
-
-AIM = 1.0
-"""Share of the bytes that the paths take after each correction. Those that are too many at the end of the fit are the
-ones that it misses least."""
 
 STEP_MAX = 1.25
 """Largest factor by which one correction changes the number of paths. Young paths may take fewer bytes than
 old ones."""
-
-TRIM_GAP = 0.02
-"""Share of the iterations between two removals of paths near the end, when the file's bytes are known exactly."""
 
 
 @dataclass
@@ -42,31 +34,29 @@ class ByteBudget:
     _empty: int | None = None
 
     def wanted_count(self, scene: Scene, loss: float, iteration: int, iterations: int) -> int:
-        """Return how many paths like those of ``scene`` the file has room for."""
+        """Return how many paths like those of ``scene`` the file has room for.
+
+        Those that turn out to be too many at the end of the fit are the ones that it misses least.
+        """
         del loss, iteration, iterations
         count = max(len(scene), 1)
         per_path = max(self.count_bytes(scene) - self._empty_bytes(scene), 1) / count
-        wanted = (AIM * self.limit - self._empty_bytes(scene)) / per_path
+        wanted = (self.limit - self._empty_bytes(scene)) / per_path
         return max(1, min(math.floor(min(wanted, STEP_MAX * count)), self.curves_max))
 
     def is_trimming(self, iteration: int, iterations: int) -> bool:
         """Return whether :meth:`trim` is due after ``iteration`` (the first is 1), and needs each removal cost."""
-        first = math.ceil(ROUNDING_START * iterations)
-        return iteration >= first and (iteration - first) % max(1, int(TRIM_GAP * iterations)) == 0
+        return is_trim_due(iteration, iterations)
 
     def trim(self, population: Population, removal_cost: Tensor, loss: float) -> bool:
         """Remove the paths of lowest ``removal_cost`` [N] that are too many; return whether there were any."""
         del loss
         scene = population.live
         excess = self.count_bytes(scene) - self.limit
-        if excess <= 0 or len(scene) <= 1:
+        if excess <= 0:
             return False
-        per_path = (excess + self.limit - self._empty_bytes(scene)) / len(scene)
-        count = min(math.ceil(excess / per_path), len(scene) - 1)
-        keep = torch.ones(len(scene), dtype=torch.bool, device=removal_cost.device)
-        keep[removal_cost.topk(count, largest=False).indices] = False
-        population.keep(keep)
-        return True
+        per_path = (excess + self.limit - self._empty_bytes(scene)) / max(len(scene), 1)
+        return remove_cheapest(population, removal_cost, math.ceil(excess / per_path))
 
     def _empty_bytes(self, scene: Scene) -> int:
         if self._empty is None:

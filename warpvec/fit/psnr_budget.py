@@ -6,12 +6,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import torch
 from torch import Tensor
 
-from warpvec.fit.byte_budget import TRIM_GAP
 from warpvec.fit.population import Population
-from warpvec.fit.written_grid import ROUNDING_START
+from warpvec.fit.trimming import is_trim_due, remove_cheapest
 from warpvec.geometry.scene import Scene
 from warpvec.image.metrics import psnr_from_mse
 
@@ -62,8 +60,7 @@ class PsnrBudget:
 
     def is_trimming(self, iteration: int, iterations: int) -> bool:
         """Return whether :meth:`trim` is due after ``iteration`` (the first is 1), and needs each removal cost."""
-        first = math.ceil(ROUNDING_START * iterations)
-        return iteration >= first and (iteration - first) % max(1, int(TRIM_GAP * iterations)) == 0
+        return is_trim_due(iteration, iterations)
 
     def trim(self, population: Population, removal_cost: Tensor, loss: float) -> bool:
         """Remove the paths of lowest ``removal_cost`` [N] that the PSNR does not need; return whether any were."""
@@ -72,15 +69,9 @@ class PsnrBudget:
             self._offset, self._is_trimmed = self._offset_of(scene, loss), True
         assert self._offset is not None
         allowed = 10.0 ** (-(self.target + TRIM_AIM - self._offset) / 10.0)
-        costs, rows = removal_cost.clamp_min(0.0).sort(stable=True)
+        costs = removal_cost.clamp_min(0.0).sort().values
         count = int((costs.cumsum(0) <= TRIM_SHARE * (allowed - loss)).sum())
-        count = min(count, len(scene) - 1)
-        if count < 1:
-            return False
-        keep = torch.ones(len(scene), dtype=torch.bool, device=removal_cost.device)
-        keep[rows[:count]] = False
-        population.keep(keep)
-        return True
+        return remove_cheapest(population, removal_cost, count)
 
     def _offset_of(self, scene: Scene, loss: float) -> float:
         """Return by how much the PSNR of the file is above that of the ``loss``; 0 if one of them is infinite."""

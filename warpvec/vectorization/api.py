@@ -73,7 +73,9 @@ def vectorize(
     Raises:
         InputError: the image cannot be read, or a setting is wrong.
     """
-    goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=is_auto(curves))
+    has_segments = "segments" in settings
+    auto = is_auto(curves)
+    goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=auto, keeps_segments=has_segments)
     config = make_config(preset, **with_curves(settings, curves, goal))
     file_options = FileOptions(metadata=metadata, trim=trim, size=size)
     resolve_device(config.device)  # report an unknown device before reading the image
@@ -122,8 +124,11 @@ def fit_photo(
         outlines: of the last picture of flat art, for a caller that fits it again with another detail.
 
     Raises:
-        InputError: ``resume`` is of another photo, or as `warpvec.fit.loop.fit`.
+        InputError: ``resume`` is of another photo, a state is saved or resumed in spite of a goal, or as
+            `warpvec.fit.loop.fit`.
     """
+    if goal:
+        _refuse_states(checkpoint, resume)
     target = reduce_image(photo, config.fit_size)
     choice = None
     if config.mode == "auto":
@@ -141,6 +146,14 @@ def fit_photo(
     saving = None if checkpoint is None else _saving(checkpoint, every, config, pixels, on_checkpoint_error or _warn)
     common = PhotoFit(photo, target, config, goal or Goal(), title, file_options, choice, on_progress, state, saving)
     return common.run(start)
+
+
+def _refuse_states(checkpoint: str | None, resume: Checkpoint | None) -> None:
+    """Raise InputError if the state of a fit that follows a goal is to be saved or resumed: it has none of the goal."""
+    for name, given in (("resume", resume), ("checkpoint", checkpoint)):
+        if given is not None:
+            rule = "must be given without a goal for the file, whose fits have no state"
+            raise InputError(name, rule, remedy="leave one of them out")
 
 
 def _drawn(

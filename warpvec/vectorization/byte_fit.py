@@ -44,7 +44,7 @@ def can_fit_once(goal: Goal, config: FitConfig) -> bool:
 
 
 def settings_for_bytes(goal: Goal, config: FitConfig, pixel_count: int) -> FitConfig:
-    """Return ``config`` with the iterations of the fit and, unless it is not the default, the cubics per path.
+    """Return ``config`` with the iterations of the fit and, unless ``goal`` keeps them, the cubics per path.
 
     Args:
         goal: the bytes of the file.
@@ -54,7 +54,8 @@ def settings_for_bytes(goal: Goal, config: FitConfig, pixel_count: int) -> FitCo
     assert goal.max_bytes is not None
     config = replace(config, iterations=min(round(LONGER * config.iterations), MAX_COUNT))
     is_rich = goal.gzip or goal.max_bytes > RICH_BYTES * pixel_count
-    if config.minify and is_rich and config.segments == MINIFIED["segments"]:
+    is_free = not goal.keeps_segments and config.segments == MINIFIED["segments"]
+    if config.minify and is_rich and is_free:
         return replace(config, segments=RICH_SEGMENTS)
     return config
 

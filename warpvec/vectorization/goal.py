@@ -87,6 +87,8 @@ class Goal:
     """PSNR in dB that the file must reach, as resvg draws it."""
     auto: bool = False
     """Use as many paths as the photo rewards."""
+    keeps_segments: bool = False
+    """The cubics per path are given; else they follow from the bytes, unless they are not the usual ones."""
 
     def __post_init__(self) -> None:
         check_flag("gzip", self.gzip)
@@ -197,11 +199,11 @@ def narrows_bracket(goal: Goal, trials: Sequence[Trial], count: int) -> bool:
     return low is not None and high is not None and low.asked < count < high.asked
 
 
-def is_worth_doubling(trials: Sequence[Trial], curves_max: int) -> bool:
-    """Return whether a search without a number of paths should try twice as many."""
+def is_worth_doubling(goal: Goal, trials: Sequence[Trial], curves_max: int) -> bool:
+    """Return whether a search without a number of paths should try twice as many; not beyond the bytes of ``goal``."""
     last = trials[-1]
     has_room = 2 * last.asked <= min(curves_max, AUTO_CURVES_MAX) and last.psnr + AUTO_GAIN <= AUTO_PSNR_MAX
-    return has_room and _has_paid(trials)
+    return has_room and _fits(goal, last) and _has_paid(trials)
 
 
 def worthwhile_count(trials: Sequence[Trial]) -> int:

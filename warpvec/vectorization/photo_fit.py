@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.byte_budget import Budget, Written
+from warpvec.fit.interrupt import deferred_interrupts
 from warpvec.fit.loop import fit
 from warpvec.fit.progress import OnProgress, no_fit
 from warpvec.fit.psnr_budget import PsnrBudget
@@ -61,7 +62,10 @@ class PhotoFit:
         if start is None and can_fit_once(goal, config):
             settings = settings_for_bytes(goal, config, self._size[0] * self._size[1])
             settings = replace(settings, curves=first_count(goal, settings))
-            return within_bytes(goal, self.once(settings, None), config.iterations)
+            with deferred_interrupts() as is_interrupted:  # Ctrl-C after the fit must not lose it
+                found = within_bytes(goal, self.once(settings, None), config.iterations)
+                is_cut_short = is_interrupted() or found.interrupted
+            return replace(found, fitted=replace(found.fitted, interrupted=is_cut_short))
         follow = self._to_psnr if can_follow_psnr(goal, config) else None
         return Search(goal, config, self.once, first, fit_to_psnr=follow).run()
 

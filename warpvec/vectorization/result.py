@@ -18,7 +18,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
-from warpvec.files import check_writable, gzip_bytes, write_atomic
+from warpvec.files import check_writable, gzip_count, write_atomic
 from warpvec.fit.progress import FitResult
 from warpvec.fit.target import Target
 from warpvec.fit.visibility import canvas_areas, removal_changes, visible_areas, without_invisible
@@ -229,7 +229,7 @@ class Result:
     def trial(self, goal: Goal) -> Trial:
         """Return the figures of the file for a search: paths, bytes as ``goal`` counts them, and PSNR."""
         svg = self.svg().encode()
-        size = len(gzip_bytes(svg)) if goal.gzip else len(svg)
+        size = gzip_count(svg) if goal.gzip else len(svg)
         return Trial(self.config.curves, len(self.scene), size, self._file_psnr(svg))
 
     def without(self, count: int) -> Result:
@@ -299,7 +299,7 @@ class Result:
         """
         (height, width), (rows, columns) = self.photo.shape[:2], self.fitted_size
         data = self._text_of(scene.scaled(width / columns, height / rows)).encode()
-        return len(gzip_bytes(data)) if gzip else len(data)
+        return gzip_count(data) if gzip else len(data)
 
     def psnr_of(self, scene: Scene) -> float:
         """Return the PSNR in dB of the file that would show all paths of a fit's ``scene``, in its pixels."""

@@ -138,7 +138,7 @@ class Search:
 
     def _double(self) -> None:
         """Double the paths of the last result for as long as that pays."""
-        while is_worth_doubling(self.trials, self.config.curves) and not self._is_over():
+        while is_worth_doubling(self.goal, self.trials, self.config.curves) and not self._is_over():
             config = self._settings(2 * self.trials[-1].asked, DOUBLING_SHARE, CORRECTION_RATE)
             self._try(config, self._results[-1].fitted.scene, eligible=False)
 
