@@ -34,14 +34,27 @@ def run_placeholder(ctx: click.Context, source: str, out: str, options: dict[str
     check_out(out)
     if out != "-" and Path(out).suffix.lower() != ".svg":
         raise InputError("OUT", "must end in .svg with --placeholder, or be - for a data URI", repr(out), "rename it")
-    background = options["background"] or "white"
-    photo = read_photo(source, background, "IN")
+    photo = _opaque(read_photo(source, options["background"], "IN"), options["quiet"])
     with quick_loading():
         from warpvec.vectorization.placeholder import BYTES_DEFAULT, check_bytes, fit_placeholder
-    found = fit_placeholder(photo, check_bytes(options["max_bytes"] or BYTES_DEFAULT))
+    max_bytes = check_bytes(options["max_bytes"] or BYTES_DEFAULT, "--max-bytes with --placeholder")
+    found = fit_placeholder(photo, max_bytes)
     write_svg_file(found.uri + "\n" if out == "-" else found.svg, out)
     if options["as_json"] or not options["quiet"]:
         _summarize(found, photo, out, options["as_json"])
+
+
+def _opaque(photo: NDArray[np.float32], quiet: bool) -> NDArray[np.float32]:
+    """Return ``photo`` [h, w, 3 or 4] over white; unless ``quiet``, say so if it is transparent."""
+    from warpvec.image.alpha import is_transparent, over
+
+    if not is_transparent(photo):
+        return photo
+    if not quiet:
+        click.echo(
+            "warpvec: transparent parts are white in the placeholder; --background names another colour", err=True
+        )
+    return over(photo, 1.0)
 
 
 def _refuse_others(ctx: click.Context) -> None:

@@ -59,7 +59,7 @@ def parse_levels(text: str, available: Collection[int]) -> set[int]:
     """Return the levels that ``text`` names: "2", "0-3", "-3" (up to 3), "2-" (from 2), or a list of these with commas.
 
     Raises:
-        InputError: ``text`` has another form, or a part of it names no level of ``available``.
+        InputError: ``text`` has another form, or a part of it names no level of ``available`` or ends after the last.
     """
     return {level for part in text.split(",") for level in _levels_of_part(part.strip(), available)}
 
@@ -112,10 +112,11 @@ def _levels_of_part(part: str, available: Collection[int]) -> set[int]:
     match = _RANGE.fullmatch(part)
     if match is None or not (match["first"] or match["last"]):
         raise InputError("levels", "must be like 2, 0-3, -3, 2- or 0,2", repr(part), "count levels from 0")
+    most = max(available, default=0)
     first = int(match["first"] or 0)
-    last = int(match["last"] or (max(available, default=0) if match["dash"] else first))
+    last = int(match["last"] or (most if match["dash"] else first))
     found = {level for level in available if first <= level <= last}
-    if not found:
+    if not found or last > most:
         known = ", ".join(map(str, sorted(available)))
         raise InputError("levels", "must name levels of the file", repr(part), f"choose from {known}")
     return found

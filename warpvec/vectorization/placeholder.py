@@ -67,13 +67,13 @@ def placeholder(image: ImageSource, max_bytes: int = BYTES_DEFAULT, *, backgroun
     return fit_placeholder(read_image(image, background, name="image"), max_bytes).uri
 
 
-def check_bytes(max_bytes: int) -> int:
-    """Return ``max_bytes``.
+def check_bytes(max_bytes: int, name: str = "max_bytes") -> int:
+    """Return ``max_bytes``, which a message calls ``name``.
 
     Raises:
         InputError: it is no whole number from 300 to 5,000.
     """
-    return check_count("max_bytes", max_bytes, BYTES_MIN, BYTES_MAX)
+    return check_count(name, max_bytes, BYTES_MIN, BYTES_MAX)
 
 
 def fit_placeholder(photo: NDArray[np.float32], max_bytes: int) -> Placeholder:

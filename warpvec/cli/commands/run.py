@@ -66,6 +66,9 @@ def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
     --placeholder is for web pages to show while the image loads: it prints a drawing as a data URI of at most
     --max-bytes (300 to 5000, 1000 if not given). If OUT is an .svg file, it gets the SVG. No other setting changes it.
 
+    With --max-bytes, a photo is fitted once, in 1.25 times as many iterations as asked for. Its paths have --segments
+    cubics; if these are not given, 3 in the mean, or 2 in files of many bytes and with --gzip.
+
     The defaults in brackets are those of the preset "default"; other presets change some of them.
     """
     if options["placeholder"]:
