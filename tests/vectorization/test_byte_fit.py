@@ -78,6 +78,16 @@ def test_a_size_with_a_unit_is_that_of_the_photo() -> None:
     assert 'width="18" height="12"' in small.svg()
 
 
+def test_a_photo_that_is_reduced_for_the_fit_gets_no_finer_units() -> None:
+    large = warpvec.vectorize(_photo(720, 480), max_bytes=2_000, fit_size=36, **QUICK)
+    root = parse_svg(large.svg()).root
+    rows, columns = (int(side) for side in root["viewBox"].split()[:1:-1])
+    assert (root["width"], root["height"]) == ("720", "480")
+    assert 72 < columns < 720 and 2 * columns == 3 * rows
+    assert large.file_psnr > large.history[-1]["psnr"] - 4.0
+    assert warpvec.refine(_photo(720, 480), large.svg().encode(), iterations=0).svg() == large.svg()
+
+
 def test_a_second_fit_has_the_same_bytes(result: warpvec.Result) -> None:
     assert warpvec.vectorize(_photo(), max_bytes=SIZE, **{**QUICK, "threads": 2}).svg() == result.svg()
 

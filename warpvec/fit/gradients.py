@@ -76,17 +76,19 @@ class GradientParameters:
         parts = zip(_NAMES, self._params, strict=True)
         return {name: {"value": param, "steps": dict(self._optimizer.state[param])} for name, param in parts}
 
-    def check(self, state: State, iteration: int) -> None:
+    def check(self, state: State, iteration: int, rounding: float) -> None:
         """Refuse ``state`` unless :meth:`state` can have returned it for the present paints after ``iteration``.
+
+        Colours of the paints may be ``rounding`` from their parameters.
 
         Raises:
             InputError: it cannot.
         """
         check_fields("population.gradients", state, **{name: Part() for name in _NAMES})
-        for name, shown in zip(_NAMES, self._raw(self.live), strict=True):
+        for name, shown, error in zip(_NAMES, self._raw(self.live), (rounding, 1e-4), strict=True):
             label, part = f"population.gradients.{name}", state[name]
             Fields({"value": floats(*shown.shape), "steps": Part()}).check(label, part)
-            is_same = torch.allclose(part["value"], shown.cpu(), rtol=1e-4, atol=1e-4)
+            is_same = torch.allclose(part["value"], shown.cpu(), rtol=1e-4, atol=error)
             require(is_same, label, "does not go with the paints of the paths")
             if part["steps"]:  # there are none before the first step
                 check_adan_state(f"{label}.steps", part["steps"], tuple(shown.shape), iteration)

@@ -123,6 +123,8 @@ class Population:
         """Take an optimizer step of the gradients, as `step` does of the other parameters."""
         assert self._gradients is not None
         self._gradients.step(adj_end_color, adj_geometry, factor, fits)
+        if self.grid is not None:
+            self.grid.round_paints(self.live)
         self._copy = None
 
     def paint(self, rows: Tensor, scene: Scene) -> None:

@@ -112,7 +112,7 @@ class StateCheck:
         require(has_both, "population.gradients", "does not go with the paths")
         if live.gradients is not None:
             paints = GradientParameters(live.gradients, self.config, self.parameters.half_side)
-            paints.check(state["gradients"], iteration)
+            paints.check(state["gradients"], iteration, self._rounding("end_color"))
 
     def _check_live(self, live: Scene, state: State) -> None:
         """Refuse a ``live`` scene that is not what the parameters and the palette of ``state`` stand for."""

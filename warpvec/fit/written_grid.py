@@ -44,3 +44,9 @@ class WrittenGrid:
             values.mul_(levels).round_().div_(levels)
         if not scene.transparent:
             torch.round(scene.background * COLOR_LEVELS, out=scene.background).div_(COLOR_LEVELS)
+        self.round_paints(scene)
+
+    def round_paints(self, scene: Scene) -> None:
+        """Overwrite the end colours of the gradients of ``scene`` by those of the file, if rounding is on."""
+        if self.is_on and scene.gradients is not None:
+            scene.gradients.end_color.mul_(COLOR_LEVELS).round_().div_(COLOR_LEVELS)

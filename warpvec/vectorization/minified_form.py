@@ -16,7 +16,8 @@ GZIP_STEP_SHARE = 1.0 / 45.0
 384 x 256, 10 KB."""
 
 STEP_MAX = 1.0
-"""Largest step in pixels of the fitted image."""
+"""Largest step in pixels of the fitted image. A large photo, which is reduced for the fit, can have steps of several of
+its own pixels."""
 
 FLAT_UNITS = 20
 """Most units per pixel of a drawing of flat art, whose outlines are exact to a few hundredths of a pixel."""
@@ -34,8 +35,19 @@ def minified_form(
     """
     side = math.sqrt(fit_size[0] * fit_size[1] / config.curves)
     step = min(side * (GZIP_STEP_SHARE if gzip else STEP_SHARE), STEP_MAX)
-    units = max(1, round(fit_size[1] / photo_size[1] / step))
-    return finer_form(FileForm(photo_size, 0), config.grid or units)
+    units = fit_size[1] / photo_size[1] / step
+    if units < 1.0 and not config.grid:
+        return _coarser_form(photo_size, units)
+    return finer_form(FileForm(photo_size, 0), config.grid or round(units))
+
+
+def _coarser_form(photo_size: tuple[int, int], units: float) -> FileForm:
+    """Return the form with about ``units`` per pixel, fewer than one; the viewBox keeps the exact proportions."""
+    rows, columns = photo_size
+    divisor = math.gcd(rows, columns)
+    count = max(1, round(units * divisor))
+    size = (rows // divisor * count, columns // divisor * count)
+    return FileForm(size, 0, sides=(str(columns), str(rows)), minified=True)
 
 
 def finer_form(form: FileForm, units: int) -> FileForm:
