@@ -10,6 +10,7 @@ from flat_drawings import BLACK, BLUE, RED, SIZE, drawing, error, line_count, pi
 from scenes import circle, rectangle, straight
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.flat.simplification.accepted_changes import Judge, accepted_loops
 from warpvec.flat.simplification.regularity import regularize
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.scene import Scene
@@ -91,6 +92,19 @@ def test_a_circle_of_two_cubics_becomes_four_arcs(clockwise):
     assert (nodes - nodes.mean(0)).abs().amin(1).max() < 1e-4
     assert _area(found) * _area(scene) > 0.0
     assert error(found, image) < error(scene, image)
+
+
+def test_a_circle_is_not_closed_where_a_hole_would_lie_outside_of_it():
+    window = rectangle(48, 48, 56, 56).flip(0).roll(1, 0)
+    disk, seen = circle(23, 23, 13.0), circle(23, 23, 11.0)
+    cover = (BLUE, [rectangle(2, 2, 62, 62), seen.flip(0).roll(1, 0), window])
+    scene = drawing((RED, [straight((8, 8), (40, 8), (60, 40), (60, 60), (40, 60), (8, 40)), window]), cover)
+    image = picture(scene)
+    judge = Judge.of(image, CONFIG, 0.05)
+
+    found = accepted_loops(scene, {0: disk.reshape(-1, 3, 2).numpy()}, judge, judge.samples(scene))
+
+    assert error(found, image) < 0.1
 
 
 def test_an_ellipse_that_is_partly_hidden_becomes_whole_below():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
-from warpvec.flat.simplification.local_error import errors_near
+from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes, errors_near
 from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples, control_points, sample_outlines
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
@@ -93,7 +94,10 @@ def _nodes_around(segments: _Mask, nodes: _Mask, joints: Joints, reach: int) -> 
 
 
 def accepted_loops(old: Scene, loops: dict[int, Floats], judge: Judge, samples: OutlineSamples) -> Scene:
-    """Return ``old`` with other curves for some ``loops`` [K, 3, 2], where the exact error rises by little."""
+    """Return ``old`` with other curves for some ``loops`` [K, 3, 2], where the exact error rises by little.
+
+    It may rise far from both curves: a hole that the old curve surrounded can lie outside of the new one.
+    """
     before, allowed = judge.error(old), judge.allowed(samples)
     sizes = old.structure.loop_first_segment.diff().long().numpy()
     owner = np.repeat(np.arange(len(sizes)), sizes)
@@ -102,16 +106,36 @@ def accepted_loops(old: Scene, loops: dict[int, Floats], judge: Judge, samples: 
         rise = judge.error(new) - before
         new_sizes = new.structure.loop_first_segment.diff().long().numpy()
         new_owner = np.repeat(np.arange(len(sizes)), new_sizes)
-        costs = [
-            np.bincount(each, errors_near(control_points(scene), rise), len(sizes))
-            for each, scene in ((owner, old), (new_owner, new))
-        ]
-        wrong = np.maximum(*costs) > np.bincount(owner, allowed, len(sizes))
+        outlines = ((owner, control_points(old)), (new_owner, control_points(new)))
+        limit: Floats = np.bincount(owner, allowed, len(sizes)).astype(np.float64)
+        costs = [np.bincount(each, errors_near(control, rise), len(sizes)) for each, control in outlines]
+        wrong = np.maximum(*costs) > limit
+        if not wrong[list(loops)].any():
+            wrong = _is_worse_inside(outlines, rise, limit, list(loops))
         kept = {loop: curves for loop, curves in loops.items() if not wrong[loop]}
         if len(kept) == len(loops):
             return new
         loops = kept
     return old
+
+
+def _is_worse_inside(
+    outlines: Iterable[tuple[NDArray[np.int64], Floats]], rise: NDArray[np.float32], limit: Floats, changed: list[int]
+) -> _Mask:
+    """Return which loops [L] have more ``rise`` [h, w] in their box than all ``changed`` ones there may cause.
+
+    Args:
+        outlines: loop of each segment [R], and control points [R, 4, 2], before and after the change.
+        rise: of the squared error in each pixel [h, w].
+        limit: rise that each loop may cause [L].
+        changed: the loops that have changed.
+    """
+    boxes = [boxes_of(control, owner, len(limit)) for owner, control in outlines]
+    low, high = np.minimum(boxes[0][0], boxes[1][0])[changed], np.maximum(boxes[0][1], boxes[1][1])[changed]
+    meet = ((low[:, None] <= high) & (low <= high[:, None])).all(2)
+    wrong = np.zeros(len(limit), np.bool_)
+    wrong[changed] = errors_in_boxes(rise, low, high) > meet @ limit[changed]
+    return wrong
 
 
 def with_loops(scene: Scene, loops: dict[int, Floats]) -> Scene:

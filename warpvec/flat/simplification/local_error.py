@@ -33,3 +33,23 @@ def errors_near(control: Floats, error: NDArray[np.float32]) -> Floats:
     keys = np.unique(((row[:, None] * height + y) * width + x)[inside])
     owner, pixel = np.divmod(keys, height * width)
     return np.bincount(owner, error.reshape(-1)[pixel].astype(np.float64), len(control)).astype(np.float64)
+
+
+def boxes_of(control: Floats, owner: NDArray[np.int64], count: int) -> tuple[Floats, Floats]:
+    """Return the least and the greatest coordinates [count, 2] of the segments [R, 4, 2] of each ``owner`` [R]."""
+    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+    np.minimum.at(low, owner, control.min(1))
+    np.maximum.at(high, owner, control.max(1))
+    return low, high
+
+
+def errors_in_boxes(error: NDArray[np.float32], low: Floats, high: Floats) -> Floats:
+    """Return the sum of ``error`` [h, w] in the pixels of each box [K] and those beside it."""
+    height, width = error.shape
+    sums = np.pad(error.astype(np.float64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    size = np.array([width, height])
+    (left, top), (right, bottom) = (
+        np.clip(each, 0, size).astype(np.int64).T for each in (np.floor(low) - 1, np.ceil(high) + 1)
+    )
+    found: Floats = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
+    return found

@@ -12,6 +12,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
+from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes
 from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples, sample_outlines
 from warpvec.flat.simplification.simplify import DETAIL
 from warpvec.geometry.scene import Scene
@@ -70,32 +71,12 @@ def _needed(scene: Scene, target: Target, samples: OutlineSamples, detail: float
     cost = target.fit_step(scene, True).removal_cost.double().numpy() / target.error_scale
     worth = np.bincount(samples.path, (samples.contrast * samples.lengths).sum(1), len(scene))
     order = np.argsort(cost, kind="stable")
-    low, high = _boxes(samples.control, samples.path, len(scene))
+    low, high = boxes_of(samples.control, samples.path, len(scene))
     keep = np.ones(len(scene), np.bool_)
     for path in order[cost[order] <= detail**2 * worth[order] + NOISE].tolist():
         overlaps = (low[path] <= high) & (low <= high[path])
         keep[path] = bool((overlaps.all(1) & ~keep).any())
     return keep
-
-
-def _boxes(control: Floats, owner: NDArray[np.int64], count: int) -> tuple[Floats, Floats]:
-    """Return the least and the greatest coordinates [count, 2] of the segments [R, 4, 2] of each ``owner`` [R]."""
-    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
-    np.minimum.at(low, owner, control.min(1))
-    np.maximum.at(high, owner, control.max(1))
-    return low, high
-
-
-def _sums_in_boxes(rise: NDArray[np.float32], low: Floats, high: Floats) -> Floats:
-    """Return the sum of ``rise`` [h, w] in the pixels of each box [K] and those beside it."""
-    height, width = rise.shape
-    sums = np.pad(rise.astype(np.float64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
-    size = np.array([width, height])
-    (left, top), (right, bottom) = (
-        np.clip(each, 0, size).astype(np.int64).T for each in (np.floor(low) - 1, np.ceil(high) + 1)
-    )
-    found: Floats = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
-    return found
 
 
 def _without_loops(scene: Scene, target: Target, samples: OutlineSamples, detail: float) -> tuple[Scene, int]:
@@ -114,8 +95,8 @@ def _without_loops(scene: Scene, target: Target, samples: OutlineSamples, detail
     gone[first] &= np.add.reduceat(~gone, first) > 0 if len(first) else False  # a path keeps one
     if not gone.any():
         return scene, 0
-    before, box = target.squared_error(scene), _boxes(samples.control, loop, len(sizes))
-    gone &= _sums_in_boxes((target.squared_error(without_loops(scene, gone)) - before).numpy(), *box) <= allowed
+    before, box = target.squared_error(scene), boxes_of(samples.control, loop, len(sizes))
+    gone &= errors_in_boxes((target.squared_error(without_loops(scene, gone)) - before).numpy(), *box) <= allowed
     fewer = without_loops(scene, gone)
     if float((target.squared_error(fewer) - before).sum()) > allowed[gone].sum():
         return scene, 0  # one loop made up for another
