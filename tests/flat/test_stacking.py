@@ -66,11 +66,12 @@ def test_holes_and_the_canvas_are_no_layers() -> None:
     assert stack(regions_of([])) == []
 
 
-def test_joined_shapes_of_one_paint_are_one_path() -> None:
-    shapes = [(disc(20, 20, 10), RED), (disc(70, 20, 10), RED), (box(10, 50, 80, 80), BLUE)]
-    regions = regions_of(shapes)
-    assert [len(layer.parts) for layer in stack(regions)] == [1, 1, 1]
-    assert sorted(len(layer.parts) for layer in stack(regions, join=True)) == [1, 2]
+def test_shapes_of_one_paint_that_stand_alone_are_one_path() -> None:
+    letters = [(disc(10 + 24 * k, 20, 10), RED) for k in range(4)]
+    others = [(disc(10, 50, 8), BLUE), (disc(40, 50, 8), BLUE), (box(60, 40, 90, 90), BLUE), (disc(75, 65, 9), RED)]
+    layers = stack(regions_of([*letters, *others]))
+    assert sorted(len(layer.parts) for layer in layers) == [1, 1, 1, 1, 4]
+    assert [len(layer.parts) for layer in stack(regions_of([*letters[:2], *others[2:]]))] == [1, 1, 1, 1]
 
 
 def test_nothing_goes_on_beneath_translucent_paint() -> None:

@@ -26,22 +26,19 @@ LAYERS_AT_ONCE = 32
 """Layers whose outlines are fitted together. The memory of a thousand together is 300 MB."""
 
 
-def scene_of(
-    regions: Regions, tolerance: float = TOLERANCE, join: bool = False, is_over: Callable[[], bool] = bool
-) -> Scene:
+def scene_of(regions: Regions, tolerance: float = TOLERANCE, is_over: Callable[[], bool] = bool) -> Scene:
     """Return the drawing of ``regions``: a path for each layer, on the canvas's paint or none.
 
     Args:
         regions: regions of a picture.
         tolerance: largest distance in pixels between the outlines in the picture and the curves.
-        join: make one path of the shapes of one paint, as `stack` does.
         is_over: says whether the layers so far must do, the lowest first.
     """
     if is_over():
         regions = with_fewer_regions(regions, LAYERS_MIN + 1)  # and the canvas
     layers: list[Layer] = []
     loops: list[list[Floats]] = []
-    for layer in stack(regions, join):
+    for layer in stack(regions):
         if is_over() and len(layers) >= LAYERS_MIN:
             break
         found = outlines(regions, layer)
