@@ -11,22 +11,24 @@ import pytest
 
 from warpvec.errors import InputError
 from warpvec.vectorization.goal import (
-    AUTO_CURVES_MAX,
     CURVES_MAX,
     PROBE_CURVES,
-    STEP_UP_MAX,
     Goal,
     Trial,
-    best_trial,
     describe,
+    make_facts,
+    parse_size,
+    with_curves,
+)
+from warpvec.vectorization.next_trial import (
+    AUTO_CURVES_MAX,
+    STEP_UP_MAX,
+    best_trial,
     is_hopeless,
     is_met,
     is_worth_doubling,
-    make_facts,
     narrows_bracket,
     next_count,
-    parse_size,
-    with_curves,
     worthwhile_count,
 )
 from warpvec.vectorization.search import CORRECTIONS_MAX

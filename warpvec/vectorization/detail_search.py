@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 
 from warpvec.errors import InputError
 from warpvec.vectorization.byte_limit import cut_to_bytes
-from warpvec.vectorization.goal import Goal, Trial, best_trial, make_facts
+from warpvec.vectorization.goal import Goal, Trial, make_facts
+from warpvec.vectorization.next_trial import best_trial
 from warpvec.vectorization.result import Result
 
 DETAIL_MIN, DETAIL_MAX = 0.0125, 6.4

@@ -1,4 +1,4 @@
-"""Goals for a file (bytes, PSNR) and the number of paths to try next: pure functions of the fits so far."""
+"""Goals for a file (bytes, PSNR), and the facts about the fits that were made for one."""
 
 from __future__ import annotations
 
@@ -23,46 +23,6 @@ in 500 iterations (kodim07) reach 28.04 dB with 0.3 and 27.77 with 1; from nothi
 
 CURVES_MAX = 16_384
 """Largest number of paths that a search tries. Beyond it a file is larger than the photo as a JPEG of equal quality."""
-
-USED_MIN, USED_AIM = 0.95, 0.98
-"""Share of the allowed bytes that a file must use, and that the search aims at. Bytes per path vary by 1 %."""
-
-PSNR_EXCESS, PSNR_AIM = 0.25, 0.1
-"""Decibels above the target that are close enough, and the excess that the search aims at."""
-
-BRACKET_RATIO = 1.04
-"""The search stops when a file that reaches the target has at most this many times the paths of one that misses it."""
-
-BRACKET_SHARES = (0.3, 0.7)
-"""Bounds of an interpolated try inside a bracket, as shares of its (logarithmic) width. If the tries so far have not
-halved the bracket each, the PSNR has a step, as in flat art, and the next try is in the middle."""
-
-SLOPE, SLOPE_MIN, SLOPE_MAX = 2.3, 0.8, 4.0
-"""Decibels gained by doubling the paths: the first guess (the Kodak photos gain 1.7 to 2.6), and the bounds of an
-estimate from two fits, which may differ by little."""
-
-STEP_UP_MAX, STEP_DOWN_MAX = 16.0, 4.0
-"""Largest factors by which one step raises or, outside a bracket, lowers the number of paths: a fit of few paths says
-little about many, and in flat art a quarter of the paths may lose 20 dB."""
-
-PROBE_STEP_UP_MAX = 8.0
-"""Largest factor by which the step from a probe to a target PSNR raises the number of paths. A whole fit may gain far
-more than the probe's slope promises: an emoji with 64 paths has 34 dB after 100 iterations and 42 dB after 400. With 4,
-kodim07 took a whole fit more to 28 dB, at 330 paths."""
-
-AUTO_GAIN, AUTO_CURVES_MAX = 1.0, 2048
-"""Without a number of paths, the search doubles them while that gains at least these decibels, up to this number, at
-which the file of a photo has some 350 KB."""
-
-AUTO_PSNR_MAX = 40.0
-"""Decibels above this do not count as a gain of a doubling: no difference is visible any more. Flat art gains 1 to 2 dB
-a doubling up to thousands of paths (a Noto emoji: 42 dB with 64 paths, 50 dB with 1,000)."""
-
-AUTO_USED_MIN = 0.5
-"""Share of the added paths that must be visible in the file for a doubling to pay."""
-
-HOPELESS_GAIN = 0.2
-"""If more paths gain less than these decibels per doubling, no number of paths reaches the target."""
 
 MAX_FILE_BYTES = 10**12
 """Largest size that a file may be asked to have, above any file; larger numbers would overflow in the search."""
@@ -146,71 +106,6 @@ def parse_size(text: str) -> int:
     return round(count)
 
 
-def is_met(goal: Goal, trials: Sequence[Trial], curves_max: int) -> bool:
-    """Return whether the last trial ends the search: it is within the bytes and no other count would be better."""
-    last = trials[-1]
-    if goal.target_psnr is not None and _is_bracket_tight(goal, trials):
-        return True
-    if not last.eligible or not _fits(goal, last):
-        return False
-    if goal.target_psnr is not None and last.psnr >= goal.target_psnr:
-        return last.psnr <= goal.target_psnr + PSNR_EXCESS or last.curves <= 1
-    if last.asked >= curves_max:
-        return True
-    return goal.max_bytes is not None and last.bytes >= USED_MIN * goal.max_bytes
-
-
-def is_hopeless(goal: Goal, trials: Sequence[Trial]) -> bool:
-    """Return whether no trial reaches the target and the last one, with at least twice the paths, hardly helped."""
-    if goal.target_psnr is None or len(trials) < 2 or any(trial.psnr >= goal.target_psnr for trial in trials):
-        return False
-    octaves = math.log2(trials[-1].asked / trials[-2].asked)
-    return octaves >= 1.0 and trials[-1].psnr - trials[-2].psnr < HOPELESS_GAIN * octaves
-
-
-def best_trial(goal: Goal, trials: Sequence[Trial]) -> int:
-    """Return the index of the trial to keep.
-
-    Eligible trials come first, then those within the bytes, then those that reach the target. Among the latter the
-    smallest file wins, otherwise the highest PSNR.
-    """
-
-    def rank(index: int) -> tuple[bool, bool, bool, float, float]:
-        trial = trials[index]
-        reached = goal.target_psnr is not None and trial.psnr >= goal.target_psnr
-        return trial.eligible, _fits(goal, trial), reached, 0.0 if reached else round(trial.psnr, 2), -trial.bytes
-
-    return max(range(len(trials)), key=rank)
-
-
-def next_count(goal: Goal, trials: Sequence[Trial], curves_max: int) -> int:
-    """Return the number of paths, at least one, that should meet ``goal`` after the ``trials`` so far."""
-    wanted = [_count_for_bytes(goal, trials), _count_for_psnr(goal, trials)]
-    count = min((n for n in wanted if n is not None), default=_base(trials[-1]))
-    step = _base(trials[-1]) * STEP_UP_MAX
-    return max(1, min(math.floor(min(count, step)), curves_max))
-
-
-def narrows_bracket(goal: Goal, trials: Sequence[Trial], count: int) -> bool:
-    """Return whether a fit with ``count`` paths lies between a miss of the target PSNR and a hit."""
-    if goal.target_psnr is None:
-        return False
-    low, high = _bracket(goal.target_psnr, trials)
-    return low is not None and high is not None and low.asked < count < high.asked
-
-
-def is_worth_doubling(goal: Goal, trials: Sequence[Trial], curves_max: int) -> bool:
-    """Return whether a search without a number of paths should try twice as many; not beyond the bytes of ``goal``."""
-    last = trials[-1]
-    has_room = 2 * last.asked <= min(curves_max, AUTO_CURVES_MAX) and last.psnr + AUTO_GAIN <= AUTO_PSNR_MAX
-    return has_room and _fits(goal, last) and _has_paid(trials)
-
-
-def worthwhile_count(trials: Sequence[Trial]) -> int:
-    """Return the last number of paths whose doubling paid, after the doublings that `is_worth_doubling` asked for."""
-    return trials[-1 if _has_paid(trials) else -2].asked
-
-
 def make_facts(goal: Goal, trials: Sequence[Trial], result: Trial) -> dict[str, Any]:
     """Return the goal, whether the file meets it, and the trials, as plain values for JSON."""
     missed = goal.target_psnr is not None and result.psnr < goal.target_psnr
@@ -242,103 +137,3 @@ def _check_psnr(value: Any) -> float:
     if not 0 < number <= 100:
         raise InputError("target_psnr", "must be above 0 and at most 100", show(value), "give 25 to 35 for a photo")
     return number
-
-
-def _fits(goal: Goal, trial: Trial) -> bool:
-    return goal.max_bytes is None or trial.bytes <= goal.max_bytes
-
-
-def _base(trial: Trial) -> int:
-    """Return the number of paths that the next step starts from: those asked for, as some will be invisible again.
-
-    If more than half of them are invisible, as in a photo of one colour, more paths are not what the file lacks.
-    """
-    return min(trial.asked, 2 * max(trial.curves, 1))
-
-
-def _has_paid(trials: Sequence[Trial]) -> bool:
-    """Return whether the last doubling gained enough and used its paths. The first trial is no doubling; it pays."""
-    if len(trials) < 2:
-        return True
-    before, after = trials[-2:]
-    gain = min(after.psnr, AUTO_PSNR_MAX) - min(before.psnr, AUTO_PSNR_MAX)
-    return gain >= AUTO_GAIN and after.curves - before.curves >= AUTO_USED_MIN * (after.asked - before.asked)
-
-
-def _count_for_bytes(goal: Goal, trials: Sequence[Trial]) -> float | None:
-    """Return the count for the allowed bytes; a file's bytes are nearly proportional to its paths."""
-    if goal.max_bytes is None:
-        return None
-    last = trials[-1]
-    return _base(last) * USED_AIM * goal.max_bytes / last.bytes
-
-
-def _count_for_psnr(goal: Goal, trials: Sequence[Trial]) -> float | None:
-    """Return the count for the target: between a miss and a hit if there are both, else by the slope of the PSNR."""
-    if goal.target_psnr is None:
-        return None
-    low, high = _bracket(goal.target_psnr, trials)
-    if low is not None and high is not None:
-        return _count_between(low, high, goal.target_psnr, bisect=_is_halving_late(goal.target_psnr, trials))
-    last = high or trials[-1]
-    octaves = (goal.target_psnr + PSNR_AIM - last.psnr) / _slope([trial for trial in trials if trial.eligible])
-    base = _base(last)
-    step_up_max = STEP_UP_MAX if last.eligible else PROBE_STEP_UP_MAX
-    count = base * 2.0 ** max(-math.log2(STEP_DOWN_MAX), min(octaves, math.log2(step_up_max)))
-    # Take a step of at least one path: down if there is a hit and the last fit had more paths.
-    return min(count, base - 1) if octaves < 0 or trials[-1].asked > last.asked else max(count, base + 1)
-
-
-def _bracket(target: float, trials: Sequence[Trial]) -> tuple[Trial | None, Trial | None]:
-    """Return the trial of most paths that misses the target, and that of fewest paths that reaches it.
-
-    Misses with more paths than a hit are noise. A probe that misses proves nothing, as a longer fit may reach the
-    target. One that reaches it counts, unless a longer fit with as many paths misses it.
-    """
-    eligible_misses = [trial for trial in trials if trial.eligible and trial.psnr < target]
-    refuted = {trial.asked for trial in eligible_misses}
-    hits = (trial for trial in trials if trial.psnr >= target and (trial.eligible or trial.asked not in refuted))
-    high = min(hits, key=lambda trial: (trial.asked, not trial.eligible), default=None)
-    below = math.inf if high is None else high.asked
-    misses = (trial for trial in eligible_misses if trial.asked < below)
-    return max(misses, key=lambda trial: trial.asked, default=None), high
-
-
-def _is_bracket_tight(goal: Goal, trials: Sequence[Trial]) -> bool:
-    assert goal.target_psnr is not None
-    low, high = _bracket(goal.target_psnr, trials)
-    is_result = high is not None and high.eligible and _fits(goal, high)
-    return low is not None and high is not None and is_result and _is_tight(low, high)
-
-
-def _is_tight(low: Trial, high: Trial) -> bool:
-    return high.asked <= max(low.asked + 1, BRACKET_RATIO * low.asked)
-
-
-def _is_halving_late(target: float, trials: Sequence[Trial]) -> bool:
-    """Return whether the bracket is wider than if every try inside it had halved it, on a logarithmic scale."""
-    brackets = (_bracket(target, trials[:count]) for count in range(1, len(trials) + 1))
-    widths = [math.log(high.asked / low.asked) for low, high in brackets if low is not None and high is not None]
-    return widths[-1] > widths[0] * 0.5 ** (len(widths) - 1)
-
-
-def _count_between(low: Trial, high: Trial, target: float, *, bisect: bool) -> int:
-    """Return a count between two trials, on a logarithmic scale: the middle, or by interpolation of the PSNR."""
-    if _is_tight(low, high):  # `high` is a probe, or has too many bytes
-        return high.asked
-    lower, upper = BRACKET_SHARES
-    interpolated = (target + PSNR_AIM - low.psnr) / (high.psnr - low.psnr)
-    share = 0.5 if bisect else max(lower, min(interpolated, upper))
-    count = low.asked * (high.asked / low.asked) ** share
-    return max(low.asked + 1, min(round(count), high.asked - 1))
-
-
-def _slope(trials: Sequence[Trial]) -> float:
-    """Return the decibels gained by a doubling, from the last two trials that differ enough to tell."""
-    if len(trials) < 2:
-        return SLOPE
-    octaves = math.log2(trials[-1].asked / trials[-2].asked)
-    gain = trials[-1].psnr - trials[-2].psnr
-    if abs(octaves) < 0.05 or math.isnan(gain):  # NaN: neither has any error
-        return SLOPE
-    return min(max(gain / octaves, SLOPE_MIN), SLOPE_MAX)

@@ -12,18 +12,13 @@ from warpvec.config.rules import require_scaffolding
 from warpvec.fit.interrupt import deferred_interrupts
 from warpvec.geometry.scene import Scene
 from warpvec.vectorization.byte_limit import cut_to_bytes
-from warpvec.vectorization.goal import (
-    CORRECTION_RATE,
-    PROBE_CURVES,
-    SHORT_SHARE,
+from warpvec.vectorization.goal import CORRECTION_RATE, PROBE_CURVES, SHORT_SHARE, Goal, Trial, make_facts
+from warpvec.vectorization.next_trial import (
     STEP_UP_MAX,
-    Goal,
-    Trial,
     best_trial,
     is_hopeless,
     is_met,
     is_worth_doubling,
-    make_facts,
     narrows_bracket,
     next_count,
     worthwhile_count,
