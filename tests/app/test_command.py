@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import queue
+import webbrowser
 from pathlib import Path
 from typing import Any
 
@@ -34,19 +36,41 @@ def test_the_extra_is_named_if_it_is_missing(monkeypatch: pytest.MonkeyPatch) ->
     assert "pip install 'warpvec[app]'" in result.stderr
 
 
-@pytest.mark.parametrize("opens", [True, False])
-def test_the_address_is_printed_and_opened(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, opens: bool) -> None:
+class Browser:
+    """What the module webbrowser knows of a browser."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+
+@pytest.mark.parametrize(
+    ("browser", "options", "opens"),
+    [("firefox", (), True), ("firefox", ("--no-browser",), False), ("/usr/bin/lynx", (), False), (None, (), False)],
+)
+def test_the_address_is_printed_and_a_ticket_is_opened(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, browser: str | None, options: tuple[str, ...], opens: bool
+) -> None:
     from warpvec.app import server
 
-    def run_server(listener: Any, token: str, **options: Any) -> None:
-        options["on_start"](f"http://127.0.0.1:{listener.getsockname()[1]}/{token}/")
+    opened: queue.SimpleQueue[str] = queue.SimpleQueue()
 
-    opened: list[str] = []
+    def run_server(listener: Any, token: str, **options: Any) -> None:
+        root = f"http://127.0.0.1:{listener.getsockname()[1]}"
+        options["on_start"](f"{root}/{token}/", f"{root}/ticket")
+
+    def get() -> Browser:
+        if browser is None:
+            raise webbrowser.Error
+        return Browser(browser)
+
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.setattr(server, "run_server", run_server)
-    monkeypatch.setattr(command.webbrowser, "open", opened.append)
-    result = invoke("app", *([] if opens else ["--no-browser"]))
+    monkeypatch.setattr(command.webbrowser, "get", get)
+    monkeypatch.setattr(command.webbrowser, "open", opened.put)
+    result = invoke("app", *options)
     assert result.exit_code == 0, result.stderr
     address = result.stderr.split()[4]
     assert address.startswith("http://127.0.0.1:")
-    assert opened == ([address] if opens else [])
+    if opens:
+        assert opened.get(timeout=10) == "/".join([*address.split("/")[:3], "ticket"])
+    assert opened.empty()

@@ -10,7 +10,7 @@ import pytest
 from app_server import Server, server_fixture  # noqa: F401  (fixture)
 from PIL import Image
 
-from warpvec.app import desk, folder
+from warpvec.app import desk, folder, pages
 from warpvec.app.messages import Report, Stop
 
 
@@ -164,15 +164,47 @@ def test_pages_see_their_own_pictures_and_behind_ones_only_the_newest_frame(serv
 
 
 def test_pictures_of_a_closed_page_are_forgotten(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(desk, "FORGET_SECONDS", 0.0)
+    monkeypatch.setattr(pages, "FORGET_SECONDS", 0.0)
     server.report("ready")
     stream = server.act(lambda: server.desk.watch("a"))
     fit(server, add(server, "a"))
     add(server, "b")
-    server.act(lambda: server.desk.leave("a", stream))
+    server.act(lambda: server.desk.pages.leave("a", stream))
     server.act(lambda: None)
     assert [found.page for found in server.desk.pictures.values()] == ["b"]
     assert server.worker.stops == [Stop(1, is_dropped=True)]
+
+
+def test_a_hidden_page_without_a_stream_is_kept_until_it_is_closed(
+    server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pages, "FORGET_SECONDS", 0.0)
+    server.report("ready")
+    stream = server.act(lambda: server.desk.watch("a"))
+    fit(server, add(server, "a"))
+    assert server.post("rest?page=a").status_code == 204
+    server.act(lambda: server.desk.pages.leave("a", stream))
+    server.act(lambda: None)
+    server.report("done", 1, **DONE)
+    assert statuses(server) == ["done"]
+    again = server.act(lambda: server.desk.watch("a"))
+    assert [name for name, _ in server.events(again, 4)] == ["hello", "done", "status", "queue"]
+    server.act(lambda: server.desk.pages.leave("a", again))  # without a word before
+    server.act(lambda: None)
+    assert statuses(server) == []
+
+
+def test_a_hidden_page_that_is_closed_is_forgotten(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pages, "FORGET_SECONDS", 0.0)
+    stream = server.act(lambda: server.desk.watch("a"))
+    add(server, "a")
+    server.post("rest?page=a")
+    server.act(lambda: server.desk.pages.leave("a", stream))
+    server.act(lambda: None)
+    assert statuses(server) == ["idle"]
+    assert server.post("leave?page=a").status_code == 204
+    server.act(lambda: None)
+    assert statuses(server) == []
 
 
 @pytest.mark.parametrize(

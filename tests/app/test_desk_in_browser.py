@@ -80,9 +80,8 @@ def test_a_logo_becomes_clean_shapes(desk: DeskPage, tmp_path: Path, transparent
     with Image.open(desk.save("png")) as image:
         assert (image.mode == "RGBA" and image.getextrema()[3][0] == 0) == transparent
     # Without overlaps: as the command's --cutout.
-    desk.page.locator("#cutout").check()
-    desk.wait_for_status("Drawing")
-    desk.wait_for_status("done")
+    with desk.fitting():
+        desk.page.locator("#cutout").check()
     assert file_psnr(desk.save(), source) > 30
 
 
@@ -109,13 +108,10 @@ def test_stop_keeps_the_best_drawing_and_a_slider_goes_on_from_it(desk: DeskPage
     before = file_psnr(first, source)
     assert before > 14
     desk.slide("detail", 8)  # 64 shapes
-    desk.wait_for_status("Drawing")
     desk.wait_for_frame(before - 6)  # not from nothing
     assert desk.paths() <= 64
-    desk.slide("detail", 4)  # while it draws: 32 shapes
-    desk.page.wait_for_function("() => window.warpvecView.state.paths <= 32")
-    desk.page.locator("#stop").click()
-    desk.wait_for_status("Stopped")
+    with desk.fitting():
+        desk.slide("detail", 4)  # while it draws: 32 shapes
     assert file_facts(desk.save().read_bytes())["paths"] <= 32
 
 
@@ -161,9 +157,9 @@ def test_an_edited_drawing_is_fitted_again(desk: DeskPage, tmp_path: Path) -> No
     desk.click(264, 218)
     page.locator("#fill").fill("#00aa00")
     page.locator("#fill").dispatch_event("change")
-    page.locator("#fit-again").click()
-    page.locator("#sides label").nth(0).click()
-    desk.wait_for_status("done")
+    with desk.fitting():
+        page.locator("#fit-again").click()
+        page.locator("#sides label").nth(0).click()
     assert desk.paths() == count - 1
     after = desk.save()
     target = read_image(source)
@@ -176,8 +172,7 @@ def test_an_edited_drawing_is_fitted_again(desk: DeskPage, tmp_path: Path) -> No
     outside[80:170, 80:175] = False  # the disc
     assert np.abs(first - second)[outside].mean() < 1.0
     # A slider does not bring it back.
-    desk.slide("detail", 16)
-    desk.wait_for_status("Drawing")
-    desk.wait_for_status("done")
+    with desk.fitting():
+        desk.slide("detail", 16)
     third = draw_like(desk.save().read_bytes(), target).astype(int)
     assert np.abs(third[124, 128] - (20, 110, 220)).max() < 24

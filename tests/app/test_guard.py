@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from app_server import PORT, TOKEN, Server, server_fixture  # noqa: F401  (fixture)
 
-from warpvec.app import address
+from warpvec.app import address, guard
 from warpvec.errors import InputError
 
 OWN = {"Host": f"127.0.0.1:{PORT}", "Origin": f"http://127.0.0.1:{PORT}"}
@@ -44,6 +44,19 @@ def test_a_request_needs_the_token_and_comes_from_the_page(
     assert answer.status_code == status
     assert answer.headers["referrer-policy"] == "no-referrer"
     assert "default-src 'none'" in answer.headers["content-security-policy"]
+
+
+def test_a_ticket_leads_to_the_page_once_and_soon(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = f"/{server.guard.new_ticket()}"
+    assert TOKEN not in path
+    assert server.ask("GET", path, headers={"Host": "attacker.example"}).status_code == 421
+    assert server.ask("GET", f"{path}x").status_code == 403
+    answer = server.ask("GET", path)
+    assert (answer.status_code, answer.headers["location"]) == (303, f"/{TOKEN}/")
+    assert server.ask("GET", path).status_code == 403
+    assert server.ask("GET", "/open/").status_code == 403  # as empty as the used one
+    monkeypatch.setattr(guard, "TICKET_SECONDS", -1.0)
+    assert server.ask("GET", f"/{server.guard.new_ticket()}").status_code == 403
 
 
 def test_a_foreign_page_changes_nothing(server: Server) -> None:

@@ -74,12 +74,11 @@ def test_a_logo_becomes_a_file_for_a_cutter(desk: DeskPage, tmp_path: Path, way:
     Image.fromarray(logo(1)).save(source)
     choose(desk, source, way)
     desk.wait_for_status("done")
-    if way == "mouse":
-        desk.page.locator("#cutout").check()
-    else:
-        press(desk, "cutout", "Space")
-    desk.wait_for_status("Drawing")
-    desk.wait_for_status("done")
+    with desk.fitting():
+        if way == "mouse":
+            desk.page.locator("#cutout").check()
+        else:
+            press(desk, "cutout", "Space")
     saved = save(desk, way)
     assert '"cutout":true' in saved.read_text().replace(" ", "")
     target = read_image(source)
@@ -91,7 +90,7 @@ def test_a_photo_becomes_a_file_of_few_bytes(desk: DeskPage, tmp_path: Path, way
     source = write_scene(tmp_path / "photo.png", person=True)
     if way == "mouse":
         desk.page.locator("#modes label").nth(1).click()
-        desk.slide("size", 3)  # 5 KB
+        desk.drag_slider("size", 3)  # 5 KB
     else:
         press(desk, "mode", "ArrowRight")
         press(desk, "size", *["ArrowRight"] * 3)
@@ -104,12 +103,11 @@ def test_a_photo_becomes_a_file_of_few_bytes(desk: DeskPage, tmp_path: Path, way
     stated = float(desk.page.locator("#fit-figures tr", has_text="PSNR").inner_text().split()[1])
     assert abs(psnr(draw_like(saved.read_bytes(), target), target) - stated) < 0.01
     # Less: it goes on from there, and the page compares in the right units.
-    if way == "mouse":
-        desk.slide("size", 2)
-    else:
-        press(desk, "size", "ArrowLeft")
-    desk.wait_for_status("Drawing")
-    desk.wait_for_status("done")
+    with desk.fitting():
+        if way == "mouse":
+            desk.drag_slider("size", 2)
+        else:
+            press(desk, "size", "ArrowLeft")
     assert save(desk, way).stat().st_size <= 3000
     desk.page.wait_for_function("() => /^[\\d.]+ dB$/.test(document.getElementById('shown-psnr').textContent)")
     shown = float(desk.page.inner_text("#shown-psnr").split()[0])
@@ -125,7 +123,7 @@ class Mouse:
 
     def set_up(self) -> None:
         self.page.locator("#modes label").nth(1).click()
-        self.desk.slide("detail", 4)
+        self.desk.drag_slider("detail", 4)
 
     def begin_editing(self) -> None:
         self.page.locator("#sides label").nth(1).click()
@@ -186,8 +184,8 @@ def test_a_person_is_removed_and_the_wall_goes_on(desk: DeskPage, tmp_path: Path
         hand.delete_at(80, 64)
     deleted = count - desk.paths()
     assert deleted > 0
-    hand.fit_again()
-    desk.wait_for_status("done")
+    with desk.fitting():
+        hand.fit_again()
     assert desk.paths() >= count - deleted
     after = draw_like(save(desk, way).read_bytes(), wall)
     assert psnr(after, wall) > psnr(before, wall) + 5

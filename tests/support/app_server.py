@@ -57,7 +57,8 @@ class Server:
         self.desk = Desk(make_worker)
         self.worker = workers[0]
         routes = Routes(self.desk, folder, ["svg", "svgz", "png"])
-        transport = ASGITransport(Guard(routes.application(), PORT, TOKEN))
+        self.guard = Guard(routes.application(), PORT, TOKEN)
+        transport = ASGITransport(self.guard)
         self.client = AsyncClient(transport=transport, base_url=f"http://127.0.0.1:{PORT}")
 
     def ask(self, method: str, path: str, **options: Any) -> Response:

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,18 @@ from warpvec.app.address import open_socket
 
 WAIT_MS = 240_000
 """Longest wait for a fit, on a busy machine."""
+
+
+THUMB_PX = 16
+"""Width of the thumb of a slider in Chromium."""
+
+NOTE_STATUS = """document.addEventListener("DOMContentLoaded", () => {
+    window.statuses = [];
+    const status = document.getElementById("fit-status");
+    const note = () => window.statuses.push(status.textContent);
+    new MutationObserver(note).observe(status, { childList: true, characterData: true, subtree: true });
+});"""
+"""Notes all that the page says of its fits: a short one comes and goes between two looks at the page."""
 
 
 class DeskServer:
@@ -77,6 +90,7 @@ class DeskPage:
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         self.page.on("request", self._note_request)
         self.page.on("dialog", lambda dialog: dialog.accept())
+        self.page.add_init_script(NOTE_STATUS)
         self.page.goto(server.url)
         self.page.wait_for_selector("body[data-desk]")
 
@@ -114,6 +128,17 @@ class DeskPage:
         script = "(words) => document.getElementById('fit-status').textContent.includes(words)"
         self.page.wait_for_function(script, arg=words)
 
+    @contextmanager
+    def fitting(self) -> Iterator[None]:
+        """Wait at the end of the block until a fit that began in it is done."""
+        count = self.page.evaluate("() => window.statuses.length")
+        yield
+        script = """(count) => {
+            const later = window.statuses.slice(count);
+            return later.some((text) => /^(Starting|Waiting|Drawing)/.test(text)) && later.at(-1).includes("done");
+        }"""
+        self.page.wait_for_function(script, arg=count)
+
     def wait_for_frame(self, psnr: float = 0.0) -> None:
         """Wait for a frame of a running fit, of at least ``psnr`` dB."""
         script = """(psnr) => {
@@ -124,6 +149,24 @@ class DeskPage:
 
     def slide(self, identifier: str, value: int) -> None:
         self.page.locator(f"#{identifier}").fill(str(value))
+
+    def drag_slider(self, identifier: str, value: int) -> None:
+        """Drag the thumb of a slider with the mouse until it stands at ``value``."""
+        slider = self.page.locator(f"#{identifier}")
+        slider.scroll_into_view_if_needed()
+        low, high, now = slider.evaluate("({ min, max, value }) => [min, max, value].map(Number)")
+        box = slider.bounding_box()
+        assert box is not None
+        travel = box["width"] - THUMB_PX
+
+        def place(at: float) -> tuple[float, float]:
+            share = (at - low) / (high - low)
+            return box["x"] + THUMB_PX / 2 + share * travel, box["y"] + box["height"] / 2
+
+        self.page.mouse.move(*place(now))
+        self.page.mouse.down()
+        self.page.mouse.move(*place(value), steps=5)
+        self.page.mouse.up()
 
     def paths(self) -> int:
         return int(self.page.evaluate("() => window.warpvecView.state.paths"))

@@ -14,14 +14,12 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from warpvec.app.messages import Job, Report, Stop
+from warpvec.app.pages import Pages
 from warpvec.app.settings import FitSettings
 from warpvec.app.streams import Stream
 
 KEPT_BYTES = 2**30
 """Bytes of all pictures' files together. A new one beyond that is refused."""
-
-FORGET_SECONDS = 60.0
-"""Time after which the pictures of a closed page are forgotten: long enough to reload it."""
 
 STOP_SECONDS = 15.0
 """Time that a fit has to stop; stages of flat art cannot stop earlier. Then its process is ended."""
@@ -72,7 +70,7 @@ class Desk:
     def __init__(self, make_worker: Callable[[Callable[[Report], None]], FitProcess]) -> None:
         self.pictures: dict[str, Picture] = {}
         self.is_ready = False
-        self._streams: dict[str, set[Stream]] = {}
+        self.pages = Pages(self._forget)
         self._waiting: list[Picture] = []
         self._running: Picture | None = None
         self._number = 0
@@ -85,27 +83,18 @@ class Desk:
 
     def watch(self, page: str) -> Stream:
         """Return a stream of events for ``page``, which begins with all that it has to know."""
-        stream = Stream()
-        self._streams.setdefault(page, set()).add(stream)
+        stream = self.pages.join(page)
         own = [picture for picture in self.pictures.values() if picture.page == page]
         stream.put("hello", {"ready": self.is_ready, "pictures": [p.facts() for p in own]})
         for picture in own:
             for kind, facts in picture.last.items():
                 stream.put(kind, {"id": picture.identifier, **facts}, replaces=f"{kind} {picture.identifier}")
+            self._set_status(picture, picture.status)  # after the drawing, as always
         self._tell_queue()
         return stream
 
-    def leave(self, page: str, stream: Stream) -> None:
-        """Forget a stream, and the pictures of its page if that does not come back."""
-        streams = self._streams.get(page, set())
-        streams.discard(stream)
-        if not streams:
-            self._streams.pop(page, None)
-            asyncio.get_running_loop().call_later(FORGET_SECONDS, self._forget, page)
-
     def _forget(self, page: str) -> None:
-        if page in self._streams:
-            return
+        """Forget the pictures of a page that does not come back."""
         for identifier in [p.identifier for p in self.pictures.values() if p.page == page]:
             self.remove(identifier)
 
@@ -268,24 +257,22 @@ class Desk:
 
     def _set_status(self, picture: Picture, status: str) -> None:
         picture.status = status
-        self._send(picture.page, "status", {"id": picture.identifier, "status": status}, f"status {picture.identifier}")
+        identifier = picture.identifier
+        self.pages.send(picture.page, "status", {"id": identifier, "status": status}, f"status {identifier}")
 
     def _tell(self, picture: Picture, kind: str, facts: dict[str, Any]) -> None:
-        picture.last[kind] = facts
-        event = {"id": picture.identifier, "at": time.time(), **facts}
-        self._send(picture.page, kind, event, f"{kind} {picture.identifier}")
+        assert picture.job is not None
+        picture.last[kind] = {"fit": picture.job.number, **facts}
+        event = {"id": picture.identifier, "at": time.time(), **picture.last[kind]}
+        self.pages.send(picture.page, kind, event, f"{kind} {picture.identifier}")
 
     def _tell_queue(self) -> None:
         """Tell each page how many fits are before each of its own."""
         busy = self._running is not None
-        for page in self._streams:
+        for page in self.pages:
             places = {p.identifier: i + busy for i, p in enumerate(self._waiting) if p.page == page}
-            self._send(page, "queue", {"places": places}, "queue")
+            self.pages.send(page, "queue", {"places": places}, "queue")
 
     def _tell_all(self, kind: str, facts: dict[str, Any]) -> None:
-        for page in self._streams:
-            self._send(page, kind, facts, kind)
-
-    def _send(self, page: str, kind: str, facts: dict[str, Any], replaces: str) -> None:
-        for stream in self._streams.get(page, ()):
-            stream.put(kind, facts, replaces=replaces)
+        for page in self.pages:
+            self.pages.send(page, kind, facts, kind)

@@ -6,14 +6,19 @@ have:
 - the Host of this server, which a name that was made to point to this machine (DNS rebinding) does not have,
 - an Origin of this server or none, and no other site as its source (Sec-Fetch-Site),
 - the token, as the first part of its path. It is compared in a time that does not depend on it.
+
+The command line of a browser is visible to all users of the machine. So it gets the address of a ticket, which leads to
+the page once and soon, and not the token.
 """
 
 from __future__ import annotations
 
 import hmac
+import secrets
+import time
 
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.responses import PlainTextResponse
+from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 HEADERS = {
@@ -25,6 +30,12 @@ HEADERS = {
     "Content-Security-Policy": "default-src 'none'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
 }
 """Headers of every answer that does not set them itself; the page has a policy of its own."""
+
+TICKET_SECONDS = 120.0
+"""Time in which a ticket can be used: a browser may start slowly."""
+
+TICKET_PATH = "open"
+"""First part of the path of a ticket."""
 
 _SAME_SITE = ("same-origin", "none")
 
@@ -41,6 +52,13 @@ class Guard:
     def __init__(self, app: ASGIApp, port: int, token: str) -> None:
         self._app, self._token = app, token
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
+        self._ticket, self._ticket_end = "", 0.0
+
+    def new_ticket(self) -> str:
+        """Return the path of a new ticket without its first slash; the one before can no longer be used."""
+        self._ticket = secrets.token_urlsafe(24)
+        self._ticket_end = time.monotonic() + TICKET_SECONDS
+        return f"{TICKET_PATH}/{self._ticket}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -54,20 +72,23 @@ class Guard:
                     headers.setdefault(name, value)
             await send(message)
 
-        refusal = self._refusal(Headers(scope=scope), scope["path"])
-        if refusal is not None:
-            await refusal(scope, receive, send_with_headers)
+        answer = self._answer(Headers(scope=scope), scope["path"])
+        if answer is not None:
+            await answer(scope, receive, send_with_headers)
             return
         prefix = f"/{self._token}"
         inner = {**scope, "root_path": scope.get("root_path", "") + prefix}
         await self._app(inner, receive, send_with_headers)
 
-    def _refusal(self, headers: Headers, path: str) -> PlainTextResponse | None:
+    def _answer(self, headers: Headers, path: str) -> Response | None:
+        """Return a refusal, or the way to the page for a ticket; None for a request that may pass."""
         host, origin = headers.get("host", ""), headers.get("origin")
         if host not in self._hosts or len(headers.getlist("host")) != 1:
             return PlainTextResponse("This server answers only to its own name.\n", 421)
         if origin is not None and origin != f"http://{host}":
             return PlainTextResponse("Requests of other sites are refused.\n", 403)
+        if path.startswith(f"/{TICKET_PATH}/"):
+            return self._exchange(path.removeprefix(f"/{TICKET_PATH}/"))
         given = path.split("/")[1] if path.startswith("/") else ""
         if not hmac.compare_digest(given.encode(), self._token.encode()):
             return PlainTextResponse("Open the address that warpvec app has printed: its token is missing.\n", 403)
@@ -76,3 +97,12 @@ class Guard:
         if not is_page and headers.get("sec-fetch-site", "none") not in _SAME_SITE:
             return PlainTextResponse("Requests of other sites are refused.\n", 403)
         return None
+
+    def _exchange(self, given: str) -> Response:
+        """Return the way to the page for the ticket ``given``, which is used up."""
+        is_good = bool(self._ticket) and hmac.compare_digest(given.encode(), self._ticket.encode())
+        if not is_good or time.monotonic() > self._ticket_end:
+            words = "This address has been used or is too old. Open the one that warpvec app has printed.\n"
+            return PlainTextResponse(words, 403)
+        self._ticket = ""
+        return RedirectResponse(f"/{self._token}/", 303)

@@ -13,7 +13,7 @@ from warpvec import __version__
 from warpvec.viewer import page as viewer
 
 # In the order in which they are joined.
-_SCRIPTS = ("server", "parts", "settings", "picture", "queue", "saving", "again", "desk")
+_SCRIPTS = ("server", "parts", "settings", "picture", "queue", "saving", "again", "sheet", "desk")
 
 
 def page_text() -> tuple[str, str]:

@@ -2,6 +2,8 @@
 
 GET    /                        the page
 GET    /events?page=            server-sent events: hello, ready, queue, status, mode, frame, done, failed
+POST   /rest?page=              the page is hidden and gives up its events
+POST   /leave?page=             it is closed, or loaded again
 POST   /pictures?page=&name=    a picture's file in the body -> its facts
 GET    /pictures/ID/preview     the picture as PNG, for browsers that cannot read its format
 POST   /pictures/ID/fit         {settings, start, locked, erased, filled, keepsPaths}: fit it, or go on
@@ -67,6 +69,8 @@ class Routes:
         routes = [
             Route("/", self.page),
             Route("/events", self.events),
+            Route("/rest", self.rest, methods=["POST"]),
+            Route("/leave", self.leave, methods=["POST"]),
             Route("/pictures", self.add, methods=["POST"]),
             Route("/pictures/{id}/preview", self.preview),
             Route("/pictures/{id}/fit", self.fit, methods=["POST"]),
@@ -93,9 +97,17 @@ class Routes:
                 async for text in stream.texts():
                     yield text
             finally:
-                self._desk.leave(page, stream)
+                self._desk.pages.leave(page, stream)
 
         return StreamingResponse(texts(), media_type="text/event-stream")
+
+    async def rest(self, request: Request) -> Response:
+        self._desk.pages.rest(_page_of(request))
+        return Response(status_code=204)
+
+    async def leave(self, request: Request) -> Response:
+        self._desk.pages.close(_page_of(request))
+        return Response(status_code=204)
 
     async def add(self, request: Request) -> Response:
         page, name = _page_of(request), usable_name(request.query_params.get("name", "picture"))

@@ -31,7 +31,8 @@ BACKLOG = 64
 """Most connections that are accepted before the first of them is counted."""
 
 SILENT_SECONDS = 10.0
-"""Time in which a new connection must bring its first request: other programs' silent ones take up room."""
+"""Time in which a new connection must bring its first request, and any connection the rest of one that it has begun:
+other programs' silent ones take up room."""
 
 
 def run_server(
@@ -40,7 +41,7 @@ def run_server(
     *,
     folder: Path | None = None,
     threads: int | None = None,
-    on_start: Callable[[str], None] | None = None,
+    on_start: Callable[[str, str], None] | None = None,
 ) -> None:
     """Serve the page on ``listener`` until an exception ends it: the caller's KeyboardInterrupt.
 
@@ -49,7 +50,7 @@ def run_server(
         token: first part of every path.
         folder: where pictures are listed and drawings are saved; None for nowhere.
         threads: CPU threads of fits; None for all cores.
-        on_start: called with the address of the page when it can be opened.
+        on_start: called with the address of the page when it can be opened, and with one that leads there only once.
     """
     port = listener.getsockname()[1]
     asyncio.run(_serve(listener, token, port, folder, threads, on_start))
@@ -61,7 +62,7 @@ async def _serve(
     port: int,
     folder: Path | None,
     threads: int | None,
-    on_start: Callable[[str], None] | None,
+    on_start: Callable[[str, str], None] | None,
 ) -> None:
     workers: list[WorkerProcess] = []
 
@@ -73,32 +74,55 @@ async def _serve(
     workers[0].start()
     try:
         routes = Routes(desk, folder, await asyncio.to_thread(usable_formats))
+        guard = Guard(routes.application(), port, token)
         config = uvicorn.Config(
-            Guard(routes.application(), port, token), http=_Connection, backlog=BACKLOG, log_level="error",
+            guard, http=_Connection, backlog=BACKLOG, log_level="error",
             access_log=False, server_header=False, lifespan="off", ws="none",
         )  # fmt: skip
         logging.getLogger("uvicorn.error").addFilter(_is_mistake)
         server = _Server(config)
         if on_start is not None:
             listener.listen()  # a browser that is quicker than the loop waits
-            on_start(f"http://{HOST}:{port}/{token}/")
+            root = f"http://{HOST}:{port}"
+            on_start(f"{root}/{token}/", f"{root}/{guard.new_ticket()}")
         await server.serve([listener])
     finally:
         workers[0].end()
 
 
 class _Connection(H11Protocol):
-    """A connection that ends at once if there are too many, and soon if it is silent."""
+    """A connection that ends at once if there are too many, and soon if it is silent or sends half a request.
+
+    An idle one between two requests has a time limit of uvicorn's own.
+    """
+
+    _patience: asyncio.TimerHandle | None = None
+    _patience_since: object = None
+    """The request after which the time of ``_patience`` began; None before the first."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override] # as uvicorn's own
         super().connection_made(transport)
         if len(self.connections) > CONNECTIONS_MAX:
             transport.abort()
             return
-        self.loop.call_later(SILENT_SECONDS, self._end_if_silent)
+        self._wait_for_request()
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        if self.cycle is None or self.cycle.response_complete:  # no request has begun by it
+            self._wait_for_request()
+
+    def _wait_for_request(self) -> None:
+        """Give the connection some time, of which more pieces of a request make no more."""
+        if self._patience is not None:
+            if self._patience_since is self.cycle:
+                return
+            self._patience.cancel()
+        self._patience_since = self.cycle
+        self._patience = self.loop.call_later(SILENT_SECONDS, self._end_if_silent)
 
     def _end_if_silent(self) -> None:
-        if self.cycle is None:  # there was no request
+        if self.cycle is self._patience_since:  # there was no other request
             self.transport.abort()
 
 

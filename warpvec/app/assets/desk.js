@@ -8,9 +8,9 @@ const SETTLE_MS = 250;
 class Desk {
   constructor(view) {
     this.view = view;
+    this.sheet = new Sheet(view);
     this.pictures = [];
     this.current = null;
-    this.shownText = null;
     this.list = new PictureList(byId("pictures"), (picture) => this.open(picture), (picture) => this.remove(picture));
     this.panel = new SettingsPanel((settings, name) => this.changeSettings(settings, name));
     this.server = new Server((kind, facts) => this.receive(kind, facts), () => this.lose(), () => this.find());
@@ -35,7 +35,10 @@ class Desk {
     for (const button of document.querySelectorAll("[data-format]")) {
       button.addEventListener("click", () => this.save(this.view.drawingText(), button.dataset.format));
     }
-    connectDropping((files) => this.add(files));
+    connectDropping((files) => this.add(files), (words) => this.view.say(words));
+    addEventListener("beforeunload", (event) => {
+      if (this.pictures.some((picture) => picture.newest && !picture.isSaved)) event.preventDefault();
+    });
   }
 
   // Pictures
@@ -57,56 +60,52 @@ class Desk {
 
   /** Sends a new picture and asks for its drawing. */
   async begin(picture) {
+    if (!this.pictures.includes(picture)) return;
     try {
       await this.upload(picture);
-      await this.requestFit(picture, {});
-      if (!this.current || !this.pictures.some((other) => other !== picture && other.isBusy)) await this.open(picture);
     } catch (error) {
       Object.assign(picture, { status: "failed", message: error.message });
       if (!this.current || this.current.status === "failed") this.current = picture; // so that its message is seen
+      this.refresh();
+      return;
     }
-    this.refresh();
+    if (!this.pictures.includes(picture)) return; // it was removed in the meantime
+    await this.requestFit(picture, {});
+    if (!this.current || !this.pictures.some((other) => other !== picture && other.isBusy)) await this.open(picture);
   }
 
+  /** Sends a picture, only once however many requests wait for it. */
   async upload(picture) {
-    const { id, width, height } = await this.server.upload(picture.blob, picture.name);
-    Object.assign(picture, { id, width, height });
+    picture.arriving ??= this.server.upload(picture.blob, picture.name);
+    try {
+      const { id, width, height } = await picture.arriving;
+      Object.assign(picture, { id, width, height, fit: null });
+    } finally {
+      picture.arriving = null;
+    }
+    if (!this.pictures.includes(picture)) this.forget(picture);
+  }
+
+  forget(picture) {
+    clearTimeout(picture.timer);
+    if (picture.id && this.server.isOnline) this.server.remove(picture.id).catch(() => {}); // it is gone in any case
   }
 
   async open(picture) {
-    this.keepEdits();
     this.current = picture;
     this.panel.show(picture.settings, picture.mode, picture.reason);
+    const opened = picture.width ? this.sheet.open(picture, this.server.previewUrl(picture.id)) : null;
     this.refresh();
-    if (!picture.width) return;
-    await picture.prepare(() => this.server.previewUrl(picture.id));
-    if (this.current !== picture) return;
-    const { name, photo, history, figures } = picture;
-    const svg = picture.text ?? emptyDrawing(picture);
-    this.box = boxOf(svg);
-    await this.view.open({ svg, name, photo, history, figures });
-    setControl("split", picture.newest ? 0 : 100);
-    byId("png-width").value = picture.width;
-    this.shownText = picture.text && this.view.drawingText();
-    if (picture.frame) this.view.showDrawing(picture.frame.svg);
-    this.refresh();
-  }
-
-  /** Keeps the edited drawing of the present picture, before another is shown. */
-  keepEdits() {
-    const { current, view } = this;
-    if (!current?.text || view.state.live || view.drawingText() === this.shownText) return;
-    this.present(current); // notes what has been deleted
-    current.text = view.drawingText();
+    await this.attempt(() => opened);
   }
 
   async remove(picture) {
     this.pictures = this.pictures.filter((other) => other !== picture);
-    if (picture.id && this.server.isOnline) await this.server.remove(picture.id).catch(() => {});
+    this.forget(picture);
     if (this.current === picture) {
       this.current = null;
       if (this.pictures.length) await this.open(this.pictures.at(-1));
-      else await this.view.open({ name: "warpvec" });
+      else this.sheet.clear();
     }
     this.refresh();
   }
@@ -117,37 +116,21 @@ class Desk {
     const picture = this.current;
     if (!picture) return;
     picture.settings = settings;
-    clearTimeout(this.timer);
-    this.timer = setTimeout(() => {
-      const { filled, start, ...erased } = this.present(picture);
+    clearTimeout(picture.timer);
+    if (picture.status === "loading") return; // its first fit will have them
+    picture.timer = setTimeout(() => {
+      const { filled, start, ...erased } = this.sheet.present(picture);
       this.requestFit(picture, name === "mode" ? erased : { start, ...erased });
     }, SETTLE_MS);
   }
 
-  /** Returns the drawing to go on from, and the shapes that the user has deleted from it: all, and the new ones. */
-  present(picture) {
-    const isShown = picture === this.current && picture.newest;
-    const text = isShown ? this.exactText(this.view.drawingText()) : picture.newest;
-    if (!text) return {};
-    const isEdited = isShown && !this.view.state.live && this.shownText && text !== picture.text;
-    const lost = isEdited ? lostPaths(this.shownText, text) : [];
-    const known = new Set(lost.map(({ d }) => d));
-    picture.erased = [...stillLost(picture.erased, text).filter(({ d }) => !known.has(d)), ...lost];
-    const start = /<path/.test(text) ? text : null;
-    return { start, erased: shapesText(picture.erased, picture), filled: shapesText(lost, picture) };
-  }
-
-  /** Returns the file of the last fit instead of `text`, the drawing as the page writes it, if it has not been edited. */
-  exactText(text) {
-    const { current, view } = this;
-    return current?.text && !view.state.live && text === this.shownText ? current.text : text;
-  }
-
   async requestFit(picture, more) {
     if (!picture) return;
+    clearTimeout(picture.timer);
     const request = { settings: settingsForServer(picture.settings), ...more };
     await this.attempt(async () => {
       if (!picture.id) await this.upload(picture);
+      if (!this.pictures.includes(picture)) return;
       Object.assign(picture, { status: "waiting", message: "" });
       this.refresh();
       await this.server.fit(picture.id, request).catch(async (error) => {
@@ -155,17 +138,16 @@ class Desk {
         await this.upload(picture); // the server has forgotten it
         await this.server.fit(picture.id, request);
       });
-    });
-    this.refresh();
+    }, picture);
   }
 
   /** Fits the edited drawing again; the paths at `locked` stay, and deleted ones are filled in. */
   async fitAgain(text, locked) {
-    if (!this.current?.newest) {
+    if (!this.current?.newest || !this.sheet.shows(this.current)) {
       this.view.say("There is no drawing to fit again yet");
       return;
     }
-    await this.requestFit(this.current, { ...this.present(this.current), start: text, locked, keepsPaths: true });
+    await this.requestFit(this.current, { ...this.sheet.present(this.current), start: text, locked, keepsPaths: true });
   }
 
   // Events
@@ -180,67 +162,53 @@ class Desk {
   }
 
   update(picture, kind, facts) {
-    const isCurrent = picture === this.current;
+    const isShown = this.sheet.shows(picture);
     if (kind === "status") picture.status = facts.status;
+    // A fit that was stopped before it began leaves the last frame of the one that it was to replace.
+    if (facts.status === "stopped" && picture.frame) this.finish(picture, { ...picture.frame, psnr: null });
     if (kind === "mode") {
       Object.assign(picture, { mode: facts.mode, reason: facts.reason });
-      if (isCurrent) this.panel.show(picture.settings, picture.mode, picture.reason);
+      if (picture === this.current) this.panel.show(picture.settings, picture.mode, picture.reason);
     }
     if (kind === "frame") {
-      if (isCurrent && !picture.newest) setControl("split", 0);
+      if (isShown && !picture.newest) setControl("split", 0);
       picture.frame = facts;
-      if (isCurrent) this.showFrameSoon();
+      if (isShown) this.sheet.showFrameSoon();
     }
     if (kind === "done") this.finish(picture, facts);
     if (kind === "failed") {
       Object.assign(picture, { frame: null, message: facts.message });
-      if (isCurrent) this.view.endDrawing(null);
+      if (isShown) this.view.endDrawing(null);
     }
-  }
-
-  /** Shows the newest frame when the browser draws next: frames that came in between are left out. */
-  showFrameSoon() {
-    if (this.pending) return;
-    this.pending = requestAnimationFrame(() => {
-      this.pending = null;
-      const { frame } = this.current ?? {};
-      if (frame) this.view.showDrawing(frame.svg);
-    });
   }
 
   finish(picture, facts) {
+    // The stream has been interrupted, and tells again what is known: the drawing may have been edited since.
+    if (picture.fit === facts.fit) return;
     const { svg, history, psnr, bytes, gzip_bytes, segments } = facts;
     const figures = { psnr, bytes, gzip_bytes, segments };
-    Object.assign(picture, { frame: null, text: svg, history: history ?? [], figures, result: facts });
-    if (picture !== this.current || !picture.photo) return;
-    if (boxOf(svg) !== this.box) {
-      // Other user units: what was measured before, and earlier edits, are in the old ones.
-      this.open(picture);
-      return;
-    }
-    this.view.showDrawing(svg);
-    this.view.endDrawing("Fit");
-    this.view.showFigures(Object.fromEntries(Object.entries(figures).filter(([, value]) => value !== undefined)));
-    this.view.markSaved();
-    this.shownText = this.view.drawingText();
+    const result = { fit: facts.fit, text: svg, history: history ?? [], figures, result: facts };
+    Object.assign(picture, { frame: null, isSaved: false, ...result });
+    if (this.sheet.shows(picture)) this.sheet.finish(picture);
   }
 
   /** Learns which pictures the server has, and gives it back those that it has lost: it was started again, or this
    * page did not answer for a while, as when the computer slept. */
   greet({ pictures }) {
-    const known = new Set(pictures.map(({ id }) => id));
-    for (const facts of pictures) {
-      if (this.pictures.some(({ id }) => id === facts.id)) continue;
-      const picture = Object.assign(new Picture(facts.name, null, DEFAULT_SETTINGS), facts);
-      this.pictures.push(picture);
-      if (!this.current) this.open(picture);
-    }
     const isFirst = !this.hasMet;
     this.hasMet = true;
-    if (isFirst) return;
+    if (isFirst) {
+      // This page was loaded again. The state of each picture follows its drawing.
+      for (const { status, ...facts } of pictures) {
+        this.pictures.push(Object.assign(new Picture(facts.name, null, DEFAULT_SETTINGS), facts, { status: "idle" }));
+      }
+      if (this.pictures.length && !this.current) this.open(this.pictures[0]);
+      return;
+    }
+    const known = new Set(pictures.map(({ id }) => id));
     for (const picture of this.pictures.filter(({ id, blob }) => id && blob && !known.has(id))) {
       picture.id = null;
-      if (picture.isBusy) this.requestFit(picture, { ...this.present(picture), filled: null });
+      if (picture.isBusy) this.requestFit(picture, { ...this.sheet.present(picture), filled: null });
     }
   }
 
@@ -248,8 +216,10 @@ class Desk {
     this.saver.setUp(facts);
     byId("folder-field").hidden = !facts.folder;
     if (!facts.folder) return;
-    const names = await this.server.folder();
-    byId("folder").replaceChildren(new Option("Open from the folder …", ""), ...names.map((name) => new Option(name)));
+    await this.attempt(async () => {
+      const names = await this.server.folder();
+      byId("folder").replaceChildren(new Option("Open from the folder …", ""), ...names.map((name) => new Option(name)));
+    });
   }
 
   lose() {
@@ -266,26 +236,30 @@ class Desk {
 
   // Saving
 
+  /** Saves `text`, the drawing that the page shows, or that of a picture that is still being opened. */
   async save(text, format = "svg") {
-    if (!this.current?.newest) {
+    const picture = this.current;
+    if (!picture?.newest) {
       this.view.say("There is no drawing to save yet");
       return;
     }
+    const { newest, name } = picture;
+    const isShown = this.sheet.shows(picture);
+    const written = isShown ? this.sheet.exactText(text) : newest;
     await this.attempt(async () => {
-      const name = this.current?.name ?? "drawing";
-      const written = this.exactText(text);
       this.view.say(await this.saver.save(written, name, format, byId("png-width").valueAsNumber || 1024));
-      this.view.markSaved();
+      if (picture.newest !== newest) return; // there is a newer drawing by now
+      picture.isSaved = true;
+      if (isShown && this.sheet.shows(picture) && this.view.drawingText() === text) this.view.markSaved();
     });
   }
 
-  /** Runs an action that the server may refuse; its words are shown. */
-  async attempt(action) {
+  /** Runs an action that the server may refuse; its words are shown, and kept with the `picture` whose fit it is. */
+  async attempt(action, picture = null) {
     try {
       await action();
     } catch (error) {
-      if (this.current?.status === "waiting") this.current.status = "failed";
-      if (this.current) this.current.message = error.message;
+      if (picture) Object.assign(picture, { message: error.message }, picture.status === "waiting" && { status: "failed" });
       this.view.say(error.message);
     }
     this.refresh();
@@ -297,7 +271,7 @@ class Desk {
     const { current, server } = this;
     this.list.show(this.pictures, current);
     byId("empty").hidden = this.pictures.length > 0;
-    showStatus(current);
+    showStatus(current, Boolean(current) && this.sheet.opening === current);
     byId("stop").disabled = !current?.isBusy || !server.isOnline;
     byId("restart").disabled = !current?.width || !server.isOnline || current.status === "waiting";
     const canSave = Boolean(current?.newest);

@@ -10,8 +10,9 @@ function setControl(id, value) {
   byId(id).dispatchEvent(new Event("input", { bubbles: true }));
 }
 
-function showStatus(picture) {
-  setText(byId("fit-status"), statusText(picture));
+/** Says how the fit of a picture goes on; while it `isOpening`, its drawing is not there yet. */
+function showStatus(picture, isOpening) {
+  setText(byId("fit-status"), isOpening && !picture.isBusy ? "Opening …" : statusText(picture));
   const frame = picture?.isBusy ? picture.frame : null;
   byId("fit-progress").hidden = !picture?.isBusy;
   if (frame) byId("fit-progress").value = progressOf(frame);
@@ -27,7 +28,8 @@ function statusText(picture) {
   const words = {
     loading: "Loading …", idle: "", failed: "The drawing failed.", done: "The drawing is done.",
     waiting: picture.place ? `Waiting for ${picture.place} other ${picture.place === 1 ? "drawing" : "drawings"} …` : "Starting …",
-    fitting: "Drawing …", stopped: "Stopped: this is the best drawing so far.",
+    fitting: "Drawing …",
+    stopped: picture.newest ? "Stopped: this is the best drawing so far." : "Stopped before there was a drawing.",
   };
   return words[picture.status];
 }
@@ -70,8 +72,8 @@ function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** Takes pictures that are dropped anywhere on the page or pasted. */
-function connectDropping(add) {
+/** Takes pictures that are dropped anywhere on the page or pasted, and says what it does not take. */
+function connectDropping(add, say) {
   const pictures = (list) => [...(list ?? [])].filter(({ type }) => !type || type.startsWith("image/"));
   addEventListener("dragover", (event) => {
     event.preventDefault();
@@ -83,7 +85,14 @@ function connectDropping(add) {
   addEventListener("drop", (event) => {
     event.preventDefault();
     document.body.classList.remove("dropping");
-    add(pictures(event.dataTransfer?.files));
+    const { files, items } = event.dataTransfer ?? {};
+    if ([...(items ?? [])].some((item) => item.webkitGetAsEntry?.()?.isDirectory)) {
+      say("A folder cannot be dropped: drop the pictures in it, or run warpvec app FOLDER");
+      return;
+    }
+    const found = pictures(files);
+    if (files?.length && !found.length) say("This is no picture: drop a PNG, JPEG, WebP, TIFF, BMP or GIF file");
+    add(found);
   });
   addEventListener("paste", (event) => {
     const files = pictures(event.clipboardData?.files);

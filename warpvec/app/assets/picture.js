@@ -11,6 +11,8 @@ class Picture {
   constructor(name, blob, settings) {
     Object.assign(this, { name, blob, id: null, width: 0, height: 0, status: "loading", place: 0 });
     Object.assign(this, { photo: null, text: null, frame: null, figures: {}, history: [], mode: null, reason: null });
+    // The number of the fit whose result `text` is, and whether that has been saved.
+    Object.assign(this, { fit: null, isSaved: false });
     this.settings = { ...settings };
     this.message = "";
     // Paths that the user has deleted: what they show does not come back.
@@ -33,10 +35,14 @@ class Picture {
     return STATUS_WORDS[this.status];
   }
 
-  /** Makes the address of an image to compare with; `fallback` is that of the server's copy. */
-  async prepare(fallback) {
+  /** Loads the image to compare with by `load`: that of the file, or the server's copy, if this browser cannot read it.
+   * Without a server there may be none. */
+  async prepare(load, copyUrl) {
     if (this.photo) return;
-    this.photo = (this.blob && (await reducedUrl(this.blob))) ?? fallback();
+    const url = this.blob && (await reducedUrl(this.blob).catch(() => null));
+    if (url) this.photo = await load(url).catch(() => null);
+    if (url) URL.revokeObjectURL(url);
+    this.photo ??= await load(copyUrl).catch(() => null);
   }
 }
 
@@ -44,19 +50,15 @@ function progressOf({ iteration, iterations }) {
   return iterations ? iteration / iterations : 0;
 }
 
-/** Returns the address of an image, at most PHOTO_SIDE long, over white; null if this browser cannot read it. */
+/** Returns the address of an image, at most PHOTO_SIDE long, over white. Fails if this browser cannot read it. */
 async function reducedUrl(blob) {
-  let bitmap;
-  try {
-    bitmap = await createImageBitmap(blob);
-  } catch {
-    return null;
-  }
+  const bitmap = await createImageBitmap(blob);
   const scale = Math.min(PHOTO_SIDE / Math.max(bitmap.width, bitmap.height), 1);
   const canvas = new OffscreenCanvas(Math.round(bitmap.width * scale), Math.round(bitmap.height * scale));
   const context = canvas.getContext("2d", { willReadFrequently: true });
   context.imageSmoothingQuality = "high";
   context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+  bitmap.close();
   if (scale === 1 && (blob.type === "image/jpeg" || isOpaque(context, canvas))) return URL.createObjectURL(blob);
   context.globalCompositeOperation = "destination-over";
   context.fillStyle = "#ffffff";

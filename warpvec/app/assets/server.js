@@ -2,6 +2,9 @@
 
 const BASE = location.pathname;
 const RETRY_MS = 1000;
+// A browser opens six connections to a server, and a stream takes one, so that a seventh page would never load: a page
+// that is hidden gives its stream up after this time.
+const REST_MS = 2000;
 
 /** Identifies this tab, also after it has been loaded again. */
 function pageIdentifier() {
@@ -17,10 +20,14 @@ class Server {
   constructor(receive, onLost, onFound) {
     Object.assign(this, { receive, onLost, onFound, page: pageIdentifier(), isOnline: false });
     this.listen();
+    document.addEventListener("visibilitychange", () => this.restOrWake());
+    addEventListener("pageshow", (event) => event.persisted && this.restOrWake());
+    addEventListener("pagehide", () => this.leave());
   }
 
   listen() {
     const source = new EventSource(`${BASE}events?page=${this.page}`);
+    this.source = source;
     for (const kind of ["hello", "server", "ready", "queue", "status", "mode", "frame", "done", "failed"]) {
       source.addEventListener(kind, (event) => this.receive(kind, JSON.parse(event.data)));
     }
@@ -31,9 +38,38 @@ class Server {
     source.addEventListener("error", () => {
       this.isOnline = false;
       this.onLost();
-      if (source.readyState === EventSource.CLOSED) setTimeout(() => this.listen(), RETRY_MS);
+      if (source.readyState !== EventSource.CLOSED) return; // it tries again by itself
+      setTimeout(() => this.source === source && this.listen(), RETRY_MS);
     });
-    addEventListener("pagehide", () => source.close());
+  }
+
+  restOrWake() {
+    clearTimeout(this.timer);
+    if (document.hidden) this.timer = setTimeout(() => this.rest(), REST_MS);
+    else if (!this.source) this.listen();
+  }
+
+  /** Gives the stream up. The server keeps the pictures, and fits them; it tells all when the page listens again. */
+  async rest() {
+    if (!this.source || !this.isOnline) return;
+    try {
+      await this.ask("POST", `rest?page=${this.page}`);
+    } catch {
+      return; // the stream tells that the server has ended
+    }
+    this.close();
+    if (!document.hidden) this.listen();
+  }
+
+  close() {
+    this.source?.close();
+    this.source = null;
+  }
+
+  /** Tells the server that the page is closed, which it sees by itself if there is a stream. */
+  leave() {
+    if (this.source) this.close();
+    else navigator.sendBeacon(`${BASE}leave?page=${this.page}`);
   }
 
   /** Returns the answer to a request; throws an error with the server's own words if it refuses. */
@@ -42,6 +78,7 @@ class Server {
     try {
       response = await fetch(BASE + path, { method, body });
     } catch {
+      if (body instanceof Blob && !(await isReadable(body))) throw new Error("The file cannot be read. Was it moved or deleted?");
       throw new Error("The server does not answer. Start warpvec app again.");
     }
     if (!response.ok) throw Object.assign(new Error((await response.text()).trim()), { status: response.status });
@@ -79,5 +116,15 @@ class Server {
 
   previewUrl(id) {
     return `${BASE}pictures/${id}/preview`;
+  }
+}
+
+/** Tells whether a file is still there. */
+async function isReadable(blob) {
+  try {
+    await blob.slice(0, 1).arrayBuffer();
+    return true;
+  } catch {
+    return false;
   }
 }

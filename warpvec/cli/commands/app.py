@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import threading
 import webbrowser
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,6 +16,9 @@ from warpvec.errors import InputError
 
 PORT_MIN, PORT_MAX = 1024, 65_535
 """Ports that need no special rights."""
+
+TEXT_BROWSERS = ("www-browser", "lynx", "links", "elinks", "w3m")
+"""Browsers that run in the terminal: `webbrowser` starts them if there are no others."""
 
 
 @click.command(short_help="Make and edit drawings on a page in the browser.")
@@ -41,13 +46,26 @@ def app(folder: str | None, port: int | None, no_browser: bool, threads: int | N
     listener = open_socket(port)
     token = read_token(listener.getsockname()[1])
 
-    def show(address: str) -> None:
+    def show(address: str, ticket_address: str) -> None:
         click.echo(f"The page is at {address}\nCtrl-C ends it.", err=True)
         if not no_browser:
-            webbrowser.open(address)
+            open_browser(ticket_address)
 
     with listener, raised_interrupts():
         run_server(listener, token, folder=where, threads=threads, on_start=show)
+
+
+def open_browser(address: str) -> None:
+    """Open the default browser, unless it is one for terminals, in which the page does not work.
+
+    Some browsers' commands only end with the browser, so it is another thread that waits for them.
+    """
+    try:
+        name = getattr(webbrowser.get(), "name", "")
+    except webbrowser.Error:
+        return  # there is none; the address has been printed
+    if os.path.basename(name) not in TEXT_BROWSERS:
+        threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
 
 def _checked_folder(folder: str | None) -> Path | None:

@@ -141,6 +141,7 @@ class Editor {
     const { app } = this;
     app.endKeys();
     const [left, top, right, bottom] = app.selectionBox;
+    if (![left, top, right, bottom].every(Number.isFinite)) return;
     const sx = width > 0 && right > left ? width / (right - left) : 1;
     const sy = height > 0 && bottom > top ? height / (bottom - top) : 1;
     const moved = translation(Number.isFinite(x) ? x - left : 0, Number.isFinite(y) ? y - top : 0);

@@ -114,7 +114,7 @@ class EditPanel {
     const { path, currentPoint: point, chosen } = nodes;
     for (const axis of ["x", "y"]) {
       find(`node-${axis}`).disabled = !point;
-      find(`node-${axis}`).value = point ? Number(point[axis].toFixed(3)) : "";
+      find(`node-${axis}`).value = point ? numberText(point[axis]) : "";
     }
     for (const id of ["delete", "smooth", "corner", "line"]) find(`node-${id}`).disabled = !chosen.size;
     for (const id of ["last", "next", "add"]) find(`node-${id}`).disabled = !path;
@@ -126,8 +126,13 @@ class EditPanel {
     const values = { x: left, y: top, width: right - left, height: bottom - top };
     for (const [name, value] of Object.entries(values)) {
       const field = find(`box-${name}`);
-      const text = app.selection.size ? String(Number(value.toFixed(3))) : "";
+      const text = app.selection.size ? numberText(value) : "";
       if (field.value !== text && document.activeElement !== field) field.value = text;
     }
   }
+}
+
+/** Returns the text of a number for a field. One that is not finite, as of a path without a place, has none. */
+function numberText(value) {
+  return Number.isFinite(value) ? String(Number(value.toFixed(3))) : "";
 }

@@ -6,8 +6,9 @@ const LAYER_COLORS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98],
 class LevelTable {
   constructor(app, body) {
     this.app = app;
+    this.layers = app.drawing.layers;
     body.replaceChildren();
-    this.rows = app.drawing.layers.map((layer) => this.addRow(body, layer));
+    this.rows = this.layers.map((layer) => this.addRow(body, layer));
   }
 
   addRow(body, layer) {
@@ -29,12 +30,14 @@ class LevelTable {
   }
 
   show() {
-    const { app } = this;
-    for (const [i, layer] of app.drawing.layers.entries()) {
+    const { app, layers } = this;
+    // The drawing has other levels by now: the next frame makes a table of those.
+    if (layers !== app.drawing.layers) return;
+    for (const [i, layer] of layers.entries()) {
       const { row, box, count, psnr } = this.rows[i];
       box.checked = layer.visible;
       row.classList.toggle("off", i >= app.level || !layer.visible);
-      const texts = [layer.items.length.toLocaleString("en"), formatDb(app.meter?.known(app.drawing.layers.slice(0, i + 1)))];
+      const texts = [layer.items.length.toLocaleString("en"), formatDb(app.meter?.known(layers.slice(0, i + 1)))];
       if (count.textContent !== texts[0]) count.textContent = texts[0];
       psnr.textContent = texts[1].replace(" dB", "");
     }

@@ -3,6 +3,9 @@
  *   open({svg, name, photo, history, figures})
  *       Shows another document and forgets all edits, undo steps and the selection. Resolves when it is shown. `photo` is
  *       the address of an image (data: or blob:), or null. `history` and `figures` may be missing.
+ *   loadPhoto(address), show({svg, name, photo, history, figures})
+ *       The same in two parts, of which the second one takes no time in between: `photo` is what the first one resolves
+ *       to, or null.
  *   showDrawing(svgText)
  *       Shows a frame of a running fit. View, hidden levels and, by their places, the selected paths are kept. Until
  *       `endDrawing` nothing can be edited, and nothing is measured, which would take time from the fit. It costs about
@@ -38,14 +41,21 @@ class Live {
   }
 
   async open(data) {
-    const { app } = this;
-    const { box } = readDrawing(data.svg ?? EMPTY);
     const opening = (this.opening = {});
-    const meter = data.photo ? new Meter(await loadPhoto(data.photo), box) : null;
-    // Another document was opened while the photo was loaded.
-    if (this.opening !== opening) return;
-    this.before = null;
-    app.open({ name: "drawing", history: [], figures: {}, ...data }, meter);
+    const photo = data.photo ? await this.loadPhoto(data.photo) : null;
+    // Else another document was opened while the photo was loaded.
+    if (this.opening === opening) this.show({ ...data, photo });
+  }
+
+  loadPhoto(address) {
+    return loadPhoto(address);
+  }
+
+  show(data) {
+    const { box } = readDrawing(data.svg ?? EMPTY);
+    const meter = data.photo ? new Meter(data.photo, box) : null;
+    [this.opening, this.before] = [null, null];
+    this.app.open({ name: "drawing", history: [], figures: {}, ...data }, meter);
   }
 
   get isOn() {
@@ -56,10 +66,12 @@ class Live {
     const { app } = this;
     app.endKeys();
     app.cancel();
+    app.panel.stopMeasuring();
+    const next = readDrawing(svgText);
     this.before ??= capture([], [], app.drawing);
-    const box = app.drawing.box;
-    replaceDrawing(app, readDrawing(svgText));
-    if (box.some((value, i) => value !== app.drawing.box[i])) app.stage.fit();
+    const { box } = app.drawing;
+    replaceDrawing(app, next);
+    if (!sameBox(box, next.box)) app.stage.fit();
     app.refresh();
   }
 
@@ -71,7 +83,9 @@ class Live {
       app.history.push(label, before);
       return;
     }
+    const { box } = app.drawing;
     Object.assign(app.drawing, before.frame.state);
+    if (!sameBox(box, app.drawing.box)) app.stage.fit();
     app.select([]);
   }
 
@@ -100,6 +114,10 @@ class Live {
     const { app } = this;
     return { paths: app.pathCount, edited: app.edited, live: this.isOn, selected: app.selection.size };
   }
+}
+
+function sameBox(a, b) {
+  return a.every((value, i) => value === b[i]);
 }
 
 /** Puts the content of `next` into the app's drawing; hidden levels and the selection are found again by place. */

@@ -18,6 +18,7 @@ class Panel {
   /** Shows what depends on the document alone. */
   reopen() {
     const { app } = this;
+    this.stopMeasuring(); // of the document before
     find("title").textContent = app.drawing.title || app.data.name;
     const missing = { photo: !app.meter, history: !(app.data.history?.length > 1) };
     for (const element of document.querySelectorAll("[data-needs]")) element.hidden = missing[element.dataset.needs];
