@@ -32,8 +32,9 @@ from harness import (
 )
 from paper_values import TABLE_1
 from PIL import Image
+from rate_curves import Panel, write_curves
 from rate_methods import Point, best_within, of_raster, of_vtracer, of_warpvec
-from rate_report import draw_curves, gain, means, table
+from rate_report import gain, means, table
 
 from warpvec.files import write_atomic
 
@@ -127,7 +128,7 @@ def gain_over(path: Path, found: dict[str, dict[int, list[Point]]], names: list[
 @click.option("--gzip", is_flag=True, help="Count the bytes after gzip.")
 @click.option("--limit", type=click.IntRange(min=1), help="Number of photos, by default all.")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="JSON file [rate.json in a temp folder].")
-@click.option("--curves", "picture", type=click.Path(dir_okay=False, path_type=Path), help="PNG file of the curves.")
+@click.option("--curves", "picture", type=click.Path(dir_okay=False, path_type=Path), help="SVG file of the curves.")
 @click.option("--compare", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="An older JSON file.")
 @click.option("--svgo", metavar="COMMAND", help="svgo's command, such as node_modules/.bin/svgo.")
 @settings_option
@@ -147,12 +148,13 @@ def main(folder: Path, sizes: list[int], methods: list[str], limit: int | None, 
                     click.echo(f"{path.name} {method} {size:,}: {point.bytes:,} bytes, {point.psnr:.2f} dB", err=True)
     kind = "after gzip" if gzip else "of the file"
     click.echo(f"Means of {len(paths)} photos; bytes {kind}. We claim editing and scaling, not compression.\n")
-    for value, name in (("psnr", "PSNR"), ("ssim", "SSIM")):
+    panels = []
+    for value, name, title in (("psnr", "PSNR", "PSNR in dB"), ("ssim", "SSIM", "SSIM")):
         curves = curves_of(found, value, gzip=gzip)
         click.echo(table(curves, sizes, name) + "\n")
-        if options["picture"] is not None:
-            target = options["picture"].with_stem(f"{options['picture'].stem}-{value}")
-            draw_curves({method: list(curve.values()) for method, curve in curves.items()}, target, name)
+        panels.append(Panel(title, {method: list(curve.values()) for method, curve in curves.items()}, sizes))
+    if options["picture"] is not None:
+        write_curves(panels, options["picture"])
     seconds = [point.seconds for points in found.get("warpvec", {}).values() for point in points]
     if seconds:
         click.echo(f"warpvec: {np.mean(seconds):.1f} CPU seconds a file")
