@@ -89,7 +89,8 @@ class DeskPage:
         self.page.on("console", self._note_message)
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         self.page.on("request", self._note_request)
-        self.page.on("dialog", lambda dialog: dialog.accept())
+        self.dialogs: list[str] = []
+        self.page.on("dialog", self._accept)
         self.page.add_init_script(NOTE_STATUS)
         self.page.goto(server.url)
         self.page.wait_for_selector("body[data-desk]")
@@ -98,6 +99,10 @@ class DeskPage:
         """Keep errors. Hints of the browser about its own speed come and go with the machine."""
         if message.type == "error":
             self.complaints.append(f"{message.text} ({message.location.get('url')})")
+
+    def _accept(self, dialog: Any) -> None:
+        self.dialogs.append(dialog.type)
+        dialog.accept()
 
     def _note_request(self, request: Any) -> None:
         if not request.url.startswith((self.server.url, "data:", "blob:")):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from browser import NEEDS_BROWSER, Viewer, browser_fixture, open_page_fixture  # noqa: F401  (fixtures)
-from squares import SQUARES, changed, drawing
+from PIL import Image
+from squares import HEIGHT, SQUARES, WIDTH, changed, drawing
 
 pytestmark = NEEDS_BROWSER
 
@@ -66,3 +69,21 @@ def test_another_document_replaces_the_first(open_page) -> None:
     assert viewer.color(15, 10) == (0, 0, 255)
     assert viewer.page.locator("#undo").is_disabled()
     assert viewer.page.locator("#levels input").count() == 1
+
+
+def test_a_measurement_ends_with_the_drawing_that_it_measures(open_page, tmp_path: Path) -> None:
+    photo = tmp_path / "photo.png"
+    Image.new("RGB", (WIDTH, HEIGHT), "#888").save(photo)
+    viewer = open_page(drawing(), photo=photo)
+    # A frame with more levels comes while the levels of the drawing before are measured.
+    script = """(text) => {
+        const { app } = window.warpvecView;
+        app.meter.measured.clear();
+        const steps = app.panel.measuring(app.shownLayers);
+        steps.next();
+        window.warpvecView.showDrawing(text);
+        for (let step = steps.next(); !step.done; step = steps.next());
+    }"""
+    viewer.page.evaluate(script, drawing({**SQUARES, "top": (10, 10, 9, "#fff", "1", 2)}, levels=3))
+    call(viewer, "endDrawing", "Fit")
+    assert viewer.page.locator("#levels input").count() == 3

@@ -1,0 +1,60 @@
+"""The page of ``warpvec app`` has no serious fault for those who use a screen reader or keys: axe-core's checks."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
+from desk_browser import DeskPage, DeskServer, desk_server_fixture  # noqa: F401  (fixture)
+from logo import logo
+from PIL import Image
+
+pytestmark = [
+    *NEEDS_BROWSER,
+    pytest.mark.skipif(find_spec("axe_playwright_python") is None, reason="axe-playwright-python is not installed"),
+]
+
+WINDOWS: dict[str, dict[str, Any]] = {
+    "desk": {},
+    "dark": {"color_scheme": "dark"},
+    "phone": {"viewport": {"width": 390, "height": 844}, "has_touch": True},
+}
+
+
+def faults(desk: DeskPage) -> list[str]:
+    """Return the serious faults that axe-core finds, each with the elements that have it."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    found = Axe().run(desk.page).response["violations"]
+    return [
+        f"{fault['id']}: {node['html'][:200]}"
+        for fault in found
+        if fault["impact"] in ("serious", "critical")
+        for node in fault["nodes"]
+    ]
+
+
+@pytest.mark.parametrize("window", WINDOWS)
+def test_no_state_of_the_page_has_a_serious_fault(
+    browser, desk_server: DeskServer, tmp_path: Path, window: str
+) -> None:
+    Image.fromarray(logo(1)).save(tmp_path / "logo.png")
+    desk = DeskPage(browser, desk_server, tmp_path, **WINDOWS[window])
+    page = desk.page
+    assert faults(desk) == []
+    desk.drop(tmp_path / "logo.png")
+    desk.wait_for_status("done")
+    assert faults(desk) == []
+    page.locator("#sides label").nth(1).click()
+    page.locator("#path-next").click()
+    assert faults(desk) == []
+    page.locator("#tools label", has_text="Nodes").click()
+    page.locator("#node-next").click()
+    page.wait_for_selector("#surface[data-points*=node]")
+    assert faults(desk) == []
+    page.locator("#help-open").click()
+    assert faults(desk) == []
+    desk.close()
