@@ -4,6 +4,7 @@ import pytest
 import torch
 from compound import compound_scene, split_into_loops
 from regularization_cases import CUBIC_SCENES, HEIGHT, SIDE_SCENES, WIDTH, polygon, random_points, scattered, to_pixels
+from sweep import sweep
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.regularization import (
@@ -38,8 +39,8 @@ def adjoint(points, opacity, config, device="cpu", degree=3):
     return adj_points, adj_opacity
 
 
-@pytest.mark.parametrize("scene", CUBIC_SCENES)
-@pytest.mark.parametrize("weights", WEIGHTS)
+@sweep("scene", CUBIC_SCENES)
+@sweep("weights", WEIGHTS)
 def test_adjoint_equals_autograd(scene, weights, device):
     points = CUBIC_SCENES[scene].clone().requires_grad_()
     opacity = torch.linspace(0, 1, len(points), dtype=torch.float64).requires_grad_()
@@ -51,8 +52,8 @@ def test_adjoint_equals_autograd(scene, weights, device):
     torch.testing.assert_close(adj_opacity.cpu(), opacity.grad, rtol=1e-12, atol=0)
 
 
-@pytest.mark.parametrize("scene", SIDE_SCENES)
-@pytest.mark.parametrize("weights", WEIGHTS)
+@sweep("scene", SIDE_SCENES)
+@sweep("weights", WEIGHTS)
 def test_adjoint_of_sides_equals_autograd(scene, weights, device):
     points = SIDE_SCENES[scene].clone().requires_grad_()
     opacity = torch.linspace(0, 1, len(points), dtype=torch.float64).requires_grad_()
@@ -105,7 +106,7 @@ def test_coincident_points_have_no_gradient():
     assert adj_points.abs().max() == 0.0
 
 
-@pytest.mark.parametrize("scene", CUBIC_SCENES)
+@sweep("scene", CUBIC_SCENES)
 def test_float32_adjoint_is_finite_and_close(scene):
     points, config = CUBIC_SCENES[scene], FitConfig()
     opacity = torch.linspace(0, 1, len(points))
@@ -115,7 +116,7 @@ def test_float32_adjoint_is_finite_and_close(scene):
     torch.testing.assert_close(adj_points.double(), expected, rtol=1e-3, atol=1e-6)
 
 
-@pytest.mark.parametrize("degree", [3, 5])
+@sweep("degree", [3, 5])
 def test_adjoint_adds_to_its_outputs(degree):
     points = random_points(70, 4) if degree == 3 else scattered(70)
     opacity, config = torch.linspace(0, 1, 70, dtype=torch.float64), FitConfig()
@@ -143,8 +144,8 @@ def path_value(loops, config):
     )
 
 
-@pytest.mark.parametrize("weights", WEIGHTS)
-@pytest.mark.parametrize("seed", range(3))
+@sweep("weights", WEIGHTS)
+@sweep("seed", range(3))
 def test_adjoint_of_paths_of_loops_is_that_of_the_mean_over_the_paths(weights, seed, device):
     scene = compound_scene(seed, 9, HEIGHT, WIDTH)
     config = FitConfig(opacity_weight=weights[0], xing_weight=weights[1], bezier_weight=weights[2])

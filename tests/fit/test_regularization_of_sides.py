@@ -7,6 +7,7 @@ import pytest
 import torch
 from assertions import finite_difference
 from regularization_cases import HEIGHT, LARGE, SIDE_SCENES, WIDTH, scattered, sine, to_pixels, wobbly
+from sweep import sweep
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.regularization import bezier_loss, regularization, xing_loss
@@ -79,8 +80,8 @@ def scalar_bezier(points, canvas=(WIDTH, HEIGHT), legs=None):
     )
 
 
-@pytest.mark.parametrize("degree", DEGREES)
-@pytest.mark.parametrize("make", [wobbly, scattered])
+@sweep("degree", DEGREES)
+@sweep("make", [wobbly, scattered])
 def test_bezier_follows_the_scalar_formula(make, degree):
     points = make(12, degree)
     assert bezier_loss(points, WIDTH, HEIGHT, degree).item() == pytest.approx(scalar_bezier(points), rel=1e-12)
@@ -124,7 +125,7 @@ def test_the_gradient_of_the_projection_equals_the_original():
     torch.testing.assert_close(gradients[1], gradients[0], rtol=1e-4, atol=1e-4 * gradients[0].abs().max().item())
 
 
-@pytest.mark.parametrize("chord", [0.0, 1e-6, 1e-3, 0.1, 1.0, 5.0, 10.0, 20.0])
+@sweep("chord", [0.0, 1e-6, 1e-3, 0.1, 1.0, 5.0, 10.0, 20.0])
 def test_the_gradient_of_a_vanishing_chord_stays_small(chord):
     points = circle_sides(torch.tensor([[150.0, 100.0]]).double(), torch.tensor([40.0]).double(), 5)
     points[0, 5, 0] = points[0, 0, 0] - chord
@@ -139,7 +140,7 @@ def test_a_sliver_has_a_tip_at_both_ends():
     assert bezier_loss(points, *LARGE, 5).item() == pytest.approx((2 * TIP) ** 2, rel=1e-9)
 
 
-@pytest.mark.parametrize(("degrees", "counts"), [(59.0, True), (61.0, False)])
+@sweep(("degrees", "counts"), [(59.0, True), (61.0, False)])
 def test_tips_count_below_sixty_degrees_only(degrees, counts):
     # Two parabolas from (-0.4, 0) to (0.4, 0) whose secants to TIP form this angle at both ends.
     x, slope = TIP * 0.8, math.tan(math.radians(degrees / 2))
@@ -172,7 +173,7 @@ def scalar_xing(points):
     return sum(losses) / len(losses)
 
 
-@pytest.mark.parametrize("degree", [3, 4, 5, 7])
+@sweep("degree", [3, 4, 5, 7])
 def test_xing_follows_the_loop_over_triples(degree):
     points = scattered(30, degree)
     expected = scalar_xing(points)
@@ -180,7 +181,7 @@ def test_xing_follows_the_loop_over_triples(degree):
     assert xing_loss(points, degree).item() == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize("degree", [1, 2])
+@sweep("degree", [1, 2])
 def test_xing_of_curves_that_cannot_loop_is_zero(degree):
     points = scattered(5, degree).requires_grad_()
     loss = xing_loss(points, degree)
@@ -207,7 +208,7 @@ def test_xing_of_a_leg_without_direction_is_zero():
 
 # Left out are scenes without finite differences: those where legs are held constant, and a side in one point, which is
 # a sharp tip as soon as it moves. A doubled point has none for the Xing loss.
-@pytest.mark.parametrize("scene", sorted(SIDE_SCENES.keys() - {"wild", "scattered", "one_side_in_a_point", "no_paths"}))
+@sweep("scene", sorted(SIDE_SCENES.keys() - {"wild", "scattered", "one_side_in_a_point", "no_paths"}))
 def test_gradients_are_finite_differences(scene):
     xing_weight = 0.0 if scene == "doubled_points" else 100.0
     points, config = (
@@ -222,7 +223,7 @@ def test_gradients_are_finite_differences(scene):
     assert torch.autograd.gradcheck(loss, (points, opacity), eps=1e-5, atol=1e-7, rtol=1e-4)
 
 
-@pytest.mark.parametrize("scene", ["wild", "scattered"])
+@sweep("scene", ["wild", "scattered"])
 def test_gradients_are_finite_differences_with_the_legs_held(scene):
     points = SIDE_SCENES[scene]
     legs = [[mean_squared_leg(side) for side in sides_of(path)] for path in normalised(points)]
@@ -239,8 +240,8 @@ def test_gradients_are_finite_differences_with_the_legs_held(scene):
     torch.testing.assert_close(leaf.grad.flatten()[entries], want, rtol=1e-5, atol=1e-9)
 
 
-@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
-@pytest.mark.parametrize("scene", SIDE_SCENES)
+@sweep("dtype", [torch.float32, torch.float64])
+@sweep("scene", SIDE_SCENES)
 def test_values_and_gradients_are_finite(scene, dtype):
     points = SIDE_SCENES[scene].to(dtype, copy=True).requires_grad_()
     opacity = torch.linspace(0, 1, len(points), dtype=dtype).requires_grad_()

@@ -17,10 +17,10 @@ from scenes import (
     circle,
     degenerate_scene,
     figure_eight,
-    for_each,
     random_scene,
     rectangle,
 )
+from sweep import sweep
 from torch import Tensor
 
 from reference import coverage_stack, mean_squared_error, removal_cost, render
@@ -170,7 +170,7 @@ def test_render_passes_gradcheck_in_every_argument() -> None:
     assert torch.autograd.gradcheck(lambda *tensors: render(*tensors, 5, 6, counts), leaves)
 
 
-@for_each(ZOO)
+@sweep("case", ZOO)
 def test_zoo_images_are_colours_and_gradients_finite(case: ZooCase) -> None:
     scene = case.scene
     image = render(*scene, uniform_counts(scene.points, 4))
@@ -181,7 +181,7 @@ def test_zoo_images_are_colours_and_gradients_finite(case: ZooCase) -> None:
         assert gradient(lambda points: weighted_sum(points, scene), scene.points).isfinite().all()
 
 
-@for_each(DIFFERENTIABLE)
+@sweep("case", DIFFERENTIABLE)
 def test_zoo_gradients_agree_with_finite_differences(case: ZooCase) -> None:
     scene = case.scene
     entries = torch.randperm(scene.points.numel())[:12].tolist()

@@ -10,7 +10,8 @@ import torch
 import warp as wp
 from backends import SCALAR, Backend
 from oracles import GRADIENTS, inputs, target_image
-from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, for_each, random_scene
+from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, random_scene
+from sweep import sweep
 
 from warpvec.kernels.capacity import make_kernels
 from warpvec.kernels.lanes import make_lanes
@@ -75,7 +76,7 @@ def test_any_number_of_paths(path_count: int, kind: str) -> None:
     check_same(random_scene(path_count, path_count, 33, 50), kind, SCALAR)
 
 
-@for_each(ZOO)
+@sweep("case", ZOO)
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_zoo(case: ZooCase, kind: str) -> None:
     check_same(case.scene, kind, SCALAR)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields
 
-import pytest
 import torch
 from assertions import (
     assert_close_off_edges,
@@ -27,7 +26,8 @@ from oracles import (
     render,
     target_image,
 )
-from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, figure_eight, for_each, random_scene
+from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, figure_eight, random_scene
+from sweep import sweep
 from torch import Tensor
 
 from warpvec.rendering.exact import ExactRenderer
@@ -65,39 +65,37 @@ def check_gradients(scene: SceneTensors, renderer: ExactRenderer, rtol: float) -
             assert_same_direction(getattr(got, name), want[name], 1 - rtol, name)
 
 
-@pytest.mark.parametrize(("height", "width"), SIZES)
-@pytest.mark.parametrize("make", [random_scene, degenerate_scene])
+@sweep(("height", "width"), SIZES)
+@sweep("make", [random_scene, degenerate_scene])
 def test_image_at_every_border(make: Maker, height: int, width: int, backend: Backend) -> None:
     scene = make(height + width, 9, height, width)
     check_image(scene, make_renderer(scene, backend))
 
 
-@pytest.mark.parametrize(
-    ("path_count", "segment_count"), [(0, 4), (1, 4), (2, 4), (63, 4), (64, 4), (65, 4), (9, 2), (9, 3), (65, 7)]
-)
+@sweep(("path_count", "segment_count"), [(0, 4), (1, 4), (2, 4), (63, 4), (64, 4), (65, 4), (9, 2), (9, 3), (65, 7)])
 def test_image_of_any_number_of_paths_and_segments(path_count: int, segment_count: int) -> None:
     scene = random_scene(path_count, path_count, 33, 40, segment_count)
     check_image(scene, make_renderer(scene, threads=3))
 
 
-@for_each(ZOO)
+@sweep("case", ZOO)
 def test_image_of_the_zoo(case: ZooCase, backend: Backend) -> None:
     check_image(case.scene, make_renderer(case.scene, backend))
 
 
-@pytest.mark.parametrize(("height", "width"), SIZES)
+@sweep(("height", "width"), SIZES)
 def test_gradients_at_every_border(height: int, width: int, backend: Backend) -> None:
     scene = random_scene(height + width, 9, height, width)
     check_gradients(scene, make_renderer(scene, backend), 1e-12)
 
 
-@pytest.mark.parametrize("segment_count", [2, 3, 7])
+@sweep("segment_count", [2, 3, 7])
 def test_gradients_of_any_number_of_segments(segment_count: int) -> None:
     scene = random_scene(segment_count, 20, 33, 50, segment_count)
     check_gradients(scene, make_renderer(scene), 1e-12)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@sweep("seed", range(3))
 def test_gradients_of_nearly_degenerate_paths(seed: int, backend: Backend) -> None:
     # An exactly degenerate path may be at a kink without a gradient; a millionth of a pixel away it has one.
     scene = degenerate_scene(seed, 9, 33, 50)
@@ -106,12 +104,12 @@ def test_gradients_of_nearly_degenerate_paths(seed: int, backend: Backend) -> No
     check_gradients(scene, make_renderer(scene, backend), 1e-7)
 
 
-@for_each(DIFFERENTIABLE)
+@sweep("case", DIFFERENTIABLE)
 def test_gradients_of_the_zoo(case: ZooCase, backend: Backend) -> None:
     check_gradients(case.scene, make_renderer(case.scene, backend), 1e-12 * reach(case.scene))
 
 
-@for_each(KINKED)
+@sweep("case", KINKED)
 @precisions
 def test_gradients_at_a_kink_are_finite_and_bounded(case: ZooCase, backend: Backend, dtype: torch.dtype) -> None:
     scene, adj_image = case.scene, cotangent(case.scene)
@@ -122,7 +120,7 @@ def test_gradients_at_a_kink_are_finite_and_bounded(case: ZooCase, backend: Back
     assert got.points.abs().max() <= length * adj_image.abs().sum(-1).max()
 
 
-@pytest.mark.parametrize("make", [random_scene, degenerate_scene])
+@sweep("make", [random_scene, degenerate_scene])
 def test_finite_differences(make: Maker, backend: Backend) -> None:
     scene = make(17, 4, 20, 35)
     scene = scene._replace(points=scene.points + 1e-2 * torch.randn_like(scene.points))
@@ -150,7 +148,7 @@ def functional(
     return lambda value: (render(scene._replace(**{name: value}), renderer) * adj_image).sum()
 
 
-@pytest.mark.parametrize("reverse", [False, True], ids=["clockwise", "counter-clockwise"])
+@sweep("reverse", [False, True])
 def test_each_lobe_of_a_figure_eight_grows_outward(reverse: bool, backend: Backend) -> None:
     eight = figure_eight(6.3, 5.2, 41.7, 27.9)
     path = torch.cat([eight[:1], eight[1:].flip(0)]) if reverse else eight
@@ -181,8 +179,8 @@ def test_inside_a_double_loop_more_winding_covers_no_more(backend: Backend) -> N
     assert got[1:12].norm(dim=1).min() > 1e-3
 
 
-@pytest.mark.parametrize("value", [torch.nan, torch.inf, -torch.inf, 1e8, -1e30])
-@pytest.mark.parametrize("point", [3, 4], ids=["anchor", "handle"])
+@sweep("value", [torch.nan, torch.inf, -torch.inf, 1e8, -1e30])
+@sweep("point", [3, 4])
 @precisions
 def test_a_path_that_is_not_finite_is_as_if_absent(
     value: float, point: int, backend: Backend, dtype: torch.dtype
@@ -202,7 +200,7 @@ def test_a_path_that_is_not_finite_is_as_if_absent(
 
 
 @precisions
-@pytest.mark.parametrize("tiny", [1e-40, 1e-310])
+@sweep("tiny", [1e-40, 1e-310])
 def test_denormal_coordinates_count_as_zero(tiny: float, backend: Backend, dtype: torch.dtype) -> None:
     # Dividing by a denormal gives infinity, and infinity times a distance of zero is NaN.
     scene = random_scene(3, 1, 33, 50)
@@ -228,7 +226,7 @@ def test_one_renderer_serves_scenes_that_grow_and_shrink(backend: Backend) -> No
         check_gradients(scene, renderer, 1e-11 * reach(scene))
 
 
-@pytest.mark.parametrize(("height", "width"), [(33, 50), (16, 2100), (2100, 16)])
+@sweep(("height", "width"), [(33, 50), (16, 2100), (2100, 16)])
 def test_any_number_of_threads_gives_the_same_bits_and_so_does_a_second_call(height: int, width: int) -> None:
     scene = random_scene(height, 150, height, width)
     runs = [everything(scene, make_renderer(scene, Backend(), torch.float32, threads=threads)) for threads in (1, 2, 3)]
@@ -249,7 +247,7 @@ def everything(scene: SceneTensors, renderer: ExactRenderer) -> dict[str, Tensor
     return found | {f"step {name}": value for name, value in values.items() if value is not None}
 
 
-@pytest.mark.parametrize("seed", range(3))
+@sweep("seed", range(3))
 def test_float32_agrees_with_float64(seed: int, device: str) -> None:
     scene = random_scene(seed, 200, 300, 400)
     single = make_renderer(scene, Backend(device), torch.float32)

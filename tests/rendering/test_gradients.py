@@ -16,6 +16,7 @@ from compound import scene_of_loops
 from paints import VALUES, painted, painted_scene, reference_image, values_of, with_values
 from reference import mean_squared_error
 from scenes import blob_scene, circle, rectangle
+from sweep import sweep
 from torch import Tensor
 
 import warpvec
@@ -60,8 +61,8 @@ def check_against_reference(scene: Scene, backend: Backend, **settings: Any) -> 
     check_adjoints(got, (want * adj_image).sum(), leaves)
 
 
-@pytest.mark.parametrize("kinds", [(LINEAR,), (RADIAL,), (LINEAR, RADIAL, FLAT, RADIAL, LINEAR)])
-@pytest.mark.parametrize("seed", range(2))
+@sweep("kinds", [(LINEAR,), (RADIAL,), (LINEAR, RADIAL, FLAT, RADIAL, LINEAR)])
+@sweep("seed", range(2))
 def test_image_and_adjoints_are_those_of_the_reference(seed: int, kinds: tuple[int, ...], backend: Backend) -> None:
     check_against_reference(painted_scene(seed, 9, HEIGHT, WIDTH, kinds), backend)
 
@@ -89,7 +90,7 @@ def test_what_is_not_drawn_behind_opaque_gradients_changes_no_other_derivative(b
     assert not got.geometry[0].any() and got.geometry[3].any()
 
 
-@pytest.mark.parametrize("want_removal_cost", [False, True])
+@sweep("want_removal_cost", [False, True])
 @pytest.mark.parametrize("make", [lambda: painted_scene(5, 6, HEIGHT, WIDTH), opaque_stack], ids=["random", "opaque"])
 def test_a_fused_step_is_that_of_the_reference(
     make: Callable[[], Scene], want_removal_cost: bool, backend: Backend
@@ -136,7 +137,7 @@ def with_gradient(kind: int, geometry: tuple[float, ...]) -> Scene:
     return replace(scene, gradients=paints)
 
 
-@pytest.mark.parametrize("name", DEGENERATE)
+@sweep("name", DEGENERATE)
 def test_a_degenerate_gradient_is_a_flat_path_of_its_end_colour(name: str, backend: Backend) -> None:
     scene, renderer = with_gradient(*DEGENERATE[name]), make_renderer(backend)
     assert scene.gradients.is_degenerate().tolist() == [False, True, False]
@@ -167,7 +168,7 @@ EXTREME: dict[str, tuple[int, tuple[float, float, float, float]]] = {
 }
 
 
-@pytest.mark.parametrize("name", EXTREME)
+@sweep("name", EXTREME)
 def test_an_extreme_gradient_is_drawn_as_by_the_reference(name: str, backend: Backend) -> None:
     check_against_reference(with_gradient(*EXTREME[name]), backend)
 
@@ -182,7 +183,7 @@ def test_gradients_of_flat_paths_alone_change_no_bit(backend: Backend) -> None:
         assert torch.equal(getattr(got, name), getattr(want, name)), name
 
 
-@pytest.mark.parametrize("lane_width", [16, 1])
+@sweep("lane_width", [16, 1])
 def test_the_number_of_threads_changes_no_bit(lane_width: int) -> None:
     scene, target = painted_scene(4, 12, HEIGHT, WIDTH), torch.rand(HEIGHT, WIDTH, 3)
     results = []
@@ -198,7 +199,7 @@ def in_float32(scene: Scene) -> Scene:
     return with_values(scene, [value.float() for value in values_of(scene)])
 
 
-@pytest.mark.parametrize("seed", range(2))
+@sweep("seed", range(2))
 def test_float32_is_near_the_reference(seed: int, backend: Backend) -> None:
     scene = painted(uniform_blobs(seed, 8), (LINEAR, RADIAL), seed)
     renderer, leaves, adj_image = make_renderer(backend, torch.float32), leaves_of(scene), cotangent()
@@ -220,13 +221,13 @@ def drawing(scene: Scene, height: int, width: int, alpha: bool = False) -> Calla
     return lambda *values: warpvec.render(with_values(scene, values), height, width, alpha=alpha)
 
 
-@pytest.mark.parametrize("alpha", [False, True])
+@sweep("alpha", [False, True])
 def test_gradcheck(alpha: bool) -> None:
     scene = painted(scene_of_loops([[circle(6.2, 4.6, 4.1, 2)], [circle(11.1, 3.7, 5.3, 3)]]), (LINEAR, RADIAL))
     check_gradients(drawing(scene, 9, 18, alpha), leaves_of(scene))
 
 
-@pytest.mark.parametrize("name", VALUES[4:])
+@sweep("name", VALUES[4:])
 def test_a_value_of_the_gradients_alone_may_ask_for_a_derivative(name: str) -> None:
     scene = painted_scene(4, 3, HEIGHT, WIDTH)
     leaf = getattr(scene.gradients, name).clone().requires_grad_()
@@ -245,7 +246,7 @@ def test_opcheck() -> None:
 
 # torch.compile imports what torch has deprecated.
 @pytest.mark.filterwarnings("ignore::DeprecationWarning:torch")
-@pytest.mark.parametrize("alpha", [False, True])
+@sweep("alpha", [False, True])
 def test_it_compiles_without_a_graph_break(alpha: bool) -> None:
     scene = painted_scene(6, 4, HEIGHT, WIDTH)
     leaves, plain = leaves_of(scene), drawing(scene, HEIGHT, WIDTH, alpha)
@@ -256,7 +257,7 @@ def test_it_compiles_without_a_graph_break(alpha: bool) -> None:
     torch.testing.assert_close(*gradients)
 
 
-@pytest.mark.parametrize("kinds", [(LINEAR,), (RADIAL,), (LINEAR, RADIAL)])
+@sweep("kinds", [(LINEAR,), (RADIAL,), (LINEAR, RADIAL)])
 def test_resvg_draws_the_same_gradients(kinds: tuple[int, ...]) -> None:
     values = []
     for seed in range(3):

@@ -24,6 +24,7 @@ from splat_oracles import (
     switches,
     with_switches,
 )
+from sweep import sweep
 from torch import Tensor
 
 from warpvec.errors import InputError
@@ -38,7 +39,7 @@ EXACT = 1e-11
 # The fused step
 
 
-@pytest.mark.parametrize(("height", "width"), [(1, 1), (33, 50), (17, 1037)])
+@sweep(("height", "width"), [(1, 1), (33, 50), (17, 1037)])
 @switches
 def test_fit_step_is_render_then_error_then_adjoint(
     height: int, width: int, interior: bool, covariance: bool, backend: Backend
@@ -64,13 +65,13 @@ def test_fit_step_in_single_precision(backend: Backend) -> None:
     torch.testing.assert_close(single.loss.double(), exact.loss, rtol=1e-5, atol=0)
 
 
-@pytest.mark.parametrize("path_count", [1, 12, 65])
+@sweep("path_count", [1, 12, 65])
 def test_removal_cost_is_the_rise_of_the_loss_without_the_path(path_count: int, backend: Backend) -> None:
     scene = random_scene(path_count, path_count, 33, 40)
     check_removal_cost(scene, make_splat_renderer(scene, SMALL, backend))
 
 
-@pytest.mark.parametrize("opacity", OPACITIES)
+@sweep("opacity", OPACITIES)
 def test_removal_costs_of_any_opacity(opacity: tuple[float, ...]) -> None:
     scene = layered(4, 33, 40, *opacity)
     check_removal_cost(scene, make_splat_renderer(scene, SMALL))
@@ -119,7 +120,7 @@ def covered(seed: int, height: int = 33, width: int = 40) -> SceneTensors:
     return scene._replace(points=torch.cat([scene.points[:6], cover, over]), opacity=opacity)
 
 
-@pytest.mark.parametrize(("height", "width"), [(32, 48), (33, 40), (31, 33)])
+@sweep(("height", "width"), [(32, 48), (33, 40), (31, 33)])
 def test_skipping_what_is_hidden_changes_next_to_nothing(height: int, width: int, backend: Backend) -> None:
     # Pixels of a cut tile that lie off the canvas must not keep the tile going.
     scene, settings = covered(1, height, width), Settings(24, 12)
@@ -149,9 +150,9 @@ def test_what_is_in_the_buffers_of_hidden_pairs_is_not_read(backend: Backend, dt
         assert torch.equal(getattr(got, name), getattr(want, name)), name
 
 
-@pytest.mark.parametrize("value", [torch.nan, -torch.inf])
-@pytest.mark.parametrize("point", [0, 4], ids=["anchor", "handle"])
-@pytest.mark.parametrize("covariance", [True, False])
+@sweep("value", [torch.nan, -torch.inf])
+@sweep("point", [0, 4])
+@sweep("covariance", [True, False])
 @precisions
 def test_a_path_that_is_not_finite_is_as_if_absent(
     value: float, point: int, covariance: bool, backend: Backend, dtype: torch.dtype
@@ -196,8 +197,8 @@ def test_what_was_left_in_the_buffers_by_another_scene_does_not_count(backend: B
         assert torch.equal(getattr(got, name), getattr(want, name)), name
 
 
-@pytest.mark.parametrize(("height", "width"), [(33, 50), (16, 500), (500, 16)])
-@pytest.mark.parametrize("covariance", [True, False])
+@sweep(("height", "width"), [(33, 50), (16, 500), (500, 16)])
+@sweep("covariance", [True, False])
 def test_any_number_of_threads_gives_the_same_bits_and_so_does_a_second_call(
     height: int, width: int, covariance: bool
 ) -> None:
@@ -221,7 +222,7 @@ def everything(scene: SceneTensors, renderer: SplatRenderer) -> dict[str, Tensor
     return found | {f"step {field.name}": getattr(step, field.name) for field in fields(step)}
 
 
-@pytest.mark.parametrize("seed", range(2))
+@sweep("seed", range(2))
 def test_single_precision_agrees_with_double(seed: int, device: str) -> None:
     settings = Settings(32, 12)
     scene = random_scene(seed, 60, 150, 200)
@@ -248,7 +249,7 @@ def test_memory_in_another_order_is_read_and_written_as_well() -> None:
     assert torch.equal(got.points, want.points)
 
 
-@pytest.mark.parametrize(
+@sweep(
     ("point_count", "message"),
     [(3, "at least 2 curves of degree 3 a path, got 3 points"), (8, "S at least 1, for degree 3, got [2, 8, 2]")],
 )

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import pytest
 import torch
 from backends import Backend
 from oracles import adjoint, cotangent, render
 from reference.splatting import Settings
-from scenes import ZOO, SceneTensors, ZooCase, degenerate_scene, for_each, random_scene
+from scenes import ZOO, SceneTensors, ZooCase, degenerate_scene, random_scene
 from splat_oracles import (
     OPACITIES,
     check_gradients,
@@ -20,6 +19,7 @@ from splat_oracles import (
     make_splat_renderer,
     off_the_band,
 )
+from sweep import sweep
 
 SIZES = [(1, 1), (15, 17), (16, 16), (17, 15), (31, 33), (33, 31), (20, 528)]
 
@@ -34,28 +34,28 @@ EXACT = 1e-11
 Maker = Callable[..., SceneTensors]
 
 
-@pytest.mark.parametrize(("height", "width"), SIZES)
-@pytest.mark.parametrize("make", [random_scene, degenerate_scene])
+@sweep(("height", "width"), SIZES)
+@sweep("make", [random_scene, degenerate_scene])
 def test_image_at_every_border(make: Maker, height: int, width: int, backend: Backend) -> None:
     scene = off_the_band(SMALL, make, height + width, 9, height, width)
     check_image(scene, SMALL, make_splat_renderer(scene, SMALL, backend), EXACT)
 
 
-@pytest.mark.parametrize("path_count", [0, 1, 2, 63, 64, 65])
+@sweep("path_count", [0, 1, 2, 63, 64, 65])
 def test_image_of_any_number_of_paths(path_count: int, backend: Backend) -> None:
     settings = Settings(4, 1)
     scene = off_the_band(settings, random_scene, path_count, path_count, 33, 40)
     check_image(scene, settings, make_splat_renderer(scene, settings, backend, threads=3), EXACT)
 
 
-@pytest.mark.parametrize(("degree", "pieces"), SHAPES)
+@sweep(("degree", "pieces"), SHAPES)
 def test_image_of_any_degree_and_number_of_pieces(degree: int, pieces: int, backend: Backend) -> None:
     settings = Settings(11, 3, degree)
     scene = off_the_band(settings, loop_scene, degree, 8, 33, 40, degree, pieces)
     check_image(scene, settings, make_splat_renderer(scene, settings, backend), EXACT)
 
 
-@pytest.mark.parametrize(("samples", "lines"), [(2, 1), (3, 5), (15, 2), (16, 1), (17, 5), (33, 2)])
+@sweep(("samples", "lines"), [(2, 1), (3, 5), (15, 2), (16, 1), (17, 5), (33, 2)])
 def test_image_of_any_number_of_samples_and_lines(samples: int, lines: int, backend: Backend) -> None:
     settings = Settings(samples, lines)
     scene = off_the_band(settings, random_scene, samples, 6, 33, 40)
@@ -70,7 +70,7 @@ def test_image_and_gradients_of_the_default_numbers_of_samples_and_lines(backend
     check_gradients(scene, settings, renderer, 1e-10)
 
 
-@for_each(ZOO)
+@sweep("case", ZOO)
 def test_image_of_the_zoo(case: ZooCase, backend: Backend) -> None:
     # The zoo is moved slightly, because its symmetry puts alphas and clamps exactly at their thresholds.
     settings = Settings(6, 2)
@@ -79,7 +79,7 @@ def test_image_of_the_zoo(case: ZooCase, backend: Backend) -> None:
     check_image(scene, settings, make_splat_renderer(scene, settings, backend), EXACT * reach)
 
 
-@pytest.mark.parametrize("opacity", OPACITIES)
+@sweep("opacity", OPACITIES)
 def test_image_and_gradients_of_any_opacity(opacity: tuple[float, ...], backend: Backend) -> None:
     scene = off_the_band(SMALL, layered, 4, 33, 40, *opacity)
     renderer = make_splat_renderer(scene, SMALL, backend)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import pytest
 import reference
 import torch
 import warp as wp
 from backends import VECTOR, Backend
 from scenes import SceneTensors
+from sweep import sweep
 from torch import Tensor
 
 from warpvec.geometry.scene import Scene
@@ -25,7 +25,7 @@ from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 
 GRADIENTS = ("points", "color", "opacity", "background")
 
-precisions = pytest.mark.parametrize("dtype", [torch.float32, torch.float64], ids=["float32", "float64"])
+precisions = sweep("dtype", [torch.float32, torch.float64])
 
 
 @dataclass(frozen=True)

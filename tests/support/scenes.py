@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from functools import wraps
-from inspect import signature
 from typing import NamedTuple
 
 import torch
@@ -41,6 +38,9 @@ class ZooCase(NamedTuple):
     name: str
     scene: SceneTensors
     differentiable: bool = True
+
+    def __str__(self) -> str:
+        return self.name
 
 
 def random_scene(seed: int, path_count: int, height: int, width: int, segment_count: int = 4) -> SceneTensors:
@@ -257,31 +257,4 @@ def _stacked_cases() -> list[ZooCase]:
 
 
 ZOO = [*_collapsed_cases(), *_grid_cases(), *_placed_cases(), *_wound_cases(), *_stacked_cases()]
-"""All cases; use as ``@for_each(ZOO)``."""
-
-
-def for_each(cases: Sequence[ZooCase]) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Run a test for each of ``cases``, its argument ``case``, as one test; a failure names the case.
-
-    As tests of their own, they would take as long to be collected as to run.
-    """
-
-    def decorate(test: Callable[..., None]) -> Callable[..., None]:
-        @wraps(test)
-        def run(**arguments: object) -> None:
-            for case in cases:
-                torch.manual_seed(0)  # as before each test
-                try:
-                    test(case=case, **arguments)
-                except Exception as error:
-                    error.add_note(f"in the case {case.name}")
-                    raise
-
-        own = signature(test)
-        run.__signature__ = own.replace(  # type: ignore[attr-defined]
-            parameters=[parameter for name, parameter in own.parameters.items() if name != "case"]
-        )
-        del run.__wrapped__  # type: ignore[attr-defined]
-        return run
-
-    return decorate
+"""All cases; use as ``@sweep("case", ZOO)``."""

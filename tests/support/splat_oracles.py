@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import asdict
 
-import pytest
 import torch
 from assertions import assert_grad_close, assert_grad_present, assert_same_direction
 from backends import VECTOR, Backend
@@ -14,6 +13,7 @@ from oracles import GRADIENTS, adjoint, cotangent, render
 from reference import splatting
 from reference.splatting import Settings
 from scenes import SceneTensors, circle, random_scene
+from sweep import sweep
 from torch import Tensor
 
 from warpvec.rendering.splat import SplatRenderer
@@ -34,7 +34,7 @@ OPACITIES = [
 ]
 """Opacities of three paths: dropped, clipped, and in between."""
 
-switches = pytest.mark.parametrize(("interior", "covariance"), SWITCHES)
+switches = sweep(("interior", "covariance"), SWITCHES)
 
 
 def make_splat_renderer(

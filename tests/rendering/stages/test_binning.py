@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,7 +11,8 @@ from backends import Backend
 from oracles import Stages, precisions, run_stages
 from reference.coverage import signed_coverage
 from reference.flattening import flatten
-from scenes import ZOO, ZooCase, circle, degenerate_scene, for_each, random_scene, rectangle
+from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, random_scene, rectangle
+from sweep import sweep
 from torch import Tensor
 
 from warpvec.errors import InputError
@@ -21,6 +22,7 @@ from warpvec.kernels.constants import COLUMN_GUARD, EMPTY, FULL, PARTIAL, TILE
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.exact import ExactRenderer
 
+Maker = Callable[[int, int, int, int], SceneTensors]
 SIZES = [(1, 1), (15, 16), (16, 17), (17, 15), (31, 33), (33, 31), (48, 50), (16, 130), (130, 16)]
 
 
@@ -93,21 +95,17 @@ def check_slots(stages: Stages) -> None:
     assert binning.slot_count == partial.sum()
 
 
-def scenes() -> Iterator[tuple[str, Tensor, int, int]]:
-    for height, width in SIZES:
-        for make in (random_scene, degenerate_scene):
-            yield f"{make.__name__}-{height}x{width}", make(height + width, 12, height, width).points, height, width
-
-
-@pytest.mark.parametrize(("points", "height", "width"), [pytest.param(*rest, id=name) for name, *rest in scenes()])
-def test_pairs_of_random_paths(points: Tensor, height: int, width: int, backend: Backend) -> None:
+@sweep(("height", "width"), SIZES)
+@sweep("make", [random_scene, degenerate_scene])
+def test_pairs_of_random_paths(make: Maker, height: int, width: int, backend: Backend) -> None:
+    points = make(height + width, 12, height, width).points
     stages = run_stages(points, height, width, backend)
     check_classes(stages)
     check_lists(stages)
     check_slots(stages)
 
 
-@for_each(ZOO)
+@sweep("case", ZOO)
 @precisions
 def test_pairs_of_the_zoo(case: ZooCase, dtype: torch.dtype) -> None:
     stages = run_stages(case.scene.points, case.scene.height, case.scene.width, dtype=dtype)
@@ -137,7 +135,7 @@ def test_a_ring_is_empty_inside_and_costs_no_list_entry() -> None:
     assert stages.binning.tile_first_hit.numpy()[36] == sum(value != EMPTY for value in classes.values())
 
 
-@pytest.mark.parametrize("path_count", [0, 1, 2, 63, 64, 65])
+@sweep("path_count", [0, 1, 2, 63, 64, 65])
 def test_paths_shared_among_threads(path_count: int) -> None:
     points = random_scene(path_count, path_count, 40, 40).points
     stages = run_stages(points, 40, 40, threads=3)
@@ -152,8 +150,8 @@ def test_a_tall_canvas_is_shared_by_strips() -> None:
     check_classes(stages)
 
 
-@pytest.mark.parametrize("value", [torch.nan, torch.inf, -torch.inf, 1e8, -1e30, 3e38])
-@pytest.mark.parametrize("point", [3, 4], ids=["anchor", "handle"])
+@sweep("value", [torch.nan, torch.inf, -torch.inf, 1e8, -1e30, 3e38])
+@sweep("point", [3, 4])
 @precisions
 def test_a_path_that_is_not_finite_or_out_of_range_has_no_pairs(value: float, point: int, dtype: torch.dtype) -> None:
     scene = random_scene(4, 3, 33, 50)
@@ -183,9 +181,7 @@ def run_on(stages: Stages, points: Tensor) -> Stages:
     return Stages(points, stages.grid, stages.flattening, stages.binning, stages.coverage)
 
 
-@pytest.mark.parametrize(
-    ("path_count", "pair_count"), [(65_536, "68,719,476,736"), (5_000, "5,242,880,000")], ids=["2^36", "5e9"]
-)
+@sweep(("path_count", "pair_count"), [(65_536, "68,719,476,736"), (5_000, "5,242,880,000")])
 def test_more_pairs_than_32_bits_count_are_refused(path_count: int, pair_count: str, device: str) -> None:
     """In 32 bits the first sum would be 0, and the second a number that looks possible."""
     renderer = ExactRenderer(16_384, 16_384, device=device)

@@ -10,6 +10,7 @@ from backends import Backend
 from oracles import cotangent, inputs, make_renderer, precisions, reference_image, render
 from reference.compositing import composite
 from scenes import SceneTensors, random_scene, rectangle
+from sweep import sweep
 from torch import Tensor
 
 from warpvec.kernels.constants import TRANSMITTANCE_MIN
@@ -31,7 +32,7 @@ def rounding(dtype: torch.dtype, path_count: int) -> float:
     return 2 * path_count * torch.finfo(dtype).eps
 
 
-@pytest.mark.parametrize(("height", "width"), [(1, 1), (15, 17), (16, 16), (31, 33), (5, 130)])
+@sweep(("height", "width"), [(1, 1), (15, 17), (16, 16), (31, 33), (5, 130)])
 def test_tiles_hold_the_image_column_by_column(height: int, width: int) -> None:
     grid, image = TileGrid(height, width), torch.rand(height, width, 3)
     tiles = to_tiles(image, grid)
@@ -44,7 +45,7 @@ def test_tiles_hold_the_image_column_by_column(height: int, width: int) -> None:
 
 
 @precisions
-@pytest.mark.parametrize("path_count", [0, 1, 2, 5])
+@sweep("path_count", [0, 1, 2, 5])
 def test_whole_covers_blend_in_order(backend: Backend, dtype: torch.dtype, path_count: int) -> None:
     scene = covers(path_count, 18, 35)
     want = scene.background
@@ -54,9 +55,7 @@ def test_whole_covers_blend_in_order(backend: Backend, dtype: torch.dtype, path_
     torch.testing.assert_close(image, want.expand(18, 35, 3), rtol=0, atol=rounding(dtype, path_count + 1))
 
 
-@pytest.mark.parametrize(
-    ("height", "width"), [(16, 16), (16, 16 * 63), (16, 16 * 64), (16, 16 * 65), (1100, 20), (17, 1037)]
-)
+@sweep(("height", "width"), [(16, 16), (16, 16 * 63), (16, 16 * 64), (16, 16 * 65), (1100, 20), (17, 1037)])
 def test_tiles_shared_among_threads_are_each_drawn_once(height: int, width: int, backend: Backend) -> None:
     scene = random_scene(width, 3, height, width)
     renderer = make_renderer(scene, backend, threads=3)
@@ -72,7 +71,7 @@ def test_later_paths_are_on_top_whatever_their_place(backend: Backend) -> None:
         assert torch.equal(image, scene.color[order[-1]].expand(20, 20, 3))
 
 
-@pytest.mark.parametrize("threshold", [0.0, TRANSMITTANCE_MIN])
+@sweep("threshold", [0.0, TRANSMITTANCE_MIN])
 def test_an_opaque_cover_hides_what_is_below(backend: Backend, threshold: float) -> None:
     under = random_scene(3, 40, 33, 50)
     cover = covers(1, 33, 50, opacity=1.0)
@@ -104,7 +103,7 @@ def test_partial_paths_never_count_as_hiding(backend: Backend) -> None:
     torch.testing.assert_close(image, want, rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("turns", [1, 2, -1])
+@sweep("turns", [1, 2, -1])
 def test_coverage_is_the_size_of_the_winding_and_at_most_one(backend: Backend, turns: int) -> None:
     # A rectangle run |turns| times covers its border pixels by min(|turns| / 4, 1).
     box = rectangle(2.75, 2.75, 12.25, 12.25)

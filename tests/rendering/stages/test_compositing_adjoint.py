@@ -21,7 +21,8 @@ from oracles import (
     target_image,
 )
 from reference import removal_cost
-from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, for_each, random_scene, rectangle
+from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, random_scene, rectangle
+from sweep import sweep
 
 from warpvec.errors import InputError
 from warpvec.kernels.compositing_adjoint import CANVAS_TERMS, TERMS, make_kernels
@@ -43,19 +44,19 @@ def check_paint(scene: SceneTensors, renderer: ExactRenderer, rtol: float) -> No
         assert_same_direction(getattr(got, name), want[name], 1 - rtol, name)
 
 
-@pytest.mark.parametrize("path_count", [1, 2, 63, 64, 65])
+@sweep("path_count", [1, 2, 63, 64, 65])
 def test_paint_of_random_scenes(path_count: int, backend: Backend) -> None:
     scene = random_scene(path_count, path_count, 33, 31)
     check_paint(scene, make_renderer(scene, backend, threads=3), 1e-12)
 
 
-@pytest.mark.parametrize(("height", "width"), [(1, 1), (15, 17), (16, 16), (17, 15), (31, 33), (20, 16 * 33)])
+@sweep(("height", "width"), [(1, 1), (15, 17), (16, 16), (17, 15), (31, 33), (20, 16 * 33)])
 def test_paint_at_every_border(height: int, width: int, backend: Backend) -> None:
     scene = degenerate_scene(height, 5 if width > 500 else 9, height, width)
     check_paint(scene, make_renderer(scene, backend, threads=3), 1e-12)
 
 
-@for_each([c for c in ZOO if len(c.scene.points)])
+@sweep("case", [c for c in ZOO if len(c.scene.points)])
 def test_paint_of_the_zoo(case: ZooCase, backend: Backend) -> None:
     # Lines without area have gradients of pure rounding, about 1e-15, and paths of 1e6 px are accurate to 1e-10.
     scene, renderer = case.scene, make_renderer(case.scene, backend)
@@ -84,7 +85,7 @@ def test_two_covers_in_closed_form(backend: Backend, dtype: torch.dtype) -> None
     torch.testing.assert_close(got.opacity.double(), pixels * opacity, rtol=rtol, atol=rtol * pixels)
 
 
-@pytest.mark.parametrize("threshold", [0.0, 1e-4])
+@sweep("threshold", [0.0, 1e-4])
 def test_what_is_hidden_gets_exactly_zero(backend: Backend, threshold: float) -> None:
     scene = random_scene(4, 8, 33, 50)
     scene = scene._replace(points=torch.cat([scene.points[:7], circle(25.0, 16.0, 80.0)[None]]))
@@ -108,7 +109,7 @@ def test_what_was_left_in_the_buffers_by_another_scene_does_not_count(backend: B
         assert torch.equal(getattr(got, name), getattr(want, name)), name
 
 
-@pytest.mark.parametrize(("height", "width"), [(1, 1), (33, 50), (17, 1037)])
+@sweep(("height", "width"), [(1, 1), (33, 50), (17, 1037)])
 @precisions
 def test_fit_step_is_render_then_error_then_adjoint(
     height: int, width: int, backend: Backend, dtype: torch.dtype
@@ -136,13 +137,13 @@ def test_asking_for_removal_costs_changes_nothing_else(backend: Backend, dtype: 
         torch.testing.assert_close(getattr(asked, name), getattr(plain, name), rtol=1e-5, atol=1e-9)
 
 
-@pytest.mark.parametrize("path_count", [1, 12, 65])
+@sweep("path_count", [1, 12, 65])
 def test_removal_cost_is_the_rise_of_the_loss_without_the_path(path_count: int, backend: Backend) -> None:
     scene = random_scene(path_count, path_count, 33, 50)
     check_removal_cost(scene, backend)
 
 
-@for_each([c for c in ZOO if len(c.scene.points)])
+@sweep("case", [c for c in ZOO if len(c.scene.points)])
 def test_removal_costs_of_the_zoo(case: ZooCase) -> None:
     check_removal_cost(case.scene, VECTOR)
 
@@ -182,7 +183,7 @@ def test_opaque_paths_do_not_divide_by_zero(backend: Backend) -> None:
     check_paint_close(scene, make_renderer(scene, backend))
 
 
-@pytest.mark.parametrize("row_count", [1, 31, 32, 33, 4095, 4096, 4097, 8 * 1536 + 5])
+@sweep("row_count", [1, 31, 32, 33, 4095, 4096, 4097, 8 * 1536 + 5])
 @precisions
 def test_sums_over_all_tiles(row_count: int, backend: Backend, dtype: torch.dtype) -> None:
     lanes, device = make_lanes(backend.lane_width, wp.dtype_from_torch(dtype)), backend.device

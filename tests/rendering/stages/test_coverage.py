@@ -9,7 +9,8 @@ from backends import VECTOR, Backend
 from oracles import Stages, precisions, run_stages
 from reference.coverage import signed_coverage
 from reference.flattening import flatten
-from scenes import ZOO, ZooCase, circle, degenerate_scene, figure_eight, for_each, random_scene, rectangle, straight
+from scenes import ZOO, ZooCase, circle, degenerate_scene, figure_eight, random_scene, rectangle, straight
+from sweep import sweep
 from torch import Tensor
 
 from warpvec.kernels.constants import TILE
@@ -46,22 +47,22 @@ def winding_of(path: Tensor, height: int = 16, width: int = 16, backend: Backend
     return image.reshape(stages.grid.rows * TILE, -1)[:height, :width]
 
 
-@pytest.mark.parametrize(("height", "width"), SIZES)
-@pytest.mark.parametrize("make", [random_scene, degenerate_scene])
+@sweep(("height", "width"), SIZES)
+@sweep("make", [random_scene, degenerate_scene])
 def test_winding_of_random_paths(make: object, height: int, width: int, backend: Backend) -> None:
     stages = run_stages(make(height * width, 9, height, width).points, height, width, backend)
     got, want = windings(stages)
     torch.testing.assert_close(got, want, rtol=0, atol=EXACT)
 
 
-@pytest.mark.parametrize("segment_count", [2, 3, 4, 7])
+@sweep("segment_count", [2, 3, 4, 7])
 def test_winding_of_any_number_of_segments(segment_count: int, backend: Backend) -> None:
     got, want = windings(run_stages(random_scene(8, 20, 40, 50, segment_count).points, 40, 50, backend))
     assert len(got) > 1000
     torch.testing.assert_close(got, want, rtol=0, atol=EXACT)
 
 
-@for_each([case for case in ZOO if len(case.scene.points)])
+@sweep("case", [case for case in ZOO if len(case.scene.points)])
 @precisions
 def test_winding_of_the_zoo(case: ZooCase, backend: Backend, dtype: torch.dtype) -> None:
     points = case.scene.points.to(dtype).double()
@@ -101,7 +102,7 @@ def test_a_diagonal_halves_its_pixels(backend: Backend) -> None:
     )
 
 
-@pytest.mark.parametrize("turns", [-2, -1, 1, 2])
+@sweep("turns", [-2, -1, 1, 2])
 def test_the_sign_is_that_of_the_turn_and_the_sum_is_the_area(backend: Backend, turns: int) -> None:
     path = circle(8.3, 7.9, 6.7, 4 * abs(turns), turns)
     stages = run_stages(path[None], 16, 16, backend)
@@ -129,7 +130,7 @@ def test_what_lies_left_of_the_canvas_or_box_covers_what_is_right_of_it(backend:
     torch.testing.assert_close(got, want, rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("threads", [1, 3])
+@sweep("threads", [1, 3])
 def test_strips_shared_among_threads(threads: int) -> None:
     stages = run_stages(random_scene(6, 65, 100, 40).points, 100, 40, threads=threads)
     assert stages.binning.strip_count > 128

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 import torch
 import warp as wp
 from assertions import assert_grad_close, assert_grad_present, assert_same_direction, finite_difference
@@ -10,7 +9,8 @@ from backends import Backend
 from oracles import Stages, precisions, run_stages
 from reference.coverage import signed_coverage
 from reference.flattening import flatten
-from scenes import ZOO, ZooCase, circle, for_each, random_scene, rectangle
+from scenes import ZOO, ZooCase, circle, random_scene, rectangle
+from sweep import sweep
 from torch import Tensor
 
 from warpvec.kernels.constants import TILE
@@ -62,24 +62,24 @@ def check(stages: Stages, rtol: float) -> None:
     assert_same_direction(got, want, 1 - rtol, "vertices")
 
 
-@pytest.mark.parametrize(("height", "width"), SIZES)
+@sweep(("height", "width"), SIZES)
 def test_random_paths(height: int, width: int, backend: Backend) -> None:
     check(run_stages(random_scene(height * width, 9, height, width).points, height, width, backend), 1e-12)
 
 
-@pytest.mark.parametrize("segment_count", [2, 3, 7])
+@sweep("segment_count", [2, 3, 7])
 def test_any_number_of_segments(segment_count: int, backend: Backend) -> None:
     check(run_stages(random_scene(3, 9, 40, 50, segment_count).points, 40, 50, backend), 1e-12)
 
 
-@for_each(DIFFERENTIABLE)
+@sweep("case", DIFFERENTIABLE)
 def test_the_zoo(case: ZooCase, backend: Backend) -> None:
     # An edge with ends at 1e6 px crosses the canvas with an error of 1e-10 px.
     reach = case.scene.points.abs().max().item()
     check(run_stages(case.scene.points, case.scene.height, case.scene.width, backend), 1e-12 * max(1.0, reach / 1e3))
 
 
-@for_each([c for c in ZOO if not c.differentiable])
+@sweep("case", [c for c in ZOO if not c.differentiable])
 @precisions
 def test_where_there_is_no_gradient_it_is_finite_and_bounded(
     case: ZooCase, backend: Backend, dtype: torch.dtype

@@ -1,11 +1,11 @@
 """Edges against columns: no part of an edge is outside its range, and every quotient is finite."""
 
 import numpy as np
-import pytest
 import torch
 import warp as wp
 from numpy.typing import NDArray
 from oracles import precisions
+from sweep import sweep
 
 from warpvec.kernels import edges
 from warpvec.kernels.constants import COLUMN_GUARD, FLAT_EDGE
@@ -94,7 +94,7 @@ def test_huge_edges_have_columns_that_fit_an_integer(dtype: torch.dtype, device:
 
 
 @precisions
-@pytest.mark.parametrize("difference", [0.0, -0.0, 1e-40, -1e-40, 1e-30, -1e-30, 1e-19, -1e-19, 3.0])
+@sweep("difference", [0.0, -0.0, 1e-40, -1e-40, 1e-30, -1e-30, 1e-19, -1e-19, 3.0])
 def test_inverse_and_crossing_are_finite(dtype: torch.dtype, difference: float, device: str) -> None:
     _, kernel = make_probes(dtype)
     lanes = make_lanes(1, wp.dtype_from_torch(dtype))

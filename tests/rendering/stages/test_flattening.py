@@ -13,6 +13,7 @@ from backends import Backend
 from oracles import Stages, precisions, run_stages
 from reference.flattening import flatten
 from scenes import circle, random_scene, straight
+from sweep import sweep
 from torch import Tensor
 
 from warpvec.kernels.constants import CHORD_TOLERANCE, SEGMENT_CHORDS_MAX
@@ -76,7 +77,7 @@ def chords_needed(control: Tensor) -> int:
     )
 
 
-@pytest.mark.parametrize("scale", SCALES)
+@sweep("scale", SCALES)
 def test_chords_stay_within_the_tolerance_of_the_curve(scale: float) -> None:
     stages = run_stages(random_cubics(20, scale), 8, 8)
     errors = [chord_error(*pair) for pair in zip(segments(stages.points), polylines(stages), strict=True)]
@@ -84,8 +85,8 @@ def test_chords_stay_within_the_tolerance_of_the_curve(scale: float) -> None:
     assert max(errors) <= CHORD_TOLERANCE
 
 
-@pytest.mark.parametrize("radius", [3.0, 20.0, 150.0])
-@pytest.mark.parametrize("turns", [1, -1])
+@sweep("radius", [3.0, 20.0, 150.0])
+@sweep("turns", [1, -1])
 def test_polygons_have_the_area_of_the_curve(radius: float, turns: int) -> None:
     # With vertices on the curve the polygon of a convex outline is too small. With vertices moved out its area is right
     # up to terms of higher order.
@@ -97,7 +98,7 @@ def test_polygons_have_the_area_of_the_curve(radius: float, turns: int) -> None:
     assert abs(area.item()) == pytest.approx(torch.pi * radius**2, rel=1e-3)
 
 
-@pytest.mark.parametrize("scale", [10.0, 100.0, 1000.0])
+@sweep("scale", [10.0, 100.0, 1000.0])
 def test_chords_are_not_many_more_than_the_tolerance_takes(scale: float) -> None:
     # Wang's bound uses the largest second difference for the whole cubic, and counts changes of speed as bend. It gives
     # 1.4 times the chords needed in total, and 3 times for a cubic whose handles are nearly in line with it.
@@ -134,7 +135,7 @@ def test_lines_take_one_chord_and_wild_paths_the_most_there_may_be(dtype: torch.
 
 
 @precisions
-@pytest.mark.parametrize("segment_count", [2, 3, 4, 7])
+@sweep("segment_count", [2, 3, 4, 7])
 def test_vertices_are_those_of_the_reference(backend: Backend, dtype: torch.dtype, segment_count: int) -> None:
     points = random_scene(1, 9, 200, 300, segment_count).points
     stages = run_stages(points, 200, 300, backend, dtype)
@@ -144,8 +145,8 @@ def test_vertices_are_those_of_the_reference(backend: Backend, dtype: torch.dtyp
     torch.testing.assert_close(stages.vertices.double(), want, rtol=0, atol=tolerance)
 
 
-@pytest.mark.parametrize("path_count", [0, 1, 2, 63, 64, 65, 200])
-@pytest.mark.parametrize("threads", [1, 3])
+@sweep("path_count", [0, 1, 2, 63, 64, 65, 200])
+@sweep("threads", [1, 3])
 def test_paths_shared_among_threads_are_flattened_once_each(path_count: int, threads: int) -> None:
     points = random_scene(path_count, path_count, 64, 64, 3).points
     stages = run_stages(points, 64, 64, threads=threads)
@@ -154,7 +155,7 @@ def test_paths_shared_among_threads_are_flattened_once_each(path_count: int, thr
     torch.testing.assert_close(stages.vertices[: len(want)], want, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("segment_count", [2, 3, 4, 7])
+@sweep("segment_count", [2, 3, 4, 7])
 def test_adjoint_is_the_transpose(backend: Backend, segment_count: int) -> None:
     points = random_scene(2, 66, 50, 50, segment_count).points
     stages = run_stages(points, 50, 50, backend)

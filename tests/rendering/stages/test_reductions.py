@@ -1,9 +1,9 @@
 """Sums over groups of neighbouring lanes: one entry per group, whatever its value was before."""
 
 import numpy as np
-import pytest
 import torch
 import warp as wp
+from sweep import sweep
 
 from warpvec.kernels.constants import REDUCED_LANES
 from warpvec.kernels.reductions import group_reduction
@@ -25,8 +25,8 @@ def make_kernel(dtype):
     return sum_groups
 
 
-@pytest.mark.parametrize("dtype", [wp.float32, wp.float64])
-@pytest.mark.parametrize("group_count", [1, 2, 9])
+@sweep("dtype", [wp.float32, wp.float64])
+@sweep("group_count", [1, 2, 9])
 def test_each_entry_is_the_sum_of_its_group(device: str, dtype: type, group_count: int) -> None:
     start_warp()
     values = torch.randn(group_count * REDUCED_LANES, dtype=wp.dtype_to_torch(dtype), device=device)

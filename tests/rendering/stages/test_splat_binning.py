@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import pytest
 import torch
 import warp as wp
 from backends import VECTOR, Backend
@@ -12,6 +11,7 @@ from oracles import precisions, render
 from reference.splatting import Gaussians, Settings, gaussians, path_alpha
 from scenes import SceneTensors, circle, degenerate_scene, random_scene
 from splat_oracles import make_splat_renderer, off_the_band, reference_image, white
+from sweep import sweep
 from torch import Tensor
 
 from warpvec.kernels.constants import PARTIAL, SPLAT_GROUP, TILE
@@ -91,7 +91,7 @@ def group_boxes(found: Gaussians, scene: SceneTensors) -> Tensor:
     return torch.cat([low, high], -1)
 
 
-@pytest.mark.parametrize(("height", "width"), SIZES)
+@sweep(("height", "width"), SIZES)
 @precisions
 def test_a_tile_lists_what_shows_in_it_in_order(height: int, width: int, backend: Backend, dtype: torch.dtype) -> None:
     scene = off_the_band(SMALL, random_scene, height, 12, height, width)
@@ -105,7 +105,7 @@ def test_a_tile_lists_what_shows_in_it_in_order(height: int, width: int, backend
     assert visible.any()
 
 
-@pytest.mark.parametrize("seed", range(3))
+@sweep("seed", range(3))
 def test_degenerate_paths(seed: int, backend: Backend) -> None:
     scene = off_the_band(SMALL, degenerate_scene, seed, 20, 33, 50)
     found, visible = bin_paths(scene, SMALL, backend, torch.float64), shown(scene, SMALL)
@@ -113,7 +113,7 @@ def test_degenerate_paths(seed: int, backend: Backend) -> None:
         assert set(visible[:, tile].nonzero().flatten().tolist()) <= set(paths)
 
 
-@pytest.mark.parametrize("path_count", [0, 1, 2, 63, 64, 65])
+@sweep("path_count", [0, 1, 2, 63, 64, 65])
 def test_any_number_of_paths(path_count: int) -> None:
     scene = random_scene(path_count, path_count, 33, 31)
     found, visible = bin_paths(scene, SMALL, VECTOR, torch.float32, threads=3), shown(scene, SMALL)
@@ -139,8 +139,8 @@ def test_boxes_of_groups_hold_the_pixels_their_gaussians_reach(backend: Backend)
     assert not none.all() and none.any()
 
 
-@pytest.mark.parametrize("x", [13.2, 15.2, 16.0, 16.8, 18.9])
-@pytest.mark.parametrize("y", [13.2, 15.2, 16.0, 18.9])
+@sweep("x", [13.2, 15.2, 16.0, 16.8, 18.9])
+@sweep("y", [13.2, 15.2, 16.0, 18.9])
 def test_a_dot_near_a_tile_corner(x: float, y: float, backend: Backend) -> None:
     # Standard deviations of at most 0.75 px (y) and 0.3 px (x): the dot reaches 2.5 px up and down, 1 px sideways.
     scene = white(circle(x, y, 0.01), 0.9, 33, 40)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import pytest
 import torch
 from backends import SCALAR, Backend
 from oracles import precisions, render
 from reference.splatting import Settings, gaussians, path_alpha, peak
 from scenes import SceneTensors, circle, random_scene, straight
 from splat_oracles import loop_scene, make_splat_renderer, off_the_band, white, white_wild, wild_path
+from sweep import sweep
 from torch import Tensor
 
 SIZES = [(1, 1), (15, 17), (16, 16), (17, 15), (31, 33), (33, 31), (16, 130), (130, 16)]
@@ -32,7 +32,7 @@ def expected(scene: SceneTensors, settings: Settings) -> Tensor:
     return path_alpha(gaussians(scene.points, settings), scene.opacity, scene.height, scene.width)[0]
 
 
-@pytest.mark.parametrize(("height", "width"), SIZES)
+@sweep(("height", "width"), SIZES)
 def test_a_path_at_every_border(height: int, width: int, backend: Backend) -> None:
     scene = off_the_band(SMALL, white_wild, height, height, width, 0.7)
     want = expected(scene, SMALL)
@@ -40,7 +40,7 @@ def test_a_path_at_every_border(height: int, width: int, backend: Backend) -> No
     torch.testing.assert_close(coverage(scene, SMALL, backend), want, rtol=0, atol=EXACT)
 
 
-@pytest.mark.parametrize("opacity", [0.0, 0.0035, 0.0045, 0.03, 0.5, 0.998, 1.0])
+@sweep("opacity", [0.0, 0.0035, 0.0045, 0.03, 0.5, 0.998, 1.0])
 def test_a_path_of_any_opacity(opacity: float, backend: Backend) -> None:
     scene = white(loop_scene(2, 1, 33, 50, 5).points[0], opacity, 33, 50)
     settings = Settings(17, 5, 5)
@@ -49,7 +49,7 @@ def test_a_path_of_any_opacity(opacity: float, backend: Backend) -> None:
     assert (want.max() > 0) == (opacity >= 1 / 255)
 
 
-@pytest.mark.parametrize("opacity", [0.0039, 0.004, 0.3, 0.9989, 0.9991, 1.0])
+@sweep("opacity", [0.0039, 0.004, 0.3, 0.9989, 0.9991, 1.0])
 @precisions
 def test_a_point_in_closed_form(opacity: float, backend: Backend, dtype: torch.dtype) -> None:
     # 5 Gaussians on each of the 2 sides (standard deviations 0.3 and 0.75) and on each of the 2 lines (0.25).

@@ -20,6 +20,7 @@ from splat_oracles import (
     white_wild,
     wild_path,
 )
+from sweep import sweep
 from torch import Tensor
 
 from warpvec.rendering.tile_renderer import Adjoints
@@ -43,14 +44,14 @@ def tilt(height: int, width: int) -> Tensor:
     return 0.3 + 0.07 * x - 0.05 * y + 0.002 * x * y
 
 
-@pytest.mark.parametrize(("height", "width"), SIZES)
+@sweep(("height", "width"), SIZES)
 def test_a_path_at_every_border(height: int, width: int, backend: Backend) -> None:
     settings = replace(SMALL, covariance_gradient=True)
     scene = off_the_band(settings, white_wild, height, height, width, 0.7)
     check_gradients(scene, settings, make_splat_renderer(scene, settings, backend), 1e-11)
 
 
-@pytest.mark.parametrize("opacity", [0.005, 0.3, 0.95, 0.9989])
+@sweep("opacity", [0.005, 0.3, 0.95, 0.9989])
 @precisions
 def test_opacity_of_a_point_in_closed_form(opacity: float, backend: Backend, dtype: torch.dtype) -> None:
     # 20 Gaussians with their peak at the only pixel cover it by 1 - (1 - o)^20.
@@ -61,7 +62,7 @@ def test_opacity_of_a_point_in_closed_form(opacity: float, backend: Backend, dty
     torch.testing.assert_close(got, want, rtol=rtol, atol=1e-25)
 
 
-@pytest.mark.parametrize("opacity", [0.0, 0.0039, 0.9991, 1.0])
+@sweep("opacity", [0.0, 0.0039, 0.9991, 1.0])
 @precisions
 def test_what_is_dropped_or_clipped_has_exactly_no_gradient(
     opacity: float, backend: Backend, dtype: torch.dtype
@@ -78,7 +79,7 @@ def test_a_clipped_gaussian_leaves_those_beside_it_their_gradient(backend: Backe
     check_gradients(scene, SMALL, make_splat_renderer(scene, SMALL, backend), 1e-11)
 
 
-@pytest.mark.parametrize("offset", [(0.2, 0.0), (0.0, -0.3), (0.15, 0.25)])
+@sweep("offset", [(0.2, 0.0), (0.0, -0.3), (0.15, 0.25)])
 def test_the_position_of_a_point_in_closed_form(offset: tuple[float, float], backend: Backend) -> None:
     # All 20 centres are at distance d from the pixel centre; the derivative of alpha = o exp(-q / 2) is alpha S^-1 d.
     opacity, (dx, dy) = 0.4, offset
@@ -141,7 +142,7 @@ def test_the_path_above_dims_the_gradient_of_the_one_below(backend: Backend) -> 
         torch.testing.assert_close(got.opacity[row], want.opacity[0], rtol=1e-9, atol=1e-11)
 
 
-@pytest.mark.parametrize("opacity", [0.2, 0.9, 1.0])
+@sweep("opacity", [0.2, 0.9, 1.0])
 def test_deep_stacks_of_gaussians_in_one_path(opacity: float, backend: Backend) -> None:
     # A default path of 8 px has some 400 Gaussians over a pixel; their transmittance is below 1e-30.
     settings = Settings(covariance_gradient=True)
@@ -149,7 +150,7 @@ def test_deep_stacks_of_gaussians_in_one_path(opacity: float, backend: Backend) 
     check_gradients(scene, settings, make_splat_renderer(scene, settings, backend), 1e-10)
 
 
-@pytest.mark.parametrize("covariance", [True, False])
+@sweep("covariance", [True, False])
 def test_single_precision(covariance: bool, backend: Backend) -> None:
     settings = Settings(20, 9, covariance_gradient=covariance)
     scene = white_wild(3, 60, 70, 0.6)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 import torch
 import warp as wp
 from assertions import assert_grad_close
@@ -12,6 +11,7 @@ from reference.compositing import composite
 from reference.splatting import Gaussians, Settings, gaussians, path_alpha, row_weights
 from scenes import SceneTensors, circle, degenerate_scene, random_scene
 from splat_oracles import check_gradients, loop_scene, make_splat_renderer, off_the_band, switches
+from sweep import sweep
 from torch import Tensor
 
 from warpvec.kernels.constants import COORDINATE_MAX
@@ -54,12 +54,12 @@ def check(points: Tensor, settings: Settings, backend: Backend, atol: float = 1e
     torch.testing.assert_close(got, expected_planes(gaussians(points, settings)), rtol=1e-11, atol=atol)
 
 
-@pytest.mark.parametrize(("samples", "lines"), COUNTS)
+@sweep(("samples", "lines"), COUNTS)
 def test_gaussians_of_any_number_of_samples_and_lines(samples: int, lines: int, backend: Backend) -> None:
     check(random_scene(samples, 3, 40, 50).points, Settings(samples, lines), backend)
 
 
-@pytest.mark.parametrize(("degree", "pieces"), SHAPES)
+@sweep(("degree", "pieces"), SHAPES)
 def test_gaussians_of_any_degree_and_number_of_pieces(degree: int, pieces: int, backend: Backend) -> None:
     # With 15 samples, one is at the anchor between two pieces of a side.
     check(loop_scene(degree, 3, 40, 50, degree, pieces).points, Settings(15, 3, degree), backend)
@@ -69,7 +69,7 @@ def test_the_default_numbers_of_samples_and_lines(backend: Backend) -> None:
     check(random_scene(1, 2, 40, 50).points, Settings(), backend)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@sweep("seed", range(4))
 def test_gaussians_of_degenerate_paths(seed: int, backend: Backend) -> None:
     # The tolerance allows for rounding of paths at 1e6 px.
     check(degenerate_scene(seed, 9, 40, 50).points, Settings(9, 3), backend, atol=1e-8)
@@ -102,14 +102,14 @@ def test_centers_beyond_the_farthest_coordinate_are_invisible(backend: Backend, 
 # Adjoints of positions and covariances
 
 
-@pytest.mark.parametrize(("samples", "lines"), COUNTS)
+@sweep(("samples", "lines"), COUNTS)
 def test_adjoint_of_any_number_of_samples_and_lines(samples: int, lines: int, backend: Backend) -> None:
     settings = Settings(samples, lines, covariance_gradient=True)
     scene = off_the_band(settings, random_scene, samples, 3, 20, 24)
     check_gradients(scene, settings, make_splat_renderer(scene, settings, backend), 1e-10)
 
 
-@pytest.mark.parametrize(("degree", "pieces"), SHAPES)
+@sweep(("degree", "pieces"), SHAPES)
 @switches
 def test_adjoint_of_any_degree_and_number_of_pieces(degree: int, pieces: int, interior: bool, covariance: bool) -> None:
     settings = Settings(9, 2, degree, interior, covariance)
@@ -143,7 +143,7 @@ def mean_adjoint(scene: SceneTensors, settings: Settings) -> tuple[Tensor, Tenso
     return adj_mean, found.mean, points
 
 
-@pytest.mark.parametrize("lines", [1, 2, 5])
+@sweep("lines", [1, 2, 5])
 def test_the_two_sides_share_a_line_by_its_weight(lines: int, backend: Backend) -> None:
     # Both sides end at the middle anchor, at u = 1; a handle belongs to one side only.
     scene = random_scene(5, 1, 24, 24, 2)._replace(points=circle(12.3, 11.8, 7.0, 2)[None])

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import pytest
 import torch
 from assertions import assert_grad_close, finite_difference
 from backends import VECTOR, Backend
 from oracles import GRADIENTS, adjoint, cotangent, precisions, render
 from reference.splatting import Settings
-from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, for_each, random_scene
+from scenes import ZOO, SceneTensors, ZooCase, circle, degenerate_scene, random_scene
 from splat_oracles import (
     check_gradients,
     decisions,
@@ -26,6 +25,7 @@ from splat_oracles import (
     switches,
     with_switches,
 )
+from sweep import sweep
 from torch import Tensor
 
 from warpvec.rendering.splat import SplatRenderer
@@ -43,8 +43,8 @@ Maker = Callable[..., SceneTensors]
 # Gradients against autograd
 
 
-@pytest.mark.parametrize("covariance", [True, False])
-@pytest.mark.parametrize(("height", "width"), SIZES)
+@sweep("covariance", [True, False])
+@sweep(("height", "width"), SIZES)
 def test_gradients_at_every_border(height: int, width: int, covariance: bool, backend: Backend) -> None:
     settings = with_switches(Settings(5, 2), True, covariance)
     scene = off_the_band(settings, random_scene, height * width, 8, height, width)
@@ -52,14 +52,14 @@ def test_gradients_at_every_border(height: int, width: int, covariance: bool, ba
 
 
 @switches
-@pytest.mark.parametrize("path_count", [1, 2, 63, 64, 65])
+@sweep("path_count", [1, 2, 63, 64, 65])
 def test_gradients_of_any_number_of_paths(path_count: int, interior: bool, covariance: bool) -> None:
     settings = with_switches(Settings(4, 1), interior, covariance)
     scene = off_the_band(settings, random_scene, path_count, path_count, 33, 31)
     check_gradients(scene, settings, make_splat_renderer(scene, settings, threads=3), 1e-10)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@sweep("seed", range(2))
 @switches
 def test_gradients_of_degenerate_paths(seed: int, interior: bool, covariance: bool, backend: Backend) -> None:
     settings = with_switches(SMALL, interior, covariance)
@@ -68,7 +68,7 @@ def test_gradients_of_degenerate_paths(seed: int, interior: bool, covariance: bo
     check_gradients(scene, settings, make_splat_renderer(scene, settings, backend), 1e-9)
 
 
-@for_each([case for case in ZOO if len(case.scene.points)])
+@sweep("case", [case for case in ZOO if len(case.scene.points)])
 @switches
 def test_gradients_of_the_zoo(case: ZooCase, interior: bool, covariance: bool) -> None:
     settings = with_switches(Settings(6, 2), interior, covariance)
@@ -78,7 +78,7 @@ def test_gradients_of_the_zoo(case: ZooCase, interior: bool, covariance: bool) -
     check_gradients(scene, settings, make_splat_renderer(scene, settings), 1e-9 * reach)
 
 
-@pytest.mark.parametrize("covariance", [True, False])
+@sweep("covariance", [True, False])
 def test_gradients_in_single_precision(covariance: bool, backend: Backend) -> None:
     settings = with_switches(Settings(16, 6), True, covariance)
     scene = off_the_band(settings, random_scene, 11, 10, 60, 70)
@@ -119,8 +119,8 @@ def check_directions(scene: SceneTensors, settings: Settings, name: str, moves: 
     assert_grad_close((smooth * got).flatten(1).sum(1), want, rtol=1e-6, atol=1e-6, name=name)
 
 
-@pytest.mark.parametrize("make", [random_scene, in_the_middle])
-@pytest.mark.parametrize("degree", [3, 5])
+@sweep("make", [random_scene, in_the_middle])
+@sweep("degree", [3, 5])
 def test_finite_differences_of_the_points(make: Maker, degree: int, backend: Backend) -> None:
     settings = Settings(6, 2, degree, covariance_gradient=True)
     scene = make(5, 3, 24, 28)
@@ -145,7 +145,7 @@ def test_finite_differences_of_moving_a_path(backend: Backend) -> None:
 
 
 @switches
-@pytest.mark.parametrize("name", ["color", "opacity", "background"])
+@sweep("name", ["color", "opacity", "background"])
 def test_finite_differences_of_the_paint(name: str, interior: bool, covariance: bool) -> None:
     settings = with_switches(Settings(6, 2), interior, covariance)
     scene = in_the_middle(7, 5, 24, 28)
@@ -157,7 +157,7 @@ def test_finite_differences_of_the_paint(name: str, interior: bool, covariance: 
 # Degenerate paths that cannot be compared
 
 
-@pytest.mark.parametrize("value", [1e8, -3e38])
+@sweep("value", [1e8, -3e38])
 @switches
 @precisions
 def test_a_path_that_runs_far_out_has_finite_gradients(
