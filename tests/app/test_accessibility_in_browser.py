@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
-from desk_browser import DeskPage, DeskServer, desk_server_fixture  # noqa: F401  (fixture)
+from desk_browser import DeskPage, DeskServer, desk_fixture, desk_server_fixture  # noqa: F401  (fixtures)
 from logo import logo
 from PIL import Image
 
@@ -22,6 +22,12 @@ WINDOWS: dict[str, dict[str, Any]] = {
     "dark": {"color_scheme": "dark"},
     "phone": {"viewport": {"width": 390, "height": 844}, "has_touch": True},
 }
+
+JARGON = (
+    "PSNR|SSIM|SVG|svgz|PNG|PDF|gradient|opacity|opaque|residual|generation|convergence|iteration|segment|gzipped|node|"
+    "palette|hue|vivid|canvas|level|pan|cut|mono|flat|fit|smooth|corner|code|near|detail"
+)
+"""Words of the page that are not everyday English, or mean something of their own there."""
 
 
 def faults(desk: DeskPage) -> list[str]:
@@ -58,3 +64,21 @@ def test_no_state_of_the_page_has_a_serious_fault(
     page.locator("#help-open").click()
     assert faults(desk) == []
     desk.close()
+
+
+def test_words_that_are_not_everyday_english_are_explained(desk: DeskPage, tmp_path: Path) -> None:
+    Image.fromarray(logo(1)).save(tmp_path / "logo.png")
+    desk.drop(tmp_path / "logo.png")
+    desk.wait_for_status("done")
+    script = r"""(words) => {
+        const jargon = new RegExp(`\\b(${words})s?\\b`, "i");
+        const isText = ({ nodeType }) => nodeType === Node.TEXT_NODE;
+        const own = ({ childNodes }) => [...childNodes].filter(isText).map(({ data }) => data).join("");
+        const parts = [...document.querySelectorAll("h2, h2 span, label, label > span, button, th, summary")];
+        const found = parts.filter((element) => jargon.test(own(element)));
+        const bare = found.filter((element) => !element.closest("[title]"));
+        return [found.length, bare.map(({ outerHTML }) => outerHTML)];
+    }"""
+    count, bare = desk.page.evaluate(script, JARGON)
+    assert count > 20
+    assert bare == []

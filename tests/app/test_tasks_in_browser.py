@@ -115,6 +115,43 @@ def test_a_photo_becomes_a_file_of_few_bytes(desk: DeskPage, tmp_path: Path, way
     assert abs(shown - stated) < 1.0
 
 
+def write_landscape(path: Path) -> Path:
+    """Write a picture like a photo, of 288 x 192 pixels: sky, hills, light and texture at all scales."""
+    rng = np.random.default_rng(2)
+    height, width = 192, 288
+    y, x = np.mgrid[0:height, 0:width] / height
+    texture = np.zeros((height, width))
+    for octave in range(2, 7):
+        coarse = Image.fromarray(rng.normal(size=(2**octave, 2**octave)).astype(np.float32))
+        texture += np.asarray(coarse.resize((width, height), Image.Resampling.BICUBIC)) / 2**octave
+    hill = y > 0.45 + 0.12 * np.sin(5 * x) + 0.3 * texture
+    sky = np.stack([0.45 + 0.3 * y, 0.6 + 0.2 * y, 0.9 - 0.1 * y], -1) + 0.25 * texture[..., None].clip(0)
+    ground = np.stack([0.3 + 0.2 * x, 0.4 - 0.1 * y, 0.2 + 0.0 * x], -1) * (1 + 1.2 * texture[..., None])
+    image = np.where(hill[..., None], ground, sky) + rng.normal(0, 0.01, (height, width, 3))
+    Image.fromarray((255 * image.clip(0, 1)).astype(np.uint8)).save(path)
+    return path
+
+
+@pytest.mark.parametrize("way", ["mouse", "keys"])
+def test_a_photo_becomes_a_file_of_50_kilobytes(desk: DeskPage, tmp_path: Path, way: str) -> None:
+    source = write_landscape(tmp_path / "landscape.png")
+    if way == "mouse":
+        desk.drag_slider("size", 10)
+    else:
+        press(desk, "size", *["ArrowRight"] * 10)
+    assert desk.page.inner_text("#size-text") == "50 KB"
+    choose(desk, source, way)
+    desk.wait_for_status("done")
+    assert desk.page.inner_text("#found") == "found: photo"
+    saved = save(desk, way)
+    assert 0.9 * 50_000 < saved.stat().st_size <= 50_000
+    target = read_image(source)
+    found = psnr(draw_like(saved.read_bytes(), target), target)
+    stated = float(desk.page.locator("#fit-figures tr", has_text="PSNR").inner_text().split()[1])
+    assert abs(found - stated) < 0.01
+    assert found > 30
+
+
 class Mouse:
     """The steps of the removal of a person, without a key."""
 

@@ -19,11 +19,13 @@ const WORDS = {
   residual: ["Residual", "The difference between drawing and photo: black where they are the same."],
   psnr: ["PSNR", "How like the photo the drawing is, in decibels (dB). More is better; 3 dB more halve the error."],
   ssim: ["SSIM", "How like the photo the drawing is in structure: 1 is the same."],
+  canvas: ["Canvas", "Width and height of the drawing, in its own units."],
+  iteration: ["Iteration", "A round of the fit, in which all paths are changed a little."],
   convergence: ["Convergence", "How the likeness grew while the drawing was fitted."],
 };
 
 // Rows of the table of figures and their words.
-const FIGURE_WORDS = { Paths: "path", Levels: "level", gzipped: "gzip", Segments: "segment", "PSNR (resvg)": "psnr", SSIM: "ssim" };
+const FIGURE_WORDS = { Paths: "path", Levels: "level", gzipped: "gzip", Segments: "segment", Canvas: "canvas", "PSNR (resvg)": "psnr", SSIM: "ssim" };
 
 /** Explains the first cells of the rows of the table of figures. */
 function explainFigures(table) {
