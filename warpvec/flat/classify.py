@@ -60,8 +60,17 @@ strong edge."""
 CLEAN_BLACK, CLEAN_WHITE, SCANNED_BLACK, SCANNED_WHITE = 16, 240, 96, 190
 """Levels of ink and paper: as drawn by a program, and as scanned, where both are uneven."""
 
-SCAN_SPREAD = 1.5
-"""Standard deviation of the levels of ink or paper above which the picture is a scan."""
+SCAN_NOISE = 2
+"""Median change of levels in 3 x 3 pixels far from strong edges, after a median, from which a picture is a scan. Drawn
+ones have 0, and at most 1 as JPEG."""
+
+SHADE, SHADE_MAX = 12, 0.005
+"""Difference of levels from both ink and paper, and the largest share of pixels far from strong edges with more of it
+in black and white art that is no scan: a light shade is a third colour."""
+
+SHADE_STEP, SHADE_STEP_MAX = 20, 0.01
+"""Change of levels in 3 x 3 pixels at the border of such a shade, and the largest share of pixels with more of it in
+scans, whose paper may grow darker slowly."""
 
 INK_MAX = 0.5
 """Largest share of ink: art is dark on light."""
@@ -197,6 +206,13 @@ def _is_black_and_white(levels: Levels, change: Levels) -> bool:
     is_middle = (share > MIDDLE[0]) & (share < MIDDLE[1])
     if (is_still & is_middle).mean() > MIDDLE_MAX or is_middle.mean() > MIDDLE_MAX + MIDDLE_PER_EDGE * is_strong.mean():
         return False
-    is_scan = max(ink.std(), paper.std()) > SCAN_SPREAD
+    is_far = ~_widened(is_strong, REACH)
+    is_scan = bool(is_far.any()) and float(np.median(change[is_far])) >= SCAN_NOISE
+    is_shade = np.minimum(np.abs(grey - black), np.abs(grey - white)) > SHADE
+    third = (
+        (is_far & (change > SHADE_STEP)).mean() > SHADE_STEP_MAX if is_scan else (is_far & is_shade).mean() > SHADE_MAX
+    )
+    if third:
+        return False
     darkest, lightest = (SCANNED_BLACK, SCANNED_WHITE) if is_scan else (CLEAN_BLACK, CLEAN_WHITE)
     return black <= darkest and white >= lightest
