@@ -25,7 +25,7 @@ NAMES = (
     "covariance_gradient", "policy", "z_order", "initial_curves", "growth", "inflation_gap", "shorten_gap",
     "initial_radius", "radius_decay", "prune_opacity", "compensate", "flat", "recycle_gap", "recycle_share",
     "recycle_until", "replace_gap", "lr_points", "lr_color", "lr_opacity", "lr_scale", "lr_decay", "lr_final",
-    "color_parameter", "opacity_weight", "xing_weight", "bezier_weight",
+    "color_parameter", "opacity_weight", "ssim_weight", "xing_weight", "bezier_weight",
 )  # fmt: skip
 """Names of settings and goals."""
 

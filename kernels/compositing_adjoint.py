@@ -7,6 +7,9 @@ for an opaque path. Instead a tile first composites back to front and stacks eve
 The exact removal cost of a path (the rise of the MSE without it) needs one more sum over pixels, the *opacity
 curvature* T_i^2 coverage_i^2 |c_i - B_i|^2. The image is affine in the opacity of one path, so the squared error is a
 parabola in it, and this sum is the coefficient of its square.
+
+A target may be *shifted*: adjoints and removal costs are then those of the squared error against the target plus a
+fourth plane, which all channels share. The loss is still that against the target itself.
 """
 
 from functools import cache
@@ -102,7 +105,8 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
         tile_columns: int,
         height: int,
         width_px: int,
-        tile_reference: wp.array(dtype=vector),  # [tiles, 3, TILE TILE / width] target (fused) or dL/d(image)
+        tile_reference: wp.array(dtype=vector),  # [tiles, planes, TILE TILE / width] target (fused) or dL/d(image)
+        reference_planes: int,  # 3, or 4 for a shifted target (fused only)
         error_scale: dtype,  # dL/d(squared error), fused only
         stack_chunk: int,  # tiles that share a stack, one after another; 0: every tile has its own
         stack_depth: int,  # entries of a shared stack
@@ -182,7 +186,7 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
             g1 = spread(zero)
             g2 = spread(zero)
         squared_error = spread(zero)
-        reference0 = tile * 3 * tile_size + part0
+        reference0 = tile * reference_planes * tile_size + part0
         for v in range(tile_vectors):
             put(transmittance, v, spread(one))
             r0 = load(tile_reference, reference0 + v)
@@ -194,6 +198,9 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
                 r1 = mul(mask, sub(load(stack, above + v + tile_size), r1))
                 r2 = mul(mask, sub(load(stack, above + v + 2 * tile_size), r2))
                 squared_error = fma(r0, r0, fma(r1, r1, fma(r2, r2, squared_error)))
+                if reference_planes > 3:
+                    shift = load(tile_reference, reference0 + v + 3 * tile_size)  # 0 outside of the canvas
+                    r0, r1, r2 = sub(r0, shift), sub(r1, shift), sub(r2, shift)
                 scale = spread(dtype(2.0) * error_scale)
                 r0, r1, r2 = mul(scale, r0), mul(scale, r1), mul(scale, r2)
             put(g0, v, r0)

@@ -21,7 +21,7 @@ BAD = [
     ("growth", 0.5), ("growth", math.inf), ("initial_radius", -1.0), ("radius_decay", 1.5), ("radius_decay", math.nan),
     ("prune_opacity", 2.0), ("recycle_share", -0.1), ("recycle_until", 1.1), ("lr_final", 1.1),
     *[(name, -1.0) for name in ("lr_points", "lr_color", "lr_opacity", "lr_scale")],
-    *[(name, math.nan) for name in ("opacity_weight", "xing_weight", "bezier_weight")],
+    *[(name, math.nan) for name in ("opacity_weight", "ssim_weight", "xing_weight", "bezier_weight")],
     ("time_budget", 0.0), ("time_budget", -1.0), ("time_budget", math.nan),
     ("time_budget", math.inf), ("time_budget", 10**400), ("precision", 7), ("precision", 400), ("seed", 2**63),
     ("growth", 1.00001), ("growth", math.nextafter(GROWTH_MIN, 1.0)), ("lr_points", 10**400),

@@ -115,6 +115,7 @@ SETTINGS: dict[str, dict[str, Setting]] = {
     },
     "Loss": {
         "opacity_weight": Setting("Weight of the term for opaque paths."),
+        "ssim_weight": Setting("Weight of the structural similarity (SSIM); 0 for the squared error alone."),
         "xing_weight": Setting("Weight of the term against crossing handles."),
         "bezier_weight": Setting("Weight of the Bezier regularizer."),
     },

@@ -22,7 +22,8 @@ PHOTO_SETTINGS = (
     "initial_curves", "growth",
     "inflation_gap", "shorten_gap", "initial_radius", "radius_decay", "prune_opacity", "compensate", "flat",
     "recycle_gap", "recycle_share", "recycle_until", "replace_gap", "lr_points", "lr_color", "lr_opacity", "lr_scale",
-    "lr_decay", "lr_final", "color_parameter", "opacity_weight", "xing_weight", "bezier_weight",
+    "lr_decay", "lr_final", "color_parameter", "opacity_weight", "ssim_weight", "xing_weight",
+    "bezier_weight",
 )  # fmt: skip
 """Settings that only the fit of a photo uses. One of them means the mode photo, unless a mode is given."""
 

@@ -30,6 +30,7 @@ _PAPER_MODEL: dict[str, Any] = {
     "renderer": "splat",
     "color_parameter": "logit",
     "opacity_weight": 0.01,
+    "ssim_weight": 0.0,
     "bezier_weight": 1.0,
 }
 

@@ -81,7 +81,7 @@ NUMBER_RANGES = {
     "prune_opacity": (0.0, 1.0), "recycle_share": (0.0, 1.0), "recycle_until": (0.0, 1.0),
     "lr_points": (0.0, MAX_RATE), "lr_color": (0.0, MAX_RATE), "lr_opacity": (0.0, MAX_RATE),
     "lr_scale": (0.0, MAX_SCALE), "lr_final": (0.0, 1.0), "opacity_weight": (0.0, MAX_WEIGHT),
-    "xing_weight": (0.0, MAX_WEIGHT), "bezier_weight": (0.0, MAX_WEIGHT),
+    "ssim_weight": (0.0, MAX_WEIGHT), "xing_weight": (0.0, MAX_WEIGHT), "bezier_weight": (0.0, MAX_WEIGHT),
     "min_area": (0.0, math.inf),
 }  # fmt: skip
 """Setting -> its smallest and largest value."""

@@ -136,6 +136,7 @@ class _Fit:
         self._loss = torch.zeros(())
         self._outlines: OutlineStep | None = None
         self._best: tuple[float, Scene] | None = None
+        self._followed: Scene | None = None  # by which the target was shifted last
         self._check_gap = _HISTORY_GAP if device == "cpu" else _HISTORY_GAP_CUDA
         self._history_gap = self._check_gap * math.ceil(config.iterations / (self._check_gap * HISTORY_MAX))
         self.history: list[dict[str, float]] = []
@@ -185,6 +186,7 @@ class _Fit:
                 self._sort()
             self._report()
             if not is_last:  # paths added now would never be fitted
+                self._follow()
                 self._change_population(removal_cost)
                 self._save()
 
@@ -283,6 +285,7 @@ class _Fit:
             "first_seconds": self._clock.first_seconds,
             "loss": self._loss,
             "best": best,
+            "followed": None if self._followed is None else self._followed.to_dict(),
             "history": self.history,
             "policy": self._policy.state(),
             "nodes": self._nodes.state(),
@@ -298,10 +301,11 @@ class _Fit:
         generation_max = self._policy.check(state["policy"], iteration, count)
         self._nodes.check(state["nodes"])
         self._population.check(state["population"], self._palette, iteration, count, generation_max)
-        if state["best"] is not None:
-            scene = state["best"]["scene"]
-            best_count = row_count("best.scene", scene, "color", curves)
-            check_scene("best.scene", scene, self._population.live, best_count, generation_max)
+        kept = {"best.scene": state["best"] and state["best"]["scene"], "followed": state["followed"]}
+        for name, scene in kept.items():
+            if scene is not None:
+                kept_count = row_count(name, scene, "color", curves)
+                check_scene(name, scene, self._population.live, kept_count, generation_max)
 
     def restore(self, state: State) -> None:
         """Continue from ``state``, which :meth:`check` has accepted."""
@@ -310,6 +314,9 @@ class _Fit:
         self._loss = state["loss"].to(self._device)
         best = state["best"]
         self._best = None if best is None else (best["loss"], Scene.from_dict(best["scene"]).to(self._device))
+        if state["followed"] is not None:
+            self._followed = Scene.from_dict(state["followed"]).to(self._device)
+            self._target.follow(self._followed, self._config.ssim_weight)
         self.history = list(state["history"])
         self._policy.restore(state["policy"])
         self._nodes.restore(state["nodes"])
@@ -319,6 +326,12 @@ class _Fit:
         if self.saving is not None and self._iteration % self.saving.every == 0:
             self._take_dropped_steps()
             self.saving.save(self.state())
+
+    def _follow(self) -> None:
+        """Shift the target anew for the structural similarity of the present scene, if that is due."""
+        if schedule.shifts_target(self._iteration, self._config):
+            self._followed = self._population.scene
+            self._target.follow(self._followed, self._config.ssim_weight)
 
     # Population
 

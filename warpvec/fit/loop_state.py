@@ -25,6 +25,7 @@ def check_loop(state: State, config: FitConfig) -> None:
         first_seconds=seconds,
         loss=floats(low=0.0, high=LOSS_MAX),
         best=Maybe(Fields({"loss": loss, "scene": Part()})),
+        followed=Maybe(Part()),
         history=ListOf(Part()),
         policy=Part(),
         nodes=Part(),

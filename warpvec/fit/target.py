@@ -12,6 +12,7 @@ from torch import Tensor
 from torch.nn.functional import avg_pool2d
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.fit.similarity import Similarity
 from warpvec.geometry.gradients import LINEAR, Gradients
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import ALPHA_MIN, MATTES, is_transparent, over, premultiplied
@@ -54,6 +55,9 @@ class Target:
             height=height, width=width, device=device, degree=config.point_degree, **config.render_settings
         )
         self._prepared = [(self._renderer.prepare_target(pixels), matte) for pixels, matte in self._views]
+        # What the views are compared with; with `follow` not the views themselves.
+        self._aims = [pixels for pixels, _ in self._views]
+        self._similarities: list[Similarity] = []
         self._steps = [RecordedStep(self._renderer) for _ in self._views]
         self.error_scale = 1.0 / (3 * height * width)
         may_drop = any(step.may_drop for step in self._steps)
@@ -71,6 +75,22 @@ class Target:
             ]
         )
         return replace(adjoints, canvas_sums=adjoints.canvas_sums.clone())
+
+    def follow(self, scene: Scene, weight: float) -> None:
+        """Let adjoints, removal costs and errors of the next steps contain 1 - SSIM of ``scene``.
+
+        Its weight is ``weight`` times the mean squared error; see `warpvec.fit.similarity`. The loss that steps return
+        is still the mean squared error.
+        """
+        if not self._similarities:
+            self._similarities = [Similarity(pixels) for pixels, _ in self._views]
+            blank = torch.zeros_like(self._views[0][0][..., 0])
+            self._prepared = [(self._renderer.prepare_target(pixels, blank), matte) for pixels, matte in self._views]
+        for view, ((pixels, matte), similarity) in enumerate(zip(self._views, self._similarities, strict=True)):
+            image = self._renderer.render(_over(scene, matte))
+            shift = similarity.shift(image, weight * (image - pixels).square().mean())
+            self._renderer.change_shift(self._prepared[view][0], shift)
+            self._aims[view] = pixels + shift[..., None]
 
     def outline_step(self, scene: Scene) -> tuple[Any, OutlineStep]:
         """Return what `fit_step` does with removal costs, and what it tells of the outlines of ``scene``.
@@ -196,18 +216,20 @@ class Target:
         return total, low[:, None] * total + (high - low)[:, None] * adjoints.end_color
 
     def _residual(self, scene: Scene) -> Tensor:
-        """Return dL/d(image) [h, w, 3] of the mean squared error, averaged over the mattes."""
-        views = [
-            2.0 * self.error_scale * (self._renderer.render(_over(scene, m)) - pixels) for pixels, m in self._views
-        ]
-        return torch.stack(views).mean(0)
+        """Return dL/d(image) [h, w, 3] of the loss, averaged over the mattes."""
+        return torch.stack([2.0 * self.error_scale * each for each in self._differences(scene)]).mean(0)
 
     def squared_error(self, scene: Scene) -> Tensor:
-        """Return the squared error of ``scene`` in each pixel [h, w], summed over the channels."""
-        errors = [
-            (self._renderer.render(_over(scene, matte)) - pixels).square().sum(-1) for pixels, matte in self._views
-        ]
-        return torch.stack(errors).mean(0)
+        """Return the squared error of ``scene`` in each pixel [h, w], summed over the channels.
+
+        With :meth:`follow` it is the square of what the adjoint is proportional to: it tells where the loss can fall.
+        """
+        return torch.stack([each.square().sum(-1) for each in self._differences(scene)]).mean(0)
+
+    def _differences(self, scene: Scene) -> Iterator[Tensor]:
+        """Yield ``scene``, over each matte if there are any, less what it is compared with [h, w, 3]."""
+        for aim, (_, matte) in zip(self._aims, self._views, strict=True):
+            yield self._renderer.render(_over(scene, matte)) - aim
 
 
 def _over(scene: Scene, matte: Tensor | None) -> Scene:

@@ -19,8 +19,8 @@ Image = NDArray[np.float64]
 SSIM_WINDOW = 7
 """Side of the square window of SSIM in pixels, the default of scikit-image."""
 
-# Stabilisers of SSIM for a data range of 1, from Wang et al. 2004: (K1 L)^2 and (K2 L)^2.
-_SSIM_C1, _SSIM_C2 = 0.01**2, 0.03**2
+SSIM_C1, SSIM_C2 = 0.01**2, 0.03**2
+"""Stabilisers of SSIM for a data range of 1, from Wang et al. 2004: (K1 L)^2 and (K2 L)^2."""
 
 # Images are compared in bands of so many pixels and at least so many rows. Their float64 copies stay in the cache,
 # which takes a third of the time of bands of 256 rows for images 8000 pixels wide.
@@ -109,8 +109,8 @@ def _ssim_map(a: Image, b: Image, rows: int, columns: int) -> Image:
     unbiased = rows * columns / max(rows * columns - 1, 1)
     variances = unbiased * (_window_mean(a * a + b * b, rows, columns) - mean_a**2 - mean_b**2)
     covariance = unbiased * (_window_mean(a * b, rows, columns) - mean_a * mean_b)
-    luminance = (2 * mean_a * mean_b + _SSIM_C1) / (mean_a**2 + mean_b**2 + _SSIM_C1)
-    return luminance * (2 * covariance + _SSIM_C2) / (variances + _SSIM_C2)
+    luminance = (2 * mean_a * mean_b + SSIM_C1) / (mean_a**2 + mean_b**2 + SSIM_C1)
+    return luminance * (2 * covariance + SSIM_C2) / (variances + SSIM_C2)
 
 
 def _window_mean(x: Image, rows: int, columns: int) -> Image:

@@ -92,9 +92,18 @@ class TileRenderer(ABC):
         self._collect(scene, adjoints)
         return adjoints
 
-    def prepare_target(self, target: Tensor) -> Tensor:
-        """Return a target image [h, w, 3] in the form that :meth:`fit_step` takes."""
-        return to_tiles(target.to(self.device, self.dtype), self.grid)
+    def prepare_target(self, target: Tensor, shift: Tensor | None = None) -> Tensor:
+        """Return a target image [h, w, 3] in the form that :meth:`fit_step` takes.
+
+        With a ``shift`` [h, w] of all channels, adjoints and removal costs are those of the squared error against the
+        shifted target. The loss is still that against the target.
+        """
+        image = target if shift is None else torch.cat([target, shift[..., None]], 2)
+        return to_tiles(image.to(self.device, self.dtype), self.grid)
+
+    def change_shift(self, prepared_target: Tensor, shift: Tensor) -> None:
+        """Replace the shift of a target that :meth:`prepare_target` has made with one, in its memory."""
+        prepared_target[:, 3:] = to_tiles(shift[..., None].to(self.device, self.dtype), self.grid)
 
     def make_adjoints(self, scene: Scene) -> Adjoints:
         """Allocate the adjoints of ``scene``."""

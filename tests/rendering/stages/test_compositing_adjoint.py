@@ -14,6 +14,7 @@ from oracles import (
     chord_counts,
     cotangent,
     fit_step,
+    inputs,
     make_renderer,
     precisions,
     reference_gradients,
@@ -228,3 +229,20 @@ def test_a_stack_without_memory_for_all_tiles_serves_some_at_a_time(
     memory = 2
     with pytest.raises(type(error)):
         fit_step(scene, make_renderer(scene, backend), want_removal_cost=True)
+
+
+@precisions
+def test_a_shift_moves_the_target_of_the_adjoints_and_not_of_the_loss(backend: Backend, dtype: torch.dtype) -> None:
+    scene = random_scene(7, 12, 33, 50)
+    renderer = make_renderer(scene, backend, dtype)
+    target, drawn = target_image(scene), inputs(scene, renderer)
+    shift = 0.2 * torch.randn(target.shape[:2], generator=torch.Generator().manual_seed(1), dtype=target.dtype)
+    prepared = renderer.prepare_target(target, torch.ones_like(shift))
+    renderer.change_shift(prepared, shift)
+    plain = renderer.fit_step(drawn, renderer.prepare_target(target), True)
+    want = renderer.fit_step(drawn, renderer.prepare_target(target + shift[..., None]), True)
+    got = renderer.fit_step(drawn, prepared, True)
+    assert torch.equal(got.loss, plain.loss)
+    rtol = 100 * torch.finfo(dtype).eps
+    for name in ("segments", "color", "opacity", "background", "removal_cost"):
+        assert_grad_close(getattr(got, name).cpu(), getattr(want, name).cpu(), rtol=rtol, atol=0.0, name=name)

@@ -25,11 +25,11 @@ from warpvec.rendering.stages.binning import Binning, TileGrid
 
 
 def to_tiles(image: Tensor, grid: TileGrid) -> Tensor:
-    """Cut [h, w, 3] into [tiles, 3, TILE, TILE], column by column within a tile, zero outside the canvas."""
+    """Cut [h, w, c] into [tiles, c, TILE, TILE], column by column within a tile, zero outside the canvas."""
     height, width = grid.rows * TILE, grid.columns * TILE
     padded = torch.nn.functional.pad(image, (0, 0, 0, width - grid.width, 0, height - grid.height))
-    tiles = padded.reshape(grid.rows, TILE, grid.columns, TILE, 3).permute(0, 2, 4, 3, 1)
-    return tiles.reshape(grid.count, 3, TILE, TILE).contiguous()
+    tiles = padded.reshape(grid.rows, TILE, grid.columns, TILE, -1).permute(0, 2, 4, 3, 1)
+    return tiles.reshape(grid.count, -1, TILE, TILE).contiguous()
 
 
 def from_tiles(tiles: Tensor, grid: TileGrid) -> Tensor:
@@ -137,7 +137,8 @@ class Compositing:
     ) -> None:
         """Fill ``adjoints``, and overwrite ``slot_winding`` with its adjoint.
 
-        ``tile_reference`` is dL/d(image), or the target if ``error_scale`` = dL/d(squared error) is given.
+        ``tile_reference`` [tiles, 3, TILE, TILE] is dL/d(image), or the target if ``error_scale`` = dL/d(squared error)
+        is given; a fourth plane shifts the target, see ``kernels/compositing_adjoint.py``.
         ``want_curvature`` asks for the opacity curvature of the paths.
         """
         lanes, grid, get = self._lanes, self._grid, self._buffers.get
@@ -146,11 +147,11 @@ class Compositing:
         terms = TERMS + GRADIENT_TERMS * paint.has_gradients
         pair_sums = get("pair_sums", (binning.pair_count * lanes.reducers, terms), lanes.dtype)
         tile_sums = get("tile_sums", (grid.count * lanes.reducers, TERMS), lanes.dtype)
-        reference = _lane_array(tile_reference, lanes)
+        reference = [_lane_array(tile_reference, lanes), tile_reference.shape[1]]
         size = [grid.columns, grid.height, grid.width]
         scale = lanes.dtype(error_scale or 0.0)
         paints = [*paint.arrays, *paint.gradients]
-        inputs = [*_hits(binning, tile_first_visible), *paints, *size, reference, scale, chunk, depth]
+        inputs = [*_hits(binning, tile_first_visible), *paints, *size, *reference, scale, chunk, depth]
         outputs = [stack, slot_winding, pair_sums, tile_sums]
         # Chunks are whole tiles, because the scalar lanes of a tile add to the same sums.
         threads, tiles = lanes.tile_threads, self._launch.chunk_items(grid.count)

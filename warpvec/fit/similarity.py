@@ -1,0 +1,79 @@
+"""The term of the loss for structural similarity (SSIM, Wang et al. 2004), as a shift of the target.
+
+The loss has the term w (1 - SSIM) beside the mean squared error over the 3 h w values I of the image. The adjoint of
+the error is 2 (I - T) / (3 h w) for the target T. So the adjoint of the sum is that of the error alone against the
+target T + w h w / 2 dSSIM/dg. Here g is the mean of the three channels, of which SSIM is taken: of each channel it
+would cost three times as much, for files of the same SSIM.
+
+The weight w is a constant times the present mean squared error E. So the sum has the gradient of log E + constant
+(1 - SSIM), times E: one SSIM is worth as many decibels in every photo, whether its error is small or large.
+
+The renderer's fused step takes such a shift in for next to nothing. It changes slowly, so it is computed only once in
+``schedule.SHIFT_GAP`` iterations.
+"""
+
+from __future__ import annotations
+
+from torch import Tensor
+from torch.nn.functional import pad
+
+from warpvec.image.metrics import SSIM_C1, SSIM_C2, SSIM_WINDOW
+
+
+class Similarity:
+    """SSIM of images with a ``target`` [h, w, 3], in windows as in `warpvec.image.metrics.ssim`.
+
+    It is the sum over the windows divided by h w, so that the windows that the border lacks do not change its scale.
+    """
+
+    def __init__(self, target: Tensor) -> None:
+        self._target = target.mean(2)
+        height, width = self._target.shape
+        self._window = (min(SSIM_WINDOW, height), min(SSIM_WINDOW, width))
+        self._area = self._window[0] * self._window[1]
+        self._unbiased = self._area / max(self._area - 1, 1)
+        self._mean = self._means(self._target)
+        self._variance = self._means(self._target.square()) - self._mean.square()
+
+    def shift(self, image: Tensor, weight: Tensor) -> Tensor:
+        """Return the shift [h, w] of the target for an ``image`` [h, w, 3], with the weight w."""
+        gray = image.mean(2)
+        mean, variance, covariance = self._moments(gray)
+        luminance, luminance_scale = (
+            2.0 * mean * self._mean + SSIM_C1,
+            mean.square() + self._mean.square() + SSIM_C1,
+        )
+        structure = 2.0 * self._unbiased * covariance + SSIM_C2
+        structure_scale = self._unbiased * (variance + self._variance) + SSIM_C2
+        scale = luminance_scale * structure_scale
+        similarity = luminance * structure / scale
+        by_covariance = 2.0 * self._unbiased * luminance / scale
+        by_variance = -self._unbiased * similarity / structure_scale
+        by_mean = 2.0 * (self._mean * structure / scale - mean * similarity / luminance_scale)
+        constant = by_mean - 2.0 * mean * by_variance - self._mean * by_covariance
+        spread = [self._spread(values) for values in (constant, by_variance, by_covariance)]
+        return (0.5 * weight / self._area) * (spread[0] + 2.0 * gray * spread[1] + self._target * spread[2])
+
+    def _moments(self, gray: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Return mean and variance of ``gray`` in each window, and its covariance with the target."""
+        mean = self._means(gray)
+        variance = self._means(gray.square()) - mean.square()
+        return mean, variance, self._means(gray * self._target) - mean * self._mean
+
+    def _means(self, values: Tensor) -> Tensor:
+        """Return the mean of ``values`` [h, w] in each window inside the image."""
+        return _window_sums(_window_sums(values, self._window[0], 0), self._window[1], 1) / self._area
+
+    def _spread(self, values: Tensor) -> Tensor:
+        """Return the sum of ``values``, one of each window, over the windows around each pixel [h, w]."""
+        rows, columns = self._window[0] - 1, self._window[1] - 1
+        return _window_sums(_window_sums(pad(values, (columns, columns, rows, rows)), rows + 1, 0), columns + 1, 1)
+
+
+def _window_sums(values: Tensor, size: int, dim: int) -> Tensor:
+    """Return the sums of ``size`` consecutive ``values`` along ``dim``."""
+    count = values.shape[dim] - size + 1
+    total = values.narrow(dim, 0, count).clone()
+    for offset in range(1, size):
+        total += values.narrow(dim, offset, count)
+    return total
