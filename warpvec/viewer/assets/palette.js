@@ -2,12 +2,16 @@
  * strokes and the background, on hidden levels too. Colours near it, as far as the slider says, change by as much. */
 
 const MAX_SWATCHES = 48;
+// Selections that follow each other within this time, as when a key is held, change the list only when they rest: to lay
+// it out takes as long as all else in a frame.
+const STEPPING_MS = 150;
 
 class Palette {
   constructor(app) {
     this.app = app;
     this.color = null;
     this.listed = null;
+    this.lastFollowed = -Infinity;
   }
 
   connect() {
@@ -21,6 +25,23 @@ class Palette {
 
   /** Chooses a colour; the uses that it has now are those that are replaced. */
   choose(color) {
+    this.take(color);
+    this.app.panel.request();
+  }
+
+  /** Chooses the colour of a selection: at once, or when selections cease to follow each other. */
+  follow(color) {
+    const { selection } = this.app;
+    const now = performance.now();
+    const isStepping = now - this.lastFollowed < STEPPING_MS;
+    this.lastFollowed = now;
+    clearTimeout(this.timer);
+    if (isStepping) this.timer = setTimeout(() => this.app.selection === selection && this.choose(color), STEPPING_MS);
+    else this.take(color);
+  }
+
+  take(color) {
+    clearTimeout(this.timer);
     const { background } = this.app.drawing;
     this.color = color;
     const reach = Number(find("near").value);
@@ -30,7 +51,6 @@ class Palette {
     this.uses = new Map(items.map((item) => [item, { fill: item.fill, stroke: item.stroke }]));
     this.background = this.near.has(background?.fill) ? background : null;
     [this.from, this.version] = [color, this.versionOf()];
-    this.app.panel.request();
   }
 
   selectPaths() {
@@ -80,8 +100,8 @@ class Palette {
   show() {
     const { app } = this;
     const selected = app.selection.size ? colorsOf([...app.selection][0])[0] : null;
-    if (selected && this.shownFor !== app.selection) this.choose(selected);
-    else if (this.color && this.version !== this.versionOf()) this.choose(this.color);
+    if (selected && this.shownFor !== app.selection) this.follow(selected);
+    else if (this.color && this.version !== this.versionOf()) this.take(this.color);
     this.shownFor = app.selection;
     this.list();
     const count = this.color ? this.uses.size + Boolean(this.background) : 0;
