@@ -94,7 +94,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         if metrics["degree"] != 3:
             lines.append("sides of degree {degree} written as cubics within {conversion_px:.3f} px")
         stopped = ", interrupted: the best result so far" if metrics["interrupted"] else ""
-        lines.append(f"{{iterations}} iterations in {{seconds:.1f}} s on {{device}}{stopped}")
+        threads = f", {counted(metrics['threads'], 'thread')}" if metrics["threads"] else ""
+        lines.append(f"{{iterations}} iterations in {{seconds:.1f}} s on {{device}}{threads}{stopped}")
     if metrics.get("mode_reason"):
         name, other = _MODES[metrics["mode"]]
         is_decided = metrics["mode_reason"].startswith(_BECAUSE)

@@ -31,6 +31,7 @@ from warpvec.image.metrics import psnr
 from warpvec.image.resize import reduce_image
 from warpvec.image.write import round_to_8_bits, write_png
 from warpvec.rendering.draw import draw_8_bits, draw_exactly, draw_pixels
+from warpvec.rendering.thread_pool import usable_threads
 from warpvec.svg.layers import prefixes, read_layers
 from warpvec.svg.measure import draw, draw_like, evaluate, file_facts
 from warpvec.svg.minify import write_minified
@@ -196,9 +197,10 @@ class Result:
         the fit's own renderer: for "exact" that of `render` against the photo, for "splat" that of `soft_image` against
         the reduced photo. The image is first clamped and rounded to 8 bits, which changes the PSNR by 0.01 dB at 32 dB.
         ``conversion_px`` is the largest distance of the file's cubics from the fitted curves, in pixels of the photo,
-        before rounding. ``unchanged`` tells if the file is the given one as it came in. ``bytes`` and
-        ``gzip_bytes`` are sizes of the SVG text, plain and gzipped. ``levels`` lists ``curves`` and ``psnr`` of each
-        prefix of the layers, after a fit with ``lod``. ``goal`` holds the `goal_facts`.
+        before rounding. ``threads`` is the largest number of CPU threads, None on a GPU. ``unchanged`` tells if the
+        file is the given one as it came in. ``bytes`` and ``gzip_bytes`` are sizes of the SVG text, plain and gzipped.
+        ``levels`` lists ``curves`` and ``psnr`` of each prefix of the layers, after a fit with ``lod``. ``goal`` holds
+        the `goal_facts`.
         """
         height, width = self.photo.shape[:2]
         opacity = self.scene.opacity
@@ -221,6 +223,7 @@ class Result:
             "iterations": self.fitted.iterations,
             "seconds": self.fitted.seconds,
             "device": self.fitted.device,
+            "threads": usable_threads(self.config.threads) if self.fitted.device == "cpu" else None,
             "interrupted": self.interrupted,
             "goal": self.goal_facts,
             "levels": self._levels() if self.config.lod else None,
