@@ -109,6 +109,15 @@ def test_dark_grey_is_a_colour_of_drawings_but_ink_of_scans() -> None:
     assert choose_mode((grey - 0.1 + noise).clip(0, 1)).mode == "mono"
 
 
+@pytest.mark.parametrize("change", ["none", "jpeg 80"])
+def test_black_figures_on_a_light_plate_are_no_black_and_white_art(change: str) -> None:
+    plate = Image.new("RGB", (SIDE, SIDE), "white")
+    pen = ImageDraw.Draw(plate)
+    pen.rounded_rectangle((60, 60, 200, 200), 30, fill=(224, 224, 224))
+    pen.ellipse((100, 100, 160, 160), fill="black")
+    assert choose_mode(changed(plate, change)).mode == "flat"
+
+
 @pytest.mark.parametrize("shape", [(1, 1), (1, 300), (300, 1), (2, 3), (9, 7)])
 def test_any_shape_and_a_single_colour_have_a_mode(shape: tuple[int, int]) -> None:
     assert choose_mode(np.full((*shape, 3), 0.2, np.float32)).mode == "flat"

@@ -60,6 +60,13 @@ def test_late_regions_lack_thin_parts() -> None:
     assert len(late) == 1 and not late.label.any()
 
 
+def test_late_regions_have_flat_paints() -> None:
+    image = np.ones((64, 64, 3), np.float32)
+    image[8:56, 8:56] = np.round(np.linspace(40, 200, 48))[:, None] / 255
+    assert find_regions(image).kind.any()
+    assert not find_regions(image, is_over=lambda: True).kind.any()
+
+
 def test_an_outline_that_shows_at_one_point_is_no_ellipse() -> None:
     points = np.random.default_rng(1).random((20, 2))
     assert ellipse_of(points, np.eye(20)[3]) is None

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from warpvec.errors import InputError
+from warpvec.flat import mono
 from warpvec.flat.mono import mono_tracing, trace_mono
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
@@ -93,3 +94,13 @@ def test_blank_picture_has_no_path() -> None:
 def test_threshold_beyond_the_levels_is_refused() -> None:
     with pytest.raises(InputError, match="threshold"):
         trace_mono(np.zeros((8, 8, 3), np.uint8), 300)
+
+
+def test_late_tracings_have_the_largest_outlines(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mono, "OUTLINES_AT_ONCE", 2)
+    sides = (4, 12, 8, 16)
+    boxes = "".join(f'<rect x="{4 + 20 * k}" y="8" width="{side}" height="{side}"/>' for k, side in enumerate(sides))
+    tracing = mono_tracing(_picture(boxes), is_over=lambda: True)
+    left = tracing.scene.segments[:, 0, 0].numpy().round()
+    assert set(left.tolist()) == {24.0, 36.0, 64.0, 80.0}
+    assert tracing.speck_count == 2

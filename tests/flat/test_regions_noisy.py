@@ -95,3 +95,11 @@ def test_noise_of_jpeg_is_told_from_clean_art(quality: int) -> None:
     pixels = drawn(FACE)
     assert measure_noise(premultiplied(pixels.astype(np.float32) / 255)) == 0
     assert measure_noise(premultiplied(as_jpeg(pixels, quality))) > 1.2 / 255
+
+
+def test_noise_on_one_side_of_a_mark_on_white_is_noise() -> None:
+    bars = "".join(f'<rect x="{40 + 52 * k}" y="40" width="28" height="180"/>' for k in range(4))
+    turned = f'<g fill="#1a1918" transform="rotate(37 128 128)">{bars}</g>'
+    clean = drawn(f'<rect width="256" height="256" fill="#fff"/>{turned}')
+    assert measure_noise(premultiplied(as_jpeg(clean, 80))) > 0
+    assert measure_noise(premultiplied(clean.astype(np.float32) / 255)) == 0

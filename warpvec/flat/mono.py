@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
@@ -58,6 +59,13 @@ OUTLINES_MAX = 4096
 takes two milliseconds."""
 
 
+OUTLINES_AT_ONCE = 256
+"""Outlines that are fitted together; half a second of them passes before Ctrl-C is noticed."""
+
+Curves = tuple[Floats, NDArray[np.bool_]]
+"""The control points [n, 3, 2] of a loop, and a mask of its lines [n]."""
+
+
 @dataclass(frozen=True)
 class MonoTracing:
     """A tracing in black.
@@ -90,6 +98,7 @@ def mono_tracing(
     *,
     tolerance: float | None = None,
     min_area: float = MIN_AREA,
+    is_over: Callable[[], bool] = bool,
 ) -> MonoTracing:
     """Trace what is darker than ``threshold`` in an image, over white, as one compound path in black.
 
@@ -100,6 +109,7 @@ def mono_tracing(
         threshold: a level in [0, 255]; "auto" for the middle between ink and paper, which Otsu's threshold tells apart.
         tolerance: largest distance in pixels between an outline and its curves; None for one that suits the noise.
         min_area: specks and holes of fewer square pixels are left out.
+        is_over: says whether the outlines so far must do, the largest first.
 
     Raises:
         InputError: the threshold is not in [0, 255].
@@ -121,7 +131,8 @@ def mono_tracing(
         outlines = contours_of(coverage) if _sharpness(coverage) >= SHARP_EDGE else _interpolated(coverage)
     by_area = sorted(outlines, key=lambda outline: -abs(_area(outline)))
     kept = [outline for outline in by_area[:OUTLINES_MAX] if abs(_area(outline)) >= min_area]
-    return MonoTracing(_scene(kept, tolerance), 255.0 * levels.threshold, len(outlines) - len(kept))
+    fitted = _fitted(kept, tolerance, is_over)
+    return MonoTracing(_scene(fitted), 255.0 * levels.threshold, len(outlines) - len(fitted))
 
 
 class Levels(NamedTuple):
@@ -220,9 +231,18 @@ def _area(outline: Floats) -> float:
     return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()) / 2
 
 
-def _scene(outlines: list[Floats], tolerance: float) -> Scene:
-    """Return a scene of one path with the curves of ``outlines``."""
-    fitted = fit_loops(outlines, tolerance)
+def _fitted(outlines: list[Floats], tolerance: float, is_over: Callable[[], bool]) -> list[Curves]:
+    """Return the curves of ``outlines``, or of the first of them once ``is_over``."""
+    fitted: list[Curves] = []
+    for first in range(0, len(outlines), OUTLINES_AT_ONCE):
+        if fitted and is_over():
+            break
+        fitted += fit_loops(outlines[first : first + OUTLINES_AT_ONCE], tolerance)
+    return fitted
+
+
+def _scene(fitted: list[Curves]) -> Scene:
+    """Return a scene of one path with the curves of its loops."""
     count = 1 if fitted else 0
     segments = np.concatenate([np.zeros((0, 3, 2)), *(loop for loop, _ in fitted)])
     lines = np.concatenate([np.zeros(0, bool), *(is_line for _, is_line in fitted)])

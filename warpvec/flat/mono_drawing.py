@@ -45,6 +45,7 @@ class MonoDrawing:
             "auto" if threshold == "auto" else float(threshold),
             tolerance=None if detail == DETAIL else TOLERANCE * detail / DETAIL,
             min_area=max(MIN_AREA, self.config.min_area),
+            is_over=self.is_over,
         )
         self.left_out = {"speck": tracing.speck_count}
         return FitResult(tracing.scene, [], 0, self.seconds(), self.is_interrupted(), "cpu")

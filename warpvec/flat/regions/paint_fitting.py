@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -80,14 +81,18 @@ class Fits:
     errors: list[float]
 
 
-def fit_paints(image: Floats, labels: Integers, tolerances: Tolerances) -> tuple[Paints, Integers, list[Seam]]:
+def fit_paints(
+    image: Floats, labels: Integers, tolerances: Tolerances, is_over: Callable[[], bool] = bool
+) -> tuple[Paints, Integers, list[Seam]]:
     """Fit the paints of the areas ``labels`` [h, w] of ``image`` [h, w, 4], sRGB with straight alpha.
+
+    Once ``is_over``, the areas that are left get flat paints.
 
     Returns the paints, the labels with areas split whose ramp has more than two stops, and the seams of those.
     """
     colors, labels = image.reshape(-1, 4), labels.copy()
     areas = pixels_of(labels)
-    fits = fit_areas(areas, colors, labels.shape[1], tolerances)
+    fits = fit_areas(areas, colors, labels.shape[1], tolerances, is_over)
     alpha = colors[:, 3:]
     seen = np.concatenate([colors[:, :3] * alpha, alpha], 1)
     bands = split_into_bands(areas, seen, fits.errors, tolerances.noise)
@@ -99,10 +104,15 @@ def fit_paints(image: Floats, labels: Integers, tolerances: Tolerances) -> tuple
     return _with_ramps(flat_paints(np.stack(fits.values)), labels, bands, fits.ramps)
 
 
-def fit_areas(areas: list[Places], colors: Floats, width: int, tolerances: Tolerances) -> Fits:
-    """Fit paints to areas of pixels, numbered by rows of ``width``, whose ``colors`` are sRGB with straight alpha."""
+def fit_areas(
+    areas: list[Places], colors: Floats, width: int, tolerances: Tolerances, is_over: Callable[[], bool] = bool
+) -> Fits:
+    """Fit paints to areas of pixels, numbered by rows of ``width``, whose ``colors`` are sRGB with straight alpha.
+
+    Once ``is_over``, the areas that are left get flat paints, the smallest ones.
+    """
     values = [np.median(colors[_few(pixels)], 0) for pixels in areas]
-    ramps = _find_ramps(areas, colors, values, width, tolerances)
+    ramps = _find_ramps(areas, colors, values, width, tolerances, is_over)
     errors = [
         _error_of(colors[_few(pixels)], value, ramps.get(index))
         for index, (pixels, value) in enumerate(zip(areas, values, strict=True))
@@ -123,13 +133,16 @@ def _few(pixels: Places) -> Places:
 
 
 def _find_ramps(
-    areas: list[Places], colors: Floats, values: list[Floats], width: int, tolerances: Tolerances
-) -> dict[int, Ramp]:
+    areas: list[Places], colors: Floats, values: list[Floats], width: int, tolerances: Tolerances,
+    is_over: Callable[[], bool],
+) -> dict[int, Ramp]:  # fmt: skip
     """Return the ramps of the areas that are not flat, the largest first. Parts of one ramp get the same one."""
     limit = FLAT_DEVIATION + NOISE_DEVIATION * tolerances.noise
     area_min = NOISY_RAMP_AREA_MIN if tolerances.noise > 0 else RAMP_AREA_MIN
     ramps: dict[int, Ramp] = {}
     for index in sorted(range(len(areas)), key=lambda index: -len(areas[index])):
+        if is_over():
+            break
         pixels, few = areas[index], _few(areas[index])
         if len(pixels) < SHARED_AREA_MIN or values[index][3] == 0:
             continue

@@ -105,12 +105,12 @@ def find_regions(
     picture, straight = premultiplied(image), with_alpha(image)
     tolerances = measure_tolerances(picture)
     limits = _speck_limits(min_area, image.shape, tolerances)
-    seeds = find_seeds(picture, straight, tolerances)
+    seeds = find_seeds(picture, straight, tolerances, is_over)
     if may_refuse:
         _require_flat_art(seeds)
     if (seeds == NONE).all():
         seeds = np.zeros_like(seeds)
-    paints, seeds, seams = fit_paints(straight, seeds, tolerances)
+    paints, seeds, seams = fit_paints(straight, seeds, tolerances, is_over)
     canvas = find_canvas(seeds, paints)
     assignment = assign(picture, seeds, paints, tolerances, canvas)
     smooth_seams(assignment, seams)

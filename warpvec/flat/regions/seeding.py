@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,13 +27,14 @@ RAMP_ERROR = 2.5 / 255
 """Root mean square up to which a paint explains an area with steep parts. If none does, the steep parts are edges."""
 
 
-def find_seeds(picture: Floats, image: Floats, tolerances: Tolerances) -> Integers:
+def find_seeds(picture: Floats, image: Floats, tolerances: Tolerances, is_over: Callable[[], bool] = bool) -> Integers:
     """Return the areas of pure pixels [h, w], ``NONE`` elsewhere. Noise has none.
 
     Args:
         picture: premultiplied RGBA [h, w, 4].
         image: the same with straight alpha [h, w, 4].
         tolerances: those of the picture.
+        is_over: says whether flat areas must do.
     """
     seen = picture @ tolerances.metric
     if tolerances.noise > 0:
@@ -40,17 +43,19 @@ def find_seeds(picture: Floats, image: Floats, tolerances: Tolerances) -> Intege
         flat, steep = (
             without_small(grow_seeds(seen, tolerances.step, CLEAN_WIDTH, ramps), CLEAN_AREA) for ramps in (False, True)
         )
-        seeds = _without_edges(image, flat, steep, tolerances)
+        seeds = _without_edges(image, flat, steep, tolerances, is_over)
     if (picture[..., 3] == 0).any():
         seeds[_is_tip(seeds, picture[..., 3])] = NONE
     return without_small(seeds, 1)
 
 
-def _without_edges(image: Floats, flat: Integers, steep: Integers, tolerances: Tolerances) -> Integers:
+def _without_edges(
+    image: Floats, flat: Integers, steep: Integers, tolerances: Tolerances, is_over: Callable[[], bool]
+) -> Integers:
     """Return the areas ``steep`` [h, w], with the areas ``flat`` in place of those that no paint explains."""
     flat_numbers = flat.ravel()
     areas = [pixels for pixels in pixels_of(steep) if np.ptp(flat_numbers[pixels]) > 0 or flat_numbers[pixels[0]] < 0]
-    fits = fit_areas(areas, image.reshape(-1, 4), flat.shape[1], tolerances)
+    fits = fit_areas(areas, image.reshape(-1, 4), flat.shape[1], tolerances, is_over)
     seeds = steep.copy()
     for pixels, error in zip(areas, fits.errors, strict=True):
         if error > RAMP_ERROR:
