@@ -35,6 +35,7 @@ def photo(tmp_path: Path) -> Path:
 
 def test_usage_errors_are_one_line() -> None:
     assert_refused(invoke("run"), "Missing argument 'IN'. See warpvec run --help.")
+    assert_refused(invoke("eval", "my", "photo.png", "a.svg"), "extra argument (a.svg). See warpvec eval --help.")
     assert_refused(invoke("eval", "photo.png"), "SVG")
 
 

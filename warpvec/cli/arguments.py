@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 preset_option = click.option("--preset", default="default", metavar="NAME", help="Named settings to start from.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Report as one JSON object (infinity as null).")
 background_option = click.option(
-    "--background", metavar="COLOR", help="Colour behind transparent parts, which else stay so."
+    "--background", metavar="COLOR", help="Colour to fill transparent parts; else they stay so."
 )
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Show no progress and no summary.")
 verbose_option = click.option("-v", "--verbose", is_flag=True, help="Add the PSNR inside the fit to the summary.")

@@ -105,11 +105,17 @@ class _Group(click.Group):
         sys.exit(code or 0)
 
 
+_SURPLUS = "Got unexpected extra argument"
+"""Beginning of click's message about arguments that a command does not take."""
+
+
 def _hint(error: click.ClickException) -> str:
-    """Return the end of the message about a missing argument, which names the help of the command."""
-    if not isinstance(error, click.MissingParameter) or error.ctx is None:
+    """Return the end of the message about a missing or surplus argument, which names the help of the command."""
+    is_about_number = isinstance(error, click.MissingParameter) or error.message.startswith(_SURPLUS)
+    if not isinstance(error, click.UsageError) or error.ctx is None or not is_about_number:
         return ""
-    return f" See warpvec {error.ctx.info_name} --help."
+    stop = "" if error.format_message().endswith(".") else "."
+    return f"{stop} See warpvec {error.ctx.info_name} --help."
 
 
 def _suggestion(args: list[str]) -> str:

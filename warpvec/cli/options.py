@@ -26,8 +26,8 @@ DAILY = True
 
 SETTINGS: dict[str, dict[str, Setting]] = {
     "Kind of picture": {
-        "mode": Setting("auto, photo, flat (logos, drawings) or mono.", DAILY),
-        "detail": Setting("Drawings: pixels that outlines may move by.", DAILY),
+        "mode": Setting("Kind: auto, photo, flat (logos, icons) or mono.", DAILY),
+        "detail": Setting("Drawings: how far outlines may move, in pixels.", DAILY),
         "cutout": Setting("Drawings: no overlaps, for cutters and plotters.", DAILY),
         "threshold": Setting(
             "Mode mono: level below which a pixel is dark, 0 to 255, or auto (Otsu's).", metavar="auto|N"
@@ -50,9 +50,9 @@ SETTINGS: dict[str, dict[str, Setting]] = {
         ),
         "opacity": Setting("Opacity of the paths: free, common (the same for all), or opaque.", metavar="NAME"),
         "opaque": Setting("Make every path opaque (--opacity opaque).", DAILY),
-        "gradients": Setting("Paths with a gradient: number, share, auto; 0: none.", DAILY, "X|auto"),
+        "gradients": Setting("Paths that get a gradient: 40, 0.5 (half), auto or 0.", DAILY, "X|auto"),
         "min_area": Setting("Leave out paths smaller than X square pixels.", DAILY),
-        "lod": Setting("Make every prefix of the layers a good picture."),
+        "lod": Setting("Let the lowest K layers alone make a good picture, for every K."),
         "size": Setting("Width such as 90mm, also in, cm, pt, px or %.", DAILY, "WIDTH"),
         "trim": Setting("Cut the paths off at the edges of the canvas.", DAILY),
         "no_metadata": Setting("Leave the settings (1 KB) out of the file."),
@@ -99,7 +99,7 @@ SETTINGS: dict[str, dict[str, Setting]] = {
     "Policy scaffolding: recycling of the paths that matter least": {
         "recycle_gap": Setting("Iterations between recyclings; 0 for none."),
         "recycle_share": Setting("Share of the paths that one recycling replaces."),
-        "recycle_until": Setting("Time of the last recycling, as a share of the iterations."),
+        "recycle_until": Setting("Last recycling, as a share of the iterations."),
     },
     "Policy replacement": {
         "replace_gap": Setting("Iterations from a removal to the addition of as many paths, and to the next removal."),
