@@ -11,7 +11,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.config.rules import POLICIES
 from warpvec.errors import InputError
-from warpvec.fit import loop
+from warpvec.fit import loop, record
 from warpvec.fit.checkpoint import MAX_HEADER
 from warpvec.fit.loop import fit
 from warpvec.fit.population import Population
@@ -267,9 +267,9 @@ def test_history_ends_with_the_last_iteration():
 
 
 def test_history_of_a_long_fit_keeps_fewer_iterations(monkeypatch):
-    monkeypatch.setattr(loop, "HISTORY_MAX", 4)
+    monkeypatch.setattr(record, "HISTORY_MAX", 4)
     whole = run(iterations=33, lr_scale=0.5)
-    monkeypatch.setattr(loop, "HISTORY_MAX", 3)
+    monkeypatch.setattr(record, "HISTORY_MAX", 3)
     thinned = run(iterations=33, lr_scale=0.5)
     assert [entry["iteration"] for entry in whole.history] == [10, 20, 30, 33]
     assert [entry["iteration"] for entry in thinned.history] == [20, 33]
@@ -278,7 +278,7 @@ def test_history_of_a_long_fit_keeps_fewer_iterations(monkeypatch):
 
 def test_a_history_of_the_most_entries_fits_into_a_checkpoint():
     entry = {"iteration": 10**9, "curves": 2**16, "psnr": 30.123456789012345, "seconds": 1000000.1234567891}
-    assert len(json.dumps([entry] * loop.HISTORY_MAX)) < 0.8 * MAX_HEADER
+    assert len(json.dumps([entry] * record.HISTORY_MAX)) < 0.8 * MAX_HEADER
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 30), (30, 1), (17, 16)])

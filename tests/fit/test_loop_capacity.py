@@ -18,7 +18,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
-from warpvec.fit import loop, target
+from warpvec.fit import record, target
 from warpvec.fit.loop import fit
 from warpvec.fit.progress import FitResult
 from warpvec.fit.state import Saving
@@ -52,7 +52,7 @@ def renderers(monkeypatch: pytest.MonkeyPatch) -> list[TileRenderer]:
     monkeypatch.setattr(target, "make_renderer", make_scalar)
     monkeypatch.setattr(graph, "_can_record", lambda device: False)
     for gap in ("_HISTORY_GAP", "_HISTORY_GAP_CUDA"):
-        monkeypatch.setattr(loop, gap, 20)  # so that many steps pass unseen
+        monkeypatch.setattr(record, gap, 20)  # so that many steps pass unseen
     return made
 
 

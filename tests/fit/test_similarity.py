@@ -54,7 +54,9 @@ def test_a_fit_with_the_term_is_more_similar() -> None:
     target = textured(48, 64)
     settings = {"curves": 24, "iterations": 200, "threads": 1, "device": "cpu", "mode": "photo"}
     scenes = [fit(target, make_config(ssim_weight=weight, **settings)).scene for weight in (0.0, 1.0)]
-    without, with_term = (ssim(draw_pixels(scene, 48, 64).astype("float64"), target.double().numpy()) for scene in scenes)
+    without, with_term = (
+        ssim(draw_pixels(scene, 48, 64).astype("float64"), target.double().numpy()) for scene in scenes
+    )
     assert with_term > without + 0.02
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -26,8 +25,9 @@ from warpvec.fit.policies.registry import config_from_start, config_from_state, 
 from warpvec.fit.policies.scaffolding import Scaffolding
 from warpvec.fit.population import Population, do_nothing
 from warpvec.fit.population_state import check_scene
-from warpvec.fit.progress import FitResult, OnProgress, Progress, check_history, history_entry
+from warpvec.fit.progress import FitResult, OnProgress, Progress
 from warpvec.fit.ramps import GradientChoice
+from warpvec.fit.record import Record
 from warpvec.fit.regularization import Regularization
 from warpvec.fit.start import first_paths, given_paths
 from warpvec.fit.state import Saving, State
@@ -38,14 +38,6 @@ from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import is_transparent
 from warpvec.rendering.launch import resolve_device
 from warpvec.rendering.streams import on_warps_stream
-
-# Iterations between entries of the history of most fits, and between two checks of a GPU for steps without room. Each
-# reads one number back, which drains the queue of a GPU.
-_HISTORY_GAP, _HISTORY_GAP_CUDA = 10, 50
-
-HISTORY_MAX = 50_000
-"""Most entries of a history, those of half a million iterations on the CPU. Longer fits have longer gaps: a checkpoint
-holds the history, and one whose history is too large for its reader would be written in vain."""
 
 
 def fit(
@@ -135,11 +127,8 @@ class _Fit:
         self._steps_before = 0  # iterations that the paths know nothing of
         self._loss = torch.zeros(())
         self._outlines: OutlineStep | None = None
-        self._best: tuple[float, Scene] | None = None
         self._followed: Scene | None = None  # by which the target was shifted last
-        self._check_gap = _HISTORY_GAP if device == "cpu" else _HISTORY_GAP_CUDA
-        self._history_gap = self._check_gap * math.ceil(config.iterations / (self._check_gap * HISTORY_MAX))
-        self.history: list[dict[str, float]] = []
+        self._record = Record(config.iterations, device)
         self.interrupted = False
         self.saving: Saving | None = None
         self.budget: Budget | None = None
@@ -197,12 +186,12 @@ class _Fit:
         if self._palette is not None and not self._population.has_palette:  # interrupted or over before it began
             self._take_palette(self._palette)
         scene, loss = self._population.scene, float(self._loss)
-        if self.interrupted and self._best is not None and self._best[0] < loss:
-            scene = self._best[1]
+        if self.interrupted and (before := self._record.better_than(loss)) is not None:
+            scene = before
         if self._config.colors > 0:
             scene = with_pure_colors(scene, self._image)
         seconds = self._clock.seconds()
-        return FitResult(scene.cpu(), self.history, self._iteration, seconds, self.interrupted, self._device)
+        return FitResult(scene.cpu(), self._record.history, self._iteration, seconds, self.interrupted, self._device)
 
     def _step(self, iteration: int, want_removal_cost: bool, want_outlines: bool = False) -> Tensor | None:
         """Render, differentiate the loss and update the paths; return each path's removal cost [N] on request."""
@@ -269,24 +258,22 @@ class _Fit:
             palette.step(torch.cat([adjoints.color, adjoints.background[None]]), visible_area, factor)
 
     def _take_palette(self, palette: Palette) -> None:
-        self._best = None  # its fills are not from the palette
+        self._record.forget()  # its fills are not from the palette
         self._population.use_palette(palette, self._target.visible_areas(self._population.live))
 
     # State
 
     def state(self) -> State:
         """Return everything that decides the next iterations and what the fit reports."""
-        best = None if self._best is None else {"loss": self._best[0], "scene": self._best[1].to_dict()}
         return {
+            **self._record.state(),
             "config": self._config.to_dict(),
             "iteration": self._iteration,
             "iteration_count": self._iteration_count,
             "seconds": self._clock.seconds(),
             "first_seconds": self._clock.first_seconds,
             "loss": self._loss,
-            "best": best,
             "followed": None if self._followed is None else self._followed.to_dict(),
-            "history": self.history,
             "policy": self._policy.state(),
             "nodes": self._nodes.state(),
             "population": self._population.state(),
@@ -296,7 +283,7 @@ class _Fit:
         """Raise InputError unless ``state`` is one that :meth:`state` can have returned in a fit like this one."""
         check_loop(state, self._config)
         iteration, curves = state["iteration"], self._config.curves
-        check_history(state["history"], iteration, state["seconds"], curves)
+        self._record.check(state, curves)
         count = row_count("population", state["population"], "serial", curves)
         generation_max = self._policy.check(state["policy"], iteration, count)
         self._nodes.check(state["nodes"])
@@ -312,12 +299,10 @@ class _Fit:
         self._iteration, self._iteration_count = state["iteration"], state["iteration_count"]
         self._clock.resume(state["seconds"], state["first_seconds"])
         self._loss = state["loss"].to(self._device)
-        best = state["best"]
-        self._best = None if best is None else (best["loss"], Scene.from_dict(best["scene"]).to(self._device))
         if state["followed"] is not None:
             self._followed = Scene.from_dict(state["followed"]).to(self._device)
             self._target.follow(self._followed, self._config.ssim_weight)
-        self.history = list(state["history"])
+        self._record.restore(state)
         self._policy.restore(state["policy"])
         self._nodes.restore(state["nodes"])
         self._population.restore(state["population"], self._palette)
@@ -354,7 +339,7 @@ class _Fit:
         )
         self._gradients.update(self._population, iteration, iterations, has_changed or has_cut)
         if has_changed or has_cut or has_exchanged:
-            self._remember(before)
+            self._record.remember(float(self._loss), before)
 
     def _is_trimming(self, iteration: int | None = None) -> bool:
         """Return whether paths that are too many for the file are removed after ``iteration``, by default the next."""
@@ -367,15 +352,9 @@ class _Fit:
 
     # Bookkeeping
 
-    def _remember(self, scene: Scene) -> None:
-        """Keep the scene from before a change of population, for an interrupt before the fit recovers."""
-        loss = float(self._loss)
-        if self._best is None or loss < self._best[0]:
-            self._best = (loss, scene)
-
     def _report(self) -> None:
         is_last = self._iteration == self._iteration_count
-        if is_last or self._iteration % self._check_gap == 0:
+        if is_last or self._record.is_check_due(self._iteration):
             self._take_dropped_steps()
         progress = Progress(
             self._iteration,
@@ -385,7 +364,6 @@ class _Fit:
             self._loss,
             lambda: self._population.scene,
         )
-        if is_last or self._iteration % self._history_gap == 0:
-            self.history.append(history_entry(progress))
+        self._record.add(progress)
         if self._on_progress is not None:
             self._on_progress(progress)

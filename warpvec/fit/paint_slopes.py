@@ -1,4 +1,4 @@
-"""How the pixels change with the paints of a drawing: colours, the background, and the stops and ends of gradients."""
+"""The derivatives of pixels by the paints of a drawing: colours, the background, stops and ends of gradients."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class PaintSlopes:
 
 
 class _Ramp(NamedTuple):
-    """How far along a gradient each place lies [M], from 0 to 1, and its derivative by each of the ends [4, M]."""
+    """The share of a gradient at each place [M], from 0 to 1, and its derivative by each of the ends [4, M]."""
 
     place: Values
     slopes: Values

@@ -1,4 +1,4 @@
-"""How paths become free parameters, and parameters paths."""
+"""The free parameters that stand for paths, and the way back."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ _UNIT = {"low": -1e-3, "high": 1.001}
 
 @dataclass(frozen=True)
 class StateCheck:
-    """What the states of the paths of a fit have in common.
+    """The common form of the states of the paths of a fit.
 
     Attributes:
         like: the paths with which the fit starts.

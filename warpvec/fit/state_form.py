@@ -33,7 +33,7 @@ def require(is_right: bool | Tensor, name: str, problem: str) -> None:
 
 
 class Form(Protocol):
-    """What one value of a state must look like."""
+    """A form that a value of a state must have."""
 
     def check(self, name: str, value: Any) -> None:
         """Raise the error of `damaged` unless ``value``, which is called ``name``, has this form."""
