@@ -44,10 +44,13 @@ FOLD_ROUNDS = 8
 """Times that folding segments are damped before they are held; from then on more and more of their neighbours are."""
 
 HOLD_ROUNDS = 4
-"""Times that held parts grow before the whole path is held."""
+"""Times that held parts grow before whole paths are held."""
 
-GAIN_MIN, GAIN_STEPS = 5e-4, 4
-"""The fit ends once so many steps in a row gain less than this share of the loss, which is 0.002 dB."""
+WHOLE_ROUNDS = 8
+"""Times that whole paths are held: a path may fold only once its neighbours stay."""
+
+GAIN_MIN, GAIN_STEPS = 0.01, 5
+"""The fit ends once the last so many steps have gained less than this share of the loss, which is 0.04 dB."""
 
 STEPS_MAX = 60
 """Most matrices that are made, each of which takes as long as some fifteen evaluations."""
@@ -85,11 +88,9 @@ class LevenbergMarquardt:
     def steps(self, count: int) -> Iterator[Evaluation]:
         """Yield each evaluation of the loss, at most ``count``, until nothing improves it any more."""
         yield self._here
-        left, idle, made = count - 1, 0, 0
-        while left > 0 and idle < GAIN_STEPS and made < STEPS_MAX:
-            made += 1
+        left, losses = count - 1, [self._here.loss]
+        while left > 0 and len(losses) <= STEPS_MAX and not _is_idle(losses):
             system = self._system()
-            before = self._here.loss
             while left > 0 and self._damping < DAMPING_MAX:
                 step, expected = self._allowed_step(system)
                 tried = self._drawing.evaluate(self._drawing.limited(self._here.x + step))
@@ -97,10 +98,9 @@ class LevenbergMarquardt:
                 yield tried
                 if self._accepts(tried, expected):
                     break
-            gain = (before - self._here.loss) / max(before, 1e-30)
-            if gain <= 0.0:
+            if self._here.loss >= losses[-1]:
                 return
-            idle = idle + 1 if gain < GAIN_MIN else 0
+            losses.append(self._here.loss)
             self._fold_damping = (self._fold_damping / FOLD_RELEASE).clamp_min(1.0)
 
     def _accepts(self, tried: Evaluation, expected: float) -> bool:
@@ -118,7 +118,7 @@ class LevenbergMarquardt:
     def _allowed_step(self, system: _System) -> tuple[Tensor, float]:
         """Return a step [K] after which nothing is folded, and the decrease of the loss that it should bring."""
         held = torch.zeros_like(self._fold_damping, dtype=torch.bool)
-        for attempt in range(FOLD_ROUNDS + HOLD_ROUNDS + 1):
+        for attempt in range(FOLD_ROUNDS + HOLD_ROUNDS + WHOLE_ROUNDS):
             step = self._limited_step(system)
             step[self._drawing.points_of(held)] = 0.0
             folds = self._folds(self._drawing.limited(self._here.x + step))
@@ -172,6 +172,11 @@ class LevenbergMarquardt:
             found = self._drawing.strength(x, PROBES, torch.Generator().manual_seed(seed))
             strength[first:end] = found[first:end].double().cpu().numpy()
         return strength
+
+
+def _is_idle(losses: list[float]) -> bool:
+    """Return whether the last steps have gained hardly anything; ``losses`` has one before each step, and the last."""
+    return len(losses) > GAIN_STEPS and losses[-1] > (1.0 - GAIN_MIN) * losses[-1 - GAIN_STEPS]
 
 
 class _System:

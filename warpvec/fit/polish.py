@@ -105,7 +105,9 @@ class _Polish:
         self._drawing = Drawing(start, compared, config, free=free, locked=locked)
         self._start_loss = float(compared.fit_step(start, False).loss)
         self._is_guarded = (overlapping_pairs(start) <= PAIRS_GUARDED_MAX) & (not free)
-        self._crossings = crossings_of_rows(start, self._is_guarded)
+        # The start of a later part may cross itself only until its file is rounded, which allows no crossing.
+        as_written = crossings_of_rows(self._written(start), self._is_guarded)
+        self._crossings = torch.minimum(crossings_of_rows(start, self._is_guarded), as_written)
         self._is_guarded &= _sums_of_paths(start, self._crossings) <= 2 * CROSSINGS_GUARDED_MAX
         self._safe = self._drawing.start
         self._best: Evaluation | None = None
@@ -189,11 +191,12 @@ class _Polish:
 
     def _folds(self, x: Tensor) -> Tensor:
         """Return the segments [R] (bool) that cross more often than at the start, once a file has rounded them."""
-        scene = self._drawing.scene(x)
-        if not scene.is_uniform:
-            scene = round_nodes(scene, self._config.precision)
-        found = crossings_of_rows(scene, self._is_guarded)
+        found = crossings_of_rows(self._written(self._drawing.scene(x)), self._is_guarded)
         return (found > self._crossings) & (found > 0)
+
+    def _written(self, scene: Scene) -> Scene:
+        """Return ``scene`` with its nodes as a file rounds them."""
+        return scene if scene.is_uniform else round_nodes(scene, self._config.precision)
 
     def _take_back(self, descent: Descent | None, x: Tensor) -> Tensor:
         """Return ``x`` with folded parts as they were at the last look, and tell ``descent``.

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import torch
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.loop import single_torch_thread
-from warpvec.fit.polish import polish
-from warpvec.fit.progress import FitResult, OnProgress, Progress
+from warpvec.fit.progress import FitResult, OnProgress
 from warpvec.fit.ramps import Ramps, best_ramps, with_ramps
 from warpvec.fit.target import Target
 from warpvec.geometry.gradients import FLAT
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.launch import resolve_device
 from warpvec.rendering.streams import on_warps_stream
+from warpvec.vectorization.continued_polish import ContinuedPolish
 
 ROUNDS, ITERATIONS = 2, 40
 """Times that paths are chosen, and the iterations before each: what a ramp gains shows once the edges are in place, and
@@ -36,7 +36,7 @@ def polish_with_gradients(
     locked: Tensor | None,
 ) -> FitResult:
     """Fit ``start`` as `polish` does; in between, flat paths get the linear gradients that ``config`` asks for."""
-    work = _Work(image, config, on_progress, iterations, free, locked)
+    work = ContinuedPolish(image, config, on_progress, iterations, free, locked)
     done = FitResult(start, [], 0, 0.0, False, resolve_device(config.device))
     for _ in range(ROUNDS):
         done = work.continued(done, ITERATIONS)
@@ -72,33 +72,3 @@ def _wanted(gradients: float | str, path_count: int) -> int:
     if isinstance(gradients, str):
         return path_count
     return round(gradients * path_count if gradients <= 1.0 else gradients)
-
-
-@dataclass(frozen=True, eq=False)
-class _Work:
-    image: Tensor
-    config: FitConfig
-    on_progress: OnProgress | None
-    iterations: int
-    free: bool
-    locked: Tensor | None
-
-    def continued(self, done: FitResult, iterations: int) -> FitResult:
-        """Return ``done`` after at most so many more ``iterations``, if any are left."""
-        left, budget = min(iterations, self.iterations - done.iterations), self.config.time_budget
-        if left <= 0 or done.interrupted or (budget is not None and done.seconds >= budget):
-            return done
-        config = self.config if budget is None else replace(self.config, time_budget=budget - done.seconds)
-
-        def report(progress: Progress) -> None:
-            if self.on_progress is not None:
-                later = replace(progress, iteration=done.iterations + progress.iteration)
-                self.on_progress(replace(later, iteration_count=self.iterations, seconds=done.seconds + later.seconds))
-
-        found = polish(self.image, done.scene, config, report, iterations=left, free=self.free, locked=self.locked)
-        history = [
-            {**entry, "iteration": done.iterations + entry["iteration"], "seconds": done.seconds + entry["seconds"]}
-            for entry in found.history
-        ]
-        count, seconds = done.iterations + found.iterations, done.seconds + found.seconds
-        return replace(found, history=[*done.history, *history], iterations=count, seconds=seconds)

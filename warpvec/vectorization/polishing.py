@@ -14,6 +14,7 @@ from warpvec.fit.progress import FitResult, OnProgress
 from warpvec.geometry.scene import Scene, over_white
 from warpvec.image.resize import reduce_image
 from warpvec.rendering.launch import resolve_device
+from warpvec.vectorization.drawn_rounds import polish_as_drawn
 from warpvec.vectorization.file_form import FileForm
 from warpvec.vectorization.file_options import FileOptions
 from warpvec.vectorization.gradient_rounds import polish_with_gradients
@@ -58,6 +59,7 @@ def polish_photo(
     else:
         fitted = polish(pixels, reduced, config, on_progress, iterations=iterations, free=free, locked=locked)
     result = Result(photo, size, config, fitted, title, file_options=file_options, form=form, keeps_paths=True)
+    result = polish_as_drawn(result, pixels, iterations, free, locked, on_progress)
     first = replace(result, fitted=replace(fitted, scene=reduced))
     before = first.file_psnr
     is_better = result.file_psnr >= before
