@@ -140,8 +140,8 @@ def choose(structure: Structure, gain: Tensor, cost: Tensor, excess: int) -> tup
     cheapest = cheapest[cost[cheapest].argsort(stable=True)]
     cheapest = cheapest[cost[cheapest] < torch.inf][: moved_max + max(excess, 0)]
     best = gain.argsort(descending=True, stable=True)
-    best = best[gain[best] > 0.0][: moved_max + max(-excess, 0)]
-    drop_count = _exchange_count(gain[best], cost[cheapest], excess)
+    best = best[gain[best] > 0.0]
+    drop_count = _exchange_count(gain[best[: moved_max + max(-excess, 0)]], cost[cheapest], excess)
     drop = cheapest[:drop_count]
     is_taken = torch.zeros_like(gain, dtype=torch.bool)
     is_taken[drop] = is_taken[structure.segment_previous.long()[drop]] = True
