@@ -86,6 +86,8 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     with show_progress(sys.stderr, quiet=options["quiet"]) as show:
         result = refine_photo(photo, start, config, goal, on_progress=show, file_options=file_options(options), **kept)
     write_svg_file(result.svg(), out)
+    if count != 0 and config.gradients == "auto" and not options["quiet"] and not result.metrics["gradients"]:
+        click.echo("warpvec: no path got a gradient: none would have made the picture plainly better", err=True)
     end_fit(ctx, result, out, options)
 
 
