@@ -9,7 +9,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config, settings_of_mode
 from warpvec.config.rules import require_scaffolding
 from warpvec.vectorization.file_options import FileOptions
-from warpvec.vectorization.goal import Goal, with_curves
+from warpvec.vectorization.goal import Goal, with_curves, with_given_segments
 
 
 class Setting(NamedTuple):
@@ -172,8 +172,9 @@ def requested(preset: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
     given = {name: value for name, value in options.items() if name in known and value is not None}
     curves = given.pop("curves", None)
     goals = {name: given.pop(name) for name in GOALS if name in given}
-    goal = Goal(**goals, auto=curves == "auto", keeps_segments="segments" in given)
+    goal = Goal(**goals, auto=curves == "auto")
     config = make_config(preset, **with_curves(given, curves, goal))
+    goal = with_given_segments(goal, given, config)
     if goal:
         require_scaffolding(config.policy, "to meet a goal")
     return config, goal
@@ -205,4 +206,6 @@ def stated(preset: str, background: str | None, options: dict[str, Any], config:
     found |= {name: options[name] for name in FILE_OPTIONS if options[name]}
     if options["curves"] is None and any(options[name] for name in GOALS):
         del found["curves"]
+    if options["max_bytes"] is not None and config.minify and options["segments"] is None:
+        del found["segments"]  # they follow from the bytes
     return {name: value for name, value in found.items() if value is not None}

@@ -28,7 +28,7 @@ from warpvec.image.resize import reduce_image
 from warpvec.rendering.launch import resolve_device
 from warpvec.svg.measure import evaluate
 from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
-from warpvec.vectorization.goal import Goal, is_auto, with_curves
+from warpvec.vectorization.goal import Goal, is_auto, with_curves, with_given_segments
 from warpvec.vectorization.photo_fit import PhotoFit
 from warpvec.vectorization.result import Result
 
@@ -73,10 +73,9 @@ def vectorize(
     Raises:
         InputError: the image cannot be read, or a setting is wrong.
     """
-    has_segments = "segments" in settings
-    auto = is_auto(curves)
-    goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=auto, keeps_segments=has_segments)
+    goal = Goal(max_bytes=max_bytes, gzip=gzip, target_psnr=target_psnr, auto=is_auto(curves))
     config = make_config(preset, **with_curves(settings, curves, goal))
+    goal = with_given_segments(goal, settings, config)
     file_options = FileOptions(metadata=metadata, trim=trim, size=size)
     resolve_device(config.device)  # report an unknown device before reading the image
     return fit_photo(

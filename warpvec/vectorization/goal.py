@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from warpvec.checks import as_float, check_count, check_flag, show
+from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
 
 PROBE_CURVES = 64
@@ -48,7 +49,8 @@ class Goal:
     auto: bool = False
     """Use as many paths as the photo rewards."""
     keeps_segments: bool = False
-    """The cubics per path are given; else they follow from the bytes, unless they are not the usual ones."""
+    """The cubics per path of a minified file are given; else they follow from the bytes, unless they are not the usual
+    ones."""
 
     def __post_init__(self) -> None:
         check_flag("gzip", self.gzip)
@@ -59,6 +61,17 @@ class Goal:
 
     def __bool__(self) -> bool:
         return self.auto or self.max_bytes is not None or self.target_psnr is not None
+
+
+def with_given_segments(goal: Goal, settings: dict[str, Any], config: FitConfig) -> Goal:
+    """Return ``goal``, which keeps the cubics per path if ``settings`` give them and they would follow from the bytes.
+
+    Args:
+        goal: requirements on the file.
+        settings: those that were asked for.
+        config: all settings that follow from them.
+    """
+    return replace(goal, keeps_segments=goal.max_bytes is not None and config.minify and "segments" in settings)
 
 
 def is_auto(curves: Any) -> bool:
