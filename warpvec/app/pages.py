@@ -53,9 +53,11 @@ class Pages:
             self._forget_after(page, REST_SECONDS if page in self._resting else FORGET_SECONDS)
 
     def rest(self, page: str) -> None:
-        """Note that ``page`` is hidden and gives up its stream."""
+        """Note that ``page`` is hidden and has given up its stream, which may be seen later or earlier than this."""
         if page in self._streams:
             self._resting.add(page)
+        elif page in self._timers:
+            self._forget_after(page, REST_SECONDS)
 
     def close(self, page: str) -> None:
         """Note that ``page``, which was hidden, is closed or loaded again."""

@@ -52,13 +52,12 @@ class Server {
   /** Gives the stream up. The server keeps the pictures, and fits them; it tells all when the page listens again. */
   async rest() {
     if (!this.source || !this.isOnline) return;
-    try {
-      await this.ask("POST", `rest?page=${this.page}`);
-    } catch {
-      return; // the stream tells that the server has ended
-    }
+    this.close(); // first, as the request needs a connection too
+    const isNoted = await this.ask("POST", `rest?page=${this.page}`).then(() => true, () => false);
+    if (isNoted && document.hidden) return;
+    // It is shown again, or the server has ended, which a new stream tells.
     this.close();
-    if (!document.hidden) this.listen();
+    this.listen();
   }
 
   close() {
