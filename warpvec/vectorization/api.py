@@ -116,8 +116,7 @@ def fit_photo(
         goal: requirements on the file; ``config.curves`` is then the most that may be used.
         start: paths to begin with, in pixels of the photo.
         checkpoint: file that receives the state of the fit after every ``every``-th iteration.
-        on_checkpoint_error: called when that file cannot be written, as on a full disk; the fit goes on and tries again
-            the next time. By default Python warns.
+        on_checkpoint_error: called when that file cannot be written; the fit goes on. By default Python warns.
         resume: such a state, of this photo and with these settings, to continue from.
         file_options: choices about the file alone.
         outlines: of the last picture of flat art, for a caller that fits it again with another detail.
@@ -126,8 +125,7 @@ def fit_photo(
         InputError: ``resume`` is of another photo, a state is saved or resumed in spite of a goal, or as
             `warpvec.fit.loop.fit`.
     """
-    if goal:
-        _refuse_states(checkpoint, resume)
+    _refuse_states(goal, checkpoint, resume)
     target = reduce_image(photo, config.fit_size)
     choice = None
     if config.mode == "auto":
@@ -147,10 +145,10 @@ def fit_photo(
     return common.run(start)
 
 
-def _refuse_states(checkpoint: str | None, resume: Checkpoint | None) -> None:
+def _refuse_states(goal: Goal | None, checkpoint: str | None, resume: Checkpoint | None) -> None:
     """Raise InputError if the state of a fit that follows a goal is to be saved or resumed: it has none of the goal."""
     for name, given in (("resume", resume), ("checkpoint", checkpoint)):
-        if given is not None:
+        if goal and given is not None:
             rule = "must be given without a goal for the file, whose fits have no state"
             raise InputError(name, rule, remedy="leave one of them out")
 

@@ -34,6 +34,8 @@ from warpvec.vectorization.result import Result
 class Outlines:
     """The outlines of the last picture of flat art, to go on from when only the detail, cutout or goal is another."""
 
+    may_refuse: bool = False
+    """Whether drawings that begin may refuse a picture that is plainly no flat art."""
     _drawing: FlatDrawing | None = None
 
     def begin(
@@ -47,8 +49,11 @@ class Outlines:
         known = self._drawing
         same: dict[str, Any] = {"detail": config.detail, "cutout": config.cutout, "minify": config.minify}
         if known is not None and replace(known.config, **same) == config and torch.equal(known.image, image):
-            return known.again(on_progress, is_interrupted)
-        return FlatDrawing(image, config, on_progress, is_interrupted)
+            drawing = known.again(on_progress, is_interrupted)
+        else:
+            drawing = FlatDrawing(image, config, on_progress, is_interrupted)
+        drawing.may_refuse = self.may_refuse
+        return drawing
 
     def keep(self, drawing: FlatDrawing) -> None:
         """Keep the outlines of a whole ``drawing``; one that was interrupted may have poor ones."""
@@ -72,7 +77,6 @@ def fit_flat(
 
     Args:
         config: settings of the run, with the mode flat or mono.
-        title: title of the file.
         goal: requirements on the file; they decide the detail and, if need be, the number of paths.
         on_progress: called after every iteration of the fits.
         file_options: choices about the file alone.
@@ -88,11 +92,10 @@ def fit_flat(
     reduced = replace(config, min_area=config.min_area * target[..., 0].size / photo[..., 0].size)
     form = _form(photo, config, title)
     kept = Outlines() if outlines is None else outlines
-    begin = kept.begin if config.mode == "flat" else MonoDrawing
+    kept.may_refuse = may_refuse
     with deferred_interrupts() as is_interrupted, single_torch_thread(), torch.no_grad():
+        begin = kept.begin if config.mode == "flat" else MonoDrawing
         drawing = begin(torch.from_numpy(target), reduced, on_progress, is_interrupted)
-        if isinstance(drawing, FlatDrawing):
-            drawing.may_refuse = may_refuse
 
         def draw(detail: float) -> Result:
             fitted = drawing.draw(detail)
