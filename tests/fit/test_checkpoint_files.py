@@ -259,11 +259,11 @@ def test_a_flipped_bit_is_found_or_changes_nothing(whole: Path) -> None:
     assert found > 0.5 * len(places)
 
 
-@pytest.mark.parametrize("version", [1, 2])
+@pytest.mark.parametrize("version", [1, 2, 3])
 def test_a_file_of_an_older_version_is_refused_in_one_line(version: int, whole: Path) -> None:
     whole.write_bytes(_with_header(whole.read_bytes(), lambda header: {**header, "version": version}))
     expected = (
-        f"^checkpoint must have version 3, got version {version} in .*, written by warpvec [0-9.]+; continue with that"
+        f"^checkpoint must have version 4, got version {version} in .*, written by warpvec [0-9.]+; continue with that"
     )
     with pytest.raises(InputError, match=expected) as caught:
         read_checkpoint(whole)

@@ -55,7 +55,7 @@ class ByteBudget:
         excess = self.count_bytes(scene) - self.limit
         if excess <= 0:
             return False
-        per_path = (excess + self.limit - self._empty_bytes(scene)) / max(len(scene), 1)
+        per_path = max(excess + self.limit - self._empty_bytes(scene), 1) / max(len(scene), 1)
         return remove_cheapest(population, removal_cost, math.ceil(excess / per_path))
 
     def _empty_bytes(self, scene: Scene) -> int:

@@ -31,7 +31,7 @@ from warpvec.files import write_atomic
 from warpvec.fit.state import State
 from warpvec.fit.state_form import Part, Text, Whole, check_fields, require
 
-FORMAT, VERSION = "warpvec checkpoint", 3
+FORMAT, VERSION = "warpvec checkpoint", 4
 """The version changes with the content of the state, so that an old file is refused and not misread."""
 
 MAX_BYTES = 2**29

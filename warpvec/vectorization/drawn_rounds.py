@@ -11,6 +11,7 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
+from warpvec.fit.interrupt import deferred_interrupts
 from warpvec.fit.progress import OnProgress
 from warpvec.rendering.draw import draw_exactly
 from warpvec.svg.measure import draw_like
@@ -32,15 +33,19 @@ def polish_as_drawn(
     if image.shape != result.photo.shape or image.shape[2] != 3:
         return result
     best, last = result, result
-    for _ in range(ROUNDS):
-        work = ContinuedPolish(_as_fitted(last, image), result.config, on_progress, iterations, free, locked)
-        done = work.continued(last.fitted, ITERATIONS)
-        if done is last.fitted:
-            break
-        last = replace(result, fitted=done)
-        if last.file_psnr > best.file_psnr:
-            best = last
-    return replace(best, fitted=replace(last.fitted, scene=best.fitted.scene))
+    with deferred_interrupts() as is_interrupted:  # Ctrl-C between the rounds must not lose what there is
+        for _ in range(ROUNDS):
+            work = ContinuedPolish(_as_fitted(last, image), result.config, on_progress, iterations, free, locked)
+            done = work.continued(last.fitted, ITERATIONS)
+            if done is last.fitted:
+                break
+            last = replace(result, fitted=done)
+            if last.file_psnr > best.file_psnr:
+                best = last
+            if is_interrupted():
+                break
+        interrupted = last.fitted.interrupted or is_interrupted()
+    return replace(best, fitted=replace(last.fitted, scene=best.fitted.scene, interrupted=interrupted))
 
 
 def _as_fitted(result: Result, image: Tensor) -> Tensor:

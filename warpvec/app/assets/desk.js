@@ -200,6 +200,7 @@ class Desk {
     if (isFirst) {
       // This page was loaded again. The state of each picture follows its drawing.
       for (const { status, ...facts } of pictures) {
+        if (this.pictures.some(({ id }) => id === facts.id)) continue; // it was dropped before the server was found
         this.pictures.push(Object.assign(new Picture(facts.name, null, DEFAULT_SETTINGS), facts, { status: "idle" }));
       }
       if (this.pictures.length && !this.current) this.open(this.pictures[0]);
