@@ -39,10 +39,9 @@ class ByteBudget:
         Those that turn out to be too many at the end of the fit are the ones that it misses least.
         """
         del loss, iteration, iterations
-        count = max(len(scene), 1)
-        per_path = max(self.count_bytes(scene) - self._empty_bytes(scene), 1) / count
+        per_path = self._bytes_per_path(scene, self.count_bytes(scene))
         wanted = (self.limit - self._empty_bytes(scene)) / per_path
-        return max(1, min(math.floor(min(wanted, STEP_MAX * count)), self.curves_max))
+        return max(1, min(math.floor(min(wanted, STEP_MAX * max(len(scene), 1))), self.curves_max))
 
     def is_trimming(self, iteration: int, iterations: int) -> bool:
         """Return whether :meth:`trim` is due after ``iteration`` (the first is 1), and needs each removal cost."""
@@ -52,11 +51,15 @@ class ByteBudget:
         """Remove the paths of lowest ``removal_cost`` [N] that are too many; return whether there were any."""
         del loss
         scene = population.live
-        excess = self.count_bytes(scene) - self.limit
+        bytes_used = self.count_bytes(scene)
+        excess = bytes_used - self.limit
         if excess <= 0:
             return False
-        per_path = max(excess + self.limit - self._empty_bytes(scene), 1) / max(len(scene), 1)
-        return remove_cheapest(population, removal_cost, math.ceil(excess / per_path))
+        return remove_cheapest(population, removal_cost, math.ceil(excess / self._bytes_per_path(scene, bytes_used)))
+
+    def _bytes_per_path(self, scene: Scene, bytes_used: int) -> float:
+        """Return the mean bytes of a path of ``scene``, whose file has ``bytes_used``; more than 0."""
+        return max(bytes_used - self._empty_bytes(scene), 1) / max(len(scene), 1)
 
     def _empty_bytes(self, scene: Scene) -> int:
         if self._empty is None:

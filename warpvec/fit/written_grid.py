@@ -7,14 +7,15 @@ from dataclasses import dataclass
 import torch
 
 from warpvec.geometry.scene import Scene, straightened
+from warpvec.svg.quantize import COLOR_LEVELS
 
 ROUNDING_START = 0.9
 """Share of the iterations from which the drawing is that of the rounded paths. The parameters stay free: their steps
 follow the derivatives at the rounded paths, and so the fit chooses between neighbouring roundings. From 0.8 on it is
 worse by 0.05 dB, as fewer iterations are left for free paths."""
 
-COLOR_LEVELS, OPACITY_LEVELS = 255, 100
-"""Largest levels of colours and opacities in a file."""
+OPACITY_LEVELS = 100
+"""Largest level of an opacity in a file."""
 
 
 @dataclass
