@@ -37,6 +37,7 @@ class Runs:
         self._done: dict[tuple[object, ...], Measured] = {}
 
     def __call__(self, image: Path, *options: object) -> Measured:
+        """Return the figures of ``image`` under ``options``, which are measured once."""
         if (image, *options) not in self._done:
             self._done[image, *options] = self._run(image, *options)
         return self._done[image, *options]

@@ -16,8 +16,8 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.fit.loop import fit
 from warpvec.geometry.scene import Scene
+from warpvec.image.picture import reduce_image
 from warpvec.image.read import read_image
-from warpvec.image.resize import reduce_image
 from warpvec.image.samples import write_sample
 
 

@@ -40,18 +40,20 @@ from roofline import measure_roof, report_roofline
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
+from warpvec.fit.budget import ANY_FILE
 from warpvec.fit.loop import _Fit
 from warpvec.fit.population import Population
 from warpvec.fit.regularization import Regularization
 from warpvec.geometry.scene import Scene
+from warpvec.paper.stages.splat_binning import SplatBinning
+from warpvec.paper.stages.splat_coverage import SplatCoverage
+from warpvec.paper.stages.splatting import Splatting
 from warpvec.rendering.launch import resolve_device
 from warpvec.rendering.stages.binning import Binning
 from warpvec.rendering.stages.compositing import Compositing
 from warpvec.rendering.stages.coverage import Coverage
 from warpvec.rendering.stages.flattening import Flattening
-from warpvec.rendering.stages.splat_binning import SplatBinning
-from warpvec.rendering.stages.splat_coverage import SplatCoverage
-from warpvec.rendering.stages.splatting import Splatting
+from warpvec.watch.watch import Watch
 
 # Steps before the first lap, in which kernels are compiled and loaded, buffers grow and caches fill.
 _WARMUP_STEPS = 5
@@ -107,7 +109,7 @@ class Bench:
     """The step and the render of one scene on one device and thread count, and the times of their laps."""
 
     def __init__(self, target: torch.Tensor, scene: Scene, config: FitConfig, device: str) -> None:
-        self._fit = _Fit(target, config, device, on_progress=None, start=None)
+        self._fit = _Fit(target, config, device, Watch().part(), start=None, saving=None, written=ANY_FILE)
         # The scene to measure replaces the fit's own start.
         self._fit._population = Population(scene.to(device), config, max(target.shape[:2]) / 2)
         self.step, self.render = Laps(device), Laps(device)

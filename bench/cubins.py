@@ -32,7 +32,10 @@ _FOLDER = Path(warpvec.kernels.__file__).parent
 STAGES = sorted(path.stem for path in _FOLDER.glob("*.py") if "\ndef make_kernels(" in path.read_text())
 
 FACTORY_ARGUMENTS = {
-    "compositing_adjoint": [(fused, curvature) for fused in _BOTH for curvature in _BOTH],
+    "compositing": [(gradients,) for gradients in _BOTH],
+    "compositing_adjoint": [
+        (fused, curvature, gradients) for fused in _BOTH for curvature in _BOTH for gradients in _BOTH
+    ],
     "splat_coverage_adjoint": [(covariance,) for covariance in _BOTH],
     "splatting_adjoint": [(covariance,) for covariance in _BOTH],
 }

@@ -38,6 +38,7 @@ class Counts(NamedTuple):
 
     @property
     def has_gradients(self) -> bool:
+        """Whether the drawing has gradients."""
         return self.stops > 0
 
 

@@ -36,6 +36,7 @@ class Original:
 
     @cached_property
     def counts(self) -> Counts:
+        """What the text of the drawing contains."""
         return count(self.text)
 
     def extent(self, size: int) -> tuple[int, int]:

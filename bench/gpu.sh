@@ -80,7 +80,7 @@ PYTHON
 command -v nvidia-smi >/dev/null && nvidia-smi --query-gpu=name,driver_version,clocks.max.sm,memory.total --format=csv
 
 # 700 tests. On the CPU, with scalar lanes, they take half a minute; compiling for sm_90 takes 10 s per precision.
-part "kernel tests on the GPU" 200 "$python" -m pytest -q -p no:cacheprovider -k cuda "${kernel_tests[@]}"
+part "kernel tests on the GPU" 200 "$python" -m pytest -q -p no:cacheprovider -m "" -k cuda "${kernel_tests[@]}"
 if [ -f "$photos/kodim07.png" ]; then
     step kodim07-256 60
     step kodim07-1024 60
@@ -108,7 +108,7 @@ else
 fi
 
 # 300 tests, in the time left. Those in test_cuda_compile.py compile for a GPU but need none.
-part "other tests on the GPU" 200 "$python" -m pytest -q -p no:cacheprovider -k "cuda and not cuda_compile" \
+part "other tests on the GPU" 200 "$python" -m pytest -q -p no:cacheprovider -m "" -k "cuda and not cuda_compile" \
     "${kernel_tests[@]/#/--ignore=}" tests
 
 printf '\n%s s in total\n' "$SECONDS"

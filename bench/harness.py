@@ -42,9 +42,11 @@ class Span(NamedTuple):
     cpu: float
 
     def plus(self, other: Span) -> Span:
+        """Return the sum of both."""
         return Span(self.wall + other.wall, self.cpu + other.cpu)
 
     def minus(self, other: Span) -> Span:
+        """Return the difference of both."""
         return Span(self.wall - other.wall, self.cpu - other.cpu)
 
 

@@ -23,13 +23,14 @@ from warpvec.fit.loop import fit, single_torch_thread
 from warpvec.fit.node_exchange import SEGMENTS_MIN
 from warpvec.fit.node_gains import merge_costs, node_values
 from warpvec.fit.population import Population
-from warpvec.fit.progress import Progress
 from warpvec.fit.target import Target
 from warpvec.geometry import nodes
 from warpvec.geometry.quick_merge import quick_merges
 from warpvec.geometry.scene import Scene
+from warpvec.image.picture import reduce_image
 from warpvec.image.read import read_image
-from warpvec.image.resize import reduce_image
+from warpvec.watch.progress import Progress
+from warpvec.watch.watch import Watch
 
 RATE = 0.25
 """Factor of the learning rates at the first step after a change; it falls to 0, so that the last loss is quiet."""
@@ -89,7 +90,7 @@ def _half_fitted(image: Tensor, config: FitConfig) -> Scene:
         if progress.iteration == config.iterations // 2:
             kept.append(progress.scene())
 
-    fit(image, config, keep)
+    fit(image, config, Watch(keep, config.time_budget).part())
     return kept[0]
 
 

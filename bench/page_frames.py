@@ -100,6 +100,7 @@ class Hand:
         self.page.evaluate(HOLD, [key, times, frames])
 
     def press(self, *keys: str) -> None:
+        """Press ``keys`` one after another."""
         for key in keys:
             self.page.keyboard.press(key)
 
@@ -110,6 +111,7 @@ class Hand:
         return self.at(float(words[2]), float(words[3]))
 
     def set(self, identifier: str, value: str) -> None:
+        """Enter ``value`` into the field ``identifier``."""
         self.page.locator(f"#{identifier}").fill(value)
         self.page.locator(f"#{identifier}").dispatch_event("change")
         time.sleep(0.1)
@@ -129,6 +131,7 @@ class Stopwatch:
         return 1000 * metrics["ScriptDuration"], 1000 * metrics["TaskDuration"]
 
     def measure(self, name: str, action: Callable[[], object]) -> None:
+        """Note the frames of the page during ``action`` as ``name``."""
         self.page.wait_for_timeout(600)
         before = self._durations()
         self.page.evaluate(RECORD)
@@ -141,6 +144,7 @@ class Stopwatch:
 
 
 def recolour_and_delete(hand: Hand) -> None:
+    """Change the colour of the chosen paths, delete them, and take all of it back."""
     hand.set("fill", "#00aaff")
     hand.press("Delete")
     for _ in range(3):

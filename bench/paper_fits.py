@@ -25,15 +25,17 @@ from PIL import Image
 from warpvec.batch.engines.base import Engine, Report, WorkerShare
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
-from warpvec.fit.progress import Progress
 from warpvec.geometry.scene import Scene
 from warpvec.image.metrics import psnr, ssim
 from warpvec.image.read import read_image
 from warpvec.image.write import to_8_bits, write_png
+from warpvec.modes.choice import draw_picture
+from warpvec.modes.request import Request
 from warpvec.rendering.draw import draw_pixels
+from warpvec.result import Result
 from warpvec.svg.measure import draw
-from warpvec.vectorization.api import fit_photo
-from warpvec.vectorization.result import Result
+from warpvec.watch.progress import Progress
+from warpvec.watch.watch import Watch
 
 Pixels = NDArray[np.uint8]
 
@@ -186,7 +188,10 @@ class Fits:
         self._warm_up(case)
         frames: dict[int, Scene] = {}
         keep = _scene_keeper(frames, case.every) if case.every else None
-        result = fit_photo(case.photo.pixels / np.float32(255.0), case.config, title=case.photo.name, on_progress=keep)
+        watch = Watch(keep, case.config.time_budget)
+        pixels = case.photo.pixels / np.float32(255.0)
+        request = Request.of(pixels, case.config, title=case.photo.name, watch=watch)
+        result = Result(draw_picture(request), watch.facts())
         if result.interrupted:
             raise click.Abort
         self._keep(case, result, frames)
@@ -208,7 +213,7 @@ class Fits:
 
     def _keep(self, case: Case, result: Result, frames: Mapping[int, Scene]) -> None:
         """Write the scene, the file, the history and the frames of a fit."""
-        save_scene(_on_photo(result.fitted.scene, result), self._path(case, ".npz"))
+        save_scene(_on_photo(result.drawing.fitted, result), self._path(case, ".npz"))
         self._path(case, ".svg").write_text(result.svg())
         self._path(case, ".json").write_text(json.dumps(result.history))
         for iteration, scene in frames.items():
@@ -240,8 +245,7 @@ def soft_image(scene: Scene, case: Case) -> Pixels:
 
 def _on_photo(scene: Scene, result: Result) -> Scene:
     """Scale ``scene`` to pixels of the photo."""
-    (height, width), (fitted_height, fitted_width) = result.photo.shape[:2], result.fitted_size
-    return scene.scaled(width / fitted_width, height / fitted_height)
+    return scene.scaled(*result.picture.enlargement)
 
 
 def _facts(case: Case, result: Result) -> dict[str, Any]:
@@ -256,9 +260,9 @@ def _facts(case: Case, result: Result) -> dict[str, Any]:
         "curves": case.config.curves,
         "settings": json.dumps(settings),
         "bytes": len(result.svg().encode()),
-        "iterations": result.fitted.iterations,
-        "seconds": result.fitted.seconds,
-        "device": result.fitted.device,
+        "iterations": result.run.iterations,
+        "seconds": result.run.seconds,
+        "device": result.drawing.device,
         "source": source_digest(),
     }
 

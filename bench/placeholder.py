@@ -27,8 +27,8 @@ from PIL import Image, features
 
 from warpvec.image.metrics import psnr, ssim
 from warpvec.image.read import read_image
+from warpvec.placeholders.placeholder import BYTES_MAX, BYTES_MIN, fit_placeholder
 from warpvec.svg.measure import draw
-from warpvec.vectorization.placeholder import BYTES_MAX, BYTES_MIN, fit_placeholder
 
 SIDES = (8, 12, 16, 20, 24, 32, 40, 48, 64)
 """Longest sides of the small pictures that are tried."""

@@ -21,13 +21,17 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import warpvec
-from warpvec.cli.value_types import GradientCount
+from warpvec.cli.value_types import ValueOf
+from warpvec.config.fit_config import SETTINGS
 from warpvec.geometry.crossings import self_crossings
-from warpvec.geometry.gradients import FLAT, RADIAL
 from warpvec.geometry.joints import Joints, with_lines
+from warpvec.geometry.paints.registry import FLAT, RADIAL
 from warpvec.geometry.scene import Scene
 from warpvec.svg.read import read_svg
 from warpvec.svg.write import write_svg
+
+GRADIENTS = ValueOf("gradients", SETTINGS["gradients"].kind)
+"""Values of --gradients."""
 
 COLOR_NOISE = 0.1
 """Noise of the stops of a disturbed gradient, with colours in [0, 1]."""
@@ -93,7 +97,7 @@ def refined(name: str, photo: NDArray[np.uint8], svg: str, settings: dict[str, A
     added = (self_crossings(end) - self_crossings(start)).clamp_min(0).sum() if len(start) == len(end) else -1
     return Row(
         name,
-        result.start_psnr or 0.0,
+        result.drawing.start_psnr or 0.0,
         result.metrics["psnr"],
         len(svg.encode()),
         result.metrics["bytes"],
@@ -137,7 +141,7 @@ def drawings(folder: Path, tracings: Path | None, kind: str, names: list[str]) -
 @click.option("--tracings", type=click.Path(exists=True, path_type=Path))
 @click.option("--kinds", default="tracing,original,noise,noise-gradients", show_default=True)
 @click.option("--iterations", default=500, show_default=True)
-@click.option("--gradients", type=GradientCount(), default=0.0, help="Paths that may have one, as in warpvec refine.")
+@click.option("--gradients", type=GRADIENTS, default=0.0, help="Paths that may have one, as in warpvec refine.")
 @click.option("--names", default="", help="Only these drawings.")
 def main(folder: Path, tracings: Path | None, kinds: str, names: str, **settings: Any) -> None:
     """Print a row for each drawing of FOLDER and the means."""

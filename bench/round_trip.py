@@ -59,6 +59,7 @@ class Trip:
 
     @property
     def passes(self) -> bool:
+        """Whether every size came back well enough."""
         return bool(self.decibels) and min(self.decibels) >= BAR
 
 

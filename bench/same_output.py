@@ -216,7 +216,7 @@ def _run_page_jobs(folder: Path) -> dict[str, Any]:
     """Do every job of the page as its worker process does, one after another; return the facts by name."""
     from types import SimpleNamespace
 
-    from warpvec.app.messages import Job
+    from warpvec.app.messages import FitJob
     from warpvec.app.settings import FitSettings
     from warpvec.app.work import Worker
 
@@ -231,7 +231,7 @@ def _run_page_jobs(folder: Path) -> dict[str, Any]:
         texts = {key: (folder / fields[key]).read_text() for key in ("start", "erased", "filled") if key in fields}
         plain = {key: fields[key] for key in ("locked", "keeps_paths", "done_share") if key in fields}
         picture, settings = (folder / fields["picture"]).read_bytes(), FitSettings(**fields["settings"])
-        found = worker.do(Job(1, picture, fields["picture"], settings, **texts, **plain))
+        found = worker.do(FitJob(1, picture, fields["picture"], settings, **texts, **plain))
         mode = [report.facts for report in reports if report.kind == "mode"][-1]
         drawing = {"files": {"drawing.svg": _svg_content(found.pop("svg").encode())}}
         outputs[name] = {"report": _plain(found), "mode": mode, **drawing}

@@ -105,7 +105,7 @@ def draw_on_phone(photographer: Photographer, logo: Path) -> None:
 def draw_in_the_dark(photographer: Photographer, photo: Path) -> None:
     """Take the photo beside its drawing in dark colours."""
     desk = photographer.open(WINDOW, "dark")
-    desk.slide("detail", 16)
+    desk.slide("set-detail", 16)
     finish(desk, photo)
     desk.slide("split", 50)
     photographer.take(desk, "dark")

@@ -78,14 +78,15 @@ def check(data: bytes, folder: Path, name: str) -> str:
         Wrong: the fit ends with a file that is not finite.
     """
     from warpvec.fit.checkpoint import read_checkpoint
-    from warpvec.vectorization.api import fit_photo
+    from warpvec.modes.choice import draw_picture
+    from warpvec.modes.photo import Photo
+    from warpvec.modes.request import Request
 
     path = folder / "fit.ckpt"
     path.write_bytes(data)
     checkpoint = read_checkpoint(path)
-    result = fit_photo(photo(), _config(name), resume=checkpoint)
-    text = result.svg()
-    if "nan" in text.partition("<metadata")[0] or not np.isfinite(result.scene.segments.numpy()).all():
+    drawing = draw_picture(Request.of(photo(), _config(name)), Photo(resume=checkpoint))
+    if "nan" in drawing.text.partition("<metadata")[0] or not np.isfinite(drawing.scene.segments.numpy()).all():
         raise Wrong("a file of points that are not finite")
     return OK
 

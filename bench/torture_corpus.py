@@ -1,8 +1,8 @@
 """Every fault that was ever found, as the smallest input that showed it: `tests/corpus`.
 
 Its folders `images`, `svgs` and `toml` hold files, each of which is read in every way. What is described more briefly
-than it is stored is in JSON: `checkpoints.json` (name of the fit, changes), `commands.json` (arguments), `batch.json`
-(names and kinds of files), `largest.json` (colour type of a PNG of the largest size).
+than it is stored is in JSON: `checkpoints.json` (name of the fit, changes), `commands.json` (arguments), `options.json`
+(values of numeric options), `batch.json` (names and kinds of files), `largest.json` (colour type of the largest PNG).
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import torture_batch
 import torture_checkpoints
 import torture_commands
 import torture_images
+import torture_options
 import torture_svgs
 import torture_toml
 from torture_case import OK, REFUSED, Case
@@ -26,24 +27,20 @@ from torture_case import OK, REFUSED, Case
 FOLDER = Path(__file__).resolve().parent.parent / "tests" / "corpus"
 
 
-LARGEST, LONGEST = "largest", ("svgs/use-bomb.svg", "batch")
-"""Beginnings of the names of cases that take 2 GB, and of those that take 2 to 20 s."""
-
-
-def _effort(entry: tuple[str, Any]) -> int:
-    return 2 * entry[0].startswith(LARGEST) + entry[0].startswith(LONGEST)
+LARGEST = "largest"
+"""Beginning of the names of cases that take 2 GB."""
 
 
 @cache
 def entries() -> list[tuple[str, Any]]:
-    """Return the names of all cases, the longest and at last the largest ones at the end, with what `case_at` needs."""
+    """Return the names of all cases, the largest ones at the end, with what `case_at` needs."""
     found: list[tuple[str, Any]] = []
     for kind in _FILES:
         found += [(f"{kind}/{path.name}", path) for path in sorted((FOLDER / kind).iterdir())]
     for kind in _DESCRIBED:
         described = json.loads((FOLDER / f"{kind}.json").read_text())
         found += [(f"{kind}: {entry['fault']}", entry) for entry in described]
-    return sorted(found, key=_effort)
+    return found
 
 
 def case_at(number: int) -> Case:
@@ -94,6 +91,10 @@ def _largest(entry: dict[str, Any], folder: Path) -> str:
     return torture_images.check(torture_images.largest_png(entry["color"]), folder, "from bytes")
 
 
+def _options(entry: dict[str, Any], folder: Path) -> str:
+    return torture_options.check(entry["way"], entry.get("command", "run"), entry["values"], folder)
+
+
 def _ways(check: Callable[[bytes, Path, str], str], names: Any) -> list[Callable[[bytes, Path], str]]:
     return [lambda data, folder, name=name: check(data, folder, name) for name in names]  # type: ignore[misc]
 
@@ -103,4 +104,6 @@ _FILES: dict[str, list[Callable[[bytes, Path], str]]] = {
     "svgs": _ways(torture_svgs.check, torture_svgs.READERS),
     "toml": [torture_toml.check],
 }
-_DESCRIBED = {"checkpoints": _checkpoint, "commands": _command, "batch": _batch, "largest": _largest}
+_DESCRIBED = {
+    "checkpoints": _checkpoint, "commands": _command, "options": _options, "batch": _batch, "largest": _largest,
+}  # fmt: skip

@@ -1,41 +1,26 @@
-"""Drive every numeric option of every command, and every numeric setting, at its edges and far beyond them.
-
-    python bench/torture_options.py                       # everything, one process each
-    python bench/torture_options.py --only curves,seed    # some options
-    python bench/torture_options.py --pairs 500 --seed 1  # that many pairs of options more
-
-Each case is a process of its own: forked, so that it has the imports and compiled kernels already. It must end with
-exit code 0 or 2 (from Python: a result or an `InputError` of one line) within `SECONDS`, with at most `MAX_MEMORY`.
-What takes long because it was asked for is bounded by a time budget.
-"""
+"""Numeric options of every command, and numeric settings, at their edges and far beyond them."""
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import os
 import random
-import resource
-import signal
-import sys
-import tempfile
-import time
-from collections import Counter
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+import tomllib
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from torture_case import MAX_MEMORY, OK, REFUSED, Case
+from torture_case import OK, Case
+from torture_commands import invoked
+from torture_image_files import seeds
 
 SECONDS = 20.0
 """Time limit of a case; longer is a hang. Cases with the largest numbers of paths have ten times as much."""
 
 SMALL = {
-    "curves": "8", "iterations": "3", "threads": "1", "fit_size": "32", "samples": "8", "lines": "4",
-    "initial_curves": "4", "device": "cpu", "time_budget": "2",
+    "curves": 8, "iterations": 3, "threads": 1, "fit_size": 32, "samples": 8, "lines": 4, "initial_curves": 4,
+    "device": "cpu", "time_budget": 2,
 }  # fmt: skip
 """Settings that keep a fit small; the one under test takes the place of its own."""
 
@@ -54,90 +39,107 @@ _PYTHON_VALUES: tuple[Any, ...] = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Setup:
-    """One value of one or more numeric options, by one way in."""
-
-    way: str
-    """"line", "toml" or "python"."""
-    command: str
-    values: tuple[tuple[str, Any], ...]
-
-    @property
-    def name(self) -> str:
-        """Return what is done, in a few words."""
-        shown = ", ".join(f"{name}={_short(value)}" for name, value in self.values)
-        return f"{self.way} {self.command} {shown}"
-
-    @property
-    def seconds(self) -> float:
-        """Return the time limit; tens of thousands of paths take their time by right."""
-        return 10 * SECONDS if {"curves", "initial_curves"} & dict(self.values).keys() else SECONDS
-
-
-def setups(only: frozenset[str] = frozenset()) -> Iterator[Setup]:
-    """Yield every numeric option of every command at every value, by every way in; all of them or those of ``only``."""
-    for command, names in numeric_options().items():
-        for name in names:
-            if only and name not in only:
-                continue
-            for value in texts_of(name):
-                yield Setup("line", command, ((name, value),))
-                if command in ("run", "refine") and name in _settings():
-                    yield Setup("toml", command, ((name, value),))
-    for name in _settings():
-        if not only or name in only:
-            for value in values_of(name):
-                yield Setup("python", "vectorize", ((name, value),))
-
-
-def pairs(chance: random.Random, count: int) -> Iterator[Setup]:
-    """Yield ``count`` random pairs of edge values."""
-    for _ in range(count):
-        yield _pair(chance)
-
-
 def case(chance: random.Random) -> Case:
-    """Return one random setup, alone or with another, for `bench/torture.py`."""
-    setup = _pair(chance)
-    if chance.random() < 0.5:
-        setup = Setup(setup.way, setup.command, setup.values[:1])
-    return Case(setup.name[:300], lambda folder: run_setup(setup, folder), repr(setup).encode(), setup.seconds)
+    """Return one command or call with one or two random values."""
+    way = chance.choice(["line", "toml", "python"])
+    command = "vectorize" if way == "python" else chance.choice(["run", "run", "refine"])
+    names = chance.sample(_settings() if way != "line" else numeric_options()[command], chance.choice([1, 2]))
+    if way == "toml":
+        names = [name for name in names if name in _settings()]
+    values = {name: chance.choice(values_of(name) if way == "python" else texts_of(name)) for name in names}
+    # Tens of thousands of paths take their time by right.
+    seconds = 10 * SECONDS if {"curves", "initial_curves"} & values.keys() else SECONDS
+    name = f"{way} {command} {', '.join(f'{name}={_short(value)}' for name, value in values.items())}"
+    return Case(name[:300], lambda folder: check(way, command, values, folder), repr(values).encode(), seconds)
+
+
+def check(way: str, command: str, values: dict[str, Any], folder: Path) -> str:
+    """Give ``values`` to a command by its "line" or by a "toml" file, or to `warpvec.vectorize` in "python"."""
+    os.chdir(folder)
+    Path("photo.png").write_bytes(seeds("png")[0])
+    Path("in.svg").write_text(_DRAWING)
+    small = {name: value for name, value in SMALL.items() if name not in values}
+    if way == "python":
+        import warpvec
+
+        warpvec.vectorize("photo.png", **{**small, **values}).svg()
+        return OK
+    words = {"run": ["photo.png", "out.svg"], "refine": ["photo.png", "out.svg", "--from", "in.svg"]}[command]
+    lines = "\n".join(f"{name} = {value if _is_toml(value) else json.dumps(value)}" for name, value in values.items())
+    Path("settings.toml").write_text(lines, encoding="utf-8")
+    given = ["--config", "settings.toml"] if way == "toml" else _options_of(values)
+    return invoked([command, *words, *_options_of(small), *given])
+
+
+def _options_of(values: dict[str, Any]) -> list[str]:
+    return [f"--{name.replace('_', '-')}={value}" for name, value in values.items()]
+
+
+_DRAWING = (
+    '<svg xmlns="http://www.w3.org/2000/svg" width="24" height="16"><path d="M1 1h9v9z"/><path d="M5 5h9v9z"/></svg>'
+)
+
+
+def _is_toml(text: str) -> bool:
+    try:
+        return bool(tomllib.loads(f"a = {text}"))
+    except (ValueError, RecursionError):
+        return False
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, int) and abs(value) > 10**50:
+        return f"an integer of {value.bit_length()} bits"
+    shown = " ".join(repr(value).split())
+    return shown if len(shown) <= 40 else f"{shown[:20]}...({len(shown)} characters)"
 
 
 @cache
 def numeric_options() -> dict[str, tuple[str, ...]]:
-    """Return the options of each command that take a number, as its click parameters say."""
+    """Return the options of each command that take a number, as its click parameters and their kinds say."""
     import click
 
     from warpvec.cli.main import main
-    from warpvec.cli.value_types import ByteCount, CurveCount, Number, WholeNumber
+    from warpvec.cli.options import OPTIONS
+    from warpvec.cli.value_types import WholeNumber
 
-    kinds = (WholeNumber, Number, CurveCount, ByteCount, click.types.IntParamType, click.types.FloatParamType)
+    plain = (WholeNumber, click.types.IntParamType, click.types.FloatParamType)
+    numeric = {name for name, option in OPTIONS.items() if _is_number(option.kind)}
     context, found = click.Context(main), {}
     for command in main.list_commands(context):
         parameters = main.get_command(context, command).params
         options = [option for option in parameters if isinstance(option, click.Option) and not option.is_flag]
-        found[command] = tuple(option.opts[0].lstrip("-").replace("-", "_") for option in options
-                               if isinstance(option.type, kinds) and not option.count)  # fmt: skip
+        numbers = [each for each in options if isinstance(each.type, plain) or each.name in numeric]
+        found[command] = tuple(each.opts[0].lstrip("-").replace("-", "_") for each in numbers if not each.count)
     return {command: names for command, names in found.items() if names}
 
 
 @cache
 def _settings() -> tuple[str, ...]:
-    """Return the numeric arguments of `warpvec.vectorize`: fields of FitConfig and of Goal."""
-    from warpvec.config.fit_config import FitConfig
-    from warpvec.vectorization.goal import Goal
+    """Return the numeric arguments of `warpvec.vectorize`: settings and goals."""
+    return tuple(name for name, each in _numbers().items() if _is_number(each.kind))
 
-    every = [*fields(FitConfig), *fields(Goal)]
-    return tuple(each.name for each in every if str(each.type).split(" | ")[0] in ("int", "float"))
+
+def _numbers() -> dict[str, Any]:
+    from warpvec.config.fit_config import SETTINGS
+    from warpvec.goals.registry import QUANTITIES
+
+    return {**SETTINGS, **QUANTITIES}
+
+
+def _is_number(kind: Any) -> bool:
+    """Return whether values of a setting of this kind may be numbers."""
+    try:
+        kind.parse("value", "1")
+    except Exception:
+        return False
+    return not isinstance(kind.parse("value", "1"), bool | str)
 
 
 def limits_of(name: str) -> tuple[float, ...]:
     """Return the finite ends of the range of a setting."""
-    from warpvec.config import renderers, rules
-
-    ends = {**rules.NUMBER_RANGES, **rules.COUNT_RANGES, **renderers.COUNT_RANGES}.get(name, ())
+    kind = getattr(_numbers().get(name), "kind", None)
+    ends = [getattr(kind, end, None) for end in ("low", "high")]
     return tuple(end for end in ends if end is not None and math.isfinite(end))
 
 
@@ -158,215 +160,3 @@ def texts_of(name: str) -> list[str]:
     """Return texts for an option: the ends of its range, their neighbours, and those of any number."""
     beside = [repr(value) for value in values_of(name)[: 3 * len(limits_of(name))]]
     return list(dict.fromkeys([*beside, *VALUES]))
-
-
-def run_setup(setup: Setup, folder: Path) -> str:
-    """Run one setup in this process, in ``folder``.
-
-    Raises:
-        Exception: what warpvec must not raise.
-    """
-    os.chdir(folder)
-    _photo(folder / "photo.png")
-    if setup.way == "python":
-        return _run_python(setup)
-    from torture_commands import invoked
-
-    words = _words(setup, folder)
-    return invoked(words, codes=(0, 2))
-
-
-def _run_python(setup: Setup) -> str:
-    import warpvec
-    from warpvec.errors import InputError
-
-    numbers = {name: _number(value) for name, value in SMALL.items()}
-    try:
-        result = warpvec.vectorize("photo.png", **{**numbers, **dict(setup.values)})
-        result.svg()
-    except InputError as error:
-        if len(str(error).splitlines()) != 1 or len(str(error)) > 1000:
-            raise AssertionError(f"a message of {len(str(error))} characters: {str(error)[:200]!r}") from error
-        return REFUSED
-    return OK
-
-
-def _number(text: str) -> Any:
-    return int(text) if text.isdecimal() else text
-
-
-def _words(setup: Setup, folder: Path) -> list[str]:
-    """Return the words of a command line."""
-    given = dict(setup.values)
-    base = {name: value for name, value in SMALL.items() if name not in given}
-    if setup.command not in ("run", "refine", "batch"):
-        base = {}
-    files = {"run": ["photo.png", "out.svg"], "refine": ["photo.png", "out.svg", "--from", "in.svg"],
-             "batch": ["photos", "out"]}.get(setup.command, [])  # fmt: skip
-    (folder / "in.svg").write_text(_DRAWING)
-    (folder / "photos").mkdir(exist_ok=True)
-    if setup.way == "line":
-        words = [f"--{name.replace('_', '-')}={value}" for name, value in given.items()]
-    else:
-        lines = [f"{name} = {value}" if _is_toml(value) else f"{name} = {json.dumps(value)}"
-                 for name, value in given.items()]  # fmt: skip
-        (folder / "settings.toml").write_text("\n".join(lines), encoding="utf-8")
-        words = ["--config", "settings.toml"]
-    return [setup.command, *files, *(f"--{name.replace('_', '-')}={value}" for name, value in base.items()), *words]
-
-
-_DRAWING = (
-    '<svg xmlns="http://www.w3.org/2000/svg" width="24" height="16"><path d="M1 1h9v9z"/><path d="M5 5h9v9z"/></svg>'
-)
-
-
-def _is_toml(text: str) -> bool:
-    import tomllib
-
-    try:
-        return bool(tomllib.loads(f"a = {text}"))
-    except (ValueError, RecursionError):
-        return False
-
-
-@cache
-def _photo_bytes() -> bytes:
-    from io import BytesIO
-
-    import numpy as np
-    from PIL import Image
-
-    stream = BytesIO()
-    Image.fromarray(np.random.default_rng(1).integers(0, 256, (16, 24, 3), dtype=np.uint8)).save(stream, "PNG")
-    return stream.getvalue()
-
-
-def _photo(path: Path) -> None:
-    path.write_bytes(_photo_bytes())
-
-
-def _pair(chance: random.Random) -> Setup:
-    way = chance.choice(["line", "toml", "python"])
-    command = "vectorize" if way == "python" else chance.choice(["run", "run", "refine"])
-    names = _settings() if way != "line" else numeric_options()[command]
-    picked = [name for name in chance.sample(names, 2) if name not in ("iterations",) or way == "line"] or ["seed"]
-    values = (chance.choice(values_of(name) if way == "python" else texts_of(name)) for name in picked)
-    return Setup(way, command, tuple(zip(picked, values, strict=True)))
-
-
-def _short(value: Any) -> str:
-    if isinstance(value, int) and abs(value) > 10**50:
-        return f"an integer of {value.bit_length()} bits"
-    shown = " ".join(repr(value).split())
-    return shown if len(shown) <= 40 else f"{shown[:20]}...({len(shown)} characters)"
-
-
-@dataclass(frozen=True)
-class Ended:
-    """The end of a process: an outcome of `torture_case`, one line about it, seconds and peak memory in bytes."""
-
-    outcome: str
-    detail: str
-    seconds: float
-    memory: int
-
-
-def run_alone(setup: Setup) -> Ended:
-    """Run a setup in a process that is forked from this one."""
-    with tempfile.TemporaryDirectory(prefix="warpvec-options-") as folder:
-        start = time.monotonic()
-        answers, answer = os.pipe()
-        if (child := os.fork()) == 0:
-            os.close(answers)
-            _serve(setup, Path(folder), answer)
-        os.close(answer)
-        killed = _wait_for(answers, start + setup.seconds, child)
-        with open(answers, "rb") as stream:
-            text = stream.read().decode(errors="replace")
-        _, status, usage = os.wait4(child, 0)
-        elapsed, memory = time.monotonic() - start, 1024 * usage.ru_maxrss
-    outcome, _, detail = text.partition("\n")
-    if killed:
-        outcome, detail = "hang", ""
-    elif os.waitstatus_to_exitcode(status) or not outcome:
-        outcome, detail = "crash", f"exit code {os.waitstatus_to_exitcode(status)}"
-    elif memory > MAX_MEMORY:
-        outcome, detail = "memory", f"{memory >> 20} MB"
-    return Ended(outcome, detail, elapsed, memory)
-
-
-def _serve(setup: Setup, folder: Path, answer: int) -> None:
-    """Run a setup in the forked process, and end that."""
-    # Four times the limit: address space that is never touched does no harm.
-    resource.setrlimit(resource.RLIMIT_AS, (2**35, 2**35))
-    sink = os.open(os.devnull, os.O_RDWR)
-    for number in (0, 1, 2):
-        os.dup2(sink, number)
-    try:
-        text = run_setup(setup, folder)
-    except BaseException as error:
-        text = f"exception\n{type(error).__name__}: {' '.join(str(error).split())[:500]}"
-    os.write(answer, text.encode(errors="replace")[:4000])
-    os._exit(0)
-
-
-def _wait_for(stream: int, end: float, child: int) -> bool:
-    """Wait for an answer; kill the child and return True if there is none in time."""
-    import select
-
-    if select.select([stream], [], [], max(0.0, end - time.monotonic()))[0]:
-        return False
-    os.kill(child, signal.SIGKILL)
-    return True
-
-
-def run_all(cases: Iterator[Setup], on_fault: Callable[[Setup, Ended], None]) -> tuple[Counter[str], Ended, Ended]:
-    """Run ``cases``; return the counts by outcome, and the slowest and the largest end."""
-    counts: Counter[str] = Counter()
-    slowest = largest = Ended(OK, "", 0.0, 0)
-    for setup in cases:
-        ended = run_alone(setup)
-        counts[ended.outcome] += 1
-        slowest = max(slowest, ended, key=lambda each: each.seconds)
-        largest = max(largest, ended, key=lambda each: each.memory)
-        if ended.outcome not in (OK, REFUSED):
-            on_fault(setup, ended)
-    return counts, slowest, largest
-
-
-def prepare() -> None:
-    """Import and compile what the forked processes share."""
-    with tempfile.TemporaryDirectory() as folder:
-        run_alone_first = [Setup("python", "vectorize", ()), Setup("line", "refine", ())]
-        for setup in run_alone_first:
-            here = os.getcwd()
-            run_setup(setup, Path(folder))
-            os.chdir(here)
-
-
-def main() -> int:
-    """Run what the command line asks for; return the exit code."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default="", help="options, with commas")
-    parser.add_argument("--pairs", type=int, default=0)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
-    sys.set_int_max_str_digits(0)
-    prepare()
-    sys.set_int_max_str_digits(4300)
-    found: list[str] = []
-
-    def show(setup: Setup, ended: Ended) -> None:
-        found.append(setup.name)
-        print(f"{ended.outcome}: {setup.name}: {ended.detail} ({ended.seconds:.1f} s)", flush=True)
-
-    only = frozenset(name for name in options.only.split(",") if name)
-    cases = [*setups(only), *pairs(random.Random(options.seed), options.pairs)]
-    counts, slowest, largest = run_all(iter(cases), show)
-    shown = ", ".join(f"{count} {name}" for name, count in sorted(counts.items()))
-    print(f"{counts.total()} cases: {shown}; slowest {slowest.seconds:.1f} s, largest {largest.memory >> 20} MB")
-    return int(bool(found))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -17,23 +17,26 @@ from pathlib import Path
 from typing import Any
 
 
-class Watch:
-    """Wrapper of ``warpvec.vectorization.photo_fit.fit`` that records seconds since the start and paths as it goes."""
+class TimedFit:
+    """Wrapper of `warpvec.fit.loop.fit` that records seconds since the start, and numbers of paths, as it goes."""
 
     def __init__(self, fit: Callable[..., Any]) -> None:
         self._fit = fit
         self.first_iteration: tuple[float, float] | None = None
         self.laps: list[tuple[float, int]] = []
 
-    def __call__(self, target: Any, config: Any, on_progress: Callable[[Any], None] | None = None, **more: Any) -> Any:
-        def note(progress: Any) -> None:
+    def __call__(self, target: Any, config: Any, part: Any, **more: Any) -> Any:
+        """Fit as `warpvec.fit.loop.fit` does, and note the time of the first iteration."""
+        report = part.report
+
+        def note(progress: Any, **kinds: Any) -> None:
             if self.first_iteration is None:
                 self.first_iteration = time.time(), time.process_time()
             self.laps.append((progress.seconds, progress.curve_count))
-            if on_progress is not None:
-                on_progress(progress)
+            report(progress, **kinds)
 
-        self.fitted = self._fit(target, config, note, **more)
+        part.report = note
+        self.fitted = self._fit(target, config, part, **more)
         self.height, self.width, self.threads = *target.shape[:2], config.threads
         return self.fitted
 
@@ -66,12 +69,12 @@ def peak_bytes() -> int:
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # in bytes on macOS (getrusage(2))
 
 
-def count_pairs(watch: Watch) -> dict[str, int]:
+def count_pairs(timed: TimedFit) -> dict[str, int]:
     """Count the (path, tile) pairs of the fitted scene, and those that an edge crosses."""
     from warpvec.rendering.exact import ExactRenderer
 
-    scene = watch.fitted.scene
-    renderer = ExactRenderer(watch.height, watch.width, threads=watch.threads)
+    scene = timed.fitted.scene
+    renderer = ExactRenderer(timed.height, timed.width, threads=timed.threads)
     renderer.render(scene)
     return {"pairs": renderer._binning.pair_count, "partial_pairs": renderer._binning.slot_count}
 
@@ -79,18 +82,18 @@ def count_pairs(watch: Watch) -> dict[str, int]:
 def main() -> None:
     """Run the command, then report; exit with the code of the command."""
     from warpvec.cli import main as cli
-    from warpvec.vectorization import photo_fit
+    from warpvec.modes import photo as photo_mode
 
-    watch = Watch(photo_fit.fit)
-    photo_fit.fit = watch  # type: ignore[assignment]
+    timed = TimedFit(photo_mode.fit)
+    photo_mode.fit = timed  # type: ignore[assignment]
     try:
         cli.main(["run", *sys.argv[1:]])
     except SystemExit as stop:
         if stop.code:
             raise
-    seen = {**watch.describe(), "peak_bytes": peak_bytes()}
+    seen = {**timed.describe(), "peak_bytes": peak_bytes()}
     # The peak is read first, because counting the pairs renders once more.
-    print(json.dumps({**seen, **count_pairs(watch)}))
+    print(json.dumps({**seen, **count_pairs(timed)}))
 
 
 if __name__ == "__main__":

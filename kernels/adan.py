@@ -112,8 +112,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Make ``update_rows``."""
     dtype, vec3 = lanes.dtype, lanes.vec3
     one = wp.constant(dtype(1.0))
-    functions = make_functions(lanes)
-    corrections, update_row = functions.corrections, functions.update_row
+    optimizer = make_functions(lanes)
     module = stage_module("adan", lanes)
 
     @wp.kernel(module=module)
@@ -136,9 +135,9 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         row = first + wp.tid()
         age = row_age[row] + wp.int64(1)
         row_age[row] = age
-        update_row(
-            row, 1, 0, 1, wp.static(PLAIN), one, age == wp.int64(1), lr, betas, corrections(age, log_betas), eps,
-            grad, param, exp_avg, exp_avg_diff, exp_avg_sq, previous_grad, param,
+        optimizer.update_row(
+            row, 1, 0, 1, wp.static(PLAIN), one, age == wp.int64(1), lr, betas, optimizer.corrections(age, log_betas),
+            eps, grad, param, exp_avg, exp_avg_diff, exp_avg_sq, previous_grad, param,
         )  # fmt: skip
 
     return SimpleNamespace(update_rows=update_rows)

@@ -15,7 +15,6 @@ import warp as wp
 
 from warpvec.kernels import edges
 from warpvec.kernels.constants import COORDINATE_MAX, EMPTY, FULL, PARTIAL, TILE
-from warpvec.kernels.index_lanes import make_index_lanes
 from warpvec.kernels.lanes import Lanes, stage_module
 
 
@@ -23,23 +22,8 @@ from warpvec.kernels.lanes import Lanes, stage_module
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``bound_paths``, ``list_strips``, ``classify_pairs`` and ``find_tile_ranges``."""
     dtype, vec2 = lanes.dtype, lanes.vec2
-    add, sub, mul, fma, spread = lanes.add, lanes.sub, lanes.mul, lanes.fma, lanes.spread
-    minimum, maximum = lanes.minimum, lanes.maximum
-    ints = make_index_lanes(lanes)
-    lane_numbers, spread_whole, real_of, floor_whole = (
-        ints.lane_numbers, ints.spread_whole, ints.real_of, ints.floor_whole
-    )  # fmt: skip
-    whole_add, whole_fma, whole_min, whole_max, whole_shift = (
-        ints.whole_add, ints.whole_fma, ints.whole_min, ints.whole_max, ints.whole_shift
-    )  # fmt: skip
-    where_whole_less, whole_where_less, any_whole_less = (
-        ints.where_whole_less, ints.whole_where_less, ints.any_whole_less
-    )  # fmt: skip
-    mark_places, mark_ranges, scatter_steps = ints.mark_places, ints.mark_ranges, ints.scatter_steps
-    gather_x, gather_y, where_less, lane_max = ints.gather_x, ints.gather_y, lanes.where_less, lanes.lane_max
-    functions = edges.make_functions(lanes)
-    column_range, end_points, inverse = functions.column_range, functions.end_points, functions.inverse
-    magnitude = functions.magnitude
+    v = lanes.functions
+    walk = edges.make_functions(lanes)
     width, bits = wp.constant(lanes.width), wp.constant(edges.TILE_BITS)
     half_side, per_side = wp.constant(dtype(TILE / 2)), wp.constant(dtype(1 / TILE))
     farthest = wp.constant(dtype(COORDINATE_MAX))
@@ -70,25 +54,27 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         path = first + wp.tid()
         start = segment_first_vertex[loop_first_segment[path_first_loop[path]]]
         end = segment_first_vertex[loop_first_segment[path_first_loop[path + 1]]]
-        most_left, most_right = spread(farthest), spread(-farthest)
-        highest, lowest = spread(farthest), spread(-farthest)
-        wild = spread(dtype(0.0))
+        most_left, most_right = v.spread(farthest), v.spread(-farthest)
+        highest, lowest = v.spread(farthest), v.spread(-farthest)
+        wild = v.spread(dtype(0.0))
         for group in range((end - start + width - 1) // width):
-            vertex = whole_min(lane_numbers(start + group * width), spread_whole(end - 1))
-            x, y = gather_x(vertices, vertex), gather_y(vertices, vertex)
-            most_left, most_right = minimum(x, most_left), maximum(x, most_right)
-            highest, lowest = minimum(y, highest), maximum(y, lowest)
+            vertex = v.whole_min(v.lane_numbers(start + group * width), v.spread_whole(end - 1))
+            x, y = v.gather_x(vertices, vertex), v.gather_y(vertices, vertex)
+            most_left, most_right = v.minimum(x, most_left), v.maximum(x, most_right)
+            highest, lowest = v.minimum(y, highest), v.maximum(y, lowest)
             # A comparison with what is not a number is false.
-            wild = where_less(magnitude(x), spread(farthest), wild, spread(dtype(1.0)))
-            wild = where_less(magnitude(y), spread(farthest), wild, spread(dtype(1.0)))
-        low = vec2(-lane_max(sub(spread(dtype(0.0)), most_left)), -lane_max(sub(spread(dtype(0.0)), highest)))
-        high = vec2(lane_max(most_right), lane_max(lowest))
+            wild = v.where_less(walk.magnitude(x), v.spread(farthest), wild, v.spread(dtype(1.0)))
+            wild = v.where_less(walk.magnitude(y), v.spread(farthest), wild, v.spread(dtype(1.0)))
+        low = vec2(
+            -v.lane_max(v.sub(v.spread(dtype(0.0)), most_left)), -v.lane_max(v.sub(v.spread(dtype(0.0)), highest))
+        )
+        high = vec2(v.lane_max(most_right), v.lane_max(lowest))
         left = tile_of(low[0], tile_columns)
         top = tile_of(low[1], tile_rows)
         right = wp.min(tile_of(high[0], tile_columns) + 1, tile_columns)
         bottom = wp.min(tile_of(high[1], tile_rows) + 1, tile_rows)
         off_canvas = high[0] <= dtype(0.0) or high[1] <= dtype(0.0) or left >= right or top >= bottom
-        if off_canvas or lane_max(wild) > dtype(0.0):
+        if off_canvas or v.lane_max(wild) > dtype(0.0):
             right = left
             bottom = top
         path_tile_box[path] = wp.vec4i(left, top, right, bottom)
@@ -119,42 +105,46 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         pair_is_partial: wp.array(dtype=int),
     ):
         """Mark the tiles that the edges of a path touch, and note where they change the winding of a tile row."""
-        none, unit, minus = spread_whole(0), spread_whole(1), spread_whole(-1)
-        left, right, row_pairs = spread_whole(box[0]), spread_whole(box[2] - 1), spread_whole(box[2] - box[0])
-        first_row, last_row, path_pair = spread_whole(box[1]), spread_whole(box[3] - 1), spread_whole(pair0)
-        origin = spread_whole(pair0 - box[1] * (box[2] - box[0]) - box[0])
+        none, unit, minus = v.spread_whole(0), v.spread_whole(1), v.spread_whole(-1)
+        left, right, row_pairs = v.spread_whole(box[0]), v.spread_whole(box[2] - 1), v.spread_whole(box[2] - box[0])
+        first_row, last_row, path_pair = v.spread_whole(box[1]), v.spread_whole(box[3] - 1), v.spread_whole(pair0)
+        origin = v.spread_whole(pair0 - box[1] * (box[2] - box[0]) - box[0])
         for group in range((end - start + width - 1) // width):
-            lane = lane_numbers(start + group * width)
-            x0, y0, x1, y1 = end_points(vertices, edge_end, whole_min(lane, spread_whole(end - 1)))
+            lane = v.lane_numbers(start + group * width)
+            x0, y0, x1, y1 = walk.end_points(vertices, edge_end, v.whole_min(lane, v.spread_whole(end - 1)))
             # An edge that ends on the border of two tile rows touches both: the first row is ceil(y / TILE) - 1.
-            ceiling = whole_fma(floor_whole(mul(minimum(y0, y1), spread(-per_side))), minus, none)
-            row = whole_max(whole_add(ceiling, minus), first_row)
-            row_end = whole_min(floor_whole(mul(maximum(y0, y1), spread(per_side))), last_row)
-            while any_whole_less(row, whole_add(row_end, unit)):
-                top = mul(real_of(row), spread(side))
-                row_origin = whole_fma(row, row_pairs, origin)
-                first_column, last_column = column_range(x0, y0, x1, y1, top, add(top, spread(side)))
-                touched = whole_max(whole_shift(first_column, spread_whole(bits)), left)
-                touched_end = whole_add(whole_min(whole_shift(last_column, spread_whole(bits)), right), row_origin)
-                touched = whole_add(touched, row_origin)
-                is_touched = where_whole_less(row_end, row, none, where_whole_less(touched_end, touched, none, unit))
+            ceiling = v.whole_fma(v.floor_whole(v.mul(v.minimum(y0, y1), v.spread(-per_side))), minus, none)
+            row = v.whole_max(v.whole_add(ceiling, minus), first_row)
+            row_end = v.whole_min(v.floor_whole(v.mul(v.maximum(y0, y1), v.spread(per_side))), last_row)
+            while v.any_whole_less(row, v.whole_add(row_end, unit)):
+                top = v.mul(v.real_of(row), v.spread(side))
+                row_origin = v.whole_fma(row, row_pairs, origin)
+                first_column, last_column = walk.column_range(x0, y0, x1, y1, top, v.add(top, v.spread(side)))
+                touched = v.whole_max(v.whole_shift(first_column, v.spread_whole(bits)), left)
+                touched_end = v.whole_add(
+                    v.whole_min(v.whole_shift(last_column, v.spread_whole(bits)), right), row_origin
+                )
+                touched = v.whole_add(touched, row_origin)
+                is_touched = v.where_whole_less(
+                    row_end, row, none, v.where_whole_less(touched_end, touched, none, unit)
+                )
                 # Places where nothing is marked only have to be the path's own.
-                touched = where_whole_less(none, is_touched, touched, path_pair)
-                touched_end = where_whole_less(none, is_touched, touched_end, path_pair)
-                mark_places(pair_is_partial, is_touched, touched, touched_end)
-                if any_whole_less(whole_add(touched, unit), touched_end):
-                    mark_ranges(pair_is_partial, whole_add(touched, unit), whole_add(touched_end, minus))
+                touched = v.where_whole_less(none, is_touched, touched, path_pair)
+                touched_end = v.where_whole_less(none, is_touched, touched_end, path_pair)
+                v.mark_places(pair_is_partial, is_touched, touched, touched_end)
+                if v.any_whole_less(v.whole_add(touched, unit), touched_end):
+                    v.mark_ranges(pair_is_partial, v.whole_add(touched, unit), v.whole_add(touched_end, minus))
 
-                middle = add(top, spread(half_side))
-                is_below0 = whole_where_less(middle, y0, unit, none)
-                step = whole_fma(is_below0, minus, whole_where_less(middle, y1, unit, none))
-                x = fma(sub(x1, x0), mul(sub(middle, y0), inverse(sub(y1, y0))), x0)
-                behind = whole_max(whole_add(floor_whole(mul(x, spread(per_side))), unit), left)
-                step = where_whole_less(right, behind, none, step)
-                step = where_whole_less(row_end, row, none, step)
-                step = where_whole_less(lane, spread_whole(end), step, none)
-                scatter_steps(pair_winding, whole_add(behind, row_origin), step)
-                row = whole_add(row, unit)
+                middle = v.add(top, v.spread(half_side))
+                is_below0 = v.whole_where_less(middle, y0, unit, none)
+                step = v.whole_fma(is_below0, minus, v.whole_where_less(middle, y1, unit, none))
+                x = v.fma(v.sub(x1, x0), v.mul(v.sub(middle, y0), walk.inverse(v.sub(y1, y0))), x0)
+                behind = v.whole_max(v.whole_add(v.floor_whole(v.mul(x, v.spread(per_side))), unit), left)
+                step = v.where_whole_less(right, behind, none, step)
+                step = v.where_whole_less(row_end, row, none, step)
+                step = v.where_whole_less(lane, v.spread_whole(end), step, none)
+                v.scatter_steps(pair_winding, v.whole_add(behind, row_origin), step)
+                row = v.whole_add(row, unit)
 
     @wp.kernel(module=module)
     def classify_pairs(

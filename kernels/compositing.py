@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warpvec.geometry.gradients import FLAT
+from warpvec.geometry.paints.registry import FLAT
 from warpvec.kernels import gradients
 from warpvec.kernels.constants import COLUMNS, FULL, TILE
 from warpvec.kernels.lanes import Lanes, stage_module
@@ -19,7 +19,7 @@ from warpvec.kernels.lanes import Lanes, stage_module
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return the functions that forward and adjoint share: indices of a pair's pixels, and coverage from winding."""
     dtype, vector = lanes.dtype, lanes.vector
-    minimum, maximum, sub, spread = lanes.minimum, lanes.maximum, lanes.sub, lanes.spread
+    v = lanes.functions
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
     blocks, width = wp.constant(lanes.blocks), wp.constant(lanes.width)
 
@@ -35,19 +35,19 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         row = (tile // tile_columns) * TILE + (part % blocks) * width
         inside = wp.where(column < width_px, one, zero)
         half = dtype(0.5)
-        return lanes.where_less(lanes.ramp_from(dtype(row) + half), spread(dtype(height)), spread(inside), spread(zero))
+        return v.where_less(v.ramp_from(dtype(row) + half), v.spread(dtype(height)), v.spread(inside), v.spread(zero))
 
     @wp.func
     def coverage(winding: vector):
         """Return min(abs(winding), 1): the non-zero rule, applied to the mean winding of a pixel."""
-        return minimum(maximum(winding, sub(spread(zero), winding)), spread(one))
+        return v.minimum(v.maximum(winding, v.sub(v.spread(zero), winding)), v.spread(one))
 
     @wp.func
     def coverage_slope(winding: vector):
         """Return d(coverage)/d(winding): the sign of the winding, or 0 beyond 1, where more winding covers no more."""
-        positive = lanes.where_less(spread(zero), winding, spread(one), spread(zero))
-        sign = lanes.where_less(winding, spread(zero), spread(-one), positive)
-        return lanes.where_less(spread(one), maximum(winding, sub(spread(zero), winding)), spread(zero), sign)
+        positive = v.where_less(v.spread(zero), winding, v.spread(one), v.spread(zero))
+        sign = v.where_less(winding, v.spread(zero), v.spread(-one), positive)
+        return v.where_less(v.spread(one), v.maximum(winding, v.sub(v.spread(zero), winding)), v.spread(zero), sign)
 
     return SimpleNamespace(
         winding_index=winding_index, on_canvas=on_canvas, coverage=coverage, coverage_slope=coverage_slope
@@ -58,12 +58,9 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 def make_kernels(lanes: Lanes, with_gradients: bool = False) -> SimpleNamespace:
     """Return ``find_visible`` and ``composite``; ``with_gradients`` is for scenes that have some."""
     dtype, vec3, vec4, vector = lanes.dtype, lanes.vec3, lanes.vec4, lanes.vector
-    mul, fma, sub, spread = lanes.mul, lanes.fma, lanes.sub, lanes.spread
-    functions = make_functions(lanes)
-    winding_index, coverage = functions.winding_index, functions.coverage
+    v = lanes.functions
+    pixels = make_functions(lanes)
     paint = gradients.make_functions(lanes)
-    slopes, offset_x, offset_y = paint.slopes, paint.offset_x, paint.offset_y
-    free_share, share = paint.free_share, paint.share
     one = wp.constant(dtype(1.0))
     tile_vectors = wp.constant(lanes.tile_vectors)
     tile_threads = wp.constant(lanes.tile_threads)
@@ -123,30 +120,31 @@ def make_kernels(lanes: Lanes, with_gradients: bool = False) -> SimpleNamespace:
         base = background[0]
         for vector_index in range(tile_vectors):
             part = lane * tile_vectors + vector_index
-            red = spread(base[0])
-            green = spread(base[1])
-            blue = spread(base[2])
+            red = v.spread(base[0])
+            green = v.spread(base[1])
+            blue = v.spread(base[2])
             for hit in range(begin, end):
                 pair = hit_pair[hit]
                 path = pair_path[pair]
-                alpha = spread(opacity[path])
+                alpha = v.spread(opacity[path])
                 if pair_class[pair] != FULL:
-                    alpha = mul(alpha, coverage(slot_winding[winding_index(pair_slot[pair], part)]))
+                    alpha = v.mul(alpha, pixels.coverage(slot_winding[pixels.winding_index(pair_slot[pair], part)]))
                 c = color[path]
-                r, g, b = spread(c[0]), spread(c[1]), spread(c[2])
+                r, g, b = v.spread(c[0]), v.spread(c[1]), v.spread(c[2])
                 if wp.static(with_gradients):
                     if paint_kind[path] != wp.static(FLAT):
                         geometry, e = paint_geometry[path], end_color[path]
-                        slope = slopes(paint_kind[path], geometry)
-                        qx = offset_x(geometry, tile, part, tile_columns)
-                        qy = offset_y(geometry, tile, part, tile_columns)
-                        t = share(free_share(slope, qx, qy))
-                        r = fma(t, spread(e[0] - c[0]), r)
-                        g = fma(t, spread(e[1] - c[1]), g)
-                        b = fma(t, spread(e[2] - c[2]), b)
-                red = fma(alpha, sub(r, red), red)
-                green = fma(alpha, sub(g, green), green)
-                blue = fma(alpha, sub(b, blue), blue)
+                        slope = paint.slopes(paint_kind[path], geometry)
+                        kind = paint.shown_kind(paint_kind[path], slope)
+                        qx = paint.offset_x(geometry, tile, part, tile_columns)
+                        qy = paint.offset_y(geometry, tile, part, tile_columns)
+                        t = paint.share(paint.free_share(kind, slope, qx, qy))
+                        r = v.fma(t, v.spread(e[0] - c[0]), r)
+                        g = v.fma(t, v.spread(e[1] - c[1]), g)
+                        b = v.fma(t, v.spread(e[2] - c[2]), b)
+                red = v.fma(alpha, v.sub(r, red), red)
+                green = v.fma(alpha, v.sub(g, green), green)
+                blue = v.fma(alpha, v.sub(b, blue), blue)
             index = tile * 3 * tile_size + part
             tile_image[index] = red
             tile_image[index + tile_size] = green

@@ -17,7 +17,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warpvec.geometry.gradients import FLAT
+from warpvec.geometry.paints.registry import FLAT
 from warpvec.kernels import compositing, gradients
 from warpvec.kernels.constants import EMPTY, FULL, PARTIAL, TILE
 from warpvec.kernels.lanes import Lanes, stage_module
@@ -43,17 +43,9 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
         with_gradients: whether the scene has gradients; if not, their arrays are not touched.
     """
     dtype, vec3, vec4, vector = lanes.dtype, lanes.vec3, lanes.vec4, lanes.vector
-    mul, fma, sub = lanes.mul, lanes.fma, lanes.sub
-    spread, get, put, load, store = lanes.spread, lanes.get, lanes.put, lanes.load, lanes.store
-    prefetch = lanes.prefetch
-    reduce_tile, reduce_canvas = lanes.reduce_tile, lanes.reduce_canvas
-    functions = compositing.make_functions(lanes)
-    winding_index, on_canvas = functions.winding_index, functions.on_canvas
-    coverage, coverage_slope = functions.coverage, functions.coverage_slope
+    v = lanes.functions
+    pixels = compositing.make_functions(lanes)
     paint = gradients.make_functions(lanes)
-    slopes, offset_x, offset_y, free_share = paint.slopes, paint.offset_x, paint.offset_y, paint.free_share
-    share, on_ramp, unit_or_share = paint.share, paint.on_ramp, paint.unit_or_share
-    inverse_length, geometry_adjoint = paint.inverse_length, paint.geometry_adjoint
     tile_vectors = wp.constant(lanes.tile_vectors)
     tile_threads = wp.constant(lanes.tile_threads)
     tile_size = wp.constant(lanes.tile_vectors * lanes.tile_threads)
@@ -82,10 +74,12 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
         for hit in range(hit_begin, hit_end):
             pair = hit_pair[hit]
             for term in range(terms):
-                reduce_tile(pair_sums, pair, term, spread(zero), lane)
+                v.reduce_tile(pair_sums, pair, term, v.spread(zero), lane)
             if pair_class[pair] == PARTIAL:
                 for vector_index in range(tile_vectors):
-                    slot_winding[winding_index(pair_slot[pair], lane * tile_vectors + vector_index)] = spread(zero)
+                    slot_winding[pixels.winding_index(pair_slot[pair], lane * tile_vectors + vector_index)] = v.spread(
+                        zero
+                    )
 
     @wp.kernel(module=module)
     def composite_adjoint(
@@ -134,46 +128,47 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
         stack0 = entry0 * 3 * tile_size + part0
 
         base = background[0]
-        for v in range(tile_vectors):
-            store(stack, stack0 + v, spread(base[0]))
-            store(stack, stack0 + v + tile_size, spread(base[1]))
-            store(stack, stack0 + v + 2 * tile_size, spread(base[2]))
+        for i in range(tile_vectors):
+            v.store(stack, stack0 + i, v.spread(base[0]))
+            v.store(stack, stack0 + i + tile_size, v.spread(base[1]))
+            v.store(stack, stack0 + i + 2 * tile_size, v.spread(base[2]))
         above = stack0
         for hit in range(begin, end):
             pair = hit_pair[hit]
             path = pair_path[pair]
             c = color[path]
-            red, green, blue = spread(c[0]), spread(c[1]), spread(c[2])
-            full_alpha = spread(opacity[path])
+            red, green, blue = v.spread(c[0]), v.spread(c[1]), v.spread(c[2])
+            full_alpha = v.spread(opacity[path])
             is_full = pair_class[pair] == FULL
-            winding0 = winding_index(pair_slot[pair], part0)
+            winding0 = pixels.winding_index(pair_slot[pair], part0)
             if wp.static(with_gradients):
                 kind, geometry, e = int(paint_kind[path]), vec4(paint_geometry[path]), vec3(end_color[path])
-                slope = slopes(kind, geometry)
+                slope = paint.slopes(kind, geometry)
+                kind = paint.shown_kind(kind, slope)
             # Windings lie anywhere in memory. These are of this tile, or of the next one.
-            prefetch(slot_winding, winding_index(pair_slot[hit_pair[wp.min(hit + 2, last_hit)]], 0))
+            v.prefetch(slot_winding, pixels.winding_index(pair_slot[hit_pair[wp.min(hit + 2, last_hit)]], 0))
             behind = above
             above += 3 * tile_size
-            for v in range(tile_vectors):
+            for i in range(tile_vectors):
                 alpha = full_alpha
                 if wp.static(with_gradients):
                     if kind != wp.static(FLAT):
-                        qx = offset_x(geometry, tile, part0 + v, tile_columns)
-                        qy = offset_y(geometry, tile, part0 + v, tile_columns)
-                        ramp = share(free_share(slope, qx, qy))
-                        red = fma(ramp, spread(e[0] - c[0]), spread(c[0]))
-                        green = fma(ramp, spread(e[1] - c[1]), spread(c[1]))
-                        blue = fma(ramp, spread(e[2] - c[2]), spread(c[2]))
+                        qx = paint.offset_x(geometry, tile, part0 + i, tile_columns)
+                        qy = paint.offset_y(geometry, tile, part0 + i, tile_columns)
+                        ramp = paint.share(paint.free_share(kind, slope, qx, qy))
+                        red = v.fma(ramp, v.spread(e[0] - c[0]), v.spread(c[0]))
+                        green = v.fma(ramp, v.spread(e[1] - c[1]), v.spread(c[1]))
+                        blue = v.fma(ramp, v.spread(e[2] - c[2]), v.spread(c[2]))
                 if not is_full:
-                    alpha = mul(full_alpha, coverage(load(slot_winding, winding0 + v)))
+                    alpha = v.mul(full_alpha, pixels.coverage(v.load(slot_winding, winding0 + i)))
                 b0, b1, b2 = (
-                    load(stack, behind + v),
-                    load(stack, behind + v + tile_size),
-                    load(stack, behind + v + 2 * tile_size),
+                    v.load(stack, behind + i),
+                    v.load(stack, behind + i + tile_size),
+                    v.load(stack, behind + i + 2 * tile_size),
                 )
-                store(stack, above + v, fma(alpha, sub(red, b0), b0))
-                store(stack, above + v + tile_size, fma(alpha, sub(green, b1), b1))
-                store(stack, above + v + 2 * tile_size, fma(alpha, sub(blue, b2), b2))
+                v.store(stack, above + i, v.fma(alpha, v.sub(red, b0), b0))
+                v.store(stack, above + i + tile_size, v.fma(alpha, v.sub(green, b1), b1))
+                v.store(stack, above + i + 2 * tile_size, v.fma(alpha, v.sub(blue, b2), b2))
 
         if wp.static(local_array):
             transmittance = wp.zeros(shape=(tile_vectors,), dtype=vector)
@@ -181,31 +176,31 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
             g1 = wp.zeros(shape=(tile_vectors,), dtype=vector)
             g2 = wp.zeros(shape=(tile_vectors,), dtype=vector)
         else:
-            transmittance = spread(one)
-            g0 = spread(zero)
-            g1 = spread(zero)
-            g2 = spread(zero)
-        squared_error = spread(zero)
+            transmittance = v.spread(one)
+            g0 = v.spread(zero)
+            g1 = v.spread(zero)
+            g2 = v.spread(zero)
+        squared_error = v.spread(zero)
         reference0 = tile * reference_planes * tile_size + part0
-        for v in range(tile_vectors):
-            put(transmittance, v, spread(one))
-            r0 = load(tile_reference, reference0 + v)
-            r1 = load(tile_reference, reference0 + v + tile_size)
-            r2 = load(tile_reference, reference0 + v + 2 * tile_size)
+        for i in range(tile_vectors):
+            v.put(transmittance, i, v.spread(one))
+            r0 = v.load(tile_reference, reference0 + i)
+            r1 = v.load(tile_reference, reference0 + i + tile_size)
+            r2 = v.load(tile_reference, reference0 + i + 2 * tile_size)
             if wp.static(fused):
-                mask = on_canvas(tile, part0 + v, tile_columns, height, width_px)
-                r0 = mul(mask, sub(load(stack, above + v), r0))
-                r1 = mul(mask, sub(load(stack, above + v + tile_size), r1))
-                r2 = mul(mask, sub(load(stack, above + v + 2 * tile_size), r2))
-                squared_error = fma(r0, r0, fma(r1, r1, fma(r2, r2, squared_error)))
+                mask = pixels.on_canvas(tile, part0 + i, tile_columns, height, width_px)
+                r0 = v.mul(mask, v.sub(v.load(stack, above + i), r0))
+                r1 = v.mul(mask, v.sub(v.load(stack, above + i + tile_size), r1))
+                r2 = v.mul(mask, v.sub(v.load(stack, above + i + 2 * tile_size), r2))
+                squared_error = v.fma(r0, r0, v.fma(r1, r1, v.fma(r2, r2, squared_error)))
                 if reference_planes > 3:
-                    shift = load(tile_reference, reference0 + v + 3 * tile_size)  # 0 outside of the canvas
-                    r0, r1, r2 = sub(r0, shift), sub(r1, shift), sub(r2, shift)
-                scale = spread(dtype(2.0) * error_scale)
-                r0, r1, r2 = mul(scale, r0), mul(scale, r1), mul(scale, r2)
-            put(g0, v, r0)
-            put(g1, v, r1)
-            put(g2, v, r2)
+                    shift = v.load(tile_reference, reference0 + i + 3 * tile_size)  # 0 outside of the canvas
+                    r0, r1, r2 = v.sub(r0, shift), v.sub(r1, shift), v.sub(r2, shift)
+                scale = v.spread(dtype(2.0) * error_scale)
+                r0, r1, r2 = v.mul(scale, r0), v.mul(scale, r1), v.mul(scale, r2)
+            v.put(g0, i, r0)
+            v.put(g1, i, r1)
+            v.put(g2, i, r2)
 
         for below in range(end - begin):
             hit = end - 1 - below
@@ -213,87 +208,92 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
             pair = hit_pair[hit]
             path = pair_path[pair]
             c = color[path]
-            red, green, blue = spread(c[0]), spread(c[1]), spread(c[2])
-            full_alpha = spread(opacity[path])
+            red, green, blue = v.spread(c[0]), v.spread(c[1]), v.spread(c[2])
+            full_alpha = v.spread(opacity[path])
             is_full = pair_class[pair] == FULL
-            winding0 = winding_index(pair_slot[pair], part0)
-            adj_red, adj_green, adj_blue = spread(zero), spread(zero), spread(zero)
-            adj_opacity, curvature = spread(zero), spread(zero)
+            winding0 = pixels.winding_index(pair_slot[pair], part0)
+            adj_red, adj_green, adj_blue = v.spread(zero), v.spread(zero), v.spread(zero)
+            adj_opacity, curvature = v.spread(zero), v.spread(zero)
             if wp.static(with_gradients):
                 kind, geometry, e = int(paint_kind[path]), vec4(paint_geometry[path]), vec3(end_color[path])
-                slope = slopes(kind, geometry)
-                end_red, end_green, end_blue = spread(zero), spread(zero), spread(zero)
-                moment0, moment1, moment2 = spread(zero), spread(zero), spread(zero)
-            for v in range(tile_vectors):
-                t = get(transmittance, v)
-                a0, a1, a2 = get(g0, v), get(g1, v), get(g2, v)
+                slope = paint.slopes(kind, geometry)
+                kind = paint.shown_kind(kind, slope)
+                end_red, end_green, end_blue = v.spread(zero), v.spread(zero), v.spread(zero)
+                moment0, moment1, moment2 = v.spread(zero), v.spread(zero), v.spread(zero)
+            for i in range(tile_vectors):
+                t = v.get(transmittance, i)
+                a0, a1, a2 = v.get(g0, i), v.get(g1, i), v.get(g2, i)
                 if wp.static(with_gradients):
                     if kind != wp.static(FLAT):
-                        qx = offset_x(geometry, tile, part0 + v, tile_columns)
-                        qy = offset_y(geometry, tile, part0 + v, tile_columns)
-                        free = free_share(slope, qx, qy)
-                        ramp = share(free)
-                        red = fma(ramp, spread(e[0] - c[0]), spread(c[0]))
-                        green = fma(ramp, spread(e[1] - c[1]), spread(c[1]))
-                        blue = fma(ramp, spread(e[2] - c[2]), spread(c[2]))
-                d0 = sub(red, load(stack, above + v))
-                d1 = sub(green, load(stack, above + v + tile_size))
-                d2 = sub(blue, load(stack, above + v + 2 * tile_size))
-                adj_alpha = mul(t, fma(a0, d0, fma(a1, d1, mul(a2, d2))))
-                covered = spread(one)
+                        qx = paint.offset_x(geometry, tile, part0 + i, tile_columns)
+                        qy = paint.offset_y(geometry, tile, part0 + i, tile_columns)
+                        free = paint.free_share(kind, slope, qx, qy)
+                        ramp = paint.share(free)
+                        red = v.fma(ramp, v.spread(e[0] - c[0]), v.spread(c[0]))
+                        green = v.fma(ramp, v.spread(e[1] - c[1]), v.spread(c[1]))
+                        blue = v.fma(ramp, v.spread(e[2] - c[2]), v.spread(c[2]))
+                d0 = v.sub(red, v.load(stack, above + i))
+                d1 = v.sub(green, v.load(stack, above + i + tile_size))
+                d2 = v.sub(blue, v.load(stack, above + i + 2 * tile_size))
+                adj_alpha = v.mul(t, v.fma(a0, d0, v.fma(a1, d1, v.mul(a2, d2))))
+                covered = v.spread(one)
                 if not is_full:
-                    winding = load(slot_winding, winding0 + v)
-                    covered = coverage(winding)
-                    store(slot_winding, winding0 + v, mul(mul(adj_alpha, full_alpha), coverage_slope(winding)))
-                visible = mul(t, mul(full_alpha, covered))
-                adj_red = fma(visible, a0, adj_red)
-                adj_green = fma(visible, a1, adj_green)
-                adj_blue = fma(visible, a2, adj_blue)
-                adj_opacity = fma(adj_alpha, covered, adj_opacity)
+                    winding = v.load(slot_winding, winding0 + i)
+                    covered = pixels.coverage(winding)
+                    v.store(
+                        slot_winding, winding0 + i, v.mul(v.mul(adj_alpha, full_alpha), pixels.coverage_slope(winding))
+                    )
+                visible = v.mul(t, v.mul(full_alpha, covered))
+                adj_red = v.fma(visible, a0, adj_red)
+                adj_green = v.fma(visible, a1, adj_green)
+                adj_blue = v.fma(visible, a2, adj_blue)
+                adj_opacity = v.fma(adj_alpha, covered, adj_opacity)
                 if wp.static(with_gradients):
                     if kind != wp.static(FLAT):
-                        ramped = mul(visible, ramp)
-                        end_red = fma(ramped, a0, end_red)
-                        end_green = fma(ramped, a1, end_green)
-                        end_blue = fma(ramped, a2, end_blue)
-                        contrast = fma(
-                            a0, spread(e[0] - c[0]), fma(a1, spread(e[1] - c[1]), mul(a2, spread(e[2] - c[2])))
+                        ramped = v.mul(visible, ramp)
+                        end_red = v.fma(ramped, a0, end_red)
+                        end_green = v.fma(ramped, a1, end_green)
+                        end_blue = v.fma(ramped, a2, end_blue)
+                        contrast = v.fma(
+                            a0,
+                            v.spread(e[0] - c[0]),
+                            v.fma(a1, v.spread(e[1] - c[1]), v.mul(a2, v.spread(e[2] - c[2]))),
                         )
-                        adj_share = on_ramp(free, mul(visible, contrast))
-                        along = mul(adj_share, inverse_length(slope, qx, qy))
-                        moment0 = fma(adj_share, unit_or_share(slope, ramp), moment0)
-                        moment1 = fma(along, spread(qx), moment1)
-                        moment2 = fma(along, qy, moment2)
+                        adj_share = paint.on_ramp(free, v.mul(visible, contrast))
+                        along = v.mul(adj_share, paint.offset_weight(kind, slope, qx, qy))
+                        moment0 = v.fma(adj_share, paint.share_weight(kind, ramp), moment0)
+                        moment1 = v.fma(along, v.spread(qx), moment1)
+                        moment2 = v.fma(along, qy, moment2)
                 if wp.static(with_curvature):
-                    change = mul(t, covered)  # of the colour, by the opacity, per unit of c - B
-                    mask = on_canvas(tile, part0 + v, tile_columns, height, width_px)
-                    square = mul(mask, mul(change, change))
-                    curvature = fma(square, fma(d0, d0, fma(d1, d1, mul(d2, d2))), curvature)
-                put(transmittance, v, sub(t, visible))
-            reduce_tile(pair_sums, pair, 0, adj_red, lane)
-            reduce_tile(pair_sums, pair, 1, adj_green, lane)
-            reduce_tile(pair_sums, pair, 2, adj_blue, lane)
-            reduce_tile(pair_sums, pair, 3, adj_opacity, lane)
+                    change = v.mul(t, covered)  # of the colour, by the opacity, per unit of c - B
+                    mask = pixels.on_canvas(tile, part0 + i, tile_columns, height, width_px)
+                    square = v.mul(mask, v.mul(change, change))
+                    curvature = v.fma(square, v.fma(d0, d0, v.fma(d1, d1, v.mul(d2, d2))), curvature)
+                v.put(transmittance, i, v.sub(t, visible))
+            v.reduce_tile(pair_sums, pair, 0, adj_red, lane)
+            v.reduce_tile(pair_sums, pair, 1, adj_green, lane)
+            v.reduce_tile(pair_sums, pair, 2, adj_blue, lane)
+            v.reduce_tile(pair_sums, pair, 3, adj_opacity, lane)
             if wp.static(with_curvature):
-                reduce_tile(pair_sums, pair, 4, curvature, lane)
+                v.reduce_tile(pair_sums, pair, 4, curvature, lane)
             if wp.static(with_gradients):
-                reduce_tile(pair_sums, pair, 5, end_red, lane)
-                reduce_tile(pair_sums, pair, 6, end_green, lane)
-                reduce_tile(pair_sums, pair, 7, end_blue, lane)
-                reduce_tile(pair_sums, pair, 8, moment0, lane)
-                reduce_tile(pair_sums, pair, 9, moment1, lane)
-                reduce_tile(pair_sums, pair, 10, moment2, lane)
+                v.reduce_tile(pair_sums, pair, 5, end_red, lane)
+                v.reduce_tile(pair_sums, pair, 6, end_green, lane)
+                v.reduce_tile(pair_sums, pair, 7, end_blue, lane)
+                v.reduce_tile(pair_sums, pair, 8, moment0, lane)
+                v.reduce_tile(pair_sums, pair, 9, moment1, lane)
+                v.reduce_tile(pair_sums, pair, 10, moment2, lane)
 
-        adj_red, adj_green, adj_blue = spread(zero), spread(zero), spread(zero)
-        for v in range(tile_vectors):
-            t = get(transmittance, v)
-            adj_red = fma(t, get(g0, v), adj_red)
-            adj_green = fma(t, get(g1, v), adj_green)
-            adj_blue = fma(t, get(g2, v), adj_blue)
-        reduce_tile(tile_sums, tile, 0, adj_red, lane)
-        reduce_tile(tile_sums, tile, 1, adj_green, lane)
-        reduce_tile(tile_sums, tile, 2, adj_blue, lane)
-        reduce_tile(tile_sums, tile, 3, squared_error, lane)
+        adj_red, adj_green, adj_blue = v.spread(zero), v.spread(zero), v.spread(zero)
+        for i in range(tile_vectors):
+            t = v.get(transmittance, i)
+            adj_red = v.fma(t, v.get(g0, i), adj_red)
+            adj_green = v.fma(t, v.get(g1, i), adj_green)
+            adj_blue = v.fma(t, v.get(g2, i), adj_blue)
+        v.reduce_tile(tile_sums, tile, 0, adj_red, lane)
+        v.reduce_tile(tile_sums, tile, 1, adj_green, lane)
+        v.reduce_tile(tile_sums, tile, 2, adj_blue, lane)
+        v.reduce_tile(tile_sums, tile, 3, squared_error, lane)
 
     @wp.kernel(module=module)
     def gather_paths_adjoint(
@@ -321,7 +321,7 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
         if wp.static(with_gradients):
             adj_end_color[path] = vec3(total[5], total[6], total[7])
             moments = vec3(total[8], total[9], total[10])
-            adj_geometry[path] = geometry_adjoint(paint_kind[path], paint_geometry[path], moments)
+            adj_geometry[path] = paint.geometry_adjoint(paint_kind[path], paint_geometry[path], moments)
             for term in range(3):
                 total[term] = total[term] - total[TERMS + term]
         adj_color[path] = vec3(total[0], total[1], total[2])
@@ -347,10 +347,10 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
             blue += wp.float64(tile_sums[row, 2])
             error += wp.float64(tile_sums[row, 3])
             row += canvas_threads
-        reduce_canvas(group_sums, 0, red, thread)
-        reduce_canvas(group_sums, 1, green, thread)
-        reduce_canvas(group_sums, 2, blue, thread)
-        reduce_canvas(group_sums, 3, error, thread)
+        v.reduce_canvas(group_sums, 0, red, thread)
+        v.reduce_canvas(group_sums, 1, green, thread)
+        v.reduce_canvas(group_sums, 2, blue, thread)
+        v.reduce_canvas(group_sums, 3, error, thread)
 
     @wp.kernel(module=module)
     def gather_canvas(

@@ -20,7 +20,6 @@ import warp as wp
 
 from warpvec.kernels import edges
 from warpvec.kernels.constants import COLUMNS, TILE
-from warpvec.kernels.index_lanes import make_index_lanes
 from warpvec.kernels.lanes import Lanes, stage_module
 
 
@@ -32,24 +31,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
 
 def _of_paths(lanes: Lanes) -> Any:
     dtype, vec2, vector, width = lanes.dtype, lanes.vec2, lanes.vector, lanes.width
-    add, mul, fma, fnma, sub = lanes.add, lanes.mul, lanes.fma, lanes.fnma, lanes.sub
-    minimum, maximum, spread, where_less = lanes.minimum, lanes.maximum, lanes.spread, lanes.where_less
-    ints = make_index_lanes(lanes)
-    lane_numbers, spread_whole, real_of, whole_add = (
-        ints.lane_numbers, ints.spread_whole, ints.real_of, ints.whole_add
-    )  # fmt: skip
-    whole_min, whole_max, any_less, gather_whole, scatter_add = (
-        ints.whole_min, ints.whole_max, ints.any_less, ints.gather_whole, ints.scatter_add
-    )  # fmt: skip
-    where_whole_less, whole_where_less, where_index_less = (
-        ints.where_whole_less, ints.whole_where_less, ints.where_index_less
-    )  # fmt: skip
+    v = lanes.functions
     walk = edges.make_functions(lanes)
-    end_points, left_end, inverse, crossing, between, magnitude = (
-        walk.end_points, walk.left_end, walk.inverse, walk.crossing, walk.between, walk.magnitude
-    )  # fmt: skip
-    pixel_at, row_ahead, step_ends, next_pixel = walk.pixel_at, walk.row_ahead, walk.step_ends, walk.next_pixel
-    pair_of, place_in = walk.pair_of, walk.place_in
     zero, half = wp.constant(dtype(0.0)), wp.constant(dtype(0.5))
     slot_size = wp.constant(COLUMNS * TILE)
 
@@ -67,52 +50,52 @@ def _of_paths(lanes: Lanes) -> Any:
         slot_winding: wp.array(dtype=vector),
     ):
         """Add the edges [start, end) of a path to its pixels; what lies left of its box, to the row's carry."""
-        side, row_pairs = spread_whole(TILE), spread_whole(box[2] - box[0])
-        origin = spread_whole(pair0 - box[1] * (box[2] - box[0]) - box[0])
-        left, right = spread_whole(box[0] * TILE), spread_whole(box[2] * TILE)
-        top, bottom = spread_whole(box[1] * TILE), spread_whole(box[3] * TILE)
-        left_of_box, carry_origin = spread_whole(box[0] * TILE - 1), spread_whole((carry0 - box[1]) * TILE)
-        first_pair, last_pair = spread_whole(pair0), spread_whole(pair_end - 1)
-        last_place = spread_whole(pair_slot[pair_end] * slot_size - TILE - 1)
+        side, row_pairs = v.spread_whole(TILE), v.spread_whole(box[2] - box[0])
+        origin = v.spread_whole(pair0 - box[1] * (box[2] - box[0]) - box[0])
+        left, right = v.spread_whole(box[0] * TILE), v.spread_whole(box[2] * TILE)
+        top, bottom = v.spread_whole(box[1] * TILE), v.spread_whole(box[3] * TILE)
+        left_of_box, carry_origin = v.spread_whole(box[0] * TILE - 1), v.spread_whole((carry0 - box[1]) * TILE)
+        first_pair, last_pair = v.spread_whole(pair0), v.spread_whole(pair_end - 1)
+        last_place = v.spread_whole(pair_slot[pair_end] * slot_size - TILE - 1)
         # Lanes without work add nothing, each to a place of its own.
-        idle = lane_numbers(carry0 * TILE)
+        idle = v.lane_numbers(carry0 * TILE)
         for group in range((end - start + width - 1) // width):
-            lane = lane_numbers(start + group * width)
-            x0, y0, x1, y1 = end_points(vertices, edge_end, whole_min(lane, spread_whole(end - 1)))
-            x, y, dx, dy = left_end(x0, y0, x1, y1)
-            height, inv_dx, inv_dy = sub(y1, y0), inverse(dx), inverse(dy)
-            low, stop = between(top, bottom, y, inv_dy)
-            stop = minimum(stop, crossing(right, x, inv_dx))
-            stop = where_less(spread(zero), magnitude(height), stop, low)
-            stop = where_index_less(lane, spread_whole(end), stop, low)
+            lane = v.lane_numbers(start + group * width)
+            x0, y0, x1, y1 = walk.end_points(vertices, edge_end, v.whole_min(lane, v.spread_whole(end - 1)))
+            x, y, dx, dy = walk.left_end(x0, y0, x1, y1)
+            height, inv_dx, inv_dy = v.sub(y1, y0), walk.inverse(dx), walk.inverse(dy)
+            low, stop = walk.between(top, bottom, y, inv_dy)
+            stop = v.minimum(stop, walk.crossing(right, x, inv_dx))
+            stop = v.where_less(v.spread(zero), walk.magnitude(height), stop, low)
+            stop = v.where_index_less(lane, v.spread_whole(end), stop, low)
             # All that lies left of the box counts as one column.
-            column, row = pixel_at(low, x, dx, left_of_box, right), pixel_at(low, y, dy, top, bottom)
-            ahead = row_ahead(dy)
-            passed = spread(zero)
-            while any_less(low, stop):
-                across, down = step_ends(column, row, ahead, x, y, inv_dx, inv_dy)
-                high = maximum(low, minimum(stop, minimum(across, down)))
-                part = mul(height, sub(high, low))
-                middle = fma(mul(add(low, high), spread(half)), dx, sub(x, real_of(column)))
-                area = fnma(part, middle, part)
-                rest = sub(part, area)
-                value = add(area, passed)
-                pair = whole_min(whole_max(pair_of(column, row, row_pairs, origin), first_pair), last_pair)
+            column, row = walk.pixel_at(low, x, dx, left_of_box, right), walk.pixel_at(low, y, dy, top, bottom)
+            ahead = walk.row_ahead(dy)
+            passed = v.spread(zero)
+            while v.any_less(low, stop):
+                across, down = walk.step_ends(column, row, ahead, x, y, inv_dx, inv_dy)
+                high = v.maximum(low, v.minimum(stop, v.minimum(across, down)))
+                part = v.mul(height, v.sub(high, low))
+                middle = v.fma(v.mul(v.add(low, high), v.spread(half)), dx, v.sub(x, v.real_of(column)))
+                area = v.fnma(part, middle, part)
+                rest = v.sub(part, area)
+                value = v.add(area, passed)
+                pair = v.whole_min(v.whole_max(walk.pair_of(column, row, row_pairs, origin), first_pair), last_pair)
                 # Rounding of a huge edge may leave a tile unmarked. Its pixels then are those of another pair.
-                place = whole_min(place_in(gather_whole(pair_slot, pair), column, row), last_place)
-                beside = whole_add(place, side)
-                carry = whole_add(carry_origin, row)
-                place = where_whole_less(column, left, carry, place)
-                beside = where_whole_less(column, left, carry, beside)
-                value = where_index_less(column, left, part, value)
-                rest = where_index_less(column, left, spread(zero), rest)
+                place = v.whole_min(walk.place_in(v.gather_whole(pair_slot, pair), column, row), last_place)
+                beside = v.whole_add(place, side)
+                carry = v.whole_add(carry_origin, row)
+                place = v.where_whole_less(column, left, carry, place)
+                beside = v.where_whole_less(column, left, carry, beside)
+                value = v.where_index_less(column, left, part, value)
+                rest = v.where_index_less(column, left, v.spread(zero), rest)
                 # The rest goes on to the next pixel of the walk, if that is the pixel to the right.
-                passed = where_less(across, minimum(down, stop), rest, spread(zero))
-                value = where_less(low, stop, value, spread(zero))
-                rest = where_less(low, stop, sub(rest, passed), spread(zero))
-                place, beside = whole_where_less(low, stop, place, idle), whole_where_less(low, stop, beside, idle)
-                scatter_add(slot_winding, place, value, beside, rest)
-                column, row = next_pixel(column, row, ahead, across, down)
+                passed = v.where_less(across, v.minimum(down, stop), rest, v.spread(zero))
+                value = v.where_less(low, stop, value, v.spread(zero))
+                rest = v.where_less(low, stop, v.sub(rest, passed), v.spread(zero))
+                place, beside = v.whole_where_less(low, stop, place, idle), v.whole_where_less(low, stop, beside, idle)
+                v.scatter_add(slot_winding, place, value, beside, rest)
+                column, row = walk.next_pixel(column, row, ahead, across, down)
                 low = high
 
     @wp.func
@@ -128,9 +111,9 @@ def _of_paths(lanes: Lanes) -> Any:
             slot = pair_slot[pair]
             if pair_slot[pair + 1] > slot:
                 for column in range(slot * COLUMNS, slot * COLUMNS + TILE):
-                    carry = add(carry, slot_winding[column])
+                    carry = v.add(carry, slot_winding[column])
                     slot_winding[column] = carry
-                carry = add(carry, slot_winding[slot * COLUMNS + TILE])
+                carry = v.add(carry, slot_winding[slot * COLUMNS + TILE])
 
     @wp.kernel(module=stage_module("coverage", lanes))
     def accumulate_winding(
@@ -155,10 +138,10 @@ def _of_paths(lanes: Lanes) -> Any:
         if pair_slot[pair0] == pair_slot[pair_end]:
             return
         for index in range(pair_slot[pair0] * COLUMNS, pair_slot[pair_end] * COLUMNS):
-            slot_winding[index] = spread(zero)
+            slot_winding[index] = v.spread(zero)
         carry0 = slot_count * COLUMNS + path_first_strip[path]
         for index in range(carry0, carry0 + box[3] - box[1]):
-            slot_winding[index] = spread(zero)
+            slot_winding[index] = v.spread(zero)
         start = segment_first_vertex[loop_first_segment[path_first_loop[path]]]
         end = segment_first_vertex[loop_first_segment[path_first_loop[path + 1]]]
         add_edges(start, end, vertices, edge_end, box, pair0, pair_end, carry0, pair_slot, slot_winding)
@@ -172,8 +155,7 @@ def _of_paths(lanes: Lanes) -> Any:
 
 def _of_rows(lanes: Lanes) -> Any:
     dtype, vec2 = lanes.dtype, lanes.vec2
-    functions = edges.make_functions(lanes)
-    inverse, column_range = functions.inverse, functions.column_range
+    walk = edges.make_functions(lanes)
     zero, half, one = wp.constant(dtype(0.0)), wp.constant(dtype(0.5)), wp.constant(dtype(1.0))
 
     @wp.kernel(module=stage_module("coverage", lanes))
@@ -218,11 +200,11 @@ def _of_rows(lanes: Lanes) -> Any:
                 v1 = vertices[v]
                 dy = v1[1] - v0[1]
                 if dy != zero and wp.max(v0[1], v1[1]) > top and wp.min(v0[1], v1[1]) < bottom:
-                    first_column, last_column = column_range(v0[0], v0[1], v1[0], v1[1], top, bottom)
+                    first_column, last_column = walk.column_range(v0[0], v0[1], v1[0], v1[1], top, bottom)
                     if first_column < end_column:
                         dx = v1[0] - v0[0]
-                        inv_dx = inverse(dx)
-                        inv_dy = inverse(dy)
+                        inv_dx = walk.inverse(dx)
+                        inv_dy = walk.inverse(dy)
                         upper = wp.clamp((top - v0[1]) * inv_dy, zero, one)
                         lower = wp.clamp((bottom - v0[1]) * inv_dy, zero, one)
                         row_low = wp.min(upper, lower)

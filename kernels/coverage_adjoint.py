@@ -14,7 +14,6 @@ import warp as wp
 
 from warpvec.kernels import edges
 from warpvec.kernels.constants import COLUMNS, PARTIAL, TILE
-from warpvec.kernels.index_lanes import make_index_lanes
 from warpvec.kernels.lanes import Lanes, stage_module
 
 FETCHED_SLOTS = 32
@@ -25,26 +24,8 @@ FETCHED_SLOTS = 32
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``integrate_edges``."""
     dtype, vec2, vec4, vector = lanes.dtype, lanes.vec2, lanes.vec4, lanes.vector
-    add, mul, fma, sub = lanes.add, lanes.mul, lanes.fma, lanes.sub
-    minimum, maximum, spread, where_less = lanes.minimum, lanes.maximum, lanes.spread, lanes.where_less
-    ints = make_index_lanes(lanes)
-    lane_numbers, spread_whole, whole_fma, whole_min = (
-        ints.lane_numbers, ints.spread_whole, ints.whole_fma, ints.whole_min
-    )  # fmt: skip
-    where_whole_less, whole_where_less, where_index_less = (
-        ints.where_whole_less, ints.whole_where_less, ints.where_index_less
-    )  # fmt: skip
-    any_less, gather_whole, gather_box, gather_value = (
-        ints.any_less, ints.gather_whole, ints.gather_box, ints.gather_value
-    )  # fmt: skip
-    scatter_vec4 = ints.scatter_vec4
+    v = lanes.functions
     walk = edges.make_functions(lanes)
-    end_points, left_end, inverse, crossing, between = (
-        walk.end_points, walk.left_end, walk.inverse, walk.crossing, walk.between
-    )  # fmt: skip
-    pixel_at, row_ahead, step_ends, next_pixel = walk.pixel_at, walk.row_ahead, walk.step_ends, walk.next_pixel
-    pair_of, place_in = walk.pair_of, walk.place_in
-    prefetch = lanes.prefetch
     width, fetched_slots = wp.constant(lanes.width), wp.constant(FETCHED_SLOTS)
     zero, half = wp.constant(dtype(0.0)), wp.constant(dtype(0.5))
     module = stage_module("coverage_adjoint", lanes)
@@ -66,7 +47,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 slot = pair_slot[path_first_pair[path]]
                 end = wp.min(pair_slot[path_first_pair[path + 1]], slot + fetched_slots)
                 for ahead in range(slot, end):
-                    prefetch(adj_winding, ahead * COLUMNS)
+                    v.prefetch(adj_winding, ahead * COLUMNS)
 
     @wp.kernel(module=module)
     def integrate_edges(
@@ -90,44 +71,59 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         if edge0 >= edge_count:
             return
         fetch_next_path(edge0, edge_count, edge_path, path_first_pair, pair_slot, adj_winding)
-        edge = whole_min(lane_numbers(edge0), spread_whole(edge_count - 1))
-        path = gather_whole(edge_path, edge)
-        none, minus, side, partial = spread_whole(0), spread_whole(-1), spread_whole(TILE), spread_whole(PARTIAL)
-        left, top = gather_box(path_tile_box, path, 0), gather_box(path_tile_box, path, 1)
-        right, bottom = gather_box(path_tile_box, path, 2), gather_box(path_tile_box, path, 3)
-        row_pairs = whole_fma(left, minus, right)
-        origin = whole_fma(whole_fma(top, row_pairs, left), minus, gather_whole(path_first_pair, path))
-        left, top = whole_fma(left, side, none), whole_fma(top, side, none)
-        right, bottom = whole_fma(right, side, none), whole_fma(bottom, side, none)
+        edge = v.whole_min(v.lane_numbers(edge0), v.spread_whole(edge_count - 1))
+        path = v.gather_whole(edge_path, edge)
+        none, minus, side, partial = (
+            v.spread_whole(0),
+            v.spread_whole(-1),
+            v.spread_whole(TILE),
+            v.spread_whole(PARTIAL),
+        )
+        left, top = v.gather_box(path_tile_box, path, 0), v.gather_box(path_tile_box, path, 1)
+        right, bottom = v.gather_box(path_tile_box, path, 2), v.gather_box(path_tile_box, path, 3)
+        row_pairs = v.whole_fma(left, minus, right)
+        origin = v.whole_fma(v.whole_fma(top, row_pairs, left), minus, v.gather_whole(path_first_pair, path))
+        left, top = v.whole_fma(left, side, none), v.whole_fma(top, side, none)
+        right, bottom = v.whole_fma(right, side, none), v.whole_fma(bottom, side, none)
 
-        x0, y0, x1, y1 = end_points(vertices, edge_end, edge)
+        x0, y0, x1, y1 = walk.end_points(vertices, edge_end, edge)
         # The edges of a path without pairs may not be finite.
-        x0, y0 = where_index_less(left, right, x0, spread(zero)), where_index_less(left, right, y0, spread(zero))
-        x1, y1 = where_index_less(left, right, x1, spread(zero)), where_index_less(left, right, y1, spread(zero))
-        x, y, dx, dy = left_end(x0, y0, x1, y1)
-        inv_dx, inv_dy = inverse(dx), inverse(dy)
-        low, end = between(top, bottom, y, inv_dy)
-        low, end = maximum(low, crossing(left, x, inv_dx)), minimum(end, crossing(right, x, inv_dx))
-        column, row, ahead = pixel_at(low, x, dx, left, right), pixel_at(low, y, dy, top, bottom), row_ahead(dy)
-        sum0, sum1 = spread(zero), spread(zero)
-        while any_less(low, end):
-            across, down = step_ends(column, row, ahead, x, y, inv_dx, inv_dy)
-            high = maximum(low, minimum(end, minimum(across, down)))
+        x0, y0 = (
+            v.where_index_less(left, right, x0, v.spread(zero)),
+            v.where_index_less(left, right, y0, v.spread(zero)),
+        )
+        x1, y1 = (
+            v.where_index_less(left, right, x1, v.spread(zero)),
+            v.where_index_less(left, right, y1, v.spread(zero)),
+        )
+        x, y, dx, dy = walk.left_end(x0, y0, x1, y1)
+        inv_dx, inv_dy = walk.inverse(dx), walk.inverse(dy)
+        low, end = walk.between(top, bottom, y, inv_dy)
+        low, end = v.maximum(low, walk.crossing(left, x, inv_dx)), v.minimum(end, walk.crossing(right, x, inv_dx))
+        column, row, ahead = (
+            walk.pixel_at(low, x, dx, left, right),
+            walk.pixel_at(low, y, dy, top, bottom),
+            walk.row_ahead(dy),
+        )
+        sum0, sum1 = v.spread(zero), v.spread(zero)
+        while v.any_less(low, end):
+            across, down = walk.step_ends(column, row, ahead, x, y, inv_dx, inv_dy)
+            high = v.maximum(low, v.minimum(end, v.minimum(across, down)))
             # A lane that has arrived looks at pair 0, and so at a place that exists.
-            pair = whole_where_less(low, end, pair_of(column, row, row_pairs, origin), none)
-            kind = gather_whole(pair_class, pair)
-            place = place_in(gather_whole(pair_slot, pair), column, row)
-            value = gather_value(adj_winding, where_whole_less(kind, partial, none, place))
-            value = where_index_less(kind, partial, spread(zero), value)
-            adj = where_less(low, high, mul(sub(high, low), value), spread(zero))
-            sum0 = add(sum0, adj)
-            sum1 = fma(adj, mul(add(low, high), spread(half)), sum1)
-            column, row = next_pixel(column, row, ahead, across, down)
+            pair = v.whole_where_less(low, end, walk.pair_of(column, row, row_pairs, origin), none)
+            kind = v.gather_whole(pair_class, pair)
+            place = walk.place_in(v.gather_whole(pair_slot, pair), column, row)
+            value = v.gather_value(adj_winding, v.where_whole_less(kind, partial, none, place))
+            value = v.where_index_less(kind, partial, v.spread(zero), value)
+            adj = v.where_less(low, high, v.mul(v.sub(high, low), value), v.spread(zero))
+            sum0 = v.add(sum0, adj)
+            sum1 = v.fma(adj, v.mul(v.add(low, high), v.spread(half)), sum1)
+            column, row = walk.next_pixel(column, row, ahead, across, down)
             low = high
-        at_left, at_right = sub(sum0, sum1), sum1
-        w0 = where_less(x1, x0, at_right, at_left)
-        w1 = where_less(x1, x0, at_left, at_right)
-        dx, dy = sub(x1, x0), sub(y0, y1)
-        scatter_vec4(adj_edges, edge, mul(dy, w0), mul(dx, w0), mul(dy, w1), mul(dx, w1))
+        at_left, at_right = v.sub(sum0, sum1), sum1
+        w0 = v.where_less(x1, x0, at_right, at_left)
+        w1 = v.where_less(x1, x0, at_left, at_right)
+        dx, dy = v.sub(x1, x0), v.sub(y0, y1)
+        v.scatter_vec4(adj_edges, edge, v.mul(dy, w0), v.mul(dx, w0), v.mul(dy, w1), v.mul(dx, w1))
 
     return SimpleNamespace(integrate_edges=integrate_edges)

@@ -19,8 +19,7 @@ from warpvec.kernels.lanes import Lanes, stage_module
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``count_chords``, ``emit_vertices``, ``gather_segments_adjoint`` and ``add_arriving_adjoint``."""
     vec2, vec4 = lanes.vec2, lanes.vec4
-    functions = bezier.make_functions(lanes)
-    vertex_weights, chord_count = functions.vertex_weights, functions.chord_count
+    curve = bezier.make_functions(lanes)
     module = stage_module("flattening", lanes)
 
     @wp.kernel(module=module)
@@ -34,7 +33,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         """Count the chords of each segment."""
         segment = first + wp.tid()
         point = 3 * segment
-        segment_chord_count[segment] = chord_count(
+        segment_chord_count[segment] = curve.chord_count(
             points[point], points[point + 1], points[point + 2], points[3 * segment_next[segment]]
         )
 
@@ -61,7 +60,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         count = segment_first_vertex[segment + 1] - start
         path = segment_path[segment]
         for j in range(count):
-            w = vertex_weights(j, count)
+            w = curve.vertex_weights(j, count)
             vertices[start + j] = w[0] * p0 + w[1] * p1 + w[2] * p2 + w[3] * p3
             edge_end[start + j] = start + j + 1
             edge_path[start + j] = path
@@ -85,12 +84,12 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         a1 = vec2()
         a2 = vec2()
         a3 = vec2()
-        w = vertex_weights(0, count)
+        w = curve.vertex_weights(0, count)
         for j in range(count):
             adj = adj_edges[start + j]
             adj_start = vec2(adj[0], adj[1])
             adj_end = vec2(adj[2], adj[3])
-            v = vertex_weights(j + 1, count)
+            v = curve.vertex_weights(j + 1, count)
             a0 += w[0] * adj_start + v[0] * adj_end
             a1 += w[1] * adj_start + v[1] * adj_end
             a2 += w[2] * adj_start + v[2] * adj_end

@@ -1,30 +1,25 @@
 """Integer lanes, and gathers and scatters: each lane reads or writes a place of its own.
 
-They complete ``lanes.py`` for kernels whose lanes are edges: 16 edges at a time on the CPU, one on CUDA. Sixteen loads
-and stores one after another are as fast as the gather of AVX-512, and lanes may scatter to the same place.
+They complete ``real_lanes.py`` for kernels whose lanes are edges: 16 edges at a time on the CPU, one on CUDA. Sixteen
+loads and stores one after another are as fast as the gather of AVX-512, and lanes may scatter to the same place.
 """
 
-from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
 import warp as wp
 
-from warpvec.kernels.lanes import Lanes
-
-_C_NAME = {wp.float32: "float", wp.float64: "double"}
+from warpvec.kernels.real_lanes import C_NAME, named
 
 
-@cache
-def make_index_lanes(lanes: Lanes) -> SimpleNamespace:
-    """Return the type ``whole`` of integer lanes, and the functions below, for ``lanes``."""
+def functions(lanes: SimpleNamespace) -> dict[str, Any]:
+    """Return the functions by name; `warpvec.kernels.lanes.make_lanes` describes ``lanes``."""
     return _scalar_functions(lanes) if lanes.width == 1 else _native_functions(lanes)
 
 
-def _native_functions(lanes: Lanes) -> SimpleNamespace:
-    width, dtype, vector, vec2 = lanes.width, lanes.dtype, lanes.vector, lanes.vec2
-    whole = wp.types.vector(width, dtype=wp.int32)
-    real = _C_NAME[dtype]
+def _native_functions(lanes: SimpleNamespace) -> dict[str, Any]:
+    width, dtype, vector, vec2, whole = lanes.width, lanes.dtype, lanes.vector, lanes.vec2, lanes.whole
+    real = C_NAME[dtype]
     align = 4 if real == "float" else 8
     types = (
         f"typedef {real} lanes_t __attribute__((ext_vector_type({width}), aligned({align}))); "
@@ -134,15 +129,15 @@ def _native_functions(lanes: Lanes) -> SimpleNamespace:
     @wp.func_native(f"{views('', 'ak')} {each} if (A[i] != 0) values.data[K[i]] += A[i];")
     def scatter_steps(values: wp.array(dtype=int), k: whole, a: whole): ...
 
-    return _named(
-        whole, lane_numbers, spread_whole, whole_fma, whole_add, whole_min, whole_max, whole_shift, whole_and,
+    return named(
+        lane_numbers, spread_whole, whole_fma, whole_add, whole_min, whole_max, whole_shift, whole_and,
         where_whole_less, whole_where_less, where_index_less, any_less, any_whole_less, floor_whole, real_of,
         gather_whole, gather_box, gather_x, gather_y, gather_value, scatter_vec4, scatter_add, mark_places, mark_ranges,
         scatter_steps,
     )  # fmt: skip
 
 
-def _scalar_functions(lanes: Lanes) -> SimpleNamespace:
+def _scalar_functions(lanes: SimpleNamespace) -> dict[str, Any]:
     dtype, vec2, vec4 = lanes.dtype, lanes.vec2, lanes.vec4
 
     @wp.func
@@ -249,13 +244,9 @@ def _scalar_functions(lanes: Lanes) -> SimpleNamespace:
         if a != 0:
             values[k] = values[k] + a
 
-    return _named(
-        wp.int32, lane_numbers, spread_whole, whole_fma, whole_add, whole_min, whole_max, whole_shift, whole_and,
+    return named(
+        lane_numbers, spread_whole, whole_fma, whole_add, whole_min, whole_max, whole_shift, whole_and,
         where_whole_less, whole_where_less, where_index_less, any_less, any_whole_less, floor_whole, real_of,
         gather_whole, gather_box, gather_x, gather_y, gather_value, scatter_vec4, scatter_add, mark_places, mark_ranges,
         scatter_steps,
     )  # fmt: skip
-
-
-def _named(whole: Any, *functions: Any) -> SimpleNamespace:
-    return SimpleNamespace(whole=whole, **{function.func.__name__: function for function in functions})

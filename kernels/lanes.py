@@ -3,6 +3,9 @@
 On the CPU a lane value is a ``vector(16)`` with native 16-wide vector instructions. (Warp's own vector operators are
 unrolled to scalars and 3 to 15 times slower.) On CUDA a lane value is a scalar. A cached factory builds the kernels
 once per :class:`Lanes`. The gradient checks use float64 lanes.
+
+``functions`` is the table of all functions of lanes. A factory of kernels begins with ``v = lanes.functions``, and its
+kernels call ``v.mul(a, b)``: Warp looks the names up while it compiles.
 """
 
 import platform
@@ -12,10 +15,8 @@ from typing import Any
 
 import warp as wp
 
+from warpvec.kernels import index_lanes, real_lanes
 from warpvec.kernels.constants import CANVAS_THREADS, CPU_FLAGS, CPU_FLAGS_X86, REDUCED_LANES, TILE
-from warpvec.kernels.reductions import group_reduction
-
-_C_NAME = {wp.float32: "float", wp.float64: "double"}
 
 
 class Lanes(SimpleNamespace):
@@ -31,31 +32,32 @@ class Lanes(SimpleNamespace):
 def make_lanes(width: int, dtype: Any) -> Lanes:
     """Return lanes of ``width`` 16 (CPU) or 1 (CUDA, and the CPU to check it), ``dtype`` wp.float32 or wp.float64.
 
-    Fields, beside the operations:
-        vector: type of a lane value.
+    Fields:
+        functions: the functions of `real_lanes` and `index_lanes`, by name.
+        vector, whole: types of a lane value and of a value of integer lanes.
         blocks: lane values per pixel column of a tile.
         tile_threads, tile_vectors: threads per tile, and lane values per thread.
         reducers: slots of a sum over a tile.
         canvas_threads, canvas_reducers: threads and slots of a sum over all tiles.
     """
-    vector = dtype if width == 1 else wp.types.vector(width, dtype=dtype)
-    operations = _scalar_operations(dtype) if width == 1 else _native_operations(width, dtype, vector)
-    return Lanes(
+    lanes = Lanes(
         width=width,
         dtype=dtype,
-        vector=vector,
+        vector=dtype if width == 1 else wp.types.vector(width, dtype=dtype),
+        whole=wp.int32 if width == 1 else wp.types.vector(width, dtype=wp.int32),
         vec2=wp.types.vector(2, dtype=dtype),
         vec3=wp.types.vector(3, dtype=dtype),
         vec4=wp.types.vector(4, dtype=dtype),
-        name=f"{width}x{_C_NAME[dtype]}",
+        name=f"{width}x{real_lanes.C_NAME[dtype]}",
         blocks=TILE // width,
         tile_vectors=TILE if width > 1 else 1,
         tile_threads=1 if width > 1 else TILE * TILE,
         reducers=1 if width > 1 else TILE * TILE // REDUCED_LANES,
         canvas_threads=1 if width > 1 else CANVAS_THREADS,
         canvas_reducers=1 if width > 1 else CANVAS_THREADS // REDUCED_LANES,
-        **operations,
     )
+    lanes.functions = SimpleNamespace(**real_lanes.functions(lanes), **index_lanes.functions(lanes))
+    return lanes
 
 
 def stage_module(stage: str, lanes: Lanes) -> wp.Module:
@@ -65,240 +67,3 @@ def stage_module(stage: str, lanes: Lanes) -> wp.Module:
     flags = CPU_FLAGS + CPU_FLAGS_X86 * (platform.machine() in ("x86_64", "AMD64"))
     module.options.update(enable_backward=False, max_unroll=1, cpu_compiler_flags=flags, optimization_level=3)
     return module
-
-
-def _native_operations(width: int, dtype: Any, vector: Any) -> dict[str, Any]:
-    c_type = _C_NAME[dtype]
-    declare = (
-        f"typedef {c_type} lanes_t __attribute__((ext_vector_type({width}), aligned({4 if c_type == 'float' else 8})));"
-    )
-    give = f"wp::vec_t<{width},{c_type}> o; *(lanes_t*)&o = r; return o;"
-
-    def snippet(expression: str, names: str) -> str:
-        views = "".join(f"lanes_t {name.upper()} = *(lanes_t*)&{name}; " for name in names)
-        return f"{declare} {views} lanes_t r = {expression}; {give}"
-
-    ramp = ", ".join(str(lane) for lane in range(width))
-    size = width * (4 if c_type == "float" else 8)
-
-    @wp.func_native(snippet("A + B", "ab"))
-    def add(a: vector, b: vector) -> vector: ...
-
-    @wp.func_native(snippet("A - B", "ab"))
-    def sub(a: vector, b: vector) -> vector: ...
-
-    @wp.func_native(snippet("A * B", "ab"))
-    def mul(a: vector, b: vector) -> vector: ...
-
-    @wp.func_native(snippet("A * B + C", "abc"))
-    def fma(a: vector, b: vector, c: vector) -> vector: ...
-
-    @wp.func_native(snippet("C - A * B", "abc"))
-    def fnma(a: vector, b: vector, c: vector) -> vector: ...
-
-    @wp.func_native(snippet("A < B ? A : B", "ab"))
-    def minimum(a: vector, b: vector) -> vector: ...
-
-    @wp.func_native(snippet("A > B ? A : B", "ab"))
-    def maximum(a: vector, b: vector) -> vector: ...
-
-    @wp.func_native(snippet("A < B ? C : D", "abcd"))
-    def where_less(a: vector, b: vector, c: vector, d: vector) -> vector: ...
-
-    @wp.func_native(snippet("A / B", "ab"))
-    def quotient(a: vector, b: vector) -> vector: ...
-
-    @wp.func_native(snippet("__builtin_elementwise_sqrt(A)", "a"))
-    def root(a: vector) -> vector: ...
-
-    @wp.func_native(_exponential(width, c_type, declare, give))
-    def exponential(a: vector) -> vector: ...
-
-    @wp.func_native(f"{c_type} m = a[0]; for (int i = 1; i < {width}; ++i) m = a[i] > m ? a[i] : m; return m;")
-    def lane_max(a: vector) -> dtype: ...
-
-    @wp.func
-    def any_of_tile(flag: int):
-        return flag
-
-    @wp.func_native(f"{declare} lanes_t r = (lanes_t)s; {give}")
-    def spread(s: dtype) -> vector: ...
-
-    @wp.func_native(f"{declare} lanes_t r = {{{ramp}}}; r += s; {give}")
-    def ramp_from(s: dtype) -> vector: ...
-
-    @wp.func_native(declare + _tree_sum(width, c_type))
-    def total(a: vector) -> dtype: ...
-
-    # Without the tests for negative indices and the strides of Warp's own accesses, which take a third of the time.
-    @wp.func_native(f"return ((const wp::vec_t<{width},{c_type}>*)values.data)[index];")
-    def get(values: wp.array(dtype=vector), index: int) -> vector: ...
-
-    @wp.func_native(f"((wp::vec_t<{width},{c_type}>*)values.data)[index] = value;")
-    def put(values: wp.array(dtype=vector), index: int, value: vector): ...
-
-    @wp.func_native(
-        f"const char* p = (const char*)values.data + (long)index * {size}; "
-        f"for (int i = 0; i < {width * size}; i += 64) __builtin_prefetch(p + i);"
-    )
-    def prefetch(values: wp.array(dtype=vector), index: int): ...
-
-    @wp.func
-    def reduce_tile(sums: wp.array2d(dtype=dtype), slot: int, term: int, value: vector, lane: int):
-        sums[slot, term] = total(value)
-
-    @wp.func
-    def reduce_canvas(sums: wp.array2d(dtype=wp.float64), term: int, value: wp.float64, thread: int):
-        sums[thread, term] = value
-
-    arithmetic = (add, sub, mul, fma, fnma, quotient, root, exponential, minimum, maximum, where_less)
-    functions = _named(
-        *arithmetic, spread, ramp_from, total, lane_max, any_of_tile, get, put, reduce_tile, reduce_canvas
-    )
-    return functions | {"load": get, "store": put, "prefetch": prefetch}
-
-
-# e^x is 2^n p(f) with n + f = x / ln 2. The polynomial p is within 1e-7 of 2^f on [-1/2, 1/2]. This is 28 times faster
-# than scalar calls.
-_EXPONENTIAL = """
-typedef int whole_t __attribute__((ext_vector_type(16), aligned(4)));
-lanes_t X = *(lanes_t*)&a * 1.44269504f;
-X = X < -126.f ? (lanes_t)-126.f : X;
-X = X > 126.f ? (lanes_t)126.f : X;
-lanes_t N = __builtin_elementwise_floor(X + 0.5f), F = X - N;
-lanes_t p = 1.5353362e-4f;
-p = p * F + 1.3398874e-3f; p = p * F + 9.6184373e-3f; p = p * F + 5.5503324e-2f;
-p = p * F + 2.4022648e-1f; p = p * F + 6.9314720e-1f; p = p * F + 1.f;
-whole_t bits = *(whole_t*)&p + (__builtin_convertvector(N, whole_t) << 23);
-lanes_t r = *(lanes_t*)&bits;
-"""
-
-
-def _exponential(width: int, c_type: str, declare: str, give: str) -> str:
-    if c_type == "float":
-        return declare + _EXPONENTIAL + give
-    return f"wp::vec_t<{width},{c_type}> o; for (int i = 0; i < {width}; ++i) o[i] = ::exp(a[i]); return o;"
-
-
-def _tree_sum(width: int, c_type: str) -> str:
-    text, value = "lanes_t A = *(lanes_t*)&a; ", "A"
-    while width > 2:
-        width //= 2
-        text += f"typedef {c_type} h{width}_t __attribute__((ext_vector_type({width}))); "
-        text += f"h{width}_t h{width} = {value}.lo + {value}.hi; "
-        value = f"h{width}"
-    return text + f"return {value}.x + {value}.y;"
-
-
-# A module constant, because a literal passed to a decorator inside a function breaks Warp's dedenting of the source.
-_ANY_OF_TILE = """
-#if defined(__CUDA_ARCH__)
-return __syncthreads_or(flag);
-#else
-return 1;
-#endif
-"""
-
-
-def _scalar_operations(dtype: Any) -> dict[str, Any]:
-    @wp.func
-    def add(a: dtype, b: dtype):
-        return a + b
-
-    @wp.func
-    def sub(a: dtype, b: dtype):
-        return a - b
-
-    @wp.func
-    def mul(a: dtype, b: dtype):
-        return a * b
-
-    @wp.func
-    def fma(a: dtype, b: dtype, c: dtype):
-        return a * b + c
-
-    @wp.func
-    def fnma(a: dtype, b: dtype, c: dtype):
-        return c - a * b
-
-    @wp.func
-    def minimum(a: dtype, b: dtype):
-        return wp.min(a, b)
-
-    @wp.func
-    def maximum(a: dtype, b: dtype):
-        return wp.max(a, b)
-
-    @wp.func
-    def where_less(a: dtype, b: dtype, c: dtype, d: dtype):
-        return wp.where(a < b, c, d)
-
-    @wp.func
-    def quotient(a: dtype, b: dtype):
-        return a / b
-
-    @wp.func
-    def root(a: dtype):
-        return wp.sqrt(a)
-
-    @wp.func
-    def exponential(a: dtype):
-        return wp.exp(a)
-
-    @wp.func
-    def lane_max(a: dtype):
-        return a
-
-    @wp.func_native(_ANY_OF_TILE)
-    def any_of_tile(flag: int) -> int: ...
-
-    @wp.func
-    def spread(s: dtype):
-        return s
-
-    @wp.func
-    def ramp_from(s: dtype):
-        return s
-
-    @wp.func
-    def total(a: dtype):
-        return a
-
-    @wp.func
-    def get(value: dtype, index: int):
-        return value
-
-    @wp.func
-    def put(target: wp.ref[dtype], index: int, value: dtype):
-        target = value  # noqa: F841 - a Warp reference: this writes the caller's variable
-
-    @wp.func
-    def load(values: wp.array(dtype=dtype), index: int):
-        return values[index]
-
-    @wp.func
-    def store(values: wp.array(dtype=dtype), index: int, value: dtype):
-        values[index] = value
-
-    @wp.func
-    def prefetch(values: wp.array(dtype=dtype), index: int):
-        return
-
-    reduce_lanes, reduce_doubles = group_reduction(dtype), group_reduction(wp.float64)
-
-    @wp.func
-    def reduce_tile(sums: wp.array2d(dtype=dtype), slot: int, term: int, value: dtype, lane: int):
-        row = slot * wp.static(TILE * TILE // REDUCED_LANES) + lane // wp.static(REDUCED_LANES)
-        reduce_lanes(sums, row, term, value, lane)
-
-    @wp.func
-    def reduce_canvas(sums: wp.array2d(dtype=wp.float64), term: int, value: wp.float64, thread: int):
-        reduce_doubles(sums, thread // wp.static(REDUCED_LANES), term, value, thread)
-
-    arithmetic = (add, sub, mul, fma, fnma, quotient, root, exponential, minimum, maximum, where_less)
-    access = (get, put, load, store, prefetch, reduce_tile, reduce_canvas)
-    return _named(*arithmetic, spread, ramp_from, total, lane_max, any_of_tile, *access)
-
-
-def _named(*functions: Any) -> dict[str, Any]:
-    return {function.func.__name__: function for function in functions}

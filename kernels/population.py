@@ -27,8 +27,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     dtype, vec3 = lanes.dtype, lanes.vec3
     array2d, array3d = wp.array2d(dtype=dtype), wp.array3d(dtype=dtype)
     one = wp.constant(dtype(1.0))
-    functions = make_functions(lanes)
-    corrections, update_row = functions.corrections, functions.update_row
+    optimizer = make_functions(lanes)
     parts = wp.constant(threads_per_path(lanes))
     module = stage_module("population", lanes)
 
@@ -69,7 +68,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         part = item - path * parts
         age = path_age[path]
         first_step = age == wp.int64(1)
-        bias = corrections(age, log_betas)
+        bias = optimizer.corrections(age, log_betas)
         lr_color = dtype(rates[1] * factor[0])
         if path < path_count:
             lr_points, lr_opacity = dtype(rates[0] * factor[0]), dtype(rates[2] * factor[0])
@@ -82,23 +81,23 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 own_age = segment_age[segment]
                 own_bias = vec3(bias)
                 if own_age != age:
-                    own_bias = corrections(own_age, log_betas)
-                update_row(
+                    own_bias = optimizer.corrections(own_age, log_betas)
+                optimizer.update_row(
                     segment, stop - segment, part, parts, wp.static(SCALED), half_side, own_age == wp.int64(1),
                     lr_points, betas, own_bias, eps, adj_segments,
                     segments[0], segments[1], segments[2], segments[3], segments[4], scene_segments,
                 )  # fmt: skip
                 segment = int(stop)
-            update_row(
+            optimizer.update_row(
                 path, 1, part, parts, color_form, one, first_step, lr_color, betas, bias, eps,
                 adj_color, color[0], color[1], color[2], color[3], color[4], scene_color,
             )  # fmt: skip
-            update_row(
+            optimizer.update_row(
                 path, 1, part, parts, wp.static(SIGMOID), one, first_step, lr_opacity, betas, bias, eps,
                 adj_opacity, opacity[0], opacity[1], opacity[2], opacity[3], opacity[4], scene_opacity,
             )  # fmt: skip
         else:
-            update_row(
+            optimizer.update_row(
                 0, 1, part, parts, color_form, one, first_step, lr_color, betas, bias, eps,
                 adj_background, background[0], background[1], background[2], background[3], background[4],
                 scene_background,

@@ -20,14 +20,14 @@ from warpvec.kernels.splatting import PLANES
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return ``gaussian``, which forward and adjoint share."""
     dtype, vector = lanes.dtype, lanes.vector
-    mul, fma, spread, exponential = lanes.mul, lanes.fma, lanes.spread, lanes.exponential
+    v = lanes.functions
     half = wp.constant(dtype(0.5))
 
     @wp.func
     def gaussian(opacity: dtype, dx: dtype, dy: vector, pxx: dtype, pxy: dtype, pyy: dtype):
         """Return opacity exp(-q / 2) at the offsets dx, dy from the center, before the bounds on alpha."""
-        linear = fma(dy, spread(-half * pyy), spread(-pxy * dx))
-        return mul(spread(opacity), exponential(fma(dy, linear, spread(-half * pxx * dx * dx))))
+        linear = v.fma(dy, v.spread(-half * pyy), v.spread(-pxy * dx))
+        return v.mul(v.spread(opacity), v.exponential(v.fma(dy, linear, v.spread(-half * pxx * dx * dx))))
 
     return SimpleNamespace(gaussian=gaussian)
 
@@ -36,13 +36,10 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``cover_splats``."""
     dtype, vector = lanes.dtype, lanes.vector
-    mul, sub, fnma, spread, get, put = lanes.mul, lanes.sub, lanes.fnma, lanes.spread, lanes.get, lanes.put
-    minimum, maximum, where_less, ramp_from = lanes.minimum, lanes.maximum, lanes.where_less, lanes.ramp_from
-    lane_max, any_of_tile = lanes.lane_max, lanes.any_of_tile
+    v = lanes.functions
     gaussian = make_functions(lanes).gaussian
     covered = splat_binning.make_functions(lanes).covered
-    functions = compositing.make_functions(lanes)
-    winding_index, on_canvas = functions.winding_index, functions.on_canvas
+    pixels = compositing.make_functions(lanes)
     zero, half, one = (wp.constant(dtype(value)) for value in (0.0, 0.5, 1.0))
     alpha_min, alpha_max = wp.constant(dtype(SPLAT_ALPHA_MIN)), wp.constant(dtype(SPLAT_ALPHA_MAX))
     planes, group_size = wp.constant(PLANES), wp.constant(SPLAT_GROUP)
@@ -89,18 +86,18 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             light = wp.zeros(shape=(tile_vectors,), dtype=vector)
             passed = wp.zeros(shape=(tile_vectors,), dtype=vector)
         else:
-            light = spread(one)
-            passed = spread(one)
-        for v in range(tile_vectors):
-            put(light, v, on_canvas(tile, lane * tile_vectors + v, tile_columns, height, width_px))
+            light = v.spread(one)
+            passed = v.spread(one)
+        for i in range(tile_vectors):
+            v.put(light, i, pixels.on_canvas(tile, lane * tile_vectors + i, tile_columns, height, width_px))
         is_lit = int(1)
         while hit > start and is_lit == 1:
             hit -= 1
             pair = hit_pair[hit]
             path = pair_path[pair]
             o = opacity[path]
-            for v in range(tile_vectors):
-                put(passed, v, spread(one))
+            for i in range(tile_vectors):
+                v.put(passed, i, v.spread(one))
             for row in range(path * row_count, (path + 1) * row_count):
                 row_box = group_box[row * (group_count + 1) + group_count]
                 if row_box[0] < left + TILE and row_box[2] > left and row_box[1] < top + TILE and row_box[3] > top:
@@ -118,23 +115,23 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                                     pxx = splats[splat + 2 * sample_stride]
                                     pxy = splats[splat + 3 * sample_stride]
                                     pyy = splats[splat + 4 * sample_stride]
-                                    dy = ramp_from(row0 - y)
+                                    dy = v.ramp_from(row0 - y)
                                     for column in range(near, far):
                                         alpha = gaussian(o, dtype(column) + half - x, dy, pxx, pxy, pyy)
-                                        alpha = minimum(alpha, spread(alpha_max))
-                                        alpha = where_less(alpha, spread(alpha_min), spread(zero), alpha)
-                                        p = get(passed, column - own_left)
-                                        put(passed, column - own_left, fnma(p, alpha, p))
-            brightest = spread(zero)
-            slot0 = winding_index(pair_slot[pair], lane * tile_vectors)
-            for v in range(tile_vectors):
-                p = get(passed, v)
-                slot_transmittance[slot0 + v] = p
-                slot_coverage[slot0 + v] = sub(spread(one), p)
-                rest = mul(get(light, v), p)
-                put(light, v, rest)
-                brightest = maximum(brightest, rest)
-            is_lit = any_of_tile(wp.where(lane_max(brightest) >= transmittance_min, 1, 0))
+                                        alpha = v.minimum(alpha, v.spread(alpha_max))
+                                        alpha = v.where_less(alpha, v.spread(alpha_min), v.spread(zero), alpha)
+                                        p = v.get(passed, column - own_left)
+                                        v.put(passed, column - own_left, v.fnma(p, alpha, p))
+            brightest = v.spread(zero)
+            slot0 = pixels.winding_index(pair_slot[pair], lane * tile_vectors)
+            for i in range(tile_vectors):
+                p = v.get(passed, i)
+                slot_transmittance[slot0 + i] = p
+                slot_coverage[slot0 + i] = v.sub(v.spread(one), p)
+                rest = v.mul(v.get(light, i), p)
+                v.put(light, i, rest)
+                brightest = v.maximum(brightest, rest)
+            is_lit = v.any_of_tile(wp.where(v.lane_max(brightest) >= transmittance_min, 1, 0))
             pair_is_visible[pair] = 1
         tile_first_visible[tile] = hit
         for hidden in range(start, hit):

@@ -20,8 +20,7 @@ from warpvec.kernels.splatting_adjoint import CENTER_TERMS, COVARIANCE_TERMS
 def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
     """Return ``cover_splats_adjoint``; with ``covariance`` it also fills the sums of the covariance."""
     dtype, vector = lanes.dtype, lanes.vector
-    add, mul, fma, sub, spread, total = lanes.add, lanes.mul, lanes.fma, lanes.sub, lanes.spread, lanes.total
-    quotient, where_less, ramp_from = lanes.quotient, lanes.where_less, lanes.ramp_from
+    v = lanes.functions
     gaussian = splat_coverage.make_functions(lanes).gaussian
     covered = splat_binning.make_functions(lanes).covered
     winding_index = compositing.make_functions(lanes).winding_index
@@ -34,9 +33,9 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
     @wp.func
     def alpha_adjoint(alpha: vector, adj_coverage: vector, transmittance: vector):
         """Return dL/d(alpha) alpha, or 0 where alpha is dropped or clipped."""
-        kept = where_less(alpha, spread(alpha_min), spread(zero), alpha)
-        free = where_less(kept, spread(alpha_max), kept, spread(zero))
-        return mul(free, quotient(mul(adj_coverage, transmittance), sub(spread(one), free)))
+        kept = v.where_less(alpha, v.spread(alpha_min), v.spread(zero), alpha)
+        free = v.where_less(kept, v.spread(alpha_max), kept, v.spread(zero))
+        return v.mul(free, v.quotient(v.mul(adj_coverage, transmittance), v.sub(v.spread(one), free)))
 
     @wp.kernel(module=module)
     def cover_splats_adjoint(
@@ -63,9 +62,9 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
         sample = item % sample_stride
         path = row // row_count
         splat = row * planes * sample_stride + sample
-        weight, weight_x, weight_y = spread(zero), spread(zero), spread(zero)
+        weight, weight_x, weight_y = v.spread(zero), v.spread(zero), v.spread(zero)
         if wp.static(covariance):
-            weight_xx, weight_xy, weight_yy = spread(zero), spread(zero), spread(zero)
+            weight_xx, weight_xy, weight_yy = v.spread(zero), v.spread(zero), v.spread(zero)
         reach_x = splats[splat + 5 * sample_stride]
         if reach_x >= zero:
             x, y, o = splats[splat], splats[splat + sample_stride], opacity[path]
@@ -85,23 +84,23 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
                         dx = dtype(column) + half - x
                         slot = winding_index(pair_slot[pair], (column % TILE) * blocks)
                         for part in range(part_first, part_end):
-                            dy = ramp_from(dtype(tile_row * TILE + part * width) + half - y)
+                            dy = v.ramp_from(dtype(tile_row * TILE + part * width) + half - y)
                             alpha = gaussian(o, dx, dy, pxx, pxy, pyy)
                             w = alpha_adjoint(alpha, adj_slot_coverage[slot + part], slot_transmittance[slot + part])
-                            wy = mul(w, dy)
-                            weight, weight_y = add(weight, w), add(weight_y, wy)
-                            weight_x = fma(spread(dx), w, weight_x)
+                            wy = v.mul(w, dy)
+                            weight, weight_y = v.add(weight, w), v.add(weight_y, wy)
+                            weight_x = v.fma(v.spread(dx), w, weight_x)
                             if wp.static(covariance):
-                                weight_xx = fma(spread(dx * dx), w, weight_xx)
-                                weight_xy = fma(spread(dx), wy, weight_xy)
-                                weight_yy = fma(dy, wy, weight_yy)
+                                weight_xx = v.fma(v.spread(dx * dx), w, weight_xx)
+                                weight_xy = v.fma(v.spread(dx), wy, weight_xy)
+                                weight_yy = v.fma(dy, wy, weight_yy)
         out = row * terms * sample_stride + sample
-        splat_sums[out] = total(weight)
-        splat_sums[out + sample_stride] = total(weight_x)
-        splat_sums[out + 2 * sample_stride] = total(weight_y)
+        splat_sums[out] = v.total(weight)
+        splat_sums[out + sample_stride] = v.total(weight_x)
+        splat_sums[out + 2 * sample_stride] = v.total(weight_y)
         if wp.static(covariance):
-            splat_sums[out + 3 * sample_stride] = total(weight_xx)
-            splat_sums[out + 4 * sample_stride] = total(weight_xy)
-            splat_sums[out + 5 * sample_stride] = total(weight_yy)
+            splat_sums[out + 3 * sample_stride] = v.total(weight_xx)
+            splat_sums[out + 4 * sample_stride] = v.total(weight_xy)
+            splat_sums[out + 5 * sample_stride] = v.total(weight_yy)
 
     return SimpleNamespace(cover_splats_adjoint=cover_splats_adjoint)

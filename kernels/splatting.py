@@ -38,8 +38,7 @@ KINDS = 3
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return the functions that forward and adjoint share."""
     dtype, vector = lanes.dtype, lanes.vector
-    mul, fma, sub, spread, root = lanes.mul, lanes.fma, lanes.sub, lanes.spread, lanes.root
-    quotient, maximum, minimum, where_less = lanes.quotient, lanes.maximum, lanes.minimum, lanes.where_less
+    v = lanes.functions
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
     tangent_min_squared = wp.constant(dtype(TANGENT_MIN**2))
     floor_x, floor_inside = wp.constant(dtype(BOUNDARY_SIGMA_X_MIN)), wp.constant(dtype(INTERIOR_SIGMA_MIN))
@@ -57,44 +56,44 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         block_count: int,
     ):
         """Return one coordinate of a linear combination of the control points, for the samples of a block."""
-        value = spread(zero)
+        value = v.spread(zero)
         for j in range(point_count):
             weight = basis[(part * point_count + j) * block_count + block]
-            value = fma(weight, spread(points[path * point_count + j, axis]), value)
+            value = v.fma(weight, v.spread(points[path * point_count + j, axis]), value)
         return value
 
     @wp.func
     def blend(a: vector, b: vector, w: dtype):
         """Return (1 - w) a + w b."""
-        return fma(spread(w), sub(b, a), a)
+        return v.fma(v.spread(w), v.sub(b, a), a)
 
     @wp.func
     def norm(x: vector, y: vector):
-        return root(fma(x, x, mul(y, y)))
+        return v.root(v.fma(x, x, v.mul(y, y)))
 
     @wp.func
     def inverse_norm(x: vector, y: vector):
         """Return 1 / length, or 0 for a vector without a direction."""
-        squared = fma(x, x, mul(y, y))
-        inverse = quotient(spread(one), root(maximum(squared, spread(tangent_min_squared))))
-        return where_less(squared, spread(tangent_min_squared), spread(zero), inverse)
+        squared = v.fma(x, x, v.mul(y, y))
+        inverse = v.quotient(v.spread(one), v.root(v.maximum(squared, v.spread(tangent_min_squared))))
+        return v.where_less(squared, v.spread(tangent_min_squared), v.spread(zero), inverse)
 
     @wp.func
     def direction(x: vector, y: vector, inverse: vector):
         """Return the unit vector of (x, y), given ``inverse`` = 1 / length; (1, 0) where ``inverse`` is 0."""
-        return where_less(spread(zero), inverse, mul(x, inverse), spread(one)), mul(y, inverse)
+        return v.where_less(v.spread(zero), inverse, v.mul(x, inverse), v.spread(one)), v.mul(y, inverse)
 
     @wp.func
     def clamp_x(sigma: vector, is_boundary: bool):
         """Clamp a standard deviation along the curve, in pixels."""
-        return maximum(sigma, spread(wp.where(is_boundary, floor_x, floor_inside)))
+        return v.maximum(sigma, v.spread(wp.where(is_boundary, floor_x, floor_inside)))
 
     @wp.func
     def clamp_y(sigma: vector, is_boundary: bool):
         """Clamp a standard deviation across the curve, in pixels."""
-        clamped = maximum(sigma, spread(floor_inside))
+        clamped = v.maximum(sigma, v.spread(floor_inside))
         if is_boundary:
-            clamped = minimum(maximum(sigma, spread(floor_y)), spread(ceiling_y))
+            clamped = v.minimum(v.maximum(sigma, v.spread(floor_y)), v.spread(ceiling_y))
         return clamped
 
     return SimpleNamespace(
@@ -112,12 +111,8 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``place_splats``."""
     dtype, vector = lanes.dtype, lanes.vector
-    add, sub, mul, fma, spread, root = lanes.add, lanes.sub, lanes.mul, lanes.fma, lanes.spread, lanes.root
-    quotient, maximum, where_less = lanes.quotient, lanes.maximum, lanes.where_less
-    functions = make_functions(lanes)
-    combine, blend, norm = functions.combine, functions.blend, functions.norm
-    inverse_norm, direction = functions.inverse_norm, functions.direction
-    clamp_x, clamp_y = functions.clamp_x, functions.clamp_y
+    v = lanes.functions
+    sides = make_functions(lanes)
     zero, one, two = (wp.constant(dtype(value)) for value in (0.0, 1.0, 2.0))
     across = wp.constant(dtype(SIGMA_PER_SPACING))
     alpha_min, farthest = wp.constant(dtype(SPLAT_ALPHA_MIN)), wp.constant(dtype(COORDINATE_MAX))
@@ -127,10 +122,10 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     @wp.func
     def visible_reach(x: vector, y: vector, reach: vector, sample: vector, sample_count: int):
         """Return ``reach``, or -1 for a Gaussian that is not finite, too far out, or beyond the last sample."""
-        farness = add(add(maximum(x, sub(spread(zero), x)), maximum(y, sub(spread(zero), y))), reach)
+        farness = v.add(v.add(v.maximum(x, v.sub(v.spread(zero), x)), v.maximum(y, v.sub(v.spread(zero), y))), reach)
         # A comparison with a NaN is false.
-        kept = where_less(farness, spread(farthest), reach, spread(-one))
-        return where_less(sample, spread(dtype(sample_count)), kept, spread(-one))
+        kept = v.where_less(farness, v.spread(farthest), reach, v.spread(-one))
+        return v.where_less(sample, v.spread(dtype(sample_count)), kept, v.spread(-one))
 
     @wp.kernel(module=module)
     def place_splats(
@@ -152,42 +147,42 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         item = first + wp.tid()
         path = item // block_count
         block = item % block_count
-        ax = combine(points, path, point_count, 0, basis, 0, block, block_count)
-        ay = combine(points, path, point_count, 1, basis, 0, block, block_count)
-        bx = combine(points, path, point_count, 0, basis, 1, block, block_count)
-        by = combine(points, path, point_count, 1, basis, 1, block, block_count)
-        asx = combine(points, path, point_count, 0, basis, 2, block, block_count)
-        asy = combine(points, path, point_count, 1, basis, 2, block, block_count)
-        bsx = combine(points, path, point_count, 0, basis, 3, block, block_count)
-        bsy = combine(points, path, point_count, 1, basis, 3, block, block_count)
-        atx = combine(points, path, point_count, 0, basis, 4, block, block_count)
-        aty = combine(points, path, point_count, 1, basis, 4, block, block_count)
-        btx = combine(points, path, point_count, 0, basis, 5, block, block_count)
-        bty = combine(points, path, point_count, 1, basis, 5, block, block_count)
-        gap = mul(spread(across), norm(sub(bx, ax), sub(by, ay)))
+        ax = sides.combine(points, path, point_count, 0, basis, 0, block, block_count)
+        ay = sides.combine(points, path, point_count, 1, basis, 0, block, block_count)
+        bx = sides.combine(points, path, point_count, 0, basis, 1, block, block_count)
+        by = sides.combine(points, path, point_count, 1, basis, 1, block, block_count)
+        asx = sides.combine(points, path, point_count, 0, basis, 2, block, block_count)
+        asy = sides.combine(points, path, point_count, 1, basis, 2, block, block_count)
+        bsx = sides.combine(points, path, point_count, 0, basis, 3, block, block_count)
+        bsy = sides.combine(points, path, point_count, 1, basis, 3, block, block_count)
+        atx = sides.combine(points, path, point_count, 0, basis, 4, block, block_count)
+        aty = sides.combine(points, path, point_count, 1, basis, 4, block, block_count)
+        btx = sides.combine(points, path, point_count, 0, basis, 5, block, block_count)
+        bty = sides.combine(points, path, point_count, 1, basis, 5, block, block_count)
+        gap = v.mul(v.spread(across), sides.norm(v.sub(bx, ax), v.sub(by, ay)))
         # The Gaussian is dropped where q > reach2.
         reach2 = two * wp.log(wp.max(opacity[path] / alpha_min, one))
-        sample = lanes.ramp_from(dtype(block * width))
+        sample = v.ramp_from(dtype(block * width))
         for row in range(row_count):
             w = row_weight[row]
             is_boundary = row == 0 or row == row_count - 1
-            x, y = blend(ax, bx, w), blend(ay, by, w)
-            distance = norm(blend(asx, bsx, w), blend(asy, bsy, w))
-            sx = clamp_x(mul(spacing_factor[block], distance), is_boundary)
-            sy = clamp_y(mul(spread(row_step[row]), gap), is_boundary)
-            tx, ty = blend(atx, btx, w), blend(aty, bty, w)
-            ux, uy = direction(tx, ty, inverse_norm(tx, ty))
-            vx, vy = mul(sx, sx), mul(sy, sy)
-            px, py = quotient(spread(one), vx), quotient(spread(one), vy)
-            uxx, uxy, uyy = mul(ux, ux), mul(ux, uy), mul(uy, uy)
-            reach_x = root(mul(spread(reach2), fma(uxx, vx, mul(uyy, vy))))
-            reach_y = root(mul(spread(reach2), fma(uyy, vx, mul(uxx, vy))))
+            x, y = sides.blend(ax, bx, w), sides.blend(ay, by, w)
+            distance = sides.norm(sides.blend(asx, bsx, w), sides.blend(asy, bsy, w))
+            sx = sides.clamp_x(v.mul(spacing_factor[block], distance), is_boundary)
+            sy = sides.clamp_y(v.mul(v.spread(row_step[row]), gap), is_boundary)
+            tx, ty = sides.blend(atx, btx, w), sides.blend(aty, bty, w)
+            ux, uy = sides.direction(tx, ty, sides.inverse_norm(tx, ty))
+            vx, vy = v.mul(sx, sx), v.mul(sy, sy)
+            px, py = v.quotient(v.spread(one), vx), v.quotient(v.spread(one), vy)
+            uxx, uxy, uyy = v.mul(ux, ux), v.mul(ux, uy), v.mul(uy, uy)
+            reach_x = v.root(v.mul(v.spread(reach2), v.fma(uxx, vx, v.mul(uyy, vy))))
+            reach_y = v.root(v.mul(v.spread(reach2), v.fma(uyy, vx, v.mul(uxx, vy))))
             plane = (path * row_count + row) * planes * block_count + block
             splats[plane] = x
             splats[plane + block_count] = y
-            splats[plane + 2 * block_count] = fma(uxx, px, mul(uyy, py))
-            splats[plane + 3 * block_count] = mul(uxy, sub(px, py))
-            splats[plane + 4 * block_count] = fma(uyy, px, mul(uxx, py))
+            splats[plane + 2 * block_count] = v.fma(uxx, px, v.mul(uyy, py))
+            splats[plane + 3 * block_count] = v.mul(uxy, v.sub(px, py))
+            splats[plane + 4 * block_count] = v.fma(uyy, px, v.mul(uxx, py))
             splats[plane + 5 * block_count] = visible_reach(x, y, reach_x, sample, sample_count)
             splats[plane + 6 * block_count] = visible_reach(x, y, reach_y, sample, sample_count)
 

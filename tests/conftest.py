@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 import torch
 import warp as wp
 from backends import BACKENDS, Backend, why_no_cuda
+from children import kill_all, take_default_signals
+from hangs import no_hang
+from short_fits import Photo
 
 wp.config.log_level = wp.LOG_WARNING
 
@@ -14,7 +19,30 @@ wp.config.log_level = wp.LOG_WARNING
 torch.set_num_threads(1)
 
 
+take_default_signals()  # here and not in each test: what tests start inherits it
+
 NO_CUDA = why_no_cuda()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup() -> Iterator[None]:
+    """Let a fixture fail that hangs."""
+    with no_hang():
+        yield
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Iterator[None]:
+    """Let a test fail that hangs."""
+    with no_hang():
+        yield
+
+
+@pytest.hookimpl(trylast=True)  # after the fixtures, which may end their processes in order
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """After the last test of a file, kill the processes that failed tests have left."""
+    if nextitem is None or nextitem.path != item.path:
+        kill_all()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
@@ -52,6 +80,12 @@ def quick_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     """Replace the fit by a stub that returns circles."""
     from stubs import stub_fit
 
-    from warpvec.vectorization import photo_fit
+    from warpvec.modes import photo
 
-    monkeypatch.setattr(photo_fit, "fit", stub_fit)
+    monkeypatch.setattr(photo, "fit", stub_fit)
+
+
+@pytest.fixture
+def photo() -> Photo:
+    """Noise, 48 x 32."""
+    return np.random.default_rng(1).integers(0, 256, (32, 48, 3), dtype=np.uint8)

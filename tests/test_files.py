@@ -11,7 +11,8 @@ import pytest
 
 from warpvec import files
 from warpvec.errors import InputError
-from warpvec.files import check_writable, encode_svg, gzip_bytes, write_atomic
+from warpvec.files import check_writable, gzip_bytes, write_atomic
+from warpvec.writers.registry import encode
 
 
 def entries(folder):
@@ -151,11 +152,11 @@ def test_check_writable_asks_the_system(tmp_path):
 
 def test_svgz_is_gzipped_and_reproducible(monkeypatch):
     text = "<svg>\u00e9</svg>" * 50
-    packed = encode_svg(text, "dir.svg/out.SVGZ")
+    packed = encode(text, "dir.svg/out.SVGZ")
     monkeypatch.setattr("time.time", lambda: 1e9)
-    assert encode_svg(text, "out.svgz") == packed == gzip_bytes(text.encode())
+    assert encode(text, "out.svgz") == packed == gzip_bytes(text.encode())
     assert gzip.decompress(packed) == text.encode()
-    assert encode_svg(text, "out.svg") == encode_svg(text, "-") == encode_svg(text, "svgz") == text.encode()
+    assert encode(text, "out.svg") == encode(text, "-") == encode(text, "svgz") == text.encode()
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="needs /proc, which only Linux has")

@@ -21,6 +21,7 @@ def _resident_bytes() -> int:
     return pages * 4096
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads memory from Linux's /proc")
 def test_memory_is_flat_over_many_runs() -> None:
     """Compare from the tenth run on: by then every kernel is loaded and each cached renderer has its buffers."""

@@ -21,10 +21,10 @@ _MODULES = {
     "InputError": "errors",
     "Scene": "geometry.scene",
     "render": "rendering.operator",
-    "vectorize": "vectorization.api",
-    "refine": "vectorization.refine",
-    "placeholder": "vectorization.placeholder",
-    "Result": "vectorization.result",
+    "vectorize": "api",
+    "refine": "api",
+    "placeholder": "placeholders.placeholder",
+    "Result": "result",
 }
 
 __all__ = ["__version__", *_MODULES]

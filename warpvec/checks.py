@@ -34,7 +34,7 @@ def check_count(name: str, value: Any, minimum: int, maximum: int | None = None)
     return count
 
 
-def check_number(name: str, value: Any, low: float, high: float) -> float:
+def check_number(name: str, value: object, low: float, high: float) -> float:
     """Return ``value``, of a Python or NumPy type, as a float.
 
     Raises:
@@ -47,7 +47,7 @@ def check_number(name: str, value: Any, low: float, high: float) -> float:
     return number
 
 
-def check_choice(name: str, value: Any, allowed: tuple[str, ...]) -> None:
+def check_choice(name: str, value: object, allowed: tuple[str, ...]) -> None:
     """Raise InputError, which suggests the name that is most like ``value``, unless it is one of the ``allowed``."""
     if not isinstance(value, str) or value not in allowed:
         remedy = suggest_name(value, allowed) if isinstance(value, str) else ""
@@ -60,13 +60,13 @@ def suggest_name(name: str, allowed: Iterable[str]) -> str:
     return f"did you mean {similar[0]}?" if similar else ""
 
 
-def check_flag(name: str, value: Any) -> None:
+def check_flag(name: str, value: object) -> None:
     """Raise InputError unless ``value`` is True or False."""
     if not isinstance(value, bool):
         raise InputError(name, "must be True or False", show(value))
 
 
-def as_float(value: Any) -> float:
+def as_float(value: object) -> float:
     """Return ``value``, of a Python or NumPy type, as a float; NaN, which is in no range, if it is not finite."""
     if not isinstance(value, Real) or isinstance(value, bool):
         return math.nan
@@ -78,7 +78,7 @@ def as_float(value: Any) -> float:
 
 
 def in_one_line(text: str) -> str:
-    """Return ``text`` with escapes such as \\n for what would break a line, or move or colour the text of a terminal.
+    r"""Return ``text`` with escapes such as \n for what would break a line, or move or colour the text of a terminal.
 
     File names can hold any of these.
     """
@@ -86,7 +86,7 @@ def in_one_line(text: str) -> str:
     return text.translate(escapes)
 
 
-def show(value: Any) -> str:
+def show(value: object) -> str:
     """Return the repr of ``value`` in one line; arrays print in several."""
     try:
         return " ".join(repr(value).split())

@@ -100,12 +100,6 @@ def is_full(error: OSError) -> bool:
     return error.errno in (errno.ENOSPC, errno.EDQUOT)
 
 
-def encode_svg(text: str, path: str | os.PathLike[str]) -> bytes:
-    """Return the bytes of a file ``path`` with the SVG ``text``: gzipped if the name ends in ``.svgz``."""
-    data = text.encode()
-    return gzip_bytes(data) if Path(path).suffix.lower() == ".svgz" else data
-
-
 def gzip_bytes(data: bytes) -> bytes:
     """Return ``data`` gzipped without a time stamp, so that equal data give equal bytes."""
     return gzip.compress(data, GZIP_LEVEL, mtime=0)
@@ -118,6 +112,12 @@ def gzip_count(data: bytes) -> int:
     """
     packer = zlib.compressobj(GZIP_LEVEL, zlib.DEFLATED, zlib.MAX_WBITS | 16, GZIP_COMMAND_MEMORY)
     return max(len(gzip_bytes(data)), len(packer.compress(data)) + len(packer.flush()))
+
+
+def text_bytes(text: str, *, gzip: bool = False) -> int:
+    """Return the bytes of ``text``, after gzip if asked."""
+    data = text.encode()
+    return gzip_count(data) if gzip else len(data)
 
 
 def _write_through(path: Path, data: bytes) -> None:

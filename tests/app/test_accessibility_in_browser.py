@@ -25,7 +25,7 @@ WINDOWS: dict[str, dict[str, Any]] = {
 
 JARGON = (
     "PSNR|SSIM|SVG|svgz|PNG|PDF|gradient|opacity|opaque|residual|generation|convergence|iteration|segment|gzipped|node|"
-    "palette|hue|vivid|canvas|level|pan|cut|mono|flat|fit|smooth|corner|code|near|detail"
+    "palette|hue|vivid|canvas|layer|pan|cut|mono|flat|fit|smooth|corner|code|near|detail"
 )
 """Words of the page that are not everyday English, or mean something of their own there."""
 

@@ -9,12 +9,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from warpvec.app.erasing import erase, hole_of
 from warpvec.app.fitting import result_facts, run_job
-from warpvec.app.messages import Job
+from warpvec.app.messages import FitJob
 from warpvec.app.settings import FitSettings
 from warpvec.errors import InputError
+from warpvec.modes.flat import KnownOutlines
+from warpvec.polish.erasing import erase, hole_of
 from warpvec.svg.measure import draw
+from warpvec.watch.watch import Watch
+
+pytestmark = pytest.mark.slow
 
 SIDE = 48
 
@@ -44,8 +48,8 @@ TRUE = square(10, 20, "#e04020")
 
 def again(mode: str = "flat", **more: object) -> tuple[str, list[str]]:
     """Fit a drawing again; return the text and the data of its paths."""
-    job = Job(1, picture(PAPER, TRUE), "x", FitSettings(mode=mode), keeps_paths=True, **more)  # type: ignore[arg-type]
-    found = run_job(job, lambda kind, facts: None, lambda progress: None, 1)
+    job = FitJob(1, picture(PAPER, TRUE), "x", FitSettings(mode=mode), keeps_paths=True, **more)  # type: ignore[arg-type]
+    found = run_job(job, lambda kind, facts: None, Watch(), 1)
     text = result_facts(found)["svg"]
     return text, re.findall(r'<path[^>]* d="([^"]*)"', text)
 
@@ -102,20 +106,19 @@ def test_a_hole_is_filled_smoothly_from_its_border() -> None:
 
 def test_another_detail_goes_on_from_the_outlines(monkeypatch: pytest.MonkeyPatch) -> None:
     from warpvec.flat import drawing
-    from warpvec.vectorization.flat_art import Outlines
 
     searches: list[object] = []
     found = drawing.find_regions
     monkeypatch.setattr(drawing, "find_regions", lambda *arguments: searches.append(0) or found(*arguments))
-    outlines = Outlines()
+    outlines = KnownOutlines()
 
-    def drawn(kept: Outlines, detail: float, data: bytes = picture(PAPER, TRUE)) -> str:
-        job = Job(1, data, "x", FitSettings(mode="flat", detail=detail))
-        return str(result_facts(run_job(job, lambda kind, facts: None, lambda progress: None, 1, kept))["svg"])
+    def drawn(kept: KnownOutlines, detail: float, data: bytes = picture(PAPER, TRUE)) -> str:
+        job = FitJob(1, data, "x", FitSettings(mode="flat", detail=detail))
+        return str(result_facts(run_job(job, lambda kind, facts: None, Watch(), 1, kept))["svg"])
 
     drawn(outlines, 0.1)
     second = drawn(outlines, 0.4)
     assert len(searches) == 1
-    assert second == drawn(Outlines(), 0.4)
+    assert second == drawn(KnownOutlines(), 0.4)
     drawn(outlines, 0.4, picture(PAPER, square(8, 20, "#20c040")))  # another picture
     assert len(searches) == 3

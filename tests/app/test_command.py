@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from children import limit
 from commands import invoke
 
 from warpvec.cli.commands import app as command
@@ -72,5 +73,5 @@ def test_the_address_is_printed_and_a_ticket_is_opened(
     address = result.stderr.split()[4]
     assert address.startswith("http://127.0.0.1:")
     if opens:
-        assert opened.get(timeout=10) == "/".join([*address.split("/")[:3], "ticket"])
+        assert opened.get(timeout=limit(10)) == "/".join([*address.split("/")[:3], "ticket"])
     assert opened.empty()

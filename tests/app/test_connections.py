@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 import uvicorn
+from children import limit
 
 from warpvec.app import server
 from warpvec.app.address import open_socket
@@ -30,7 +31,7 @@ async def talk(port: int, *pieces: bytes) -> bytes:
             writer.write(piece)
             await writer.drain()
             await asyncio.sleep(0.1)
-        return await asyncio.wait_for(_rest(reader), 5)
+        return await asyncio.wait_for(_rest(reader), limit(10))
     finally:
         writer.close()
 
@@ -58,7 +59,7 @@ async def _rest(reader: asyncio.StreamReader) -> bytes:
 def test_half_a_request_ends_a_connection(
     monkeypatch: pytest.MonkeyPatch, pieces: tuple[bytes, ...], answers: int
 ) -> None:
-    monkeypatch.setattr(server, "SILENT_SECONDS", 0.4)
+    monkeypatch.setattr(server, "SILENT_SECONDS", limit(0.4))  # longer than the pauses of `talk`, on a busy machine too
 
     async def run() -> bytes:
         with open_socket(0) as listener:

@@ -68,7 +68,7 @@ def test_a_new_request_replaces_the_running_fit_and_goes_on_from_its_share(serve
     server.report("frame", 1, **FRAME)  # too late
     server.report("dropped", 1)
     second = server.worker.jobs[-1]
-    assert (second.settings.curves, second.start) == (99, "<svg/>")
+    assert (second.settings.values["curves"], second.start) == (99, "<svg/>")
     assert second.done_share == 0.25
     server.report("frame", second.number, **FRAME)
     server.report("done", second.number, **{**DONE, "stopped": True})

@@ -49,7 +49,7 @@ def file_psnr(svg: Path, source: Path) -> float:
 
 
 def test_a_photo_is_drawn_while_one_watches_and_saved(desk: DeskPage, photo: Path) -> None:
-    desk.slide("detail", 8)
+    desk.slide("set-detail", 8)
     desk.drop(photo)
     desk.wait_for_frame()
     assert desk.page.locator("#stop").is_enabled()
@@ -81,14 +81,14 @@ def test_a_logo_becomes_clean_shapes(desk: DeskPage, tmp_path: Path, transparent
         assert (image.mode == "RGBA" and image.getextrema()[3][0] == 0) == transparent
     # Without overlaps: as the command's --cutout.
     with desk.fitting():
-        desk.page.locator("#cutout").check()
+        desk.page.locator("#set-cutout").check()
     assert file_psnr(desk.save(), source) > 30
 
 
 def test_broken_files_are_named_and_harm_nothing(desk: DeskPage, tmp_path: Path, photo: Path) -> None:
     broken = tmp_path / "broken.png"
     broken.write_bytes(photo.read_bytes()[:2000])
-    desk.slide("detail", 0)
+    desk.slide("set-detail", 0)
     desk.drop(broken, photo)
     desk.page.wait_for_function("() => document.querySelectorAll('#pictures .state')[1]?.textContent === 'done'")
     assert desk.states() == ["broken failed", "photo done"]
@@ -99,7 +99,7 @@ def test_broken_files_are_named_and_harm_nothing(desk: DeskPage, tmp_path: Path,
 
 def test_stop_keeps_the_best_drawing_and_a_slider_goes_on_from_it(desk: DeskPage, tmp_path: Path) -> None:
     source = write_photo(tmp_path / "large.png", 10)
-    desk.slide("detail", 24)
+    desk.slide("set-detail", 24)
     desk.drop(source)
     desk.wait_for_frame(15.0)
     desk.page.locator("#stop").click()
@@ -107,11 +107,11 @@ def test_stop_keeps_the_best_drawing_and_a_slider_goes_on_from_it(desk: DeskPage
     first = desk.save()
     before = file_psnr(first, source)
     assert before > 14
-    desk.slide("detail", 8)  # 64 shapes
+    desk.slide("set-detail", 8)  # 64 shapes
     desk.wait_for_frame(before - 6)  # not from nothing
     assert desk.paths() <= 64
     with desk.fitting():
-        desk.slide("detail", 4)  # while it draws: 32 shapes
+        desk.slide("set-detail", 4)  # while it draws: 32 shapes
     assert file_facts(desk.save().read_bytes())["paths"] <= 32
 
 
@@ -119,7 +119,7 @@ def test_a_large_photo_is_drawn(desk: DeskPage, tmp_path: Path) -> None:
     source = tmp_path / "large.jpg"
     with Image.open(write_photo(tmp_path / "small.png")) as image:
         image.resize((4000, 3000)).save(source, quality=85)
-    desk.slide("detail", 4)
+    desk.slide("set-detail", 4)
     desk.drop(source)
     desk.wait_for_frame()
     desk.page.locator("#stop").click()
@@ -173,6 +173,6 @@ def test_an_edited_drawing_is_fitted_again(desk: DeskPage, tmp_path: Path) -> No
     assert np.abs(first - second)[outside].mean() < 1.0
     # A slider does not bring it back.
     with desk.fitting():
-        desk.slide("detail", 16)
+        desk.slide("set-detail", 16)
     third = draw_like(desk.save().read_bytes(), target).astype(int)
     assert np.abs(third[124, 128] - (20, 110, 220)).max() < 24

@@ -69,8 +69,8 @@ def test_what_is_called_done_is_in_place(desk: DeskPage, tmp_path: Path) -> None
         if (isDone) window.atDone ??= window.warpvecView.drawingText();
     }).observe(document.getElementById("fit-status"), { childList: true })"""
     desk.page.evaluate(note)
-    desk.page.locator("#modes label").nth(1).click()
-    desk.slide("size", 1)  # 2 KB: a short file has user units of its own
+    desk.page.locator("#set-mode label").nth(1).click()
+    desk.slide("set-max_bytes", 1)  # 2 KB: a short file has user units of its own
     draw(desk, write_noise(tmp_path / "photo.png", (96, 64)))
     desk.page.wait_for_timeout(500)
     assert desk.page.evaluate("() => window.atDone") == drawing(desk)
@@ -139,8 +139,8 @@ def test_more_pages_open_than_a_browser_has_connections(browser, desk_server: De
 
 def test_a_stop_before_the_next_fit_begins_leaves_a_drawing_to_edit(desk: DeskPage, tmp_path: Path) -> None:
     page = desk.page
-    page.locator("#modes label").nth(1).click()
-    desk.slide("detail", 24)
+    page.locator("#set-mode label").nth(1).click()
+    desk.slide("set-detail", 24)
     desk.drop(write_noise(tmp_path / "photo.png", (400, 300)))
     desk.wait_for_frame()
     page.evaluate("""() => new MutationObserver((_, observer) => {
@@ -148,7 +148,7 @@ def test_a_stop_before_the_next_fit_begins_leaves_a_drawing_to_edit(desk: DeskPa
         observer.disconnect();
         setTimeout(() => document.getElementById("stop").click());
     }).observe(document.getElementById("fit-status"), { childList: true })""")
-    desk.slide("detail", 20)
+    desk.slide("set-detail", 20)
     desk.wait_for_status("Stopped")
     page.wait_for_function("() => !window.warpvecView.state.live")
     assert drawing(desk).count("<path") > 0
@@ -190,7 +190,7 @@ def test_what_is_no_picture_is_named(desk: DeskPage, tmp_path: Path) -> None:
         transfer.items.add(new File(["words"], "words.txt", { type: "text/plain" }));
         document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
     }""")
-    assert "This is no picture" in desk.page.inner_text("#message")
+    assert "This is not a picture" in desk.page.inner_text("#message")
     desk.page.evaluate("""() => {
         const item = { webkitGetAsEntry: () => ({ isDirectory: true }) };
         const drop = new Event("drop", { bubbles: true, cancelable: true });

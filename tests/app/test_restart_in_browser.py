@@ -5,12 +5,12 @@ from __future__ import annotations
 import http.client
 import os
 import signal
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
+from children import runs, wait_for
 from desk_browser import DeskPage, DeskServer
 from PIL import Image
 
@@ -30,8 +30,8 @@ def write_photo(path: Path, side: int = 400) -> Path:
 def test_the_page_says_that_the_server_has_ended_and_goes_on_with_a_new_one(browser, tmp_path: Path) -> None:
     server = DeskServer(tmp_path)
     desk = DeskPage(browser, server, tmp_path)
-    desk.slide("detail", 12)
-    desk.page.locator("#modes label").nth(1).click()
+    desk.slide("set-detail", 12)
+    desk.page.locator("#set-mode label").nth(1).click()
     desk.drop(write_photo(tmp_path / "photo.png"))
     desk.wait_for_frame(12.0)
     worker = server.children()
@@ -39,10 +39,7 @@ def test_the_page_says_that_the_server_has_ended_and_goes_on_with_a_new_one(brow
     server.end(signal.SIGKILL)
     desk.page.wait_for_selector("#lost:not([hidden])")
     assert "Run warpvec app again" in desk.page.inner_text("#lost")
-    deadline = time.monotonic() + 10
-    while any(_runs(process) for process in worker) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert not any(_runs(process) for process in worker)
+    wait_for(lambda: not any(map(runs, worker)))
     # What has been drawn so far can be saved.
     count = file_facts(desk.save().read_bytes())["paths"]
     assert count > 0
@@ -57,13 +54,6 @@ def test_the_page_says_that_the_server_has_ended_and_goes_on_with_a_new_one(brow
     assert all("ERR_" in text or "reset" in text.lower() for text in desk.complaints)  # the browser's notes
     desk.page.close()
     assert server.end() == 130
-
-
-def _runs(process: int) -> bool:
-    try:
-        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 def test_requests_from_outside_are_refused_and_the_folder_is_used(browser, tmp_path: Path) -> None:
@@ -85,7 +75,7 @@ def test_requests_from_outside_are_refused_and_the_folder_is_used(browser, tmp_p
         assert connection.getresponse().status == status, (path, headers)
         connection.close()
     desk = DeskPage(browser, server, tmp_path)
-    desk.slide("detail", 0)
+    desk.slide("set-detail", 0)
     desk.page.locator("#folder").select_option(label="small.png")
     desk.wait_for_frame()
     desk.page.reload()  # the server still has it
@@ -98,5 +88,4 @@ def test_requests_from_outside_are_refused_and_the_folder_is_used(browser, tmp_p
     desk.close()
     worker = server.children()
     assert server.end() == 130
-    time.sleep(1.0)
-    assert not any(_runs(process) for process in worker)
+    wait_for(lambda: not any(map(runs, worker)))

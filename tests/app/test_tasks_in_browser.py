@@ -76,9 +76,9 @@ def test_a_logo_becomes_a_file_for_a_cutter(desk: DeskPage, tmp_path: Path, way:
     desk.wait_for_status("done")
     with desk.fitting():
         if way == "mouse":
-            desk.page.locator("#cutout").check()
+            desk.page.locator("#set-cutout").check()
         else:
-            press(desk, "cutout", "Space")
+            press(desk, "set-cutout", "Space")
     saved = save(desk, way)
     assert '"cutout":true' in saved.read_text().replace(" ", "")
     target = read_image(source)
@@ -89,12 +89,12 @@ def test_a_logo_becomes_a_file_for_a_cutter(desk: DeskPage, tmp_path: Path, way:
 def test_a_photo_becomes_a_file_of_few_bytes(desk: DeskPage, tmp_path: Path, way: str) -> None:
     source = write_scene(tmp_path / "photo.png", person=True)
     if way == "mouse":
-        desk.page.locator("#modes label").nth(1).click()
-        desk.drag_slider("size", 3)  # 5 KB
+        desk.page.locator("#set-mode label").nth(1).click()
+        desk.drag_slider("set-max_bytes", 3)  # 5 KB
     else:
-        press(desk, "mode", "ArrowRight")
-        press(desk, "size", *["ArrowRight"] * 3)
-    assert desk.page.inner_text("#size-text") == "5 KB"
+        press(desk, "set-mode", "ArrowRight")
+        press(desk, "set-max_bytes", *["ArrowRight"] * 3)
+    assert desk.page.inner_text("#set-max_bytes-text") == "5 KB"
     choose(desk, source, way)
     desk.wait_for_status("done")
     saved = save(desk, way)
@@ -105,9 +105,9 @@ def test_a_photo_becomes_a_file_of_few_bytes(desk: DeskPage, tmp_path: Path, way
     # Less: it goes on from there, and the page compares in the right units.
     with desk.fitting():
         if way == "mouse":
-            desk.drag_slider("size", 2)
+            desk.drag_slider("set-max_bytes", 2)
         else:
-            press(desk, "size", "ArrowLeft")
+            press(desk, "set-max_bytes", "ArrowLeft")
     assert save(desk, way).stat().st_size <= 3000
     desk.page.wait_for_function("() => /^[\\d.]+ dB$/.test(document.getElementById('shown-psnr').textContent)")
     shown = float(desk.page.inner_text("#shown-psnr").split()[0])
@@ -136,10 +136,10 @@ def write_landscape(path: Path) -> Path:
 def test_a_photo_becomes_a_file_of_50_kilobytes(desk: DeskPage, tmp_path: Path, way: str) -> None:
     source = write_landscape(tmp_path / "landscape.png")
     if way == "mouse":
-        desk.drag_slider("size", 10)
+        desk.drag_slider("set-max_bytes", 10)
     else:
-        press(desk, "size", *["ArrowRight"] * 10)
-    assert desk.page.inner_text("#size-text") == "50 KB"
+        press(desk, "set-max_bytes", *["ArrowRight"] * 10)
+    assert desk.page.inner_text("#set-max_bytes-text") == "50 KB"
     choose(desk, source, way)
     desk.wait_for_status("done")
     assert desk.page.inner_text("#found") == "found: photo"
@@ -159,8 +159,8 @@ class Mouse:
         self.desk, self.page = desk, desk.page
 
     def set_up(self) -> None:
-        self.page.locator("#modes label").nth(1).click()
-        self.desk.drag_slider("detail", 4)
+        self.page.locator("#set-mode label").nth(1).click()
+        self.desk.drag_slider("set-detail", 4)
 
     def begin_editing(self) -> None:
         self.page.locator("#sides label").nth(1).click()
@@ -181,8 +181,8 @@ class Keys:
         self.desk, self.page = desk, desk.page
 
     def set_up(self) -> None:
-        press(self.desk, "mode", "ArrowRight")
-        press(self.desk, "detail", "Home", *["ArrowRight"] * 4)
+        press(self.desk, "set-mode", "ArrowRight")
+        press(self.desk, "set-detail", "Home", *["ArrowRight"] * 4)
 
     def begin_editing(self) -> None:
         press(self.desk, "side", "ArrowRight")

@@ -9,7 +9,7 @@ from io import StringIO
 from rich.console import Console
 
 from warpvec.batch.console import Tally, describe, show_batch
-from warpvec.batch.jobs import Job
+from warpvec.batch.jobs import PhotoJob
 from warpvec.batch.journal import Record
 
 DONE = Record(
@@ -19,7 +19,7 @@ FAILED = Record(input="b.png", output="b.svg", error="no luck", settings={})
 
 
 def test_a_record_in_a_line() -> None:
-    assert describe(DONE) == "[red]a.png: 27.25 dB, 8 curves, 1,234 bytes, 1.2 s, 2 attempts"
+    assert describe(DONE) == "[red]a.png: 27.25 dB, 8 paths, 1,234 bytes, 1.2 s, 2 attempts"
     assert describe(FAILED) == "b.png: failed: no luck"
 
 
@@ -53,13 +53,13 @@ def test_the_table_shows_the_photo_of_each_worker() -> None:
     tally = Tally(skipped=0, total=3)
     with show_batch(stream, tally) as view:
         for name in ("[red]a.png", "c.png"):
-            view.update(Job(name, ""), f"iteration 1 of 9 of {name}")
+            view.update(PhotoJob(name, ""), f"iteration 1 of 9 of {name}")
         tally.records.append(DONE)
         view.show(DONE, tally)
         console = Console(file=StringIO(), width=100)
         console.print(view)
         table = console.file.getvalue()  # type: ignore[attr-defined]
-    assert "[red]a.png: 27.25 dB, 8 curves" in stream.getvalue()
+    assert "[red]a.png: 27.25 dB, 8 paths" in stream.getvalue()
     assert "c.png" in table
     assert "iteration 1 of 9 of c.png" in table
     assert "a.png" not in table
@@ -77,7 +77,7 @@ def test_a_quiet_batch_shows_failures_alone() -> None:
 
 
 def test_one_curve_is_one() -> None:
-    assert "27.25 dB, 1 curve, 1,234 bytes" in describe(replace(DONE, curves=1))
+    assert "27.25 dB, 1 path, 1,234 bytes" in describe(replace(DONE, curves=1))
 
 
 def test_a_closed_stream_shows_nothing() -> None:
@@ -94,7 +94,7 @@ def test_a_hostile_name_stays_in_its_line() -> None:
     tally = Tally(skipped=0, total=3)
     with show_batch(stream, tally) as view:
         view.show(record, tally)
-        view.update(Job(HOSTILE, "a.svg"), f"tried again: {HOSTILE}")
+        view.update(PhotoJob(HOSTILE, "a.svg"), f"tried again: {HOSTILE}")
         view.show(replace(DONE, input=HOSTILE), tally)
     lines = stream.getvalue().splitlines()
     assert len(lines) == 3

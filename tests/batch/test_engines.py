@@ -6,12 +6,11 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from batch_work import Trial
+from children import runs, wait_for
 
 from warpvec.batch.engines.base import Failure, Outcome, Queue, WorkerShare
 from warpvec.batch.engines.local import LocalEngine, machine_shares
@@ -24,22 +23,6 @@ def _run(jobs: list[str], folder: Path, *, workers: int = 1, retries: int = 1) -
     outcomes = list(engine.run(jobs, Trial(folder), lambda job, text: None))
     assert sorted(outcome.job for outcome in outcomes) == sorted(jobs)
     return {outcome.job: outcome for outcome in outcomes}
-
-
-def _wait(until: Callable[[], object], seconds: float = 180.0) -> None:
-    """Wait until ``until()``. The time is generous: a process that starts imports torch, on a busy machine too."""
-    deadline = time.monotonic() + seconds
-    while not until():
-        assert time.monotonic() < deadline, "waited too long"
-        time.sleep(0.02)
-
-
-def _is_alive(pid: int) -> bool:
-    """Return whether the process runs; a zombie has ended."""
-    try:
-        return ") Z " not in Path(f"/proc/{pid}/stat").read_text()
-    except (FileNotFoundError, ProcessLookupError):
-        return False
 
 
 # the local engine
@@ -90,9 +73,9 @@ def test_closing_ends_the_workers_in_the_middle_of_a_job(tmp_path: Path) -> None
     work = Trial(tmp_path)
     outcomes = LocalEngine(["cpu"], 1, 2, retries=0).run(["endless", "a"], work, lambda job, text: None)
     assert next(outcomes).job == "a"
-    _wait(lambda: work.begun("endless"))
+    wait_for(lambda: work.begun("endless"))
     outcomes.close()
-    assert not any(_is_alive(pid) for pid in work.begun("endless"))
+    assert not any(runs(pid) for pid in work.begun("endless"))
 
 
 def test_no_worker_outlives_who_started_it(tmp_path: Path) -> None:
@@ -104,10 +87,10 @@ def test_no_worker_outlives_who_started_it(tmp_path: Path) -> None:
     path = os.pathsep.join([str(TESTS), str(TESTS.parent)])
     environment = {**os.environ, "PYTHONPATH": path}
     with subprocess.Popen([sys.executable, "-c", code], env=environment, stdout=subprocess.DEVNULL) as starter:
-        _wait(lambda: Trial(tmp_path).begun("endless"))
+        wait_for(lambda: Trial(tmp_path).begun("endless"))
         starter.send_signal(signal.SIGKILL)
     (pid,) = Trial(tmp_path).begun("endless")
-    _wait(lambda: not _is_alive(pid))
+    wait_for(lambda: not runs(pid))
 
 
 # the queue

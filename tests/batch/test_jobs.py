@@ -16,12 +16,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from children import start, wait_for
 from commands import assert_refused, invoke
 from PIL import Image
 
 from warpvec.batch.engines.base import WorkerShare
 from warpvec.batch.folders import LocalFolder
-from warpvec.batch.jobs import Job, Vectorize, find_jobs
+from warpvec.batch.jobs import PhotoJob, Vectorize, find_jobs
 from warpvec.batch.journal import CSV_NAME, JSON_NAME
 from warpvec.config.presets import make_config
 
@@ -68,7 +69,7 @@ def _times(out: Path) -> dict[str, int]:
 def _batch(photos: Path, out: Path, *arguments: str) -> Iterator[subprocess.Popen[str]]:
     """Run the command in its own process group, as a shell does."""
     command = [sys.executable, "-m", "warpvec", "batch", str(photos), str(out), *arguments]
-    with subprocess.Popen(
+    with start(
         command, cwd=Path(__file__).parents[2], stderr=subprocess.PIPE, text=True, start_new_session=True
     ) as process:
         try:
@@ -76,15 +77,6 @@ def _batch(photos: Path, out: Path, *arguments: str) -> Iterator[subprocess.Pope
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
-
-
-def _wait(until: Callable[[], object], process: subprocess.Popen[str]) -> None:
-    """Wait until ``until()`` while ``process`` runs. A first run compiles its kernels, which takes minutes."""
-    deadline = time.monotonic() + 180
-    while not until():
-        assert process.poll() is None, f"ended with {process.returncode}"
-        assert time.monotonic() < deadline, "waited too long"
-        time.sleep(0.005)
 
 
 def _workers(process: subprocess.Popen[str]) -> list[int]:
@@ -96,11 +88,12 @@ def _workers(process: subprocess.Popen[str]) -> list[int]:
 # whole batches
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_and_a_bad_photo_cost_no_other(photos: Path, out: Path) -> None:
     (photos / "bad.png").write_bytes(b"no photo either")
     with _batch(photos, out, "--jobs", "2", "--retry", "1", *LONGER) as process:
         # Wait for the record of the bad photo, so that its worker is not the victim.
-        _wait(lambda: len({record["error"] is None for record in _records(out).values()}) == 2, process)
+        wait_for(lambda: len({record["error"] is None for record in _records(out).values()}) == 2, process)
         victim = _workers(process)[0]
         os.kill(victim, signal.SIGKILL)
         assert process.stderr is not None
@@ -124,9 +117,10 @@ def test_a_worker_that_is_killed_and_a_bad_photo_cost_no_other(photos: Path, out
     assert alone.read_bytes() == (out / "p1.svg").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_killed_batch_goes_on_where_it_was(photos: Path, out: Path) -> None:
     with _batch(photos, out, "--jobs", "1", *LONGER) as process:
-        _wait(lambda: len(_records(out)) >= 2, process)
+        wait_for(lambda: len(_records(out)) >= 2, process)
         process.kill()
     done, times = _records(out), _times(out)
     assert 2 <= len(done) < 4
@@ -143,10 +137,11 @@ def test_a_killed_batch_goes_on_where_it_was(photos: Path, out: Path) -> None:
     assert sorted(_times(out)) == [f"p{k}.svg" for k in range(4)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
 def test_an_interrupted_batch_ends_in_order(photos: Path, out: Path, number: int) -> None:
     with _batch(photos, out, "--jobs", "2", *SETTINGS, "--iterations", "100000") as process:
-        _wait(lambda: len(_workers(process)) == 2, process)
+        wait_for(lambda: len(_workers(process)) == 2, process)
         workers = _workers(process)
         for pid in workers:  # which leave the end to the batch
             os.kill(pid, number)
@@ -170,7 +165,7 @@ class InProcess:
     def __init__(self) -> None:
         self.seen: list[str] = []
 
-    def run(self, jobs: list[Job], work: Vectorize, watch: Callable[..., None]) -> Iterator[Any]:
+    def run(self, jobs: list[PhotoJob], work: Vectorize, watch: Callable[..., None]) -> Iterator[Any]:
         from warpvec.batch.engines.base import Failure, Outcome, try_work
 
         for job in jobs:

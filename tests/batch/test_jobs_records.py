@@ -17,13 +17,13 @@ from warpvec.batch import jobs as batch
 from warpvec.batch.console import Tally, describe
 from warpvec.batch.engines.base import Outcome, WorkerShare
 from warpvec.batch.folders import LocalFolder
-from warpvec.batch.jobs import Job, Vectorize, find_jobs, remaining, run_batch
+from warpvec.batch.jobs import PhotoJob, Vectorize, find_jobs, remaining, run_batch
 from warpvec.batch.journal import CSV_NAME, JSON_NAME, Journal, Record
 from warpvec.cli.options import OPTION_NAMES
 from warpvec.config.fit_config import FitConfig
+from warpvec.drawing.file_options import FileOptions
 from warpvec.errors import InputError
-from warpvec.vectorization.file_options import FileOptions
-from warpvec.vectorization.goal import Goal
+from warpvec.goals.goal import make_goal
 
 
 class Failing:
@@ -32,7 +32,7 @@ class Failing:
     def __init__(self, error: str) -> None:
         self._error = error
 
-    def run(self, jobs: list[Job], *_: object) -> Iterator[Outcome[Job, Record]]:
+    def run(self, jobs: list[PhotoJob], *_: object) -> Iterator[Outcome[PhotoJob, Record]]:
         for job in jobs:
             yield Outcome(job, None, self._error, 3)
 
@@ -45,7 +45,7 @@ def work(tmp_path: Path) -> Vectorize:
 
 
 def _fail(work: Vectorize, error: str = "no\nluck") -> Record:
-    (record,) = run_batch([Job("a.png", "a.svg")], work, Failing(error), Journal(work.target), lambda *_: None)
+    (record,) = run_batch([PhotoJob("a.png", "a.svg")], work, Failing(error), Journal(work.target), lambda *_: None)
     return record
 
 
@@ -93,7 +93,7 @@ def test_a_setting_in_an_error_has_the_name_of_its_option(work: Vectorize, monke
 
     monkeypatch.setattr(Vectorize, "_vectorize", fail)
     with pytest.raises(InputError, match="^--max-bytes must be enough for a path, got 9$"):
-        replace(work, option_names=OPTION_NAMES)(Job("a.png", "a.svg"), WorkerShare("cpu", 1), print)
+        replace(work, option_names=OPTION_NAMES)(PhotoJob("a.png", "a.svg"), WorkerShare("cpu", 1), print)
 
 
 def test_photos_with_the_same_svg_fail_alone(work: Vectorize, tmp_path: Path) -> None:
@@ -149,7 +149,7 @@ def test_a_batch_writes_its_settings(work: Vectorize, tmp_path: Path, monkeypatc
     folders = [tmp_path / "in", tmp_path]
     invoke("batch", *folders, "--svgz", "--curves", 9, "--background", "#fff", "--write-config", settings)
     invoke("batch", *folders, "--svgz", "--config", settings)
-    assert asked == [(FitConfig(curves=9), "#fff", Goal(gzip=True))] * 2
+    assert asked == [(FitConfig(curves=9), "#fff", make_goal(gzip=True))] * 2
 
 
 def test_a_batch_goes_on_without_its_settings(work: Vectorize, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -174,4 +174,4 @@ def test_the_time_left_of_a_second_fit_is_from_its_own_clock(monkeypatch: pytest
     for iteration in range(1, 21):
         now = 0.0 if iteration < 20 else 9.0
         reporter(progress_at(iteration, 40, scene))
-    assert lines[-1] == "iteration 20 of 40, 5 curves, 20.00 dB, 10 s left"
+    assert lines[-1] == "iteration 20 of 40, 5 paths, 20.00 dB, 10 s left"

@@ -19,7 +19,7 @@ from PIL import Image
 
 from warpvec.batch.engines.ray import RayEngine
 from warpvec.batch.folders import open_folder
-from warpvec.batch.jobs import Job, Vectorize, find_jobs, run_batch
+from warpvec.batch.jobs import PhotoJob, Vectorize, find_jobs, run_batch
 from warpvec.batch.journal import CSV_NAME, JSON_NAME, Journal
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
@@ -90,7 +90,7 @@ class Killer:
         self.victim = victim
         self.places: dict[str, list[int]] = {}
 
-    def __call__(self, job: Job, text: str) -> None:
+    def __call__(self, job: PhotoJob, text: str) -> None:
         if found := re.search(r"process (\d+) of ", text):
             self.places.setdefault(job.input, []).append(int(found[1]))
             if self.places.get(self.victim) == [int(found[1])]:

@@ -15,6 +15,8 @@ import bench_step
 import pytest
 import torch
 
+pytestmark = pytest.mark.slow
+
 SCRIPT = Path(__file__).parents[2] / "bench" / "gpu.sh"
 
 # Stand-in for Python with a GPU: the check for a GPU succeeds, bench_step prints its line, ``failing`` commands fail.

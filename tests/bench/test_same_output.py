@@ -8,6 +8,8 @@ import pytest
 import same_output
 from commands import write_photo
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize(
     ("after", "places"),

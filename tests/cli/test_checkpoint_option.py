@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from children import limit, start
 from commands import assert_refused, invoke
 from PIL import Image
 
@@ -33,7 +34,7 @@ def photo(tmp_path: Path) -> Path:
 
 def _start(*arguments: object) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-m", "warpvec", "run", *(str(argument) for argument in arguments)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    return start(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
 def _wait_for(process: subprocess.Popen[bytes], state: Path, iteration: int) -> None:
@@ -42,18 +43,20 @@ def _wait_for(process: subprocess.Popen[bytes], state: Path, iteration: int) -> 
         time.sleep(0.03)
 
 
+@pytest.mark.slow
 def test_a_killed_run_is_resumed_to_the_same_bytes(photo: Path) -> None:
     whole, out, state = (photo.with_name(name) for name in ("whole.svg", "out.svg", "state"))
     assert invoke("run", photo, whole, "-q", *LONGER).exit_code == 0
     generator = random.Random(os.getpid())  # another iteration in each run of the test
-    process = _start(photo, out, "-q", *LONGER, "--checkpoint", state, "--every", "5")
-    try:
+    for _ in range(10):  # on a busy machine a run may be over before it is killed
+        process = _start(photo, out, "-q", *LONGER, "--checkpoint", state, "--every", "5")
         _wait_for(process, state, generator.randint(1, 300))
-        time.sleep(generator.uniform(0.0, 0.05))
-        assert process.poll() is None, "the run was over before it was killed; make it longer"
-    finally:
         process.kill()
         process.communicate()
+        if process.returncode == -signal.SIGKILL and not out.exists():
+            break
+        out.unlink(missing_ok=True)
+        state.unlink()
     assert process.returncode == -signal.SIGKILL
     assert not out.exists()
     reached = read_checkpoint(state).state["iteration"]
@@ -63,13 +66,14 @@ def test_a_killed_run_is_resumed_to_the_same_bytes(photo: Path) -> None:
     assert out.read_bytes() == whole.read_bytes(), f"resumed after iteration {reached}"
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_is_resumed_to_the_same_bytes(photo: Path) -> None:
     whole, out, state = (photo.with_name(name) for name in ("whole.svg", "out.svg", "state"))
     assert invoke("run", photo, whole, "-q", *LONGER).exit_code == 0
     process = _start(photo, out, "-q", *LONGER, "--checkpoint", state, "--every", "7")
     _wait_for(process, state, 1)
     process.send_signal(signal.SIGINT)
-    process.communicate(timeout=60)
+    process.communicate(timeout=limit())
     assert process.returncode == 130
     assert out.read_bytes() != whole.read_bytes()
     assert invoke("run", photo, out, "-q", "--resume", state).exit_code == 0
@@ -112,10 +116,13 @@ def test_equal_settings_and_machine_settings_may_be_given(photo: Path, state: Pa
         (["--iterations", "13"], ["--iterations must be as in the checkpoint"]),
         (["--opaque"], ["--opacity must be as in the checkpoint, 'free'"]),
         (["--colors", "4"], ["--colors must be as in the checkpoint, 0, got 4"]),
-        (["--flat"], ["--flat must be as in the checkpoint, False"]),
+        (["--one-generation"], ["--one-generation must be as in the checkpoint, False"]),
         (["--preset", "draft"], ["--iterations must be as in the checkpoint, 12, got 400"]),
-        (["--max-bytes", "9k"], ["--resume must be given without a goal"]),
-        (["--curves", "auto"], ["--resume must be given without a goal"]),
+        (
+            ["--max-bytes", "9k"],
+            ["--resume cannot be combined with max_bytes, target_psnr, target_ssim or curves auto"],
+        ),
+        (["--curves", "auto"], ["--resume cannot be combined with max_bytes, target_psnr, target_ssim or curves auto"]),
         (["--background", "#fff", "--curves", "0"], ["--curves must be"]),
         (["--checkpoint", "missing/state"], ["--checkpoint must be in an existing folder"]),
     ],
@@ -158,5 +165,5 @@ def test_a_goal_with_a_new_checkpoint_is_refused(photo: Path) -> None:
     result = invoke(
         "run", photo, photo.with_name("out.svg"), "--checkpoint", photo.with_name("s"), "--target-psnr", "9"
     )
-    assert_refused(result, "--checkpoint must be given without a goal")
+    assert_refused(result, "--checkpoint cannot be combined with max_bytes")
     assert not photo.with_name("s").exists()

@@ -15,7 +15,8 @@ from click.testing import Result
 from commands import QUICK, assert_refused, invoke, write_photo
 
 from warpvec import files
-from warpvec.vectorization import photo_fit
+from warpvec.modes import photo as photo_mode
+from warpvec.watch.watch import Watch
 
 
 @pytest.fixture
@@ -64,6 +65,7 @@ def test_a_full_disk_is_reported_in_one_line_and_damages_no_file(photo: Path, ol
     assert old is None or out.read_bytes() == old
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("full_disk")
 @pytest.mark.parametrize(
     ("arguments", "file"),
@@ -125,7 +127,7 @@ def _in_python() -> Any:
 def test_full_memory_is_reported_in_one_line(
     photo: Path, allocate: Callable[[], Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(photo_fit, "fit", lambda *_, **__: allocate())
+    monkeypatch.setattr(photo_mode, "fit", lambda *_, **__: allocate())
     line = _line(_run(photo, "--video", photo.with_name("fit.gif"), "--every", "1"))
     assert line.startswith("memory has run out (")
     assert line.endswith("); give a smaller --fit-size or fewer --curves")
@@ -133,19 +135,19 @@ def test_full_memory_is_reported_in_one_line(
 
 
 def test_full_memory_leaves_the_checkpoint(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real, state = photo_fit.fit, photo.with_name("state")
+    real, state = photo_mode.fit, photo.with_name("state")
 
-    def fit(target: Any, config: Any, on_progress: Any, **others: Any) -> Any:
-        def exhaust(progress: Any) -> None:
-            if progress.iteration == 3:
-                raise MemoryError
+    def exhaust(progress: Any) -> None:
+        if progress.iteration == 3:
+            raise MemoryError
 
-        return real(target, config, exhaust, **others)
+    def fit(target: Any, config: Any, part: Any, **others: Any) -> Any:
+        return real(target, config, Watch(exhaust).part(), **others)
 
     settings = ["--curves", "8", "--iterations", "6", "-q"]
     assert invoke("run", photo, photo.with_name("whole.svg"), *settings).exit_code == 0
     with monkeypatch.context() as exhausted:
-        exhausted.setattr(photo_fit, "fit", fit)
+        exhausted.setattr(photo_mode, "fit", fit)
         run = invoke("run", photo, photo.with_name("out.svg"), *settings, "--checkpoint", state, "--every", "1")
         assert _line(run).startswith("memory has run out")
     assert not photo.with_name("out.svg").exists()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-import warnings
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,12 +13,13 @@ from typing import Any
 import pytest
 from click.testing import Result
 from commands import invoke, write_photo
+from runs import drawn
 from torture_disks import FILES, is_whole, small_disk
 
 from warpvec import files
 from warpvec.config.fit_config import FitConfig
 from warpvec.image.read import read_image
-from warpvec.vectorization import api, photo_fit
+from warpvec.modes import photo as photo_mode
 
 FIT = ["--curves", "24", "--iterations", "12", "--every", "1", "-q"]
 
@@ -71,14 +71,14 @@ def test_the_other_files_are_whole(full: str, file: str, photo: Path, disk: Path
 
 
 def test_other_failures_of_side_files_are_warnings_too(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder, out, real = photo.with_name("gone"), photo.with_name("out.svg"), photo_fit.fit
+    folder, out, real = photo.with_name("gone"), photo.with_name("out.svg"), photo_mode.fit
     folder.mkdir()
 
     def fit(*arguments: Any, **named: Any) -> Any:
         shutil.rmtree(folder)
         return real(*arguments, **named)
 
-    monkeypatch.setattr(photo_fit, "fit", fit)
+    monkeypatch.setattr(photo_mode, "fit", fit)
     result = _run(photo, {name: folder / file for name, file in FILES.items()} | {"OUT": out})
     assert result.exit_code == 0
     assert out.read_text(encoding="utf-8").endswith("</svg>\n")
@@ -114,18 +114,13 @@ def failing_fsync(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
     return lambda: monkeypatch.setattr(files.os, "fsync", fail)
 
 
-def test_python_warns_of_a_checkpoint_that_cannot_be_written(photo: Path, failing_fsync: Callable[[], None]) -> None:
-    pixels, state = read_image(photo), str(photo.with_name("state"))
-    config = FitConfig(curves=4, iterations=2)
+def test_python_is_told_of_a_checkpoint_that_cannot_be_written(photo: Path, failing_fsync: Callable[[], None]) -> None:
+    errors: list[OSError] = []
     failing_fsync()
-    with pytest.warns(RuntimeWarning, match="the checkpoint could not be written \\(.*Input/output error.*goes on$"):
-        result = api.fit_photo(pixels, config, checkpoint=state, every=1)
-    assert result.svg().endswith("</svg>\n")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        errors: list[OSError] = []
-        api.fit_photo(pixels, config, checkpoint=state, every=1, on_checkpoint_error=errors.append)
+    config = FitConfig(mode="photo", curves=4, iterations=2)
+    result = drawn(read_image(photo), config, checkpoint=photo.with_name("state"), on_error=errors.append)
     assert [error.errno for error in errors] == [errno.EIO]
+    assert result.svg().endswith("</svg>\n")
 
 
 def test_refine_goes_on_without_its_settings(photo: Path, disk: Path) -> None:

@@ -11,12 +11,11 @@ import pytest
 from commands import assert_refused, invoke
 
 from warpvec import __version__
-from warpvec.cli.options import FILE_OPTIONS, FLAGS, GOALS, REFUSED, SETTINGS
+from warpvec.cli.options import OPTIONS, REFUSED
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import PRESETS
-from warpvec.vectorization.refine import ITERATIONS
-
-ROWS = {name: row for section in SETTINGS.values() for name, row in section.items()}
+from warpvec.goals.registry import QUANTITIES
+from warpvec.modes.refine import ITERATIONS
 
 
 @pytest.mark.parametrize("command", ["run", "refine", "batch"])
@@ -29,7 +28,7 @@ def test_help_fits_on_a_screen_with_the_presets_first(command: str) -> None:
         assert f"  {name} " in text[:last]
         assert preset.sentence in " ".join(text[:last].split())
     modes = () if command == "refine" else ("mode", "detail", "cutout")
-    for name in (*GOALS, *modes, "size", "curves", "opaque", "palette", "config", "help_all"):
+    for name in (*QUANTITIES, *modes, "size", "curves", "opaque", "palette", "config", "help_all"):
         assert f"  --{name.replace('_', '-')} " in text
     assert "--lr-points" not in text
     assert "--no-lod" not in text
@@ -40,9 +39,9 @@ def test_help_all_shows_every_option(command: str) -> None:
     result = invoke(command, "--help-all")
     assert result.exit_code == 0
     names = {each.name for each in dataclasses.fields(FitConfig)}
-    assert sorted(ROWS) == sorted({*names, *GOALS, *FLAGS, *FILE_OPTIONS})
+    assert {*OPTIONS} == {*names, *QUANTITIES, "gzip", "opaque", "size", "trim", "no_metadata"}
     refused = REFUSED.get(command, ())
-    for name in {*ROWS, "write_config", "background"} - {*refused}:
+    for name in {*OPTIONS, "write_config", "background"} - {*refused}:
         assert f"--{name.replace('_', '-')} " in result.stdout
     assert "Policy replacement:" in result.stdout
     if command == "run":
@@ -58,7 +57,7 @@ def test_the_help_of_batch_shows_the_option_that_its_error_names() -> None:
 def test_the_help_of_refine_shows_the_defaults_of_refine() -> None:
     text = " ".join(invoke("refine", "--help").stdout.split())
     assert "the most to use. [those of the drawing]" in text
-    assert f"more look better. [{ITERATIONS}]" in text
+    assert f"more give a better picture. [{ITERATIONS}]" in text
     assert "[512]" not in text
     assert "[512]" in invoke("run", "--help").stdout
 
@@ -95,7 +94,7 @@ def test_without_a_command_it_shows_the_help() -> None:
 
 
 def test_the_command_line_imports_nothing_slow() -> None:
-    slow = {"torch", "warp", "numpy", "rich", "PIL"}
+    slow = {"torch", "warp", "numpy", "rich", "PIL", "warpvec.modes", "warpvec.paper.splat"}
     code = f"""
 import sys
 from warpvec.cli.main import main

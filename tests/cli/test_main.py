@@ -13,13 +13,14 @@ import time
 from pathlib import Path
 
 import pytest
+from children import limit, start
 from commands import QUICK, assert_refused, invoke, write_photo
 from PIL import Image
 from stubs import circles, progress_at
 
 import warpvec
 from warpvec.cli import progress
-from warpvec.vectorization import photo_fit
+from warpvec.modes import photo as photo_mode
 
 pytestmark = pytest.mark.usefixtures("quick_fit")
 
@@ -44,14 +45,14 @@ def test_a_hostile_name_stays_in_its_line(photo: Path, tmp_path: Path) -> None:
     drawing = tmp_path / "a\nb\x1b[31m.svg"
     drawing.write_text('<svg xmlns="http://www.w3.org/2000/svg" width="48" height="32"/>')
     first = invoke("eval", photo, drawing).stdout.splitlines()[0]
-    assert first.isprintable() and r"a\nb\x1b[31m.svg: 0 curves" in first
+    assert first.isprintable() and r"a\nb\x1b[31m.svg: 0 paths" in first
 
 
 def test_unexpected_failure_is_one_line_with_a_hint(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*arguments: object, **_: object) -> None:
         raise RuntimeError("the reactor\nis hot")
 
-    monkeypatch.setattr(photo_fit, "fit", fail)
+    monkeypatch.setattr(photo_mode, "fit", fail)
     result = invoke("run", photo, photo.with_name("out.svg"))
     assert result.exit_code == 1
     (line,) = result.stderr.splitlines()
@@ -78,7 +79,7 @@ def test_eval_counts_what_is_painted_and_its_gradients(photo: Path) -> None:
     shapes = '<path d="M0 0h48v32z" fill="url(#a)"/>'
     text = '<svg xmlns="http://www.w3.org/2000/svg" width="48" height="32">{}</svg>'
     drawing = photo.with_name("drawing.svg")
-    for drawn, words in ((shapes, "1 curve (1 with a gradient), 3 segments, "), (shapes + "<circle/>", "2 curves (1 ")):
+    for drawn, words in ((shapes, "1 path (1 with a gradient), 3 segments, "), (shapes + "<circle/>", "2 paths (1 ")):
         drawing.write_text(text.format(stops + drawn))
         assert f"drawing.svg: {words}" in invoke("eval", photo, drawing).stdout
 
@@ -175,8 +176,8 @@ def test_bar_shows_iteration_curves_psnr_and_time_left(monkeypatch: pytest.Monke
         assert "starting" in stream.getvalue() or stream.getvalue() == ""
         show(progress_at(1, 90, circles(8, 8, 5)))
         show(progress_at(90, 90, circles(8, 8, 5)))
-    assert "iteration 1 of 90, 5 curves, 20.00 dB" in stream.getvalue()
-    assert "iteration 90 of 90, 5 curves, 20.00 dB, 0 s left" in stream.getvalue()
+    assert "iteration 1 of 90, 5 paths, 20.00 dB" in stream.getvalue()
+    assert "iteration 90 of 90, 5 paths, 20.00 dB, 0 s left" in stream.getvalue()
 
 
 def test_time_left_goes_by_the_pace_after_the_first_iteration() -> None:
@@ -200,7 +201,7 @@ def test_a_second_fit_has_a_clock_of_its_own(monkeypatch: pytest.MonkeyPatch, te
         for iteration in range(1, 31):
             now = 0.0 if iteration < 20 else 9.0
             show(progress_at(iteration, 40, scene))
-    assert "iteration 20 of 40, 5 curves, 20.00 dB, 10 s left" in stream.getvalue()
+    assert "iteration 20 of 40, 5 paths, 20.00 dB, 10 s left" in stream.getvalue()
 
 
 def test_lines_come_at_most_every_few_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -220,13 +221,13 @@ def _start(*arguments: object) -> subprocess.Popen[str]:
     """Start the command in a process, with the warpvec that is tested even if another one is installed."""
     command = [sys.executable, "-m", "warpvec", *(str(argument) for argument in arguments)]
     environment = {**os.environ, "PYTHONPATH": str(Path(warpvec.__file__).parents[1])}
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    return start(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
 
 
 def _finish(process: subprocess.Popen[str]) -> tuple[int, str, str]:
     """Wait for the process and return its exit code, stdout and stderr."""
     with process:
-        stdout, stderr = process.communicate(timeout=300)
+        stdout, stderr = process.communicate(timeout=limit())
     return process.returncode, stdout, stderr
 
 
@@ -239,6 +240,7 @@ def test_process_with_bad_input_exits_with_2(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.slow
 def test_real_run_is_reproducible_and_leaves_one_file(photo: Path) -> None:
     options = ["--curves", 16, "--iterations", 30, "--inflation-gap", 5, "--json"]
     files = []
@@ -253,6 +255,7 @@ def test_real_run_is_reproducible_and_leaves_one_file(photo: Path) -> None:
     assert sorted(os.listdir(photo.parent)) == ["out.svg", "photo.png"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT to send")
 def test_ctrl_c_saves_the_best_so_far_and_exits_with_130(photo: Path) -> None:
     out, frames = photo.with_name("out.svg"), photo.parent / "frames"

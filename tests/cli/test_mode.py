@@ -111,6 +111,7 @@ def test_a_file_for_print_is_the_only_file(icon: Path, monkeypatch: pytest.Monke
     assert_refused(refused, "OUT must end in .svg unless CairoSVG is installed", "pip install 'warpvec[print]'")
 
 
+@pytest.mark.slow
 def test_a_batch_chooses_for_each_image(icon: Path) -> None:
     source, target = icon.parent / "in", icon.parent / "out"
     source.mkdir()

@@ -9,12 +9,14 @@ from typing import Any
 import pytest
 from commands import assert_refused, invoke, write_photo
 
-from warpvec.cli.options import FILE_OPTIONS, SETTINGS, file_options, requested
+from warpvec.cli.options import OPTIONS, file_options, requested
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
+from warpvec.drawing.file_options import FileOptions
 from warpvec.errors import InputError
-from warpvec.vectorization import api
-from warpvec.vectorization.goal import Goal
+from warpvec.goals.goal import Goal, make_goal
+from warpvec.modes import choice
+from warpvec.modes.request import Request
 
 Asked = list[tuple[FitConfig, Goal]]
 
@@ -28,11 +30,11 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> Asked:
     """Return the list of settings and goals that commands ask for. No fit is made."""
     found: Asked = []
 
-    def record(photo: Any, config: FitConfig, *, goal: Goal, **_: Any) -> None:
-        found.append((config, goal))
+    def record(request: Request, *_: Any) -> None:
+        found.append((request.settings, request.goal))
         raise Seen
 
-    monkeypatch.setattr(api, "fit_photo", record)
+    monkeypatch.setattr(choice, "draw_picture", record)
     return found
 
 
@@ -49,10 +51,10 @@ def _run(photo: Path, *options: object, out: str = "out.svg") -> None:
 def test_options_become_settings_and_a_goal() -> None:
     given: dict[str, Any] = {"curves": None, "seed": 3, "max_bytes": 5000, "gzip": None, "target_psnr": None}
     config, goal = requested("draft", given)
-    assert goal == Goal(max_bytes=5000)
+    assert goal == make_goal(max_bytes=5000)
     assert config == make_config("draft", seed=3, curves=config.curves, minify=True)
-    assert requested("default", {"curves": 7}) == (FitConfig(curves=7), Goal())
-    assert requested("default", {"curves": "auto"})[1] == Goal(auto=True)
+    assert requested("default", {"curves": 7}) == (FitConfig(curves=7), make_goal())
+    assert requested("default", {"curves": "auto"})[1] == make_goal(auto=True)
     assert requested("default", {"curves": 7, "target_psnr": 30.0})[0].curves == 7
 
 
@@ -73,19 +75,24 @@ def test_unknown_settings_in_python_come_with_a_remedy(name: str, remedy: str) -
 @pytest.mark.parametrize(
     ("options", "config", "goal"),
     [
-        (["--opaque"], {"opacity": "opaque"}, Goal()),
-        (["--opacity", "opaque"], {"opacity": "opaque"}, Goal()),
-        (["--colors", "16", "--min-area", "2.5"], {"colors": 16, "opacity": "opaque", "min_area": 2.5}, Goal()),
-        (["--colors", "16", "--opacity", "free"], {"colors": 16, "opacity": "free"}, Goal()),
-        (["--colors", "0"], {}, Goal()),
-        (["--palette", "#123,#ABCDEF"], {"palette": "#112233,#abcdef"}, Goal()),
-        (["--palette", "red, Blue"], {"palette": "#ff0000,#0000ff"}, Goal()),
-        (["--max-bytes", "80k"], {"curves": 16384, "minify": True}, Goal(max_bytes=80_000)),
-        (["--max-bytes", "80k", "--curves", "99"], {"curves": 99, "minify": True}, Goal(max_bytes=80_000)),
-        (["--max-bytes", "80k", "--no-minify"], {"curves": 16384}, Goal(max_bytes=80_000)),
-        (["--max-bytes", "9k", "--gzip"], {"curves": 16384, "minify": True}, Goal(max_bytes=9_000, gzip=True)),
-        (["--target-psnr", "28", "--time-budget", "9"], {"curves": 16384, "time_budget": 9.0}, Goal(target_psnr=28.0)),
-        (["--curves", "auto"], {"curves": 16384}, Goal(auto=True)),
+        (["--opaque"], {"opacity": "opaque"}, make_goal()),
+        (["--opacity", "opaque"], {"opacity": "opaque"}, make_goal()),
+        (["--colors", "16", "--min-area", "2.5"], {"colors": 16, "opacity": "opaque", "min_area": 2.5}, make_goal()),
+        (["--colors", "16", "--opacity", "free"], {"colors": 16, "opacity": "free"}, make_goal()),
+        (["--colors", "0"], {}, make_goal()),
+        (["--palette", "#123,#ABCDEF"], {"palette": "#112233,#abcdef"}, make_goal()),
+        (["--palette", "red, Blue"], {"palette": "#ff0000,#0000ff"}, make_goal()),
+        (["--max-bytes", "80k"], {"curves": 16384, "minify": True}, make_goal(max_bytes=80_000)),
+        (["--max-bytes", "80k", "--curves", "99"], {"curves": 99, "minify": True}, make_goal(max_bytes=80_000)),
+        (["--max-bytes", "80k", "--no-minify"], {"curves": 16384}, make_goal(max_bytes=80_000)),
+        (["--max-bytes", "9k", "--gzip"], {"curves": 16384, "minify": True}, make_goal(max_bytes=9_000, gzip=True)),
+        (
+            ["--target-psnr", "28", "--time-budget", "9"],
+            {"curves": 16384, "time_budget": 9.0},
+            make_goal(target_psnr=28.0),
+        ),
+        (["--target-ssim", "0.8"], {"curves": 16384}, make_goal(target_ssim=0.8)),
+        (["--curves", "auto"], {"curves": 16384}, make_goal(auto=True)),
     ],
 )
 def test_options_reach_the_fit(
@@ -98,7 +105,7 @@ def test_options_reach_the_fit(
 def test_svgz_counts_bytes_after_gzip(photo: Path, asked: Asked) -> None:
     _run(photo, "--max-bytes", "9k", out="out.SVGZ")
     _run(photo, out="out.svgz")
-    assert [goal for _, goal in asked] == [Goal(max_bytes=9_000, gzip=True), Goal(gzip=True)]
+    assert [goal for _, goal in asked] == [make_goal(max_bytes=9_000, gzip=True), make_goal(gzip=True)]
 
 
 # files of settings
@@ -113,7 +120,7 @@ def test_svgz_counts_bytes_after_gzip(photo: Path, asked: Asked) -> None:
         ["--max-bytes", "80k"],
         ["--max-bytes", "80k", "--gzip", "--curves", "900"],
         ["--curves", "auto", "--target-psnr", "27.5"],
-        ["--opaque", "--palette", "#123,#456", "--time-budget", "12.5", "--threads", "1", "--flat"],
+        ["--opaque", "--palette", "#123,#456", "--time-budget", "12.5", "--threads", "1", "--one-generation"],
         ["--colors", "8", "--lr-points", "1e-7", "--min-area", "3"],
         ["--colors", "8", "--opacity", "free", "--trim", "--no-metadata", "--size", "90mm"],
         ["--mode", "flat", "--detail", "0.3", "--cutout"],
@@ -132,17 +139,20 @@ def test_a_written_file_leads_to_the_same_fit(photo: Path, asked: Asked, options
     stated = tomllib.loads(settings.read_text(encoding="utf-8"))
     # The goal decides the number of paths.
     assert ("curves" in stated) is ("--max-bytes" not in options or "--curves" in options)
-    assert set(stated) <= {"preset", "background", *(name for names in SETTINGS.values() for name in names)}
-    assert {name for name in FILE_OPTIONS if stated.get(name)} == ({*FILE_OPTIONS} if "--trim" in options else set())
+    assert set(stated) <= {"preset", "background", *OPTIONS}
+    file_names = {"size", "trim", "no_metadata"}
+    assert {name for name in file_names if stated.get(name)} == (file_names if "--trim" in options else set())
 
 
 def test_the_command_line_overrides_the_file(photo: Path, asked: Asked) -> None:
     settings = photo.with_name("settings.toml")
-    settings.write_text('curves = 40\nlr-points = 0.5\npreset = "draft"\nflat = true\nopaque = true\nmax-bytes = "9k"')
+    settings.write_text(
+        'curves = 40\nlr-points = 0.5\npreset = "draft"\none-generation = true\nopaque = true\nmax-bytes = "9k"'
+    )
     _run(photo, "--config", settings)
-    _run(photo, "--curves", "50", "--no-flat", "--preset", "best", "--opacity", "free", "--config", settings)
-    goal = Goal(max_bytes=9_000)
-    first = make_config("draft", curves=40, lr_points=0.5, flat=True, opacity="opaque", minify=True)
+    _run(photo, "--curves", "50", "--no-one-generation", "--preset", "best", "--opacity", "free", "--config", settings)
+    goal = make_goal(max_bytes=9_000)
+    first = make_config("draft", curves=40, lr_points=0.5, one_generation=True, opacity="opaque", minify=True)
     second = make_config("best", curves=50, lr_points=0.5, opacity="free", minify=True)
     assert asked == [(first, goal), (second, goal)]
 
@@ -170,7 +180,7 @@ def test_the_background_is_written_too(photo: Path, asked: Asked) -> None:
         ("seed = 0.5", ["--seed must be a whole number, got '0.5'"]),
         ("min-area = true", ["--min-area must be a number, got 'True'"]),
         ("curves = 0", ["--curves must be", "got 0"]),
-        ("flat = 7", ["flat in", "must be true or false, got 7"]),
+        ("one-generation = 7", ["one_generation in", "must be true or false, got 7"]),
         ('opaque = "yes"', ["opaque in", "must be true or false, got 'yes'"]),
         ("palette = 5", ["--palette must be colours", "or a file of them, got '5'"]),
         ('max-bytes = "80 apples"', ["--max-bytes must be a size such as", "'80 apples'"]),
@@ -192,6 +202,8 @@ def test_mistakes_in_a_file_are_reported_in_one_line(photo: Path, text: str, wor
     [
         (["--max-bytes", "0"], ["--max-bytes must be a size", "'0'"]),
         (["--target-psnr", "300"], ["--target-psnr must", "300"]),
+        (["--target-ssim", "1"], ["--target-ssim must be above 0 and at most 0.999, got 1"]),
+        (["--target-ssim", "0.8", "--target-psnr", "30"], ["--target-ssim must not be given with target_psnr"]),
         (["--colors", "257"], ["--colors must be", "from 0 to 256"]),
         (["--colors", "3", "--palette", "#123"], ["--colors must be 0 with a palette"]),
         (["--palette", "#12345"], ["--palette must be colours"]),
@@ -259,16 +271,17 @@ def test_a_palette_file_with_a_wrong_word_or_no_colours_is_refused(photo: Path, 
 
 
 def test_file_options_come_from_the_command_line_or_a_file(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    seen: list[Any] = []
+    seen: list[FileOptions] = []
 
-    def record(*_: Any, file_options: Any, **__: Any) -> None:
-        seen.append((file_options.metadata, file_options.trim, file_options.size))
+    def record(request: Request, *_: Any) -> None:
+        seen.append(request.encoding.options)
         raise Seen
 
-    monkeypatch.setattr(api, "fit_photo", record)
+    monkeypatch.setattr(choice, "draw_picture", record)
     settings = photo.with_name("settings.toml")
     settings.write_text("no-metadata = true\ntrim = true\nsize = '3 cm'")
     for options in ([], ["--trim"], ["--no-metadata", "--size", "200%"], ["--config", settings]):
         _run(photo, *options)
-    assert seen == [(True, False, None), (True, True, None), (False, False, "200%"), (False, True, "3cm")]
-    assert file_options({"no_metadata": None, "trim": None, "size": None}).metadata
+    both = FileOptions(no_metadata=True, trim=True, size="3cm")
+    assert seen == [FileOptions(), FileOptions(trim=True), FileOptions(no_metadata=True, size="200%"), both]
+    assert file_options({"no_metadata": None, "trim": None, "size": None}) == FileOptions()

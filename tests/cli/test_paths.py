@@ -11,8 +11,8 @@ from stubs import circles, stub_fit
 
 from warpvec.cli.paths import check_distinct_files
 from warpvec.errors import InputError
+from warpvec.modes import photo as photo_mode
 from warpvec.svg.write import write_svg
-from warpvec.vectorization import photo_fit
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "drawing.svg").write_text(write_svg(circles(32, 48, 8), 48, 32))
     (tmp_path / "link.svg").symlink_to("drawing.svg")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(photo_fit, "fit", stub_fit)
+    monkeypatch.setattr(photo_mode, "fit", stub_fit)
     return tmp_path
 
 

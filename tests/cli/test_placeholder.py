@@ -9,7 +9,7 @@ import pytest
 from commands import assert_refused, invoke, write_photo
 from PIL import Image
 
-from warpvec.vectorization.placeholder_text import data_uri
+from warpvec.placeholders.text import data_uri
 
 OPTIONS = ("--placeholder", "--max-bytes", "300")
 
@@ -19,6 +19,7 @@ def photo(tmp_path: Path) -> Path:
     return write_photo(tmp_path)
 
 
+@pytest.mark.slow
 def test_the_uri_goes_to_stdout_and_the_svg_to_a_file(photo: Path) -> None:
     out = photo.with_name("out.svg")
     printed = invoke("run", photo, *OPTIONS)

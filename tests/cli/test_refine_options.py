@@ -12,9 +12,10 @@ from stubs import circles
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
+from warpvec.goals.goal import SEARCHED_CURVES_MAX, Goal, make_goal
+from warpvec.modes.refine import Refine
+from warpvec.modes.request import Request
 from warpvec.svg.write import write_svg
-from warpvec.vectorization import refine as refining
-from warpvec.vectorization.goal import CURVES_MAX, Goal
 
 
 @pytest.fixture
@@ -29,15 +30,11 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[FitConfig, Goal]]:
     """Settings and goals of the fits, which are recorded and not made."""
     found: list[tuple[FitConfig, Goal]] = []
 
-    def record(image: Any, config: FitConfig, *, goal: Goal, **_: Any) -> None:
-        found.append((config, goal))
+    def record(mode: Refine, request: Request) -> None:
+        found.append((request.settings, request.goal))
         raise LookupError
 
-    def record_polish(image: Any, start: Any, config: FitConfig, *_: Any) -> None:
-        record(image, config, goal=Goal())
-
-    monkeypatch.setattr(refining, "fit_photo", record)
-    monkeypatch.setattr(refining, "polish_photo", record_polish)
+    monkeypatch.setattr(Refine, "draw", record)
     return found
 
 
@@ -45,23 +42,21 @@ def _refine(photo: Path, *options: object):
     return invoke("refine", photo, photo.with_name("out.svg"), "--from", photo.with_name("drawing.svg"), *options)
 
 
-def test_without_a_goal_it_has_the_iterations_and_with_recycling_the_rates_of_a_correction(
-    photo: Path, asked: Any
-) -> None:
+def test_without_a_goal_it_has_the_iterations_of_a_correction(photo: Path, asked: Any) -> None:
     for options in ([], ["--preset", "draft"], ["--iterations", 30, "--recycle-gap", 7, "--precision", 3]):
         _refine(photo, *options)
     first = FitConfig(mode="photo", curves=8, iterations=500, recycle_gap=0, precision=1)
     draft = make_config("draft", mode="photo", curves=8, iterations=500, recycle_gap=0, precision=1)
-    given = FitConfig(mode="photo", curves=8, iterations=30, recycle_gap=7, precision=3, lr_scale=0.4)
+    given = FitConfig(mode="photo", curves=8, iterations=30, recycle_gap=7, precision=3)
     assert asked == [(first, Goal()), (draft, Goal()), (given, Goal())]
 
 
-def test_with_a_goal_the_search_sets_iterations_and_rates(photo: Path, asked: Any) -> None:
+def test_with_a_goal_the_search_sets_the_iterations(photo: Path, asked: Any) -> None:
     _refine(photo, "--max-bytes", "9k")
     _refine(photo, "--curves", "auto", "--preset", "draft", "--lr-scale", 2, "--iterations", 90)
-    kept = {"mode": "photo", "curves": CURVES_MAX, "recycle_gap": 0, "precision": 1}
+    kept = {"mode": "photo", "curves": SEARCHED_CURVES_MAX, "recycle_gap": 0, "precision": 1}
     first, second = FitConfig(**kept), make_config("draft", **kept, iterations=90, lr_scale=2.0)
-    assert asked == [(first, Goal(max_bytes=9000)), (second, Goal(auto=True))]
+    assert asked == [(first, make_goal(max_bytes=9000)), (second, make_goal(auto=True))]
 
 
 @pytest.mark.parametrize(
@@ -95,7 +90,7 @@ def test_a_written_file_asks_for_the_same(photo: Path, asked: Any, options: list
         (["--iterations", "0", "--curves", "20"], ["--curves must not be given with 0 iterations; leave it out"]),
         (["--iterations", "0", "--colors", "4"], ["--colors must not be given with 0 iterations"]),
         (["--iterations", "0", "--gradients", "2"], ["--gradients must not be given with 0 iterations"]),
-        (["--max-bytes", "9k", "--policy", "replacement"], ["--policy must be scaffolding to meet a goal"]),
+        (["--max-bytes", "9k", "--policy", "replacement"], ["--policy must be scaffolding to"]),
         (["--preset", "paper"], ["--path-model must be segments", "got 'sides'", "another preset"]),
         (["--preset", "bezier-splatting", "--path-model", "segments"], ["--policy must be scaffolding"]),
         (["--gzip"], ["--gzip must come with --max-bytes"]),
@@ -131,4 +126,4 @@ def test_the_help_leaves_out_what_is_refused(photo: Path, options: list[str]) ->
 
 def test_the_help_names_the_settings_that_are_not_used() -> None:
     text = " ".join(invoke("refine", "--help-all").stdout.split())
-    assert "--flat, --initial-curves, --initial-radius and --radius-decay are never used" in text
+    assert "--one-generation, --initial-curves, --initial-radius and --radius-decay are never used" in text

@@ -15,7 +15,7 @@ from commands import QUICK, assert_refused, invoke, write_photo
 from PIL import Image
 from stubs import stub_fit
 
-from warpvec.vectorization import photo_fit
+from warpvec.modes import photo as photo_mode
 
 pytestmark = pytest.mark.usefixtures("quick_fit")
 
@@ -74,9 +74,9 @@ def test_a_perfect_fit_has_a_page(photo: Path, monkeypatch: pytest.MonkeyPatch) 
         fitted.history[-1]["psnr"] = math.inf
         return fitted
 
-    monkeypatch.setattr(photo_fit, "fit", perfect)
+    monkeypatch.setattr(photo_mode, "fit", perfect)
     found, page = _report(photo)
-    assert [record["psnr"] for record in found["history"]] == [20.0, 20.0, None]
+    assert [record["psnr"] for record in found["history"]] == [pytest.approx(20.0), pytest.approx(20.0), None]
     # The plot cannot show infinity.
     assert [record["iteration"] for record in page["history"]] == [1, 2]
 
@@ -86,8 +86,9 @@ def test_the_output_of_json_is_a_history(photo: Path) -> None:
     result = invoke("run", photo, out, "--json", "-q", *QUICK)
     report.write_text(result.stdout)
     assert invoke("view", out, "--history", report, "--report", page).exit_code == 0
-    history = [{"iteration": k, "curves": 8, "psnr": 20.0, "seconds": 0.5 * k} for k in (1, 2, 3)]
-    assert _data(page)["history"] == history == json.loads(result.stdout)["history"]
+    history = json.loads(result.stdout)["history"]
+    assert [(record["iteration"], record["curves"]) for record in history] == [(k, 8) for k in (1, 2, 3)]
+    assert _data(page)["history"] == history
 
 
 def test_the_levels_of_an_empty_drawing_are_none(photo: Path) -> None:
@@ -106,7 +107,7 @@ def test_messages_name_the_options(photo: Path) -> None:
     assert_refused(invoke("lod", out, "--levels", "0", "-o", none), "error: -o must end in .svg")
     assert_refused(invoke("run", photo, out, "--resume", none), "error: --resume must be a file", "none")
     assert_refused(
-        invoke("run", photo, out, "--resume", none, "--max-bytes", 9), "error: --resume must be given without"
+        invoke("run", photo, out, "--resume", none, "--max-bytes", 9), "error: --resume cannot be combined with"
     )
     for command in (["run", photo, out], ["view", out]):
         assert_refused(

@@ -6,10 +6,10 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
+from children import limit, runs, start, wait_for
 
 from warpvec.cli.signals import SIGNALS
 
@@ -18,16 +18,15 @@ pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no signals 
 START = """
 import hashlib, sys, time
 from pathlib import Path
-from warpvec.cli.signals import raised_interrupts, run_command
-from warpvec.fit.interrupt import deferred_interrupts, hold_signals
+from warpvec.cli.signals import listener, raised_interrupts, run_command
 from warpvec.temporary_files import temporary_file
 
 def say(word):
     print(word, flush=True)
 
-def wait_for(is_interrupted):
+def wait_for_signal():
     for _ in range(3000):
-        if is_interrupted():
+        if listener().has_signal():
             return
         time.sleep(0.01)
     sys.exit("no signal came")
@@ -48,7 +47,7 @@ class Child:
                 signal.signal(ignored, signal.SIG_IGN)
 
         code = START + "".join(f"    {line}\n" for line in lines) + "run_command(command)"
-        self._process = subprocess.Popen(
+        self._process = start(
             [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=ignore
         )
         self.expect("ready")
@@ -65,7 +64,7 @@ class Child:
     def end(self) -> tuple[int, str, str]:
         """Return the exit code and what is left of the output, within half a minute."""
         try:
-            stdout, stderr = self._process.communicate(timeout=30)
+            stdout, stderr = self._process.communicate(timeout=limit(30))
         finally:
             self._process.kill()
         return self._process.returncode, stdout, stderr
@@ -87,10 +86,9 @@ def test_before_there_is_a_result_a_signal_ends_the_process_and_leaves_nothing(t
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_signal_lets_a_command_with_a_result_write_it(number: int) -> None:
     child = Child(
-        "with deferred_interrupts() as is_interrupted:",
-        "    hold_signals()",
-        "    say('ready')",
-        "    wait_for(is_interrupted)",
+        "listener().hold()",
+        "say('ready')",
+        "wait_for_signal()",
         "say('written')",
     )
     child.send(number)
@@ -99,10 +97,10 @@ def test_a_signal_lets_a_command_with_a_result_write_it(number: int) -> None:
 
 def test_the_second_signal_ends_the_process_and_leaves_nothing(tmp_path: Path) -> None:
     child = Child(
-        "hold_signals()",
-        f"with temporary_file(Path({str(tmp_path)!r}, 'out.svg')), deferred_interrupts() as is_interrupted:",
+        "listener().hold()",
+        f"with temporary_file(Path({str(tmp_path)!r}, 'out.svg')):",
         "    say('ready')",
-        "    wait_for(is_interrupted)",
+        "    wait_for_signal()",
         "    say('noted')",
         f"    {NATIVE}",
     )
@@ -151,8 +149,7 @@ def test_a_slow_listener_does_not_end_a_batch_that_was_interrupted() -> None:
 
 
 def test_an_error_keeps_its_exit_code() -> None:
-    lines = ("with deferred_interrupts() as is_interrupted:", "    wait_for(is_interrupted)", "sys.exit(2)")
-    child = Child("hold_signals()", "say('ready')", *lines)
+    child = Child("listener().hold()", "say('ready')", "wait_for_signal()", "sys.exit(2)")
     child.send(signal.SIGTERM)
     assert child.end() == (2, "", "")
 
@@ -161,10 +158,9 @@ def test_a_closed_terminal_ends_a_command_in_order(tmp_path: Path) -> None:
     termios = pytest.importorskip("termios")
     fcntl = pytest.importorskip("fcntl")
     body = f"""
-    hold_signals()
-    with deferred_interrupts() as is_interrupted:
-        say("ready")
-        wait_for(is_interrupted)
+    listener().hold()
+    say("ready")
+    wait_for_signal()
     Path({str(tmp_path)!r}, "out.svg").touch()
     say("summary")
 run_command(command)"""
@@ -173,14 +169,14 @@ run_command(command)"""
         fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 
     ours, theirs = os.openpty()
-    with subprocess.Popen(
+    with start(
         [sys.executable, "-c", START + body],
         stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True, preexec_fn=take_terminal,
     ) as process:  # fmt: skip
         os.close(theirs)
         with open(ours, "rb", buffering=0) as terminal:
             assert terminal.readline() == b"ready\r\n"
-        assert process.wait(timeout=30) == 128 + signal.SIGHUP
+        assert process.wait(timeout=limit(30)) == 128 + signal.SIGHUP
     assert os.listdir(tmp_path) == ["out.svg"]
 
 
@@ -212,14 +208,11 @@ def test_a_signal_ends_the_encoder_of_a_video(tmp_path: Path) -> None:
     )
     child.send(signal.SIGTERM)
     assert child.end() == (128 + signal.SIGTERM, "", "")
-    process = Path("/proc") / number.read_text().strip() / "stat"
-    end = time.monotonic() + 10
-    while _runs(process) and time.monotonic() < end:  # a signal takes its time on a busy machine
-        time.sleep(0.01)
-    assert not _runs(process)
+    wait_for(lambda: not runs(int(number.read_text())))
     assert sorted(os.listdir(tmp_path)) == ["encoder", "number"]
 
 
+@pytest.mark.slow
 def test_a_signal_removes_the_temporary_folder_of_kernels(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     child = Child(
@@ -234,11 +227,3 @@ def test_a_signal_removes_the_temporary_folder_of_kernels(tmp_path: Path) -> Non
     child.send(signal.SIGTERM)
     assert child.end()[0] == 128 + signal.SIGTERM
     assert os.listdir(tmp_path) == ["file"]
-
-
-def _runs(state: Path) -> bool:
-    """Return whether the process whose ``stat`` in /proc is ``state`` is there, and not only its exit code."""
-    try:
-        return state.read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False

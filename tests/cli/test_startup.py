@@ -25,6 +25,7 @@ print("torch._dynamo" in sys.modules)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("renderer", ["exact", "splat"])
 def test_a_run_does_not_import_the_compiler(renderer: str) -> None:
     assert _last_line(FIT.format(renderer=renderer)) == "False"
@@ -41,6 +42,7 @@ main()
 """
 
 
+@pytest.mark.slow
 def test_a_command_on_a_photo_loads_no_scipy_and_leaves_the_modules_out_of_searches(tmp_path: Path) -> None:
     photo = write_photo(tmp_path)
     arguments = ["warpvec", "run", str(photo), str(tmp_path / "out.svg"), *QUICK]

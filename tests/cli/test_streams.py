@@ -34,6 +34,7 @@ def _shell(redirections: str, *arguments: object) -> tuple[int, str]:
     return run.returncode, run.stderr
 
 
+@pytest.mark.slow
 def test_a_run_works_without_any_stream(photo: Path) -> None:
     out, frame = photo.with_name("out.svg"), photo.with_name("fit.gif")
     options = [*QUICK, "--video", frame, "--checkpoint", photo.with_name("state"), "--every", "1"]
@@ -61,6 +62,7 @@ def test_a_stream_that_is_asked_for_must_be_open(
     assert stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 @needs_full_device
 def test_a_full_stdout_is_one_line(photo: Path) -> None:
     for arguments in (["--help"], ["run", photo, "-", *QUICK, "-q"]):
@@ -70,6 +72,7 @@ def test_a_full_stdout_is_one_line(photo: Path) -> None:
         assert stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 @needs_full_device
 def test_a_full_stderr_costs_nothing(photo: Path) -> None:
     out = photo.with_name("out.svg")

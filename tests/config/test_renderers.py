@@ -1,14 +1,17 @@
-"""Names and settings of the renderers."""
+"""Settings of the renderers."""
 
 from __future__ import annotations
 
 import inspect
 
-from warpvec.config.renderers import RENDERER_SETTINGS, RENDERERS
-from warpvec.rendering.registry import RENDERER_CLASSES
+from warpvec.config.fit_config import SETTINGS
+from warpvec.config.kinds import Choice
+from warpvec.rendering.registry import renderer_class
 
 
 def test_each_renderer_accepts_its_settings() -> None:
-    for name in RENDERERS:
-        signature = inspect.signature(RENDERER_CLASSES[name])
-        assert set(RENDERER_SETTINGS[name]) <= set(signature.parameters)
+    renderers = SETTINGS["renderer"].kind
+    assert isinstance(renderers, Choice)
+    for name in renderers.names:
+        own = {each.name for each in SETTINGS.values() if each.renderer == name}
+        assert own <= set(inspect.signature(renderer_class(name)).parameters)

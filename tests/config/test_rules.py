@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.config.rules import GROWTH_MIN
+from warpvec.config.limits import GROWTH_MIN
 from warpvec.errors import InputError
 
 COUNTS = ("curves", "iterations", "fit_size", "initial_curves", "inflation_gap")
@@ -45,7 +45,7 @@ WRONG_TYPES = [
     ("lr_points", "a"), ("lr_points", None), ("lr_points", True), ("growth", 2j), ("growth", "2"),
     ("time_budget", "3"), ("time_budget", True),
     ("threads", "2"), ("threads", 1.5), ("threads", True), ("curves", None), ("curves", 5.0), ("curves", np.float32(5)),
-    ("flat", "no"), ("flat", 1), ("flat", None), ("compensate", 0),
+    ("one_generation", "no"), ("one_generation", 1), ("one_generation", None), ("compensate", 0),
     ("renderer", 3), ("renderer", ["exact"]), ("z_order", None), ("lr_decay", np.zeros(2)), ("device", 0),
     ("backdrop", 1), ("policy", None), ("replace_gap", 1.5), ("interior_gradient", "on"),
     ("covariance_gradient", 1), ("path_model", None), ("degree", 5.0),
@@ -90,8 +90,6 @@ def test_only_splat_draws_sides() -> None:
     ) as caught:
         FitConfig(path_model="sides")
     assert "\n" not in str(caught.value)
-    assert FitConfig(path_model="sides", renderer="splat", degree=7).point_degree == 7
-    assert FitConfig(degree=7).point_degree == 3
     assert "samples" not in FitConfig(samples=8).render_settings
 
 
@@ -115,6 +113,6 @@ def test_a_population_that_does_not_grow_is_refused_unless_it_starts_full() -> N
         InputError, match="growth must be above 1, because initial_curves 16 is below curves 512, got 1.0; give"
     ):
         FitConfig(growth=1.0)
-    assert FitConfig(growth=1.0, flat=True).flat
+    assert FitConfig(growth=1.0, one_generation=True).growth == 1.0
     assert FitConfig(growth=1.0, policy="replacement").growth == 1.0
     assert FitConfig(growth=1.0, curves=16).curves == 16

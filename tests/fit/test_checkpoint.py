@@ -12,6 +12,7 @@ import pytest
 import torch
 from logo import logo
 from numpy.typing import NDArray
+from runs import drawn
 from stubs import circles
 
 from warpvec.config.fit_config import FitConfig
@@ -20,8 +21,7 @@ from warpvec.errors import InputError
 from warpvec.fit.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from warpvec.fit.population import Population
 from warpvec.geometry.scene import Scene
-from warpvec.vectorization.api import fit_photo
-from warpvec.vectorization.result import Result
+from warpvec.result import Result
 
 Pixels = NDArray[np.float32]
 
@@ -46,14 +46,14 @@ def _crashed(photo: Pixels, config: FitConfig, path: Path, iteration: int, every
             raise Stop
 
     with pytest.raises(Stop):
-        fit_photo(photo, config, on_progress=crash, checkpoint=str(path), every=every)
+        drawn(photo, config, on_progress=crash, checkpoint=path, every=every)
     return read_checkpoint(path)
 
 
 def _assert_same(resumed: Result, whole: Result) -> None:
     assert resumed.svg() == whole.svg()
-    torch.testing.assert_close(resumed.fitted.scene.to_dict(), whole.fitted.scene.to_dict(), rtol=0, atol=0)
-    assert resumed.fitted.iterations == whole.fitted.iterations
+    torch.testing.assert_close(resumed.drawing.fitted.to_dict(), whole.drawing.fitted.to_dict(), rtol=0, atol=0)
+    assert resumed.run.iterations == whole.run.iterations
     for entry, other in zip(whole.history, resumed.history, strict=True):
         assert entry | {"seconds": 0} == other | {"seconds": 0}
 
@@ -72,7 +72,7 @@ FITS: dict[str, dict[str, Any]] = {
     "paper": {"preset": "paper", **SPLAT},
     "replacement": {"preset": "bezier-splatting", "replace_gap": 4, **SPLAT},
     "replacement of areas": {"policy": "replacement", "replace_gap": 3, "z_order": "area"},
-    "flat": {"flat": True},
+    "one generation": {"one_generation": True},
     "reduced": {"fit_size": 30},
     "levels": {"lod": True},
     "gradients": {"gradients": 0.3, "recycle_gap": 2},
@@ -91,39 +91,40 @@ TRANSPARENT = ("default", "palette", "levels", "splat", "replacement", "gradient
 def test_a_resumed_fit_is_the_uninterrupted_one(name: str, transparent: bool, tmp_path: Path) -> None:
     photo = logo().astype(np.float32)[::2, ::2] / 255.0 if transparent else _photo()
     config = make_config(**{**QUICK, **FITS[name]})
-    whole = fit_photo(photo, config)
+    whole = drawn(photo, config)
     path = tmp_path / "fit.checkpoint"
     # In every part of the run: before the palette, between inflations, near the end.
     iteration = random.Random(name).randint(5, 39) if not transparent else 17
     state = _crashed(photo, config, path, iteration, 4)
     assert state.config == config
     assert state.state["iteration"] == (iteration - 1) // 4 * 4
-    _assert_same(fit_photo(photo, state.config, resume=state), whole)
+    _assert_same(drawn(photo, state.config, resume=state), whole)
 
 
+@pytest.mark.slow
 def test_a_fit_resumes_from_any_iteration(tmp_path: Path) -> None:
     config = make_config(**QUICK, colors=4, recycle_gap=3)
-    whole = fit_photo(_photo(), config)
+    whole = drawn(_photo(), config)
     for iteration in range(2, 40, 7):
         state = _crashed(_photo(), config, tmp_path / "fit", iteration, 1)
         assert state.state["iteration"] == iteration - 1
-        _assert_same(fit_photo(_photo(), config, resume=state), whole)
+        _assert_same(drawn(_photo(), config, resume=state), whole)
 
 
 @pytest.mark.parametrize("iteration", [8, 9, 20, 32, 33])
 def test_a_fit_resumes_before_and_after_a_choice_of_gradients(iteration: int, tmp_path: Path) -> None:
     """Gradients are chosen after iterations 8 and 32; the checkpoint of an iteration holds the choice after it."""
     config = make_config(**QUICK, gradients=0.3, recycle_gap=3)
-    whole = fit_photo(_photo(), config)
+    whole = drawn(_photo(), config)
     assert "url(#g7)" in whole.svg() and "url(#g8)" not in whole.svg()
     state = _crashed(_photo(), config, tmp_path / "fit", iteration, 1)
     assert (state.state["population"]["gradients"] is None) == (iteration == 8)
-    _assert_same(fit_photo(_photo(), config, resume=state), whole)
+    _assert_same(drawn(_photo(), config, resume=state), whole)
 
 
 def test_a_fit_may_crash_twice_and_resume_on_other_threads(tmp_path: Path) -> None:
     config = make_config(**QUICK, threads=2)
-    whole = fit_photo(_photo(), config)
+    whole = drawn(_photo(), config)
     state = _crashed(_photo(), config, tmp_path / "fit", 14, 5)
     fewer = replace(config, threads=1)
     count = iter(range(100))
@@ -133,28 +134,29 @@ def test_a_fit_may_crash_twice_and_resume_on_other_threads(tmp_path: Path) -> No
             raise Stop
 
     with pytest.raises(Stop):
-        fit_photo(_photo(), fewer, on_progress=crash, resume=state, checkpoint=str(tmp_path / "fit"), every=5)
+        drawn(_photo(), fewer, on_progress=crash, resume=state, checkpoint=tmp_path / "fit", every=5)
     again = read_checkpoint(tmp_path / "fit")
     assert again.state["iteration"] == 25
     assert again.state["config"]["threads"] == 1
-    _assert_same(fit_photo(_photo(), fewer, resume=again), whole)
+    _assert_same(drawn(_photo(), fewer, resume=again), whole)
 
 
 def test_a_fit_that_began_with_given_paths_resumes(tmp_path: Path) -> None:
-    start = fit_photo(_photo(), make_config(**QUICK)).fitted.scene
+    start = drawn(_photo(), make_config(**QUICK)).drawing.fitted
     config = make_config(**{**QUICK, "curves": 40})
-    whole = fit_photo(_photo(), config, start=start)
+    whole = drawn(_photo(), config, start=start)
 
     def crash(progress: Any) -> None:
         if progress.iteration == 23:
             raise Stop
 
     with pytest.raises(Stop):
-        fit_photo(_photo(), config, start=start, on_progress=crash, checkpoint=str(tmp_path / "fit"), every=10)
+        drawn(_photo(), config, start=start, on_progress=crash, checkpoint=tmp_path / "fit", every=10)
     state = read_checkpoint(tmp_path / "fit")
-    _assert_same(fit_photo(_photo(), state.config, resume=state), whole)
+    _assert_same(drawn(_photo(), state.config, resume=state), whole)
 
 
+@pytest.mark.slow
 def test_the_best_scene_so_far_is_saved_too(tmp_path: Path) -> None:
     """Recycling half of the paths makes the picture worse at first; an interrupt then returns the scene before it."""
     config = make_config(**QUICK, recycle_gap=2, recycle_share=0.5)
@@ -164,9 +166,9 @@ def test_the_best_scene_so_far_is_saved_too(tmp_path: Path) -> None:
             if progress.iteration == iteration:
                 raise KeyboardInterrupt
 
-        result = fit_photo(_photo(), config, on_progress=stop, resume=resume)
+        result = drawn(_photo(), config, on_progress=stop, resume=resume)
         assert result.interrupted
-        return result.fitted.scene.points
+        return result.drawing.fitted.points
 
     from_before = 0
     for iteration in range(19, 26, 2):
@@ -210,4 +212,4 @@ def test_another_photo_is_refused(tmp_path: Path) -> None:
     state = _crashed(_photo(), config, tmp_path / "fit", 9, 4)
     for photo in (_photo() * 0.999, _photo()[:-1], np.dstack([_photo(), np.ones((36, 48), np.float32)])):
         with pytest.raises(InputError, match="^image must be the photo of the checkpoint"):
-            fit_photo(photo.astype(np.float32), config, resume=state)
+            drawn(photo.astype(np.float32), config, resume=state)

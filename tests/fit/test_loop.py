@@ -1,36 +1,23 @@
-"""The fit on small pictures: populations, reproducibility, interrupts, time budgets, presets and renderers."""
+"""The fit on small pictures: populations, reproducibility, interrupts, time budgets, and presets."""
 
 import json
-import math
 
 import pytest
 import torch
+from finished_fits import final_psnr, rendered_psnr, run
 from pictures import picture
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
-from warpvec.config.rules import POLICIES
 from warpvec.errors import InputError
-from warpvec.fit import loop, record
+from warpvec.fit import record
 from warpvec.fit.checkpoint import MAX_HEADER
 from warpvec.fit.loop import fit
 from warpvec.fit.population import Population
-from warpvec.fit.regularization import Regularization
 from warpvec.fit.schedule import population
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.circles import circle_points
 from warpvec.geometry.scene import Scene
-
-HEIGHT, WIDTH = 40, 56
-
-
-def run(on_progress=None, **settings):
-    config = make_config("default", **{"curves": 48, "iterations": 60, "inflation_gap": 8, "threads": 1} | settings)
-    return fit(picture(), config, on_progress)
-
-
-def final_psnr(result):
-    return result.history[-1]["psnr"]
 
 
 def test_population_follows_the_schedule():
@@ -64,9 +51,9 @@ def test_new_generations_are_on_top():
     assert generation[0] == 0
 
 
-def test_flat_starts_with_all_paths_in_one_generation():
+def test_one_generation_starts_with_all_paths():
     counts = []
-    result = run(lambda progress: counts.append(progress.curve_count), flat=True, recycle_gap=0)
+    result = run(lambda progress: counts.append(progress.curve_count), one_generation=True, recycle_gap=0)
     assert set(counts) == {48}
     assert (result.scene.generation == 0).all()
 
@@ -111,57 +98,12 @@ def test_fit_improves_and_recycling_improves_it():
     assert final_psnr(recycled) > final_psnr(kept) + 0.5
 
 
-@pytest.mark.parametrize("preset", ["draft", "default", "best", "paper"])
+@pytest.mark.parametrize("preset", ["draft", "default", "best"])
 def test_every_preset_fits(preset):
     config = make_config(preset, curves=32, iterations=40, threads=1)
     result = fit(picture(), config)
     assert final_psnr(result) > 15.0
     assert result.scene.segments.isfinite().all()
-
-
-SPLAT = {"renderer": "splat", "samples": 16, "lines": 6}
-
-
-@pytest.mark.parametrize(("path_model", "degree", "point_count"), [("segments", 3, 12), ("sides", 5, 10)])
-@pytest.mark.parametrize("policy", POLICIES)
-def test_splat_fits_with_every_policy(policy, path_model, degree, point_count):
-    result = run(**SPLAT, policy=policy, path_model=path_model)
-    scene = result.scene
-    assert scene.points.shape == (48, point_count, 2)
-    assert scene.degree == degree
-    assert scene.points.isfinite().all()
-    assert final_psnr(result) > result.history[0]["psnr"] + 0.5
-    assert final_psnr(result) == pytest.approx(rendered_psnr(scene, **SPLAT), abs=0.5)
-
-
-def test_the_baseline_fits():
-    result = fit(
-        picture(),
-        make_config("bezier-splatting", curves=32, iterations=40, threads=1, lr_scale=20.0, shorten_gap=False),
-    )
-    assert len(result.scene) == 32
-    assert result.scene.segments.isfinite().all()
-    assert final_psnr(result) > result.history[0]["psnr"] + 0.5
-
-
-@pytest.mark.parametrize(("path_model", "degree"), [("segments", 3), ("sides", 5)])
-def test_the_regularizers_have_the_degree_of_the_paths(monkeypatch, path_model, degree):
-    seen = []
-
-    class Recorder(Regularization):
-        def __init__(self, height, width, config, device, degree=3):
-            seen.append(degree)
-            super().__init__(height, width, config, device, degree)
-
-    monkeypatch.setattr(loop, "Regularization", Recorder)
-    run(**SPLAT, path_model=path_model, iterations=1)
-    assert seen == [degree]
-
-
-@pytest.mark.parametrize("switch", [{"interior_gradient": False}, {"covariance_gradient": True}, {"lines": 7}])
-def test_settings_of_splat_reach_the_renderer(switch):
-    settings = {**SPLAT, "iterations": 5}
-    assert not torch.equal(run(**settings).scene.segments, run(**{**settings, **switch}).scene.segments)
 
 
 @pytest.mark.parametrize("threads", [2, 3])
@@ -186,13 +128,6 @@ def test_last_iteration_adds_no_paths():
     # A recycling is due at the last iteration, but its paths would never be fitted.
     result = run(iterations=60, recycle_gap=4, recycle_until=1.0)
     assert final_psnr(result) == pytest.approx(rendered_psnr(result.scene), abs=0.5)
-
-
-def rendered_psnr(scene, **settings):
-    from warpvec.rendering.operator import render
-
-    error = render(scene, HEIGHT, WIDTH, **settings) - picture()
-    return -10 * math.log10(error.square().mean().item())
 
 
 def test_interruption_gives_the_best_so_far():
@@ -222,8 +157,7 @@ def test_interruption_after_a_recycling_gives_the_scene_before_it():
 
 def test_time_budget_ends_the_fit():
     result = run(iterations=10**6, time_budget=1.0)
-    assert result.seconds < 10.0
-    assert 10 < result.iterations < 10**6
+    assert 1 <= result.iterations < 10**5  # a million take an hour
     assert len(result.scene) == 48
 
 
@@ -291,12 +225,3 @@ def test_tiny_pictures(size):
 def test_unknown_device():
     with pytest.raises(InputError, match="device must be auto or one of"):
         run(device="tpu")
-
-
-def test_the_order_by_area_holds_from_the_first_step_to_the_last_frame():
-    config = make_config("bezier-splatting", curves=20, iterations=3, threads=1, lr_scale=50.0)
-    seen = []
-    result = fit(picture(), config, lambda progress: seen.append(progress.scene()))
-    box = path_boxes(result.scene)
-    assert ((box[:, 2:] - box[:, :2]).prod(-1).diff() <= 0).all()
-    assert torch.equal(seen[-1].segments, result.scene.segments)

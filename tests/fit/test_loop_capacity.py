@@ -20,12 +20,12 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.fit import record, target
 from warpvec.fit.loop import fit
-from warpvec.fit.progress import FitResult
 from warpvec.fit.state import Saving
 from warpvec.geometry.scene import Scene
 from warpvec.rendering import graph
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.tile_renderer import TileRenderer
+from warpvec.watch.watch import FitResult
 
 CASES: dict[str, dict[str, Any]] = {
     "default": {},
@@ -80,6 +80,7 @@ def plain_history(result: FitResult) -> list[dict[str, float]]:
 TRANSPARENT = ("default", "splat", "palette", "levels")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("case", "transparent"), [*((case, False) for case in CASES), *((case, True) for case in TRANSPARENT)]
 )
@@ -101,6 +102,7 @@ def test_a_fit_whose_steps_are_dropped_ends_the_same(
         assert torch.equal(saved["population"]["segments"], expected["population"]["segments"])
 
 
+@pytest.mark.slow
 def test_the_memory_of_a_fit_is_free_at_once(device: str, renderers: list[TileRenderer]) -> None:
     """The memory of a GPU would last until Python looks for cycles of references."""
     gc.disable()

@@ -33,7 +33,7 @@ def result():
 def test_the_logo_is_fitted_over_any_background(result):
     assert "<rect" not in result.svg()
     assert result.scene.transparent
-    photo, inside = result.photo.astype(np.float64), result.render().astype(np.float64)
+    photo, inside = result.picture.pixels.astype(np.float64), result.render().astype(np.float64)
     file = draw(result.svg(), transparent=True) / 255
     assert inside.shape == file.shape == photo.shape == (240, 320, 4)
     for matte in (0.0, 1.0, checker(240, 320)):
@@ -48,7 +48,7 @@ def test_the_logo_is_fitted_over_any_background(result):
 
 
 def test_soft_alpha_is_kept(result):
-    photo, file = result.photo, draw(result.svg(), transparent=True) / 255
+    photo, file = result.picture.pixels, draw(result.svg(), transparent=True) / 255
     shadow = np.zeros((240, 320), bool)
     shadow[208:220, 120:160] = True
     assert 0.4 < photo[shadow][:, 3].mean() < 0.45
@@ -58,8 +58,10 @@ def test_soft_alpha_is_kept(result):
 
 def test_no_fringe_of_the_hidden_colour_shows(result):
     matte = checker(240, 320)
-    found, want = (over_matte(image, matte) for image in (draw(result.svg(), transparent=True) / 255, result.photo))
-    edge = (result.photo[..., 3] > 0) & (result.photo[..., 3] < 1)
+    found, want = (
+        over_matte(image, matte) for image in (draw(result.svg(), transparent=True) / 255, result.picture.pixels)
+    )
+    edge = (result.picture.pixels[..., 3] > 0) & (result.picture.pixels[..., 3] < 1)
     excess = [np.minimum(image[edge][:, 0], image[edge][:, 2]) - image[edge][:, 1] for image in (found, want)]
     # This would find magenta at full strength in a hundredth of the edge.
     assert (excess[0] - excess[1]).mean() < 0.01

@@ -24,10 +24,10 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.fit.palette import SWITCH_SHARE, Palette
 from warpvec.geometry.scene import Scene
 from warpvec.image.metrics import psnr
+from warpvec.modes import photo as photo_mode
 from warpvec.rendering.exact import ExactRenderer
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
-from warpvec.vectorization import photo_fit
 
 HEIGHT, WIDTH = 40, 56
 GIVEN = "#102030,#c0a080,#fff,#456"
@@ -70,7 +70,7 @@ def test_the_file_has_no_other_fill(palette: dict[str, Any], settings: dict[str,
     if settings.get("policy") != "replacement":  # it leaves too few paths in so short a run
         assert len(fills) > 2 or palette.get("colors") == 1
     assert "<rect" in result.svg()
-    levels = 255.0 * result.fitted.scene.color
+    levels = 255.0 * result.drawing.fitted.color
     torch.testing.assert_close(levels, levels.round(), atol=1e-4, rtol=0)  # the fit drew what the file says
 
 
@@ -234,16 +234,16 @@ def test_no_path_of_the_file_is_smaller_than_min_area() -> None:
 
 def test_paths_that_end_too_small_are_not_in_the_file(monkeypatch: pytest.MonkeyPatch) -> None:
     """The paths are discs of 50 square pixels; some lie partly off the canvas."""
-    monkeypatch.setattr(photo_fit, "fit", stub_fit)
+    monkeypatch.setattr(photo_mode, "fit", stub_fit)
     result = warpvec.vectorize(_photo(48), 40, iterations=1, min_area=45.0)
     areas = _areas(result)
-    assert 5 < len(areas) < len(result.fitted.scene) == 40
+    assert 5 < len(areas) < len(result.drawing.fitted) == 40
     assert min(areas) > 44.5
 
 
 def _areas(result: warpvec.Result) -> list[float]:
     """Areas of the paths in the file: resvg draws each alone, white on black, at four times the size."""
-    height, width = result.photo.shape[:2]
+    height, width = result.picture.pixels.shape[:2]
     areas = []
     for data in re.findall(r' d="(.*?)"', result.svg()):
         svg = (

@@ -19,8 +19,10 @@ from warpvec.errors import InputError
 from warpvec.fit.loop import fit
 from warpvec.fit.ramps import Ramps, best_ramps, with_ramps
 from warpvec.fit.target import Target
-from warpvec.geometry.gradients import FLAT, LINEAR, Gradients
+from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.paints.registry import FLAT, LINEAR
 from warpvec.geometry.scene import Scene
+from warpvec.watch.watch import Watch
 
 HEIGHT, WIDTH, COUNT = 40, 56, 9
 
@@ -180,7 +182,7 @@ def test_an_interrupted_fit_returns_a_scene_that_can_be_drawn(stop: int) -> None
             raise KeyboardInterrupt
 
     target = Target(shaded(False), make_config(threads=1), "cpu")
-    result = fit(shaded(False), make_config(**QUICK, threads=1, gradients=1.0), interrupt)
+    result = fit(shaded(False), make_config(**QUICK, threads=1, gradients=1.0), Watch(interrupt).part())
     assert result.interrupted and result.iterations == stop
     assert math.isfinite(error(target, result.scene))
     assert stop > 8 or result.scene.gradients is None

@@ -28,7 +28,6 @@ def test_opacity_is_the_mean_distance_to_one():
 
 def scalar_xing(points):
     """Return LIVE's loss without its factor, by a loop, for paths without short legs."""
-
     losses = []
     for path in points.tolist():
         for start in range(0, len(path), 3):

@@ -1,4 +1,4 @@
-"""The schedule: populations, radii, learning rates, and when paths are replaced or recycled."""
+"""The schedule: populations, radii, learning rates, and when paths are recycled."""
 
 import math
 
@@ -18,7 +18,6 @@ from warpvec.fit.schedule import (
     population,
     radius,
     recycling_radius,
-    replacement_due,
 )
 
 # The population
@@ -58,8 +57,8 @@ def test_a_population_that_cannot_grow_is_refused():
     assert inflation_count(FitConfig(growth=1.0, curves=16)) == 0
 
 
-def test_flat_starts_full():
-    config = FitConfig(flat=True, curves=512)
+def test_one_generation_starts_full():
+    config = FitConfig(one_generation=True, curves=512)
     assert population(0, config) == 512
     assert inflation_count(config) == 0
     assert inflation_steps(config, 1500) == []
@@ -102,10 +101,10 @@ def test_radius_floor_covers_the_pixel_under_the_centre():
     assert torch.cdist(centers, corners).max() <= RADIUS_MIN
 
 
-def test_flat_radius_is_that_of_the_last_generation():
+def test_the_radius_of_one_generation_is_that_of_the_last():
     config = FitConfig(curves=512)
-    flat = FitConfig(curves=512, flat=True)
-    assert radius(0, flat, 512, 768) == radius(inflation_count(config), config, 512, 768) == 3.0
+    one = FitConfig(curves=512, one_generation=True)
+    assert radius(0, one, 512, 768) == radius(inflation_count(config), config, 512, 768) == 3.0
 
 
 def test_recycled_paths_cover_their_share_of_the_canvas():
@@ -141,38 +140,6 @@ def test_steps_of_bezier_splatting():
     assert [lr_factor(iteration, config, 4) for iteration in range(4)] == [2.0, 2.0, 1.0, 0.4]
 
 
-# Replacement
-
-
-def due_after(config, iterations, what):
-    return [k for k in range(1, iterations + 1) if replacement_due(k, config, iterations) == what]
-
-
-def test_replacement_of_bezier_splatting():
-    config = FitConfig(policy="replacement", iterations=10_000)
-    assert due_after(config, 10_000, "removal") == list(range(1500, 9000, 1000))
-    assert set(range(2000, 9001, 1000)) <= set(due_after(config, 10_000, "addition"))
-
-
-@pytest.mark.parametrize("iterations", [1, 400, 2500])
-@pytest.mark.parametrize("gap", [1, 7, 500])
-def test_every_removal_is_followed_by_an_addition_in_time(iterations, gap):
-    config = FitConfig(policy="replacement", replace_gap=gap, iterations=iterations, shorten_gap=False)
-    additions = set(due_after(config, iterations, "addition"))
-    for removal in due_after(config, iterations, "removal"):
-        assert removal >= 0.1 * iterations
-        assert removal + gap in additions
-        assert removal + gap < 0.92 * iterations
-
-
-@pytest.mark.parametrize("iterations", [20, 200, 300, 1000, 1500])
-def test_a_short_run_replaces_as_often_as_a_long_one(iterations):
-    config = make_config("bezier-splatting", iterations=iterations)
-    assert len(due_after(config, iterations, "removal")) == 8
-    literal = make_config("bezier-splatting", iterations=iterations, shorten_gap=False)
-    assert len(due_after(literal, iterations, "removal")) == (1 if iterations == 1500 else 0)
-
-
 # Recycling
 
 
@@ -183,6 +150,10 @@ def test_recycling_starts_at_full_population_and_ends_in_time():
     assert due == list(range(300, 1051, 50))
 
 
-def test_recycling_of_a_flat_fit_starts_at_once():
-    due = [iteration for iteration in range(100) if is_recycling(iteration, FitConfig(flat=True, recycle_gap=30), 100)]
+def test_recycling_of_one_generation_starts_at_once():
+    due = [
+        iteration
+        for iteration in range(100)
+        if is_recycling(iteration, FitConfig(one_generation=True, recycle_gap=30), 100)
+    ]
     assert due == [30, 60]

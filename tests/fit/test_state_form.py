@@ -219,6 +219,7 @@ def _new_places(kind: str) -> list[tuple[Path, Any]]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FORMS)
 def test_a_state_of_another_form_is_refused(kind: str) -> None:
     case, accepted = _case(kind), []
@@ -237,6 +238,7 @@ def _planes(state: State) -> Iterator[tuple[Path, int]]:
                 yield path, row
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["default", "given palette", "replacement", "splat", "transparent", "refined drawing"])
 def test_a_value_that_could_be_true_is_refused_or_runs_to_the_end(kind: str) -> None:
     case = _case(kind)

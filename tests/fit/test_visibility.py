@@ -20,7 +20,8 @@ from warpvec.fit.visibility import (
     without_invisible,
 )
 from warpvec.geometry.circles import circle_points
-from warpvec.geometry.gradients import LINEAR, RADIAL, Gradients
+from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.paints.registry import LINEAR, RADIAL
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.operator import render
 from warpvec.svg.measure import draw

@@ -10,10 +10,10 @@ import pytest
 import torch
 
 from warpvec.config.presets import make_config
-from warpvec.fit.byte_budget import Written
+from warpvec.fit.budget import Written
 from warpvec.fit.loop import fit
 from warpvec.fit.state import Saving, State
-from warpvec.geometry.gradients import FLAT
+from warpvec.geometry.paints.registry import FLAT
 
 WRITTEN = Written(step=(0.5, 0.25))
 

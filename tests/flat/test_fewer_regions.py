@@ -1,19 +1,26 @@
 """Pictures of thousands of regions: the work on them is bounded, and what shows most stays."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import warpvec.flat.regions.regions as regions_module
-from warpvec.flat.drawing import SMALL_SIDE
+from warpvec.flat.constants.drawing import DRAWING
+from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
 from warpvec.flat.regions.regions import NotFlatArtError, Regions, find_regions
-from warpvec.flat.scene_building import LAYERS_MIN, scene_of
+from warpvec.flat.scene_building import scene_of
 from warpvec.flat.simplification.circles import ellipse_of
+from warpvec.watch.watch import Watch
+
+OVER = Watch(time_budget=1e-9)
+"""A watch whose time is up."""
 
 
 def squares(may_refuse: bool = False) -> Regions:
     """Return the regions of a white picture with 64 squares of 4 pixels, each darker than the one before it."""
-    image = np.ones((SMALL_SIDE, SMALL_SIDE, 3), np.float32)
+    image = np.ones((DRAWING.small_side, DRAWING.small_side, 3), np.float32)
     for k in range(64):
         y, x = 4 + 15 * (k // 8), 4 + 15 * (k % 8)
         image[y : y + 4, x : x + 4] = 0.7 - 0.01 * k
@@ -39,7 +46,7 @@ def test_few_regions_stay_as_they_are() -> None:
 def test_tracing_ends_once_the_time_is_over() -> None:
     regions = squares()
     assert len(scene_of(regions)) == 64
-    assert len(scene_of(regions, is_over=lambda: True)) == LAYERS_MIN
+    assert len(scene_of(regions, watch=OVER)) == DRAWING.layers_min
 
 
 def test_a_picture_without_pure_areas_or_with_too_many_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -47,7 +54,7 @@ def test_a_picture_without_pure_areas_or_with_too_many_is_refused(monkeypatch: p
     with pytest.raises(NotFlatArtError, match="no areas of one colour"):
         find_regions(noise, may_refuse=True)
     assert len(find_regions(noise)) > 0
-    monkeypatch.setattr(regions_module, "SEEDS_MAX", 60)
+    monkeypatch.setattr(regions_module, "REGIONS", replace(REGIONS, seeds_max=60))
     with pytest.raises(NotFlatArtError, match="65 separate areas"):
         squares(may_refuse=True)
 
@@ -55,7 +62,7 @@ def test_a_picture_without_pure_areas_or_with_too_many_is_refused(monkeypatch: p
 def test_late_regions_lack_thin_parts() -> None:
     image = np.ones((64, 64, 3), np.float32)
     image[10:50, 30] = 0.0
-    late = find_regions(image, is_over=lambda: True)
+    late = find_regions(image, watch=OVER)
     assert len(find_regions(image)) == 2
     assert len(late) == 1 and not late.label.any()
 
@@ -64,7 +71,7 @@ def test_late_regions_have_flat_paints() -> None:
     image = np.ones((64, 64, 3), np.float32)
     image[8:56, 8:56] = np.round(np.linspace(40, 200, 48))[:, None] / 255
     assert find_regions(image).kind.any()
-    assert not find_regions(image, is_over=lambda: True).kind.any()
+    assert not find_regions(image, watch=OVER).kind.any()
 
 
 def test_an_outline_that_shows_at_one_point_is_no_ellipse() -> None:

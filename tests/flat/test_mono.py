@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from warpvec.errors import InputError
 from warpvec.flat import mono
+from warpvec.flat.constants.mono import MONO
 from warpvec.flat.mono import mono_tracing, trace_mono
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
+from warpvec.watch.watch import Watch
+
+OVER = Watch(time_budget=1e-9)
+"""A watch whose time is up."""
 
 SIDE = 96
 
@@ -97,10 +104,10 @@ def test_threshold_beyond_the_levels_is_refused() -> None:
 
 
 def test_late_tracings_have_the_largest_outlines(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mono, "OUTLINES_AT_ONCE", 2)
+    monkeypatch.setattr(mono, "MONO", replace(MONO, outlines_at_once=2))
     sides = (4, 12, 8, 16)
     boxes = "".join(f'<rect x="{4 + 20 * k}" y="8" width="{side}" height="{side}"/>' for k, side in enumerate(sides))
-    tracing = mono_tracing(_picture(boxes), is_over=lambda: True)
+    tracing = mono_tracing(_picture(boxes), watch=OVER)
     left = tracing.scene.segments[:, 0, 0].numpy().round()
     assert set(left.tolist()) == {24.0, 36.0, 64.0, 80.0}
     assert tracing.speck_count == 2

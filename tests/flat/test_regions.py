@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from warpvec.flat.regions.regions import Regions, find_regions, premultiplied
 from warpvec.flat.scene_building import scene_of
-from warpvec.geometry.gradients import FLAT, LINEAR, RADIAL
+from warpvec.geometry.paints.registry import FLAT, LINEAR, RADIAL
 from warpvec.svg.resvg import rasterize
 
 Floats = NDArray[np.float32]

@@ -9,9 +9,10 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from warpvec.flat.regions.denoising import SHARP_REACH, measure_noise, measure_tolerances
+from warpvec.flat.constants.regions import REGIONS
+from warpvec.flat.regions.noise import measure_noise, measure_tolerances
 from warpvec.flat.regions.regions import Regions, find_regions, premultiplied
-from warpvec.geometry.gradients import FLAT, LINEAR
+from warpvec.geometry.paints.registry import FLAT, LINEAR
 from warpvec.svg.resvg import rasterize
 
 Floats = NDArray[np.float32]
@@ -68,7 +69,7 @@ def test_scans_have_the_regions_of_the_drawing() -> None:
 
 def test_enlarged_pictures_have_the_regions_of_the_drawing() -> None:
     image = enlarged(drawn(FACE))
-    assert measure_tolerances(premultiplied(image)).reach > SHARP_REACH
+    assert measure_tolerances(premultiplied(image)).reach > REGIONS.sharp_reach
     regions = find_regions(image)
     assert len(regions) == 7
     assert is_close(regions, PAINTS, 8)

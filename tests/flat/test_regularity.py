@@ -10,10 +10,12 @@ from flat_drawings import BLACK, BLUE, RED, SIZE, drawing, error, line_count, pi
 from scenes import circle, rectangle, straight
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.flat.simplification.accepted_changes import Judge, accepted_loops
+from warpvec.flat.simplification.accepted_changes import accepted_loops
+from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.regularity import regularize
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.scene import Scene
+from warpvec.watch.watch import Watch
 
 CONFIG = FitConfig(threads=1)
 
@@ -35,7 +37,7 @@ def test_lines_that_are_nearly_level_and_upright_become_so():
     scene = drawing((BLACK, [straight((10.05, 10.1), (50.1, 9.95), (49.95, 40.1), (9.95, 40.0))]))
     image = picture(drawing((BLACK, [rectangle(10, 10, 50, 40)])))
 
-    found = edges(regularize(scene, image, CONFIG))
+    found = edges(regularize(scene, Critic(image, CONFIG), Watch()))
 
     assert (found[[0, 2], 1] == 0.0).all() and (found[[1, 3], 0] == 0.0).all()
 
@@ -43,11 +45,11 @@ def test_lines_that_are_nearly_level_and_upright_become_so():
 def test_a_line_that_the_picture_shows_tilted_stays_tilted():
     scene = drawing((BLACK, [straight((10, 10), (50, 10.6), (50, 40), (10, 40))]))
 
-    found = regularize(scene, picture(scene), CONFIG)
+    found = regularize(scene, Critic(picture(scene), CONFIG), Watch())
 
     torch.testing.assert_close(found.segments[:2, 0], scene.segments[:2, 0], atol=0.05, rtol=0)
     other = drawing((BLACK, [straight((10, 10.3), (50, 10.3), (50, 40), (10, 40))]))
-    level = regularize(scene, picture(other), CONFIG)  # the same drawing, where the picture has no objection
+    level = regularize(scene, Critic(picture(other), CONFIG), Watch())  # the picture has no objection
     assert level.segments[0, 0, 1] == level.segments[1, 0, 1]
 
 
@@ -57,7 +59,7 @@ def test_a_turned_rectangle_gets_right_angles():
     noise = 0.06 * torch.tensor([[1.0, 0.5], [-1.0, 0.3], [0.4, -1.0], [0.2, 1.0]])
     scene = drawing((RED, [straight(*(corners + noise).tolist())]))
 
-    found = edges(regularize(scene, image, CONFIG))
+    found = edges(regularize(scene, Critic(image, CONFIG), Watch()))
 
     cosine = (found * found.roll(1, 0)).sum(1) / found.norm(dim=1) / found.roll(1, 0).norm(dim=1)
     assert cosine.abs().max() < 1e-4
@@ -70,7 +72,7 @@ def test_bars_of_nearly_one_height_are_aligned():
     scene = drawing(*((BLUE, [bar]) for bar in bars))
     image = picture(drawing(*((BLUE, [rectangle(8.0 + 16 * k, 10, 18.3 + 16 * k, 50)]) for k in range(3))))
 
-    found = regularize(scene, image, CONFIG)
+    found = regularize(scene, Critic(image, CONFIG), Watch())
 
     assert len(set(found.segments[:, 0, 1].tolist())) == 2
 
@@ -82,7 +84,7 @@ def test_a_circle_of_two_cubics_becomes_four_arcs(clockwise):
     rough = rough if clockwise else rough.flip(0).roll(1, 0)
     scene = drawing((RED, [rough]))
 
-    found = regularize(scene, image, CONFIG)
+    found = regularize(scene, Critic(image, CONFIG), Watch())
 
     nodes, middles = found.segments[:, 0], torch.tensor([1.0, 3.0, 3.0, 1.0]) @ whole_curves(found) / 8.0
     assert len(nodes) == 4
@@ -100,9 +102,9 @@ def test_a_circle_is_not_closed_where_a_hole_would_lie_outside_of_it():
     cover = (BLUE, [rectangle(2, 2, 62, 62), seen.flip(0).roll(1, 0), window])
     scene = drawing((RED, [straight((8, 8), (40, 8), (60, 40), (60, 60), (40, 60), (8, 40)), window]), cover)
     image = picture(scene)
-    judge = Judge.of(image, CONFIG, 0.05)
+    critic = Critic(image, CONFIG)
 
-    found = accepted_loops(scene, {0: disk.reshape(-1, 3, 2).numpy()}, judge, judge.samples(scene))
+    found = accepted_loops(scene, {0: disk.reshape(-1, 3, 2).numpy()}, critic, critic.samples(scene), 0.05)
 
     assert error(found, image) < 0.1
 
@@ -116,7 +118,7 @@ def test_an_ellipse_that_is_partly_hidden_becomes_whole_below():
     shifted += (rough - shifted[:, 0])[:, None] * torch.tensor([1.0, 1.0, 0.0])[:, None]
     scene = drawing((RED, [shifted.reshape(-1, 2)]), cover)
 
-    found = regularize(scene, image, CONFIG)
+    found = regularize(scene, Critic(image, CONFIG), Watch())
 
     nodes = found.segments[:4, 0]
     assert sorted(set(nodes[:, 1].tolist()))[1] == pytest.approx(34.0, abs=0.2)
@@ -129,7 +131,7 @@ def test_a_square_with_bulges_is_no_circle():
                            [20, 44], [16, 36], [16, 20]])  # fmt: skip
     scene = drawing((RED, [bulged]))
 
-    found = regularize(scene, picture(scene), CONFIG)
+    found = regularize(scene, Critic(picture(scene), CONFIG), Watch())
 
     torch.testing.assert_close(found.segments, scene.segments, atol=0.2, rtol=0)
 
@@ -151,7 +153,7 @@ def test_rounded_corners_of_nearly_one_radius_become_equal_arcs():
     scene = drawing((BLACK, [rounded((8.1, 7.9, 8.0, 8.15))]))
     assert line_count(scene) == 4
 
-    found = regularize(scene, image, CONFIG)
+    found = regularize(scene, Critic(image, CONFIG), Watch())
 
     reach = edges(found)[::2].abs().flatten()
     assert reach.max() - reach.min() < 1e-4
@@ -161,7 +163,7 @@ def test_rounded_corners_of_nearly_one_radius_become_equal_arcs():
 def test_an_empty_drawing_stays_empty():
     scene = drawing((BLACK, [rectangle(1, 1, 2, 2)])).select(torch.zeros(0, dtype=torch.int64))
 
-    assert len(regularize(scene, torch.ones(SIZE, SIZE, 3), CONFIG)) == 0
+    assert len(regularize(scene, Critic(torch.ones(SIZE, SIZE, 3), CONFIG), Watch())) == 0
 
 
 def _area(scene: Scene) -> float:

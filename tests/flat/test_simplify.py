@@ -12,12 +12,14 @@ from scenes import circle, rectangle, straight
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.simplification.chosen_nodes import chosen_scene, with_spans_back
+from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.fewest_spans import fewest_spans
 from warpvec.flat.simplification.outline_samples import sample_outlines
 from warpvec.flat.simplification.simplify import outlines_of, simplify
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.nodes import split
 from warpvec.geometry.scene import Scene
+from warpvec.watch.watch import Watch
 
 CONFIG = FitConfig(threads=1)
 
@@ -37,7 +39,7 @@ def shapes_fixture() -> Scene:
 def test_nodes_inside_of_curves_and_lines_are_dropped(shapes):
     image = picture(shapes)
 
-    found = simplify(divided(shapes), image, CONFIG, detail=0.05)
+    found = simplify(divided(shapes), Critic(image, CONFIG), Watch(), detail=0.05)
 
     assert found.dropped == 3 * 7 - len(found.scene.segments)
     assert len(found.scene.segments) <= 7
@@ -48,14 +50,14 @@ def test_nodes_inside_of_curves_and_lines_are_dropped(shapes):
 def test_without_a_fit_dropped_nodes_leave_the_outline_where_it_is(shapes):
     image = picture(shapes)
 
-    found = simplify(divided(shapes), image, CONFIG, detail=0.02, iterations=0).scene
+    found = simplify(divided(shapes), Critic(image, CONFIG), Watch(), detail=0.02, iterations=0).scene
 
     assert len(found.segments) <= 7
     assert error(found, image) < 1.5
 
 
 def test_corners_stay_sharp(shapes):
-    found = simplify(divided(shapes), picture(shapes), CONFIG).scene
+    found = simplify(divided(shapes), Critic(picture(shapes), CONFIG), Watch()).scene
 
     corners = shapes.segments[4:, 0]
     distance = torch.cdist(corners, found.segments[:, 0]).amin(1)
@@ -67,7 +69,7 @@ def test_a_notch_of_three_pixels_stays_and_one_of_a_twentieth_goes():
         square = straight((10, 10), (30, 10), (33, 10 + depth), (36, 10), (50, 10), (50, 50), (10, 50))
         scene = drawing((BLACK, [square]))
 
-        found = simplify(scene, picture(scene), CONFIG, iterations=0).scene
+        found = simplify(scene, Critic(picture(scene), CONFIG), Watch(), iterations=0).scene
 
         assert len(found.segments) == line_count(found) == segment_count
 
@@ -77,7 +79,7 @@ def test_a_long_line_does_not_become_a_part_of_a_curve():
     points[1, 1:] = torch.tensor([[52.0, 10.1], [50.0, 12.0]])  # a curve that goes on straight at first
     scene = drawing((BLACK, [points.reshape(-1, 2)]))
 
-    found = simplify(scene, picture(scene), CONFIG, detail=1.0, iterations=0).scene
+    found = simplify(scene, Critic(picture(scene), CONFIG), Watch(), detail=1.0, iterations=0).scene
 
     assert line_count(found) == 3
 
@@ -85,7 +87,7 @@ def test_a_long_line_does_not_become_a_part_of_a_curve():
 def test_smooth_nodes_stay_smooth():
     scene = divided(drawing((BLUE, [circle(32, 32, 20, 5)])))
 
-    found = simplify(scene, picture(scene), CONFIG).scene
+    found = simplify(scene, Critic(picture(scene), CONFIG), Watch()).scene
 
     assert Joints.of(found).is_smooth.all()
 
@@ -100,7 +102,7 @@ def test_a_kink_that_hardly_turns_becomes_a_smooth_node():
     # The square beside it has a node to drop, or there would be nothing to do.
     square = drawing((BLACK, [straight((1, 1), (3, 1), (5, 1), (5, 5), (1, 5))]))
     image = picture(scene.joined(square))
-    found = simplify(replace(scene, segments=bent).joined(square), image, CONFIG).scene
+    found = simplify(replace(scene, segments=bent).joined(square), Critic(image, CONFIG), Watch()).scene
 
     assert Joints.of(found).is_smooth[:4].all()
     assert error(found, image) < 1.0
@@ -113,7 +115,7 @@ def test_hidden_nodes_go_whatever_their_outline_and_nothing_comes_out_of_hiding(
     scene = drawing((RED, [comb]), (BLUE, [cover]))
     image = picture(scene)
 
-    found = simplify(scene, image, CONFIG, iterations=0).scene
+    found = simplify(scene, Critic(image, CONFIG), Watch(), iterations=0).scene
 
     assert len(found.segments) <= 4 + 6
     assert error(found, image) < 0.1
@@ -124,14 +126,14 @@ def test_a_hidden_outline_does_not_cross_what_shows_on_its_way():
     notched = straight((10, 10), (40, 10), (40, 24), (32, 24), (32, 36), (40, 36), (40, 50), (10, 50))
     window = rectangle(34, 26, 38, 34).flip(0).roll(1, 0)  # it shows the canvas, not the red path
     scene = drawing((RED, [notched]), (BLUE, [rectangle(20, 4, 60, 60), window]))
-    outlines = outlines_of(scene, SIZE, SIZE)
+    outlines = outlines_of(scene, sample_outlines(scene, SIZE, SIZE))
 
     choice = fewest_spans(outlines, np.full(len(scene.segments), 0.2), 0.5)
 
     found = chosen_scene(scene, choice, outlines.is_smooth[choice.first])
     assert error(found, picture(scene)) < 0.1
     closed = drawing((RED, [notched]), (BLUE, [rectangle(20, 4, 60, 60)]))
-    fewer = fewest_spans(outlines_of(closed, SIZE, SIZE), np.full(12, 0.2), 0.5)
+    fewer = fewest_spans(outlines_of(closed, sample_outlines(closed, SIZE, SIZE)), np.full(12, 0.2), 0.5)
     assert len(fewer.first) < len(choice.first) - 4  # the window has four
 
 
@@ -151,7 +153,7 @@ def test_contrast_is_that_of_the_colours_at_both_sides_and_none_where_hidden():
 
 def test_what_is_put_back_has_the_old_points():
     scene = divided(drawing((RED, [circle(30, 30, 20)]), (BLACK, [rectangle(4, 4, 20, 20)])))
-    outlines = outlines_of(scene, SIZE, SIZE)
+    outlines = outlines_of(scene, sample_outlines(scene, SIZE, SIZE))
     choice = fewest_spans(outlines, np.full(len(scene.segments), 0.2), 0.5)
     simple = chosen_scene(scene, choice, outlines.is_smooth[choice.first])
     assert len(simple.segments) < 12
@@ -166,6 +168,6 @@ def test_what_is_put_back_has_the_old_points():
 
 
 def test_an_empty_drawing_stays_empty(shapes):
-    found = simplify(shapes.select(torch.zeros(0, dtype=torch.int64)), picture(shapes), CONFIG)
+    found = simplify(shapes.select(torch.zeros(0, dtype=torch.int64)), Critic(picture(shapes), CONFIG), Watch())
 
     assert (len(found.scene), found.dropped) == (0, 0)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from flat_regions import box, disc, regions_of, split_regions
 
-from warpvec.flat.layers.stacking import Layer, stack
+from warpvec.flat.layers.stacking import StackedLayer, stack
 
 RED, GREEN, BLUE, WHITE = (1.0, 0.0, 0.0, 1.0), (0.0, 0.6, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0)
 
 
-def members(layers: list[Layer]) -> list[tuple[int, ...]]:
+def members(layers: list[StackedLayer]) -> list[tuple[int, ...]]:
     return [tuple(sorted(layer.members)) for layer in layers]
 
 

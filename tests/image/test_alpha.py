@@ -15,14 +15,14 @@ from scenes import random_scene
 
 import warpvec
 from warpvec.config.presets import make_config
-from warpvec.fit.policies.registry import POLICIES
+from warpvec.fit.policies.registry import policy_class
 from warpvec.fit.population import Population
 from warpvec.fit.target import Target, blank_error, opaque_colors
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import ALPHA_MIN, premultiplied, straight
 from warpvec.image.metrics import psnr, ssim
+from warpvec.image.picture import reduce_image
 from warpvec.image.read import read_image
-from warpvec.image.resize import reduce_image
 from warpvec.image.write import write_png
 from warpvec.svg.measure import draw, file_quality
 from warpvec.svg.write import write_svg
@@ -215,7 +215,7 @@ def test_new_paths_have_visible_colours(policy: str):
     target = torch.zeros(40, 56, 4)
     target[10:30, 10:40] = torch.tensor([0.9, 0.2, 0.1, 0.3])
     config = make_config("draft", policy=policy, curves=16, iterations=20, replace_gap=1, color_parameter="direct")
-    maker = POLICIES[policy](target, config, 0)
+    maker = policy_class(policy)(target, config, 0)
     scene = maker.first_paths(torch.zeros(3))
     if policy == "replacement":
         population = Population(replace(scene, opacity=torch.full((16,), 0.01)), config, 28.0)

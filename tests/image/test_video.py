@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,11 +16,15 @@ from commands import QUICK, assert_refused, invoke, write_photo
 from numpy.typing import NDArray
 from PIL import Image
 from stubs import stub_fit
+from torch import Tensor
 
+from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
 from warpvec.image import video
 from warpvec.image.video import EXTENSIONS, FRAMES_PER_SECOND, Video, check_video
-from warpvec.vectorization import photo_fit
+from warpvec.modes import photo as photo_mode
+from warpvec.watch.progress import Progress
+from warpvec.watch.watch import FitResult, Part, Watch
 
 KINDS = [
     pytest.param(extension, marks=pytest.mark.skipif(missing, reason="needs imageio-ffmpeg, the extra video"))
@@ -154,7 +158,7 @@ def test_a_video_that_cannot_be_written_leaves_the_older_one(
     path = tmp_path / f"fit{extension}"
     path.write_bytes(b"older")
 
-    def fail(*_: Any) -> None:
+    def fail(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", fail)
@@ -203,17 +207,14 @@ def test_run_films_the_fit(extension: str, photo: Path) -> None:
 
 
 def test_an_interrupted_fit_leaves_its_video_so_far(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = photo_fit.fit
+    real = Watch._show
 
-    def stop(target: Any, config: Any, on_progress: Any, **others: Any) -> Any:
-        def tell(progress: Any) -> None:
-            on_progress(progress)
-            if progress.iteration == 6:
-                raise KeyboardInterrupt
+    def interrupt_at_six(watch: Watch, progress: Progress) -> None:
+        real(watch, progress)
+        if progress.iteration == 6:
+            signal.raise_signal(signal.SIGINT)
 
-        return real(target, config, tell, **others)
-
-    monkeypatch.setattr(photo_fit, "fit", stop)
+    monkeypatch.setattr(Watch, "_show", interrupt_at_six)
     path, out = photo.with_name("fit.gif"), photo.with_name("out.svg")
     result = invoke("run", photo, out, "--curves", "8", "--iterations", "50", "--every", "2", "--video", path)
     assert result.exit_code == 130
@@ -222,15 +223,16 @@ def test_an_interrupted_fit_leaves_its_video_so_far(photo: Path, monkeypatch: py
 
 
 def test_an_error_in_the_fit_leaves_no_video(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(target: Any, config: Any, on_progress: Any, **_: Any) -> Any:
-        stub_fit(target, config, on_progress)
+    def fail(target: Tensor, config: FitConfig, part: Part, **_: object) -> FitResult:
+        stub_fit(target, config, part)
         raise RuntimeError("the reactor is hot")
 
-    monkeypatch.setattr(photo_fit, "fit", fail)
+    monkeypatch.setattr(photo_mode, "fit", fail)
     result = invoke(
         "run", photo, photo.with_name("out.svg"), *QUICK, "--every", "1", "--video", photo.with_name("a.gif")
     )
     assert result.exit_code == 1
+    assert "the reactor is hot" in result.output
     assert os.listdir(photo.parent) == ["photo.png"]
 
 

@@ -181,6 +181,7 @@ def test_zoo_images_are_colours_and_gradients_finite(case: ZooCase) -> None:
         assert gradient(lambda points: weighted_sum(points, scene), scene.points).isfinite().all()
 
 
+@pytest.mark.slow
 @sweep("case", DIFFERENTIABLE)
 def test_zoo_gradients_agree_with_finite_differences(case: ZooCase) -> None:
     scene = case.scene

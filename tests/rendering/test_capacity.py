@@ -15,7 +15,8 @@ from sweep import sweep
 
 from warpvec.kernels.capacity import make_kernels
 from warpvec.kernels.lanes import make_lanes
-from warpvec.rendering import exact, launch, splat
+from warpvec.paper import splat
+from warpvec.rendering import exact, launch
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.launch import Launcher
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer

@@ -110,6 +110,7 @@ def test_gradcheck() -> None:
 
 
 # torch.compile imports what torch has deprecated.
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::DeprecationWarning:torch")
 def test_it_compiles_without_a_graph_break() -> None:
     scene = compound_scene(6, 4, HEIGHT, WIDTH)

@@ -16,6 +16,9 @@ REGISTERS_ALLOWED = {"covariance_adjoint": 80}
 """Kernels that may take more registers. With 76, three blocks of 256 threads share a multiprocessor. That is enough for
 a kernel that only an ablation runs, once per step, with one thread per sample."""
 
+GRADIENT_REGISTERS = 80
+"""Registers that the compositing adjoint may take in scenes with gradients, whose terms it keeps too (72 are taken)."""
+
 SHARED_MAX = 2048
 """Bytes of shared memory per block that Warp and the driver reserve; kernels use none."""
 
@@ -27,9 +30,11 @@ def test_the_stages_are_found() -> None:
 
 @pytest.mark.parametrize(("stage", "variant"), cubins.VARIANTS)
 def test_kernels_compile_ahead_of_time(stage: str, variant: tuple[bool, ...]) -> None:
+    with_gradients = stage == "compositing_adjoint" and variant[-1]
+    most = GRADIENT_REGISTERS if with_gradients else REGISTERS_MAX
     for name, resources in cubins.stage_resources(stage, variant).items():
         print(f"{name}: {resources}, {resources.blocks} blocks")
-        assert 0 < resources.registers <= REGISTERS_ALLOWED.get(name, REGISTERS_MAX), name
+        assert 0 < resources.registers <= REGISTERS_ALLOWED.get(name, most), name
         assert resources.local == resources.stack == 0, f"{name} spills, or has local arrays"
         assert resources.shared <= SHARED_MAX, name
 

@@ -20,7 +20,8 @@ from sweep import sweep
 from torch import Tensor
 
 import warpvec
-from warpvec.geometry.gradients import EXTENT_MIN, FLAT, LINEAR, RADIAL
+from warpvec.geometry.paints.kind import RAMP_EXTENT_MIN
+from warpvec.geometry.paints.registry import FLAT, LINEAR, RADIAL
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.operator import _inputs
@@ -113,14 +114,14 @@ def test_a_fused_step_is_that_of_the_reference(
 NAN, INF = math.nan, math.inf
 DEGENERATE: dict[str, tuple[int, tuple[float, float, float, float]]] = {
     "equal ends": (LINEAR, (20.3, 11.2, 20.3, 11.2)),
-    "ends closer than any pixel": (LINEAR, (20.3, 11.2, 20.3 + 0.7 * EXTENT_MIN, 11.2 + 0.7 * EXTENT_MIN)),
+    "ends closer than any pixel": (LINEAR, (20.3, 11.2, 20.3 + 0.7 * RAMP_EXTENT_MIN, 11.2 + 0.7 * RAMP_EXTENT_MIN)),
     "an end that is no number": (LINEAR, (20.3, NAN, 30.0, 11.2)),
     "an infinite end": (LINEAR, (20.3, 11.2, INF, 11.2)),
     "both ends infinite": (LINEAR, (INF, 1.0, INF, 11.2)),
     "longer than any number": (LINEAR, (-1e300, 1.0, 1e300, 11.2)),
     "radius 0": (RADIAL, (20.3, 11.2, 0.0, 0.0)),
     "a negative radius": (RADIAL, (20.3, 11.2, -5.0, 0.0)),
-    "a small radius about a pixel's centre": (RADIAL, (20.5, 11.5, 0.99 * EXTENT_MIN, 0.0)),
+    "a small radius about a pixel's centre": (RADIAL, (20.5, 11.5, 0.99 * RAMP_EXTENT_MIN, 0.0)),
     "a radius that is no number": (RADIAL, (20.3, 11.2, NAN, 0.0)),
     "an infinite radius": (RADIAL, (20.3, 11.2, INF, 0.0)),
     "a centre that is no number": (RADIAL, (NAN, 11.2, 5.0, 0.0)),
@@ -156,11 +157,11 @@ def test_a_degenerate_gradient_is_a_flat_path_of_its_end_colour(name: str, backe
 
 EXTREME: dict[str, tuple[int, tuple[float, float, float, float]]] = {
     "shorter than a pixel": (LINEAR, (24.2, 16.3, 24.6, 16.9)),
-    "as short as can be": (LINEAR, (24.2, 16.3, 24.2 + 1.1 * EXTENT_MIN, 16.3)),
+    "as short as can be": (LINEAR, (24.2, 16.3, 24.2 + 1.1 * RAMP_EXTENT_MIN, 16.3)),
     "huge": (LINEAR, (-1e6, -3e6, 2e6, 1e6)),
     "clamped everywhere": (LINEAR, (70.2, 60.1, 90.3, 80.4)),
     "vertical": (LINEAR, (24.2, 6.3, 24.2, 26.1)),
-    "a small disk": (RADIAL, (24.2, 16.3, 1.1 * EXTENT_MIN, 0.0)),
+    "a small disk": (RADIAL, (24.2, 16.3, 1.1 * RAMP_EXTENT_MIN, 0.0)),
     "a huge disk": (RADIAL, (24.2, 16.3, 1e6, 0.0)),
     "a far centre": (RADIAL, (1e5, -2e5, 2.3e5, 0.0)),
     "centred on a pixel": (RADIAL, (24.5, 16.5, 9.3, 0.0)),

@@ -11,6 +11,8 @@ import pytest
 
 from warpvec.rendering import kernel_cache
 
+pytestmark = pytest.mark.slow
+
 START = """
 import os
 import sys

@@ -12,7 +12,7 @@ import warp as wp
 from svg_files import make_scene
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.config.rules import MAX_THREADS
+from warpvec.config.limits import MAX_THREADS
 from warpvec.errors import InputError
 from warpvec.rendering import launch as launching
 from warpvec.rendering import thread_pool

@@ -24,7 +24,7 @@ import warpvec
 from warpvec.errors import InputError
 from warpvec.geometry.circles import circle_points, circle_sides
 from warpvec.geometry.scene import Scene
-from warpvec.rendering import splat
+from warpvec.paper import splat
 from warpvec.rendering.operator import _inputs
 from warpvec.rendering.streams import on_warps_stream
 
@@ -124,6 +124,7 @@ def two_losses(scene: Scene) -> list[Callable[[Tensor], Tensor]]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
 @pytest.mark.parametrize("path_count", [0, 5])
 def test_opcheck(dtype: torch.dtype, path_count: int) -> None:

@@ -4,7 +4,6 @@ import gc
 import os
 import random
 import signal
-import subprocess
 import sys
 import threading
 import time
@@ -12,6 +11,7 @@ from contextlib import suppress
 from functools import partial
 
 import pytest
+from children import limit, start, wait_for
 
 from warpvec.rendering.launch import start_warp
 from warpvec.rendering.thread_pool import ThreadPool
@@ -86,10 +86,7 @@ def test_threads_end_with_their_pool_and_keep_no_reference_to_its_work(make_pool
     assert not held
     del pool
     gc.collect()
-    deadline = time.monotonic() + 5.0
-    while pool_threads() & threads and time.monotonic() < deadline:
-        time.sleep(0.01)
-    assert not pool_threads() & threads
+    wait_for(lambda: not pool_threads() & threads)
 
 
 FORK = """
@@ -114,14 +111,15 @@ with multiprocessing.get_context("fork").Pool(2) as pool:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
 def test_a_forked_process_draws_and_fits():
     paths = os.pathsep.join(sys.path)
     environment = {**os.environ, "PYTHONPATH": paths, "CUDA_VISIBLE_DEVICES": ""}
     # Its own session: if it hangs, its children are killed with it.
-    process = subprocess.Popen([sys.executable, "-c", FORK], env=environment, start_new_session=True)
+    process = start([sys.executable, "-c", FORK], env=environment, start_new_session=True)
     try:
-        assert process.wait(timeout=120) == 0
+        assert process.wait(timeout=limit(120)) == 0
     finally:
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)

@@ -13,7 +13,7 @@ from httpx import ASGITransport, AsyncClient, Response
 
 from warpvec.app.desk import Desk
 from warpvec.app.guard import Guard
-from warpvec.app.messages import Job, Report, Stop
+from warpvec.app.messages import FitJob, Report, Stop
 from warpvec.app.routes import Routes
 from warpvec.app.streams import Stream
 
@@ -25,18 +25,18 @@ class FakeWorker:
 
     def __init__(self, receive: Callable[[Report], None]) -> None:
         self.receive = receive
-        self.sent: list[Job | Stop] = []
+        self.sent: list[FitJob | Stop] = []
         self.restarts = 0
 
-    def send(self, message: Job | Stop) -> None:
+    def send(self, message: FitJob | Stop) -> None:
         self.sent.append(message)
 
     def restart(self) -> None:
         self.restarts += 1
 
     @property
-    def jobs(self) -> list[Job]:
-        return [message for message in self.sent if isinstance(message, Job)]
+    def jobs(self) -> list[FitJob]:
+        return [message for message in self.sent if isinstance(message, FitJob)]
 
     @property
     def stops(self) -> list[Stop]:

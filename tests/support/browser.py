@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from children import limit
 
 from warpvec.viewer.page import write_page
 
@@ -73,7 +74,7 @@ class Viewer:
         write_page(html, svg.encode(), **options)
         viewport = {"width": 1200, "height": 800}
         self.page = browser.new_page(viewport=viewport, accept_downloads=True, color_scheme=scheme)
-        self.page.set_default_timeout(10_000)
+        self.page.set_default_timeout(1000 * limit(10))
         self.complaints: list[str] = []
         self.page.on("console", self._note_message)
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))

@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 from browser import CHROMIUM
+from children import limit, start
 
 from warpvec.app.address import open_socket
 
@@ -56,7 +57,7 @@ class DeskServer:
         command = [sys.executable, "-m", "warpvec", "app", "--no-browser", "--port", str(self.port), "--threads", "1"]
         more = [] if self.folder is None else [str(self.folder)]
         environment = {**os.environ, "XDG_RUNTIME_DIR": str(self.runtime)}
-        self.process = subprocess.Popen([*command, *more], stderr=subprocess.PIPE, text=True, env=environment)
+        self.process = start([*command, *more], stderr=subprocess.PIPE, text=True, env=environment)
         assert self.process.stderr is not None
         line = self.process.stderr.readline()
         found = re.search(r"http://127\.0\.0\.1:\d+/[\w-]{32}/", line)
@@ -66,7 +67,7 @@ class DeskServer:
     def end(self, number: int = signal.SIGINT) -> int:
         """Send a signal and return the exit code."""
         self.process.send_signal(number)
-        code = self.process.wait(30)
+        code = self.process.wait(limit(30))
         assert self.process.stderr is not None
         self.process.stderr.close()
         return code

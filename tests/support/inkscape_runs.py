@@ -15,6 +15,7 @@ from io import BytesIO
 from pathlib import Path
 
 import numpy as np
+from children import limit, start
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -68,15 +69,13 @@ def start_script(folder: Path, name: str, document: Path, *arguments: str) -> su
     """Start the script ``name`` of the extension installed in ``folder`` on ``document``, as Inkscape does."""
     command = [_python(), str(folder / name), *arguments, str(document)]
     environment = _environment(DOCUMENT_PATH=str(document))
-    return subprocess.Popen(
-        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=folder
-    )
+    return start(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=folder)
 
 
 def run_script(folder: Path, name: str, document: Path, *arguments: str) -> tuple[str, str]:
     """Run a script as `start_script` does; return what it wrote to stdout, the new document, and to stderr."""
     with start_script(folder, name, document, *arguments) as process:
-        return process.communicate(timeout=SECONDS)
+        return process.communicate(timeout=limit(SECONDS))
 
 
 def run_inkscape(document: Path, actions: str, out: Path, profile: Path) -> None:
@@ -86,9 +85,9 @@ def run_inkscape(document: Path, actions: str, out: Path, profile: Path) -> None
     environment = _environment(INKSCAPE_PROFILE_DIR=str(profile), GTK_A11Y="none", NO_AT_BRIDGE="1")
     del environment["PYTHONPATH"]
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True}
-    with subprocess.Popen(command, env=environment, **options) as process:
+    with start(command, env=environment, **options) as process:
         try:
-            assert process.wait(SECONDS) == 0
+            assert process.wait(limit(SECONDS)) == 0
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)  # Inkscape and its screen, not only the script that starts them
             raise

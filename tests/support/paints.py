@@ -13,7 +13,8 @@ from scenes import seeded
 from torch import Tensor
 
 from warpvec.geometry.bezier import path_boxes
-from warpvec.geometry.gradients import RADIAL, Gradients
+from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.paints.registry import RADIAL
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.exact import ExactRenderer
 

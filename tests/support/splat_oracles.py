@@ -16,7 +16,7 @@ from scenes import SceneTensors, circle, random_scene
 from sweep import sweep
 from torch import Tensor
 
-from warpvec.rendering.splat import SplatRenderer
+from warpvec.paper.splat import SplatRenderer
 
 BAND = 1e-9
 """Distance from a cut or a clamp within which rounding may make the renderer and the reference decide differently."""

@@ -9,7 +9,8 @@ from oracles import GRADIENTS, inputs, target_image
 from scenes import SceneTensors
 
 from warpvec.geometry.scene import Scene
-from warpvec.rendering import exact, splat
+from warpvec.paper import splat
+from warpvec.rendering import exact
 from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 

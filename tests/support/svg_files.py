@@ -11,7 +11,7 @@ import torch
 from warpvec.errors import InputError
 from warpvec.geometry.circles import circle_points
 from warpvec.geometry.scene import Scene
-from warpvec.svg.print_formats import check_print_support
+from warpvec.writers import cairo
 
 
 def make_scene(path_count: int, segment_count: int = 4, seed: int = 0, size: tuple[int, int] = (768, 512)) -> Scene:
@@ -69,6 +69,6 @@ SQUARE = '<rect width="20" height="20" fill="red"/>'
 def skip_without_cairo() -> None:
     """Skip a test where the system's library cairo, which PDF and EPS need, is missing."""
     try:
-        check_print_support("out.pdf", "OUT")
+        cairo.check("out.pdf", "OUT")
     except InputError as error:
         pytest.skip(str(error))

@@ -17,7 +17,6 @@ def sweep(names: str | tuple[str, ...], cases: Sequence[Any]) -> Callable[[Calla
     It is written like `pytest.mark.parametrize`, and can stand above and below it. Each case of that is a test of its
     own, which takes longer to be collected and reported than a few milliseconds of arithmetic.
     """
-
     fields = (names,) if isinstance(names, str) else names
 
     def decorate(test: Callable[..., None]) -> Callable[..., None]:

@@ -150,7 +150,7 @@ def test_a_long_namespace_is_refused_before_it_is_repeated_for_every_name():
         namespace = f"xmlns:n\t = {quote}http://{'a' * 10**6}{quote}"
         start = time.process_time()
         assert "namespaces" in refusal(file_facts, square_file(f"<a {namespace} {attributes}/>"))
-        assert time.process_time() - start < 0.2  # repeated for every name it takes 3 s and 1 GB
+        assert time.process_time() - start < 1.0  # it takes 0.05 s; repeated for every name, 3 s and 1 GB
     assert file_facts(square_file(f"<a xmlns:n='{'a' * document_module.MAX_NAMESPACE}' {attributes}/>"))
 
 

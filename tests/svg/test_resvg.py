@@ -7,11 +7,11 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from children import limit, runs, start, wait_for
 from PIL import Image
 from svg_files import make_scene, refusal, svg_file
 
@@ -206,13 +206,11 @@ def test_a_panic_of_resvg_in_this_process_is_an_input_error():
 def test_the_child_process_ends_with_the_one_that_started_it(tmp_path, number):
     (tmp_path / "bomb.svg").write_text(mask_bomb())
     program = "from warpvec.svg.resvg import rasterize; rasterize(open('bomb.svg').read())"
-    with subprocess.Popen(
-        [sys.executable, "-c", program], cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE
-    ) as drawing:
+    with start([sys.executable, "-c", program], cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE) as drawing:
         child = wait_for(lambda: busy_child(drawing.pid))
         drawing.send_signal(number)
-        drawing.communicate(timeout=20)
-        wait_for(lambda: has_ended(child), seconds=3)
+        drawing.communicate(timeout=limit(20))
+        wait_for(lambda: not runs(child))
 
 
 def busy_child(pid: int) -> int | None:
@@ -220,19 +218,6 @@ def busy_child(pid: int) -> int | None:
     children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     ticks = [int(Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[11]) for child in children]
     return int(children[0]) if ticks and ticks[0] > 15 else None
-
-
-def has_ended(pid: int) -> bool:
-    stat = Path(f"/proc/{pid}/stat")
-    return not stat.exists() or stat.read_text().rpartition(")")[2].split()[0] == "Z"
-
-
-def wait_for(find, seconds=20.0):
-    end = time.monotonic() + seconds
-    while not (found := find()):
-        assert time.monotonic() < end
-        time.sleep(0.02)
-    return found
 
 
 def test_a_child_process_without_the_one_that_started_it_draws_nothing():
@@ -245,5 +230,5 @@ def test_a_child_process_without_the_one_that_started_it_draws_nothing():
 def test_a_child_process_that_nobody_stops_ends_by_itself():
     arguments = {"options": {}, "memory": resvg.MAX_MEMORY, "seconds": 1, "parent": os.getpid()}
     command = [sys.executable, resvg.resvg_child.__file__, json.dumps(arguments)]
-    done = subprocess.run(command, input=mask_bomb().encode(), capture_output=True, check=False, timeout=20)
+    done = subprocess.run(command, input=mask_bomb().encode(), capture_output=True, check=False, timeout=limit(20))
     assert done.returncode and not done.stdout

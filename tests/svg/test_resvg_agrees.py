@@ -93,8 +93,9 @@ def test_no_pixel_is_farther_off_than_antialiasing_explains() -> None:
     scene, exact, drawn = blobs(0)
     error, bound = (exact - drawn).abs(), antialiasing_bound(scene)
     assert (error <= bound).all(), f"{(error > bound).any(-1).sum()} pixels, by up to {(error - bound).max():.4f}"
-    # The bound is not trivial: where no path has an edge it is only rounding.
-    assert bound.median() < 6 * EIGHT_BIT
+    # The bound is not trivial: where no path has an edge it is only rounding, 1/255 of each path above. At the median
+    # that is six paths (0.0235), and a pixel with one edge more would have 0.125.
+    assert bound.median() < 12 * EIGHT_BIT < ONE_EDGE
 
 
 @pytest.mark.parametrize("seed", range(2))

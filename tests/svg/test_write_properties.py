@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from scenes import SceneTensors
 
 from warpvec.geometry.circles import circle_points
-from warpvec.geometry.gradients import FLAT, RADIAL, Gradients
+from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.paints.registry import FLAT, RADIAL
 from warpvec.geometry.scene import Scene, straightened
 from warpvec.geometry.structure import Structure
 from warpvec.svg.quantize import quantize

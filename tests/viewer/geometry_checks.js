@@ -1,4 +1,12 @@
-/* Checks of the page's geometry on random shapes, run by test_geometry_in_browser.py after the scripts that it names. */
+/* Checks of the page's geometry on random shapes, run by test_geometry_in_browser.py. */
+
+import { distance } from "viewer/brush.js";
+import { differenceOf, sameState, snapshotOf } from "viewer/changes.js";
+import {
+  addNode, cornerNodes, halves, moveHandle, moveNodes, nearestPlace, nodesOf, removeNodes, segmentsOf, smoothNodes,
+  switchLines, thirds,
+} from "viewer/nodes.js";
+import { boxContains, parseShape } from "viewer/paths.js";
 
 let seed = 1;
 
@@ -37,7 +45,7 @@ const CHANGES = {
   remove: removeNodes,
   add: (shape) => {
     added = nearestPlace(shape, random() * 50, random() * 50);
-    return added.loop === undefined ? shape : addNode(shape, added.loop, added.segment, added.t);
+    return added.loop < 0 ? shape : addNode(shape, added.loop, added.segment, added.t);
   },
 };
 
@@ -84,7 +92,8 @@ function strays(shape, original, { loop, segment, t }) {
   const pieces = segmentsOf(shape.subpaths[loop]).slice(segment, segment + 2);
   const at = (piece, share) => halves(piece, share)[0].points[3];
   return [0.1, 0.5, 0.9].flatMap((share) => {
-    const gaps = [distance(at(pieces[0], share), at(whole, share * t)), distance(at(pieces[1], share), at(whole, t + share * (1 - t)))];
+    const places = [share * t, t + share * (1 - t)];
+    const gaps = places.map((place, i) => distance(at(pieces[i], share), at(whole, place)));
     return Math.max(...gaps) > 1e-6 ? [`add: moves the outline by ${Math.max(...gaps)}`] : [];
   });
 }
@@ -107,10 +116,13 @@ function checkDifferences(rounds) {
     }
     if (!touched.length && after.length > 1) after.push(...after.splice(0, 1 + below(after.length - 1)));
     const box = differenceOf(before, snapshotOf(after));
-    const lost = touched.filter((one) => after.includes(one) || items.includes(one)).filter(({ shape }) => !box || !boxContains(box, shape.box));
+    const shown = touched.filter((one) => after.includes(one) || items.includes(one));
+    const lost = shown.filter(({ shape }) => !box || !boxContains(box, shape.box));
     faults.push(...lost.map(({ id }) => `difference: leaves out ${id}`));
     const isSame = after.length === items.length && after.every((one, i) => one === items[i] && sameState(one, before.states[i]));
     if (isSame !== (box === null)) faults.push(`difference: ${box} for ${isSame ? "nothing" : "a change"}`);
   }
   return faults;
 }
+
+Object.assign(window, { checkNodes, checkDifferences });

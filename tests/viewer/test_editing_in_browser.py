@@ -20,7 +20,7 @@ NS = 'xmlns="http://www.w3.org/2000/svg"'
 def art(body: str, width: int = WIDTH, height: int = HEIGHT) -> str:
     """Return a file with a white background and one level."""
     background = f'<rect id="background" width="{width}" height="{height}" fill="#fff"/>'
-    return f'<svg {NS} width="{width}" height="{height}">{background}<g id="level-1">{body}</g></svg>'
+    return f'<svg {NS} width="{width}" height="{height}">{background}<g id="layer-1">{body}</g></svg>'
 
 
 def assert_draws_as(svg: str, expected: str, levels: int = 2) -> None:
@@ -271,7 +271,7 @@ def test_paths_alike_are_selected(open_page) -> None:
     viewer.click(35, 15)
     viewer.press("k")
     assert viewer.selected() == "2 of 5 paths selected"
-    viewer.press_button("same-level")
+    viewer.press_button("same-layer")
     assert viewer.selected() == "5 of 5 paths selected"
 
 
@@ -288,19 +288,19 @@ def test_levels_are_made_moved_and_merged(open_page) -> None:
     assert groups_of(saved) == [1, 1, 2]
     identifiers = re.findall(r'<g id="([^"]*)"', saved)
     assert len(set(identifiers)) == 3
-    assert viewer.page.locator("#levels tbody tr").count() == 3
-    viewer.slide("level-name", 'Eyes & "lids"')
-    assert viewer.page.locator("#levels tbody tr").nth(2).inner_text().split("\t")[1] == 'Eyes & "lids"'
+    assert viewer.page.locator("#layers tbody tr").count() == 3
+    viewer.slide("layer-name", 'Eyes & "lids"')
+    assert viewer.page.locator("#layers tbody tr").nth(2).inner_text().split("\t")[1] == 'Eyes & "lids"'
     assert 'inkscape:label="Eyes &amp; &quot;lids&quot;"' in viewer.saved()
     viewer.press_button("undo")
     assert "Eyes" not in viewer.saved()
-    viewer.press_button("level-down")
+    viewer.press_button("layer-down")
     assert groups_of(viewer.saved()) == [1, 2, 1]
     viewer.press("Control+Shift+g")
     assert groups_of(viewer.saved()) == [3, 1]
     viewer.press(*["Control+z"] * 3)
     assert_draws_as(viewer.saved(), drawing(), levels=0)
-    assert viewer.page.locator("#levels tbody tr").count() == 2
+    assert viewer.page.locator("#layers tbody tr").count() == 2
     viewer.press(*["Control+Shift+z"] * 3)
     assert groups_of(viewer.saved()) == [3, 1]
 

@@ -9,7 +9,8 @@ import pytest
 import torch
 from browser import NEEDS_BROWSER, Viewer, browser_fixture, open_page_fixture  # noqa: F401  (fixtures)
 
-from warpvec.geometry.gradients import LINEAR, RADIAL, Gradients
+from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.paints.registry import LINEAR, RADIAL
 from warpvec.geometry.scene import Scene, straightened
 from warpvec.geometry.structure import Structure
 from warpvec.image.metrics import psnr

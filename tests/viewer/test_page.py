@@ -8,10 +8,12 @@ import hashlib
 import json
 import math
 import re
+from graphlib import TopologicalSorter
 from html.parser import HTMLParser
 from io import BytesIO
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
@@ -23,6 +25,7 @@ from warpvec.cli.commands.view import view
 from warpvec.errors import InputError
 from warpvec.svg.measure import draw, file_facts, file_quality
 from warpvec.viewer import page as page_module
+from warpvec.viewer.modules import module_texts
 from warpvec.viewer.page import write_page
 
 NS = 'xmlns="http://www.w3.org/2000/svg"'
@@ -90,33 +93,50 @@ def test_the_page_refers_to_nothing_outside(tmp_path: Path) -> None:
     assert not [name for name in names if name.startswith("on")]
 
 
-def test_the_policy_allows_only_the_script_and_the_style_of_the_page(tmp_path: Path) -> None:
+def test_the_policy_allows_only_the_scripts_and_the_style_of_the_page(tmp_path: Path) -> None:
     page = page_of(tmp_path)
     (policy,) = (a["content"] for tag, a in page.elements if a.get("http-equiv") == "Content-Security-Policy")
-    style, data, script = page.raw
-    assert (style[0], data[0], script[0]) == ("style", "script", "script")
-    for name, (_, text) in (("style", style), ("script", script)):
-        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
-        assert f"{name}-src 'sha256-{digest}'" in policy
+    digest = base64.b64encode(hashlib.sha256(page.raw[0][1].encode()).digest()).decode()
+    assert f"style-src 'sha256-{digest}'" in policy
+    nonces = {a.get("nonce") for tag, a in page.elements if tag == "script" and a.get("id") != "data"}
+    (nonce,) = nonces
+    assert f"script-src 'nonce-{nonce}';" in policy
     assert "default-src 'none'" in policy
     assert "unsafe" not in policy
 
 
-def test_every_script_of_the_package_is_in_the_page_and_small(tmp_path: Path) -> None:
+def test_no_drawing_can_state_the_nonce_of_its_page(tmp_path: Path) -> None:
+    def nonce(svg: bytes) -> str:
+        return str(next(a["nonce"] for _, a in page_of(tmp_path, svg).elements if "nonce" in a))
+
+    first = nonce(SVG)
+    assert len(first) == 64
+    assert nonce(SVG) == first  # the same page is written for the same drawing
+    assert nonce(SVG.replace(b"Leaf", first.encode())) != first
+
+
+def test_every_module_of_the_package_is_in_the_page_and_small(tmp_path: Path) -> None:
     folder = Path(page_module.__file__).parent / "assets"
-    scripts = {path.stem: path.read_text(encoding="utf-8") for path in folder.glob("*.js")}
-    script = page_of(tmp_path).raw[2][1]
-    assert len(scripts) > 10
-    for name, text in scripts.items():
-        assert text in script, name
+    urls = json.loads(page_of(tmp_path).raw[2][1])["imports"]
+    texts = {name: unquote(url.removeprefix("data:text/javascript,")) for name, url in urls.items()}
+    assert texts == {f"viewer/{path.name}": path.read_text(encoding="utf-8") for path in folder.glob("*.js")}
+    assert len(texts) > 10
+    for name, text in texts.items():
         assert text.count("\n") < 300, name
 
 
-def test_every_name_of_the_scripts_is_given_once(tmp_path: Path) -> None:
-    # They share a scope, in which a second function of the same name silently replaces the first.
-    names = re.findall(r"^(?:async )?(?:function\*?|class|const|let) (\w+)", page_of(tmp_path).raw[2][1], re.M)
-    assert len(names) > 200
-    assert {name for name in names if names.count(name) > 1} == set()
+def test_modules_import_what_others_export_and_in_one_direction() -> None:
+    texts = module_texts("viewer", "app")
+    imports = {name: re.findall(r'^import \{([^}]*)\} from "([^"]+)";', text, re.M) for name, text in texts.items()}
+    for name, found in imports.items():
+        assert texts[name].count("\nimport ") == len(found), name
+        for names, source in found:
+            for each in filter(None, map(str.strip, names.split(","))):
+                assert re.search(rf"^export [a-z* ]+ {each}\b", texts[source], re.M), (name, source, each)
+        if name.startswith("viewer/"):
+            assert all(source.startswith("viewer/") for _, source in found), name
+    order = TopologicalSorter({name: {source for _, source in found} for name, found in imports.items()})
+    assert len(list(order.static_order())) == len(texts)  # raises CycleError for a circle
 
 
 def test_figures_are_those_of_resvg_and_the_photo_is_as_read(tmp_path: Path) -> None:

@@ -56,7 +56,7 @@ def test_it_shows_levels_photo_generations_and_residual(open_page) -> None:
     page = viewer.page
     assert page.inner_text("h1") == "Squares"
     for level, paths in ((1, 2), (2, 4)):
-        viewer.slide("level", str(level))
+        viewer.slide("shown-count", str(level))
         expected = psnr(draw(drawing(levels=level)), PHOTO)
         page.wait_for_function("() => !document.getElementById('shown-psnr').textContent.startsWith('…')")
         assert abs(float(viewer.text("shown-psnr").split()[0]) - expected) < 0.02
@@ -71,13 +71,13 @@ def test_it_shows_levels_photo_generations_and_residual(open_page) -> None:
     page.mouse.up()
     assert abs(float(page.locator("#split").input_value()) - 25) <= 1
     assert viewer.color(210, 130) == (255, 255, 255)
-    page.get_by_role("radio", name="Generations").check()
+    page.get_by_role("radio", name="Layers").check()
     assert viewer.color(130, 30) == (68, 1, 84)
     assert viewer.color(210, 130) == (253, 231, 37)
     page.get_by_role("radio", name="Residual").check()
     assert max(viewer.color(230, 80)) <= 4
     assert min(viewer.color(210, 130)[:2]) > 240
-    page.locator("#levels input").last.uncheck()
+    page.locator("#layers input").last.uncheck()
     assert viewer.text("shown-paths") == "2 paths"
 
 
@@ -122,7 +122,7 @@ def test_paths_are_selected_by_click_band_level_and_key(open_page) -> None:
     viewer.press("Escape", "]", "]", "[")
     assert viewer.selected() == "1 of 4 paths selected: Generation 0"
     # Hidden paths cannot be selected.
-    viewer.slide("level", "1")
+    viewer.slide("shown-count", "1")
     viewer.page.locator("#surface").focus()
     viewer.press("Control+a")
     assert viewer.selected() == "2 of 4 paths selected"
@@ -173,7 +173,7 @@ def _delete(viewer: Viewer) -> None:
 
 def _reorder(viewer: Viewer) -> None:
     viewer.click(30, 30)
-    viewer.choose("to-level", "Generation 1")
+    viewer.choose("to-layer", "Generation 1")
     viewer.press_button("back")
     viewer.press_button("raise")
 
@@ -238,7 +238,7 @@ def _press_until_disabled(viewer: Viewer, button: str) -> int:
 
 def test_a_brush_stroke_is_a_closed_path_of_its_level(open_page) -> None:
     viewer = open_page(drawing())
-    viewer.choose("brush-level", "Generation 0")
+    viewer.choose("brush-layer", "Generation 0")
     _brush(viewer)
     saved = viewer.saved()
     assert groups_of(saved) == [("layer-1-generation-0", 3), ("layer-2-generation-1", 2)]

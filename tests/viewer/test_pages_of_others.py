@@ -124,7 +124,7 @@ def test_nothing_in_a_hostile_file_runs_or_loads(open_page) -> None:
     viewer.page.wait_for_timeout(100)
     assert viewer.page.evaluate("() => window.ran ?? null") is None
     assert viewer.page.inner_text("h1").startswith("</script><script>top.ran='title'")
-    assert viewer.page.locator("script").count() == 2
+    assert viewer.page.locator("script").count() == 3
     for word in ("<script", "onload=", "onmouseover=", "javascript", "example.org", "foreignObject"):
         assert word not in saved
     assert (draw(saved) == (255, 0, 0)).all()
@@ -134,14 +134,17 @@ def test_the_policy_of_the_page_refuses_other_scripts(open_page) -> None:
     viewer = open_page(f'<svg {NS} width="60" height="40"/>')
     viewer.page.evaluate(
         """() => {
-            const script = document.createElement("script");
-            script.textContent = "window.ran = 1";
-            document.body.append(script);
+            const address = "data:text/javascript,window.ran=1";
+            const kinds = [{ textContent: "window.ran = 1" }, { src: address }, { src: address, type: "module" }];
+            for (const script of kinds) {
+                document.body.append(Object.assign(document.createElement("script"), script));
+            }
         }"""
     )
+    viewer.page.wait_for_timeout(100)
     assert viewer.page.evaluate("() => window.ran ?? null") is None
-    (refusal,) = viewer.complaints
-    assert "Content Security Policy" in refusal
+    refusals = [text for text in viewer.complaints if "Content Security Policy" in text]
+    assert len(refusals) >= 3
     viewer.complaints.clear()
 
 
@@ -160,7 +163,8 @@ def test_every_control_has_a_name_and_takes_the_focus(open_page) -> None:
     for _ in range(80):
         viewer.page.keyboard.press("Tab")
         reached.add(viewer.page.evaluate("() => document.activeElement.id || document.activeElement.name"))
-    assert {"save", "tool", "fill", "opacity", "scale", "front", "to-level", "surface", "level", "zoom-fit"} <= reached
+    some = {"save", "tool", "fill", "opacity", "scale", "front", "to-layer", "surface", "shown-count", "zoom-fit"}
+    assert some <= reached
     dark = viewer.page.evaluate("() => getComputedStyle(document.body).backgroundColor")
     assert max(map(int, dark[4:-1].split(","))) < 64
     viewer.press("?")
@@ -193,14 +197,17 @@ def test_thousands_of_paths_follow_the_pointer(open_page) -> None:
     viewer.press(*["ArrowLeft"] * 10, "Escape", "+", "+", "-", "-", "]", *["ArrowDown"] * 10, "n", "]")
     viewer.press(*["ArrowRight"] * 10, "v")
     for level in range(8, 0, -1):
-        viewer.slide("level", str(level))
+        viewer.slide("shown-count", str(level))
     gaps = np.diff(viewer.page.evaluate("() => window.frames_"))
     # A frame takes 17 ms on an idle machine; ten times that would be noticeable.
     assert np.median(gaps) < 40
     assert np.percentile(gaps, 95) < 170
-    # The drag, and a command for each run of keys: all paths, one path, and one node.
-    viewer.press(*["Control+z"] * 4)
-    assert viewer.page.locator("#undo").is_disabled()
+    # The drag, and a command for each run of keys: all paths, one path, and one node. A busy machine may cut a run.
+    undo_count = 0
+    while viewer.page.locator("#undo").is_enabled():
+        viewer.press("Control+z")
+        undo_count += 1
+    assert 4 <= undo_count <= 12
 
 
 def test_a_move_changes_only_where_a_path_starts(open_page) -> None:

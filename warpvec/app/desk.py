@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from warpvec.app.messages import Job, Report, Stop
+from warpvec.app.messages import FitJob, Report, Stop
 from warpvec.app.pages import Pages
 from warpvec.app.settings import FitSettings
 from warpvec.app.streams import Stream
@@ -31,13 +31,15 @@ DROP_SECONDS = 3.0
 class FitProcess(Protocol):
     """What the desk needs of a worker process."""
 
-    def send(self, message: Job | Stop) -> None: ...
+    def send(self, message: FitJob | Stop) -> None:
+        """Hand ``message`` to the process that fits."""
 
-    def restart(self) -> None: ...
+    def restart(self) -> None:
+        """End the process that fits, and start another."""
 
 
 @dataclass
-class Picture:
+class PagePicture:
     """A picture that a page has sent, and the fit that waits for it or is under way."""
 
     identifier: str
@@ -48,7 +50,7 @@ class Picture:
     height: int
     status: str = "idle"
     """"idle", "waiting", "fitting", "done", "stopped" or "failed"."""
-    job: Job | None = None
+    job: FitJob | None = None
     last: dict[str, dict[str, Any]] = field(default_factory=dict)
     """The last facts of each kind of report, for a page that is loaded again."""
     share: float = 0.0
@@ -68,11 +70,11 @@ class Desk:
     """
 
     def __init__(self, make_worker: Callable[[Callable[[Report], None]], FitProcess]) -> None:
-        self.pictures: dict[str, Picture] = {}
+        self.pictures: dict[str, PagePicture] = {}
         self.is_ready = False
         self.pages = Pages(self._forget)
-        self._waiting: list[Picture] = []
-        self._running: Picture | None = None
+        self._waiting: list[PagePicture] = []
+        self._running: PagePicture | None = None
         self._number = 0
         self._dropped: set[int] = set()
         self._deadline: asyncio.TimerHandle | None = None
@@ -104,9 +106,9 @@ class Desk:
         """Return whether a picture of ``size`` bytes may be kept beside the others."""
         return size + sum(len(picture.data) for picture in self.pictures.values()) <= KEPT_BYTES
 
-    def add(self, page: str, name: str, data: bytes, size: tuple[int, int]) -> Picture:
+    def add(self, page: str, name: str, data: bytes, size: tuple[int, int]) -> PagePicture:
         """Keep a picture of ``size`` (width, height) that ``page`` has sent."""
-        picture = Picture(secrets.token_hex(8), page, name, data, *size)
+        picture = PagePicture(secrets.token_hex(8), page, name, data, *size)
         self.pictures[picture.identifier] = picture
         return picture
 
@@ -118,18 +120,18 @@ class Desk:
 
     # Fits
 
-    def fit(self, picture: Picture, settings: FitSettings, **more: Any) -> None:
+    def fit(self, picture: PagePicture, settings: FitSettings, **more: Any) -> None:
         """Put a fit of ``picture`` into the queue; it replaces the one that waits or runs.
 
         Args:
             settings: what the page asks for.
-            more: further fields of a `Job`.
+            more: further fields of a `FitJob`.
         """
         is_first = picture is self._running
         self._withdraw(picture)
         self._number += 1
         share = picture.share if more.get("start") is not None else 0.0
-        picture.job = Job(self._number, picture.data, picture.name, settings, done_share=share, **more)
+        picture.job = FitJob(self._number, picture.data, picture.name, settings, done_share=share, **more)
         picture.share = share
         picture.last.clear()
         self._waiting.insert(0 if is_first else len(self._waiting), picture)
@@ -139,7 +141,7 @@ class Desk:
         self._start_next()
         self._tell_queue()
 
-    def stop(self, picture: Picture) -> None:
+    def stop(self, picture: PagePicture) -> None:
         """End the fit of ``picture``: with its best drawing so far if it runs, with nothing if it still waits."""
         if picture is self._running and picture.job is not None:
             self._worker.send(Stop(picture.job.number))
@@ -184,7 +186,7 @@ class Desk:
             self._running = self._waiting.pop(0)
             self._end_running("failed", facts)
 
-    def _note(self, picture: Picture, report: Report) -> None:
+    def _note(self, picture: PagePicture, report: Report) -> None:
         if report.kind == "frame":
             iteration, count = report.facts["iteration"], report.facts["iterations"]
             assert picture.job is not None
@@ -218,7 +220,7 @@ class Desk:
         self._set_status(picture, "fitting")
         self._worker.send(picture.job)
 
-    def _withdraw(self, picture: Picture) -> None:
+    def _withdraw(self, picture: PagePicture) -> None:
         """Take the fit of ``picture`` out of the queue, or end it without a result."""
         if picture in self._waiting:
             self._waiting.remove(picture)
@@ -255,12 +257,12 @@ class Desk:
 
     # Events
 
-    def _set_status(self, picture: Picture, status: str) -> None:
+    def _set_status(self, picture: PagePicture, status: str) -> None:
         picture.status = status
         identifier = picture.identifier
         self.pages.send(picture.page, "status", {"id": identifier, "status": status}, f"status {identifier}")
 
-    def _tell(self, picture: Picture, kind: str, facts: dict[str, Any]) -> None:
+    def _tell(self, picture: PagePicture, kind: str, facts: dict[str, Any]) -> None:
         assert picture.job is not None
         picture.last[kind] = {"fit": picture.job.number, **facts}
         event = {"id": picture.identifier, "at": time.time(), **picture.last[kind]}

@@ -1,4 +1,4 @@
-"""Do a job of the page: read its picture, fit it, and describe the result."""
+"""Do a job of the page: read its picture, draw it, and describe the result."""
 
 from __future__ import annotations
 
@@ -10,65 +10,81 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.app.again import fit_again
-from warpvec.app.erasing import erase, hole_of
-from warpvec.app.messages import Job
+from warpvec.app.messages import FitJob
 from warpvec.app.settings import FitSettings
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
-from warpvec.fit.progress import OnProgress
-from warpvec.flat.classify import choose_mode
+from warpvec.drawing.drawing import Drawing
+from warpvec.drawing.given import place_on_picture, read_drawing
+from warpvec.flat.mode_choice import choose_mode
+from warpvec.image.picture import reduce_image
 from warpvec.image.read import read_image
-from warpvec.image.resize import reduce_image
+from warpvec.modes.choice import draw_picture
+from warpvec.modes.flat import KnownOutlines
+from warpvec.modes.path_count import CORRECTION_RATE
+from warpvec.modes.photo import Photo
+from warpvec.modes.refine import ITERATIONS, with_drawing_settings
+from warpvec.modes.request import Request
+from warpvec.polish.edited import Edited, fit_again
+from warpvec.polish.erasing import erase, hole_of
+from warpvec.result import Result
 from warpvec.svg.measure import file_facts
-from warpvec.vectorization.api import fit_photo
-from warpvec.vectorization.flat_art import Outlines
-from warpvec.vectorization.goal import CORRECTION_RATE
-from warpvec.vectorization.refine import ITERATIONS, place_on_photo, read_drawing, with_drawing_settings
-from warpvec.vectorization.result import Result
+from warpvec.watch.watch import Watch
 
 LATE_SHARE = 0.5
 """Share of a whole fit from which on its drawing is close to its end, so that going on takes small steps."""
 
 
 def run_job(
-    job: Job,
+    job: FitJob,
     report: Callable[[str, dict[str, Any]], None],
-    on_progress: OnProgress,
+    watch: Watch,
     threads: int | None,
-    outlines: Outlines | None = None,
+    outlines: KnownOutlines | None = None,
 ) -> Result:
     """Return the drawing that ``job`` asks for.
 
     Args:
         job: what to do.
         report: called with "mode" and facts when the kind of picture is known.
-        on_progress: called after every iteration.
+        watch: progress and stop of the job.
         threads: CPU threads; None for all cores.
-        outlines: of the picture of the last job, for one that changes its detail; it becomes that of this job.
+        outlines: of the picture of the last job, for a job that changes its detail; they become those of this job.
 
     Raises:
         InputError: the picture or the drawing to go on from cannot be read, or the settings do not fit together.
     """
-    photo = read_image(job.data, name="picture")
+    pixels = read_image(job.data, name="picture")
     mode, reason = job.settings.mode, None
     if mode == "auto":
-        mode, reason = choose_mode(reduce_image(photo, FitConfig.fit_size))
-    height, width = photo.shape[:2]
+        mode, reason = choose_mode(reduce_image(pixels, FitConfig.fit_size))
+    height, width = pixels.shape[:2]
     report("mode", {"mode": mode, "reason": reason, "width": width, "height": height})
     if job.erased is not None:
-        photo = erase(photo, hole_of(photo, job.erased))
+        pixels = erase(pixels, hole_of(pixels, job.erased))
     if job.start is not None and job.keeps_paths:
-        settings = FitSettings(mode="photo", opaque=job.settings.opaque)
-        config = replace(settings.config("photo"), threads=threads, recycle_gap=0)
-        return fit_again(job, photo, mode, config, on_progress)
-    if mode == "photo":
-        return _photo(job, photo, threads, on_progress)
-    config = replace(job.settings.config(mode), threads=threads)
-    if job.settings.mode == "auto":  # the drawing may show that it is rather a photo
-        config = replace(config, mode="auto")
-    goal = job.settings.goal
-    return fit_photo(photo, config, title=job.name, goal=goal, on_progress=on_progress, outlines=outlines)
+        drawing = _fit_again(job, pixels, mode, threads, watch)
+    elif mode == "photo":
+        drawing = _photo(job, pixels, threads, watch)
+    else:
+        config = replace(job.settings.config(mode), threads=threads)
+        if job.settings.mode == "auto":  # the drawing may show that it is rather a photo
+            config = replace(config, mode="auto")
+        drawing = draw_picture(_request(job, pixels, config, watch), outlines=outlines)
+    return Result(drawing, watch.facts())
+
+
+def _request(job: FitJob, pixels: NDArray[np.float32], config: FitConfig, watch: Watch) -> Request:
+    return Request.of(pixels, config, job.settings.goal, title=job.name, watch=watch)
+
+
+def _fit_again(job: FitJob, pixels: NDArray[np.float32], mode: str, threads: int | None, watch: Watch) -> Drawing:
+    """Fit the edited drawing of the job. Deleted parts are filled in photos only; areas of flat art need none."""
+    assert job.start is not None
+    settings = FitSettings(mode="photo", opacity=job.settings.values["opacity"])
+    config = replace(settings.config("photo"), threads=threads, recycle_gap=0)
+    edited = Edited(job.start, job.locked, job.filled if mode == "photo" else None)
+    return fit_again(edited, _request(job, pixels, config, watch).encoding, watch)
 
 
 def result_facts(result: Result) -> dict[str, Any]:
@@ -83,25 +99,27 @@ def result_facts(result: Result) -> dict[str, Any]:
         "bytes": facts["bytes"],
         "gzip_bytes": facts["gzip_bytes"],
         "psnr": psnr if math.isfinite(psnr) else None,
-        "seconds": result.fitted.seconds,
+        "seconds": result.run.seconds,
         "stopped": result.interrupted,
         "mode": result.config.mode,
         "history": [entry for entry in result.history if math.isfinite(entry["psnr"])],
     }
 
 
-def _photo(job: Job, photo: NDArray[np.float32], threads: int | None, on_progress: OnProgress) -> Result:
+def _photo(job: FitJob, pixels: NDArray[np.float32], threads: int | None, watch: Watch) -> Drawing:
     """Fit a photo, from nothing or from the drawing of the job."""
-    values, goal, start = job.settings.values("photo"), job.settings.goal, None
-    if job.start is not None:
-        drawing = read_drawing(job.start.encode())
-        start = place_on_photo(drawing, photo)
-        is_late = job.done_share >= LATE_SHARE
-        kept = {"minify": bool(goal)} if is_late else {"minify": bool(goal), "recycle_gap": FitConfig.recycle_gap}
-        values = with_drawing_settings({**kept, **values}, drawing)
+    values, goal = job.settings.given("photo"), job.settings.goal
+    if job.start is None:
+        config = replace(make_config(**values), threads=threads)
+        return draw_picture(_request(job, pixels, config, watch))
+    drawing = read_drawing(job.start.encode())
+    is_late = job.done_share >= LATE_SHARE
+    kept = {"minify": bool(goal)} if is_late else {"minify": bool(goal), "recycle_gap": FitConfig.recycle_gap}
+    values = with_drawing_settings({**kept, **values}, drawing)
     config = replace(make_config(**values), threads=threads)
-    if start is not None and not goal:
+    if not goal:
         left = max(ITERATIONS, round((1.0 - job.done_share) * config.iterations))
         rate = CORRECTION_RATE if is_late else 1.0
         config = replace(config, iterations=left, lr_scale=rate * config.lr_scale)
-    return fit_photo(photo, config, title=job.name, goal=goal, start=start, on_progress=on_progress)
+    request = _request(job, pixels, config, watch)
+    return draw_picture(request, Photo(start=place_on_picture(drawing, request.picture)))

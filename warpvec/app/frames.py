@@ -7,9 +7,9 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from warpvec.fit.progress import Progress
 from warpvec.geometry.cubics import to_cubics
 from warpvec.svg.write import write_svg
+from warpvec.watch.progress import Pace, Progress
 
 FRAME_SECONDS = 0.4
 """Time between two frames. To write one takes 7 ms for 512 paths, and 50 ms for 4,096."""
@@ -32,7 +32,7 @@ class FrameWriter:
         longest = max(width, height)
         self._scale = max(1.0, longest / fit_size)
         self._due = -math.inf
-        self._pace = _Pace()
+        self._pace = Pace()
 
     def __call__(self, progress: Progress) -> None:
         """Send a frame if it is time."""
@@ -56,22 +56,3 @@ class FrameWriter:
             "seconds": progress.seconds,
             "left": self._pace.seconds_left(progress),
         }
-
-
-class _Pace:
-    """An estimate of the time left, without the first iteration, which loads the kernels."""
-
-    def __init__(self) -> None:
-        self._first: tuple[int, float] | None = None
-        self._last = 0
-
-    def see(self, progress: Progress) -> None:
-        if self._first is None or progress.iteration < self._last:  # the first one of a fit
-            self._first = (progress.iteration, progress.seconds)
-        self._last = progress.iteration
-
-    def seconds_left(self, progress: Progress) -> float | None:
-        assert self._first is not None
-        done = progress.iteration - self._first[0]
-        remaining = progress.iteration_count - progress.iteration
-        return (progress.seconds - self._first[1]) / done * remaining if done else None

@@ -61,6 +61,7 @@ class Guard:
         return f"{TICKET_PATH}/{self._ticket}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or refuse it."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)  # the start and the end of the server; there are no web sockets
             return

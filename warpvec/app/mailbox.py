@@ -8,7 +8,7 @@ import threading
 from contextlib import suppress
 from multiprocessing.connection import Connection
 
-from warpvec.app.messages import Job, Stop
+from warpvec.app.messages import FitJob, Stop
 
 
 class Dropped(Exception):
@@ -18,17 +18,17 @@ class Dropped(Exception):
 class Mailbox:
     """The messages of the server, received by a thread, and the wish to stop the present job.
 
-    It is also the listener of fits: see `warpvec.fit.interrupt.Listener`.
+    It is also the listener of fits: see `warpvec.watch.interrupt.Listener`.
     """
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
-        self._jobs: queue.SimpleQueue[Job] = queue.SimpleQueue()
+        self._jobs: queue.SimpleQueue[FitJob] = queue.SimpleQueue()
         self._stops: dict[int, bool] = {}
         self._number = 0
         threading.Thread(target=self._receive, daemon=True).start()
 
-    def next_job(self) -> Job:
+    def next_job(self) -> FitJob:
         """Wait for the next job."""
         job = self._jobs.get()
         self._number = job.number

@@ -9,7 +9,7 @@ from warpvec.app.settings import FitSettings
 
 
 @dataclass(frozen=True)
-class Job:
+class FitJob:
     """A fit to do.
 
     Attributes:

@@ -1,28 +1,30 @@
 """The document of ``warpvec app``: the page of ``warpvec view`` with the panel that makes drawings.
 
-Its scripts are those of the viewer, which leave ``window.warpvecView`` behind, and then its own, which work with that.
+See `warpvec/viewer/README.md`.
 """
 
 from __future__ import annotations
 
-import base64
-import hashlib
+import secrets
 from importlib.resources import files
 
 from warpvec import __version__
+from warpvec.app.controls import controls_data, controls_markup
 from warpvec.viewer import page as viewer
+from warpvec.viewer.modules import module_scripts, module_texts
+from warpvec.writers.png import SIDE_MAX
 
-# In the order in which they are joined.
-_SCRIPTS = ("server", "parts", "settings", "picture", "queue", "saving", "again", "sheet", "desk")
+NONCE_BYTES = 18
+"""Random bytes of the nonce of a server's page."""
 
 
 def page_text() -> tuple[str, str]:
     """Return the HTML of the page and its content security policy.
 
-    The policy allows these scripts and styles by their hashes, images that the page makes, and requests to the server.
+    The policy allows scripts with a nonce, this style, images that the page makes, and requests to the server.
     """
     style = viewer.style() + _asset("desk.css")
-    scripts = [viewer.script(), _own_script()]
+    nonce = secrets.token_urlsafe(NONCE_BYTES)
     text = f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -33,27 +35,28 @@ def page_text() -> tuple[str, str]:
 <link rel="icon" href="data:,">
 <style>{style}</style>
 </head>
-<body class="desk">
-{_asset("desk.html")}{viewer.markup()}
+<body class="desk" data-photo-side="{viewer.PAGE_PHOTO_SIDE}">
+{_panel()}{viewer.markup()}
+<script type="application/json" id="controls">{controls_data()}</script>
 <script type="application/json" id="data">{viewer.embedded_data({"name": "warpvec"})}</script>
-{"".join(f"<script>{script}</script>" for script in scripts)}
+{module_scripts("app/main.js", nonce, module_texts("viewer", "app"))}
 </body>
 </html>
 """
-    return text, _policy(scripts, style)
+    return text, _policy(nonce, style)
 
 
-def _own_script() -> str:
-    modules = "\n".join(_asset(f"{name}.js") for name in _SCRIPTS)
-    return f'(() => {{\n"use strict";\n{modules}}})();\n'
+def _panel() -> str:
+    """Return the elements of the panel that makes drawings."""
+    panel = _asset("desk.html").replace("<!-- controls -->", controls_markup())
+    return panel.replace("<!-- widest png -->", str(SIDE_MAX))
 
 
-def _policy(scripts: list[str], style: str) -> str:
-    allowed = " ".join(f"'{_hash(script)}'" for script in scripts)
+def _policy(nonce: str, style: str) -> str:
     rules = [
         "default-src 'none'",
-        f"script-src {allowed}",
-        f"style-src '{_hash(style)}'",
+        f"script-src 'nonce-{nonce}'",
+        f"style-src '{viewer.hash_source(style)}'",
         "img-src 'self' data: blob:",
         "connect-src 'self'",
         "base-uri 'none'",
@@ -61,10 +64,6 @@ def _policy(scripts: list[str], style: str) -> str:
         "frame-ancestors 'none'",
     ]
     return "; ".join(rules)
-
-
-def _hash(text: str) -> str:
-    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
 def _asset(name: str) -> str:

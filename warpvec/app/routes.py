@@ -30,14 +30,14 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from warpvec.app.desk import Desk, Picture
+from warpvec.app.desk import Desk, PagePicture
 from warpvec.app.export import MEDIA_TYPES, encode
 from warpvec.app.folder import list_pictures, read_picture, save_drawing, usable_name
 from warpvec.app.page import page_text
 from warpvec.app.settings import FitSettings
 from warpvec.errors import InputError
+from warpvec.image.picture import reduce_image
 from warpvec.image.read import read_image
-from warpvec.image.resize import reduce_image
 from warpvec.image.write import to_8_bits
 from warpvec.viewer.page import PAGE_PHOTO_SIDE
 
@@ -84,10 +84,12 @@ class Routes:
         return Starlette(routes=routes, exception_handlers=handlers)
 
     async def page(self, request: Request) -> Response:
+        """Return the page."""
         headers = {"Content-Security-Policy": self._policy}
         return Response(self._page, media_type="text/html", headers=headers)
 
     async def events(self, request: Request) -> Response:
+        """Return the stream of events of a page."""
         page = _page_of(request)
 
         async def texts() -> Any:
@@ -102,14 +104,17 @@ class Routes:
         return StreamingResponse(texts(), media_type="text/event-stream")
 
     async def rest(self, request: Request) -> Response:
+        """Note that nobody looks at a page."""
         self._desk.pages.rest(_page_of(request))
         return Response(status_code=204)
 
     async def leave(self, request: Request) -> Response:
+        """Note that a page is closed."""
         self._desk.pages.close(_page_of(request))
         return Response(status_code=204)
 
     async def add(self, request: Request) -> Response:
+        """Add the picture in the body."""
         page, name = _page_of(request), usable_name(request.query_params.get("name", "picture"))
         data = await _body(request, MAX_PICTURE_BYTES)
         if not self._desk.has_room(len(data)):
@@ -118,10 +123,12 @@ class Routes:
         return JSONResponse(self._desk.add(page, name, data, size).facts(), 201)
 
     async def preview(self, request: Request) -> Response:
+        """Return a small PNG of a picture."""
         picture = self._picture(request)
         return Response(await asyncio.to_thread(_preview, picture.data), media_type="image/png")
 
     async def fit(self, request: Request) -> Response:
+        """Queue a picture for a fit with the settings in the body."""
         picture = self._picture(request)
         asked = _object(await _body(request, MAX_TEXT_BYTES))
         settings = FitSettings.read(asked.get("settings", {}))
@@ -133,14 +140,17 @@ class Routes:
         return JSONResponse(picture.facts(), 202)
 
     async def stop(self, request: Request) -> Response:
+        """End the fit of a picture with its best result."""
         self._desk.stop(self._picture(request))
         return Response(status_code=204)
 
     async def remove(self, request: Request) -> Response:
+        """Remove a picture."""
         self._desk.remove(self._picture(request).identifier)
         return Response(status_code=204)
 
     async def folder(self, request: Request) -> Response:
+        """Return the pictures in the folder of the server."""
         try:
             names = [] if self._folder is None else await asyncio.to_thread(list_pictures, self._folder)
         except OSError as error:
@@ -148,6 +158,7 @@ class Routes:
         return JSONResponse(names)
 
     async def from_folder(self, request: Request) -> Response:
+        """Add a picture of the folder."""
         if self._folder is None:
             raise HTTPException(404, "the server was started without a folder")
         name = request.path_params["name"]
@@ -158,6 +169,7 @@ class Routes:
         return Response(data, media_type="application/octet-stream")
 
     async def export(self, request: Request) -> Response:
+        """Return the drawing in the body as a file of another kind."""
         kind, name = request.query_params.get("format", "svg"), request.query_params.get("name", "drawing")
         text = (await _body(request, MAX_TEXT_BYTES)).decode("utf-8", "replace")
         width, is_clear = request.query_params.get("width"), request.query_params.get("transparent") == "1"
@@ -170,7 +182,7 @@ class Routes:
             raise HTTPException(507, f"the file could not be written ({error.strerror})") from error
         return JSONResponse({"saved": saved, "bytes": len(data)}, 201)
 
-    def _picture(self, request: Request) -> Picture:
+    def _picture(self, request: Request) -> PagePicture:
         picture = self._desk.pictures.get(request.path_params["id"])
         if picture is None:
             raise HTTPException(404, "the server does not have this picture any more")

@@ -11,13 +11,15 @@ import numpy as np
 from warpvec.app.fitting import result_facts, run_job
 from warpvec.app.frames import FrameWriter
 from warpvec.app.mailbox import Mailbox
-from warpvec.app.messages import Job, Report
+from warpvec.app.messages import FitJob, Report
 from warpvec.app.settings import FitSettings
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit import interrupt
-from warpvec.fit.progress import Progress
-from warpvec.vectorization.api import fit_photo
-from warpvec.vectorization.flat_art import Outlines
+from warpvec.modes.choice import draw_picture
+from warpvec.modes.flat import KnownOutlines
+from warpvec.modes.request import Request
+from warpvec.result import Result
+from warpvec.watch.progress import Progress
+from warpvec.watch.watch import Watch
 
 
 class Worker:
@@ -31,17 +33,17 @@ class Worker:
 
     def __init__(self, mailbox: Mailbox, send: Callable[[Report], None], threads: int | None) -> None:
         self._mailbox, self._send, self._threads = mailbox, send, threads
-        self._outlines = Outlines()
-        interrupt.listen_to(mailbox)
+        self._outlines = KnownOutlines()
 
     def warm_up(self) -> None:
         """Load the kernels of fits, or compile them, with a tiny one, and the modules that a result needs."""
         picture = np.linspace(0.0, 1.0, 16 * 16 * 3, dtype=np.float32).reshape(16, 16, 3)
         config = replace(FitSettings(curves=4).config("photo"), initial_curves=2, iterations=8, inflation_gap=1)
         config = replace(config, recycle_gap=1, recycle_share=0.5, threads=self._threads)
-        result_facts(fit_photo(picture, config))
+        watch = Watch(listener=self._mailbox)
+        result_facts(Result(draw_picture(Request.of(picture, config, watch=watch)), watch.facts()))
 
-    def do(self, job: Job) -> dict[str, Any]:
+    def do(self, job: FitJob) -> dict[str, Any]:
         """Return the facts of the drawing that ``job`` asks for.
 
         Raises:
@@ -61,7 +63,8 @@ class Worker:
             writer(progress)
 
         self._mailbox.check()
-        result = run_job(job, report, on_progress, self._threads, self._outlines)
+        watch = Watch(on_progress, listener=self._mailbox)
+        result = run_job(job, report, watch, self._threads, self._outlines)
         self._mailbox.check()
         return result_facts(result)
 

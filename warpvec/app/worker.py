@@ -11,7 +11,7 @@ from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING
 
 from warpvec.app.mailbox import Dropped, Mailbox
-from warpvec.app.messages import Job, Report
+from warpvec.app.messages import FitJob, Report
 from warpvec.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def serve(connection: Connection, threads: int | None) -> None:
             connection.send(_answer(worker, job))
 
 
-def _answer(worker: Worker, job: Job) -> Report:
+def _answer(worker: Worker, job: FitJob) -> Report:
     try:
         return Report("done", job.number, worker.do(job))
     except Dropped:

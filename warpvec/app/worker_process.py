@@ -12,7 +12,7 @@ from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 
-from warpvec.app.messages import Job, Report, Stop
+from warpvec.app.messages import FitJob, Report, Stop
 from warpvec.app.worker import serve
 
 _CONTEXT = get_context("spawn")
@@ -44,7 +44,7 @@ class WorkerProcess:
         arguments = (ours, process, loop)
         threading.Thread(target=self._listen, args=arguments, daemon=True).start()
 
-    def send(self, message: Job | Stop) -> None:
+    def send(self, message: FitJob | Stop) -> None:
         """Send a message; one to a process that has died is lost, which its report tells."""
         connection = self._connection
         self._sender.submit(_send, connection, message)
@@ -75,7 +75,7 @@ class WorkerProcess:
             loop.call_soon_threadsafe(deliver, Report("died", 0, {"message": _end_of(process)}))
 
 
-def _send(connection: Connection, message: Job | Stop) -> None:
+def _send(connection: Connection, message: FitJob | Stop) -> None:
     with suppress(OSError):
         connection.send(message)
 

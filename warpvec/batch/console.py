@@ -16,12 +16,10 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from warpvec.batch.jobs import Job
+from warpvec.batch.jobs import PhotoJob
 from warpvec.batch.journal import Record
 from warpvec.checks import counted, in_one_line
-
-MODE_NAMES = {"photo": "as photos", "flat": "as flat art", "mono": "as black and white art"}
-"""Mode of a file -> its words in the summary, after a number."""
+from warpvec.config.modes import MODES
 
 
 @dataclass
@@ -71,7 +69,7 @@ class Tally:
     def summary(self) -> str:
         """Return the facts as one line of text."""
         facts = self.facts()
-        modes = ", ".join(f"{count} {MODE_NAMES[mode]}" for mode, count in facts["modes"].items())
+        modes = ", ".join(f"{count} as {MODES[mode].plural}" for mode, count in facts["modes"].items())
         parts = [f"{facts['done']} done" + (f" ({modes})" if modes else "")]
         parts += [f"{facts['failed']} failed"] if facts["failed"] else []
         parts += [f"{facts['skipped']} done before"] if facts["skipped"] else []
@@ -115,7 +113,7 @@ def _described(record: Record) -> str:
     if record.error is not None:
         return f"{record.input}: failed{attempts}: {record.error}"
     quality = "no error" if record.psnr is None else f"{record.psnr:.2f} dB"
-    size = f"{counted(record.curves or 0, 'curve')}, {record.bytes:,} bytes"
+    size = f"{counted(record.curves or 0, 'path')}, {record.bytes:,} bytes"
     return f"{record.input}: {quality}, {size}, {record.seconds:.1f} s{attempts}"
 
 
@@ -125,7 +123,7 @@ class _Lines(View):
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
-    def update(self, job: Job, text: str) -> None:
+    def update(self, job: PhotoJob, text: str) -> None:
         if text.startswith("tried again"):
             print(in_one_line(f"{job.input}: {text}"), file=self._stream, flush=True)
 
@@ -145,14 +143,14 @@ class _Failures(View):
 
 
 class _Table(View):
-    """One line for each photo that ends, and below them a table: the photo of each worker, and a progress bar."""
+    """A line for each finished photo, and below the lines a table: the photo of each worker, and a progress bar."""
 
     def __init__(self, tally: Tally) -> None:
         self._tally = tally
         self._states: dict[str, str] = {}
         self.live: Live | None = None
 
-    def update(self, job: Job, text: str) -> None:
+    def update(self, job: PhotoJob, text: str) -> None:
         self._states[job.input] = text
 
     def show(self, record: Record, tally: Tally) -> None:

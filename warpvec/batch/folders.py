@@ -92,6 +92,7 @@ class LocalFolder:
         self._path, self._given, self._name = Path(os.path.abspath(path)), os.fspath(path), name
 
     def names(self, recursive: bool) -> list[str]:
+        """Return the names of the files, with those of inner folders if ``recursive``."""
         if not self._path.is_dir():
             raise InputError(self._name, "must be a folder", repr(self._given), "check the path")
         found = []
@@ -102,9 +103,11 @@ class LocalFolder:
         return sorted(found)
 
     def exists(self, name: str) -> bool:
+        """Return whether there is a file ``name``."""
         return os.path.isfile(self._path / name)  # unlike pathlib, it takes a name that is too long
 
     def read(self, name: str, limit: int = MAX_FILE_BYTES) -> bytes:
+        """Return the bytes of the file ``name``."""
         path = self._path / name
         with _as_input_error(name):
             # A pipe would wait for ever, and a device may have no end.
@@ -114,6 +117,7 @@ class LocalFolder:
                 return read_stream(stream, limit, name, "it")
 
     def write(self, name: str, data: bytes) -> None:
+        """Write the file ``name``, whole or not at all."""
         path = self._path / name
         self._check_is_no_folder(name)
         with _as_input_error(name, "write"):
@@ -121,6 +125,7 @@ class LocalFolder:
             write_atomic(path, data)
 
     def append(self, name: str, data: bytes) -> None:
+        """Add ``data`` to the end of the file ``name``."""
         self._check_is_no_folder(name)
         path = self._path / name
         with naming_errors(path), path.open("ab", buffering=0) as file:
@@ -133,6 +138,7 @@ class LocalFolder:
 
     @contextmanager
     def lock(self) -> Iterator[None]:
+        """Keep other batches out of the folder in this block."""
         make_folder(self._path, self._name, self._given)
         handle = os.open(self._path, os.O_RDONLY)
         try:
@@ -190,6 +196,7 @@ class RemoteFolder:
         return f"{self._root[1]}/{name}"
 
     def names(self, recursive: bool) -> list[str]:
+        """Return the names of the files, with those of inner folders if ``recursive``."""
         system, root = self._root
         if not system.isdir(root):
             raise InputError(self._name, "must be a folder", repr(self._address), "check the address")
@@ -198,9 +205,11 @@ class RemoteFolder:
         return sorted(name for name in names if not any(part.startswith(".") for part in name.split("/")))
 
     def exists(self, name: str) -> bool:
+        """Return whether there is a file ``name``."""
         return bool(self._root[0].isfile(self._path(name)))
 
     def read(self, name: str, limit: int = MAX_FILE_BYTES) -> bytes:
+        """Return the bytes of the file ``name``."""
         system, path = self._root[0], self._path(name)
         with _as_input_error(name):
             if (system.size(path) or 0) > limit:  # None if the store does not tell
@@ -209,6 +218,7 @@ class RemoteFolder:
             return data
 
     def write(self, name: str, data: bytes) -> None:
+        """Write the file ``name``, whole or not at all."""
         system, path = self._root[0], self._path(name)
         with suppress(NotImplementedError):  # raised by a store that has no folders
             system.makedirs(path.rpartition("/")[0], exist_ok=True)
@@ -217,10 +227,12 @@ class RemoteFolder:
             file.write(data)
 
     def append(self, name: str, data: bytes) -> None:
+        """Raise UnsupportedOperation: stores write files whole."""
         raise UnsupportedOperation(f"files in {self._address} can only be written whole")
 
     @contextmanager
     def lock(self) -> Iterator[None]:
+        """Do nothing: stores have no locks."""
         yield
 
 

@@ -9,7 +9,7 @@ import time
 from collections import defaultdict
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +17,12 @@ from warpvec.batch.engines.base import Engine, Notify, Outcome, Report, WorkerSh
 from warpvec.batch.folders import Folder
 from warpvec.batch.journal import Journal, Record
 from warpvec.config.fit_config import MACHINE_SETTINGS, FitConfig
+from warpvec.drawing.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.errors import InputError
-from warpvec.vectorization.file_options import DEFAULT_FILE_OPTIONS, FileOptions
-from warpvec.vectorization.goal import Goal
+from warpvec.goals.goal import NO_GOAL, Goal
 
 if TYPE_CHECKING:
-    from warpvec.fit.progress import Progress
+    from warpvec.watch.progress import Progress
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif")
 """Suffixes of the files that count as photos."""
@@ -32,7 +32,7 @@ _REPORT_SECONDS = 0.5
 
 
 @dataclass(frozen=True)
-class Job:
+class PhotoJob:
     """A photo and its SVG, by their names in the two folders."""
 
     input: str
@@ -44,7 +44,7 @@ class Job:
 # Finding the jobs
 
 
-def find_jobs(names: Iterable[str], suffix: str = ".svg", *, keep_suffix: bool = False) -> list[Job]:
+def find_jobs(names: Iterable[str], suffix: str = ".svg", *, keep_suffix: bool = False) -> list[PhotoJob]:
     """Return a job for each photo among ``names``.
 
     The SVG has the name of the photo with ``suffix`` in place of its own suffix, or after it if ``keep_suffix``.
@@ -57,14 +57,14 @@ def find_jobs(names: Iterable[str], suffix: str = ".svg", *, keep_suffix: bool =
     if not photos:
         rule, remedy = f"must contain photos ({', '.join(SUFFIXES)})", "give --recursive if they are in its folders"
         raise InputError("IN_DIR", rule, "a folder without any", remedy)
-    jobs = [Job(name, (name if keep_suffix else name[: name.rindex(".")]) + suffix) for name in photos]
+    jobs = [PhotoJob(name, (name if keep_suffix else name[: name.rindex(".")]) + suffix) for name in photos]
     by_output = defaultdict(list)
     for job in jobs:
         by_output[job.output].append(job.input)
     return [replace(job, error=_clash(job, by_output[job.output])) for job in jobs]
 
 
-def _clash(job: Job, sources: Sequence[str]) -> str | None:
+def _clash(job: PhotoJob, sources: Sequence[str]) -> str | None:
     """Return the error of a job whose SVG would be that of several photos, ``sources``."""
     if len(sources) == 1:
         return None
@@ -72,7 +72,7 @@ def _clash(job: Job, sources: Sequence[str]) -> str | None:
     return str(InputError(job.input, "must have an SVG of its own", value, "rename one, or give --keep-suffix"))
 
 
-def remaining(jobs: Sequence[Job], work: Vectorize, journal: Journal, *, skip_existing: bool) -> list[Job]:
+def remaining(jobs: Sequence[PhotoJob], work: Vectorize, journal: Journal, *, skip_existing: bool) -> list[PhotoJob]:
     """Return the jobs that are not done.
 
     A job is done if its file exists and was made of the same photo with the same settings, or, with
@@ -85,7 +85,7 @@ def remaining(jobs: Sequence[Job], work: Vectorize, journal: Journal, *, skip_ex
     ]
 
 
-def _is_recorded(job: Job, work: Vectorize, journal: Journal) -> bool:
+def _is_recorded(job: PhotoJob, work: Vectorize, journal: Journal) -> bool:
     from warpvec.image.read import MAX_IMAGE_BYTES
 
     record = journal.get(job.input, job.output)
@@ -113,7 +113,7 @@ class Vectorize:
     target: Folder
     config: FitConfig
     background: str | None
-    goal: Goal | None = None
+    goal: Goal = NO_GOAL
     file_options: FileOptions = DEFAULT_FILE_OPTIONS
     option_names: Mapping[str, str] = field(default_factory=dict)
     """Name of a setting -> its name in error messages."""
@@ -127,13 +127,13 @@ class Vectorize:
             for option in fields(FileOptions)
             if getattr(self.file_options, option.name) != option.default
         }
-        return {"background": self.background, **settings, **(asdict(self.goal) if self.goal else {}), **changed}
+        return {"background": self.background, **settings, **(self.goal.to_dict() if self.goal else {}), **changed}
 
     def key(self, photo: bytes) -> str:
         """Return a digest of the photo and the settings."""
         return hashlib.sha256(_text(self.settings).encode() + photo).hexdigest()[:32]
 
-    def __call__(self, job: Job, share: WorkerShare, report: Report, /) -> Record:
+    def __call__(self, job: PhotoJob, share: WorkerShare, report: Report, /) -> Record:
         """Vectorize one photo, write its file, and return its record.
 
         Raises:
@@ -144,22 +144,24 @@ class Vectorize:
         except InputError as error:
             raise error.renamed(self.option_names) from error
 
-    def _vectorize(self, job: Job, share: WorkerShare, report: Report) -> Record:
-        from warpvec.files import encode_svg
+    def _vectorize(self, job: PhotoJob, share: WorkerShare, report: Report) -> Record:
         from warpvec.image.read import MAX_IMAGE_BYTES, read_image
-        from warpvec.vectorization.api import fit_photo
+        from warpvec.modes.choice import draw_picture
+        from warpvec.modes.request import Request
+        from warpvec.result import Result
+        from warpvec.watch.watch import Watch
+        from warpvec.writers.registry import encode
 
         start = time.perf_counter()
         data = self.source.read(job.input, MAX_IMAGE_BYTES)
         photo = read_image(data, self.background, name=job.input)
         config = replace(self.config, device=share.device, threads=share.threads)
         title = PurePosixPath(job.input).stem
-        on_progress = _ProgressReporter(report)
-        result = fit_photo(
-            photo, config, title=title, goal=self.goal, on_progress=on_progress, file_options=self.file_options
-        )
+        watch = Watch(_ProgressReporter(report), config.time_budget)
+        request = Request.of(photo, config, self.goal, title=title, options=self.file_options, watch=watch)
+        result = Result(draw_picture(request), watch.facts())
         metrics = result.metrics
-        self.target.write(job.output, encode_svg(result.svg(), job.output))
+        self.target.write(job.output, encode(result.svg(), job.output))
         return Record(
             input=job.input,
             output=job.output,
@@ -174,7 +176,7 @@ class Vectorize:
         )
 
 
-def _text(settings: Mapping[str, Any]) -> str:
+def _text(settings: Mapping[str, object]) -> str:
     return json.dumps(settings, sort_keys=True)
 
 
@@ -182,7 +184,7 @@ class _ProgressReporter:
     """Reports the progress of a fit every half second."""
 
     def __init__(self, report: Report) -> None:
-        from warpvec.fit.progress import Pace
+        from warpvec.watch.progress import Pace
 
         self._report, self._pace, self._reported = report, Pace(), -math.inf
 
@@ -197,7 +199,7 @@ class _ProgressReporter:
 
 
 def run_batch(
-    jobs: Sequence[Job], work: Vectorize, engine: Engine, journal: Journal, notify: Notify
+    jobs: Sequence[PhotoJob], work: Vectorize, engine: Engine, journal: Journal, notify: Notify
 ) -> Generator[Record, None, None]:
     """Yield the record of every job as it ends, after adding it to ``journal``. Closing it stops the workers."""
     for job in jobs:
@@ -211,7 +213,7 @@ def run_batch(
             yield _record(outcome, work, journal)
 
 
-def _record(outcome: Outcome[Job, Record], work: Vectorize, journal: Journal) -> Record:
+def _record(outcome: Outcome[PhotoJob, Record], work: Vectorize, journal: Journal) -> Record:
     """Add the record of an outcome to ``journal`` and return it.
 
     The record of a failed job keeps the figures of a file that an earlier batch made.

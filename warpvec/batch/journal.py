@@ -1,8 +1,7 @@
 """The records of a batch: one line per photo, in JSON to continue from and in CSV for people.
 
 In the CSV, a text that a spreadsheet would take for a formula has an apostrophe before it, and line breaks and other
-control characters are escaped. All texts are in quotes, so that one with a semicolon stays in its cell where semicolons
-separate cells.
+control characters are escaped. All texts are in quotes, so that a text with a semicolon stays in its cell.
 
 While a batch runs, each photo that ends adds a line to both files. The last line of a photo counts; an incomplete line
 at the end, left by a batch that was killed, does not. When a batch begins and when it ends, both files are written
@@ -140,7 +139,7 @@ def _csv_cells(record: Record) -> list[Any]:
     return [_as_text(getattr(record, name)) for name in _COLUMNS]
 
 
-def _as_text(cell: Any) -> Any:
+def _as_text(cell: object) -> Any:
     """Keep a text in one line, and a spreadsheet from taking it, such as the name "=1+1.png", for a formula."""
     if not isinstance(cell, str):
         return cell

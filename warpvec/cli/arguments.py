@@ -13,7 +13,8 @@ from warpvec.cli.streams import check_stdout, read_stdin, write_stdout
 from warpvec.errors import InputError
 from warpvec.files import check_writable, naming_errors, write_atomic
 from warpvec.inputs import read_file
-from warpvec.svg.print_formats import PRINT_SUFFIXES, check_print_support, encode_drawing
+from warpvec.writers.registry import SVG_SUFFIXES, WRITERS, check_suffix, encode, listed
+from warpvec.writers.writer import Canvas
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,9 +22,7 @@ if TYPE_CHECKING:
 
 preset_option = click.option("--preset", default="default", metavar="NAME", help="Named settings to start from.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Report as one JSON object (infinity as null).")
-background_option = click.option(
-    "--background", metavar="COLOR", help="Colour to fill transparent parts; else they stay so."
-)
+background_option = click.option("--background", metavar="COLOR", help="Fill transparent parts with this colour.")
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Show no progress and no summary.")
 verbose_option = click.option("-v", "--verbose", is_flag=True, help="Add the PSNR inside the fit to the summary.")
 
@@ -40,11 +39,11 @@ MAX_HISTORY_BYTES = 2**26
 
 
 def default_out(source: str) -> str:
-    """Return the SVG file beside the image ``source`` that has its name.
+    """Return the path of the image ``source`` with the suffix .svg.
 
     Raises:
-        InputError: ``source`` is stdin, an SVG, or not the name of a file; or the SVG exists, and its metadata do not
-            say that warpvec wrote it.
+        InputError: ``source`` is stdin, an SVG, or not the name of a file; or another program wrote the SVG that is
+            there.
     """
     if source == "-":
         raise InputError("OUT", "must be given when IN is stdin", remedy="add a file name, or - for stdout")
@@ -67,18 +66,18 @@ def _is_own_file(path: str) -> bool:
         return False
 
 
-def check_out(out: str, name: str = "OUT", *, may_print: bool = False) -> None:
+def check_out(out: str, name: str = "OUT", *, any_kind: bool = False) -> None:
     """Raise InputError unless ``out`` is "-" or an SVG file that can be written; ``name`` is for the message.
 
-    With ``may_print`` it may also be a PDF or EPS file, if the extra for these is installed.
+    With ``any_kind`` it may be any kind of file that a drawing can be saved as.
     """
     if out == "-":
         check_stdout(name)
         return
-    suffixes = (".svg", ".svgz", *(PRINT_SUFFIXES if may_print else ()))
-    listed = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
-    _check_file(out, name, suffixes, f"must end in {listed}, or be - for stdout")
-    check_print_support(out, name)
+    suffixes = tuple(WRITERS) if any_kind else SVG_SUFFIXES
+    _check_file(out, name, suffixes, f"must end in {listed(suffixes)}, or be - for stdout")
+    if Path(out).suffix.lower() in suffixes:  # not a device
+        check_suffix(out, name, suffixes)
 
 
 def check_page(page: str) -> None:
@@ -154,10 +153,10 @@ def _read_bytes(path: str, limit: int, name: str, kind: str) -> bytes:
     return read_stdin(limit, name) if path == "-" else read_file(path, limit, name, kind)
 
 
-def write_svg_file(text: str, out: str) -> None:
+def write_drawing(text: str, out: str, canvas: Canvas | None = None) -> None:
     """Write the SVG ``text`` to the file ``out``, whole or not at all; or to stdout for "-".
 
-    The suffix decides its form: gzipped for .svgz, converted for .pdf and .eps.
+    The suffix decides the kind of file. The ``canvas`` is for pictures.
 
     Raises:
         OSError: it cannot be written; the error has the file's name.
@@ -166,4 +165,4 @@ def write_svg_file(text: str, out: str) -> None:
         with naming_errors("stdout"):
             write_stdout(text.encode())
     else:
-        write_atomic(out, encode_drawing(text, out))
+        write_atomic(out, encode(text, out, canvas))

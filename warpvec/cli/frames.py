@@ -14,28 +14,28 @@ from numpy.typing import NDArray
 from warpvec.cli.progress import show_progress
 from warpvec.cli.side_files import SideFile
 from warpvec.config.fit_config import FitConfig
-from warpvec.config.modes import FLAT_MODES
+from warpvec.config.modes import is_outlined
 from warpvec.errors import InputError
 from warpvec.files import make_folder
-from warpvec.fit.progress import OnProgress, Progress
-from warpvec.image.resize import fitted_size
+from warpvec.image.picture import fitted_size
 from warpvec.image.video import Video, check_video
 from warpvec.image.write import write_png
 from warpvec.rendering.draw import draw_pixels
+from warpvec.watch.progress import OnProgress, Progress
 
 if TYPE_CHECKING:
     from warpvec.geometry.scene import Scene
-    from warpvec.vectorization.result import Result
+    from warpvec.result import Result
 
 TakeFrame = Callable[[int, NDArray[np.float32]], None]
 """Receives the number of the iteration and an image [h, w, 3 or 4]."""
 
 
 @contextmanager
-def watch(
+def recorded(
     photo: NDArray[np.float32], config: FitConfig, folder: str | None, video: str | None, every: int, *, quiet: bool
-) -> Iterator[Watcher]:
-    """Yield the watcher of a fit of ``photo``, which shows progress on stderr and records frames.
+) -> Iterator[Recorder]:
+    """Yield the recorder of a fit of ``photo``, which shows progress on stderr and records frames.
 
     A frame that cannot be written later, as on a full disk, is a warning and does not end the fit.
 
@@ -56,10 +56,10 @@ def watch(
             takers.append(stack.enter_context(_filmed(video)))
         show = stack.enter_context(show_progress(sys.stderr, quiet=quiet))
         size = fitted_size(photo.shape[0], photo.shape[1], config.fit_size)
-        yield Watcher(show, takers, every, size, config)
+        yield Recorder(show, takers, every, size, config)
 
 
-class Watcher:
+class Recorder:
     """Shows the progress of a fit, and draws frames at the size of the fit."""
 
     def __init__(
@@ -85,9 +85,9 @@ class Watcher:
 
     def end(self, result: Result) -> None:
         """Draw the ``result`` if it is flat art, which is no scene of a fit: its forms become regular after the fit."""
-        if self._takers and result.config.mode in FLAT_MODES:
+        if self._takers and is_outlined(result.config.mode):
             self._last += 1
-            self._draw(result.fitted.scene)
+            self._draw(result.drawing.fitted)
 
     def _draw(self, scene: Scene) -> None:
         image = draw_pixels(scene, *self._size, **self._settings)

@@ -1,4 +1,4 @@
-"""Check that no two names on the command line lead to one file, where one would overwrite the other."""
+"""Check that no two arguments of the command line name the same file, which would be overwritten."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import click
 from click.core import ParameterSource
 
 from warpvec.checks import counted, in_one_line
-from warpvec.cli.arguments import check_out, read_photo, write_svg_file
+from warpvec.cli.arguments import check_out, read_photo, write_drawing
 from warpvec.cli.loading import quick_loading
 from warpvec.errors import InputError
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from warpvec.vectorization.placeholder import Placeholder
+    from warpvec.placeholders.placeholder import Placeholder
 
 _ALLOWED = ("source", "out", "placeholder", "max_bytes", "background", "as_json", "quiet", "verbose")
-"""Parameters that a placeholder obeys. It has a fit of its own, which the others would not change."""
+"""Parameters that change a placeholder. Other settings are of other fits."""
 
 
 def run_placeholder(ctx: click.Context, source: str, out: str, options: dict[str, Any]) -> None:
@@ -36,10 +36,10 @@ def run_placeholder(ctx: click.Context, source: str, out: str, options: dict[str
         raise InputError("OUT", "must end in .svg with --placeholder, or be - for a data URI", repr(out), "rename it")
     photo = _opaque(read_photo(source, options["background"], "IN"), options["quiet"])
     with quick_loading():
-        from warpvec.vectorization.placeholder import BYTES_DEFAULT, check_bytes, fit_placeholder
+        from warpvec.placeholders.placeholder import BYTES_DEFAULT, check_bytes, fit_placeholder
     max_bytes = check_bytes(options["max_bytes"] or BYTES_DEFAULT, "--max-bytes with --placeholder")
     found = fit_placeholder(photo, max_bytes)
-    write_svg_file(found.uri + "\n" if out == "-" else found.svg, out)
+    write_drawing(found.uri + "\n" if out == "-" else found.svg, out)
     if options["as_json"] or not options["quiet"]:
         _summarize(found, photo, out, options["as_json"])
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TextIO
 
-from warpvec.fit.progress import OnProgress, Pace, Progress
+from warpvec.watch.progress import OnProgress, Pace, Progress
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import inspect
-from dataclasses import fields
+from copy import copy
 from typing import Any
 
 import click
 from click.core import ParameterSource
 
 from warpvec.cli.arguments import check_one_stdin, default_out
-from warpvec.cli.options import FLAGS, OTHER_DEFAULTS, RARE, REFUSED, SETTINGS, Setting
+from warpvec.cli.options import OPTIONS, OTHER_DEFAULTS, RARE, REFUSED, SECTIONS, Option
 from warpvec.cli.paths import check_distinct_files
-from warpvec.cli.value_types import ByteCount, CurveCount, GradientCount, Number, PaletteColors, WholeNumber
-from warpvec.config.fit_config import FitConfig
+from warpvec.cli.value_types import ValueOf
+from warpvec.config.kinds import Flag
 from warpvec.config.presets import PRESETS
 from warpvec.config.toml_file import read_settings
 from warpvec.errors import InputError
 from warpvec.files import check_writable
+from warpvec.writers.registry import WRITERS
 
 _INPUTS = {"source": "IN", "drawing": "--from", "resume": "--resume", "config_file": "--config"}
 _OUTPUTS = {
@@ -30,34 +31,22 @@ _OUTPUTS = {
 }
 """Parameter of a command -> the file's name on the command line."""
 
-_FIELDS = {field.name: field for field in fields(FitConfig)}
-_TYPES: dict[str, tuple[Any, str]] = {"int": (WholeNumber(), "N"), "float": (Number(), "X"), "str": (str, "NAME")}
-"""Type of a field -> type of its option and placeholder of the value."""
-
-_SPECIAL_TYPES: dict[str, Any] = {
-    "curves": CurveCount(),
-    "gradients": GradientCount(),
-    "palette": PaletteColors(),
-    "max_bytes": ByteCount(),
-    "target_psnr": Number(),
-    "size": str,
-}
-
 
 class SettingsCommand(click.Command):
-    """A command with an option for every row of `SETTINGS`, and with files that hold these options.
+    """A command with every option of `OPTIONS`, and with files that hold these options.
 
-    --help shows the presets, the options of daily use and the first paragraph of the docstring; --help-all shows all.
+    --help shows the presets, the options of daily use and the first paragraph of the docstring, in which
+    {suffixes} stands for the kinds of files; --help-all shows all.
     """
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        defaults = {name: field.default for name, field in _FIELDS.items()} | OTHER_DEFAULTS.get(self.name or "", {})
-        rows = {name: row for section in SETTINGS.values() for name, row in section.items()}
-        for name, row in rows.items():
-            option = _setting_option(name, row, defaults.get(name))
-            option.hidden = name in REFUSED.get(self.name or "", ())
-            self.params.append(option)
+        self.help = (self.help or "").replace("{suffixes}", ", ".join(WRITERS))
+        other_defaults = OTHER_DEFAULTS.get(self.name or "", {})
+        for name, option in OPTIONS.items():
+            added = SettingsOption(option, other_defaults.get(name, option.default))
+            added.hidden = name in REFUSED.get(self.name or "", ())
+            self.params.append(added)
         self.params += _general_options()
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -76,10 +65,12 @@ class SettingsCommand(click.Command):
         return super().invoke(ctx)
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the first paragraph of the description."""
         _write_paragraphs(formatter, self._paragraphs()[:1])
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        daily = [name for section in SETTINGS.values() for name, row in section.items() if row.daily]
+        """Write the presets and the options of daily use."""
+        daily = [name for section in SECTIONS.values() for name in section if OPTIONS[name].is_daily]
         others = [name for name in self._own_options(ctx) if name not in RARE]
         self._write_sections(ctx, formatter, {"Settings": daily, "Options": others}, full=False)
 
@@ -88,7 +79,7 @@ class SettingsCommand(click.Command):
         formatter = ctx.make_formatter()
         self.format_usage(ctx, formatter)
         _write_paragraphs(formatter, self._paragraphs())
-        sections = {"Options": self._own_options(ctx)} | {title: list(rows) for title, rows in SETTINGS.items()}
+        sections = {"Options": self._own_options(ctx)} | SECTIONS
         self._write_sections(ctx, formatter, sections, full=True)
         return formatter.getvalue().rstrip("\n")
 
@@ -96,8 +87,8 @@ class SettingsCommand(click.Command):
         return inspect.cleandoc(self.help or "").split("\n\n")
 
     def _own_options(self, ctx: click.Context) -> list[str]:
-        """Return the options that are not in `SETTINGS`; the presets have a section of their own."""
-        placed = {name for section in SETTINGS.values() for name in section} | {"preset"}
+        """Return the options that are not in `OPTIONS`; the presets have a section of their own."""
+        placed = {*OPTIONS, "preset"}
         options = [str(option.name) for option in self.get_params(ctx) if isinstance(option, click.Option)]
         return [name for name in options if name not in placed]
 
@@ -122,29 +113,43 @@ def _write_paragraphs(formatter: click.HelpFormatter, paragraphs: list[str]) -> 
         formatter.write_text("\n\n".join(paragraphs))
 
 
-def _setting_option(name: str, row: Setting, default: Any) -> click.Option:
-    """Return the option of one setting, with ``default`` in its help.
+class SettingsOption(click.Option):
+    """An option of the command line whose former name also works, on the command line and in files.
 
-    The option itself defaults to None, so that the preset decides what is not given.
+    Args:
+        option: the option.
+        default: its default for the help. The option itself defaults to None, so that the preset decides what is not
+            given.
     """
-    flag = "--" + name.replace("_", "-")
-    if name in FLAGS:
-        return click.Option([flag], is_flag=True, default=None, help=row.help)
-    field = _FIELDS.get(name)
-    text = row.help if default is None or default is False else f"{row.help} [{'on' if default is True else default}]"
-    if field is not None and field.type == "bool":
-        return click.Option([f"{flag}/--no-{flag[2:]}"], default=None, help=text)
-    if name in _SPECIAL_TYPES:
-        return click.Option([flag], type=_SPECIAL_TYPES[name], default=None, help=text, metavar=row.metavar)
-    kind, metavar = _TYPES[str(_FIELDS[name].type).removesuffix(" | None")]
-    return click.Option([flag], type=kind, default=None, help=text, metavar=row.metavar or metavar)
+
+    def __init__(self, option: Option, default: Any) -> None:
+        names = [option.name] if option.old_name is None else [option.name, option.old_name]
+        is_flag, is_silent = isinstance(option.kind, Flag), option.is_switch or default is None or default is False
+        value: dict[str, Any] = {"is_flag": True} if is_flag else {
+            "type": ValueOf(option.name, option.kind), "metavar": option.metavar or option.kind.metavar
+        }  # fmt: skip
+        shown = option.help if is_silent else f"{option.help} [{'on' if default is True else default}]"
+        flags = [_flags(name, is_pair=is_flag and not option.is_switch) for name in names]
+        super().__init__([option.name, *flags], default=None, help=shown, **value)
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Return the option as the help shows it, under its present name."""
+        shown = copy(self)
+        shown.opts, shown.secondary_opts = self.opts[:1], self.secondary_opts[:1]
+        return click.Option.get_help_record(shown, ctx)
+
+
+def _flags(name: str, *, is_pair: bool) -> str:
+    """Return the flag of the option ``name``; of a pair also the opposite flag."""
+    word = name.replace("_", "-")
+    return f"--{word}/--no-{word}" if is_pair else f"--{word}"
 
 
 def _general_options() -> list[click.Option]:
     return [
         click.Option(
             ["--config", "config_file"], metavar="FILE", is_eager=True, callback=_take_file,
-            help="Settings from a TOML file; options on the command line override it.",
+            help="Settings from a TOML file; options override them.",
         ),
         click.Option(["--write-config"], metavar="FILE", help="Write the settings of this run to a TOML file."),
         click.Option(

@@ -24,8 +24,8 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 
 from warpvec.cli.streams import prepare_streams
-from warpvec.fit import interrupt
 from warpvec.temporary_files import remove_live_files
+from warpvec.watch.interrupt import Listener
 
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """The signals that end a command. Windows has no SIGHUP."""
@@ -67,6 +67,11 @@ def raised_interrupts() -> Iterator[None]:
         yield
 
 
+def listener() -> Listener | None:
+    """Return what listens to the signals of this process, for the watch over a run; None outside of `run_command`."""
+    return _Listener.current
+
+
 class _Listener:
     """The signals of this process, and what the first of them does."""
 
@@ -82,7 +87,6 @@ class _Listener:
     def start(self) -> None:
         """Handle the signals from now on."""
         _Listener.current = self
-        interrupt.listen_to(self)
         self._pipe = os.pipe()
         if os.name != "nt":
             os.set_blocking(self._pipe[1], False)
@@ -105,7 +109,6 @@ class _Listener:
         self._thread.join()
         for end in self._pipe:
             os.close(end)
-        interrupt.listen_to(None)
         _Listener.current = None
 
     def has_signal(self) -> bool:

@@ -12,10 +12,10 @@ from warpvec.inputs import read_stream
 
 
 def prepare_streams() -> None:
-    """Open what is missing of stdin, stdout and stderr, and keep a failing stderr from ending the command.
+    """Open stdin, stdout and stderr where they are missing, and keep a failing stderr from ending the command.
 
-    A file that is opened while one of them is closed would get its number, and native code that prints would write into
-    that file. Python still knows a stream that was missing as None.
+    A file that is opened while a standard stream is closed gets the number of this stream, and native code would print
+    into the file. In Python a stream that was missing stays None.
     """
     for number in range(3):
         try:
@@ -29,7 +29,7 @@ def prepare_streams() -> None:
 
 
 def settle_stdout() -> None:
-    """Write what stdout still holds. If that fails, drop it, or Python would fail on it again as the last thing."""
+    """Write what stdout still holds. If this fails, drop the rest: Python would fail again when it ends."""
     if sys.stdout is None:
         return
     try:
@@ -73,7 +73,7 @@ def write_stdout(data: bytes) -> None:
 
 
 class _Forgiving(io.TextIOWrapper):
-    """A stderr that drops what it cannot write: a message that nobody reads is no reason to lose a fit."""
+    """A stderr that drops messages it cannot write: a lost message is no reason to lose a fit."""
 
     def write(self, text: str, /) -> int:
         try:

@@ -10,25 +10,19 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warpvec.checks import counted, in_one_line
-from warpvec.svg.print_formats import is_print_file
-from warpvec.vectorization.goal import describe
+from warpvec.config.modes import MODES
+from warpvec.goals.goal import describe
+from warpvec.writers.registry import SVG_SUFFIXES, writer_of
 
 if TYPE_CHECKING:
-    from warpvec.vectorization.result import Result
-
-_INTERNAL_IMAGES = {"exact": "as the exact renderer draws it", "splat": "of the splat renderer's soft image"}
-"""Renderer of the fit -> the image that the internal PSNR is measured on."""
-
-
-_MODES = {"photo": ("photo", "flat"), "flat": ("flat art", "photo"), "mono": ("black and white art", "flat")}
-"""Mode -> its name, and the mode that the user more likely wants if this one is wrong."""
+    from warpvec.result import Result
 
 
 def print_summary(metrics: dict[str, Any], out: str, as_json: bool, *, verbose: bool = False) -> None:
     """Print the ``metrics`` of the file ``out``: to stdout, or to stderr if ``out`` is "-" because stdout has the SVG.
 
-    ``verbose`` adds the PSNR inside the fit to the text. JSON always contains it, and so does the text for the renderer
-    splat, whose soft image differs from the file.
+    ``verbose`` adds the PSNR inside the fit to the text. JSON always contains it, and so does the text for renderers
+    whose soft image differs from the file.
     """
     text = json.dumps(_finite(metrics), allow_nan=False) if as_json else _text(metrics, out, verbose)
     click.echo(text, err=out == "-")
@@ -67,7 +61,12 @@ def _why_on_cpu(wanted: str, device: str, verbose: bool) -> str | None:
     return None if reason == NO_HARDWARE and not verbose else reason
 
 
-def _finite(value: Any) -> Any:
+def _internal_image(renderer: str) -> str:
+    """Return the image that the internal PSNR of a renderer is measured on."""
+    return "as the exact renderer draws it" if renderer == "exact" else f"of the {renderer} renderer's soft image"
+
+
+def _finite(value: object) -> Any:
     """Return ``value`` with None in place of each infinite number."""
     if isinstance(value, dict):
         return {name: _finite(item) for name, item in value.items()}
@@ -79,9 +78,10 @@ def _finite(value: Any) -> Any:
 def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     backdrops = ", over black and over white" if metrics["transparent"] else ""
     gradients = f" ({metrics['gradients']} with a gradient)" if metrics["gradients"] else ""
-    counts = f"{counted(metrics['curves'], 'curve')}{gradients}, {counted(metrics['segments'], 'segment')}"
+    counts = f"{counted(metrics['curves'], 'path')}{gradients}, {counted(metrics['segments'], 'segment')}"
+    as_svg = "" if writer_of(out).suffix in SVG_SUFFIXES else " as SVG"
     lines = [
-        f"{{out}}: {counts}, {{bytes:,}} bytes{' as SVG' if is_print_file(out) else ''}, {{gzip_bytes:,}} gzipped",
+        f"{{out}}: {counts}, {{bytes:,}} bytes{as_svg}, {{gzip_bytes:,}} gzipped",
         f"PSNR {{psnr:.2f}} dB, SSIM {{ssim:.3f}} (file drawn by resvg{backdrops})",
     ]
     if metrics.get("start_psnr") is not None:
@@ -89,23 +89,23 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     if metrics.get("unchanged"):
         lines.append("the fit found nothing better than the given drawing, which is written unchanged")
     if "internal_psnr" in metrics:
-        if verbose or metrics["renderer"] == "splat":
-            lines.append(f"PSNR {{internal_psnr:.2f}} dB inside the fit ({_INTERNAL_IMAGES[metrics['renderer']]})")
+        if verbose or metrics["renderer"] != "exact":
+            lines.append(f"PSNR {{internal_psnr:.2f}} dB inside the fit ({_internal_image(metrics['renderer'])})")
         if metrics["degree"] != 3:
             lines.append("sides of degree {degree} written as cubics within {conversion_px:.3f} px")
         stopped = ", interrupted: the best result so far" if metrics["interrupted"] else ""
         threads = f", {counted(metrics['threads'], 'thread')}" if metrics["threads"] else ""
         lines.append(f"{{iterations}} iterations in {{seconds:.1f}} s on {{device}}{threads}{stopped}")
     if metrics.get("mode_reason"):
-        name, other = _MODES[metrics["mode"]]
+        mode = MODES[metrics["mode"]]
         is_decided = metrics["mode_reason"].startswith(_BECAUSE)
-        hint = "else the picture decides" if is_decided else f"--mode {other} overrides"
-        lines.append(f"mode: {name} ({{mode_reason}}); {hint}")
+        hint = "else the picture decides" if is_decided else f"--mode {mode.likeliest_other} overrides"
+        lines.append(f"mode: {mode.title} ({{mode_reason}}); {hint}")
     left_out = [counted(count, name) for name, count in metrics.get("left_out", {}).items() if count]
     if left_out:
         lines.append("left out: " + ", ".join(left_out))
     if metrics.get("levels"):
-        parts = (f"{counted(level['curves'], 'curve')} {level['psnr']:.2f} dB" for level in metrics["levels"])
+        parts = (f"{counted(level['curves'], 'path')} {level['psnr']:.2f} dB" for level in metrics["levels"])
         lines.append("up to each level: " + ", ".join(parts))
     if metrics.get("goal"):
         lines.append(describe(metrics["goal"]))

@@ -1,38 +1,16 @@
-"""Presets: named sets of settings, each with a sentence for the help.
-
-To add a preset, add an entry to `PRESETS`, and a row to the table in the checkout's README.md.
-"""
+"""Presets: named sets of settings, each with a sentence for the help. To add a preset, add an entry to `PRESETS`."""
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any
 
 from warpvec.checks import check_choice, suggest_name
-from warpvec.config.fit_config import FitConfig
-from warpvec.config.modes import deciding_settings, given_mode
+from warpvec.config.fit_config import OLD_NAMES, SETTINGS, FitConfig
+from warpvec.config.mode_rules import deciding_settings, given_mode
+from warpvec.config.preset import Preset
+from warpvec.config.rooms import rooms
 from warpvec.errors import InputError
-
-
-class Preset(NamedTuple):
-    """A set of settings with a purpose."""
-
-    sentence: str
-    """What the preset is for, as the help says it."""
-    settings: dict[str, Any]
-    """The fields that differ from the defaults of FitConfig."""
-
-
-_PAPER_MODEL: dict[str, Any] = {
-    "mode": "photo",
-    "path_model": "sides",
-    "backdrop": "white",
-    "renderer": "splat",
-    "color_parameter": "logit",
-    "opacity_weight": 0.01,
-    "ssim_weight": 0.0,
-    "bezier_weight": 1.0,
-}
 
 MINIFIED: dict[str, Any] = {
     "segments": 3,
@@ -57,36 +35,7 @@ PRESETS = {
         "A quarter of a decibel more, for three times the time.",
         {"iterations": 6000},
     ),
-    "paper": Preset(
-        "Vector Scaffolding as published (splat renderer); slow.",
-        {
-            **_PAPER_MODEL,
-            "iterations": 5000,
-            "inflation_gap": 100,
-            "recycle_gap": 0,
-            "lr_points": 0.01,
-            "lr_color": 0.5,
-            "lr_opacity": 0.5,
-            "lr_decay": "constant",
-        },
-    ),
-    "bezier-splatting": Preset(
-        "The paper's flat baseline: all paths at once; very slow.",
-        {
-            **_PAPER_MODEL,
-            "iterations": 10_000,
-            "interior_gradient": False,
-            "policy": "replacement",
-            "z_order": "area",
-            "recycle_gap": 0,
-            "lr_points": 2e-4,
-            "lr_color": 0.01,
-            "lr_opacity": 0.01,
-            "lr_decay": "steps",
-            "xing_weight": 0.0,  # the published code of the baseline switches this term off
-        },
-    ),
-}
+} | {name: preset for room in rooms() for name, preset in room.presets.items()}
 """Preset by name; the help lists them in this order."""
 
 
@@ -100,20 +49,25 @@ def make_config(preset: str = "default", **settings: Any) -> FitConfig:
         InputError: there is no such preset or setting, or a value is out of range.
     """
     check_choice("preset", preset, tuple(PRESETS))
-    known = [field.name for field in fields(FitConfig)]
+    settings = with_new_names(settings)
     for name in settings:
-        if name not in known:
-            raise InputError(name, "is not a setting", remedy=_remedy(name, known))
+        if name not in SETTINGS:
+            raise InputError(name, "is not a setting", remedy=_remedy(name))
     usual = _usual(preset, settings)
-    config = FitConfig(**{**usual, **settings, "mode": given_mode(usual, settings)})
+    config = FitConfig(**{**usual, **settings, "mode": given_mode(usual, settings, SETTINGS)})
     if config.colors and "opacity" not in settings:
         config = replace(config, opacity="opaque")
     return config
 
 
+def with_new_names(settings: dict[str, Any]) -> dict[str, Any]:
+    """Return ``settings`` with former names replaced by the present ones."""
+    return {OLD_NAMES.get(name, name): value for name, value in settings.items()}
+
+
 def settings_of_mode(preset: str, **settings: Any) -> list[str]:
     """Return those of the ``settings`` of `make_config` that decide the mode; see `deciding_settings`."""
-    return deciding_settings(_usual(preset, settings), settings)
+    return deciding_settings(_usual(preset, settings), settings, SETTINGS)
 
 
 def _usual(preset: str, given: dict[str, Any]) -> dict[str, Any]:
@@ -127,14 +81,14 @@ def _minified(start: FitConfig, given: dict[str, Any]) -> dict[str, Any]:
 
     They are for the exact renderer and paths of cubics.
     """
-    plain, asked = FitConfig(), {**start.to_dict(), **given}
-    if asked["minify"] is not True or (asked["renderer"], asked["path_model"]) != (plain.renderer, plain.path_model):
+    asked = {**start.to_dict(), **given}
+    if asked["minify"] is not True or (asked["renderer"], asked["path_model"]) != ("exact", "segments"):
         return {}
-    return {name: value for name, value in MINIFIED.items() if getattr(start, name) == getattr(plain, name)}
+    return {name: value for name, value in MINIFIED.items() if getattr(start, name) == SETTINGS[name].default}
 
 
-def _remedy(name: str, known: list[str]) -> str:
-    """Return what to do about ``name``, which is not one of the ``known`` settings."""
+def _remedy(name: str) -> str:
+    """Return what to do about ``name``, which is no setting."""
     if name == "opaque":  # an option of the command line
         return "give opacity='opaque'"
-    return suggest_name(name, known) or "see warpvec.FitConfig for the names"
+    return suggest_name(name, SETTINGS) or "see warpvec.FitConfig for the names"

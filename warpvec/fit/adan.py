@@ -38,7 +38,7 @@ class Adan(torch.optim.Optimizer):
     """Adaptive Nesterov momentum (Xie et al. 2024, Algorithm 1) with bias correction and without weight decay.
 
     A row is an index of a parameter's first dimension, such as a path. Each row has its own age, the number of steps it
-    has taken: if its state is set to zero it moves as it would in a fresh optimizer. If a row's gradient holds a NaN or
+    has taken. A row with a state of zero moves as in a fresh optimizer. If a row's gradient holds a NaN or
     an infinity, the row takes that step with a gradient of zero.
 
     State of a parameter: ``exp_avg``, ``exp_avg_diff``, ``exp_avg_sq`` and ``previous_grad`` in its shape, and the ages

@@ -15,6 +15,7 @@ import re
 import struct
 import zipfile
 import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -26,10 +27,11 @@ from torch import Tensor
 
 from warpvec import __version__
 from warpvec.config.fit_config import FitConfig
+from warpvec.config.presets import with_new_names
 from warpvec.errors import InputError
 from warpvec.files import write_atomic
-from warpvec.fit.state import State
-from warpvec.fit.state_form import Part, Text, Whole, check_fields, require
+from warpvec.fit.state import Saving, State, digest
+from warpvec.fit.state_form import FieldSet, Integer, Text, check_fields, require
 
 FORMAT, VERSION = "warpvec checkpoint", 4
 """The version changes with the content of the state, so that an old file is refused and not misread."""
@@ -75,11 +77,29 @@ _DAMAGE_ERRORS = (
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A fit after some iteration: its settings, the digest of its target, and its state."""
+    """A fit after some iteration: settings, digest of the target, and state."""
 
     config: FitConfig
     target_digest: str
     state: State
+
+
+def saving_to(
+    path: str, every: int, config: FitConfig, target: NDArray[np.float32], on_error: Callable[[OSError], None]
+) -> Saving:
+    """Return the request to write a checkpoint of a fit of ``target`` to ``path`` after every ``every``-th iteration.
+
+    ``on_error`` is called when the file cannot be written; the fit goes on, as it is worth more than its checkpoint.
+    """
+    target_digest = digest(torch.from_numpy(target))
+
+    def save(state: State) -> None:
+        try:
+            write_checkpoint(path, Checkpoint(config, target_digest, state))
+        except OSError as error:
+            on_error(error)
+
+    return Saving(every, save)
 
 
 def write_checkpoint(path: str | os.PathLike[str], checkpoint: Checkpoint) -> None:
@@ -140,7 +160,7 @@ def read_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
         raise InputError("checkpoint", "must hold a fit", value, "start again without it") from error
 
 
-def _brief(value: Any) -> str:
+def _brief(value: object) -> str:
     """Return a text, or the repr of a number, in one line of no more than ``_SHOWN`` characters."""
     if not isinstance(value, str):
         value = repr(value) if isinstance(value, int | float) else "unknown"
@@ -155,11 +175,11 @@ def _to_checkpoint(header: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint
     """
     names = ("format", "version", "warpvec", "config", "target_digest", "state")
     texts = dict.fromkeys(("format", "warpvec", "target_digest"), Text())
-    forms = {name: texts.get(name, Part()) for name in names if name != "version"}
+    forms = {name: texts.get(name, FieldSet()) for name in names if name != "version"}
     check_fields("header", {name: value for name, value in header.items() if name != "version"}, **forms)
     state = _from_plain(header["state"], arrays)
     require(not arrays, "state", "leaves arrays unused")
-    return Checkpoint(FitConfig(**header["config"]), header["target_digest"], state)
+    return Checkpoint(FitConfig(**with_new_names(header["config"])), header["target_digest"], state)
 
 
 # Arrays
@@ -239,7 +259,7 @@ def _fill(stream: IO[bytes], array: NDArray[Any]) -> None:
 # The state as JSON
 
 
-def _to_plain(value: Any, arrays: list[Tensor]) -> Any:
+def _to_plain(value: object, arrays: list[Tensor]) -> Any:
     """Return ``value`` with each tensor moved to ``arrays`` and replaced by its index there."""
     if isinstance(value, Tensor):
         arrays.append(value)
@@ -249,10 +269,10 @@ def _to_plain(value: Any, arrays: list[Tensor]) -> Any:
     return value
 
 
-def _from_plain(value: Any, arrays: dict[str, Any]) -> Any:
+def _from_plain(value: object, arrays: dict[str, Any]) -> Any:
     """Undo `_to_plain`, and take each array out of ``arrays``: two values that shared memory would change together."""
     if isinstance(value, dict) and _TENSOR in value:
-        check_fields("array", value, **{_TENSOR: Whole(0, MAX_DIRECTORY)})
+        check_fields("array", value, **{_TENSOR: Integer(0, MAX_DIRECTORY)})
         array = arrays.pop(f"array_{value[_TENSOR]}")
         # NumPy's strides of an array without values are zeros, which Warp refuses; torch makes its own.
         return torch.from_numpy(array.reshape(-1)).reshape(array.shape)

@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any
 
 import torch
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit import schedule
-from warpvec.fit.byte_budget import ANY_FILE, Budget, Written
+from warpvec.fit.budget import ANY_FILE, Written, is_trim_due
 from warpvec.fit.clock import Clock
-from warpvec.fit.interrupt import deferred_interrupts, hold_signals
 from warpvec.fit.loop_state import check_loop
 from warpvec.fit.min_area import SmallPaths
 from warpvec.fit.node_exchange import NodeExchange
 from warpvec.fit.palette import START as PALETTE_START
 from warpvec.fit.palette import Palette, with_pure_colors
+from warpvec.fit.path_models import path_model
 from warpvec.fit.policies.prefixes import prefix_length, with_prefix
 from warpvec.fit.policies.registry import config_from_start, config_from_state, make_policy
 from warpvec.fit.policies.scaffolding import Scaffolding
 from warpvec.fit.population import Population, do_nothing
 from warpvec.fit.population_state import check_scene
-from warpvec.fit.progress import FitResult, OnProgress, Progress
 from warpvec.fit.ramps import GradientChoice
-from warpvec.fit.record import Record
+from warpvec.fit.record import FitRecord, check_history
 from warpvec.fit.regularization import Regularization
 from warpvec.fit.start import first_paths, given_paths
 from warpvec.fit.state import Saving, State
@@ -38,12 +36,15 @@ from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import is_transparent
 from warpvec.rendering.launch import resolve_device
 from warpvec.rendering.streams import on_warps_stream
+from warpvec.rendering.tile_renderer import Adjoints
+from warpvec.watch.progress import Progress
+from warpvec.watch.watch import FitResult, Part, Watch
 
 
 def fit(
     target: Tensor,
     config: FitConfig,
-    on_progress: OnProgress | None = None,
+    part: Part | None = None,
     *,
     start: Scene | None = None,
     resume: State | None = None,
@@ -58,7 +59,7 @@ def fit(
     Args:
         target: the image to fit.
         config: the settings of the fit.
-        on_progress: called after every iteration.
+        part: the part of a run that this fit is; None for a run of its own.
         start: paths to begin with, in pixels of the target. If there are fewer than ``config.curves``, the fit adds
             paths; if there are more, it keeps those with the highest removal cost.
         resume: the state of an earlier fit of the same target with the same settings, to continue.
@@ -70,19 +71,18 @@ def fit(
             state of this fit.
     """
     device = resolve_device(config.device)
-    with on_warps_stream(device), single_torch_thread(), torch.no_grad(), deferred_interrupts() as is_interrupted:
+    part = Watch(time_budget=config.time_budget).part() if part is None else part
+    with on_warps_stream(device), single_torch_thread(), torch.no_grad(), part:
         settings = config if resume is None else config_from_state(config, resume, *target.shape[:2])
-        run = _Fit(target, settings, device, on_progress, start)
+        run = _Fit(target, settings, device, part, start, saving, written)
         if resume is not None:
             run.check(resume)
             run.restore(resume)
-        run.saving, run.budget = saving, written.budget
-        run.take_grid(written.step)
         try:
-            run.iterate(is_interrupted)
+            run.iterate()
         except KeyboardInterrupt:
-            run.interrupted = True
-        return run.result()
+            part.interrupt()
+        return part.result(run.scene(), device)
 
 
 @contextmanager
@@ -104,11 +104,15 @@ class _Fit:
         image: Tensor,
         config: FitConfig,
         device: str,
-        on_progress: OnProgress | None,
+        part: Part,
         start: Scene | None,
+        saving: Saving | None,
+        written: Written,
     ) -> None:
         self._height, self._width = height, width = image.shape[:2]
-        self._device, self._on_progress = device, on_progress
+        self._device, self._part = device, part
+        self._saving, self._budget = saving, written.budget
+        self._grid = None if written.step is None else WrittenGrid(written.step)
         self._config = config = config if start is None else config_from_start(config, start, height, width)
         self._image = image.to(device, torch.float32)
         self._target = Target(self._image, config, device)
@@ -117,47 +121,38 @@ class _Fit:
         if is_transparent(image):
             # Soft alpha needs translucent paths.
             config = replace(config, opacity_weight=0.0)
-        self._regularization = Regularization(height, width, config, device, config.point_degree)
+        self._regularization = Regularization(height, width, config, device, path_model(config).degree)
         self._small_paths = SmallPaths(self._target, config)
         self._gradients = GradientChoice(self._target, config)
         self._nodes = NodeExchange(config, start)
-        self._clock = Clock(config, device)
+        self._clock = Clock(config.iterations, part, device)
         self._iteration = 0
         self._iteration_count = config.iterations
-        self._steps_before = 0  # iterations that the paths know nothing of
+        self._steps_before = 0  # iterations that the paths' own counts lack
         self._loss = torch.zeros(())
         self._outlines: OutlineStep | None = None
         self._followed: Scene | None = None  # by which the target was shifted last
-        self._record = Record(config.iterations, device)
-        self.interrupted = False
-        self.saving: Saving | None = None
-        self.budget: Budget | None = None
-        self._grid: WrittenGrid | None = None
+        self._record = FitRecord(config.iterations, device)
         if start is None:
             first = first_paths(self._image, config, self._policy)
         else:
             first = given_paths(self._image, config, self._target, start)
-        self._population = Population(first, config, max(height, width) / 2)
+        self._population = Population(first, config, max(height, width) / 2, self._grid)
         has_palette = config.palette is not None or config.colors > 0
         self._palette = Palette(config, height * width) if has_palette else None
 
-    def take_grid(self, step: tuple[float, float] | None) -> None:
-        """Let the last iterations draw paths whose points are whole multiples of ``step`` pixels, across and down."""
-        if step is not None:
-            self._grid = self._population.grid = WrittenGrid(step)
-
-    def iterate(self, is_interrupted: Callable[[], bool]) -> None:
-        """Run the loop to its end; raise KeyboardInterrupt once ``is_interrupted()``."""
+    def iterate(self) -> None:
+        """Run the loop to its end; raise KeyboardInterrupt once the user asks for the best result so far."""
         self._steps_before = self._iteration - self._population.step_count
         self._population.before_use = self._take_dropped_steps
         try:
-            self._iterate(is_interrupted)
+            self._iterate()
         finally:  # a cycle of references would keep the memory of a GPU until Python looks for cycles
             self._population.before_use = do_nothing
 
-    def _iterate(self, is_interrupted: Callable[[], bool]) -> None:
+    def _iterate(self) -> None:
         while self._iteration < self._iteration_count:
-            if is_interrupted():
+            if self._part.is_stopped():
                 raise KeyboardInterrupt
             self._sort()
             if self._grid is not None:
@@ -168,7 +163,6 @@ class _Fit:
             wants_outlines = self._nodes.is_due(self._iteration + 1, self._iteration_count)
             removal_cost = self._step(self._iteration, wants_removal_cost, wants_outlines)
             self._iteration += 1
-            hold_signals()
             self._iteration_count = self._clock.planned_iterations(self._iteration)
             is_last = self._iteration == self._iteration_count
             if is_last:
@@ -179,19 +173,18 @@ class _Fit:
                 self._change_population(removal_cost)
                 self._save()
 
-    def result(self) -> FitResult:
-        """Return the present scene, or the best one before the last change of population if an interrupted fit has
-        not become better since."""
+    def scene(self) -> Scene:
+        """Return the present scene, or a better one before the last change of the population.
+
+        Only an interrupted fit may not have become better since that change.
+        """
         self._take_dropped_steps()
         if self._palette is not None and not self._population.has_palette:  # interrupted or over before it began
             self._take_palette(self._palette)
         scene, loss = self._population.scene, float(self._loss)
-        if self.interrupted and (before := self._record.better_than(loss)) is not None:
+        if self._part.interrupted and (before := self._record.better_than(loss)) is not None:
             scene = before
-        if self._config.colors > 0:
-            scene = with_pure_colors(scene, self._image)
-        seconds = self._clock.seconds()
-        return FitResult(scene.cpu(), self._record.history, self._iteration, seconds, self.interrupted, self._device)
+        return with_pure_colors(scene, self._image) if self._config.colors > 0 else scene
 
     def _step(self, iteration: int, want_removal_cost: bool, want_outlines: bool = False) -> Tensor | None:
         """Render, differentiate the loss and update the paths; return each path's removal cost [N] on request."""
@@ -211,12 +204,12 @@ class _Fit:
             self._step_palette(adjoints, factor)
         values = (adjoints.segments, adjoints.color, adj_opacity, adjoints.background)
         self._population.step(*values, factor, self._target.fits)
-        if adjoints.end_color is not None:
+        if adjoints.end_color is not None and adjoints.geometry is not None:
             self._population.step_gradients(adjoints.end_color, adjoints.geometry, factor, self._target.fits)
         self._loss = adjoints.loss
         return adjoints.removal_cost if want_removal_cost else None
 
-    def _differentiate(self, iteration: int, want_removal_cost: bool, want_outlines: bool) -> Any:
+    def _differentiate(self, iteration: int, want_removal_cost: bool, want_outlines: bool) -> Adjoints:
         scene = self._population.live
         if want_outlines:
             adjoints, self._outlines = self._target.outline_step(scene)
@@ -230,8 +223,8 @@ class _Fit:
     def _take_dropped_steps(self, end: int | None = None) -> None:
         """Take the steps before ``end`` again that changed nothing because the renderer had no room for the paths.
 
-        Only a recorded step is dropped, and all steps after it, so the paths are still those before it. Taken again,
-        the steps change them as they would have at first.
+        The renderer drops a recorded step together with all steps after it, so the paths are unchanged since. The
+        repeated steps give the same result as steps with enough room.
         """
         if self._target.fits is None:
             return
@@ -247,7 +240,7 @@ class _Fit:
         """Return whether fills come from a palette from ``PALETTE_START`` on, and that is reached."""
         return self._palette is not None and iteration >= PALETTE_START * self._iteration_count
 
-    def _step_palette(self, adjoints: Any, factor: float) -> None:
+    def _step_palette(self, adjoints: Adjoints, factor: float) -> None:
         """Take fills from the palette, and step the palette from then on."""
         palette, population = self._palette, self._population
         assert palette is not None
@@ -267,10 +260,11 @@ class _Fit:
         """Return everything that decides the next iterations and what the fit reports."""
         return {
             **self._record.state(),
+            "history": self._part.history,
             "config": self._config.to_dict(),
             "iteration": self._iteration,
             "iteration_count": self._iteration_count,
-            "seconds": self._clock.seconds(),
+            "seconds": self._part.seconds(),
             "first_seconds": self._clock.first_seconds,
             "loss": self._loss,
             "followed": None if self._followed is None else self._followed.to_dict(),
@@ -280,10 +274,10 @@ class _Fit:
         }
 
     def check(self, state: State) -> None:
-        """Raise InputError unless ``state`` is one that :meth:`state` can have returned in a fit like this one."""
+        """Raise InputError unless :meth:`state` can have returned ``state`` in a fit with these settings."""
         check_loop(state, self._config)
         iteration, curves = state["iteration"], self._config.curves
-        self._record.check(state, curves)
+        check_history(state["history"], iteration, state["seconds"], curves)
         count = row_count("population", state["population"], "serial", curves)
         generation_max = self._policy.check(state["policy"], iteration, count)
         self._nodes.check(state["nodes"])
@@ -297,7 +291,8 @@ class _Fit:
     def restore(self, state: State) -> None:
         """Continue from ``state``, which :meth:`check` has accepted."""
         self._iteration, self._iteration_count = state["iteration"], state["iteration_count"]
-        self._clock.resume(state["seconds"], state["first_seconds"])
+        self._part.resume(state["seconds"], self._iteration, state["history"])
+        self._clock.resume(state["first_seconds"])
         self._loss = state["loss"].to(self._device)
         if state["followed"] is not None:
             self._followed = Scene.from_dict(state["followed"]).to(self._device)
@@ -308,9 +303,9 @@ class _Fit:
         self._population.restore(state["population"], self._palette)
 
     def _save(self) -> None:
-        if self.saving is not None and self._iteration % self.saving.every == 0:
+        if self._saving is not None and self._iteration % self._saving.every == 0:
             self._take_dropped_steps()
-            self.saving.save(self.state())
+            self._saving.save(self.state())
 
     def _follow(self) -> None:
         """Shift the target anew for the structural similarity of the present scene, if that is due."""
@@ -327,12 +322,12 @@ class _Fit:
         has_cut = self._small_paths.cut(self._population, iteration, iterations)
         # The removal costs do not belong to the paths that a cut leaves.
         removal_cost = None if has_cut else self._small_paths.prefer(self._population, removal_cost)
-        if self.budget is not None and removal_cost is not None:
+        if self._budget is not None and removal_cost is not None:
             if self._is_trimming(self._iteration):
-                has_cut = self.budget.trim(self._population, removal_cost, float(self._loss))
+                has_cut = self._budget.trim(self._population, removal_cost, float(self._loss))
                 removal_cost = None
             elif isinstance(self._policy, Scaffolding):
-                count = self.budget.wanted_count(self._population.live, float(self._loss), iteration, iterations)
+                count = self._budget.wanted_count(self._population.live, float(self._loss), iteration, iterations)
                 self._policy.resize(count, len(self._population))
         has_changed = self._policy.update(
             self._population, iteration, iterations, removal_cost, self._target.squared_error
@@ -344,7 +339,7 @@ class _Fit:
     def _is_trimming(self, iteration: int | None = None) -> bool:
         """Return whether paths that are too many for the file are removed after ``iteration``, by default the next."""
         iteration = self._iteration + 1 if iteration is None else iteration
-        return self.budget is not None and self.budget.is_trimming(iteration, self._iteration_count)
+        return self._budget is not None and is_trim_due(iteration, self._iteration_count)
 
     def _sort(self) -> None:
         if self._config.z_order == "area":
@@ -353,17 +348,11 @@ class _Fit:
     # Bookkeeping
 
     def _report(self) -> None:
-        is_last = self._iteration == self._iteration_count
-        if is_last or self._record.is_check_due(self._iteration):
+        iteration, count = self._iteration, self._iteration_count
+        if iteration == count or self._record.is_check_due(iteration):
             self._take_dropped_steps()
+        population = self._population
         progress = Progress(
-            self._iteration,
-            self._iteration_count,
-            len(self._population),
-            self._clock.seconds(),
-            self._loss,
-            lambda: self._population.scene,
+            iteration, count, len(population), self._part.seconds(), self._loss, lambda: population.scene
         )
-        self._record.add(progress)
-        if self._on_progress is not None:
-            self._on_progress(progress)
+        self._part.report(progress, is_entry=self._record.is_entry_due(iteration, count))

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit.progress import LOSS_MAX, SECONDS_MAX
+from warpvec.fit.record import LOSS_MAX, SECONDS_MAX
 from warpvec.fit.state import State
-from warpvec.fit.state_form import Fields, ListOf, Maybe, Number, Part, Whole, check_fields, floats, require
+from warpvec.fit.state_form import Fields, FieldSet, Integer, ListOf, Maybe, Number, check_fields, floats, require
 
 
 def check_loop(state: State, config: FitConfig) -> None:
@@ -18,18 +18,18 @@ def check_loop(state: State, config: FitConfig) -> None:
     check_fields(
         "",
         state,
-        config=Part(),  # `config_from_state` compares it
-        iteration=Whole(1, config.iterations - 1),
-        iteration_count=Whole(2 if config.time_budget is not None else config.iterations, config.iterations),
+        config=FieldSet(),  # `config_from_state` compares it
+        iteration=Integer(1, config.iterations - 1),
+        iteration_count=Integer(2 if config.time_budget is not None else config.iterations, config.iterations),
         seconds=seconds,
         first_seconds=seconds,
         loss=floats(low=0.0, high=LOSS_MAX),
-        best=Maybe(Fields({"loss": loss, "scene": Part()})),
-        followed=Maybe(Part()),
-        history=ListOf(Part()),
-        policy=Part(),
-        nodes=Part(),
-        population=Part(),
+        best=Maybe(Fields({"loss": loss, "scene": FieldSet()})),
+        followed=Maybe(FieldSet()),
+        history=ListOf(FieldSet()),
+        policy=FieldSet(),
+        nodes=FieldSet(),
+        population=FieldSet(),
     )
     require(state["iteration"] < state["iteration_count"], "iteration", "is not before the last one")
     require(state["first_seconds"] <= state["seconds"], "first_seconds", "is more than the whole time")

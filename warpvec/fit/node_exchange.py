@@ -1,4 +1,4 @@
-"""Move nodes to where they pay: new ones where the residual asks for them, for those that are worth least.
+"""Move nodes to where they pay: replace the least valuable nodes by new ones where the residual is large.
 
 `warpvec.fit.node_gains` predicts both. The number of segments stays at its mean for the paths, ``config.segments``.
 """
@@ -13,8 +13,8 @@ from warpvec.fit import schedule
 from warpvec.fit.node_gains import merge_costs, node_values
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
-from warpvec.fit.state_form import Whole, check_fields
-from warpvec.geometry.closest_cubic import Replacement
+from warpvec.fit.state_form import Integer, check_fields
+from warpvec.geometry.closest_cubic import MergedCubics
 from warpvec.geometry.quick_merge import quick_merges
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
@@ -69,7 +69,7 @@ class NodeExchange:
         Raises:
             InputError: it cannot.
         """
-        check_fields("nodes", state, surplus=Whole(0, SURPLUS_MAX))
+        check_fields("nodes", state, surplus=Integer(0, SURPLUS_MAX))
 
     def restore(self, state: State) -> None:
         """Continue from ``state``, which :meth:`check` has accepted."""
@@ -91,7 +91,7 @@ class NodeExchange:
         if len(drop):
             offset = merges.offset[drop].abs()
             area = (offset * merges.length[drop]).sum(1)
-            found = Replacement(merges.handles[drop], merges.share[drop], offset.amax(1), area)
+            found = MergedCubics(merges.handles[drop], merges.share[drop], offset.amax(1), area)
             population.merge(drop.to(device), found.to(device))
         if len(divide):
             dropped_before = torch.zeros(len(gain), dtype=torch.int64).index_fill_(0, drop, 1).cumsum(0)
@@ -99,7 +99,7 @@ class NodeExchange:
         return len(drop) + len(divide) > 0
 
     def _eligible(self, structure: Structure, gain: Tensor, length: Tensor, cost: Tensor) -> tuple[Tensor, Tensor]:
-        """Return the gains and costs [R] with those of segments that must stay as they are at 0 and infinity."""
+        """Return the gains and costs [R]; for segments that must not change, 0 and infinity."""
         fixed = torch.zeros_like(gain, dtype=torch.bool) if structure.is_line is None else structure.is_line
         before = structure.segment_previous.long()
         loop_counts = structure.loop_first_segment.long().diff()
@@ -126,7 +126,7 @@ def curve_count(structure: Structure) -> int:
 def choose(structure: Structure, gain: Tensor, cost: Tensor, excess: int) -> tuple[Tensor, Tensor]:
     """Return the rows at whose start the anchor goes, and the rows that are divided, both ascending.
 
-    A path loses at most one node at a time, and no segment is divided that becomes another one.
+    A path loses at most one node at a time. Segments that are merged are not divided.
 
     Args:
         structure: that of the scene.

@@ -80,7 +80,7 @@ def node_values(structure: Structure, outline: OutlineAdjoint, contrast: Tensor)
 
 
 def merge_costs(values: NodeValues, merges: QuickMerges) -> Tensor:
-    """Return what is lost if one cubic replaces each row and the one before it [R]."""
+    """Return the loss [R] of replacing each row and the row before it by one cubic."""
     squares = torch.minimum(merges.offset.square(), merges.offset.abs())
     return 0.5 * values.stiffness * (merges.length * squares).sum(1)
 

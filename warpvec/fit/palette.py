@@ -16,7 +16,7 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.adan import Adan, check_adan_state
 from warpvec.fit.state import State
-from warpvec.fit.state_form import Exactly, Part, Whole, check_fields, floats, require, wholes
+from warpvec.fit.state_form import Exactly, FieldSet, Integer, check_fields, floats, require, wholes
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import is_transparent
 
@@ -28,8 +28,8 @@ SWITCH_GAP = 10
 """Iterations between switches of entries; each costs a rendering."""
 
 SWITCH_SHARE = 0.1
-"""Share of the paths that switch at a time, those that gain most. If all did, paths that overlap would each correct the
-same error."""
+"""Share of the paths that switch at a time: the paths that gain most. If all paths switched, overlapping paths would
+each correct the same error."""
 
 ENTRY_RATE = 0.1
 """Learning rate of an entry over that of a path's colour: an entry recolours many paths at once."""
@@ -145,9 +145,9 @@ class Palette:
             state,
             free=floats(count, 3, low=0.0, high=1.0),
             entry=wholes(path_count + 1, high=count - 1),
-            steps=Whole(0, iteration),
+            steps=Integer(0, iteration),
             transparent=Exactly(transparent),
-            optimizer=Part(),
+            optimizer=FieldSet(),
         )
         if self._given is not None:
             require(torch.equal(state["free"].cpu(), self._given), f"{name}.free", "is not the palette of the settings")
@@ -293,7 +293,7 @@ def _dominant_colors(color: Tensor, visible_area: Tensor, count: int) -> Tensor:
 
 
 def _with_largest_errors(entries: Tensor, levels: Tensor, weight: Tensor, count: int) -> Tensor:
-    """Extend ``entries`` [K, 3] to ``count`` by those of ``levels`` [N, 3] with the largest error, one by one."""
+    """Extend ``entries`` [K, 3] to ``count``, each time by the row of ``levels`` [N, 3] with the largest error."""
     error = weight * _square_distances(levels, entries).amin(1)
     while len(entries) < count and error.max() > 0.0:
         entries = torch.cat([entries, levels[error.argmax()][None]])

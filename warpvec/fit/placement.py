@@ -9,13 +9,14 @@ from torch import Tensor
 from torch.nn.functional import pad
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.geometry.circles import arc_points, circle_points, circle_sides
+from warpvec.fit.path_models import path_model
+from warpvec.geometry.circles import arc_points
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 
 BLUR_SIGMA = 1.0
-"""Sigma of the blur of the residual, in pixels. It draws paths to errors that they can cover, not to single noisy
-pixels. Better by 0.07 dB than 2 at 256 paths (two photos), and by 0.08 dB than 4 at 512."""
+"""Sigma of the blur of the residual, in pixels. With the blur, paths go to errors that they can cover, not to single
+noisy pixels. Better by 0.07 dB than 2 at 256 paths (two photos), and by 0.08 dB than 4 at 512."""
 
 BLUR_REACH = 3
 """Radius of the blur in sigmas; 0.3 % of a Gaussian lie beyond."""
@@ -75,11 +76,11 @@ def new_paths(
     """
     if config.closing_line:
         return _closed_by_lines(center, radius, color, opacity, background, generation, config.segments)
-    spawn, size = (circle_sides, config.degree) if config.path_model == "sides" else (circle_points, config.segments)
-    unit = spawn(torch.zeros_like(center), torch.ones_like(center[:, 0]), size)
+    model = path_model(config)
+    unit = model.circles(torch.zeros_like(center), torch.ones_like(center[:, 0]))
     points = center[:, None, :] + unit * center.new_tensor(radius)
     generations = torch.full((len(center),), generation, device=center.device)
-    return Scene.uniform(points, color, opacity, background, generations, config.point_degree)
+    return Scene.uniform(points, color, opacity, background, generations, model.degree)
 
 
 def _closed_by_lines(

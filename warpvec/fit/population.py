@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit.gradients import GradientParameters
+from warpvec.fit.gradient_paints import GradientParameters
 from warpvec.fit.node_state import carried_averages
 from warpvec.fit.palette import Palette
 from warpvec.fit.parametrization import FIXED_OPACITIES, PLANES, Parametrization, fresh_planes
@@ -20,7 +20,7 @@ from warpvec.fit.state import State
 from warpvec.fit.written_grid import WrittenGrid
 from warpvec.geometry import nodes
 from warpvec.geometry.bezier import path_boxes
-from warpvec.geometry.closest_cubic import Replacement
+from warpvec.geometry.closest_cubic import MergedCubics
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene, straightened
 
@@ -30,23 +30,23 @@ class Population:
 
     Points are in units of half the canvas's longer side, as learning rates are. Opacities are logits. Colours are
     themselves or logits, depending on ``config.color_parameter``. The background is optimized too, unless
-    ``config.backdrop`` fixes it or the scene is transparent; a palette applies to a fixed background as well.
+    ``config.backdrop`` fixes it or the scene is transparent; a palette applies to a fixed background as well. The live
+    scene is rounded to the ``grid``, if there is one.
 
     Attributes:
         live: the present paths, in memory that each step overwrites. Adding or removing paths makes new memory.
-        before_use: called before the paths are read or changed otherwise than by a step. A fit on a GPU then takes the
+        before_use: hook that runs before paths are read or edited outside of `step`. A fit on a GPU then takes the
             steps again for which there was no room.
         serial: position of each path [N] in the order of creation, which the z-order by area does not keep.
-        grid: what the live scene is rounded to, None for nothing.
     """
 
     live: Scene
     _copy: Scene | None
     _prefix_counts: list[int] | None
 
-    def __init__(self, scene: Scene, config: FitConfig, half_side: float) -> None:
+    def __init__(self, scene: Scene, config: FitConfig, half_side: float, grid: WrittenGrid | None = None) -> None:
         self.before_use: Callable[[], None] = do_nothing
-        self.grid: WrittenGrid | None = None
+        self._grid = grid
         self._config = config
         self._parameters = Parametrization(half_side, config.color_parameter == "logit")
         self._fixed_background = has_fixed_background(config, scene)
@@ -123,8 +123,8 @@ class Population:
         """Take an optimizer step of the gradients, as `step` does of the other parameters."""
         assert self._gradients is not None
         self._gradients.step(adj_end_color, adj_geometry, factor, fits)
-        if self.grid is not None:
-            self.grid.round_paints(self.live)
+        if self._grid is not None:
+            self._grid.round_paints(self.live)
         self._copy = None
 
     def paint(self, rows: Tensor, scene: Scene) -> None:
@@ -254,7 +254,7 @@ class Population:
         """Divide the segments ``rows`` [K] at ``t``, as `warpvec.geometry.nodes.split` does."""
         self._edit_nodes(nodes.split(self.scene, rows, t))
 
-    def merge(self, rows: Tensor, found: Replacement | None = None) -> tuple[Tensor, Tensor]:
+    def merge(self, rows: Tensor, found: MergedCubics | None = None) -> tuple[Tensor, Tensor]:
         """Drop the anchors at the start of ``rows`` [K], as `warpvec.geometry.nodes.merge` does with ``found``.
 
         Return how far apart the outlines are [K], and the area between them [K].
@@ -270,7 +270,7 @@ class Population:
         self._edit_nodes(nodes.to_curve(self.scene, rows))
 
     def _edit_nodes(self, edit: nodes.Edit) -> tuple[Tensor, Tensor]:
-        """Take the segments of ``edit``. Their state follows from that of the segments that they come from."""
+        """Take the segments of ``edit``. The optimizer state of a new segment follows from its sources."""
         state, age = carried_averages(self._rows[0][1:], self._segment_age, edit)
         fresh = self._parameters.raw_segments(edit.scene)
         raw = torch.where(edit.is_fresh[:, None], fresh, self._rows[0][0, edit.source[:, 0]])
@@ -280,9 +280,9 @@ class Population:
         return edit.distance, edit.area
 
     def _set_live(self, scene: Scene, *, is_constrained: bool = False) -> None:
-        """Make ``scene``, which shares no memory, the live one, and prepare the step's arguments for its memory.
+        """Make ``scene`` the live scene, and prepare the arguments of the step. ``scene`` must share no memory.
 
-        A saved one is constrained already. If it is rounded too, constraints would change it and its parameters.
+        A restored scene is already constrained. Never constrain twice: constraints change rounded scenes.
         """
         scene = replace(scene, gradients=None if self._gradients is None else self._gradients.live)
         self.live, self._copy, self._prefix_counts = scene, None, None
@@ -303,8 +303,8 @@ class Population:
             self.live.color.copy_(color[:-1])
             if not self.live.transparent:
                 self.live.background.copy_(color[-1])
-        if self.grid is not None:
-            self.grid.round_in_place(self.live)
+        if self._grid is not None:
+            self._grid.round_in_place(self.live)
 
     def _free_colors(self) -> Tensor:
         """Return the colours [N + 1, 3] that the paths and, last, the background would have without a palette."""
@@ -312,4 +312,4 @@ class Population:
 
 
 def do_nothing() -> None:
-    """Do nothing: what a population does before its paths are used, unless a fit wants something else."""
+    """Do nothing: the default hook before paths are used."""

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.adan import check_averages
-from warpvec.fit.gradients import GradientParameters
+from warpvec.fit.gradient_paints import GradientParameters
 from warpvec.fit.palette import Palette, drawn_colors
 from warpvec.fit.parametrization import FIXED_OPACITIES, PLANES, Parametrization
 from warpvec.fit.state import State
@@ -18,17 +18,17 @@ from warpvec.fit.state_form import (
     Array,
     Exactly,
     Fields,
+    FieldSet,
     Form,
+    Integer,
     Maybe,
-    Part,
-    Whole,
     check_fields,
     floats,
     require,
     row_count,
     wholes,
 )
-from warpvec.geometry.gradients import RADIAL
+from warpvec.geometry.paints.registry import KINDS
 from warpvec.geometry.scene import Scene
 
 POINT_MAX = 1e9
@@ -72,9 +72,9 @@ class StateCheck:
         self._check_form(state, rows, iteration, path_count)
         check_scene("population.live", state["live"], self.like, path_count, generation_max)
         live = Scene.from_dict(state["live"])
-        is_splat = self.config.renderer == "splat"
+        has_equal_paths = self.config.renderer != "exact"
         require(live.structure.segment_count == rows, "population.live", "has other segments than the parameters")
-        require(live.is_uniform or not is_splat, "population.live", "has paths that are not drawn as splats")
+        require(live.is_uniform or not has_equal_paths, "population.live", "has paths that the renderer cannot draw")
         self._check_gradients(live, state, iteration)
         serial = state["serial"].unique()
         is_possible = len(serial) == path_count and bool((serial < state["created"]).all())
@@ -90,7 +90,7 @@ class StateCheck:
 
     def _check_form(self, state: State, rows: int, iteration: int, path_count: int) -> None:
         """Refuse ``state`` unless its fields have the shapes of ``path_count`` paths of ``rows`` segments."""
-        can_have_gradients = self.palette is None and self.config.renderer != "splat"
+        can_have_gradients = self.palette is None and self.config.renderer == "exact"
         check_fields(
             "population",
             state,
@@ -101,10 +101,10 @@ class StateCheck:
             segment_age=wholes(rows, high=iteration),
             age=wholes(path_count + 1, high=iteration),
             serial=wholes(path_count),
-            created=Whole(path_count, self.config.curves * (iteration + 1)),
-            live=Part(),
-            palette=Maybe(Part()) if self.palette else Exactly(None),
-            gradients=Maybe(Part()) if can_have_gradients else Exactly(None),
+            created=Integer(path_count, self.config.curves * (iteration + 1)),
+            live=FieldSet(),
+            palette=Maybe(FieldSet()) if self.palette else Exactly(None),
+            gradients=Maybe(FieldSet()) if can_have_gradients else Exactly(None),
         )
 
     def _check_gradients(self, live: Scene, state: State, iteration: int) -> None:
@@ -177,7 +177,7 @@ def check_scene(name: str, value: Any, like: Scene, path_count: int, generation_
 def gradient_forms(path_count: int) -> dict[str, Form]:
     """Return the forms of the gradients of ``path_count`` paths."""
     return {
-        "kind": wholes(path_count, high=RADIAL),
+        "kind": wholes(path_count, high=max(KINDS)),
         "geometry": floats(path_count, 4, low=-POINT_MAX, high=POINT_MAX),
         "end_color": floats(path_count, 3, **_UNIT),
     }

@@ -21,7 +21,7 @@ from warpvec.rendering.launch import Launcher, as_warp, start_warp
 
 
 class PopulationStep:
-    """The kernel that steps parameters by Adan and writes the scene that they stand for.
+    """The kernel that steps parameters by Adan and writes the resulting scene.
 
     Attributes:
         factor: what learning rates are multiplied by [1] (float64), in memory that the kernel reads. If it is not

@@ -8,6 +8,7 @@ from itertools import product
 import torch
 
 from warpvec.config.presets import make_config
+from warpvec.config.rooms import rooms
 from warpvec.fit.loop import fit
 from warpvec.fit.visibility import visible_areas
 from warpvec.geometry.cubics import to_cubics
@@ -19,8 +20,7 @@ _SHORT = {"curves": 4, "initial_curves": 2, "iterations": 8, "inflation_gap": 1,
 _KINDS = (
     {"preset": "default", "recycle_gap": 1, "recycle_share": 0.5},
     {"preset": "default", "recycle_gap": 1, "recycle_share": 0.5, "gradients": 1.0},
-    {"preset": "paper", "samples": 2, "lines": 1},
-    {"preset": "paper", "samples": 2, "lines": 1, "covariance_gradient": True},
+    *(fit for room in rooms() for fit in room.short_fits),
 )
 
 
@@ -35,7 +35,7 @@ def compile_kernels(device: str = "auto") -> float:
     start = time.perf_counter()
     target = torch.linspace(0.0, 1.0, 16 * 16 * 3).reshape(16, 16, 3)
     for where, kind in product({resolve_device(device), "cpu"}, _KINDS):
-        config = make_config(**{**_SHORT, **kind, "device": where})  # type: ignore[arg-type]
+        config = make_config(**{**_SHORT, **kind, "device": where})
         scene = fit(target, config).scene
         draw_pixels(scene, 16, 16, **config.render_settings)
         visible_areas(to_cubics(scene)[0], 16, 16)

@@ -1,6 +1,6 @@
-"""Find the paths for which a gradient pays, and give them one.
+"""Find the paths for which a gradient pays, and add these gradients.
 
-A flat path may become a linear gradient. What that gains is known beforehand, because the image is affine in the colour
+A flat path may become a linear gradient. The gain is known beforehand, because the image is affine in the colour
 of a path: the gain follows from the first moments of the residual over the visible pixels of the path. Let w(p) be the
 visible share of the path in pixel p, g(p) the adjoint of the image, and let its colour change by the ramp B (p - m)
 about its mean position m, with B [3, 2]. The mean squared error then changes by the sum of tr(B' G) + scale tr(B S B')
@@ -17,12 +17,12 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from warpvec.config.fit_config import FitConfig
-from warpvec.config.rules import AUTO
+from warpvec.config.fit_config import AUTO, FitConfig
 from warpvec.fit.population import Population
 from warpvec.fit.target import Target
 from warpvec.geometry.bezier import path_boxes
-from warpvec.geometry.gradients import FLAT, LINEAR, Gradients
+from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.paints.registry import FLAT, LINEAR
 from warpvec.geometry.scene import Scene
 
 SPREAD_MIN = 0.25

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Literal
 
 from warpvec.config.fit_config import FitConfig
 
@@ -38,20 +37,13 @@ RATE_STEPS = ((0.9, 0.1), (0.6, 0.2), (0.5, 0.5))
 """Learning rates have the second number as a factor from the first number, a share of the run, on. These are Bezier
 Splatting's steps after 5000, 6000 and 9000 of its 10,000 iterations."""
 
-REPLACEMENT_SHARE = 0.05
-"""Largest gap between replacements as a share of the iterations: Bezier Splatting's 500 of 10,000."""
-
-REPLACEMENT_SPAN = (0.1, 0.92)
-"""Shares of the run between which paths are replaced: Bezier Splatting's iterations 1000 to 9200 of 10,000, the last
-one excluded."""
-
 
 # The population.
 
 
 def population(k: int, config: FitConfig) -> int:
     """Return the number of paths after k inflations: min(N0 growth^k, N), rounded (halves up); N if flat."""
-    if config.flat or k >= _generations_to(config.curves, config):
+    if config.one_generation or k >= _generations_to(config.curves, config):
         return config.curves
     return min(math.floor(config.initial_curves * config.growth**k + 0.5), config.curves)
 
@@ -62,7 +54,7 @@ def inflation_count(config: FitConfig) -> int:
     Raises:
         InputError: there are fewer than N paths at the start, and no growth.
     """
-    return 0 if config.flat else _last_generation(config)
+    return 0 if config.one_generation else _last_generation(config)
 
 
 def inflation_steps(config: FitConfig, iterations: int) -> list[int]:
@@ -101,7 +93,7 @@ def grow_from(config: FitConfig, count: int, height: int, width: int) -> FitConf
     radius = recycling_radius(replace(config, curves=count), height, width)
     return replace(
         config,
-        flat=False,
+        one_generation=False,
         initial_curves=count,
         growth=growth,
         initial_radius=2.0 * radius / max(height, width),
@@ -119,8 +111,8 @@ def radius(k: int, config: FitConfig, height: int, width: int) -> float:
     the last generation of a fit that is not flat: 0.008 of half the side for 512 paths. Bezier Splatting, which is
     flat, takes 0.01.
     """
-    if config.flat:
-        k = _last_generation(replace(config, flat=False))
+    if config.one_generation:
+        k = _last_generation(replace(config, one_generation=False))
     first = config.initial_radius * max(height, width) / 2
     return max(first * config.radius_decay**k, RADIUS_MIN)
 
@@ -147,8 +139,10 @@ def lr_factor(iteration: int, config: FitConfig, iterations: int) -> float:
 
 
 def is_recycling(iteration: int, config: FitConfig, iterations: int) -> bool:
-    """Return whether a recycling is due: every ``recycle_gap`` iterations after the last inflation, until
-    ``recycle_until`` of the run."""
+    """Return whether a recycling is due after ``iteration``.
+
+    It is due every ``recycle_gap`` iterations after the last inflation, until the share ``recycle_until`` of the run.
+    """
     if config.recycle_gap == 0 or iteration > config.recycle_until * iterations:
         return False
     since_full = iteration - max(inflation_steps(config, iterations), default=0)
@@ -174,26 +168,3 @@ def shifts_target(iteration: int, config: FitConfig) -> bool:
     It is not where levels of detail are fitted: a prefix would need a shift of its own.
     """
     return config.ssim_weight > 0.0 and not config.lod and iteration % SHIFT_GAP == 0
-
-
-def replacement_gap(config: FitConfig) -> int:
-    """Return the iterations between removals and additions: ``replace_gap``, or fewer in a short run if
-    ``shorten_gap`` is on."""
-    longest = max(1, int(REPLACEMENT_SHARE * config.iterations))
-    return min(config.replace_gap, longest) if config.shorten_gap else config.replace_gap
-
-
-def replacement_due(iteration: int, config: FitConfig, iterations: int) -> Literal["removal", "addition"] | None:
-    """Return what the policy "replacement" does after ``iteration``: removal and addition take turns at every gap.
-
-    After an odd number of gaps a removal is due if it and the addition that follows lie in ``REPLACEMENT_SPAN``. After
-    an even number an addition is due wherever it lies: a time budget may have shortened the run since the removal.
-    """
-    gap = replacement_gap(config)
-    gaps, rest = divmod(iteration, gap)
-    if rest:
-        return None
-    if gaps % 2 == 0:
-        return "addition"
-    first, end = (share * iterations for share in REPLACEMENT_SPAN)
-    return "removal" if iteration >= first and iteration + gap < end else None

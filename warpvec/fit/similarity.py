@@ -23,7 +23,7 @@ from warpvec.image.metrics import SSIM_C1, SSIM_C2, SSIM_WINDOW
 class Similarity:
     """SSIM of images with a ``target`` [h, w, 3], in windows as in `warpvec.image.metrics.ssim`.
 
-    It is the sum over the windows divided by h w, so that the windows that the border lacks do not change its scale.
+    The sum over the windows is divided by h w, although there are no windows at the border: sizes stay comparable.
     """
 
     def __init__(self, target: Tensor) -> None:

@@ -25,7 +25,7 @@ def given_paths(image: Tensor, config: FitConfig, target: Target, start: Scene) 
     """Return the paths of ``start`` with the highest removal cost, or all if there are no more than N."""
     scene = start.to(image.device)
     if len(scene) > config.curves:
-        removal_cost = target.fit_step(scene, True).removal_cost
+        removal_cost = target.removal_costs(scene)
         scene = scene.select(removal_cost.topk(config.curves).indices.sort().values)
     return as_transparent_as(image, scene)
 

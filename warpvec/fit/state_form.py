@@ -69,7 +69,7 @@ def wholes(*shape: int, low: int = 0, high: int = _WHOLE_MAX) -> Array:
 
 
 @dataclass(frozen=True)
-class Whole:
+class Integer:
     """A whole number from ``low`` to ``high``."""
 
     low: int
@@ -123,14 +123,14 @@ class Fields:
 
     def check(self, name: str, value: Any) -> None:
         """Raise the error of `damaged` unless ``value`` has all fields in their forms."""
-        Part().check(name, value)
+        FieldSet().check(name, value)
         require(value.keys() == self.forms.keys(), name, f"does not have the fields {', '.join(self.forms)}")
         for field, form in self.forms.items():
             form.check(f"{name}.{field}" if name else field, value[field])
 
 
 @dataclass(frozen=True)
-class Part:
+class FieldSet:
     """A dictionary that its own part of the fit checks."""
 
     def check(self, name: str, value: Any) -> None:
@@ -170,7 +170,7 @@ def check_fields(name: str, value: Any, **forms: Form) -> None:
 
 def row_count(name: str, part: Any, field: str, high: int) -> int:
     """Return the length, at most ``high``, of the array ``field`` of ``part``, which is not checked yet."""
-    Part().check(name, part)
+    FieldSet().check(name, part)
     rows = part.get(field)
     is_array = isinstance(rows, Tensor) and rows.dim() > 0
     require(is_array and len(rows) <= high, f"{name}.{field}", f"is not an array of at most {high} rows")

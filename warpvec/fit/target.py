@@ -5,21 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import reduce
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
 from torch.nn.functional import avg_pool2d
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.fit.path_models import path_model
 from warpvec.fit.similarity import Similarity
-from warpvec.geometry.gradients import LINEAR, Gradients
+from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.paints.registry import LINEAR
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import ALPHA_MIN, MATTES, is_transparent, over, premultiplied
 from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.outline_adjoint import OutlineAdjoint
 from warpvec.rendering.registry import make_renderer
+from warpvec.rendering.tile_renderer import Adjoints
 
 
 class OutlineStep(NamedTuple):
@@ -43,16 +46,18 @@ class Target:
     two together: the more a path lets through, the more its pixels differ between the mattes.
 
     Attributes:
+        device: where the image is.
         fits: [1] float64 on the device, or None where every step fits. It is 1, or -1 from the first step on that
-            exceeded the renderer's capacity until :meth:`make_room`. Paths and optimizer state must then stay as they
-            are: such a step has adjoints of zero, and the steps after it belong to paths that have moved on.
+            exceeded the renderer's capacity until :meth:`make_room`. Paths and optimizer state must then not change:
+            the adjoints of such a step are zero.
     """
 
     def __init__(self, image: Tensor, config: FitConfig, device: str) -> None:
-        self._views = list(_views(image))
+        self.device = device
+        self._views = list(_views(image.to(device, torch.float32)))
         height, width = image.shape[:2]
         self._renderer = make_renderer(
-            height=height, width=width, device=device, degree=config.point_degree, **config.render_settings
+            height=height, width=width, device=device, degree=path_model(config).degree, **config.render_settings
         )
         self._prepared = [(self._renderer.prepare_target(pixels), matte) for pixels, matte in self._views]
         # What the views are compared with; with `follow` not the views themselves.
@@ -63,7 +68,7 @@ class Target:
         may_drop = any(step.may_drop for step in self._steps)
         self.fits = torch.ones_like(self._renderer.fits) if may_drop else None
 
-    def fit_step(self, scene: Scene, want_removal_cost: bool) -> Any:
+    def fit_step(self, scene: Scene, want_removal_cost: bool) -> Adjoints:
         """Return the loss (mean squared error) of ``scene``, its adjoints and, on request, each path's removal cost.
 
         The next step overwrites the memory of all but the loss.
@@ -75,6 +80,12 @@ class Target:
             ]
         )
         return replace(adjoints, canvas_sums=adjoints.canvas_sums.clone())
+
+    def removal_costs(self, scene: Scene) -> Tensor:
+        """Return how the loss of ``scene`` rises without each path [N]."""
+        costs = self.fit_step(scene, True).removal_cost
+        assert costs is not None  # they were asked for
+        return costs
 
     def follow(self, scene: Scene, weight: float) -> None:
         """Let adjoints, removal costs and errors of the next steps contain 1 - SSIM of ``scene``.
@@ -92,8 +103,8 @@ class Target:
             self._renderer.change_shift(self._prepared[view][0], shift)
             self._aims[view] = pixels + shift[..., None]
 
-    def outline_step(self, scene: Scene) -> tuple[Any, OutlineStep]:
-        """Return what `fit_step` does with removal costs, and what it tells of the outlines of ``scene``.
+    def outline_step(self, scene: Scene) -> tuple[Adjoints, OutlineStep]:
+        """Return the adjoints of `fit_step` with removal costs, and figures along the outlines of ``scene``.
 
         Only the exact renderer can.
         """
@@ -102,12 +113,12 @@ class Target:
             parts.append(self._take(step, _over(scene, matte), prepared, True))
             outlines.append(self._exact.outline_adjoint(scene))
         adjoints = _mean_adjoints(parts)
-        contrast = adjoints.removal_cost + scene.opacity * adjoints.opacity
+        contrast = adjoints.contrast(scene.opacity)
         outline = OutlineStep(reduce(OutlineAdjoint.averaged, outlines), contrast.cpu().double())
         return replace(adjoints, canvas_sums=adjoints.canvas_sums.clone()), outline
 
-    def _take(self, step: RecordedStep, *inputs: Any) -> Any:
-        adjoints = step.take(*inputs)
+    def _take(self, step: RecordedStep, scene: Scene, prepared: Tensor, want_removal_cost: bool) -> Adjoints:
+        adjoints = step.take(scene, prepared, want_removal_cost)
         if self.fits is not None:  # the renderer tells of its last drawing only
             torch.minimum(self.fits, self._renderer.fits, out=self.fits)
         return adjoints
@@ -141,7 +152,7 @@ class Target:
         red = adjoints.color[:, 0] if adjoints.end_color is None else adjoints.color[:, 0] + adjoints.end_color[:, 0]
         return torch.cat([red, adjoints.background[:1]])
 
-    def random_adjoints(self, scene: Scene, generator: torch.Generator) -> Iterator[Any]:
+    def random_adjoints(self, scene: Scene, generator: torch.Generator) -> Iterator[Adjoints]:
         """Yield the adjoints of ``scene`` for an image of random signs, over each matte if there are any.
 
         They are scaled so that the sum of their squares over the mattes is, like the loss, a mean over these.
@@ -265,7 +276,7 @@ def _views(image: Tensor) -> Iterator[tuple[Tensor, Tensor | None]]:
         yield over(image, matte), image.new_full((3,), matte)
 
 
-def _mean_adjoints(adjoints: list[Any]) -> Any:
+def _mean_adjoints(adjoints: list[Adjoints]) -> Adjoints:
     if len(adjoints) == 1:
         return adjoints[0]
     names = [name for name, value in vars(adjoints[0]).items() if value is not None]

@@ -24,8 +24,8 @@ VISIBLE_AREA_MIN = 1.0
 level of 255, so the path may change no pixel; a rendering without it tells."""
 
 CHANGE_MIN = 1.0 / 255.0**2
-"""A path is a candidate too if its removal changes the image (squared, summed over pixels and channels) by less than
-one level of 255 in one pixel. However large its visible area is, it then has the colour of what is below."""
+"""Largest change of the image by the removal of a path that may be invisible, squared and summed over pixels and
+channels: one level of 255 in one pixel. Such a path may be large, in the colour of the paths below."""
 
 RENDERINGS_MAX, RENDERED_BYTES_MAX = 8, 2**26
 """Max number of renderings in the search for invisible paths, and max bytes of all their pixels. Each costs as much as
@@ -64,7 +64,7 @@ def removal_changes(scene: Scene, height: int, width: int, threads: int | None =
     target = scene.segments.new_full((height, width, 4 if scene.transparent else 3), 0.5)
     adjoints = Target(target, FitConfig(threads=threads), "cpu").fit_step(scene, True)
     # The loss is a parabola in the opacity. Without its slope, which depends on the target, it is the image's change.
-    changes: Tensor = 3 * height * width * (adjoints.removal_cost + scene.opacity * adjoints.opacity)
+    changes = 3 * height * width * adjoints.contrast(scene.opacity)
     return changes.clamp_min(0.0)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
@@ -11,56 +10,15 @@ import torch
 from numpy.typing import NDArray
 
 from warpvec.errors import InputError
+from warpvec.flat.constants.curves import CURVES
+from warpvec.flat.constants.mono import MONO
 from warpvec.flat.curves.contours import contours_of
-from warpvec.flat.curves.curve_fitting import TOLERANCE, fit_loops
+from warpvec.flat.curves.curve_fitting import fit_loops
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
+from warpvec.watch.watch import UNWATCHED, Watch
 
 Floats = NDArray[np.float64]
-
-MIN_AREA = 2.0
-"""Specks and holes of fewer square pixels are left out. It is what potrace calls turdsize, with potrace's default."""
-
-TWO_LEVEL_SHARE = 0.02
-"""A picture has two levels only if fewer of its pixels along edges lie in between; else over half of them do."""
-
-_BETWEEN = 0.1
-"""A level is in between if it is so far from both ink and paper, as a share of their difference."""
-
-STAIRCASE_BLUR = 0.45
-"""Standard deviation in pixels of the blur of pictures of two levels, which makes slopes of their staircases. More of
-it closes the gaps between the lines of an engraving, and opens thin lines."""
-
-STAIRCASE_TOLERANCE = 0.5
-"""Tolerance in pixels for pictures of two levels: an edge may lie anywhere within a pixel of a staircase."""
-
-NOISE_DEVIATIONS = 3.0
-"""Standard deviations of the noise that the tolerance grows by, because every outline has some points that far off."""
-
-_EDGE_SLOPE = 0.4
-"""Least change of coverage per pixel across an edge of a usual scan; noise over it is the error of the edge's place."""
-
-SHARP_EDGE = 0.6
-"""Edges as sharp as those of a renderer change by 0.68 to 0.75 from one pixel to the next, in the median; those of a
-scanner, which blurs by half a pixel and more, by 0.45 to 0.52. Where edges are sharp, sums of coverage are exact
-(`contours_of`); where they are not, interpolation is, and it suffers less from noise."""
-
-_SOLID_COUNT = 64
-"""Least number of pixels inside of strokes that tell the level of ink; without them all strokes are thin."""
-
-_THIN_QUANTILE = 0.1
-"""Share of the ink's pixels that are as dark as ink, where all strokes are thin."""
-
-_BINS = 256
-"""Levels of the histogram, as many as those of eight bits."""
-
-OUTLINES_MAX = 4096
-"""Most outlines of a picture, the largest of it. A page of small text has 3,000; noise has any number, of which each
-takes two milliseconds."""
-
-
-OUTLINES_AT_ONCE = 256
-"""Outlines that are fitted together; half a second of them passes before Ctrl-C is noticed."""
 
 Curves = tuple[Floats, NDArray[np.bool_]]
 """The control points [n, 3, 2] of a loop, and a mask of its lines [n]."""
@@ -86,7 +44,7 @@ def trace_mono(
     threshold: float | Literal["auto"] = "auto",
     *,
     tolerance: float | None = None,
-    min_area: float = MIN_AREA,
+    min_area: float = MONO.area_min,
 ) -> Scene:
     """Return the scene of `mono_tracing`."""
     return mono_tracing(image, threshold, tolerance=tolerance, min_area=min_area).scene
@@ -97,8 +55,8 @@ def mono_tracing(
     threshold: float | Literal["auto"] = "auto",
     *,
     tolerance: float | None = None,
-    min_area: float = MIN_AREA,
-    is_over: Callable[[], bool] = bool,
+    min_area: float = MONO.area_min,
+    watch: Watch = UNWATCHED,
 ) -> MonoTracing:
     """Trace what is darker than ``threshold`` in an image, over white, as one compound path in black.
 
@@ -109,7 +67,7 @@ def mono_tracing(
         threshold: a level in [0, 255]; "auto" for the middle between ink and paper, which Otsu's threshold tells apart.
         tolerance: largest distance in pixels between an outline and its curves; None for one that suits the noise.
         min_area: specks and holes of fewer square pixels are left out.
-        is_over: says whether the outlines so far must do, the largest first.
+        watch: the watch over the run. When it is over, the outlines so far must do, the largest first.
 
     Raises:
         InputError: the threshold is not in [0, 255].
@@ -122,16 +80,18 @@ def mono_tracing(
     if has_two_levels(coverage):
         from scipy.ndimage import gaussian_filter
 
-        tolerance = STAIRCASE_TOLERANCE if tolerance is None else tolerance
-        outlines = _interpolated(gaussian_filter(coverage, STAIRCASE_BLUR))
+        tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
+        outlines = _interpolated(gaussian_filter(coverage, MONO.staircase_blur))
     else:
         tolerance = (
-            max(TOLERANCE, NOISE_DEVIATIONS * _noise(coverage) / _EDGE_SLOPE) if tolerance is None else tolerance
+            max(CURVES.tolerance, MONO.noise_deviations * _noise(coverage) / MONO.edge_slope)
+            if tolerance is None
+            else tolerance
         )
-        outlines = contours_of(coverage) if _sharpness(coverage) >= SHARP_EDGE else _interpolated(coverage)
+        outlines = contours_of(coverage) if _sharpness(coverage) >= MONO.sharp_edge else _interpolated(coverage)
     by_area = sorted(outlines, key=lambda outline: -abs(_area(outline)))
-    kept = [outline for outline in by_area[:OUTLINES_MAX] if abs(_area(outline)) >= min_area]
-    fitted = _fitted(kept, tolerance, is_over)
+    kept = [outline for outline in by_area[: MONO.outlines_max] if abs(_area(outline)) >= min_area]
+    fitted = _fitted(kept, tolerance, watch)
     return MonoTracing(_scene(fitted), 255.0 * levels.threshold, len(outlines) - len(fitted))
 
 
@@ -156,8 +116,8 @@ def find_levels(gray: Floats, threshold: float | None = None) -> Levels:
     from scipy.ndimage import binary_erosion
 
     solid = binary_erosion(is_ink)
-    darkest = float(np.quantile(gray[is_ink], _THIN_QUANTILE))
-    ink = float(np.median(gray[solid])) if solid.sum() >= _SOLID_COUNT else darkest
+    darkest = float(np.quantile(gray[is_ink], MONO.thin_quantile))
+    ink = float(np.median(gray[solid])) if solid.sum() >= MONO.solid_count else darkest
     paper = max(float(np.median(gray[~is_ink])), ink + 1.0 / 255.0)
     return Levels(ink, paper, (ink + paper) / 2 if threshold is None else threshold)
 
@@ -167,7 +127,7 @@ def otsu_threshold(gray: Floats) -> float:
 
     An image of one level is parted at 0.5. Source: Otsu, A threshold selection method from gray-level histograms, 1979.
     """
-    counts, edges = np.histogram(gray, bins=_BINS, range=(0.0, 1.0))
+    counts, edges = np.histogram(gray, bins=MONO.bins, range=(0.0, 1.0))
     levels = (edges[:-1] + edges[1:]) / 2
     below, sums = np.cumsum(counts)[:-1].astype(np.float64), np.cumsum(counts * levels)
     above = gray.size - below
@@ -185,8 +145,8 @@ def has_two_levels(coverage: Floats) -> bool:
     """Return whether almost no pixel along the edges of ``coverage`` [h, w] in [0, 1] is partly covered."""
     ink = coverage > 0.5
     edge_count = int((ink[:, 1:] != ink[:, :-1]).sum() + (ink[1:] != ink[:-1]).sum())
-    between = int(((coverage > _BETWEEN) & (coverage < 1 - _BETWEEN)).sum())
-    return between < TWO_LEVEL_SHARE * edge_count
+    between = int(((coverage > MONO.between_levels) & (coverage < 1 - MONO.between_levels)).sum())
+    return between < MONO.two_level_share * edge_count
 
 
 def _gray(image: NDArray[Any]) -> Floats:
@@ -231,13 +191,13 @@ def _area(outline: Floats) -> float:
     return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()) / 2
 
 
-def _fitted(outlines: list[Floats], tolerance: float, is_over: Callable[[], bool]) -> list[Curves]:
-    """Return the curves of ``outlines``, or of the first of them once ``is_over``."""
+def _fitted(outlines: list[Floats], tolerance: float, watch: Watch) -> list[Curves]:
+    """Return the curves of ``outlines``, or of the first of them once the ``watch`` is over."""
     fitted: list[Curves] = []
-    for first in range(0, len(outlines), OUTLINES_AT_ONCE):
-        if fitted and is_over():
+    for first in range(0, len(outlines), MONO.outlines_at_once):
+        if fitted and watch.is_over():
             break
-        fitted += fit_loops(outlines[first : first + OUTLINES_AT_ONCE], tolerance)
+        fitted += fit_loops(outlines[first : first + MONO.outlines_at_once], tolerance)
     return fitted
 
 

@@ -2,50 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from warpvec.flat.curves.curve_fitting import TOLERANCE, fit_loops
+from warpvec.flat.constants.curves import CURVES
+from warpvec.flat.constants.drawing import DRAWING
+from warpvec.flat.curves.curve_fitting import fit_loops
 from warpvec.flat.layers.outlines import outlines
-from warpvec.flat.layers.stacking import Layer, stack
+from warpvec.flat.layers.stacking import StackedLayer, stack
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
 from warpvec.flat.regions.regions import Regions
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
+from warpvec.watch.watch import UNWATCHED, Watch
 
 Floats = NDArray[np.float64]
 
-LAYERS_MIN = 16
-"""Layers that are drawn even if the time is over: with none, nothing would be seen."""
 
-LAYERS_AT_ONCE = 32
-"""Layers whose outlines are fitted together. The memory of a thousand together is 300 MB."""
-
-
-def scene_of(regions: Regions, tolerance: float = TOLERANCE, is_over: Callable[[], bool] = bool) -> Scene:
+def scene_of(regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch = UNWATCHED) -> Scene:
     """Return the drawing of ``regions``: a path for each layer, on the canvas's paint or none.
 
     Args:
         regions: regions of a picture.
         tolerance: largest distance in pixels between the outlines in the picture and the curves.
-        is_over: says whether the layers so far must do, the lowest first.
+        watch: the watch over the run. When it is over, the layers so far must do, the lowest first.
     """
-    if is_over():
-        regions = with_fewer_regions(regions, LAYERS_MIN + 1)  # and the canvas
-    layers: list[Layer] = []
+    if watch.is_over():
+        regions = with_fewer_regions(regions, DRAWING.layers_min + 1)  # and the canvas
+    layers: list[StackedLayer] = []
     loops: list[list[Floats]] = []
     for layer in stack(regions):
-        if is_over() and len(layers) >= LAYERS_MIN:
+        if watch.is_over() and len(layers) >= DRAWING.layers_min:
             break
         found = outlines(regions, layer)
         if found:
             layers.append(layer)
             loops.append(found)
-    fits = _fitted(loops, tolerance, is_over)
+    fits = _fitted(loops, tolerance, watch)
     flat = [fit for found in fits for fit in found]
     segments = np.concatenate([segments for segments, _ in flat]) if flat else np.zeros((0, 3, 2))
     is_line = np.concatenate([mask for _, mask in flat]) if flat else np.zeros(0, bool)
@@ -55,20 +52,20 @@ def scene_of(regions: Regions, tolerance: float = TOLERANCE, is_over: Callable[[
 
 
 def _fitted(
-    loops: Sequence[Sequence[Floats]], tolerance: float, is_over: Callable[[], bool]
+    loops: Sequence[Sequence[Floats]], tolerance: float, watch: Watch
 ) -> list[list[tuple[Floats, NDArray[np.bool_]]]]:
-    """Return the curves of the ``loops`` of each layer, or of the lowest layers once ``is_over``."""
+    """Return the curves of the ``loops`` of each layer, or of the lowest layers once the ``watch`` is over."""
     fits: list[list[tuple[Floats, NDArray[np.bool_]]]] = []
-    for first in range(0, len(loops), LAYERS_AT_ONCE):
-        if is_over() and len(fits) >= LAYERS_MIN:
+    for first in range(0, len(loops), DRAWING.layers_at_once):
+        if watch.is_over() and len(fits) >= DRAWING.layers_min:
             break
-        some = loops[first : first + LAYERS_AT_ONCE]
+        some = loops[first : first + DRAWING.layers_at_once]
         found = iter(fit_loops([loop for each in some for loop in each], tolerance))
         fits += [[next(found) for _ in each] for each in some]
     return fits
 
 
-def _painted(regions: Regions, layers: Sequence[Layer], segments: torch.Tensor, structure: Structure) -> Scene:
+def _painted(regions: Regions, layers: Sequence[StackedLayer], segments: torch.Tensor, structure: Structure) -> Scene:
     rows = [layer.members[0] for layer in layers]
     color, opacity, geometry, end_color = (
         torch.from_numpy(values[rows]).float()

@@ -44,7 +44,7 @@ _RIDGE = 1e-9
 
 
 @dataclass(frozen=True)
-class Replacement:
+class MergedCubics:
     """A cubic for each of K pairs.
 
     Attributes:
@@ -60,12 +60,12 @@ class Replacement:
     distance: Tensor
     area: Tensor
 
-    def to(self, device: torch.device | str) -> Replacement:
+    def to(self, device: torch.device | str) -> MergedCubics:
         """Return the cubics in the memory of ``device``."""
-        return Replacement(*(getattr(self, name).to(device) for name in Replacement.__dataclass_fields__))
+        return MergedCubics(*(getattr(self, name).to(device) for name in MergedCubics.__dataclass_fields__))
 
 
-def closest_cubic(first: Tensor, second: Tensor, is_line: Tensor) -> Replacement:
+def closest_cubic(first: Tensor, second: Tensor, is_line: Tensor) -> MergedCubics:
     """Return the cubic that replaces ``first`` and then ``second`` [K, 4, 2], where a row ``is_line`` [K] a line.
 
     The sum of squared distances is least, from points on the old cubics to the closest on the new one. Two pieces of
@@ -75,11 +75,11 @@ def closest_cubic(first: Tensor, second: Tensor, is_line: Tensor) -> Replacement
     """
     parts = zip(*(torch.split(values, _CHUNK) for values in (first, second, is_line)), strict=True)
     found = [_replaced(*part) for part in parts]
-    names = Replacement.__dataclass_fields__
-    return Replacement(**{name: torch.cat([getattr(each, name) for each in found]) for name in names})
+    names = MergedCubics.__dataclass_fields__
+    return MergedCubics(**{name: torch.cat([getattr(each, name) for each in found]) for name in names})
 
 
-def _replaced(first: Tensor, second: Tensor, is_line: Tensor) -> Replacement:
+def _replaced(first: Tensor, second: Tensor, is_line: Tensor) -> MergedCubics:
     points, weights = _sampled(first, second)
     candidates = _handle_share(first, second), _length_share(first, second)
     share = torch.cat(candidates).clamp(_SHARE_MIN, 1.0 - _SHARE_MIN)
@@ -91,7 +91,7 @@ def _replaced(first: Tensor, second: Tensor, is_line: Tensor) -> Replacement:
     parameters = torch.where(is_later, parameters[count:], parameters[:count])
     share = parameters[:, _SAMPLES].clamp(_SHARE_MIN, 1.0 - _SHARE_MIN)
     old, new = _corresponding(first, second, _control(points, handles), parameters)
-    return Replacement(handles, share, (new - old).norm(dim=-1).amax(1), area_between(old, new))
+    return MergedCubics(handles, share, (new - old).norm(dim=-1).amax(1), area_between(old, new))
 
 
 def area_between(old: Tensor, new: Tensor) -> Tensor:

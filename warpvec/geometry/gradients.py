@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -10,13 +9,8 @@ import torch
 from torch import Tensor
 
 from warpvec.errors import InputError
-
-FLAT, LINEAR, RADIAL = 0, 1, 2
-"""Kinds of paint."""
-
-EXTENT_MIN = 1.0e-3
-"""Length or radius in pixels below which a gradient counts as degenerate: its colours change within one pixel, so it
-shows its end colour, and its derivatives, which grow as 1 / length, would say nothing."""
+from warpvec.geometry.paints.kind import GradientKind
+from warpvec.geometry.paints.registry import FLAT, KINDS, unknown_kind
 
 
 @dataclass(frozen=True)
@@ -27,9 +21,8 @@ class Gradients:
     beyond the ends ("pad").
 
     Attributes:
-        kind: paint of each path [N] (int32): ``FLAT``, ``LINEAR`` or ``RADIAL``.
-        geometry: in pixels [N, 4]: x1, y1, x2, y2 of a linear gradient; cx, cy, r and an unused value of a radial one.
-            Those of flat paths are unused.
+        kind: paint of each path [N] (int32): ``FLAT`` or a key of ``KINDS`` of `warpvec.geometry.paints.registry`.
+        geometry: in pixels [N, 4]: the numbers that the kind has; those of flat paths are unused.
         end_color: sRGB-encoded colour of the second stop [N, 3] in [0, 1]; unused for flat paths.
 
     Raises:
@@ -48,6 +41,17 @@ class Gradients:
                 rule = f"must have shape {list(shape)} for {count} paths"
                 raise InputError(f"gradients.{name}", rule, str(list(got)), "reshape it")
 
+    def check_kinds(self) -> None:
+        """Refuse a kind that is not in the registry. It is not looked for on a GPU: that would wait for its work.
+
+        Raises:
+            InputError: there is one.
+        """
+        if len(self.kind) and self.kind.device.type == "cpu":
+            low, high = (int(value) for value in self.kind.aminmax())
+            if low < FLAT or high > max(KINDS):
+                raise unknown_kind(low if low < FLAT else high)
+
     @staticmethod
     def flat(color: Tensor) -> Gradients:
         """Return the paints of flat paths of ``color`` [N, 3]."""
@@ -60,13 +64,13 @@ class Gradients:
     def is_degenerate(self) -> Tensor:
         """Return a mask [N] of the gradients that show their end colour alone; False for flat paths.
 
-        These are shorter than ``EXTENT_MIN`` or not finite.
+        These are smaller than ``RAMP_EXTENT_MIN`` of `warpvec.geometry.paints.kind`, or not finite.
         """
-        start, end = self.geometry[:, :2], self.geometry[:, 2:]
-        squared = (end - start).square().sum(1)
-        is_line = (squared >= EXTENT_MIN**2) & squared.isfinite()
-        is_disk = (end[:, 0] >= EXTENT_MIN) & end[:, 0].isfinite() & start.sum(1).isfinite()
-        return (self.kind != FLAT) & ~torch.where(self.kind == RADIAL, is_disk, is_line)
+        self.check_kinds()
+        is_drawn = self.kind == FLAT
+        for number, kind in KINDS.items():
+            is_drawn = is_drawn | (self.kind == number) & kind.is_drawn(self.geometry)
+        return ~is_drawn
 
     def map(self, change: Callable[[Tensor], Tensor]) -> Gradients:
         """Return the paints with each tensor replaced by what ``change`` makes of it."""
@@ -78,14 +82,17 @@ class Gradients:
         return Gradients(*(torch.cat(pair) for pair in pairs))
 
     def scaled(self, x_factor: float, y_factor: float) -> Gradients:
-        """Return the paints scaled about the origin. A radius is scaled by the geometric mean of the two factors."""
-        radius = math.sqrt(abs(x_factor * y_factor))
-        linear = self.geometry.new_tensor([x_factor, y_factor, x_factor, y_factor])
-        radial = self.geometry.new_tensor([x_factor, y_factor, radius, 1.0])
-        factors = torch.where((self.kind == RADIAL)[:, None], radial, linear)
-        return replace(self, geometry=self.geometry * factors)
+        """Return the paints scaled about the origin."""
+        return self._with_geometry(lambda kind: kind.scaled(self.geometry, x_factor, y_factor))
 
     def moved(self, x: float, y: float) -> Gradients:
         """Return the paints moved by ``x`` and ``y`` pixels."""
-        linear, radial = (self.geometry.new_tensor(values) for values in ([x, y, x, y], [x, y, 0.0, 0.0]))
-        return replace(self, geometry=self.geometry + torch.where((self.kind == RADIAL)[:, None], radial, linear))
+        return self._with_geometry(lambda kind: kind.moved(self.geometry, x, y))
+
+    def _with_geometry(self, changed: Callable[[GradientKind], Tensor]) -> Gradients:
+        """Return the paints with what ``changed`` makes of all geometries [N, 4] as those of one kind."""
+        self.check_kinds()
+        geometry = self.geometry
+        for number, kind in KINDS.items():
+            geometry = torch.where((self.kind == number)[:, None], changed(kind), geometry)
+        return replace(self, geometry=geometry)

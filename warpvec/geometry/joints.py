@@ -151,4 +151,5 @@ def _at_least(values: Tensor, least: Tensor) -> Tensor:
 
 
 def unit_vectors(vectors: Tensor) -> Tensor:
+    """Return ``vectors`` [N, 2] with the length 1; shorter than 1e-6 they get shorter ones."""
     return vectors / vectors.norm(dim=1, keepdim=True).clamp_min(1e-6)

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from warpvec.errors import InputError
-from warpvec.geometry.gradients import FLAT, Gradients
+from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene, straightened
 from warpvec.geometry.structure import Structure
 
@@ -24,12 +25,11 @@ Color = tuple[float, float, float]
 BLACK: Color = (0.0, 0.0, 0.0)
 
 
-class LinearOrRadial(NamedTuple):
+class OutlineGradient(NamedTuple):
     """A gradient of an outline; its first stop has the outline's colour.
 
     Attributes:
-        kind: ``LINEAR`` or ``RADIAL`` of ``warpvec.geometry.gradients``.
-        geometry: as in `warpvec.geometry.gradients.Gradients`, in pixels.
+        kind, geometry: as in `warpvec.geometry.gradients.Gradients`, in pixels.
         end_color: sRGB-encoded, in [0, 1].
     """
 
@@ -59,7 +59,7 @@ class Outline:
     generation: int
     segment_counts: tuple[int, ...] | None = None
     is_line: NDArray[np.bool_] | None = None
-    gradient: LinearOrRadial | None = None
+    gradient: OutlineGradient | None = None
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -107,7 +107,7 @@ def _structure_of(outlines: Sequence[Outline]) -> Structure:
 def _gradients_of(outlines: Sequence[Outline]) -> Gradients | None:
     if all(outline.gradient is None for outline in outlines):
         return None
-    flat = LinearOrRadial(FLAT, (0.0, 0.0, 0.0, 0.0), BLACK)
+    flat = OutlineGradient(FLAT, (0.0, 0.0, 0.0, 0.0), BLACK)
     paints = [outline.gradient or flat._replace(end_color=outline.color) for outline in outlines]
     kind = torch.tensor([paint.kind for paint in paints], dtype=torch.int32)
     geometry = torch.tensor([paint.geometry for paint in paints], dtype=torch.float64).float()

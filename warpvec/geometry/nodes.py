@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from warpvec.errors import InputError
-from warpvec.geometry.closest_cubic import Replacement, closest_cubic, compared
+from warpvec.geometry.closest_cubic import MergedCubics, closest_cubic, compared
 from warpvec.geometry.lines import thirds
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
@@ -77,7 +77,7 @@ def split(scene: Scene, rows: Tensor, t: Tensor | float = 0.5) -> Edit:
 
 
 @torch.no_grad()
-def merge(scene: Scene, rows: Tensor, found: Replacement | None = None) -> Edit:
+def merge(scene: Scene, rows: Tensor, found: MergedCubics | None = None) -> Edit:
     """Drop the anchors at the start of ``rows`` [K]: each becomes one segment with the row before it in its loop.
 
     The new handles are those of ``found``, or those of least squares, as in

@@ -64,10 +64,12 @@ class Structure:
 
     @property
     def path_count(self) -> int:
+        """Number of paths."""
         return len(self.path_first_loop) - 1
 
     @property
     def loop_count(self) -> int:
+        """Number of loops."""
         return len(self.loop_first_segment) - 1
 
     @property

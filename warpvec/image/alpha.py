@@ -45,7 +45,7 @@ def premultiplied(image: Pixels) -> Pixels:
 def straight(image: Pixels) -> Pixels:
     """Return premultiplied ``image`` [h, w, 4] with straight colours in [0, 1], 0 where alpha is below ``ALPHA_MIN``.
 
-    A filter may leave an alpha above 1. Colours are divided by it before it is clipped, or they would become brighter.
+    A filter may leave an alpha above 1. Colours are divided by it before it is clipped, so that they get no brighter.
     """
     result, alpha = image.clip(0.0, 1.0), image[..., 3:]
     result[..., :3] = (image[..., :3] / alpha.clip(ALPHA_MIN)).clip(0.0, 1.0) * (alpha >= ALPHA_MIN)

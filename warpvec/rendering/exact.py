@@ -115,5 +115,6 @@ class ExactRenderer(TileRenderer):
 
     @property
     def counts(self) -> Counts:
+        """Sizes of the last step."""
         binning = self._binning
         return Counts(self._flattening.vertex_count, binning.strip_count, binning.pair_count, binning.slot_count)

@@ -30,7 +30,7 @@ _CHECK_GAP = 50
 
 
 class _Recording(NamedTuple):
-    """A graph, the adjoints it writes, and what must be unchanged to replay it."""
+    """A graph, the adjoints it writes, and the arguments that must not change between replays."""
 
     graph: Any
     out: Adjoints

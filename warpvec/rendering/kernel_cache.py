@@ -1,4 +1,4 @@
-"""The folder in which Warp keeps compiled kernels, and a temporary one where that cannot be written."""
+"""The folder in which Warp keeps compiled kernels, or a temporary folder if Warp's folder cannot be written."""
 
 from __future__ import annotations
 
@@ -52,10 +52,10 @@ def _check_room(folder: Path) -> None:
 
 
 def _use_temporary_folder(folder: Path, reason: str) -> str | None:
-    """Make a folder for this process and those it starts, with the kernels that ``folder`` has; return the message.
+    """Make a folder with the kernels of ``folder`` for this process and its children; return the message.
 
-    There is no message if there were kernels: then somebody has compiled them for a place that nobody writes to. If
-    that were kernels of another version, the message comes at the end.
+    There is no message if ``folder`` has kernels: somebody has compiled them for a place that cannot be written. If the
+    kernels are of another version, the message comes at the end.
     """
     base = _make_temporary_folder(folder, reason)
     os.environ["WARP_CACHE_PATH"] = wp.config.kernel_cache_dir = base

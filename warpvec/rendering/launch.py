@@ -131,7 +131,7 @@ class Launcher:
         return max(_CHUNK_ITEMS_MIN, -(-item_count // (self.threads * _CHUNKS_PER_THREAD)))
 
     def __call__(self, kernel: Any, item_count: int, arguments: list[Any]) -> None:
-        """Run a light ``kernel`` on this thread. ``arguments`` are those after its first, which counts the items."""
+        """Run a light ``kernel`` on this thread, with the number of items as first argument, then ``arguments``."""
         if item_count > 0:
             self._run(kernel, item_count, arguments, item_count)
 

@@ -19,15 +19,14 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.checks import check_count
-from warpvec.config.renderers import check_renderer_settings
-from warpvec.config.rules import MAX_THREADS
+from warpvec.config.limits import MAX_THREADS
 from warpvec.errors import InputError
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.image.alpha import MATTES
 from warpvec.rendering.launch import start_warp
-from warpvec.rendering.registry import make_renderer
+from warpvec.rendering.registry import check_renderer_settings, make_renderer
 from warpvec.rendering.tile_renderer import Adjoints
 
 # Number of tensors of a scene, and of those that the operator differentiates, which come first.

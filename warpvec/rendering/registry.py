@@ -1,15 +1,14 @@
-"""Make a renderer by its name. To add a renderer, list its class here and its settings in ``config/renderers.py``."""
+"""Make a renderer by its name. Rooms add renderers; see `warpvec.config.rooms`."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from warpvec.config import rooms
+from warpvec.config.fit_config import SETTINGS
+from warpvec.errors import InputError
 from warpvec.rendering.exact import ExactRenderer
-from warpvec.rendering.splat import SplatRenderer
 from warpvec.rendering.tile_renderer import TileRenderer
-
-RENDERER_CLASSES: dict[str, type[TileRenderer]] = {"exact": ExactRenderer, "splat": SplatRenderer}
-"""Name of a renderer in the settings -> class."""
 
 
 def make_renderer(renderer: str, height: int, width: int, **settings: Any) -> TileRenderer:
@@ -20,4 +19,26 @@ def make_renderer(renderer: str, height: int, width: int, **settings: Any) -> Ti
     Raises:
         InputError: the renderer does not draw curves of this degree.
     """
-    return RENDERER_CLASSES[renderer](height, width, **settings)
+    made: TileRenderer = renderer_class(renderer)(height, width, **settings)
+    return made
+
+
+def renderer_class(renderer: str) -> type[TileRenderer]:
+    """Return the class of a renderer in the settings."""
+    found: type[TileRenderer] = ExactRenderer if renderer == "exact" else rooms.load("renderers", renderer)
+    return found
+
+
+def check_renderer_settings(renderer: str, settings: dict[str, Any]) -> dict[str, Any]:
+    """Return the ``settings`` of ``renderer`` in their normal form.
+
+    Raises:
+        InputError: there is no such renderer, it has no such setting, or a value is out of range.
+    """
+    SETTINGS["renderer"].kind.check("renderer", renderer)
+    known = [name for name, each in SETTINGS.items() if each.renderer == renderer]
+    for name in settings:
+        if name not in known:
+            names = ", ".join(known) or "none"
+            raise InputError(name, f"is not a setting of the renderer {renderer}, which has {names}")
+    return {name: SETTINGS[name].kind.check(name, value) for name, value in settings.items()}

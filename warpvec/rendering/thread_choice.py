@@ -33,14 +33,14 @@ _TRIAL_GAP = 20
 """Windows between two trials on a busy machine. Trials take up to 1.4 times as long, which adds 2 %."""
 
 _COST_GROWTH = 1.0005
-"""Growth, at each launch, of what a kernel is thought to cost at least, so that it follows a scene that changes."""
+"""Factor of the least known cost of a kernel at each launch, so that it follows changes of the scene."""
 
 _CLOCK_MAX = 1e-4
 """Coarsest clock of a thread's CPU time, in seconds, that can time a share of a launch. (On Windows it has 16 ms.)"""
 
 
 class Share(NamedTuple):
-    """Seconds that a thread took for its share of a launch, and those for which it had a core."""
+    """Seconds of a thread for its share of a launch, and the seconds in which it had a core."""
 
     wall: float
     cpu: float
@@ -80,6 +80,7 @@ class ThreadChoice:
 
     @property
     def count(self) -> int:
+        """Number of threads for the next launch."""
         return self._counts[self._present]
 
     def record(self, kernel: Hashable, item_count: int, wall: float, shares: Sequence[Share]) -> None:
@@ -116,7 +117,7 @@ class ThreadChoice:
         self._present, self._windows_since_trial = index, 0
 
     def _judge(self, is_busy: bool) -> None:
-        """Compare the trial that has just ended with what served best before it."""
+        """Compare the trial that has just ended with the best number of threads before."""
         more, fewer = sorted((self._present, self._best))
         if fewer in self._last:
             gain = self._rate(self._last[more]) / self._rate(self._last[fewer])

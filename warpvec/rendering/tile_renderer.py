@@ -43,12 +43,22 @@ class Adjoints:
 
     @property
     def background(self) -> Tensor:
+        """Adjoint of the canvas colour [3]."""
         return self.canvas_sums[:3]
 
     @property
     def loss(self) -> Tensor:
         """The mean squared error of a fused step."""
         return self.canvas_sums[3]
+
+    def contrast(self, opacity: Tensor) -> Tensor:
+        """Return the change of the loss by each path's removal without its linear part [N], from the ``opacity`` [N].
+
+        The loss is a parabola in the opacity of a path, so this is half of its second derivative times the square of
+        the opacity. The adjoints must hold removal costs.
+        """
+        assert self.removal_cost is not None
+        return self.removal_cost + opacity * self.opacity
 
 
 class TileRenderer(ABC):
@@ -102,7 +112,7 @@ class TileRenderer(ABC):
         return to_tiles(image.to(self.device, self.dtype), self.grid)
 
     def change_shift(self, prepared_target: Tensor, shift: Tensor) -> None:
-        """Replace the shift of a target that :meth:`prepare_target` has made with one, in its memory."""
+        """Replace, in place, the shift of a target that :meth:`prepare_target` has made with a shift."""
         prepared_target[:, 3:] = to_tiles(shift[..., None].to(self.device, self.dtype), self.grid)
 
     def make_adjoints(self, scene: Scene) -> Adjoints:

@@ -1,4 +1,4 @@
-"""One pass over SVG text: check that it is safe, and collect what the other modules need.
+"""One pass over SVG text: check that it is safe, and collect its elements for the other modules.
 
 SVG files come from anywhere, so every module reads them through `parse_svg`, before another parser or native code sees
 them. Allowed are ``MAX_SVG_BYTES`` of text and ``MAX_ELEMENTS`` elements, ``MAX_DEPTH`` deep. Entities and references
@@ -40,7 +40,7 @@ MAX_ALL_ATTRIBUTES = 2**22
 """Most attributes of all elements, with those that a document type adds to each: they take 3 s."""
 
 MAX_NAMESPACE = 1000
-"""Longest namespace in bytes. The parser repeats it for each name that is in it: a megabyte takes gigabytes."""
+"""Longest namespace in bytes. The parser repeats the namespace for each of its names: a megabyte takes gigabytes."""
 
 _DATA_URL = re.compile(r"[\x00-\x20]*data:[^,#]*,")
 """A data URL, as resvg tells it from a path: without a comma, or with one only after a "#", it would be a file."""

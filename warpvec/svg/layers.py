@@ -25,7 +25,7 @@ class Layer:
 
     Attributes:
         level: its level of detail.
-        start, stop: its range of bytes in the UTF-8 text, with its whole lines if nothing else is on them.
+        start, stop: range of bytes in the UTF-8 text, whole lines if nothing else is on them.
         painted_count: the number of elements in it that paint something.
     """
 

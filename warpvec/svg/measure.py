@@ -1,4 +1,4 @@
-"""Measure an SVG: count what is in it, draw it with resvg, and compare its rendering with an image.
+"""Measure an SVG: count its elements, draw it with resvg, and compare the rendering with an image.
 
 resvg is a renderer independent of warpvec. `evaluate` gives all figures of a file, `file_facts` and `file_quality` one
 half of them each. All of them take text, the bytes of an ``.svg`` or ``.svgz`` file, or a `Document`.
@@ -30,7 +30,7 @@ MAX_COST, MAX_COST_PER_PIXEL = 2**29, 32
 rendering. A pixel takes up to 17 ns. warpvec paints a picture with 4,096 paths 5 to 20 times over."""
 
 EDGE_COST = 100
-"""Painted pixels that take as long as one row of one segment: stripes of half a pixel take the longest."""
+"""Number of painted pixels that take as long as one row of one segment. Stripes of half a pixel take the longest."""
 
 MAX_STRETCH = 1.05
 """Largest ratio of two sides' scales that counts as rounding: one pixel of a 2 x 1 icon would be half of it."""

@@ -1,8 +1,8 @@
 """Write a scene as the shortest SVG text that editors still open at its true size.
 
 The coordinates are whole numbers in a viewBox that is finer than the pixels; ``width`` and ``height`` state the true
-size. There are no line ends, layers, ids, title or settings. The opacity that most paths have stands once, on the group
-that holds them. `warpvec.svg.read` reads such files back exactly.
+size. There are no line ends, layers, ids, title or settings. The most common opacity is stated once, on the group of
+the paths. `warpvec.svg.read` reads such files back exactly.
 """
 
 from __future__ import annotations

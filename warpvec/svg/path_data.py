@@ -67,7 +67,7 @@ def format_closed_curves(
 
     It is that of `format_path`, but found for all paths at once, which takes a tenth of the time. Only paths with
     implied handles ("s") are written one by one. A path without these that a line closes goes round the shorter way;
-    of equally short ones, that which comes first in the alphabet.
+    of two equally short texts, the first in the alphabet is taken.
 
     Args:
         ticks, first, decimals: as `format_curves`.

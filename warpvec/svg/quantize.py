@@ -7,7 +7,8 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
-from warpvec.geometry.gradients import FLAT, RADIAL, Gradients
+from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.paints.registry import FLAT, KINDS, kind_of
 from warpvec.geometry.scene import Scene, straightened
 from warpvec.geometry.structure import Structure
 
@@ -34,7 +35,7 @@ MAX_TICKS = 2.0**53
 
 
 def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIMALS) -> Scene:
-    """Return the scene as its file will state it, for rendering exactly what is exported.
+    """Return the scene as the file will state it, to render exactly what is exported.
 
     Coordinates have ``precision`` decimals, colours 8 bits, opacities ``opacity_decimals`` decimals, ends of gradients
     ``GRADIENT_DECIMALS``. Colours and opacities outside [0, 1] are clamped. Gradients of one colour become flat.
@@ -128,10 +129,11 @@ def _without_far_gradients(scene: Scene) -> Scene:
     if not is_far.any():
         return scene
     anchor = scene.segments[scene.structure.path_first_segment[:-1].long(), 0].double()
-    along, axis = anchor - geometry[:, :2], geometry[:, 2:] - geometry[:, :2]
-    linear, radial = (along * axis).sum(1) / axis.square().sum(1), along.norm(dim=1) / geometry[:, 2]
-    share = torch.where(gradients.kind == RADIAL, radial, linear).clamp(0.0, 1.0)[:, None].to(scene.color)
-    shown = torch.where(is_far[:, None], torch.lerp(scene.color, gradients.end_color, share), scene.color)
+    shown = scene.color.clone()
+    for row in is_far.nonzero().flatten().tolist():
+        paint = kind_of(int(gradients.kind[row]))
+        share = paint.share(geometry[row].cpu().numpy(), *anchor[row].cpu().numpy()[:, None]).item()
+        shown[row] = torch.lerp(scene.color[row], gradients.end_color[row], min(max(share, 0.0), 1.0))
     kind = torch.where(is_far, FLAT, gradients.kind)
     return replace(scene, color=shown, gradients=replace(gradients, kind=kind))
 
@@ -140,7 +142,8 @@ def _rounded_gradients(gradients: Gradients | None) -> Gradients | None:
     if gradients is None:
         return None
     geometry = _rounded(gradients.geometry, 10**GRADIENT_DECIMALS)
-    geometry[gradients.kind == RADIAL, 3] = 0.0  # unused, and not in the file
+    for number, paint in KINDS.items():
+        geometry[gradients.kind == number, len(paint.sides) :] = 0.0  # unused, and not in the file
     return replace(gradients, geometry=geometry, end_color=_rounded(gradients.end_color.clamp(0, 1), COLOR_LEVELS))
 
 

@@ -16,16 +16,18 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from warpvec.errors import InputError
-from warpvec.geometry.loops import Color, LinearOrRadial, Outline, make_scene
+from warpvec.geometry.loops import Color, Outline, OutlineGradient, make_scene
+from warpvec.geometry.paints.kind import GradientKind
+from warpvec.geometry.paints.registry import KINDS
 from warpvec.geometry.scene import Scene
 from warpvec.svg.document import local_name, parse_svg, read_text
 from warpvec.svg.layers import layer_level
 from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops
 from warpvec.svg.quantize import COLOR_LEVELS, MAX_TICKS
 from warpvec.svg.units import check_pixels, stated_size
-from warpvec.svg.write import GRADIENT_ELEMENTS, layer_id
+from warpvec.svg.write import layer_id
 
-_Paint = tuple[Color, LinearOrRadial | None]
+_Paint = tuple[Color, OutlineGradient | None]
 
 MAX_CHARACTERS = 2**26
 """Longest text. A path of four cubics takes about 80 characters, so this is a hundred times what warpvec fits."""
@@ -140,7 +142,7 @@ def _read_background(rect: Element, width: str, height: str) -> Color:
 
 
 class _OwnPath(NamedTuple):
-    """A path with what its group states for it."""
+    """A path with the attributes of its group."""
 
     element: Element
     generation: int
@@ -199,22 +201,28 @@ def _own_opacity(opacity: str) -> float:
 
 
 def _own_gradients(definitions: Element) -> dict[str, _Paint]:
-    """Return the fill that refers to each gradient -> its first colour and the rest of it."""
+    """Return, by the fill that refers to a gradient, the first colour and the rest of the gradient."""
     _expect_attributes(definitions, ("id",))
     paints: dict[str, _Paint] = {}
     for element in definitions:
-        kind = next((k for k, (name, _) in GRADIENT_ELEMENTS.items() if name == local_name(element.tag)), None)
-        if kind is None:
-            raise _NotOurs
-        sides = GRADIENT_ELEMENTS[kind][1]
-        _expect_attributes(element, ("id", "gradientUnits", *sides))
+        number, kind = _own_kind(element)
+        _expect_attributes(element, ("id", "gradientUnits", *kind.sides))
         _expect(element.get("gradientUnits") == "userSpaceOnUse" and len(element) == 2)
-        numbers = [element.get(side, "") for side in sides]
-        _expect(all(OWN_NUMBER.fullmatch(number) for number in numbers))
+        numbers = kind.numbers({side: element.get(side, "") for side in kind.sides})
+        _expect(all(OWN_NUMBER.fullmatch(text) for text in numbers))
         first, last = (_own_stop(stop, offset) for stop, offset in zip(element, (None, "1"), strict=True))
-        x, y, z, w = [*(float(number) for number in numbers), 0.0][:4]
-        paints[f"url(#{element.get('id')})"] = first, LinearOrRadial(kind, (x, y, z, w), last)
+        x, y, z, w = (float(text) for text in numbers)
+        paints[f"url(#{element.get('id')})"] = first, OutlineGradient(number, (x, y, z, w), last)
     return paints
+
+
+def _own_kind(element: Element) -> tuple[int, GradientKind]:
+    """Return the kind of gradient, and its number, that has this element and just these attributes."""
+    given = element.attrib.keys() - {"id", "gradientUnits"}
+    for number, kind in KINDS.items():
+        if kind.element == local_name(element.tag) and given == set(kind.sides):
+            return number, kind
+    raise _NotOurs
 
 
 def _own_stop(stop: Element, offset: str | None) -> Color:

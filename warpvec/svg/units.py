@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from typing import Any
 
 from warpvec.checks import show
 from warpvec.errors import InputError
@@ -60,7 +59,7 @@ def parse_length(length: str, whole: float) -> float:
     return float(match[1]) * (_PIXELS_PER_UNIT | {"%": whole / 100}).get(match[2], 0.0) if match else 0.0
 
 
-def check_size(text: Any) -> str:
+def check_size(text: object) -> str:
     """Return the size of a drawing, such as "90mm", without spaces; a plain number is in pixels.
 
     Raises:

@@ -14,17 +14,11 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from warpvec import __version__
-from warpvec.geometry.gradients import FLAT, LINEAR, RADIAL
+from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.svg.path_data import format_curves, format_number, format_path
 from warpvec.svg.quantize import COLOR_LEVELS, GRADIENT_DECIMALS, OPACITY_DECIMALS, quantize, ticks_of
-
-GRADIENT_ELEMENTS = {
-    LINEAR: ("linearGradient", ("x1", "y1", "x2", "y2")),
-    RADIAL: ("radialGradient", ("cx", "cy", "r")),
-}
-"""Kind of paint -> its element, and the attributes that hold its geometry."""
 
 # XML 1.0 forbids these characters even escaped, and file names may contain them.
 _ILLEGAL_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -176,12 +170,11 @@ def fills_of(scene: Scene) -> tuple[list[str], list[str]]:
 
 
 def _gradient(kind: int, geometry: list[int], start: str, end: str) -> str:
-    element, sides = GRADIENT_ELEMENTS[kind]
-    places = (
-        f'{side}="{format_number(ticks, GRADIENT_DECIMALS)}"' for side, ticks in zip(sides, geometry, strict=False)
-    )
+    paint = kind_of(kind)
+    attributes = paint.attributes([format_number(ticks, GRADIENT_DECIMALS) for ticks in geometry])
+    places = (f'{side}="{text}"' for side, text in attributes.items())
     stops = f'<stop stop-color="{start}"/><stop offset="1" stop-color="{end}"/>'
-    return f'<{element} gradientUnits="userSpaceOnUse" {" ".join(places)}>{stops}</{element}>'
+    return f'<{paint.element} gradientUnits="userSpaceOnUse" {" ".join(places)}>{stops}</{paint.element}>'
 
 
 def hex_colors(color: Tensor) -> list[str]:

@@ -1,11 +1,12 @@
 """Write one HTML file in which an SVG can be viewed, compared with its image, and edited.
 
-`markup`, `style` and `script` are the parts of the page that do not depend on the drawing, unlike `page_data`.
-Other pages are built of them too; `warpvec/viewer/assets/live.js` tells their scripts how to work with this one.
+`markup` and `style` are the parts of the page that do not depend on the drawing, unlike `page_data`. The page of
+``warpvec app`` is built of them too; `warpvec/viewer/README.md` tells how the pages are put together.
 
 The file loads nothing. Its scripts and styles, from ``warpvec/viewer/assets``, are written into it, and a content
-security policy allows only these, by their hashes. The SVG is stored as a JSON string, reduced to known elements and
-attributes. The page reads only numbers, colours and names from it and never inserts its elements.
+security policy allows only these: the style by its hash, the scripts by a nonce. The SVG is stored as a JSON string,
+reduced to known elements and attributes. The page reads only numbers, colours and names from it and never inserts its
+elements.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import hashlib
 import json
 import math
 import os
+from collections.abc import Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from io import BytesIO
@@ -28,23 +30,17 @@ from PIL import Image
 from warpvec import __version__
 from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
+from warpvec.image.picture import reduce_image
 from warpvec.image.read import ImageSource, read_image
-from warpvec.image.resize import reduce_image
 from warpvec.image.write import to_8_bits
 from warpvec.svg.measure import file_facts, file_quality
 from warpvec.svg.sanitize import sanitize
+from warpvec.viewer.modules import module_scripts, module_texts
 
 PAGE_PHOTO_SIDE = 2048
 """Longest side of the image in the page in pixels: enough for a screen, and fast to compare with."""
 
 HISTORY_KEYS = ("iteration", "curves", "psnr", "seconds")
-
-# In the order in which they are joined. Whatever is used while the page starts must be defined before its use.
-_SCRIPTS = (
-    "paths", "pen", "basics", "gradients", "read", "save", "raster", "changes", "picture", "planes", "measure",
-    "history", "edit", "brush", "nodes", "paints", "nodetool", "gesture", "art", "marks", "stage", "caret", "pinch",
-    "tools", "live", "palette", "again", "app", "charts", "levels", "words", "editpanel", "panel", "keys", "main",
-)  # fmt: skip
 
 
 def write_page(
@@ -53,7 +49,7 @@ def write_page(
     *,
     photo: ImageSource | None = None,
     background: str | None = None,
-    history: list[dict[str, float]] | None = None,
+    history: Sequence[Mapping[str, object]] | None = None,
     name: str | None = None,
 ) -> None:
     """Write the page of an SVG to ``path``, completely or not at all.
@@ -122,20 +118,22 @@ def _data_url(pixels: NDArray[np.float32]) -> str:
 
 
 def _page(data: dict[str, Any]) -> str:
-    sheet, code = style(), script()
+    sheet, embedded = style(), embedded_data(data)
+    # Whoever made the SVG cannot state this nonce in it, as it depends on the whole SVG.
+    nonce = hashlib.sha256(embedded.encode()).hexdigest()
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{_policy(code, sheet)}">
+<meta http-equiv="Content-Security-Policy" content="{_policy(nonce, sheet)}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="generator" content="warpvec {__version__}">
 <title>{escape(data["name"])} - warpvec</title>
 <style>{sheet}</style>
 </head>
 <body>
-{markup()}<script type="application/json" id="data">{embedded_data(data)}</script>
-<script>{code}</script>
+{markup()}<script type="application/json" id="data">{embedded}</script>
+{module_scripts("viewer/main.js", nonce, module_texts("viewer"))}
 </body>
 </html>
 """
@@ -151,12 +149,6 @@ def style() -> str:
     return _page_file("page.css")
 
 
-def script() -> str:
-    """Return the script of the page, which starts it and leaves only ``window.warpvecView`` behind."""
-    modules = "\n".join(_page_file(f"{name}.js") for name in _SCRIPTS)
-    return f'(() => {{\n"use strict";\n{modules}}})();\n'
-
-
 def embedded_data(data: dict[str, Any]) -> str:
     """Return JSON of ``data`` for ``<script type="application/json" id="data">``.
 
@@ -167,13 +159,14 @@ def embedded_data(data: dict[str, Any]) -> str:
     return json.dumps(data, allow_nan=False).replace("<", "\\u003c")
 
 
-def _policy(script: str, style: str) -> str:
-    """Return the policy: no network, no frames, no forms, and only this script and this style."""
-    allowed = [f"{kind}-src '{_hash(text)}'" for kind, text in (("script", script), ("style", style))]
+def _policy(nonce: str, style: str) -> str:
+    """Return the policy: no network, no frames, no forms, and only scripts with the ``nonce`` and this style."""
+    allowed = [f"script-src 'nonce-{nonce}'", f"style-src '{hash_source(style)}'"]
     return "; ".join(["default-src 'none'", *allowed, "img-src data:", "base-uri 'none'", "form-action 'none'"])
 
 
-def _hash(text: str) -> str:
+def hash_source(text: str) -> str:
+    """Return the source of a content security policy that allows an inline style of this text."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 

@@ -24,7 +24,7 @@ from warpvec.fit.population import Population
 from warpvec.fit.schedule import population
 from warpvec.fit.target import Target
 from warpvec.image.metrics import psnr_from_mse
-from warpvec.image.resize import reduce_image
+from warpvec.image.picture import reduce_image
 
 SETTINGS = {"curves": 64, "iterations": 300, "inflation_gap": 20, "threads": 1, "prune_opacity": 0.0}
 
@@ -47,6 +47,7 @@ def test_levels_have_the_counts_of_the_schedule_after_many_recyclings():
     assert (generation[1:] >= generation[:-1]).all()
 
 
+@pytest.mark.slow
 def test_each_prefix_is_nearly_as_good_as_a_fit_of_its_own():
     photo = torch.from_numpy(reduce_image(data.coffee() / np.float32(255), 96))
     leveled = prefix_psnrs(fit(photo, make_config("default", **SETTINGS, lod=True)), photo)

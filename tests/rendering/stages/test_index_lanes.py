@@ -6,7 +6,6 @@ import numpy as np
 import warp as wp
 from sweep import sweep
 
-from warpvec.kernels.index_lanes import make_index_lanes
 from warpvec.kernels.lanes import make_lanes
 from warpvec.rendering.launch import start_warp
 
@@ -16,11 +15,7 @@ COUNT, PLACES = 48, 8
 def make_kernel(width: int, dtype: Any) -> Any:
     """Return a kernel whose lanes each read a point, and write at the place that its row gives, out of ``PLACES``."""
     lanes = make_lanes(width, dtype)
-    ints = make_index_lanes(lanes)
-    lane_numbers, spread_whole, floor_whole = ints.lane_numbers, ints.spread_whole, ints.floor_whole
-    whole_add, whole_shift, whole_and, any_less = ints.whole_add, ints.whole_shift, ints.whole_and, ints.any_less
-    gather_x, gather_y, scatter_add, scatter_steps = ints.gather_x, ints.gather_y, ints.scatter_add, ints.scatter_steps
-    mark_places, mark_ranges = ints.mark_places, ints.mark_ranges
+    v = lanes.functions
     module = wp.get_module(f"warpvec.tests.index_lanes.{lanes.name}")
     module.options.update(enable_backward=False)
 
@@ -32,15 +27,15 @@ def make_kernel(width: int, dtype: Any) -> Any:
         ranges: wp.array(dtype=int), is_below: wp.array(dtype=int),
     ):  # fmt: skip
         group = wp.tid()
-        lane = lane_numbers(group * wp.static(width))
-        x, y = gather_x(points, lane), gather_y(points, lane)
-        column, row = floor_whole(x), whole_shift(floor_whole(y), spread_whole(2))
-        place = whole_and(row, spread_whole(wp.static(PLACES - 1)))
-        scatter_add(sums, place, x, place, y)
-        scatter_steps(steps, place, column)
-        mark_places(places, whole_and(column, spread_whole(5)), place, place)
-        mark_ranges(ranges, whole_and(column, spread_whole(7)), whole_add(place, spread_whole(-2)))
-        if any_less(x, y):
+        lane = v.lane_numbers(group * wp.static(width))
+        x, y = v.gather_x(points, lane), v.gather_y(points, lane)
+        column, row = v.floor_whole(x), v.whole_shift(v.floor_whole(y), v.spread_whole(2))
+        place = v.whole_and(row, v.spread_whole(wp.static(PLACES - 1)))
+        v.scatter_add(sums, place, x, place, y)
+        v.scatter_steps(steps, place, column)
+        v.mark_places(places, v.whole_and(column, v.spread_whole(5)), place, place)
+        v.mark_ranges(ranges, v.whole_and(column, v.spread_whole(7)), v.whole_add(place, v.spread_whole(-2)))
+        if v.any_less(x, y):
             is_below[group] = 1
 
     return probe

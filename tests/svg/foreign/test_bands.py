@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from svg_files import square_file
 
-from warpvec.geometry.gradients import LINEAR
+from warpvec.geometry.paints.registry import LINEAR
 from warpvec.image.metrics import psnr
 from warpvec.svg.foreign import fill
 from warpvec.svg.measure import draw

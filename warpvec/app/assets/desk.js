@@ -1,18 +1,29 @@
 /* The desk: pictures come in, the server draws them, and the viewer's page shows and edits the drawing. */
 
-const byId = (id) => document.getElementById(id);
+import { find, findAll, findNamed } from "viewer/dom.js";
+import { ControlPanel, DEFAULT_POSITIONS, settingsForServer } from "app/controls.js";
+import { connectDropping, setControl, showSide, showStatus } from "app/parts.js";
+import { PagePicture } from "app/picture.js";
+import { PictureList } from "app/queue.js";
+import { Saver } from "app/saving.js";
+import { Server } from "app/server.js";
+import { Sheet } from "app/sheet.js";
 
 // Time after the last move of a slider until the fit goes on with it.
 const SETTLE_MS = 250;
 
-class Desk {
+const LOST_TEXT =
+  "The server has ended. The drawing stays on this page and can be saved as SVG. " +
+  "Run warpvec app again to go on: this page then connects to it.";
+
+export class Desk {
   constructor(view) {
     this.view = view;
     this.sheet = new Sheet(view);
     this.pictures = [];
     this.current = null;
-    this.list = new PictureList(byId("pictures"), (picture) => this.open(picture), (picture) => this.remove(picture));
-    this.panel = new SettingsPanel((settings, name) => this.changeSettings(settings, name));
+    this.list = new PictureList(find("pictures"), (picture) => this.open(picture), (picture) => this.remove(picture));
+    this.panel = new ControlPanel((positions, name) => this.changeSettings(positions, name));
     this.server = new Server((kind, facts) => this.receive(kind, facts), () => this.lose(), () => this.find());
     this.saver = new Saver(this.server);
     this.connect();
@@ -20,19 +31,19 @@ class Desk {
   }
 
   connect() {
-    for (const id of ["choose", "choose-first"]) byId(id).addEventListener("click", () => byId("files").click());
-    byId("files").addEventListener("change", () => {
-      this.add([...byId("files").files]);
-      byId("files").value = "";
+    for (const id of ["choose", "choose-first"]) find(id).addEventListener("click", () => find("files").click());
+    find("files").addEventListener("change", () => {
+      this.add([...find("files").files]);
+      find("files").value = "";
     });
-    byId("stop").addEventListener("click", () => this.attempt(() => this.server.stop(this.current.id)));
-    byId("restart").addEventListener("click", () => {
+    find("stop").addEventListener("click", () => this.attempt(() => this.server.stop(this.current.id)));
+    find("restart").addEventListener("click", () => {
       this.current.erased = [];
       this.requestFit(this.current, {});
     });
-    byId("folder").addEventListener("change", () => this.addFromFolder(byId("folder").value));
-    for (const input of document.getElementsByName("side")) input.addEventListener("change", () => showSide(input.value));
-    for (const button of document.querySelectorAll("[data-format]")) {
+    find("folder").addEventListener("change", () => this.addFromFolder(find("folder").value));
+    for (const input of findNamed("side")) input.addEventListener("change", () => showSide(input.value));
+    for (const button of findAll("[data-format]")) {
       button.addEventListener("click", () => this.save(this.view.drawingText(), button.dataset.format));
     }
     connectDropping((files) => this.add(files), (words) => this.view.say(words));
@@ -45,7 +56,7 @@ class Desk {
 
   add(files) {
     for (const file of files) {
-      const picture = new Picture(file.name.replace(/\.[^.]+$/, "") || "picture", file, this.panel.settings);
+      const picture = new PagePicture(file.name.replace(/\.[^.]+$/, "") || "picture", file, this.panel.positions);
       this.pictures.push(picture);
       this.uploading = (this.uploading ?? Promise.resolve()).then(() => this.begin(picture));
     }
@@ -53,7 +64,7 @@ class Desk {
   }
 
   async addFromFolder(name) {
-    byId("folder").selectedIndex = 0;
+    find("folder").selectedIndex = 0;
     if (!name) return;
     await this.attempt(async () => this.add([new File([await this.server.fromFolder(name)], name)]));
   }
@@ -93,7 +104,7 @@ class Desk {
 
   async open(picture) {
     this.current = picture;
-    this.panel.show(picture.settings, picture.mode, picture.reason);
+    this.panel.show(picture.positions, picture.mode, picture.reason);
     const opened = picture.width ? this.sheet.open(picture, this.server.previewUrl(picture.id)) : null;
     this.refresh();
     await this.attempt(() => opened);
@@ -112,10 +123,10 @@ class Desk {
 
   // Fits
 
-  changeSettings(settings, name) {
+  changeSettings(positions, name) {
     const picture = this.current;
     if (!picture) return;
-    picture.settings = settings;
+    picture.positions = positions;
     clearTimeout(picture.timer);
     if (picture.status === "loading") return; // its first fit will have them
     picture.timer = setTimeout(() => {
@@ -127,7 +138,7 @@ class Desk {
   async requestFit(picture, more) {
     if (!picture) return;
     clearTimeout(picture.timer);
-    const request = { settings: settingsForServer(picture.settings), ...more };
+    const request = { settings: settingsForServer(picture.positions), ...more };
     await this.attempt(async () => {
       if (!picture.id) await this.upload(picture);
       if (!this.pictures.includes(picture)) return;
@@ -168,7 +179,7 @@ class Desk {
     if (facts.status === "stopped" && picture.frame) this.finish(picture, { ...picture.frame, psnr: null });
     if (kind === "mode") {
       Object.assign(picture, { mode: facts.mode, reason: facts.reason });
-      if (picture === this.current) this.panel.show(picture.settings, picture.mode, picture.reason);
+      if (picture === this.current) this.panel.show(picture.positions, picture.mode, picture.reason);
     }
     if (kind === "frame") {
       if (isShown && !picture.newest) setControl("split", 0);
@@ -201,7 +212,7 @@ class Desk {
       // This page was loaded again. The state of each picture follows its drawing.
       for (const { status, ...facts } of pictures) {
         if (this.pictures.some(({ id }) => id === facts.id)) continue; // it was dropped before the server was found
-        this.pictures.push(Object.assign(new Picture(facts.name, null, DEFAULT_SETTINGS), facts, { status: "idle" }));
+        this.pictures.push(Object.assign(new PagePicture(facts.name, null, DEFAULT_POSITIONS), facts, { status: "idle" }));
       }
       if (this.pictures.length && !this.current) this.open(this.pictures[0]);
       return;
@@ -215,23 +226,22 @@ class Desk {
 
   async meet(facts) {
     this.saver.setUp(facts);
-    byId("folder-field").hidden = !facts.folder;
+    find("folder-field").hidden = !facts.folder;
     if (!facts.folder) return;
     await this.attempt(async () => {
       const names = await this.server.folder();
-      byId("folder").replaceChildren(new Option("Open from the folder …", ""), ...names.map((name) => new Option(name)));
+      find("folder").replaceChildren(new Option("Open from the folder …", ""), ...names.map((name) => new Option(name)));
     });
   }
 
   lose() {
-    byId("lost").textContent =
-      "The server has ended. The drawing stays on this page and can be saved as SVG. Run warpvec app again to go on: this page finds it by itself.";
-    byId("lost").hidden = false;
+    find("lost").textContent = LOST_TEXT;
+    find("lost").hidden = false;
     this.refresh();
   }
 
   find() {
-    byId("lost").hidden = true;
+    find("lost").hidden = true;
     this.refresh();
   }
 
@@ -248,7 +258,7 @@ class Desk {
     const isShown = this.sheet.shows(picture);
     const written = isShown ? this.sheet.exactText(text) : newest;
     await this.attempt(async () => {
-      this.view.say(await this.saver.save(written, name, format, byId("png-width").valueAsNumber || 1024));
+      this.view.say(await this.saver.save(written, name, format, find("png-width").valueAsNumber || 1024));
       if (picture.newest !== newest) return; // there is a newer drawing by now
       picture.isSaved = true;
       if (isShown && this.sheet.shows(picture) && this.view.drawingText() === text) this.view.markSaved();
@@ -271,37 +281,13 @@ class Desk {
   refresh() {
     const { current, server } = this;
     this.list.show(this.pictures, current);
-    byId("empty").hidden = this.pictures.length > 0;
+    find("empty").hidden = this.pictures.length > 0;
     showStatus(current, Boolean(current) && this.sheet.opening === current);
-    byId("stop").disabled = !current?.isBusy || !server.isOnline;
-    byId("restart").disabled = !current?.width || !server.isOnline || current.status === "waiting";
+    find("stop").disabled = !current?.isBusy || !server.isOnline;
+    find("restart").disabled = !current?.width || !server.isOnline || current.status === "waiting";
     const canSave = Boolean(current?.newest);
-    for (const button of document.querySelectorAll("[data-format]")) {
+    for (const button of findAll("[data-format]")) {
       button.disabled = !canSave || (!server.isOnline && !["svg", "svgz"].includes(button.dataset.format));
     }
   }
 }
-
-function startDesk() {
-  document.querySelector("header").after(byId("lost"), byId("sides"), byId("desk"));
-  byId("stage").append(byId("empty"));
-  showSide("make");
-  const desk = new Desk(window.warpvecView);
-  window.desk = {
-    fitAgain: (text, locked) => desk.fitAgain(text, locked),
-    save: (text) => desk.save(text),
-  };
-  document.body.dataset.desk = "ready";
-}
-
-/** Waits until the viewer's page has started. */
-function whenReady(action) {
-  if (document.body.dataset.ready) action();
-  else new MutationObserver((_, observer) => {
-    if (!document.body.dataset.ready) return;
-    observer.disconnect();
-    action();
-  }).observe(document.body, { attributes: true });
-}
-
-whenReady(startDesk);

@@ -1,22 +1,44 @@
 /* A picture on this page: its file, what the server knows of it, and its drawing. */
 
 // Longest side of the picture that the drawing is compared with, as in files of `warpvec run --report`.
-const PHOTO_SIDE = 2048;
+const PHOTO_SIDE = Number(document.body.dataset.photoSide);
 
 const STATUS_WORDS = {
   loading: "loading", waiting: "waiting", fitting: "drawing", done: "done", stopped: "stopped", failed: "failed", idle: "",
 };
 
-class Picture {
-  constructor(name, blob, settings) {
-    Object.assign(this, { name, blob, id: null, width: 0, height: 0, status: "loading", place: 0 });
-    Object.assign(this, { photo: null, text: null, frame: null, figures: {}, history: [], mode: null, reason: null });
-    // The number of the fit whose result `text` is, and whether that has been saved.
-    Object.assign(this, { fit: null, isSaved: false });
-    this.settings = { ...settings };
-    this.message = "";
-    // Paths that the user has deleted: what they show does not come back.
-    this.erased = [];
+export class PagePicture {
+  // What the server knows: its name for the picture, the size, and how many fits are before that of the picture.
+  id = null;
+  width = 0;
+  height = 0;
+  status = "loading";
+  place = 0;
+  // The kind of picture that was found, and why.
+  mode = null;
+  reason = null;
+  message = "";
+  // The present drawing of a running fit.
+  frame = null;
+  // The image to compare with.
+  photo = null;
+  // The drawing: the SVG text of the last result, its facts, the number of its fit, and whether it has been saved.
+  text = null;
+  result = null;
+  figures = {};
+  history = [];
+  fit = null;
+  isSaved = false;
+  // Paths that the user has deleted: what they show does not come back.
+  erased = [];
+  // The upload that is under way, and the timer until changed settings take effect.
+  arriving = null;
+  timer = 0;
+
+  constructor(name, blob, positions) {
+    this.name = name;
+    this.blob = blob;
+    this.positions = { ...positions };
   }
 
   get isBusy() {
@@ -46,7 +68,7 @@ class Picture {
   }
 }
 
-function progressOf({ iteration, iterations }) {
+export function progressOf({ iteration, iterations }) {
   return iterations ? iteration / iterations : 0;
 }
 
@@ -72,6 +94,6 @@ function isOpaque(context, { width, height }) {
   return true;
 }
 
-function emptyDrawing({ width, height }) {
+export function emptyDrawing({ width, height }) {
   return `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}" viewBox="0 0 ${width} ${height}"/>`;
 }

@@ -1,8 +1,11 @@
 /* The list of pictures: which one is shown, how far each is, and buttons to open and remove them. */
 
-class PictureList {
+export class PictureList {
   constructor(list, onOpen, onRemove) {
-    Object.assign(this, { list, onOpen, onRemove, rows: new Map() });
+    this.list = list;
+    this.onOpen = onOpen;
+    this.onRemove = onRemove;
+    this.rows = new Map();
   }
 
   show(pictures, current) {

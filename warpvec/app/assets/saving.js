@@ -1,5 +1,8 @@
 /* Files that are saved: in the folder of the server, or as downloads. SVG and svgz need no server. */
 
+import { formatBytes } from "viewer/charts.js";
+import { findAll } from "viewer/dom.js";
+
 const DOWNLOAD_MS = 10_000;
 
 function download(blob, name) {
@@ -15,15 +18,16 @@ function gzipped(text) {
   return new Response(stream).blob();
 }
 
-class Saver {
+export class Saver {
   constructor(server) {
-    Object.assign(this, { server, folder: null });
+    this.server = server;
+    this.folder = null;
   }
 
   /** Shows the buttons of the formats that the server can write. */
   setUp({ formats, folder }) {
     this.folder = folder;
-    for (const button of document.querySelectorAll("[data-format]")) button.hidden = !formats.includes(button.dataset.format);
+    for (const button of findAll("[data-format]")) button.hidden = !formats.includes(button.dataset.format);
   }
 
   /** Saves `text` and returns a sentence about it. */
@@ -32,11 +36,11 @@ class Saver {
     if (format === "png") Object.assign(options, { width, transparent: /<rect id="background"/.test(text) ? 0 : 1 });
     if (this.folder && this.server.isOnline) {
       const answer = await (await this.server.export(text, { ...options, to: "folder" })).json();
-      return `Saved ${answer.saved} in ${this.folder}, ${answer.bytes.toLocaleString("en")} bytes`;
+      return `Saved ${answer.saved} in ${this.folder}, ${formatBytes(answer.bytes)}`;
     }
     const blob = await this.encoded(text, format, options);
     download(blob, `${name}.${format}`);
-    return `Saved ${name}.${format}, ${blob.size.toLocaleString("en")} bytes`;
+    return `Saved ${name}.${format}, ${formatBytes(blob.size)}`;
   }
 
   async encoded(text, format, options) {

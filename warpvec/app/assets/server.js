@@ -15,10 +15,17 @@ function pageIdentifier() {
   return made;
 }
 
-class Server {
+export class Server {
   /** `receive(kind, facts)` takes the events; `onLost` and `onFound` say whether there is a server. */
   constructor(receive, onLost, onFound) {
-    Object.assign(this, { receive, onLost, onFound, page: pageIdentifier(), isOnline: false });
+    this.receive = receive;
+    this.onLost = onLost;
+    this.onFound = onFound;
+    this.page = pageIdentifier();
+    this.isOnline = false;
+    this.timer = 0;
+    /** @type {EventSource | null} */
+    this.source = null;
     this.listen();
     document.addEventListener("visibilitychange", () => this.restOrWake());
     addEventListener("pageshow", (event) => event.persisted && this.restOrWake());

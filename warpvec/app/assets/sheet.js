@@ -1,12 +1,20 @@
 /* The drawing in the viewer's page: whose it is, the frames and results of its fits, and what the user has changed. */
 
-class Sheet {
+import { find } from "viewer/dom.js";
+import { boxOf, lostPaths, shapesText, stillLost } from "app/erased.js";
+import { setControl } from "app/parts.js";
+import { emptyDrawing } from "app/picture.js";
+
+export class Sheet {
+  // The picture whose drawing the page shows, and the one whose photo is being loaded to be shown next.
+  picture = null;
+  opening = null;
+  // The drawing as the page has written it when it was opened, and its user units.
+  text = null;
+  box = "";
+
   constructor(view) {
     this.view = view;
-    // The picture whose drawing the page shows, and the one whose photo is being loaded to be shown next.
-    [this.picture, this.opening] = [null, null];
-    // The drawing as the page has written it when it was opened, and its user units.
-    [this.text, this.box] = [null, ""];
   }
 
   /** Shows a picture as soon as its photo is loaded; without one, if this cannot be. */
@@ -26,7 +34,7 @@ class Sheet {
     [this.picture, this.opening, this.box] = [picture, null, boxOf(svg)];
     this.view.show({ svg, name, photo, history, figures });
     setControl("split", picture.newest ? 0 : 100);
-    byId("png-width").value = picture.width;
+    find("png-width").value = picture.width;
     this.text = picture.text && this.view.drawingText();
     if (picture.frame) this.view.showDrawing(picture.frame.svg);
   }

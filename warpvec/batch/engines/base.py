@@ -18,7 +18,7 @@ Report = Callable[[str], None]
 """Called by the work with a few words on the progress of its job."""
 
 Notify = Callable[[Any, str], None]
-"""Called by the engine with a job and its news: where it runs, its progress, why it is tried again."""
+"""Function that the engine calls with a job and its news: place, progress, or reason of another attempt."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Failure:
 
 
 @dataclass(frozen=True)
-class Attempt(Generic[J]):
+class JobAttempt(Generic[J]):
     """The ``number``-th attempt at a job, counted from 1."""
 
     job: J
@@ -94,16 +94,16 @@ class Queue(Generic[J]):
     """The waiting jobs and the number of unfinished ones. Each job gets at most ``retries`` + 1 attempts."""
 
     def __init__(self, jobs: Sequence[J], retries: int, notify: Notify) -> None:
-        self._waiting = deque(Attempt(job, 1) for job in jobs)
+        self._waiting = deque(JobAttempt(job, 1) for job in jobs)
         self._retries, self._notify = retries, notify
         self.unfinished = len(jobs)
         """Number of jobs without an outcome."""
 
-    def pop(self) -> Attempt[J] | None:
+    def pop(self) -> JobAttempt[J] | None:
         """Take the next attempt to start; None if no job waits."""
         return self._waiting.popleft() if self._waiting else None
 
-    def finish(self, attempt: Attempt[J], answer: R | Failure) -> Outcome[J, R] | None:
+    def finish(self, attempt: JobAttempt[J], answer: R | Failure) -> Outcome[J, R] | None:
         """Return the outcome of an attempt, or put the job behind all others to be tried again and return None."""
         if not isinstance(answer, Failure):
             self.unfinished -= 1
@@ -111,6 +111,6 @@ class Queue(Generic[J]):
         if answer.final or attempt.number > self._retries:
             self.unfinished -= 1
             return Outcome(attempt.job, None, answer.reason, attempt.number)
-        self._waiting.append(Attempt(attempt.job, attempt.number + 1))
+        self._waiting.append(JobAttempt(attempt.job, attempt.number + 1))
         self._notify(attempt.job, f"tried again: {answer.reason}")
         return None

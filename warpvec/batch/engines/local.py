@@ -1,8 +1,8 @@
 """Worker processes on this machine: started once, kept from job to job, replaced when they die.
 
-They are spawned, not forked, because forking a process with threads and a GPU is not safe. Each has its own pipe, so
-that a worker that is killed while it writes harms no other. A worker whose pipe closes stops its job, so that no worker
-outlives the process that started it, even if that process was killed.
+They are spawned, not forked, because forking a process with threads and a GPU is not safe. Each worker has a pipe of
+its own, so that a worker killed in the middle of a message harms no other. A worker stops its job when its pipe closes:
+no worker outlives the process of the batch, even if that process is killed.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Generic
 
-from warpvec.batch.engines.base import Attempt, Failure, J, Notify, Outcome, Queue, R, Work, WorkerShare, try_work
+from warpvec.batch.engines.base import Failure, J, JobAttempt, Notify, Outcome, Queue, R, Work, WorkerShare, try_work
 from warpvec.rendering.thread_pool import core_count
 
 # A worker stops within an iteration of its fit when its pipe closes; compiling kernels takes longer.
@@ -71,11 +71,11 @@ def machine_shares(devices: Sequence[str], threads: int | None, jobs: int | None
 
 
 class _Worker(Generic[J, R]):
-    """A worker process and its current attempt, seen from the process that started it."""
+    """A worker process and its current attempt, as the process of the batch sees them."""
 
     def __init__(self, work: Work[J, R], share: WorkerShare, notify: Notify) -> None:
         self._arguments, self._notify = (work, share), notify
-        self._attempt: Attempt[J] | None = None
+        self._attempt: JobAttempt[J] | None = None
         self._process: SpawnProcess | None = None
 
     @property
@@ -92,7 +92,7 @@ class _Worker(Generic[J, R]):
         with suppress(OSError):  # the process died while idle; `receive` reports that
             self.connection.send(following.job)
 
-    def receive(self) -> tuple[Attempt[J], R | Failure] | None:
+    def receive(self) -> tuple[JobAttempt[J], R | Failure] | None:
         """Return the attempt and its answer; None if the message is only a report. Stop a process that failed."""
         assert self._attempt is not None
         try:

@@ -1,7 +1,7 @@
-"""Workers on a Ray cluster: one actor each, kept from job to job, replaced when its process or its machine dies.
+"""Workers on a Ray cluster: an actor for each worker, kept from job to job, replaced when its process or machine dies.
 
-They are actors, not tasks, so that a worker that has imported torch and loaded the kernels is kept. An actor gets a job
-only once it runs, so that no job waits for a machine that is gone while others are idle.
+Actors, unlike tasks, keep torch and the kernels loaded from job to job. An actor gets a job only when it runs, so that
+no job waits for a lost machine while others are idle.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from typing import Any, Generic
 
-from warpvec.batch.engines.base import Attempt, Failure, J, Notify, Outcome, Queue, R, Work, WorkerShare, try_work
+from warpvec.batch.engines.base import Failure, J, JobAttempt, Notify, Outcome, Queue, R, Work, WorkerShare, try_work
 from warpvec.errors import InputError
 
 # Number of actors in a row that may die before they run. After that the batch gives up.
@@ -50,7 +50,7 @@ class RayEngine:
         """Yield the outcome of every job as it ends; see `base.Engine`.
 
         Raises:
-            InputError: there is no such cluster, or it lacks what a worker needs.
+            InputError: there is no such cluster, or its machines lack packages of the workers.
             RuntimeError: workers die before they start.
         """
         queue = Queue(jobs, self._retries, notify)
@@ -79,7 +79,7 @@ class RayEngine:
                 ray.init(address=self._address or "auto", log_to_driver=False, logging_level="error")
         except (ConnectionError, ValueError, RuntimeError) as error:
             given = "none" if self._address is None else repr(self._address)
-            remedy = "start one with ray start --head, or set RAY_AUTH_TOKEN if it needs that"
+            remedy = "start one with ray start --head, or set RAY_AUTH_TOKEN if the cluster asks for a token"
             raise InputError("address", "must lead to a running Ray cluster", f"{given} ({error})", remedy) from error
         try:
             yield ray
@@ -102,8 +102,10 @@ class RayEngine:
 
 @contextmanager
 def _kept_handlers() -> Iterator[None]:
-    """Keep the handler of SIGTERM in this block. That of Ray would end the batch in disorder, with an exit code of its
-    own."""
+    """Keep the handler of SIGTERM in this block.
+
+    That of Ray would end the batch in disorder, with an exit code of its own.
+    """
     handler = signal.getsignal(signal.SIGTERM)
     try:
         yield
@@ -123,11 +125,11 @@ def _import_ray() -> Any:
 
 @dataclass(eq=False)
 class _Worker(Generic[J]):
-    """An actor, the place where it runs, and its current attempt (None while it starts or is idle)."""
+    """An actor, its place, and its current attempt (None while it starts or is idle)."""
 
     actor: Any
     place: str = ""
-    attempt: Attempt[J] | None = None
+    attempt: JobAttempt[J] | None = None
 
 
 class _Workers(Generic[J, R]):
@@ -157,7 +159,7 @@ class _Workers(Generic[J, R]):
             self._notify(following.job, f"attempt {following.number} in {worker.place}")
             self._pending[worker.actor.do.remote(following.job)] = worker
 
-    def receive(self) -> tuple[Attempt[J], R | Failure] | None:
+    def receive(self) -> tuple[JobAttempt[J], R | Failure] | None:
         """Wait for an attempt to end; return it and its answer. Return None if a worker has started or failed to."""
         (reference,), _ = self._ray.wait(list(self._pending), num_returns=1)
         worker = self._pending.pop(reference)

@@ -27,12 +27,13 @@ TEXT_BROWSERS = ("www-browser", "lynx", "links", "elinks", "w3m")
 @click.option("--no-browser", is_flag=True, help="Print the address and open no browser.")
 @click.option("--threads", type=WholeNumber(minimum=1), metavar="N", help="CPU threads of fits. [all cores]")
 def app(folder: str | None, port: int | None, no_browser: bool, threads: int | None) -> None:
-    """Open a page in the browser on which pictures become drawings: drop a picture, watch it being drawn, edit the
-    drawing, save it.
+    """Open a page in the browser on which pictures become drawings.
 
-    All of it stays on this machine; only the page that is opened here can use the server. Pictures are kept in memory
-    until their page is closed. With FOLDER the page lists the pictures in it, and saves drawings there instead of
-    downloading them. Ctrl-C ends the server.
+    Drop a picture there, watch it being drawn, edit the drawing, and save it.
+
+    Everything stays on this machine. Only the page that this command opens can use the server. Pictures are kept in
+    memory until their page is closed. With FOLDER the page lists the pictures in FOLDER, and saves drawings there
+    instead of downloading them. Ctrl-C ends the server.
     """
     where = _checked_folder(folder)
     if port is not None and port > PORT_MAX:
@@ -56,9 +57,9 @@ def app(folder: str | None, port: int | None, no_browser: bool, threads: int | N
 
 
 def open_browser(address: str) -> None:
-    """Open the default browser, unless it is one for terminals, in which the page does not work.
+    """Open the default browser. The page does not work in browsers for terminals, which are not opened.
 
-    Some browsers' commands only end with the browser, so it is another thread that waits for them.
+    The commands of some browsers end with the browser. A thread of its own waits for them.
     """
     try:
         name = getattr(webbrowser.get(), "name", "")

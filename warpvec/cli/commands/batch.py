@@ -23,7 +23,7 @@ from warpvec.errors import InputError
 if TYPE_CHECKING:
     from warpvec.batch.console import Tally
     from warpvec.batch.engines.base import Engine
-    from warpvec.batch.jobs import Job, Vectorize
+    from warpvec.batch.jobs import PhotoJob, Vectorize
 
 
 @click.command(cls=SettingsCommand, short_help="Turn a folder of images into a folder of SVGs.")
@@ -36,9 +36,9 @@ if TYPE_CHECKING:
     "--jobs",
     type=click.IntRange(min=1),
     metavar="N",
-    help="Images at a time [one per GPU, else per core].",
+    help="Images at a time. [one per GPU, else per core]",
 )
-@click.option("--skip-existing", is_flag=True, help="Skip every image that has an SVG, however it was made.")
+@click.option("--skip-existing", is_flag=True, help="Skip every image that has an SVG of any settings.")
 @click.option(
     "--retry", "retries", type=click.IntRange(min=0), default=2, metavar="N",
     help="Further attempts at an image that fails or whose worker dies. [2]",
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 @click.option(
     "--engine", type=click.Choice(["local", "ray"]), default="local", help="Workers on this machine or on Ray. [local]"
 )
-@click.option("--ray-address", metavar="ADDR", help="Address of the Ray cluster [the one that Ray finds].")
+@click.option("--ray-address", metavar="ADDR", help="Address of the Ray cluster. [found by Ray]")
 @json_option
 @quiet_option
 @click.pass_context
@@ -103,7 +103,7 @@ def _engine(config: FitConfig, options: dict[str, Any]) -> Engine:
 
 
 def _run(
-    jobs: Sequence[Job], work: Vectorize, engine: Engine, *, skip_existing: bool, quiet: bool
+    jobs: Sequence[PhotoJob], work: Vectorize, engine: Engine, *, skip_existing: bool, quiet: bool
 ) -> tuple[Tally, bool]:
     """Run the batch; return its results and whether a signal ended it. The records are kept either way."""
     from warpvec.batch.console import Tally, show_batch

@@ -19,7 +19,7 @@ from warpvec.cli.arguments import (
     json_option,
     read_photo,
     read_svg_bytes,
-    write_svg_file,
+    write_drawing,
 )
 from warpvec.cli.paths import check_distinct_files
 from warpvec.errors import InputError
@@ -50,8 +50,8 @@ def lod(
 ) -> None:
     """List the levels of detail of the file SVG (- for stdin), or keep some of them.
 
-    Levels are the generations of a fit, which are the layers of its file, from level 0; in other files they are the
-    top-level groups. The kept levels are not changed. The levels 0 to K make a picture of their own.
+    In a file of warpvec a level is a layer: one generation of paths. In other files a level is a top-level group.
+    Levels count from 0. Kept levels are not changed. The levels 0 to K make a picture of their own.
     """
     _check_options(svg, levels, output, split)
     check_background(background, image)
@@ -72,7 +72,7 @@ def _check_options(svg: str, levels: str | None, output: str | None, split: bool
         given, missing = ("--levels", "-o") if output is None else ("-o", "--levels")
         raise InputError(given, f"must be given with {missing}", remedy=f"add {missing}")
     if split and svg == "-":
-        raise InputError("SVG", "must be a file with --split, which names its files after it", "- for stdin", "save it")
+        raise InputError("SVG", "must be a file with --split, which names files after it", "- for stdin", "save it")
 
 
 def _write_levels(data: bytes, levels: str, output: str) -> None:
@@ -81,7 +81,7 @@ def _write_levels(data: bytes, levels: str, output: str) -> None:
     check_out(output, "-o")
     layers = read_layers(data)
     check_has_levels(layers)
-    write_svg_file(select_levels(data, parse_levels(levels, {layer.level for layer in layers})), output)
+    write_drawing(select_levels(data, parse_levels(levels, {layer.level for layer in layers})), output)
 
 
 def _write_prefixes(data: bytes, svg: str, echo: bool) -> None:
@@ -92,7 +92,7 @@ def _write_prefixes(data: bytes, svg: str, echo: bool) -> None:
     for target in files:
         check_out(target)
     for target, text in files.items():
-        write_svg_file(text, target)
+        write_drawing(text, target)
         click.echo(in_one_line(target), err=not echo)
 
 

@@ -1,4 +1,4 @@
-"""``warpvec refine``: fit an SVG that exists already to its photo, and give it more detail."""
+"""``warpvec refine``: fit an existing SVG to its photo, and add detail."""
 
 from __future__ import annotations
 
@@ -17,19 +17,18 @@ from warpvec.cli.arguments import (
     read_source,
     read_svg_bytes,
     verbose_option,
-    write_svg_file,
+    write_drawing,
 )
 from warpvec.cli.loading import quick_loading
-from warpvec.cli.options import GOALS, file_options, requested, stated
+from warpvec.cli.options import file_options, given_options, stated
 from warpvec.cli.settings_command import SettingsCommand
 from warpvec.cli.side_files import SideFile
+from warpvec.cli.signals import listener
 from warpvec.cli.summary import end_fit
 from warpvec.config.toml_file import write_settings
 
 if TYPE_CHECKING:
     from warpvec.config.fit_config import FitConfig
-    from warpvec.svg.read import LoadedSvg
-    from warpvec.vectorization.goal import Goal
 
 DECIDED = ("mode", "curves", "iterations", "precision", "recycle_gap", "segments")
 """Settings that the drawing or the command decides unless they are given. Then --write-config leaves them out."""
@@ -49,56 +48,53 @@ DECIDED = ("mode", "curves", "iterations", "precision", "recycle_gap", "segments
 def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: bool, **options: Any) -> None:
     """Fit the paths of the file SVG to the image IN and write them to OUT.
 
-    SVG is a file of warpvec, or any file of filled paths. Content of other kinds is reported. OUT has the size,
-    the layers and the paths of the drawing: lines stay lines, smooth nodes smooth, opaque paths opaque, and no path
-    crosses itself more often; --free lifts these bounds. The file is never worse than the drawing: if the
-    fit finds nothing better, it is the drawing unchanged. --iterations 0 writes the drawing as it was read. --opaque
-    first makes every path opaque, which may make it worse.
+    SVG is a file of warpvec, or any file of filled paths. Other content is left out and reported. OUT has the size,
+    the layers and the paths of the drawing: lines stay lines, smooth nodes stay smooth, opaque paths stay opaque, and
+    no path crosses itself more often. --free lifts these bounds. The result is never worse than the drawing: if the fit
+    finds nothing better, OUT is the drawing, unchanged. --iterations 0 writes the drawing as it was read. --opaque
+    first makes every path opaque, which may make the drawing worse.
 
-    If --curves is above the number of paths, new ones are added on top where the picture is worst; if it is below,
-    those that matter least are removed. With these, a goal, --recycle-gap, --colors, --palette, --lod or
-    --min-area the fit is that of run from the drawing on, with 0.4 times its learning rates, and without these bounds.
+    If --curves is above the number of paths, new paths are added on top where the picture is worst. If --curves is
+    below, the paths that matter least are removed. With a new number of paths, a goal, --recycle-gap, --colors,
+    --palette, --lod or --min-area, the drawing is fitted like a photo: without the bounds above, and with 0.4 times the
+    learning rates of run.
 
-    --flat, --initial-curves, --initial-radius and --radius-decay are never used. A fit that keeps the paths
+    --one-generation, --initial-curves, --initial-radius and --radius-decay are never used. A fit that keeps the paths
     of the drawing uses --lr-scale, but no other learning rate and no weight of the loss.
     """
-    check_out(out, may_print=True)
+    check_out(out, any_kind=True)
     with quick_loading():
-        from warpvec.vectorization.refine import form_of, place_on_photo, read_drawing, refine_photo
+        from warpvec.api import title_of
+        from warpvec.drawing.given import place_on_picture, read_drawing
+        from warpvec.modes.refine import Refine, refine_settings
+        from warpvec.modes.request import Request
 
     data = read_svg_bytes(drawing, "--from")
     loaded = read_drawing(data, "--from")
     given = {name: value for name, value in options.items() if value is not None}
-    config, goal, count = _settings(options, given, loaded)
+    config, goal, iterations = refine_settings(loaded, options["preset"], given_options(options))
     for text in loaded.omitted:
         click.echo(in_one_line(f"warpvec: {drawing}: {text}"), err=True)
     from warpvec.cli.progress import show_progress
     from warpvec.image.read import read_image
     from warpvec.rendering.launch import resolve_device
-    from warpvec.vectorization.api import title_of
+    from warpvec.result import Result
+    from warpvec.watch.watch import Watch
 
     resolve_device(config.device)
     image = read_source(source, "IN")
-    photo = read_image(image, options["background"], name="IN")
-    start, form = place_on_photo(loaded, photo, "--from"), form_of(loaded, data, config, photo)
-    _write_config(options, given, config)
-    kept: dict[str, Any] = {"title": title_of(image), "form": form, "iterations": count, "free": free, "given": data}
+    pixels = read_image(image, options["background"], name="IN")
+    mode = Refine(loaded, data, iterations, free, name="--from")
     with show_progress(sys.stderr, quiet=options["quiet"]) as show:
-        result = refine_photo(photo, start, config, goal, on_progress=show, file_options=file_options(options), **kept)
-    write_svg_file(result.svg(), out)
-    if count != 0 and config.gradients == "auto" and not options["quiet"] and not result.metrics["gradients"]:
+        watch = Watch(show, config.time_budget, listener())
+        request = Request.of(pixels, config, goal, title=title_of(image), options=file_options(options), watch=watch)
+        place_on_picture(loaded, request.picture, "--from")  # report a wrong picture before anything is written
+        _write_config(options, given, config)
+        result = Result(mode.draw(request), watch.facts())
+    write_drawing(result.svg(), out, result.canvas)
+    if iterations != 0 and config.gradients == "auto" and not options["quiet"] and not result.metrics["gradients"]:
         click.echo("warpvec: no path got a gradient: none would have made the picture plainly better", err=True)
     end_fit(ctx, result, out, options)
-
-
-def _settings(options: dict[str, Any], given: dict[str, Any], drawing: LoadedSvg) -> tuple[FitConfig, Goal, int | None]:
-    """Return the settings of the fit, its goal, and 0 if there is no fit, else None."""
-    from warpvec.vectorization.refine import refine_config, with_drawing_settings, without_zero_iterations
-
-    has_goal = any(options[name] for name in GOALS) or options["curves"] == "auto"
-    kept, is_fitted = (given, True) if has_goal else without_zero_iterations(given)
-    config, goal = requested(options["preset"], with_drawing_settings(kept, drawing))
-    return refine_config(config, given, goal, drawing), goal, None if is_fitted else 0
 
 
 def _write_config(options: dict[str, Any], given: dict[str, Any], config: FitConfig) -> None:

@@ -16,12 +16,13 @@ from warpvec.cli.arguments import (
     quiet_option,
     read_source,
     verbose_option,
-    write_svg_file,
+    write_drawing,
 )
 from warpvec.cli.loading import quick_loading
 from warpvec.cli.options import file_options, options_of_mode, requested, stated
 from warpvec.cli.settings_command import SettingsCommand
 from warpvec.cli.side_files import SideFile
+from warpvec.cli.signals import listener
 from warpvec.cli.summary import end_fit
 from warpvec.cli.value_types import WholeNumber
 from warpvec.config.fit_config import MACHINE_SETTINGS
@@ -29,12 +30,15 @@ from warpvec.config.presets import PRESETS
 from warpvec.config.toml_file import write_settings
 from warpvec.errors import InputError
 from warpvec.files import check_writable
+from warpvec.goals.goal import STATES_RULE
 
 if TYPE_CHECKING:
     from warpvec.config.fit_config import FitConfig
     from warpvec.fit.checkpoint import Checkpoint
-    from warpvec.vectorization.goal import Goal
-    from warpvec.vectorization.result import Result
+    from warpvec.fit.state import Saving
+    from warpvec.goals.goal import Goal
+    from warpvec.modes.request import Request
+    from warpvec.result import Result
 
 
 @click.command(cls=SettingsCommand, short_help="Turn an image into an SVG.")
@@ -49,7 +53,7 @@ if TYPE_CHECKING:
 @click.option("--resume", metavar="FILE", help="Continue from a checkpoint, with its settings.")
 @click.option(
     "--every", type=WholeNumber(minimum=1), default=50, metavar="N",
-    help="Iterations between two frames (1 in fits of fewer) and between two checkpoints. [50]",
+    help="Iterations between frames (in shorter fits every iteration is one) and checkpoints. [50]",
 )  # fmt: skip
 @click.option("--placeholder", is_flag=True, help="Print a rough drawing of 1000 bytes as a data URI.")
 @json_option
@@ -57,17 +61,18 @@ if TYPE_CHECKING:
 @quiet_option
 @click.pass_context
 def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
-    """Turn the image IN (PNG, JPEG, WebP, TIFF, BMP, GIF; - for stdin) into the SVG file OUT. For photo.png, OUT is
-    photo.svg unless given. OUT may end in .svgz (gzipped), .pdf or .eps; - is stdout. Ctrl-C saves the best result.
+    """Turn the image IN (PNG, JPEG, WebP, TIFF, BMP, GIF; - for stdin) into the file OUT: {suffixes},
+    or - for stdout. Without OUT, photo.png becomes photo.svg. Ctrl-C saves the best result.
 
     The mode follows the picture: paths are fitted to photos, and the regions of logos, icons and drawings are outlined.
-    Settings that only one mode has decide it; the help of each says so.
+    A setting that only one mode has selects that mode.
 
-    --placeholder is for web pages to show while the image loads: it prints a drawing as a data URI of at most
-    --max-bytes (300 to 5000, 1000 if not given). If OUT is an .svg file, it gets the SVG. No other setting changes it.
+    --placeholder prints a rough drawing as a data URI, for web pages to show while the image loads. It has at most
+    --max-bytes (300 to 5000, by default 1000). If OUT is given, the drawing is also written to this .svg file. Other
+    settings do not change a placeholder.
 
-    With --max-bytes, a photo is fitted once, in 1.25 times as many iterations as asked for. Its paths have --segments
-    cubics; if these are not given, 3 in the mean, or 2 in files of many bytes and with --gzip.
+    With --max-bytes, a photo is fitted once, with 1.25 times the iterations. Its paths have --segments cubics on
+    average; by default 3, or 2 in large files and with --gzip.
 
     The defaults in brackets are those of the preset "default"; other presets change some of them.
     """
@@ -91,15 +96,14 @@ def _requested(out: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
 
 
 def _check_outputs(out: str, options: dict[str, Any], goal: Goal) -> None:
-    check_out(out, may_print=True)
+    check_out(out, any_kind=True)
     if options["page"] is not None:
         check_page(options["page"])
     if options["checkpoint"] is not None:
         check_writable(options["checkpoint"], "--checkpoint")
     if goal and (options["checkpoint"] or options["resume"]):
         name = "--resume" if options["resume"] else "--checkpoint"
-        rule = "must be given without a goal for the file, whose fits have no state"
-        raise InputError(name, rule, remedy="leave one of them out")
+        raise InputError(name, STATES_RULE, remedy="leave one of them out")
 
 
 def _with_mode_of_checkpoints(config: FitConfig, options: dict[str, Any]) -> FitConfig:
@@ -154,28 +158,32 @@ def _fit(
     image = read_source(source, "IN")
     photo = read_image(image, options["background"], name="IN")
     with quick_loading():  # These imports take a second. By now most mistakes have been reported.
-        from warpvec.cli.frames import watch
+        from warpvec.api import title_of
+        from warpvec.cli.frames import recorded
+        from warpvec.modes.choice import draw_picture
+        from warpvec.modes.photo import Photo
+        from warpvec.modes.request import Request
         from warpvec.rendering.launch import resolve_device
-        from warpvec.vectorization.api import fit_photo, title_of
+        from warpvec.result import Result
+        from warpvec.watch.watch import Watch
 
     resolve_device(config.device)
     frames, video, every = options["save_frames"], options["video"], options["every"]
     failure: OSError | None = None
-    with watch(photo, config, frames, video, every, quiet=options["quiet"]) as watcher:
+    with recorded(photo, config, frames, video, every, quiet=options["quiet"]) as recorder:
         if options["write_config"] is not None:
             settings = stated(options["preset"], options["background"], options, config)
             SideFile("--write-config").attempt(write_settings, options["write_config"], settings)
-        result = fit_photo(
-            photo, config, title=title_of(image), goal=goal, on_progress=watcher,
-            checkpoint=options["checkpoint"], every=every, resume=checkpoint,
-            on_checkpoint_error=SideFile("--checkpoint").fail, file_options=file_options(options),
-        )  # fmt: skip
+        watch = Watch(recorder, config.time_budget, listener())
+        request = Request.of(photo, config, goal, title=title_of(image), options=file_options(options), watch=watch)
+        saving = None if options["checkpoint"] is None else _saving(options["checkpoint"], every, request)
+        result = Result(draw_picture(request, Photo(resume=checkpoint, saving=saving)), watch.facts())
         # Written before the video is finished: the fit is worth more than its video.
         try:
-            write_svg_file(result.svg(), out)
+            write_drawing(result.svg(), out, result.canvas)
         except OSError as error:
             failure = error
-        watcher.end(result)
+        recorder.end(result)
     if options["page"] is not None:
         SideFile("--report").attempt(_write_page, options["page"], result, out)
     if failure is not None:  # only now, so that the video and the page are there
@@ -183,8 +191,15 @@ def _fit(
     return result
 
 
+def _saving(path: str, every: int, request: Request) -> Saving:
+    """Return the request to save the state of the fit to ``path``, which may fail without ending the fit."""
+    from warpvec.fit.checkpoint import saving_to
+
+    return saving_to(path, every, request.settings, request.picture.reduced, SideFile("--checkpoint").fail)
+
+
 def _write_page(page: str, result: Result, out: str) -> None:
     from warpvec.viewer.page import write_page
 
     name = None if out == "-" else Path(out).stem
-    write_page(page, result.svg().encode(), photo=result.photo, history=result.history, name=name)
+    write_page(page, result.svg().encode(), photo=result.picture.pixels, history=result.history, name=name)

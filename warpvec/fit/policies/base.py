@@ -13,7 +13,7 @@ from warpvec.geometry.scene import Scene
 
 
 class Policy(Protocol):
-    """A policy for one image, one configuration, and a number for its first generation."""
+    """A policy for one fit, made from the image, the settings and the number of the first generation."""
 
     def first_paths(self, background: Tensor) -> Scene:
         """Return the paths at the start, over ``background`` [3]."""

@@ -12,7 +12,7 @@ from torch import Tensor
 from warpvec.fit.state_form import Array, require
 
 _WORDS = 624
-"""Words of a Mersenne Twister. They are computed all at once and then handed out one by one."""
+"""Number of words that a Mersenne Twister computes at once, to hand them out later."""
 
 _HEAD = struct.Struct("=QiiQ")
 """How a state begins: the seed, the words left plus one, whether it is seeded, and the index of the next word."""

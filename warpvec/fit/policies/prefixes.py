@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import torch
 from torch import Tensor
@@ -20,9 +19,10 @@ from warpvec.fit import schedule
 from warpvec.fit.policies.scaffolding import Scaffolding
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
-from warpvec.fit.state_form import Form, Whole
+from warpvec.fit.state_form import Form, Integer
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
+from warpvec.rendering.tile_renderer import Adjoints
 
 PREFIX_WEIGHT = 1.0
 """Weight of a prefix's loss beside the loss of all paths."""
@@ -36,7 +36,7 @@ paths were 1.8 dB below fits of as many paths (kodim07), those of 32 and 64 only
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
-def with_prefix(adjoints: Any, scene: Scene, target: Target, count: int) -> Any:
+def with_prefix(adjoints: Adjoints, scene: Scene, target: Target, count: int) -> Adjoints:
     """Return ``adjoints``, those of all paths, plus the weighted adjoints of a picture of the first ``count`` paths."""
     if count == len(scene):
         return adjoints
@@ -79,7 +79,7 @@ class PrefixScaffolding(Scaffolding):
         return {**super().state(), "turn": self._turn}
 
     def _forms(self, iteration: int) -> dict[str, Form]:
-        return {**super()._forms(iteration), "turn": Whole(0, iteration)}
+        return {**super()._forms(iteration), "turn": Integer(0, iteration)}
 
     def restore(self, state: State) -> None:
         """Continue from ``state``, which :meth:`check` has accepted."""
@@ -87,7 +87,7 @@ class PrefixScaffolding(Scaffolding):
         self._turn = state["turn"]
 
     def _recycle(self, population: Population, removal_cost: Tensor, squared_error: Callable[[Scene], Tensor]) -> None:
-        """Move the paths of one generation that its picture needs least to where that picture is worst.
+        """Move the least useful paths of one generation to where the picture of its prefix is worst.
 
         Paths whose ``removal_cost`` [N] is -inf go first: no picture wants them.
         """
@@ -95,7 +95,7 @@ class PrefixScaffolding(Scaffolding):
         generation = self._next_generation(scene)
         prefix = (scene.generation <= generation).nonzero().flatten()
         own = scene.generation[prefix] == generation
-        cost = self._target.fit_step(scene.select(prefix), True).removal_cost
+        cost = self._target.removal_costs(scene.select(prefix))
         cost = torch.where(removal_cost[prefix] == -torch.inf, -torch.inf, cost)
         count = int(int(own.sum()) * self._config.recycle_share)
         removed = cost.masked_fill(~own, torch.inf).topk(count, largest=False).indices

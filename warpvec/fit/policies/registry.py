@@ -7,33 +7,38 @@ from typing import Any
 
 from torch import Tensor
 
+from warpvec.config import rooms
+from warpvec.config.cross_rules import require_scaffolding
 from warpvec.config.fit_config import MACHINE_SETTINGS, FitConfig
-from warpvec.config.rules import require_scaffolding
+from warpvec.config.presets import with_new_names
 from warpvec.errors import InputError
 from warpvec.fit import schedule
+from warpvec.fit.path_models import path_model
 from warpvec.fit.policies.base import Policy
 from warpvec.fit.policies.prefixes import PrefixScaffolding
-from warpvec.fit.policies.replacement import Replacement
 from warpvec.fit.policies.scaffolding import Scaffolding
-from warpvec.fit.state_form import Part, Whole, damaged, same_settings
+from warpvec.fit.state_form import FieldSet, Integer, damaged, same_settings
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 
 _START_MAX = 2**31
 """More paths than a fit can begin with: their control points would take 200 GB."""
 
-POLICIES: dict[str, Callable[[Tensor, FitConfig, int], Policy]] = {
-    "scaffolding": Scaffolding,
-    "replacement": Replacement,
-}
-"""Policies by their names in the settings."""
-
 
 def make_policy(image: Tensor, config: FitConfig, first_generation: int, target: Target) -> Policy:
     """Make the policy of ``config`` for ``image`` [h, w, 3 or 4], which ``target`` compares scenes with."""
     if config.lod:
         return PrefixScaffolding(image, config, first_generation, target)
-    return POLICIES[config.policy](image, config, first_generation)
+    policy: Policy = policy_class(config.policy)(image, config, first_generation)
+    return policy
+
+
+def policy_class(policy: str) -> Callable[[Tensor, FitConfig, int], Policy]:
+    """Return the class of a policy in the settings. Rooms add policies; see `warpvec.config.rooms`."""
+    found: Callable[[Tensor, FitConfig, int], Policy] = (
+        Scaffolding if policy == "scaffolding" else rooms.load("policies", policy)
+    )
+    return found
 
 
 def config_from_start(config: FitConfig, start: Scene, height: int, width: int) -> FitConfig:
@@ -43,9 +48,10 @@ def config_from_start(config: FitConfig, start: Scene, height: int, width: int) 
         InputError: the policy cannot begin with given paths, or the paths do not have the path model of ``config``.
     """
     require_scaffolding(config.policy, "to start from a scene")
-    pieces = config.segments if config.path_model == "segments" else 2
-    if start.degree != config.point_degree:
-        rule = f"must have curves of degree {config.point_degree}, as the settings say"
+    model = path_model(config)
+    pieces = model.piece_count
+    if start.degree != model.degree:
+        rule = f"must have curves of degree {model.degree}, as the settings say"
         raise InputError("start", rule, f"degree {start.degree}", "change path_model or degree")
     if config.renderer != "exact" and not (start.is_uniform and start.piece_count == pieces):
         rule = f"must be exact for a drawing whose paths are not one loop of {pieces} curves each"
@@ -69,19 +75,19 @@ def config_from_state(config: FitConfig, state: Any, height: int, width: int) ->
     """Return the settings to continue with: ``config``, or what `config_from_start` once made of it.
 
     Args:
-        config: the settings of the fit, as its caller gave them. Those in `MACHINE_SETTINGS` may be other ones now.
-        state: the state of a fit of a canvas [height, width], not checked yet. A setting that it lacks has its default.
+        config: the settings of the fit, as its caller gave them. The values of `MACHINE_SETTINGS` may have changed.
+        state: the state of a fit of a canvas [height, width], not checked yet. Missing settings have their defaults.
 
     Raises:
         InputError: ``state`` holds other settings.
     """
-    Part().check("", state)
+    FieldSet().check("", state)
     saved = state.get("config")
-    Part().check("config", saved)
-    plain = {**FitConfig().to_dict(), **saved}
+    FieldSet().check("config", saved)
+    plain = {**FitConfig().to_dict(), **with_new_names(saved)}
     candidates = [config]
     if config.policy == "scaffolding":
-        Whole(1, _START_MAX).check("config.initial_curves", plain["initial_curves"])
+        Integer(1, _START_MAX).check("config.initial_curves", plain["initial_curves"])
         candidates.append(schedule.grow_from(config, plain["initial_curves"], height, width))
     for candidate in candidates:
         expected = candidate.to_dict()

@@ -17,7 +17,7 @@ from warpvec.fit.placement import colors_at, new_paths, sample_positions
 from warpvec.fit.policies.generator import GeneratorState
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
-from warpvec.fit.state_form import Form, Whole, check_fields, require
+from warpvec.fit.state_form import Form, Integer, check_fields, require
 from warpvec.fit.target import blank_error, opaque_colors
 from warpvec.geometry.scene import Scene
 
@@ -98,8 +98,8 @@ class Scaffolding:
     def _forms(self, iteration: int) -> dict[str, Form]:
         return {
             "generator": GeneratorState(self._config.seed),
-            "generation": Whole(0, schedule.inflation_count(self._config) + 1),  # recycled paths are the last one
-            "first_generation": Whole(0, GENERATION_MAX),
+            "generation": Integer(0, schedule.inflation_count(self._config) + 1),  # recycled paths are the last one
+            "first_generation": Integer(0, GENERATION_MAX),
         }
 
     def restore(self, state: State) -> None:

@@ -7,25 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.curves import CURVES
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-
-LEVEL = 0.5
-"""Coverage of a pixel whose centre the contour passes."""
-
-SATURATED = 0.95
-"""An edge ends at the first pixel that is covered at least so much, or at most 1 less this."""
-
-REACH = 2
-"""Pixels beyond the crossing that an edge may take on either side: at 45 degrees it covers two in all."""
-
-DOMINANCE = 0.8
-"""A vertex counts if the field changes along its grid line at least by so much of its change across it. The others are
-less precise, and beside each of them is one that counts."""
-
-COUNTING_MIN = 0.25
-"""Least share of vertices that count; a contour with fewer is a speck, of which all are kept."""
 
 _LOOP_MIN = 3
 
@@ -40,11 +26,11 @@ def contours_of(coverage: NDArray[Any]) -> list[Floats]:
     """
     from contourpy import contour_generator
 
-    margin = REACH + 1
+    margin = CURVES.contour_reach + 1
     field = np.pad(coverage.astype(np.float64), margin)
     height, width = field.shape
     # With corners of pixels on whole numbers, their centres lie at + 0.5.
-    loops = contour_generator(x=np.arange(width), y=np.arange(height), z=field).lines(LEVEL)
+    loops = contour_generator(x=np.arange(width), y=np.arange(height), z=field).lines(CURVES.contour_level)
     found = (_refined(field, np.asarray(loop)[:-1]) for loop in loops if len(loop) > _LOOP_MIN)
     limit = np.array(coverage.shape[::-1], np.float64)
     return [np.clip(loop + (0.5 - margin), 0.0, limit) for loop in found]
@@ -58,7 +44,7 @@ def _refined(field: Floats, loop: Floats) -> Floats:
     in_row = whole[:, 1] & (~whole[:, 0] | is_across)
     x, y = np.where(in_row, across, loop[:, 0]), np.where(in_row, loop[:, 1], down)
     counts, refined = np.where(in_row, is_across, is_down), np.stack([x, y], 1)
-    return refined[counts] if counts.sum() > _LOOP_MIN and counts.mean() > COUNTING_MIN else refined
+    return refined[counts] if counts.sum() > _LOOP_MIN and counts.mean() > CURVES.vertex_share_min else refined
 
 
 def _crossing(field: Floats, row: Floats, place: Floats) -> tuple[Floats, Mask]:
@@ -68,16 +54,16 @@ def _crossing(field: Floats, row: Floats, place: Floats) -> tuple[Floats, Mask]:
     """
     height, width = field.shape
     r = np.clip(np.rint(row), 1, height - 2).astype(np.int64)
-    c = np.clip(np.floor(place), REACH, width - 2 - REACH).astype(np.int64)
-    values = field[r[:, None], c[:, None] + np.arange(-REACH, REACH + 2)]
-    is_falling = values[:, REACH] > values[:, REACH + 1]
+    c = np.clip(np.floor(place), CURVES.contour_reach, width - 2 - CURVES.contour_reach).astype(np.int64)
+    values = field[r[:, None], c[:, None] + np.arange(-CURVES.contour_reach, CURVES.contour_reach + 2)]
+    is_falling = values[:, CURVES.contour_reach] > values[:, CURVES.contour_reach + 1]
     values = np.where(is_falling[:, None], values, 1.0 - values)  # now covered on the left
-    left = _to_saturation(values[:, REACH::-1])
-    right = 1.0 - _to_saturation(1.0 - values[:, REACH + 1 :])
-    edge = c - REACH - 0.5 + left.sum(1) + right.sum(1)
+    left = _to_saturation(values[:, CURVES.contour_reach :: -1])
+    right = 1.0 - _to_saturation(1.0 - values[:, CURVES.contour_reach + 1 :])
+    edge = c - CURVES.contour_reach - 0.5 + left.sum(1) + right.sum(1)
     along = np.abs(field[r, c] - field[r, c + 1])
     above = field[r + 1, c] + field[r + 1, c + 1] - field[r - 1, c] - field[r - 1, c + 1]
-    return edge, along >= DOMINANCE * np.abs(above) / 4.0
+    return edge, along >= CURVES.vertex_dominance * np.abs(above) / 4.0
 
 
 def _to_saturation(values: Floats) -> Floats:
@@ -85,6 +71,6 @@ def _to_saturation(values: Floats) -> Floats:
 
     A shape of a few pixels' width has its other edge there, which is none of this one's concern.
     """
-    rises = (np.diff(values, axis=1) >= -1e-6).all(1) & (values[:, -1] >= SATURATED)
+    rises = (np.diff(values, axis=1) >= -1e-6).all(1) & (values[:, -1] >= CURVES.saturated)
     beyond = np.where(rises[:, None], values[:, 1:], 1.0)
     return np.concatenate([values[:, :1], beyond], 1)

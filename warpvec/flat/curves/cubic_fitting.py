@@ -12,15 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.curves import CURVES
+
 Floats = NDArray[Any]
-
-QUICK, PRECISE = (3, 3.0), (8, 1.5)
-"""Rounds, and the factor of the steps of the parameters between them, of a quick fit and of a precise one. In a round
-the handles are found, and then the points' parameters where the cubic is closest. The two follow each other slowly:
-after three rounds with a factor of 1, a quarter circle of radius 80 is off by 0.07 px on average, else by 0.05."""
-
-THIRDS_WEIGHT = 1e-5
-"""Weight of handles at thirds of the chord, where all points together have 1. It decides where points are too few."""
 
 _TINY = 1e-20
 """Added to what is divided by, which vanishes where points coincide."""
@@ -35,7 +29,7 @@ class Cubics(NamedTuple):
 
 
 def fit_cubics(
-    start: Floats, end: Floats, points: Floats, parameters: Floats, plan: tuple[int, float] = QUICK
+    start: Floats, end: Floats, points: Floats, parameters: Floats, plan: tuple[int, float] = CURVES.quick_plan
 ) -> Cubics:
     """Return the cubics from ``start`` to ``end`` [B, 2] that are closest to ``points`` [B, S, 2], in squares.
 
@@ -43,7 +37,7 @@ def fit_cubics(
         start, end: ends of the cubics.
         points: points along each of them, in order.
         parameters: where along the cubic each point is about [B, S], in (0, 1); lengths over the whole length do.
-        plan: ``QUICK`` or ``PRECISE``.
+        plan: ``quick_plan`` or ``precise_plan``.
     """
     a, d, p = _columns(start), _columns(end), _rows(points)
     return _fitted(a, d, p, parameters, plan, lambda u: _least_squares(a, d, p, u))
@@ -58,7 +52,7 @@ def fit_lengths(start: Floats, end: Floats, directions: Floats, points: Floats, 
     """
     a, d, p = _columns(start), _columns(end), _rows(points)
     along = _columns(directions[:, 0]), _columns(directions[:, 1])
-    return _fitted(a, d, p, parameters, PRECISE, lambda u: _along(a, d, along, p, u))
+    return _fitted(a, d, p, parameters, CURVES.precise_plan, lambda u: _along(a, d, along, p, u))
 
 
 def _fitted(
@@ -102,7 +96,7 @@ def _least_squares(a: Floats, d: Floats, points: Floats, u: Floats) -> tuple[Flo
     v = 1.0 - u
     first, second = 3.0 * u * v * v, 3.0 * u * u * v
     rest = points - v * v * v * a - u * u * u * d
-    weight = THIRDS_WEIGHT * u.shape[1]
+    weight = CURVES.thirds_weight * u.shape[1]
     xx, xy = (first * first).sum(1) + weight, (first * second).sum(1)
     yy = (second * second).sum(1) + weight
     chord = d[..., 0] - a[..., 0]
@@ -117,7 +111,7 @@ def _along(a: Floats, d: Floats, directions: tuple[Floats, Floats], points: Floa
     v = 1.0 - u
     first, second = 3.0 * u * v * v, 3.0 * u * u * v
     rest = points - (v * v * v + first) * a - (u * u * u + second) * d
-    weight = THIRDS_WEIGHT * u.shape[1]
+    weight = CURVES.thirds_weight * u.shape[1]
     third = weight * np.sqrt(((d - a) ** 2).sum(0))[:, 0] / 3.0
     forward, backward = directions
     xx, yy = (first * first).sum(1) + weight, (second * second).sum(1) + weight

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cycle_search import cheapest_cycle
 from warpvec.flat.curves.outline_nodes import find_nodes, roughness, sample_loops
 from warpvec.flat.curves.piece_joining import Pieces, join_pieces
@@ -17,16 +18,8 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 
-TOLERANCE = 0.2
-"""Largest distance in pixels between an outline and its curves. An outline from anti-aliased pixels is within 0.05."""
 
-
-NOISE_FACTOR, NOISE_TOLERANCE_MAX = 18.0, 0.6
-"""Tolerance per roughness of an outline, and the largest that roughness leads to. Anti-aliased edges have a roughness
-of 0.005 px, faint ones in a JPEG of quality 80 have 0.02."""
-
-
-def fit_loops(loops: Sequence[Floats], tolerance: float = TOLERANCE) -> list[tuple[Floats, Mask]]:
+def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance) -> list[tuple[Floats, Mask]]:
     """Return the control points [n, 3, 2] and a mask of the lines [n] for each closed polyline [m, 2].
 
     The pieces of a loop are those of the cheapest cycle through nodes along it (`find_nodes`): few pieces, lines
@@ -37,7 +30,7 @@ def fit_loops(loops: Sequence[Floats], tolerance: float = TOLERANCE) -> list[tup
         return []
     samples = sample_loops(loops)
     nodes = find_nodes(samples)
-    allowed = np.maximum(tolerance, np.minimum(NOISE_FACTOR * roughness(samples), NOISE_TOLERANCE_MAX))
+    allowed = np.maximum(tolerance, np.minimum(CURVES.noise_factor * roughness(samples), CURVES.noise_tolerance_max))
     spans = span_costs(samples, nodes, allowed)
     cycles = []
     for first, stop in pairwise(nodes.first):
@@ -48,7 +41,7 @@ def fit_loops(loops: Sequence[Floats], tolerance: float = TOLERANCE) -> list[tup
     return list(zip(np.split(segments, stops), np.split(pieces.is_line, stops), strict=True))
 
 
-def fit_loop(loop: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, Mask]:
+def fit_loop(loop: Floats, tolerance: float = CURVES.tolerance) -> tuple[Floats, Mask]:
     """Return `fit_loops` for one closed polyline [m, 2]."""
     return fit_loops([loop], tolerance)[0]
 

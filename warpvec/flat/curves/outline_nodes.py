@@ -10,54 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.stroke_ends import stroke_ends
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-
-STEP = 0.5
-"""Pixels between the samples of an outline. Its own points are up to 1.4 pixels apart."""
-
-SAMPLE_COUNT_MIN = 16
-"""Least number of samples of a loop, however small it is."""
-
-GAP = 2
-"""Samples beside a corner that are not looked at: marching squares round them off."""
-
-LONG, SHORT = 12, 5
-"""Samples on one side that tell where the outline goes: a parabola through the long part, or a line through the short
-one where the outline turns again soon."""
-
-RESIDUAL_MAX = 0.08
-"""Largest mean distance in pixels of a parabola from the samples that it is trusted with."""
-
-TURN_MIN = np.radians(22.0)
-"""Least change of direction at a corner. A circle of radius 3 turns by 19 degrees a pixel, but its parabolas follow."""
-
-APART = 3
-"""Samples between two corners, at least."""
-
-SHARP_TURN, SHARP_GAP = np.radians(140.0), 7
-"""Change of direction at a sharp tip, beside which more samples are not looked at: where a wedge is less than a pixel
-wide, its sides cannot be told apart."""
-
-REACH_MAX, REACH_SHARE = 5.0, 0.1
-"""Pixels that a corner may lie outside of the outline, at most, and per pixel of its length. The tip of a wedge of 10
-degrees lies 3 px outside."""
-
-TRIM_MIN, TRIM_MAX = 1.0, 3.5
-"""Pixels of the outline beside a corner that are rounded off: at right angles, and at most."""
-
-SPACING_MIN, SPACING_MAX, SPACING_SHARE, LARGE_SHARE = 1.5, 4.0, 1 / 120, 1 / 600
-"""Pixels between smooth nodes: a share of the length of the loop, within limits. The upper limit grows with the length
-of large loops, so that a piece of as many nodes as are tried may still be a third of them."""
-
-ROUGH_SAMPLES_MIN = 300
-"""Samples of the shortest loop whose roughness is measured."""
-
-SMOOTH_REACH = 6
-"""Samples on either side that tell the direction of the outline at a smooth node."""
 
 
 class Samples(NamedTuple):
@@ -103,7 +61,7 @@ def sample_loops(loops: Sequence[Floats]) -> Samples:
     for loop in loops:
         closed = np.concatenate([loop, loop[:1]])
         length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-        count = max(SAMPLE_COUNT_MIN, round(length[-1] / STEP))
+        count = max(CURVES.sample_count_min, round(length[-1] / CURVES.sample_step))
         places = np.arange(count) * (length[-1] / count)
         parts.append(np.stack([np.interp(places, length, closed[:, k]) for k in (0, 1)], 1))
         steps.append(length[-1] / count)
@@ -117,14 +75,14 @@ def roughness(samples: Samples) -> Floats:
     It is the lower quartile of their distances from parabolas through some pixels on either side, so that corners do
     not count. Loops too short to tell noise from shape have 0.
     """
-    weights = _parabola(np.arange(-SMOOTH_REACH, SMOOTH_REACH + 1))[0]
+    weights = _parabola(np.arange(-CURVES.smooth_reach, CURVES.smooth_reach + 1))[0]
     found = []
     for start, stop in pairwise(samples.first):
         xy = samples.xy[start:stop]
-        rows = (np.arange(len(xy))[:, None] + np.arange(-SMOOTH_REACH, SMOOTH_REACH + 1)) % len(xy)
+        rows = (np.arange(len(xy))[:, None] + np.arange(-CURVES.smooth_reach, CURVES.smooth_reach + 1)) % len(xy)
         off = np.einsum("l,nlc->nc", weights, xy[rows]) - xy
         quartile = float(np.quantile(np.hypot(off[:, 0], off[:, 1]), 0.25))
-        found.append(quartile if len(xy) >= ROUGH_SAMPLES_MIN else 0.0)
+        found.append(quartile if len(xy) >= CURVES.rough_samples_min else 0.0)
     return np.array(found)
 
 
@@ -158,23 +116,23 @@ class Side(NamedTuple):
 def _corners(xy: Floats, step: float) -> Nodes:
     ahead, behind = sides_of(xy)
     turn = turns_of(ahead, behind)
-    chosen = np.nonzero(_is_peak(turn) & (turn > TURN_MIN))[0]
+    chosen = np.nonzero(_is_peak(turn) & (turn > CURVES.corner_turn_min))[0]
     turn = turn[chosen]
     ahead, behind = Side(ahead.point[chosen], ahead.away[chosen]), Side(behind.point[chosen], behind.away[chosen])
-    if len(xy) >= 4 * (SHARP_GAP + SHORT):
-        far_ahead, far_behind = _side(xy, 1, SHARP_GAP), _side(xy, -1, SHARP_GAP)
+    if len(xy) >= 4 * (CURVES.sharp_gap + CURVES.short_side):
+        far_ahead, far_behind = _side(xy, 1, CURVES.sharp_gap), _side(xy, -1, CURVES.sharp_gap)
         ahead = _where_sharp(turn, chosen, far_ahead, ahead)
         behind = _where_sharp(turn, chosen, far_behind, behind)
-    reach = min(REACH_MAX, REACH_SHARE * len(xy) * step)
+    reach = min(CURVES.corner_reach_max, CURVES.corner_reach_share * len(xy) * step)
     point = _intersections(xy, ahead, behind, chosen, reach)
     half = np.maximum((np.pi - turn) / 2.0, 0.05)
-    trim = np.clip(TRIM_MIN * (0.7 + 0.3 / np.tan(half)), TRIM_MIN, TRIM_MAX) / step
+    trim = np.clip(CURVES.trim_min * (0.7 + 0.3 / np.tan(half)), CURVES.trim_min, CURVES.trim_max) / step
     direction = _unit(ahead.away - behind.away)
     ends = stroke_ends(xy, step, chosen, turn)
     chosen = np.concatenate([chosen[ends.is_kept], ends.sample.ravel()])
     point = np.concatenate([point[ends.is_kept], ends.point.reshape(-1, 2)])
     direction = np.concatenate([direction[ends.is_kept], ends.direction.reshape(-1, 2)])
-    trim = np.concatenate([trim[ends.is_kept], np.full(ends.sample.size, TRIM_MIN / step)])
+    trim = np.concatenate([trim[ends.is_kept], np.full(ends.sample.size, CURVES.trim_min / step)])
     ones = np.ones(len(chosen))
     return Nodes(
         np.zeros(1, np.int64), chosen, point, direction, ones.astype(bool), np.rint(trim).astype(np.int64), ones
@@ -183,7 +141,7 @@ def _corners(xy: Floats, step: float) -> Nodes:
 
 def sides_of(xy: Floats) -> tuple[Side, Side]:
     """Return where a loop of even samples [n, 2] goes ahead of and behind each of them, without what corners round."""
-    return _side(xy, 1), _side(xy, -1)
+    return _side(xy, 1, CURVES.corner_gap), _side(xy, -1, CURVES.corner_gap)
 
 
 def turns_of(ahead: Side, behind: Side) -> Floats:
@@ -194,30 +152,30 @@ def turns_of(ahead: Side, behind: Side) -> Floats:
 
 def _where_sharp(turn: Floats, chosen: Integers, far: Side, near: Side) -> Side:
     """Return ``near`` [k], and where corners are sharp the entries ``chosen`` [k] of ``far``."""
-    is_sharp = (turn > SHARP_TURN)[:, None]
+    is_sharp = (turn > CURVES.sharp_turn)[:, None]
     return Side(np.where(is_sharp, far.point[chosen], near.point), np.where(is_sharp, far.away[chosen], near.away))
 
 
-def _side(xy: Floats, sign: int, gap: int = GAP) -> Side:
+def _side(xy: Floats, sign: int, gap: int) -> Side:
     """Return where the outline lies ahead of (``sign`` 1) or behind (-1) each sample, beyond the gap."""
     count = len(xy)
-    long = min(LONG, max(SHORT, count // 6))
+    long = min(CURVES.long_side, max(CURVES.short_side, count // 6))
     rows = (np.arange(count) + sign * np.arange(gap, gap + long)[:, None]) % count
     near = np.ascontiguousarray(xy.T[:, rows])  # [2, long, n]: einsum is ten times as fast along long rows
     offsets = np.arange(long)
     basis = np.stack([offsets**0, offsets, offsets**2], 1).astype(np.float64)
     parabola = np.einsum("kl,cln->ckn", _parabola(offsets), near)
     residual = near - np.einsum("lk,ckn->cln", basis, parabola)
-    line = np.einsum("kl,cln->ckn", np.linalg.pinv(basis[:SHORT, :2]), near[:, :SHORT])
-    is_bent = np.sqrt((residual**2).sum(0).mean(0)) > RESIDUAL_MAX
+    line = np.einsum("kl,cln->ckn", np.linalg.pinv(basis[: CURVES.short_side, :2]), near[:, : CURVES.short_side])
+    is_bent = np.sqrt((residual**2).sum(0).mean(0)) > CURVES.parabola_residual_max
     point, away = np.where(is_bent, line, parabola[:, :2]).transpose(1, 2, 0)
     return Side(np.ascontiguousarray(point), _unit(away))
 
 
 def _is_peak(values: Floats) -> Mask:
-    """Return which values of a cycle are the largest within ``APART`` samples; of equal ones the first."""
+    """Return which values of a cycle are the largest within ``corners_apart`` samples; of equal ones the first."""
     is_peak = np.ones(len(values), bool)
-    for shift in range(1, APART + 1):
+    for shift in range(1, CURVES.corners_apart + 1):
         is_peak &= (values >= np.roll(values, -shift)) & (values > np.roll(values, shift))
     return is_peak
 
@@ -238,11 +196,13 @@ def _intersections(xy: Floats, ahead: Side, behind: Side, chosen: Integers, reac
 def _smooth_nodes(xy: Floats, step: float, corners: Integers) -> Nodes:
     count = len(xy)
     length = count * step
-    spacing = np.clip(length * SPACING_SHARE, SPACING_MIN, max(SPACING_MAX, length * LARGE_SHARE))
+    spacing = np.clip(
+        length * CURVES.spacing_share, CURVES.spacing_min, max(CURVES.spacing_max, length * CURVES.large_share)
+    )
     places = np.rint(np.arange(0, count, spacing / step)).astype(np.int64)
     distance = _distance_on_cycle(places[places < count], corners, count)
-    places, distance = places[places < count][distance > GAP], distance[distance > GAP]
-    reach = min(SMOOTH_REACH, max(2, count // 8))
+    places, distance = places[places < count][distance > CURVES.corner_gap], distance[distance > CURVES.corner_gap]
+    reach = min(CURVES.smooth_reach, max(2, count // 8))
     offsets = np.arange(-reach, reach + 1)
     near = xy[(places[:, None] + offsets) % count]
     parabola = np.einsum("kl,nlc->nkc", _parabola(offsets), near)

@@ -8,35 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.flat.curves.cubic_fitting import PRECISE, fit_cubics, fit_lengths
+from warpvec.flat.constants.curves import CURVES
+from warpvec.flat.curves.cubic_fitting import fit_cubics, fit_lengths
 from warpvec.flat.curves.outline_nodes import Nodes, Samples
 from warpvec.flat.curves.span_costs import places_between, typical_distance
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-
-POINTS = 40
-"""Points of the outline that each piece is fitted to at the end."""
-
-SHIFT_MAX = 1.5
-"""Pixels across the pieces on both sides that a corner may move to where they meet; beyond, these are too uncertain."""
-
-SHIFT_SHARE = 0.15
-"""It may move by so much of the shorter piece beside it, because the direction of a short piece is uncertain."""
-
-SHORT = 5.0
-"""Pixels up to which a piece is so short that a corner beside it stays where it was found, if no crossing is near."""
-
-CROSSING_MIN = np.sin(np.radians(6.0))
-"""Sine of the least angle between two pieces whose crossing is looked for; it is uncertain at smaller angles."""
-
-SMOOTH_DEGREES, CORNER_DEGREES, SLIGHT_DEGREES = 40.0, 7.0, 32.0
-"""Largest change of direction that is smoothed away: at a smooth node; at one that may be a corner; and there, if the
-curves are still as close after it."""
-
-WORSENING_MAX = 1.5
-"""A joint stays a corner if smoothing it brings a piece further from the outline than so many tolerances."""
 
 
 class Pieces(NamedTuple):
@@ -70,7 +49,7 @@ def join_pieces(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: Float
     """
     tolerance = tolerance[np.searchsorted(nodes.first, pieces.start, side="right") - 1]
     joined = _joined(samples, nodes, pieces, tolerance)
-    is_slight = nodes.is_corner[pieces.start] & (_turns(pieces, joined.segments) < SLIGHT_DEGREES)
+    is_slight = nodes.is_corner[pieces.start] & (_turns(pieces, joined.segments) < CURVES.slight_corner_degrees)
     is_slight &= ~(pieces.is_line & pieces.is_line[pieces.before])
     if not is_slight.any():
         return joined.segments
@@ -91,16 +70,16 @@ def _softened(samples: Samples, nodes: Nodes, chosen: Integers) -> Nodes:
 
 
 def _joined(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: Floats) -> _Joined:
-    places = places_between(samples, nodes, pieces.start, pieces.end, POINTS)
+    places = places_between(samples, nodes, pieces.start, pieces.end, CURVES.joined_points)
     anchor = _anchors(nodes, pieces, places.points, places.parameters)
     end, is_line = anchor[pieces.after], pieces.is_line[:, None, None]
-    cubics = fit_cubics(anchor, end, places.points, places.parameters, PRECISE)
+    cubics = fit_cubics(anchor, end, places.points, places.parameters, CURVES.precise_plan)
     chord = (end - anchor)[:, None]
     thirds = np.concatenate([anchor[:, None] + chord / 3.0, anchor[:, None] + chord * (2.0 / 3.0)], 1)
     segments = np.concatenate([anchor[:, None], np.where(is_line, thirds, cubics.handles)], 1)
-    highest = np.where(nodes.is_corner[pieces.start], CORNER_DEGREES, SMOOTH_DEGREES)
+    highest = np.where(nodes.is_corner[pieces.start], CURVES.corner_node_degrees, CURVES.smooth_node_degrees)
     is_smooth = (_turns(pieces, segments) < highest) & ~(pieces.is_line & pieces.is_line[pieces.before])
-    limit = np.maximum(typical_distance(cubics.distance, cubics.square), tolerance) * WORSENING_MAX
+    limit = np.maximum(typical_distance(cubics.distance, cubics.square), tolerance) * CURVES.worsening_max
     for _ in range(2):
         directions = _smoothed(pieces, segments, is_smooth)
         fitted = fit_lengths(anchor, end, directions, places.points, places.parameters)
@@ -115,7 +94,7 @@ def _anchors(nodes: Nodes, pieces: Pieces, points: Floats, parameters: Floats) -
     """Return the starts of the pieces [R, 2]: where lines cross or are met, else the nodes."""
     before, is_line = pieces.before, pieces.is_line
     node = nodes.point[pieces.start]
-    cubics = fit_cubics(node, nodes.point[pieces.end], points, parameters, PRECISE)
+    cubics = fit_cubics(node, nodes.point[pieces.end], points, parameters, CURVES.precise_plan)
     center = points.mean(1)
     along = _main_direction(points - center[:, None])
     leaving = np.where(is_line[:, None], along, _unit(cubics.handles[:, 0] - node))
@@ -130,9 +109,9 @@ def _anchors(nodes: Nodes, pieces: Pieces, points: Floats, parameters: Floats) -
     sine = np.abs(leaving[:, 0] * arriving[before][:, 1] - leaving[:, 1] * arriving[before][:, 0])
     chord = np.linalg.norm(nodes.point[pieces.end] - node, axis=1)
     shorter = np.minimum(chord, chord[before])
-    met = np.where((is_corner & (shorter < SHORT))[:, None], node, met)
-    shift_max = np.minimum(SHIFT_MAX, SHIFT_SHARE * shorter)
-    is_near = np.linalg.norm(found - node, axis=1) * np.maximum(sine, CROSSING_MIN) < shift_max
+    met = np.where((is_corner & (shorter < CURVES.short_piece))[:, None], node, met)
+    shift_max = np.minimum(CURVES.corner_shift_max, CURVES.corner_shift_share * shorter)
+    is_near = np.linalg.norm(found - node, axis=1) * np.maximum(sine, CURVES.crossing_min) < shift_max
     return np.where((is_crossing & is_near & (is_corner | (is_line & is_line[before])))[:, None], found, met)
 
 
@@ -154,7 +133,7 @@ def _main_direction(offsets: Floats) -> Floats:
 def _crossings(a: Floats, along_a: Floats, b: Floats, along_b: Floats) -> tuple[Floats, Mask]:
     """Return where the lines through ``a`` and ``b`` [R, 2] cross, and whether they do so at a clear angle."""
     cross = along_a[:, 0] * along_b[:, 1] - along_a[:, 1] * along_b[:, 0]
-    is_clear = np.abs(cross) > CROSSING_MIN
+    is_clear = np.abs(cross) > CURVES.crossing_min
     between = b - a
     share = (between[:, 0] * along_b[:, 1] - between[:, 1] * along_b[:, 0]) / np.where(is_clear, cross, 1.0)
     return a + share[:, None] * along_a, is_clear

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cubic_fitting import fit_cubics
 from warpvec.flat.curves.outline_nodes import Nodes, Samples
 
@@ -15,46 +16,8 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-LINE_COST, CUBIC_COST, CORNER_COST = 1.0, 1.7, 0.15
-"""Costs of a line, a cubic, and a corner: about the bytes of each in a file, ten of them counting 1."""
 
-DISTANCE_COST = 0.3
-"""Cost of a distance as large as the tolerance; it grows with the square. It decides between equally many pieces."""
-
-KINK_DEGREES = 9.0
-"""Angle between a piece and the direction of the outline at a smooth node that costs 1; the cost grows with the
-square."""
-
-KINK_MAX = 2.5
-"""Largest cost of a kink with which a piece is allowed."""
-
-FORCED_COST = 60.0
-"""Cost of a line between two neighbours that is not within tolerance. It is taken where nothing else fits."""
-
-RMS_WEIGHT, LARGEST_WEIGHT = 2.0, 0.6
-"""Weights of the root mean square and of the largest of distances in the one that is compared with the tolerance."""
-
-ALIVE = 2.0
-"""Longer pieces from a node are tried while one is within so many tolerances."""
-
-BLOCK = 4
-"""Lengths that are tried at a time; more are fewer calls, but more that are tried in vain."""
-
-SHORT, SPARSE, BEND_CHANGE = 12, 3, np.sin(np.radians(2.5))
-"""Pieces of more nodes than the first begin and end only at nodes where the direction changes otherwise than before by
-this sine, beside these, and at one in so many of the others: along a circle, all are alike."""
-
-CHUNK = 256
-"""Cubics that are fitted at a time. More of them do not fit in the caches."""
-
-LENGTH_MAX = 192
-"""Most nodes that a piece goes on."""
-
-POINTS_MIN, POINTS_MAX = 8, 32
-"""Points of the outline that a piece is compared with."""
-
-
-class Spans(NamedTuple):
+class SpanCosts(NamedTuple):
     """Costs [N, K] of the pieces from each node to the one that is k + 1 nodes further, infinite for impossible ones.
 
     ``is_line`` [N, K] says which pieces are lines.
@@ -73,25 +36,25 @@ class Places(NamedTuple):
     parameters: Floats
 
 
-def span_costs(samples: Samples, nodes: Nodes, tolerance: Floats) -> Spans:
+def span_costs(samples: Samples, nodes: Nodes, tolerance: Floats) -> SpanCosts:
     """Return the costs of pieces that stay within ``tolerance`` pixels [L] of each outline."""
     loop = np.repeat(np.arange(len(nodes.first) - 1), np.diff(nodes.first))
     count = np.diff(nodes.first)[loop]
-    longest = int(min(LENGTH_MAX, count.max() - 1))
-    spans = Spans(np.full((len(loop), longest), np.inf), np.zeros((len(loop), longest), bool))
+    longest = int(min(CURVES.span_length_max, count.max() - 1))
+    spans = SpanCosts(np.full((len(loop), longest), np.inf), np.zeros((len(loop), longest), bool))
     active, is_likely = np.arange(len(loop)), _likely_ends(nodes)
-    for length in range(1, longest + 1, BLOCK):
-        lengths = np.arange(length, min(length + BLOCK, longest + 1))
+    for length in range(1, longest + 1, CURVES.spans_at_once):
+        lengths = np.arange(length, min(length + CURVES.spans_at_once, longest + 1))
         start, steps = (grid.ravel() for grid in np.meshgrid(active, lengths, indexing="ij"))
         end = nodes.first[loop[start]] + (start - nodes.first[loop[start]] + steps) % count[start]
-        is_tried = (steps < count[start]) & ((steps <= SHORT) | (is_likely[start] & is_likely[end]))
+        is_tried = (steps < count[start]) & ((steps <= CURVES.short_span) | (is_likely[start] & is_likely[end]))
         start, steps = start[is_tried], steps[is_tried]
         if not len(start):
             break
         distance = _try(samples, nodes, loop, start, steps, tolerance[loop], spans)
-        active = np.unique(start[distance < ALIVE * tolerance[loop[start]]])
+        active = np.unique(start[distance < CURVES.span_alive * tolerance[loop[start]]])
     forced = np.isinf(spans.cost[:, 0])
-    spans.cost[forced, 0], spans.is_line[forced, 0] = FORCED_COST, True
+    spans.cost[forced, 0], spans.is_line[forced, 0] = CURVES.forced_cost, True
     return spans
 
 
@@ -102,9 +65,9 @@ def _likely_ends(nodes: Nodes) -> Mask:
         direction = nodes.direction[first:stop]
         following = np.roll(direction, -1, 0)
         cross = direction[:, 0] * following[:, 1] - direction[:, 1] * following[:, 0]
-        change = np.abs(cross - np.roll(cross, 1)) > BEND_CHANGE
+        change = np.abs(cross - np.roll(cross, 1)) > CURVES.bend_change
         is_likely[first:stop] |= change | np.roll(change, 1) | np.roll(change, -1)
-        is_likely[first:stop:SPARSE] = True
+        is_likely[first : stop : CURVES.sparse_ends] = True
     return is_likely
 
 
@@ -128,17 +91,23 @@ def places_between(samples: Samples, nodes: Nodes, start: Integers, end: Integer
 
 
 def _try(
-    samples: Samples, nodes: Nodes, loop: Integers, start: Integers, steps: Integers, tolerance: Floats, spans: Spans
+    samples: Samples,
+    nodes: Nodes,
+    loop: Integers,
+    start: Integers,
+    steps: Integers,
+    tolerance: Floats,
+    spans: SpanCosts,
 ) -> Floats:
     """Enter the costs of the pieces from ``start`` that are ``steps`` nodes long, and return their distances."""
     first, count = nodes.first[loop[start]], np.diff(nodes.first)[loop[start]]
     end = first + (start - first + steps) % count
     reach = (nodes.sample[end] - nodes.sample[start]) % np.diff(samples.first)[loop[start]]
-    point_count = int(np.clip(reach.max() // 4, POINTS_MIN, POINTS_MAX))
+    point_count = int(np.clip(reach.max() // 4, CURVES.span_points_min, CURVES.span_points_max))
     places = places_between(samples, nodes, start, end, point_count)
     line_cost, line_distance = _line_costs(nodes, places, tolerance)
     cost, distance = line_cost.copy(), line_distance.copy()
-    curved = np.nonzero(~(line_cost < CUBIC_COST))[0]
+    curved = np.nonzero(~(line_cost < CURVES.cubic_cost))[0]
     part = Places(places.start[curved], places.end[curved], places.points[curved], places.parameters[curved])
     cubic_cost, cubic_distance = _cubic_costs(nodes, part, tolerance)
     cost[curved] = np.minimum(line_cost[curved], cubic_cost)
@@ -153,7 +122,7 @@ def typical_distance(largest: Floats, square: Floats) -> Floats:
 
     A curve that bends otherwise than the outline is twice as far at worst as on average; noise is up to four times.
     """
-    return np.maximum(RMS_WEIGHT * np.sqrt(square), LARGEST_WEIGHT * largest)
+    return np.maximum(CURVES.rms_weight * np.sqrt(square), CURVES.largest_weight * largest)
 
 
 def _line_costs(nodes: Nodes, places: Places, tolerance: Floats) -> tuple[Floats, Floats]:
@@ -162,7 +131,7 @@ def _line_costs(nodes: Nodes, places: Places, tolerance: Floats) -> tuple[Floats
     normal = np.stack([-chord[:, 1], chord[:, 0]], 1) / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-9)
     off = np.abs(np.einsum("bsk,bk->bs", places.points - start[:, None], normal))
     distance = typical_distance(off.max(1), (off**2).mean(1))
-    cost = LINE_COST + _common_cost(nodes, places, distance, chord, chord, tolerance)
+    cost = CURVES.line_cost + _common_cost(nodes, places, distance, chord, chord, tolerance)
     return cost, distance
 
 
@@ -170,14 +139,14 @@ def _cubic_costs(nodes: Nodes, places: Places, tolerance: Floats) -> tuple[Float
     start, end = nodes.point[places.start], nodes.point[places.end]
     end, points = (end - start).astype(np.float32), (places.points - start[:, None]).astype(np.float32)
     parameters, origin = places.parameters.astype(np.float32), np.zeros_like(end)
-    parts = [slice(first, first + CHUNK) for first in range(0, len(start), CHUNK)]
+    parts = [slice(first, first + CURVES.cubics_at_once) for first in range(0, len(start), CURVES.cubics_at_once)]
     fits = [fit_cubics(origin[part], end[part], points[part], parameters[part]) for part in parts]
     if not fits:
         return np.zeros(0), np.zeros(0)
     handles, largest, square = (np.concatenate(values).astype(np.float64) for values in zip(*fits, strict=True))
     distance = typical_distance(largest, square)
     leaving, arriving = handles[:, 0], end - handles[:, 1]
-    return CUBIC_COST + _common_cost(nodes, places, distance, leaving, arriving, tolerance), distance
+    return CURVES.cubic_cost + _common_cost(nodes, places, distance, leaving, arriving, tolerance), distance
 
 
 def _common_cost(
@@ -185,13 +154,13 @@ def _common_cost(
 ) -> Floats:
     """Return the cost of distance, kinks and corners; infinite where it is too far or too bent."""
     kinks = _kink_cost(nodes, places.start, leaving) + _kink_cost(nodes, places.end, arriving)
-    corners = (nodes.is_corner[places.start] * 0.5 + nodes.is_corner[places.end] * 0.5) * CORNER_COST
+    corners = (nodes.is_corner[places.start] * 0.5 + nodes.is_corner[places.end] * 0.5) * CURVES.corner_cost
     allowed = tolerance[places.start]
-    cost = DISTANCE_COST * (distance / allowed) ** 2 + kinks + corners
-    return np.where((distance > allowed) | (kinks > KINK_MAX), np.inf, cost)
+    cost = CURVES.distance_cost * (distance / allowed) ** 2 + kinks + corners
+    return np.where((distance > allowed) | (kinks > CURVES.kink_max), np.inf, cost)
 
 
 def _kink_cost(nodes: Nodes, node: Integers, direction: Floats) -> Floats:
     cosine = (direction * nodes.direction[node]).sum(1) / np.maximum(np.linalg.norm(direction, axis=1), 1e-9)
     angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
-    return np.where(nodes.is_corner[node], 0.0, (angle / (KINK_DEGREES * nodes.doubt[node])) ** 2)
+    return np.where(nodes.is_corner[node], 0.0, (angle / (CURVES.kink_degrees * nodes.doubt[node])) ** 2)

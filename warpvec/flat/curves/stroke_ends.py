@@ -11,22 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.curves import CURVES
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-
-NEAR, FAR = 3.5, 7.5
-"""Pixels along the outline, from the middle of the end on either side, at which the width of a stroke is measured."""
-
-WIDTH_MAX = 5.5
-"""Pixels between the corners of an end, at most. Those of wider strokes see enough of their own sides."""
-
-GROWTH = 0.25
-"""The sides of a stroke are parallel: its width grows by fewer pixels from near to far. A wedge of 4 degrees grows by
-0.28."""
-
-TURN_MIN = np.radians(90.0)
-"""Least change of direction of a tip, or of two corners together. At an end it is 180 degrees, blurred by pixels."""
 
 
 class StrokeEnds(NamedTuple):
@@ -54,11 +43,11 @@ def stroke_ends(xy: Floats, step: float, corner: Integers, turn: Floats) -> Stro
         turn: change of direction at each of them in radians [n].
     """
     middle, first, second = _candidates(len(xy), step, corner, turn)
-    near, far = round(NEAR / step), round(FAR / step)
+    near, far = round(CURVES.stroke_near / step), round(CURVES.stroke_far / step)
     across, far_across = (_ring(xy, middle + k) - _ring(xy, middle - k) for k in (near, far))
     width = np.hypot(*across.T)
-    is_end = np.abs(np.hypot(*far_across.T) - width) < GROWTH
-    is_end &= (width < WIDTH_MAX) & (len(xy) > 4 * far)
+    is_end = np.abs(np.hypot(*far_across.T) - width) < CURVES.stroke_growth
+    is_end &= (width < CURVES.stroke_width_max) & (len(xy) > 4 * far)
     is_kept = np.ones(len(corner), bool)
     is_kept[first[is_end]] = is_kept[second[is_end]] = False
     return StrokeEnds(is_kept, *_corners_of(xy, step, middle[is_end]))
@@ -69,10 +58,15 @@ def _candidates(count: int, step: float, corner: Integers, turn: Floats) -> tupl
     rows = np.arange(len(corner))
     after = np.roll(rows, -1)
     gap = (corner[after] - corner) % max(count, 1)
-    is_pair = (gap > 0) & (gap * step < WIDTH_MAX) & (turn + turn[after] > TURN_MIN) & (len(corner) > 2)
+    is_pair = (
+        (gap > 0)
+        & (gap * step < CURVES.stroke_width_max)
+        & (turn + turn[after] > CURVES.stroke_turn_min)
+        & (len(corner) > 2)
+    )
     is_pair &= ~(is_pair & np.roll(is_pair, 1))  # each corner belongs to one pair
     in_pair = is_pair | np.roll(is_pair, 1)
-    tips = rows[(turn > TURN_MIN) & ~in_pair]
+    tips = rows[(turn > CURVES.stroke_turn_min) & ~in_pair]
     pairs = rows[is_pair]
     middle = np.concatenate([corner[tips], corner[pairs] + gap[pairs] // 2])
     return middle, np.concatenate([tips, pairs]), np.concatenate([tips, after[pairs]])
@@ -80,7 +74,7 @@ def _candidates(count: int, step: float, corner: Integers, turn: Floats) -> tupl
 
 def _corners_of(xy: Floats, step: float, middle: Integers) -> tuple[Integers, Floats, Floats]:
     """Return samples, places and directions of the two corners of the ends around the samples ``middle`` [m]."""
-    near, far = round(NEAR / step), round(FAR / step)
+    near, far = round(CURVES.stroke_near / step), round(CURVES.stroke_far / step)
     across = _ring(xy, middle + near) - _ring(xy, middle - near)
     width = np.hypot(*across.T)[:, None]
     across = across / np.maximum(width, 1e-9)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.flat.cutting.noding import UNITS
+from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.planar_map import PlanarMap
 
 Floats = NDArray[np.float64]
@@ -17,7 +17,7 @@ _SAME_T = 1e-7
 """Two parameters of a curve that differ by less are the same place."""
 
 
-class Piece(NamedTuple):
+class CurvePart(NamedTuple):
     """A part of a curve: its control points [4, 2] in pixels, and whether it is a line."""
 
     cubic: Floats
@@ -46,9 +46,9 @@ class CutEdges:
         self._twin = np.arange(len(mapped.tail)) ^ 1
         self._is_cut = self._owner != self._owner[self._twin]
         self._is_break = self._breaks()
-        self._pieces: dict[tuple[int, int], Piece] = {}
+        self._pieces: dict[tuple[int, int], CurvePart] = {}
 
-    def loops(self, owner: int) -> list[list[Piece]]:
+    def loops(self, owner: int) -> list[list[CurvePart]]:
         """Return the closed loops of pieces around all parts of ``owner``."""
         waiting = dict.fromkeys(np.flatnonzero(self._is_cut & (self._owner == owner)).tolist())
         loops = []
@@ -69,7 +69,7 @@ class CutEdges:
             found = int(self._mapped.following[found ^ 1])
         return found
 
-    def _joined(self, loop: list[int]) -> list[Piece]:
+    def _joined(self, loop: list[int]) -> list[CurvePart]:
         """Return the pieces of a closed ``loop`` of half-edges."""
         tail = self._mapped.tail
         breaks = [k for k, half_edge in enumerate(loop) if self._is_break[tail[half_edge]]]
@@ -81,26 +81,26 @@ class CutEdges:
             first = stop
         return pieces
 
-    def _piece(self, first: int, last: int) -> Piece:
+    def _piece(self, first: int, last: int) -> CurvePart:
         """Return the piece from the tail of the half-edge ``first`` to the head of ``last``."""
         if (first, last) not in self._pieces:
             piece = self._made(first, last)
             self._pieces[first, last] = piece
             # The other side runs back along the same points.
-            self._pieces[last ^ 1, first ^ 1] = Piece(piece.cubic[::-1], piece.is_line)
+            self._pieces[last ^ 1, first ^ 1] = CurvePart(piece.cubic[::-1], piece.is_line)
         return self._pieces[first, last]
 
-    def _made(self, first: int, last: int) -> Piece:
+    def _made(self, first: int, last: int) -> CurvePart:
         mapped = self._mapped
         curve = int(mapped.curve[first // 2])
         t_first, t_last = mapped.t[first // 2, first % 2], mapped.t[last // 2, 1 - last % 2]
-        start, end = (self._rounded(mapped.vertex[mapped.tail[each]] / UNITS) for each in (first, last ^ 1))
+        start, end = (self._rounded(mapped.vertex[mapped.tail[each]] / CUTTING.units) for each in (first, last ^ 1))
         if self._is_line[curve]:
-            return Piece(start + np.linspace(0, 1, 4)[:, None] * (end - start), True)
+            return CurvePart(start + np.linspace(0, 1, 4)[:, None] * (end - start), True)
         cubic = _between(self._cubics[curve], float(t_first), float(t_last))
         # The ends lie on the grid, where all pieces meet.
         handles = self._rounded(cubic[1:3] + np.stack([start - cubic[0], end - cubic[3]]))
-        return Piece(np.stack([start, *handles, end]), False)
+        return CurvePart(np.stack([start, *handles, end]), False)
 
     def _rounded(self, points: Floats) -> Floats:
         return points if self._tick is None else np.rint(points / self._tick) * self._tick

@@ -14,19 +14,18 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from warpvec.flat.cutting.cut_edges import CutEdges, Piece
+from warpvec.flat.constants.cutting import CUTTING
+from warpvec.flat.cutting.cut_edges import CurvePart, CutEdges
 from warpvec.flat.cutting.noding import chords_of, noded
 from warpvec.flat.cutting.planar_map import planar_map
 from warpvec.flat.cutting.slivers import without_slivers
-from warpvec.geometry.gradients import FLAT, Gradients
+from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-OPAQUE = 0.999
-"""Least opacity of a path that hides what is below it. A file states three decimals."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ def cut_out(scene: Scene, width: int, height: int, tick: tuple[float, float] | N
     chords = noded(chords_of(cubics, is_line))
     # The canvas is the last path: its edges count before all others.
     mapped = planar_map(chords, path, path_count)
-    stacks = _visible_stacks(mapped.winding != 0, stacked.opacity.numpy() >= OPAQUE)
+    stacks = _visible_stacks(mapped.winding != 0, stacked.opacity.numpy() >= CUTTING.opaque)
     owners, keys = _numbered(stacks)
     owners, sliver_count = without_slivers(mapped, owners, path[mapped.curve])
     edges = CutEdges(mapped, owners, cubics, is_line, tick)
@@ -73,7 +72,7 @@ def cut_out(scene: Scene, width: int, height: int, tick: tuple[float, float] | N
         _scene(stacked, [keys[owner] for owner in drawn], [loops[owner] for owner in drawn]),
         hidden_count=len(stacked) - len(used),
         sliver_count=sliver_count,
-        blended_count=sum(1 for row in used if stacked.opacity[row] < OPAQUE),
+        blended_count=sum(1 for row in used if stacked.opacity[row] < CUTTING.opaque),
     )
 
 
@@ -134,7 +133,7 @@ def _numbered(stacks: list[_Stack]) -> tuple[Integers, list[_Stack]]:
 # The result
 
 
-def _scene(stacked: Scene, stacks: list[_Stack], loops: list[list[list[Piece]]]) -> Scene:
+def _scene(stacked: Scene, stacks: list[_Stack], loops: list[list[list[CurvePart]]]) -> Scene:
     """Return a path for each stack, with its ``loops``."""
     pieces = [piece for path in loops for loop in path for piece in loop]
     segments = torch.tensor(np.array([piece.cubic[:3] for piece in pieces]).reshape(-1, 3, 2), dtype=torch.float32)

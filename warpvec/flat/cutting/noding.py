@@ -12,21 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.cutting import CUTTING
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-
-UNITS = 1024
-"""Units of the grid in a pixel. The error, half a thousandth of a pixel, is below what files state."""
-
-CHORD_ERROR = 0.005
-"""Largest distance in pixels between a chord and its curve."""
-
-NEAR = 0.75
-"""A chord that passes a vertex at so many units of the grid or less goes through it."""
-
-_PASSES_MAX = 30
-"""Most rounds of breaking. Two or three suffice, since chords move by less than a unit when they are broken."""
 
 
 @dataclass(frozen=True)
@@ -57,18 +47,18 @@ def chords_of(cubics: Floats, is_line: Mask) -> Chords:
     """Return the chords of ``cubics`` [R, 4, 2] in pixels, on the grid; a line is one chord."""
     bend = np.abs(cubics[:, :-2] - 2 * cubics[:, 1:-1] + cubics[:, 2:]).max(1)
     # The distance of n chords from a cubic is at most 6 / 8 of its largest second difference over n^2.
-    counts = np.ceil(np.sqrt(0.75 * np.hypot(*bend.T) / CHORD_ERROR)).astype(np.int64)
+    counts = np.ceil(np.sqrt(0.75 * np.hypot(*bend.T) / CUTTING.chord_error)).astype(np.int64)
     counts = np.where(is_line, 1, np.clip(counts, 1, 1000))
     curve = np.repeat(np.arange(len(cubics)), counts)
     number = np.arange(len(curve)) - np.repeat(np.cumsum(counts) - counts, counts)
     t_start, t_end = number / counts[curve], (number + 1) / counts[curve]
-    start, end = (np.rint(UNITS * _points(cubics[curve], t)).astype(np.int64) for t in (t_start, t_end))
+    start, end = (np.rint(CUTTING.units * _points(cubics[curve], t)).astype(np.int64) for t in (t_start, t_end))
     return _without_empty(Chords(start, end, curve, t_start, t_end))
 
 
 def noded(chords: Chords) -> Chords:
     """Return ``chords`` broken so that they meet in their ends only."""
-    for _ in range(_PASSES_MAX):
+    for _ in range(CUTTING.passes_max):
         rows, places = _breaks(chords)
         if not len(rows):
             return chords
@@ -145,7 +135,7 @@ def _passes(start: Integers, end: Integers, vertex: Integers) -> Mask:
     forward = (along * away).sum(1)
     across = along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0]
     inside = (forward > 0) & (forward < length_squared)
-    return inside & (np.abs(across) <= NEAR * np.sqrt(length_squared))
+    return inside & (np.abs(across) <= CUTTING.vertex_near * np.sqrt(length_squared))
 
 
 def _broken(chords: Chords, rows: Integers, places: Integers) -> Chords:

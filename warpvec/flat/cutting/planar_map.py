@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.flat.cutting.noding import UNITS, Chords
+from warpvec.flat.constants.cutting import CUTTING
+from warpvec.flat.cutting.noding import Chords
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -41,11 +42,11 @@ class PlanarMap:
     def lengths(self) -> Floats:
         """Return the length of each half-edge in pixels [2 E]."""
         along = self.vertex[self.tail.reshape(-1, 2)[:, 1]] - self.vertex[self.tail.reshape(-1, 2)[:, 0]]
-        return np.repeat(np.hypot(*along.T) / UNITS, 2)
+        return np.repeat(np.hypot(*along.T) / CUTTING.units, 2)
 
     def areas(self) -> Floats:
         """Return the area of each face in square pixels [F]; that of the outside is negative."""
-        return np.bincount(self.face, _twice_areas(self.vertex, self.tail), len(self.winding)) / 2 / UNITS**2
+        return np.bincount(self.face, _twice_areas(self.vertex, self.tail), len(self.winding)) / 2 / CUTTING.units**2
 
 
 def planar_map(chords: Chords, path_of_curve: Integers, path_count: int) -> PlanarMap:

@@ -5,21 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.planar_map import PlanarMap
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-SLIVER_WIDTH = 0.15
-"""A part whose area is less than so many pixels times half its outline is a sliver. Where two outlines follow the same
-edge of the picture, they differ by less; nothing that thin can be cut, or seen."""
-
-SHARE_MIN = 0.25
-"""Share of its outline that a sliver must have in common with the neighbour that it goes to, if there is one that has
-so much."""
-
-_ROUNDS_MAX = 8
-"""Most rounds. A sliver between slivers waits for the next round."""
 
 
 def without_slivers(mapped: PlanarMap, owners: Integers, path_of_edge: Integers) -> tuple[Integers, int]:
@@ -34,13 +24,13 @@ def without_slivers(mapped: PlanarMap, owners: Integers, path_of_edge: Integers)
     owners, count, length = owners.copy(), 0, mapped.lengths()
     areas = mapped.areas()
     is_border = np.repeat(path_of_edge == mapped.winding.shape[1] - 1, 2)
-    for _ in range(_ROUNDS_MAX):
+    for _ in range(CUTTING.sliver_rounds_max):
         region = _regions(mapped, owners)
         across = region[mapped.face.reshape(-1, 2)[:, ::-1].reshape(-1)]
         is_outline = region[mapped.face] != across
         region_area = np.bincount(region, areas)
         outline = np.bincount(region[mapped.face][is_outline], length[is_outline], len(region_area))
-        is_sliver = region_area < SLIVER_WIDTH * outline / 2
+        is_sliver = region_area < CUTTING.sliver_width * outline / 2
         is_sliver[region[0]] = False
         changed: set[int] = set()
         for number in sorted(np.flatnonzero(is_sliver).tolist(), key=lambda each: float(region_area[each])):
@@ -60,7 +50,7 @@ def _neighbour(across: Integers, path: Integers, length: Floats) -> int | None:
     whole = length.sum()
     for lowest in np.unique(path):
         chosen = path == lowest
-        if length[chosen].sum() >= SHARE_MIN * whole:
+        if length[chosen].sum() >= CUTTING.sliver_share_min * whole:
             shared = np.bincount(across[chosen], length[chosen])
             return int(shared.argmax())
     return int(np.bincount(across, length).argmax()) if len(across) else None

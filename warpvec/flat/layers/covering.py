@@ -8,21 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.regions.regions import Regions
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-MARGIN = 2.5
-"""Pixels that a layer stays away, beneath another one, from what neither of them covers: its colour would show along
-the edge of the upper one."""
-
-TAPER = 0.7
-"""Pixels of that margin per pixel from what the layer shows, so that no gap opens where the three meet."""
-
-DEPTH_MIN, DEPTH_SHARE = 6.0, 0.7
-"""Pixels that a layer may go on beneath others: at least, and per pixel of the side of a square of its visible area.
-Much smaller layers than those above would get much longer borders than they show."""
 
 _NEIGHBOURS = np.ones((3, 3), bool)
 
@@ -53,8 +43,8 @@ def cover_of(regions: Regions, members: Collection[int], above: Collection[int])
     """
     is_member, is_above = chosen(regions, members), chosen(regions, above)
     visible = is_member[regions.label]
-    depth = max(DEPTH_MIN, DEPTH_SHARE * float(visible.sum()) ** 0.5)
-    top, bottom, left, right = _box(visible, int(depth + 2.0 * MARGIN) if above else 2)
+    depth = max(LAYERS.cover_depth_min, LAYERS.cover_depth_share * float(visible.sum()) ** 0.5)
+    top, bottom, left, right = _box(visible, int(depth + 2.0 * LAYERS.cover_margin) if above else 2)
     box = np.s_[top:bottom, left:right]
     part = replace(regions, label=regions.label[box], other=regions.other[box], share=regions.share[box])
     corner = np.array([left, top], np.float64)
@@ -111,7 +101,7 @@ def _hidden(visible: Mask, above: Mask, from_out: Floats, depth: float) -> Mask:
     from scipy import ndimage
 
     from_visible = ndimage.distance_transform_edt(~visible)
-    margin = np.minimum(MARGIN, 1.0 + TAPER * (from_visible - 1.0))
+    margin = np.minimum(LAYERS.cover_margin, 1.0 + LAYERS.cover_taper * (from_visible - 1.0))
     hidden = above & (from_out >= margin) & (from_visible <= depth)
     hidden &= _connected(hidden | visible, visible)
     return hidden | _holes(hidden | visible, ~(above | visible))

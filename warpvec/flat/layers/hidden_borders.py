@@ -8,45 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.layers.covering import Cover
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-
-RUN_MIN = 2.0
-"""Pixels of an outline that must be hidden in a row before it is changed."""
-
-BLURRED = 1.25
-"""Pixels at either end of a part that shows where three paints mix, so that its place is uncertain."""
-
-TANGENT_REACH = 4.0
-"""Pixels of an outline that tell in which direction it goes on beneath the layer above."""
-
-EXTENSION = 2.0
-"""Pixels that a part that shows goes on beneath the layer above before its border turns."""
-
-MARGIN_LEAST, WEDGE = 1.9, 0.25
-"""Pixels that the border of a layer stays away, beneath another one, from what neither covers; and pixels of that per
-pixel from its ends."""
-
-LINK_POINTS = 48
-"""Points of a hidden border between which straight lines are tried."""
-
-LINKS_MAX = 4
-"""Most lines of a hidden border; beyond, it follows the layers above in curves instead."""
-
-DETOURS_MAX = 24
-"""Times that another way is looked for because a line passes something on the wrong side."""
-
-ENCLOSED_MAX = 6
-"""Pixels of anything else that may lie between a hidden border and its simple form: those that touch its ends."""
-
-SMOOTHING = 9
-"""Points of a hidden border, about a pixel apart, whose mean replaces each of them, so that steps of pixels vanish."""
-
-SAMPLES = 64
-"""Points of such a line that must lie beneath the layers above."""
 
 
 def with_simple_hidden_borders(loop: Floats, is_hidden: Mask, cover: Cover) -> Floats:
@@ -84,7 +51,7 @@ def _hidden_runs(loop: Floats, is_hidden: Mask) -> list[tuple[int, int]]:
     steps = np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1)[order]
     lengths = np.concatenate([[0.0], np.cumsum(steps)])
     runs = zip(np.nonzero(change == 1)[0], np.nonzero(change == -1)[0], strict=True)
-    return [(int(a) + begin, int(b) + begin) for a, b in runs if lengths[b] - lengths[a] >= RUN_MIN]
+    return [(int(a) + begin, int(b) + begin) for a, b in runs if lengths[b] - lengths[a] >= LAYERS.hidden_run_min]
 
 
 def _extended(shown: Floats, cover: Cover) -> Floats:
@@ -97,13 +64,13 @@ def _extended(shown: Floats, cover: Cover) -> Floats:
 def _extended_end(shown: Floats, cover: Cover) -> Floats:
     steps = np.linalg.norm(np.diff(shown, axis=0), axis=1)
     from_end = np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])
-    certain = np.nonzero((from_end >= BLURRED) & (from_end <= BLURRED + TANGENT_REACH))[0]
+    certain = np.nonzero((from_end >= LAYERS.blurred_end) & (from_end <= LAYERS.blurred_end + LAYERS.tangent_reach))[0]
     if len(certain) < 2:
         return shown
     near, first = shown[certain[0] : certain[-1] + 1], certain[-1]
     direction = near[-1] - near[0]
     direction /= max(float(np.linalg.norm(direction)), 1e-9)
-    for extension in (EXTENSION, EXTENSION / 2.0):
+    for extension in (LAYERS.extension, LAYERS.extension / 2.0):
         end = shown[first] + direction * (from_end[first] + extension)
         if is_in(cover.above, end[None])[0]:
             return np.concatenate([shown[: first + 1], end[None]])
@@ -115,25 +82,31 @@ def _border(path: Floats, cover: Cover) -> Floats:
     if len(path) <= 2:
         return path
     simple = _fewest_links(path, cover)
-    return simple if len(simple) - 1 <= LINKS_MAX else _smoothed(path)
+    return simple if len(simple) - 1 <= LAYERS.links_max else _smoothed(path)
 
 
 def _smoothed(path: Floats) -> Floats:
     """Return ``path`` [n, 2] without the steps of pixels; its ends stay."""
-    ends = [np.repeat(path[place][None], SMOOTHING // 2, 0) for place in (0, -1)]
+    ends = [np.repeat(path[place][None], LAYERS.border_smoothing // 2, 0) for place in (0, -1)]
     padded = np.concatenate([ends[0], path, ends[1]])
     sums = np.cumsum(np.concatenate([np.zeros((1, 2)), padded]), 0)
-    return np.concatenate([path[:1], ((sums[SMOOTHING:] - sums[:-SMOOTHING]) / SMOOTHING)[1:-1], path[-1:]])
+    return np.concatenate(
+        [
+            path[:1],
+            ((sums[LAYERS.border_smoothing :] - sums[: -LAYERS.border_smoothing]) / LAYERS.border_smoothing)[1:-1],
+            path[-1:],
+        ]
+    )
 
 
 def _fewest_links(path: Floats, cover: Cover) -> Floats:
     """Return the path of fewest lines through points of ``path`` that stays covered, on the same side of all else."""
-    chosen = np.unique(np.rint(np.linspace(0, len(path) - 1, min(len(path), LINK_POINTS))).astype(np.int64))
+    chosen = np.unique(np.rint(np.linspace(0, len(path) - 1, min(len(path), LAYERS.link_points))).astype(np.int64))
     points = path[chosen]
     sees = _links(points, cover)
-    for _ in range(DETOURS_MAX):
+    for _ in range(LAYERS.detours_max):
         order = _fewest_steps(points, sees)
-        if len(order) - 1 > LINKS_MAX:
+        if len(order) - 1 > LAYERS.links_max:
             break
         wrong = [(a, b) for a, b in pairwise(order) if _encloses_other(path[chosen[a] : chosen[b] + 1], cover)]
         if not wrong:
@@ -170,16 +143,16 @@ def _encloses_other(path: Floats, cover: Cover) -> bool:
     ImageDraw.Draw(image).polygon([(x, y) for x, y in (path - corner - 0.5).tolist()], fill=1)
     box = cover.above[corner[1] : corner[1] + height, corner[0] : corner[0] + width]
     inside = np.asarray(image)[: box.shape[0], : box.shape[1]]
-    return int((inside & ~box).sum()) > ENCLOSED_MAX
+    return int((inside & ~box).sum()) > LAYERS.enclosed_max
 
 
 def _links(points: Floats, cover: Cover) -> Mask:
     """Return which of ``points`` [n, 2] are joined by a straight line that stays covered [n, n]; neighbours always."""
-    share = np.linspace(0.0, 1.0, SAMPLES)[1:-1, None]
+    share = np.linspace(0.0, 1.0, LAYERS.link_samples)[1:-1, None]
     between = points[:, None, None] * (1.0 - share) + points[None, :, None] * share
     from_end = np.minimum(np.linalg.norm(between - points[0], axis=-1), np.linalg.norm(between - points[-1], axis=-1))
     # At the ends, where the border comes out from beneath, no margin can be kept.
-    margin = np.minimum(MARGIN_LEAST, WEDGE * from_end)
+    margin = np.minimum(LAYERS.hidden_margin, LAYERS.hidden_wedge * from_end)
     x, y = np.floor(between).astype(np.int64).reshape(-1, 2).T
     height, width = cover.above.shape
     x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)

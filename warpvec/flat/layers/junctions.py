@@ -9,21 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.curves.contours import contours_of
 from warpvec.flat.curves.outline_nodes import sample_loops, sides_of, turns_of
 from warpvec.flat.regions.regions import Regions
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
-
-OUTWARD = 0.8
-"""Pixels outside of an outline where its neighbour is looked up."""
-
-BORDER_MIN = 5
-"""Samples of an outline, half a pixel each, with one neighbour; shorter parts are mixtures of other paints."""
-
-TURN_MAX = np.radians(45.0)
-"""Turn of an outline at a junction from which on it does not go on there."""
 
 NO_NEIGHBOUR = -1
 
@@ -66,7 +58,7 @@ def evidence_above(junctions: Junctions, count: int) -> Floats:
     there (a T-junction). 0 says that a and b have no junction, or that both outlines go on equally well.
     """
     smooth, times = np.zeros((count, count)), np.zeros((count, count))
-    goes_on = np.clip(1.0 - junctions.turn / TURN_MAX, 0.0, 1.0)
+    goes_on = np.clip(1.0 - junctions.turn / LAYERS.junction_turn_max, 0.0, 1.0)
     for neighbour in (junctions.before, junctions.after):
         is_region = neighbour >= 0
         place = junctions.region[is_region], neighbour[is_region]
@@ -144,7 +136,7 @@ def _neighbours(labels: Integers, xy: Floats) -> Integers:
     along = np.roll(xy, -2, axis=0) - np.roll(xy, 2, axis=0)
     normal = np.stack([along[:, 1], -along[:, 0]], 1)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
-    place = np.floor(xy + OUTWARD * normal).astype(np.int64) + 1
+    place = np.floor(xy + LAYERS.neighbour_distance * normal).astype(np.int64) + 1
     height, width = labels.shape
     found = labels[np.clip(place[:, 1], 0, height - 1), np.clip(place[:, 0], 0, width - 1)].astype(np.int64)
     return _without_short_runs(found)
@@ -155,7 +147,7 @@ def _without_short_runs(values: Integers) -> Integers:
     if len(changes) < 2:
         return values
     lengths = np.diff(np.append(changes, changes[0] + len(values)))
-    long = changes[lengths >= BORDER_MIN]
+    long = changes[lengths >= LAYERS.border_samples_min]
     if not len(long):
         return np.full_like(values, values[changes[lengths.argmax()]])
     index = np.arange(len(values))

@@ -7,45 +7,27 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.layers.junctions import Junctions
 from warpvec.flat.regions.regions import Regions
-from warpvec.geometry.gradients import FLAT
+from warpvec.geometry.paints.registry import FLAT
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-PAINT_APART = 2.5 / 255
-"""Largest difference of a channel of two paints that count as equal."""
-
-FACING = np.cos(np.radians(25.0))
-"""Cosine of the largest angle between an outline, where it goes beneath another shape, and the way to where it comes
-out again. A circle of which a sixth is hidden goes on at 30 degrees, half of it on either side."""
-
-STRAIGHT = np.cos(np.radians(12.0))
-"""The same where an outline goes on so straight that one is enough. Else two are needed: a band has two sides."""
-
-ENDS_APART = 4.0
-"""Pixels between two ends of one outline that count as two."""
-
-SAMPLES = 48
-"""Points of the way from end to end that must be hidden."""
-
-PAIRS_AT_ONCE = 2**18
-"""Pairs of junctions that are compared at once, which take some 30 MB."""
-
 
 def same_paint(regions: Regions, first: int, second: int) -> bool:
-    """Return whether two regions have the same flat paint, within ``PAINT_APART``."""
+    """Return whether two regions have the same flat paint, within ``paints_apart``."""
     return bool(alike(regions, first, np.array([second]))[0])
 
 
 def alike(regions: Regions, first: int, others: Integers) -> Mask:
-    """Return which regions ``others`` [n] have the flat paint of ``first``, within ``PAINT_APART``, or are it."""
+    """Return which regions ``others`` [n] have the flat paint of ``first``, within ``paints_apart``, or are it."""
     color = np.abs(regions.color[others] - regions.color[first]).max(1)
     apart = np.maximum(color, np.abs(regions.opacity[others] - regions.opacity[first]))
     is_flat = (regions.kind[others] == FLAT) & (regions.kind[first] == FLAT)
-    found: Mask = (others == first) | (is_flat & (apart <= PAINT_APART))
+    found: Mask = (others == first) | (is_flat & (apart <= LAYERS.paints_apart))
     return found
 
 
@@ -86,7 +68,7 @@ def _facing(regions: Regions, junctions: Junctions, leaving: Mask, arriving: Mas
     """
     starts, ends = np.nonzero(leaving)[0], np.nonzero(arriving)[0]
     found = np.zeros(len(regions), np.int64)
-    step = max(1, PAIRS_AT_ONCE // max(len(ends), 1))
+    step = max(1, LAYERS.pairs_at_once // max(len(ends), 1))
     for chunk in (starts[k : k + step] for k in range(0, len(starts), step)):
         np.add.at(found, *_facing_regions(regions, junctions, chunk, ends, above, first))
     return found
@@ -102,7 +84,7 @@ def _facing_regions(
     # Of one junction and one region, the straightest way counts.
     keys, pair = np.unique((start * len(regions) + other)[is_hidden], return_inverse=True)
     counted = np.zeros(len(keys), np.int64)
-    np.maximum.at(counted, pair, np.where(straight[is_hidden] > STRAIGHT, 2, 1))
+    np.maximum.at(counted, pair, np.where(straight[is_hidden] > LAYERS.straight_cosine, 2, 1))
     return keys % len(regions), counted
 
 
@@ -114,15 +96,15 @@ def _facing_junctions(junctions: Junctions, leaving: Integers, arriving: Integer
     goes_on = -(junctions.back[leaving][:, None] * unit).sum(-1)
     comes_in = (junctions.forth[arriving] * unit).sum(-1)
     straight = np.minimum(goes_on, comes_in)
-    rows, columns = np.nonzero((straight > FACING) & (length > ENDS_APART))
+    rows, columns = np.nonzero((straight > LAYERS.facing_cosine) & (length > LAYERS.ends_apart))
     return leaving[rows], arriving[columns], straight[rows, columns]
 
 
 def _is_hidden(regions: Regions, start: Floats, end: Floats, above: Mask, other: Integers) -> Mask:
     """Return whether regions ``above`` [K], but not ``other`` [P], hide the way from ``start`` [P, 2] to ``end``."""
-    share = np.linspace(0.1, 0.9, SAMPLES)[:, None]
+    share = np.linspace(0.1, 0.9, LAYERS.way_samples)[:, None]
     x, y = np.floor(start[:, None] * (1.0 - share) + end[:, None] * share).astype(np.int64).reshape(-1, 2).T
     height, width = regions.label.shape
-    label = regions.label[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)].reshape(-1, SAMPLES)
+    label = regions.label[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)].reshape(-1, LAYERS.way_samples)
     hidden: Mask = (above[label] & (label != other[:, None])).mean(1) > 0.9
     return hidden

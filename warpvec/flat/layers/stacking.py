@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.layers.junctions import border_shares, evidence_above, find_junctions
 from warpvec.flat.layers.merging import alike, interrupted_pairs
 from warpvec.flat.regions.regions import Regions
@@ -16,22 +17,9 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-BORDER_EVIDENCE, AREA_EVIDENCE, SURELY = 0.8, 0.1, 100.0
-"""Evidence beside that of junctions, at most 1: that a region lies above one that it has its whole border with; that
-the smaller of two lies above; and that a region lies above one that surrounds it."""
-
-CLEARLY = 0.3
-"""Evidence that keeps a region from moving below another one, to be one layer with others."""
-
-ALONE_MIN = 3
-"""Shapes of one paint that stand alone and become one path. Of two, one may be a figure and the other its foot."""
-
-MOVES_MAX = 8
-"""Rounds in which each layer may move to where it agrees best with the others."""
-
 
 @dataclass(frozen=True)
-class Layer:
+class StackedLayer:
     """One path of a drawing.
 
     Attributes:
@@ -48,7 +36,7 @@ class Layer:
         return tuple(region for part in self.parts for region in part)
 
 
-def stack(regions: Regions) -> list[Layer]:
+def stack(regions: Regions) -> list[StackedLayer]:
     """Return the layers of ``regions``, the lowest first.
 
     A region lies beneath those that it surrounds. Of neighbours, the one whose outline goes on where a third one meets
@@ -63,8 +51,10 @@ def stack(regions: Regions) -> list[Layer]:
     junctions = find_junctions(regions, shown)
     above = evidence_above(junctions, len(regions))
     shares = border_shares(regions.label, len(regions))
-    above += BORDER_EVIDENCE * (shares - shares.T) + AREA_EVIDENCE * np.sign(area[None, :] - area[:, None])
-    above += SURELY * (surrounds.T.astype(float) - surrounds)
+    above += LAYERS.border_evidence * (shares - shares.T) + LAYERS.area_evidence * np.sign(
+        area[None, :] - area[:, None]
+    )
+    above += LAYERS.surrounding_evidence * (surrounds.T.astype(float) - surrounds)
     order = best_order(above, sorted(shown.tolist(), key=lambda index: (-area[index], index)))
     seen = list(_seen_through(regions, surrounds, order))
     for _, region in seen:
@@ -97,7 +87,7 @@ def _pairs_alone(regions: Regions, shares: Floats, order: list[int]) -> Iterator
     rest = np.array([region for region in order if stands_alone[region]], np.int64)
     while len(rest):
         is_alike = alike(regions, int(rest[0]), rest)
-        if is_alike.sum() >= ALONE_MIN:
+        if is_alike.sum() >= LAYERS.alone_min:
             yield from ((int(rest[0]), second) for second in rest[is_alike][1:].tolist())
         rest = rest[~is_alike]
 
@@ -127,15 +117,15 @@ def _grouped(
 def _is_free(above: Floats, between: list[int], group: tuple[int, ...]) -> bool:
     """Return whether nothing says that ``group`` lies above one of the regions ``between``."""
     evidence = above[np.ix_(group, between)] - above[np.ix_(between, group)].T
-    return bool((evidence < CLEARLY).all())
+    return bool((evidence < LAYERS.clear_evidence).all())
 
 
-def _layers(regions: Regions, paths: list[list[tuple[int, ...]]]) -> list[Layer]:
+def _layers(regions: Regions, paths: list[list[tuple[int, ...]]]) -> list[StackedLayer]:
     hides = regions.opacity >= 1.0
-    layers: list[Layer] = []
+    layers: list[StackedLayer] = []
     above: list[int] = []
     for shapes in reversed(paths):
-        layers.insert(0, Layer(tuple(shapes), frozenset(above)))
+        layers.insert(0, StackedLayer(tuple(shapes), frozenset(above)))
         above += [region for shape in shapes for region in shape if hides[region]]
     return layers
 
@@ -155,7 +145,7 @@ def best_order(above: Floats, start: Sequence[int]) -> list[int]:
     """
     order = np.array(start, np.int64)
     more = above - above.T
-    for _ in range(MOVES_MAX):
+    for _ in range(LAYERS.layer_moves_max):
         before = order
         for entry in before.tolist():
             current = int(np.argmax(order == entry))

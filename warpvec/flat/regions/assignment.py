@@ -7,7 +7,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.flat.regions.denoising import Tolerances
+from warpvec.flat.constants.regions import REGIONS
+from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import NONE, grow_by_paint
 from warpvec.flat.regions.unmixing import Candidates, Mixes, best_mixes, explain_by_three, nearest_labels
@@ -15,16 +16,6 @@ from warpvec.flat.regions.unmixing import Candidates, Mixes, best_mixes, explain
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
 Mask = NDArray[np.bool_]
-
-
-LOOSE = 3.0
-"""Multiple of the tolerance at which a pixel of a noisy picture is taken for pure if no mix explains it."""
-
-RINGING = 8
-"""Distance in pixels that ringing of JPEG reaches: the side of a block."""
-
-END = 2
-"""Distance in pixels from the end of the picture at which the canvas beyond it can have a share."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +63,7 @@ def assign(picture: Floats, seeds: Integers, paints: Paints, tolerances: Toleran
 
 def _accept_loosely(assignment: Assignment, picture: Floats, paints: Paints, tolerances: Tolerances) -> None:
     """Give unexplained pixels to the regions beside them whose paint they show roughly."""
-    limit = LOOSE * tolerances.paint
+    limit = REGIONS.loose * tolerances.paint
     grown = grow_by_paint(assignment.anchors, ~assignment.is_pure, picture, paints, tolerances.metric, limit)
     accepted = (assignment.residual > tolerances.mix) & (grown != NONE)
     for array in (assignment.anchors, assignment.label, assignment.other):
@@ -134,7 +125,7 @@ def _search_wider(
     paints: Paints, tolerances: Tolerances,
 ) -> None:  # fmt: skip
     """Replace the mixes ``hard`` by those of regions within the reach of ringing where these leave less."""
-    candidates = nearest_labels(anchors, rows[hard], columns[hard], RINGING)
+    candidates = nearest_labels(anchors, rows[hard], columns[hard], REGIONS.ringing_reach)
     near = Candidates(candidates.label, np.zeros_like(candidates.squared))
     found = near.label[:, 0] != NONE
     hard, near = hard[found], Candidates(near.label[found], near.squared[found])
@@ -151,7 +142,11 @@ def _with_canvas(
     """Return the candidates with the canvas last where the picture ends: it goes on beyond."""
     if canvas is None:
         return candidates
-    at_end = (np.minimum(rows, columns) < END) | (rows >= shape[0] - END) | (columns >= shape[1] - END)
+    at_end = (
+        (np.minimum(rows, columns) < REGIONS.canvas_reach)
+        | (rows >= shape[0] - REGIONS.canvas_reach)
+        | (columns >= shape[1] - REGIONS.canvas_reach)
+    )
     chosen = at_end & ~(candidates.label == canvas).any(1)
     slot = np.minimum((candidates.label[chosen] != NONE).sum(1), candidates.label.shape[1] - 1)
     candidates.label[chosen, slot], candidates.squared[chosen, slot] = canvas, 1.0

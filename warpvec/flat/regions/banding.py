@@ -5,17 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.regions import REGIONS
+
 Floats = NDArray[np.float32]
 Places = NDArray[np.intp]
-
-BAND = 24 / 255
-"""Widest range of colours in a band."""
-
-BANDS_MAX = 8
-"""Bands of an area at most: each becomes a path."""
-
-UNEXPLAINED = 6 / 255
-"""Root mean square that the best paint of an area leaves, beside the noise, from which it is divided into bands."""
 
 
 def band_numbers(colors: Floats) -> NDArray[np.int32]:
@@ -24,7 +17,7 @@ def band_numbers(colors: Floats) -> NDArray[np.int32]:
     axis = np.linalg.eigh(np.einsum("ni,nj->ij", offset, offset))[1][:, -1]
     places = offset @ axis
     extent = float(np.ptp(places))
-    count = int(np.clip(np.ceil(extent / BAND), 1, BANDS_MAX))
+    count = int(np.clip(np.ceil(extent / REGIONS.band_width), 1, REGIONS.bands_max))
     scaled = (places - places.min()) / max(extent, 1.0e-6) * count
     return np.minimum(scaled.astype(np.int32), count - 1)
 
@@ -42,7 +35,7 @@ def split_into_bands(areas: list[Places], colors: Floats, errors: list[float], n
     """
     kept, added = list(areas), []
     for index, (pixels, error) in enumerate(zip(areas, errors, strict=True)):
-        if error > UNEXPLAINED + noise:
+        if error > REGIONS.band_error_min + noise:
             number = band_numbers(colors[pixels])
             bands = [pixels[number == band] for band in np.unique(number)]
             kept[index] = bands[0]

@@ -11,12 +11,8 @@ from warpvec.flat.regions.regions import Regions, find_canvas
 
 Floats = NDArray[np.float64]
 
-REGIONS_MAX = 1024
-"""Most regions of a drawing, twice the paths of the default. The order of the layers takes time and memory by the
-square of this number: of 1,024 regions a second and 100 MB."""
 
-
-def with_fewer_regions(regions: Regions, count: int = REGIONS_MAX) -> Regions:
+def with_fewer_regions(regions: Regions, count: int) -> Regions:
     """Return the ``count`` regions that show most; the pixels of the others go to the nearest one of these.
 
     A region shows by its area and by the squared difference of its colour from those around it.

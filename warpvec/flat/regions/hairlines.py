@@ -7,22 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
 
 Mask = NDArray[np.bool_]
-
-WIDTH_MIN, NOISY_WIDTH_MIN = 0.5, 0.75
-"""Least share of a line in two pixels side by side, and so its width in pixels, at which it is kept in one piece, in
-clean and in noisy pictures."""
-
-RAISED_SHARE = 0.55
-"""Share that the larger of the two gets at the cost of the other, so that the line has a pixel of its own there."""
-
-BESIDE_MAX = 0.3
-"""Largest share in the pixels before and behind these two. Beside the edge of a wider region, one has more."""
-
-AHEAD_MAX = 0.92
-"""Largest share in the rows of pixels above and below. Where a wider region begins, one has all."""
 
 
 def keep_hairlines(assignment: Assignment, is_noisy: bool) -> None:
@@ -31,7 +19,7 @@ def keep_hairlines(assignment: Assignment, is_noisy: bool) -> None:
         label, other, share = (
             values.T if is_turned else values for values in (assignment.label, assignment.other, assignment.share)
         )
-        _raise_shares(label, other, share, NOISY_WIDTH_MIN if is_noisy else WIDTH_MIN)
+        _raise_shares(label, other, share, REGIONS.noisy_hairline_width_min if is_noisy else REGIONS.hairline_width_min)
 
 
 def _raise_shares(label: NDArray[Any], other: NDArray[Any], share: NDArray[Any], width_min: float) -> None:
@@ -47,14 +35,14 @@ def _raise_shares(label: NDArray[Any], other: NDArray[Any], share: NDArray[Any],
     ahead = [
         _share_of(name, label, other, share, rows + down, columns + step) for down in (-1, 1) for step in range(-1, 3)
     ]
-    chosen = (left + right >= width_min) & (np.maximum(*beside) <= BESIDE_MAX)
-    chosen &= np.maximum.reduce(ahead) <= AHEAD_MAX
+    chosen = (left + right >= width_min) & (np.maximum(*beside) <= REGIONS.hairline_beside_max)
+    chosen &= np.maximum.reduce(ahead) <= REGIONS.hairline_ahead_max
     rows, columns, name = rows[chosen], columns[chosen], name[chosen]
     left, right = left[chosen], right[chosen]
     more = columns + (right > left)
     less = columns + (right <= left)
-    other[rows, more], label[rows, more], share[rows, more] = label[rows, more], name, RAISED_SHARE
-    share[rows, less] = 1 - np.maximum(left + right - RAISED_SHARE, 0)
+    other[rows, more], label[rows, more], share[rows, more] = label[rows, more], name, REGIONS.hairline_raised_share
+    share[rows, less] = 1 - np.maximum(left + right - REGIONS.hairline_raised_share, 0)
     is_gone = share[rows, less] == 1
     other[rows[is_gone], less[is_gone]] = label[rows[is_gone], less[is_gone]]
 

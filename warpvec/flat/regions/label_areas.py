@@ -7,15 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.region_growing import linked_areas
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
 Mask = NDArray[np.bool_]
-
-CORNER_SHARE = 0.3
-"""Least mean share of four pixels that a line has which passes their corner."""
 
 
 def areas_of(assignment: Assignment) -> Integers:
@@ -48,7 +46,7 @@ def _corner_links(assignment: Assignment, areas: Integers, is_mirrored: bool) ->
     size = np.bincount(areas.ravel())
     yields = (aside == below) & (np.minimum(*(size[side] for side in sides)) < np.minimum(size[start], size[end]))
     is_mixed = np.minimum.reduce(shares) < 1
-    chosen = (start != end) & is_mixed & (present >= 4 * CORNER_SHARE) & ~yields
+    chosen = (start != end) & is_mixed & (present >= 4 * REGIONS.corner_share) & ~yields
     return np.unique(np.stack([start[chosen], end[chosen]], 1), axis=0)
 
 

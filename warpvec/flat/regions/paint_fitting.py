@@ -2,51 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.banding import split_into_bands
-from warpvec.flat.regions.denoising import Tolerances
+from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.ramp_directions import Direction
 from warpvec.flat.regions.ramp_fitting import Ramp, fit_ramp
 from warpvec.flat.regions.region_growing import pixels_of
+from warpvec.watch.watch import UNWATCHED, Watch
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
 Places = NDArray[np.intp]
-
-SAMPLES_MAX = 4096
-"""Pixels of an area that its paint is fitted to, evenly taken from all of them."""
-
-RAMP_AREA_MIN, NOISY_RAMP_AREA_MIN = 64, 400
-"""Smaller areas are flat in clean and in noisy pictures: they show too little of a ramp, and ringing looks like one."""
-
-SHARED_AREA_MIN = 32
-"""Smaller areas are not compared with the ramps of others."""
-
-SHARED_GAIN = 0.8
-"""The ramp of another area is chosen if it leaves less than this part of what a flat paint leaves."""
-
-SHARED_SMALL, SHARED_SMALL_GAIN = 4, 1.5
-"""The same for areas of less than this multiple of the least one with a ramp of its own: noise changes these more."""
-
-SHARED_ERROR = 1.5
-"""And at most this multiple of what it leaves in that other area, or of what a flat area leaves."""
-
-RAMP_CONTRAST = 4 / 255
-"""Difference of the stops of a ramp, beside the noise; less is not seen."""
-
-FLAT_DEVIATION = 0.8 / 255
-"""Root mean square that rounding and a few mixed pixels leave in a flat area of a clean picture."""
-
-NOISE_DEVIATION = 0.35
-"""Part of the noise of a picture that is the root mean square deviation in flat areas."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +41,7 @@ class Seam:
 
 
 @dataclass(frozen=True, eq=False)
-class Fits:
+class FittedPaints:
     """The paints of areas.
 
     Attributes:
@@ -82,17 +56,17 @@ class Fits:
 
 
 def fit_paints(
-    image: Floats, labels: Integers, tolerances: Tolerances, is_over: Callable[[], bool] = bool
+    image: Floats, labels: Integers, tolerances: Tolerances, watch: Watch = UNWATCHED
 ) -> tuple[Paints, Integers, list[Seam]]:
     """Fit the paints of the areas ``labels`` [h, w] of ``image`` [h, w, 4], sRGB with straight alpha.
 
-    Once ``is_over``, the areas that are left get flat paints.
+    Once the ``watch`` is over, the areas that are left get flat paints.
 
     Returns the paints, the labels with areas split whose ramp has more than two stops, and the seams of those.
     """
     colors, labels = image.reshape(-1, 4), labels.copy()
     areas = pixels_of(labels)
-    fits = fit_areas(areas, colors, labels.shape[1], tolerances, is_over)
+    fits = fit_areas(areas, colors, labels.shape[1], tolerances, watch)
     alpha = colors[:, 3:]
     seen = np.concatenate([colors[:, :3] * alpha, alpha], 1)
     bands = split_into_bands(areas, seen, fits.errors, tolerances.noise)
@@ -105,19 +79,19 @@ def fit_paints(
 
 
 def fit_areas(
-    areas: list[Places], colors: Floats, width: int, tolerances: Tolerances, is_over: Callable[[], bool] = bool
-) -> Fits:
+    areas: list[Places], colors: Floats, width: int, tolerances: Tolerances, watch: Watch = UNWATCHED
+) -> FittedPaints:
     """Fit paints to areas of pixels, numbered by rows of ``width``, whose ``colors`` are sRGB with straight alpha.
 
-    Once ``is_over``, the areas that are left get flat paints, the smallest ones.
+    Once the ``watch`` is over, the areas that are left get flat paints, the smallest ones.
     """
     values = [np.median(colors[_few(pixels)], 0) for pixels in areas]
-    ramps = _find_ramps(areas, colors, values, width, tolerances, is_over)
+    ramps = _find_ramps(areas, colors, values, width, tolerances, watch)
     errors = [
         _error_of(colors[_few(pixels)], value, ramps.get(index))
         for index, (pixels, value) in enumerate(zip(areas, values, strict=True))
     ]
-    return Fits(values, ramps, errors)
+    return FittedPaints(values, ramps, errors)
 
 
 def _error_of(colors: Floats, value: Floats, ramp: Ramp | None) -> float:
@@ -129,29 +103,29 @@ def _error_of(colors: Floats, value: Floats, ramp: Ramp | None) -> float:
 
 
 def _few(pixels: Places) -> Places:
-    return pixels[:: -(-len(pixels) // SAMPLES_MAX)]
+    return pixels[:: -(-len(pixels) // REGIONS.paint_samples_max)]
 
 
 def _find_ramps(
     areas: list[Places], colors: Floats, values: list[Floats], width: int, tolerances: Tolerances,
-    is_over: Callable[[], bool],
+    watch: Watch,
 ) -> dict[int, Ramp]:  # fmt: skip
     """Return the ramps of the areas that are not flat, the largest first. Parts of one ramp get the same one."""
-    limit = FLAT_DEVIATION + NOISE_DEVIATION * tolerances.noise
-    area_min = NOISY_RAMP_AREA_MIN if tolerances.noise > 0 else RAMP_AREA_MIN
+    limit = REGIONS.flat_deviation + REGIONS.noise_deviation * tolerances.noise
+    area_min = REGIONS.noisy_ramp_area_min if tolerances.noise > 0 else REGIONS.ramp_area_min
     ramps: dict[int, Ramp] = {}
     for index in sorted(range(len(areas)), key=lambda index: -len(areas[index])):
-        if is_over():
+        if watch.is_over():
             break
         pixels, few = areas[index], _few(areas[index])
-        if len(pixels) < SHARED_AREA_MIN or values[index][3] == 0:
+        if len(pixels) < REGIONS.shared_area_min or values[index][3] == 0:
             continue
         deviation = float(np.sqrt(((colors[few] - values[index])[:, :3] ** 2).mean()))
-        gain = SHARED_GAIN if len(pixels) >= SHARED_SMALL * area_min else SHARED_SMALL_GAIN
+        gain = REGIONS.shared_gain if len(pixels) >= REGIONS.shared_small * area_min else REGIONS.shared_small_gain
         ramp = _shared_ramp(ramps, few, colors, width, gain * deviation, limit)
         if ramp is None and len(pixels) >= area_min and deviation > limit:
             ramp = _ramp_of(pixels, colors, width, limit)
-        if ramp is not None and ramp.contrast(tolerances.metric) >= RAMP_CONTRAST + tolerances.noise:
+        if ramp is not None and ramp.contrast(tolerances.metric) >= REGIONS.ramp_contrast + tolerances.noise:
             ramps[index] = ramp
     return ramps
 
@@ -162,7 +136,7 @@ def _shared_ramp(
     """Return the first of ``ramps`` that shows ``pixels`` with less than ``error_max`` and about as well as its own."""
     points, shown = _points(pixels, width), colors[pixels, :3].astype(np.float64)
     for ramp in ramps.values():
-        if ramp.error_on(points, shown) < min(error_max, SHARED_ERROR * max(ramp.error, limit)):
+        if ramp.error_on(points, shown) < min(error_max, REGIONS.shared_error * max(ramp.error, limit)):
             return ramp
     return None
 
@@ -173,7 +147,7 @@ def _points(pixels: Places, width: int) -> NDArray[np.floating[Any]]:
 
 
 def _ramp_of(pixels: Places, colors: Floats, width: int, tolerance: float) -> Ramp | None:
-    sample = slice(None, None, -(-len(pixels) // SAMPLES_MAX))
+    sample = slice(None, None, -(-len(pixels) // REGIONS.paint_samples_max))
     return fit_ramp(_points(pixels, width), colors[pixels, :3].astype(np.float64), tolerance, sample)
 
 

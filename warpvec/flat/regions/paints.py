@@ -7,14 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.geometry.gradients import FLAT, RADIAL
+from warpvec.geometry.paints.registry import FLAT, kind_of
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
-
-LENGTH_MIN = 1.0e-3
-"""Length or radius in pixels below which a gradient is evaluated as if it had this one, to divide by no zero."""
-
 
 FIELDS = ("color", "opacity", "kind", "geometry", "end_color")
 """Arrays of paints, one row a paint."""
@@ -27,8 +23,8 @@ class Paints:
     Attributes:
         color: sRGB-encoded colour of the first stop [K, 3] in [0, 1].
         opacity: opacity [K] in [0, 1].
-        kind: `warpvec.geometry.gradients.FLAT`, ``LINEAR`` or ``RADIAL`` [K].
-        geometry: ends x1, y1, x2, y2 or cx, cy, r, 0 in pixels [K, 4].
+        kind: as in `warpvec.geometry.gradients.Gradients` [K].
+        geometry: the numbers that the kind has, in pixels [K, 4].
         end_color: sRGB-encoded colour of the last stop [K, 3].
     """
 
@@ -69,8 +65,8 @@ class Paints:
 
     def position(self, index: Integers, x: Floats, y: Floats) -> Floats:
         """Return the place between the two stops, in [0, 1], of the gradients ``index`` [N] at ``x``, ``y`` [N]."""
-        a, b, c, d = self.geometry[index].T
-        radial = np.hypot(x - a, y - b) / np.maximum(c, LENGTH_MIN)
-        along, squared = (x - a) * (c - a) + (y - b) * (d - b), (c - a) ** 2 + (d - b) ** 2
-        linear = along / np.maximum(squared, LENGTH_MIN**2)
-        return np.clip(np.where(self.kind[index] == RADIAL, radial, linear), 0.0, 1.0).astype(np.float32)
+        share = np.zeros(len(index), np.float32)
+        for number in np.unique(self.kind[index]):
+            rows = self.kind[index] == number
+            share[rows] = kind_of(number).share(self.geometry[index[rows]].T, x[rows], y[rows])
+        return np.clip(share, 0.0, 1.0)

@@ -2,54 +2,105 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.geometry.gradients import LINEAR, RADIAL
+from warpvec.flat.constants.regions import REGIONS
+from warpvec.geometry.paints.registry import LINEAR, RADIAL
 
 Floats = NDArray[np.floating[Any]]
 
-BLOCKS_ACROSS = 10
-"""Blocks across an area, in which the slope of its colours is measured."""
 
-BLOCK_MIN, BLOCK_MAX = 3, 16
-"""Sides of a block in pixels: smaller ones show nothing but rounding, larger ones hide curvature."""
-
-BLOCK_FILL = 0.6
-"""Part of a block that lies in the area at least, so that its slope is certain."""
-
-PROFILE_BINS = 32
-"""Places at which the colours along a ramp are averaged while its direction is refined."""
-
-REFINEMENTS = 5
-"""Steps of Gauss and Newton on the direction or centre. They converge in three."""
-
-FAR = 20.0
-"""A centre farther from an area than this multiple of its size is that of a linear ramp."""
-
-
-@dataclass(frozen=True, eq=False)
-class Direction:
-    """A field of places along a ramp: distances in pixels from a line (linear) or from a centre (radial).
+class Direction(ABC):
+    """A field of places along a ramp, in pixels.
 
     Attributes:
-        kind: ``LINEAR`` or ``RADIAL``.
-        origin: the point x, y where the place is 0 [2].
-        along: unit vector in which places of a linear ramp grow [2]; unused for radial ones.
+        kind: number of the kind of gradient that shows it; see `warpvec.geometry.paints.registry`.
     """
 
     kind: int
-    origin: Floats
-    along: Floats
 
+    @abstractmethod
     def places(self, points: Floats) -> Floats:
         """Return the places [N] of ``points`` [N, 2]."""
-        offset = points - self.origin
-        places: Floats = offset @ self.along if self.kind == LINEAR else np.hypot(offset[:, 0], offset[:, 1])
+
+    @abstractmethod
+    def changes(self, points: Floats, places: Floats) -> Floats:
+        """Return how the ``places`` [N] of ``points`` change with the parameters of the direction [N, P]."""
+
+    @abstractmethod
+    def moved(self, step: Floats) -> Direction:
+        """Return the direction with its parameters changed by ``step`` [P]."""
+
+    @abstractmethod
+    def geometry(self, start: float, end: float) -> Floats:
+        """Return the geometry [4] of a gradient between two places; without a free start it begins at place 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class LineDirection(Direction):
+    """Distances from a line.
+
+    Attributes:
+        origin: a point x, y of the line [2].
+        along: unit vector in which places grow [2].
+    """
+
+    origin: Floats
+    along: Floats
+    kind = LINEAR
+
+    def places(self, points: Floats) -> Floats:
+        """Return the distances [N] of ``points`` [N, 2]."""
+        places: Floats = (points - self.origin) @ self.along
         return places
+
+    def changes(self, points: Floats, places: Floats) -> Floats:
+        """Return how the places change with the angle [N, 1]."""
+        across = np.array([-self.along[1], self.along[0]])
+        changes: Floats = ((points - self.origin) @ across)[:, None]
+        return changes
+
+    def moved(self, step: Floats) -> Direction:
+        """Return the direction turned by the angle ``step`` [1], but by at most half a radian."""
+        angle = float(np.clip(step[0], -0.5, 0.5)) + np.arctan2(self.along[1], self.along[0])
+        return LineDirection(self.origin, np.array([np.cos(angle), np.sin(angle)]))
+
+    def geometry(self, start: float, end: float) -> Floats:
+        """Return x1, y1, x2, y2."""
+        ends: Floats = self.origin + np.array([start, end])[:, None] * self.along
+        return ends.ravel()
+
+
+@dataclass(frozen=True, eq=False)
+class CenterDirection(Direction):
+    """Distances from a centre, the ``origin`` x, y [2]."""
+
+    origin: Floats
+    kind = RADIAL
+
+    def places(self, points: Floats) -> Floats:
+        """Return the distances [N] of ``points`` [N, 2]."""
+        offset = points - self.origin
+        return np.hypot(offset[:, 0], offset[:, 1])
+
+    def changes(self, points: Floats, places: Floats) -> Floats:
+        """Return how the places change with the centre [N, 2]."""
+        changes: Floats = -(points - self.origin) / np.maximum(places, 1.0)[:, None]
+        return changes
+
+    def moved(self, step: Floats) -> Direction:
+        """Return the direction with its centre moved by ``step`` [2]."""
+        return CenterDirection(self.origin + step)
+
+    def geometry(self, start: float, end: float) -> Floats:
+        """Return cx, cy, r, 0."""
+        del start
+        return np.append(self.origin, [end, 0.0])
 
 
 def directions_of(points: Floats, colors: Floats) -> list[Direction]:
@@ -61,21 +112,21 @@ def directions_of(points: Floats, colors: Floats) -> list[Direction]:
     if len(centers) == 0:
         return []
     tensor = np.einsum("bcx,bcy->xy", slopes, slopes)
-    directions = [Direction(LINEAR, points.mean(0), np.linalg.eigh(tensor)[1][:, 1])]
+    directions: list[Direction] = [LineDirection(points.mean(0), np.linalg.eigh(tensor)[1][:, 1])]
     center = _center(centers, slopes)
     extent = np.ptp(points, axis=0).max() + 1
-    if center is not None and np.abs(center - points.mean(0)).max() <= FAR * extent:
-        directions.append(Direction(RADIAL, center, np.zeros(2)))
+    if center is not None and np.abs(center - points.mean(0)).max() <= REGIONS.center_far * extent:
+        directions.append(CenterDirection(center))
     return directions
 
 
 def block_slopes(points: Floats, colors: Floats) -> tuple[Floats, Floats]:
     """Return the centres [B, 2] and slopes [B, D, 2] of planes through the colours in square blocks."""
-    side = int(np.clip(np.sqrt(len(points)) / BLOCKS_ACROSS, BLOCK_MIN, BLOCK_MAX))
+    side = int(np.clip(np.sqrt(len(points)) / REGIONS.blocks_across, REGIONS.block_min, REGIONS.block_max))
     cell = ((points - points.min(0)) // side).astype(np.int64)
     number = cell[:, 1] * (cell[:, 0].max() + 1) + cell[:, 0]
     _, number, count = np.unique(number, return_inverse=True, return_counts=True)
-    is_full = count >= BLOCK_FILL * side**2
+    is_full = count >= REGIONS.block_fill * side**2
 
     def means(values: Floats) -> Floats:
         return np.bincount(number, values) / count
@@ -107,12 +158,12 @@ def _center(centers: Floats, slopes: Floats) -> Floats | None:
 
 def refined(direction: Direction, points: Floats, colors: Floats) -> Direction:
     """Return ``direction`` changed so that pixels of one place show one colour, by least squares."""
-    for _ in range(REFINEMENTS):
+    for _ in range(REGIONS.refinements):
         places = direction.places(points)
         profile, slope = _profile(places, colors)
-        change = _place_changes(direction, points, places)
+        change = direction.changes(points, places)
         rows = (slope[:, :, None] * change[:, None, :]).reshape(-1, change.shape[1])
-        direction = _moved(direction, _least_squares(rows, (colors - profile).ravel()))
+        direction = direction.moved(_least_squares(rows, (colors - profile).ravel()))
     return direction
 
 
@@ -126,7 +177,7 @@ def _least_squares(rows: Floats, values: Floats) -> Floats:
 
 def _profile(places: Floats, colors: Floats) -> tuple[Floats, Floats]:
     """Return the mean colours [N, D] at ``places`` [N] and how they change per pixel [N, D]."""
-    knots, means = binned(places, colors, PROFILE_BINS)[:2]
+    knots, means = binned(places, colors, REGIONS.profile_bins)[:2]
     slopes = np.gradient(means, knots, axis=0) if len(knots) > 1 else np.zeros_like(means)
     columns = range(colors.shape[1])
     profile = np.stack([np.interp(places, knots, means[:, column]) for column in columns], 1)
@@ -142,19 +193,3 @@ def binned(places: Floats, colors: Floats, bins: int) -> tuple[Floats, Floats, F
     divisor = np.maximum(count, 1)
     means = np.stack([np.bincount(number, column, bins) / divisor for column in colors.T], 1)
     return (np.bincount(number, places, bins) / divisor)[filled], means[filled], count[filled].astype(float)
-
-
-def _place_changes(direction: Direction, points: Floats, places: Floats) -> Floats:
-    """Return how the places [N] change with the parameters of the direction [N, P]: an angle, or a centre."""
-    offset = points - direction.origin
-    if direction.kind == LINEAR:
-        across = np.array([-direction.along[1], direction.along[0]])
-        return (offset @ across)[:, None]
-    return -offset / np.maximum(places, 1.0)[:, None]
-
-
-def _moved(direction: Direction, step: Floats) -> Direction:
-    if direction.kind == RADIAL:
-        return Direction(RADIAL, direction.origin + step, direction.along)
-    angle = float(np.clip(step[0], -0.5, 0.5)) + np.arctan2(direction.along[1], direction.along[0])
-    return Direction(LINEAR, direction.origin, np.array([np.cos(angle), np.sin(angle)]))

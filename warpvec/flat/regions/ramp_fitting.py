@@ -9,44 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.ramp_directions import Direction, binned, directions_of, refined
-from warpvec.geometry.gradients import FLAT, LINEAR, RADIAL
+from warpvec.geometry.paints.registry import FLAT, kind_of
 
 Floats = NDArray[np.floating[Any]]
-
-BINS = 64
-"""Places at which the colours along a ramp are averaged before stops are placed."""
-
-KNOTS_MAX = 5
-"""Stops of a ramp at most. Ramps of designers have two, few have three."""
-
-SWEEPS = 3
-"""Times that each stop is moved to its best place."""
-
-KNOT_STEPS = (0.5, 0.5, 0.25, 0.125)
-"""Steps, in bins, by which stops are moved in the end."""
-
-RADIAL_GAIN = 0.8
-"""A radial ramp is chosen if it leaves less than this part of what a linear one leaves."""
-
-RAMP_GAIN = 0.6
-"""A ramp is chosen over a flat paint if it leaves less than this part of what the flat one leaves."""
-
-KNOT_GAIN = 1.3
-"""Fewer stops are taken if they leave at most this multiple of the error of more."""
-
-RING_ERROR = 5 / 255
-"""Largest error of a ring whose colours no radial paint shows; wider rings are divided. It is hardly seen in a ramp."""
-
-RINGS_MAX = 4
-"""Parts of such a ring."""
-
-RING_SAMPLES = 9
-"""Places across a ring at which its colours are compared."""
-
-FLAT_STEP = 1.5 / 255
-"""Stops whose colours differ by less in each channel show one colour."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,25 +60,24 @@ class Ramp:
 
     def _piece(self, index: int) -> tuple[int, Floats, Floats, Floats]:
         (start, end), (first, last) = self.knots[index : index + 2], self.colors[index : index + 2]
-        if np.abs(last - first).max() < FLAT_STEP:
+        if np.abs(last - first).max() < REGIONS.flat_step:
             return FLAT, (first + last) / 2, (first + last) / 2, np.zeros(4)
-        if self.direction.kind == LINEAR:
-            ends = self.direction.origin + np.array([start, end])[:, None] * self.direction.along
-            return LINEAR, first, last, ends.ravel()
-        center, rim = _radial_stops(start, end, first, last)
-        return RADIAL, center, rim, np.append(self.direction.origin, [end, 0.0])
+        kind, geometry = self.direction.kind, self.direction.geometry(start, end)
+        if kind_of(kind).has_free_start:
+            return kind, first, last, geometry
+        return kind, *_stops_from_center(start, end, first, last), geometry
 
 
-def _radial_stops(start: float, end: float, first: Floats, last: Floats) -> tuple[Floats, Floats]:
+def _stops_from_center(start: float, end: float, first: Floats, last: Floats) -> tuple[Floats, Floats]:
     """Return the colours [3] at the centre and at radius ``end`` of the paint that shows a ring's colours best.
 
-    A radial paint has its first stop at the centre. Where the ring's colours, continued inwards, leave [0, 1], the
-    colour at the centre is limited, and that at the rim is the best by least squares.
+    A paint without a free start has its first stop at the centre. Where the ring's colours, continued inwards, leave
+    [0, 1], the colour at the centre is limited, and that at the rim is the best by least squares.
     """
     center = first - (last - first) * start / (end - start)
     limited = np.clip(center, 0.0, 1.0)
-    places = np.linspace(start, end, RING_SAMPLES) / end
-    ring = first + (last - first) * np.linspace(0, 1, RING_SAMPLES)[:, None]
+    places = np.linspace(start, end, REGIONS.ring_samples) / end
+    ring = first + (last - first) * np.linspace(0, 1, REGIONS.ring_samples)[:, None]
     slope = (places[:, None] * (ring - limited)).sum(0) / (places**2).sum()
     return limited, np.clip(np.where(limited == center, last, limited + slope), 0.0, 1.0)
 
@@ -132,22 +99,22 @@ def fit_ramp(points: Floats, colors: Floats, tolerance: float, sample: slice) ->
     flat_error = float(np.sqrt(((few_colors - np.median(few_colors, 0)) ** 2).mean()))
     if not ramps:
         return None
-    best = ramps[-1] if ramps[-1].error < RADIAL_GAIN * max(ramps[0].error, tolerance) else ramps[0]
-    return best if best.error < RAMP_GAIN * flat_error else None
+    best = ramps[-1] if ramps[-1].error < REGIONS.radial_gain * max(ramps[0].error, tolerance) else ramps[0]
+    return best if best.error < REGIONS.ramp_gain * flat_error else None
 
 
 def _with_stops(direction: Direction, points: Floats, colors: Floats, tolerance: float) -> Ramp:
     """Return the ramp of fewest stops along ``direction`` that leaves at most ``tolerance``, or the best there is."""
     places = direction.places(points)
-    at, means, count = binned(places, colors, BINS)
+    at, means, count = binned(places, colors, REGIONS.ramp_bins)
     knots = np.array([at[0], at[-1]])
     tried = [(knots, *_colors_at_knots(knots, at, means, count))]
-    for _ in range(min(KNOTS_MAX, len(at)) - len(knots)):
+    for _ in range(min(REGIONS.knots_max, len(at)) - len(knots)):
         if tried[-1][2] <= tolerance:
             break
         knots = _one_more_knot(knots, at, means, count)
         tried.append((knots, *_colors_at_knots(knots, at, means, count)))
-    limit = max(tolerance, KNOT_GAIN * tried[-1][2])
+    limit = max(tolerance, REGIONS.knot_gain * tried[-1][2])
     knots, values = next((knots, values) for knots, values, error in tried if error <= limit)
     knots, values = _within_range(*_without_pads(knots, values, direction.kind), direction.kind)
     ramp = Ramp(direction, *_with_rings(knots, values, direction.kind), 0.0)
@@ -157,24 +124,24 @@ def _with_stops(direction: Direction, points: Floats, colors: Floats, tolerance:
 def _within_range(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Floats]:
     """Move the stops at the ends to where their colours leave [0, 1]: limiting colours would change the slope."""
     knots, values = knots.copy(), values.copy()
-    for end, inner in ((-1, -2), (0, 1)) if kind == LINEAR else ((-1, -2),):
-        outside = np.maximum(np.abs(values[end] - np.clip(values[end], 0, 1)) - FLAT_STEP, 0)
-        part = 1 - (outside / np.maximum(np.abs(values[end] - values[inner]), FLAT_STEP)).max()
+    for end, inner in ((-1, -2), (0, 1)) if kind_of(kind).has_free_start else ((-1, -2),):
+        outside = np.maximum(np.abs(values[end] - np.clip(values[end], 0, 1)) - REGIONS.flat_step, 0)
+        part = 1 - (outside / np.maximum(np.abs(values[end] - values[inner]), REGIONS.flat_step)).max()
         knots[end] = knots[inner] + part * (knots[end] - knots[inner])
         values[end] = values[inner] + part * (values[end] - values[inner])
     return knots, values
 
 
 def _with_rings(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Floats]:
-    """Return the stops with more of them in the rings that one radial paint does not show well."""
-    if kind == LINEAR:
+    """Return the stops with more of them in the rings that one paint from the centre does not show well."""
+    if kind_of(kind).has_free_start:
         return knots, values
     parts = [knots[:1]]
     for index, (start, end) in enumerate(pairwise(knots.tolist())):
         first, last = values[index : index + 2]
-        center, rim = _radial_stops(start, end, first, last)
+        center, rim = _stops_from_center(start, end, first, last)
         error = np.abs(center + (rim - center) * start / end - first).max()
-        count = min(int(np.ceil(error / RING_ERROR)), RINGS_MAX) if error > FLAT_STEP else 1
+        count = min(int(np.ceil(error / REGIONS.ring_error)), REGIONS.rings_max) if error > REGIONS.flat_step else 1
         parts.append(np.linspace(start, end, count + 1)[1:])
     more = np.concatenate(parts)
     return more, np.stack([np.interp(more, knots, column) for column in values.T], 1)
@@ -200,9 +167,9 @@ def _one_more_knot(knots: Floats, at: Floats, means: Floats, count: Floats) -> F
         return choices[int(np.argmin([error_of(choice) for choice in choices]))]
 
     inner = with_best(knots[1:-1])
-    for _ in range(SWEEPS * len(inner) if len(inner) > 1 else 0):
+    for _ in range(REGIONS.knot_sweeps * len(inner) if len(inner) > 1 else 0):
         inner = with_best(inner[1:])
-    for step in np.ptp(knots) / BINS * np.repeat(KNOT_STEPS, len(inner)):
+    for step in np.ptp(knots) / REGIONS.ramp_bins * np.repeat(REGIONS.knot_steps, len(inner)):
         choices = [np.append(inner[1:], place) for place in inner[0] + step * np.arange(-1, 2)]
         inner = choices[int(np.argmin([error_of(choice) for choice in choices]))]
     return np.unique(np.concatenate([knots[[0, -1]], inner]))
@@ -212,10 +179,10 @@ def _without_pads(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Flo
     """Drop stops at the ends where the colour stays: paints continue beyond their ends, radial ones only outwards."""
 
     def is_flat(first: int) -> bool:
-        return bool(np.abs(values[first + 1] - values[first]).max() < FLAT_STEP)
+        return bool(np.abs(values[first + 1] - values[first]).max() < REGIONS.flat_step)
 
     if len(knots) > 2 and is_flat(-2):
         knots, values = knots[:-1], values[:-1]
-    if len(knots) > 2 and kind == LINEAR and is_flat(0):
+    if len(knots) > 2 and kind_of(kind).has_free_start and is_flat(0):
         knots, values = knots[1:], values[1:]
     return knots, values

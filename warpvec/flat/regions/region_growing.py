@@ -7,6 +7,7 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.paints import Paints
 
 Floats = NDArray[np.float32]
@@ -18,18 +19,6 @@ NONE = -1
 
 SIDES = ((-1, 0), (0, -1), (0, 1), (1, 0))
 """Steps to the four neighbours of a pixel, in rows and columns."""
-
-RAMP_WIDTH = 3
-"""Side in pixels of squares of pure pixels on steep ramps."""
-
-RAMP_STEP = 16 / 255
-"""Largest difference of neighbours on a steep ramp; 16 pixels of it cover all brightness."""
-
-RAMP_BEND = 2.1 / 255
-"""Largest change of this difference from pixel to pixel: rounding to 8 bits changes it by two levels."""
-
-GROWTH_MAX = 24
-"""Rounds of growth, of one pixel each: ringing of JPEG reaches 16 pixels from an edge where colour is halved."""
 
 
 def grow_seeds(picture: Floats, step: float, width: int, with_ramps: bool = False) -> Integers:
@@ -44,7 +33,7 @@ def grow_seeds(picture: Floats, step: float, width: int, with_ramps: bool = Fals
     if with_ramps:
         right |= _is_steady(differences[0], 1)
         below |= _is_steady(differences[1], 0)
-        pure |= _pure(right, below, RAMP_WIDTH)
+        pure |= _pure(right, below, REGIONS.steep_ramp_width)
     return linked_areas(pure, right, below)
 
 
@@ -52,12 +41,12 @@ def _is_steady(difference: Floats, axis: int) -> Mask:
     """Return where differences of neighbours along ``axis`` are as those before and behind: on a ramp, not an edge."""
     if difference.size == 0:
         return np.zeros(difference.shape[:2], bool)
-    change = _largest(np.diff(difference, axis=axis)) <= RAMP_BEND
+    change = _largest(np.diff(difference, axis=axis)) <= REGIONS.steep_ramp_bend
     ends = [(0, 0), (0, 0)]
     ends[axis] = (1, 1)
     padded = np.pad(change, ends, constant_values=True)
     before, behind = (np.take(padded, range(start, start + difference.shape[axis]), axis) for start in (0, 1))
-    steady: Mask = (_largest(difference) <= RAMP_STEP) & before & behind
+    steady: Mask = (_largest(difference) <= REGIONS.steep_ramp_step) & before & behind
     return steady
 
 
@@ -131,7 +120,7 @@ def grow_by_paint(
     labels = labels.copy()
     height, width = labels.shape
     is_new = labels != NONE
-    for _ in range(GROWTH_MAX):
+    for _ in range(REGIONS.growth_max):
         rows, columns = np.nonzero(_beside(is_new) & (labels == NONE) & where)
         if len(rows) == 0:
             break

@@ -2,47 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment, colors_of, unmix
-from warpvec.flat.regions.denoising import Tolerances
 from warpvec.flat.regions.hairlines import keep_hairlines
 from warpvec.flat.regions.label_areas import areas_of, most_contact
+from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import NONE
 from warpvec.flat.regions.specks import SpeckLimits, specks_of
-from warpvec.flat.regions.unmixing import FAR_SHARE_MAX, triple_shares
-from warpvec.geometry.gradients import FLAT
+from warpvec.flat.regions.unmixing import triple_shares
+from warpvec.geometry.paints.registry import FLAT
+from warpvec.watch.watch import UNWATCHED, Watch
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
 Mask = NDArray[np.bool_]
 
-SMALL_AREA, NOISY_SMALL_AREA = 64, 400
-"""It is less certain that smaller areas of clean and of noisy pictures are regions."""
-
-SMALL_POOL = 2.0
-"""Multiple of the tolerance within which the colour of a small area is that of a larger one."""
-
-HALF = 0.6
-"""An area in which no pixel has a larger share is no region, but the faint side of an edge between two pixels."""
-
-FAINT, FAINT_AREA = 0.9, 24
-"""A smaller area in which no pixel has a larger share, and which lies between two regions, is a wisp at their edge."""
-
-BETWEEN = 0.75
-"""An area lies between regions if less than this part of its border touches one of them."""
-
-EXPLAINED_PART = 0.8
-"""A small area is dropped if the regions around explain this part of its pixels."""
-
 
 def small_area(tolerances: Tolerances) -> int:
     """Return the area in pixels below which an area is less certain."""
-    return NOISY_SMALL_AREA if tolerances.noise > 0 else SMALL_AREA
+    return REGIONS.noisy_small_area if tolerances.noise > 0 else REGIONS.small_area
 
 
 def pool_paints(paints: Paints, area: NDArray[np.intp], tolerances: Tolerances) -> Integers:
@@ -55,7 +37,7 @@ def pool_paints(paints: Paints, area: NDArray[np.intp], tolerances: Tolerances) 
     for index in np.argsort(-area, kind="stable").tolist():
         if paints.kind[index] != FLAT:
             continue
-        limit = tolerances.pool * (SMALL_POOL if area[index] < SMALL_AREA else 1)
+        limit = tolerances.pool * (REGIONS.small_pool if area[index] < REGIONS.small_area else 1)
         distance = np.abs(seen_leaders[:, :count] - seen[index][:, None]).max(0)
         alike = (distance <= limit) & (shows[leaders[:count]] == shows[index])
         if alike.any():
@@ -76,11 +58,11 @@ def _equal_ramps(paints: Paints) -> Integers:
 
 def merge_regions(
     picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
-    canvas: int | None, is_over: Callable[[], bool] = bool,
+    canvas: int | None, watch: Watch = UNWATCHED,
 ) -> tuple[Assignment, Paints]:  # fmt: skip
     """Return regions that are connected, no specks by ``limits``, and of other paints than their neighbours.
 
-    Once ``is_over``, only the first holds.
+    Once the ``watch`` is over, only the first holds.
     """
     area = np.bincount(assignment.label.ravel(), minlength=len(paints))
     pool = pool_paints(paints, area, tolerances)
@@ -89,9 +71,9 @@ def merge_regions(
     assignment.anchors[...] = np.append(pool, NONE)[assignment.anchors]
     keep_hairlines(assignment, tolerances.noise > 0)
     for only_new in (True, False):
-        if not is_over():
+        if not watch.is_over():
             _drop_redundant(picture, assignment, paints, tolerances, only_new)
-    if not is_over():
+    if not watch.is_over():
         _drop_specks(picture, assignment, paints, tolerances, limits, canvas)
     return _split(assignment, paints, tolerances.reach)
 
@@ -119,19 +101,21 @@ def _drop_redundant(
         picture, assignment, trial, is_small, paints, tolerances
     )
     count = np.bincount(areas[is_small], explained, len(size))
-    dropped = is_small & (count >= EXPLAINED_PART * size)[areas]
+    dropped = is_small & (count >= REGIONS.explained_part * size)[areas]
     assignment.write(trial, dropped)
 
 
 def _shines_through(
     picture: Floats, assignment: Assignment, trial: Assignment, where: Mask, paints: Paints, tolerances: Tolerances
 ) -> Mask:
-    """Return for the pixels ``where`` [h, w] whether they are a seam of two regions of ``trial``, with a little of
-    their own region behind it."""
+    """Return which of the pixels ``where`` [h, w] are a seam of two regions of ``trial``.
+
+    A seam has a little of the pixel's own region behind it.
+    """
     rows, columns = (place.astype(np.int32) for place in np.nonzero(where))
     names = np.stack([side[rows, columns] for side in (assignment.label, trial.label, trial.other)], 1)
     shares, rest = triple_shares(*colors_of(names, rows, columns, picture, paints, tolerances.metric))
-    seam: Mask = (shares >= 0).all(1) & (shares[:, 0] <= FAR_SHARE_MAX) & (rest <= tolerances.mix)
+    seam: Mask = (shares >= 0).all(1) & (shares[:, 0] <= REGIONS.far_share_max) & (rest <= tolerances.mix)
     return seam
 
 
@@ -157,8 +141,12 @@ def _flip_halves(assignment: Assignment) -> None:
     peak = np.zeros(areas.max() + 1, np.float32)
     np.maximum.at(peak, areas.ravel(), assignment.share.ravel())
     size = np.bincount(areas.ravel())
-    is_wisp = (peak < FAINT) & (size < FAINT_AREA) & (most_contact(areas, assignment.label) < BETWEEN)
-    flipped = ((peak < HALF) | is_wisp)[areas]
+    is_wisp = (
+        (peak < REGIONS.wisp_share_max)
+        & (size < REGIONS.wisp_area_max)
+        & (most_contact(areas, assignment.label) < REGIONS.between_border_share)
+    )
+    flipped = ((peak < REGIONS.edge_share_max) | is_wisp)[areas]
     assignment.label[flipped], assignment.other[flipped] = assignment.other[flipped], assignment.label[flipped]
     assignment.share[flipped] = 0.5
 

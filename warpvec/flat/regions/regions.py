@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import assign
-from warpvec.flat.regions.denoising import SHARP_REACH, Tolerances, measure_tolerances
+from warpvec.flat.regions.noise import Tolerances, measure_tolerances
 from warpvec.flat.regions.paint_fitting import fit_paints, smooth_seams
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import NONE
@@ -17,29 +17,11 @@ from warpvec.flat.regions.region_merging import merge_regions
 from warpvec.flat.regions.seeding import find_seeds
 from warpvec.flat.regions.specks import SpeckLimits
 from warpvec.flat.regions.thin_parts import add_thin_parts
-from warpvec.geometry.gradients import FLAT
+from warpvec.geometry.paints.registry import FLAT
+from warpvec.watch.watch import UNWATCHED, Watch
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
-
-AREA_MIN, AREA_MIN_OF_ICONS = 4.0, 2.0
-"""Areas of fewer pixels are specks; in small pictures each pixel was placed to be seen."""
-
-CLEAR_AREA_MIN = 1.5
-"""The same for areas of clean pictures that stand out, as the dot of an i does in text of a screen."""
-
-SOFT_AREA_MIN = 0.5
-"""Area of a speck in pictures with soft edges, as a part of the square of their reach: blur hides them."""
-
-ICON_SIZE = 200
-"""Longer side in pixels below which a picture is small."""
-
-SEEDS_MAX = 4096
-"""Most pure areas of flat art. Sixteen drawings have 5 to 106 at 512 px, as PNG or JPEG; squares of 8 pixels in a
-picture of 1024 have 16,384, and noise has none."""
-
-BORDER_SHARE_MIN = 0.5
-"""Share of the picture's border that the canvas of an opaque picture has at least."""
 
 
 class NotFlatArtError(Exception):
@@ -56,8 +38,8 @@ class Regions:
         share: share of ``label`` in each pixel [h, w] (float32), in [0.5, 1].
         color: sRGB-encoded fill [K, 3] (float32) in [0, 1]; of a gradient, that of the first stop.
         opacity: opacity [K] (float32) in [0, 1]; 0 for regions where the picture is transparent.
-        kind: `warpvec.geometry.gradients.FLAT`, ``LINEAR`` or ``RADIAL`` [K] (int32).
-        geometry: ends x1, y1, x2, y2 of a linear gradient, or cx, cy, r, 0 of a radial one, in pixels [K, 4] (float32).
+        kind: as in `warpvec.geometry.gradients.Gradients` [K] (int32).
+        geometry: the numbers that the kind has, in pixels [K, 4] (float32).
         end_color: fill of the last stop [K, 3] (float32).
         canvas: region that fills the canvas behind all others; None if the picture has no such region.
     """
@@ -87,35 +69,33 @@ class Regions:
         return share * self.paints.at(self.label, x, y) + (1 - share) * self.paints.at(self.other, x, y)
 
 
-def find_regions(
-    image: Floats, min_area: float = 0.0, is_over: Callable[[], bool] = bool, may_refuse: bool = False
-) -> Regions:
+def find_regions(image: Floats, min_area: float = 0.0, watch: Watch = UNWATCHED, may_refuse: bool = False) -> Regions:
     """Return the regions of flat art.
 
     Args:
         image: picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
         min_area: areas of fewer pixels are left out, and in any case those of fewer than two to four,
             unless they stand out.
-        is_over: says whether rougher regions must do.
+        watch: the watch over the run. When it is over, rougher regions must do.
         may_refuse: whether to refuse a picture that is plainly no flat art.
 
     Raises:
-        NotFlatArtError: the picture has no pure areas, or more than ``SEEDS_MAX``.
+        NotFlatArtError: the picture has no pure areas, or more than ``seeds_max``.
     """
     picture, straight = premultiplied(image), with_alpha(image)
     tolerances = measure_tolerances(picture)
     limits = _speck_limits(min_area, image.shape, tolerances)
-    seeds = find_seeds(picture, straight, tolerances, is_over)
+    seeds = find_seeds(picture, straight, tolerances, watch)
     if may_refuse:
         _require_flat_art(seeds)
     if (seeds == NONE).all():
         seeds = np.zeros_like(seeds)
-    paints, seeds, seams = fit_paints(straight, seeds, tolerances, is_over)
+    paints, seeds, seams = fit_paints(straight, seeds, tolerances, watch)
     canvas = find_canvas(seeds, paints)
     assignment = assign(picture, seeds, paints, tolerances, canvas)
     smooth_seams(assignment, seams)
-    paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas, is_over)
-    assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, is_over)
+    paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas, watch)
+    assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, watch)
     canvas = find_canvas(assignment.label, paints)
     return Regions(
         assignment.label, assignment.other, assignment.share, paints.color, paints.opacity, paints.kind,
@@ -127,17 +107,17 @@ def _require_flat_art(seeds: Integers) -> None:
     count = int(seeds.max()) + 1
     if count == 0:
         raise NotFlatArtError("it has no areas of one colour")
-    if count > SEEDS_MAX:
+    if count > REGIONS.seeds_max:
         raise NotFlatArtError(f"it has {count:,} separate areas of one colour")
 
 
 def _speck_limits(min_area: float, shape: tuple[int, ...], tolerances: Tolerances) -> SpeckLimits:
     """Return the areas in pixels below which areas are specks, at least the ``min_area`` asked for."""
-    if tolerances.reach > SHARP_REACH:
-        least = SOFT_AREA_MIN * tolerances.reach**2
+    if tolerances.reach > REGIONS.sharp_reach:
+        least = REGIONS.soft_speck_area * tolerances.reach**2
         return SpeckLimits(max(min_area, least), max(min_area, least))
-    least = AREA_MIN if max(shape[:2]) > ICON_SIZE else AREA_MIN_OF_ICONS
-    clear = least if tolerances.noise > 0 else CLEAR_AREA_MIN
+    least = REGIONS.speck_area if max(shape[:2]) > REGIONS.icon_size else REGIONS.speck_area_of_icons
+    clear = least if tolerances.noise > 0 else REGIONS.clear_speck_area
     return SpeckLimits(max(min_area, least), max(min_area, clear))
 
 
@@ -167,5 +147,5 @@ def find_canvas(label: Integers, paints: Paints) -> int | None:
         return int(clear.argmax())
     first = int(count.argmax())
     alike = (paints.color == paints.color[first]).all(1) & (paints.opacity == paints.opacity[first])
-    is_canvas = paints.kind[first] == FLAT and count[alike].sum() >= BORDER_SHARE_MIN * len(border)
+    is_canvas = paints.kind[first] == FLAT and count[alike].sum() >= REGIONS.canvas_border_share * len(border)
     return first if is_canvas else None

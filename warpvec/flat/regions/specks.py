@@ -8,16 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.label_areas import areas_of
 from warpvec.flat.regions.paints import Paints
 
 Floats = NDArray[np.float32]
 Mask = NDArray[np.bool_]
-
-CLEAR_CONTRAST = 0.25
-"""Difference from all regions around, in some channel, from which a speck stands out. The dot of an i has more; what
-ramps and bands leave has far less, and mixes at an edge lie near one of its sides."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +37,7 @@ def specks_of(assignment: Assignment, paints: Paints, metric: Floats, limits: Sp
     is_speck = size < limits.area
     is_small = is_speck & (size >= limits.clear_area)
     if is_small.any():
-        is_speck &= ~(is_small & (_contrasts(areas, is_small, assignment, paints, metric) >= CLEAR_CONTRAST))
+        is_speck &= ~(is_small & (_contrasts(areas, is_small, assignment, paints, metric) >= REGIONS.clear_contrast))
     return is_speck[areas]
 
 

@@ -2,65 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment, unmix
-from warpvec.flat.regions.denoising import Tolerances
+from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paint_fitting import flat_paints
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import connected_areas, pixels_of
-from warpvec.flat.regions.specks import CLEAR_CONTRAST, SpeckLimits
-from warpvec.flat.regions.unmixing import FAR_SHARE_MAX, pair_shares, triple_shares
+from warpvec.flat.regions.specks import SpeckLimits
+from warpvec.flat.regions.unmixing import pair_shares, triple_shares
+from warpvec.watch.watch import UNWATCHED, Watch
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
 Mask = NDArray[np.bool_]
-
-ROUNDS_MAX = 6
-"""Rounds of new regions. Each explains one colour of an unexplained area; few areas have more."""
-
-SAMPLES_MAX = 400
-"""Pixels of an unexplained area that paints are compared on."""
-
-OWN_COLORS = 12
-"""Colours of an area that are tried for it."""
-
-FIRST_PART = 0.9
-"""The purest colour of an area is taken if it explains at least this part of the pixels that any of them explains."""
-
-KNOWN_PART = 0.85
-"""A known paint is taken if it explains at least this part of the pixels that the best of its own colours explains."""
-
-TOP_RESIDUAL = 0.8
-"""Pixels with more than this part of the largest residual show the purest colour of an area."""
-
-PEAK_SHARE_MIN = 0.6
-"""A paint known from elsewhere explains an area only if some pixels show this share of it. Otherwise the area is drawn
-in its own paler colour: a line of less than half a pixel's width would be lost."""
-
-PLATEAU_SHARE = 0.3
-"""Part of an area's pixels that shows one colour, which then is its own colour and not a mix with a paler one."""
-
-PLATEAU_AREA, NOISY_PLATEAU_AREA = 24, 100
-"""Pixels of a line that is drawn in a colour of its own, in clean and noisy pictures; shorter ones are tips."""
-
-ANCHOR_SHARE = 0.45
-"""Share of a new region from which a pixel belongs to it: a bit below one half keeps lines of one pixel in one piece
-where they lie between two pixels."""
-
-SEAM_PART = 0.8
-"""Part of the pixels of an area that must look like a seam of two regions."""
-
-STRENGTH = 2.0
-"""An area is looked at if a pixel in it is unexplained by this multiple of the tolerance."""
-
-
-PAIR_GAIN = 0.25 / 255
-"""Residual that a mix of three colours must save over one of two."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,22 +34,22 @@ class _Shares:
 
 def add_thin_parts(
     picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
-    canvas: int | None, is_over: Callable[[], bool] = bool,
+    canvas: int | None, watch: Watch = UNWATCHED,
 ) -> Paints:  # fmt: skip
-    """Add regions for what ``assignment`` does not explain, until ``is_over``, and return all paints."""
+    """Add regions for what ``assignment`` does not explain, until the ``watch`` is over, and return all paints."""
     given_up = np.zeros(assignment.label.shape, bool)
-    for _ in range(ROUNDS_MAX):
+    for _ in range(REGIONS.thin_rounds_max):
         areas = connected_areas((assignment.residual > tolerances.mix) & ~given_up, diagonal=True)
         new = np.zeros(areas.shape, bool)
         for pixels in pixels_of(areas):
-            if is_over():
+            if watch.is_over():
                 return paints
             rows, columns = np.divmod(pixels, areas.shape[1])
             found = _explain(rows, columns, picture, assignment, paints, tolerances, limits)
             if found is None:
                 # What else the area shows may be explained without its worst pixels.
                 residual = assignment.residual[rows, columns]
-                worst = residual >= TOP_RESIDUAL * residual.max()
+                worst = residual >= REGIONS.top_residual * residual.max()
                 given_up[rows[worst], columns[worst]] = True
                 continue
             paint, is_anchor = found
@@ -118,9 +77,9 @@ def _explain(
 ) -> tuple[Paints, Mask] | None:  # fmt: skip
     """Return the paint of an unexplained area and the pixels of it that belong to it, or None for a speck."""
     residual = assignment.residual[rows, columns]
-    if len(rows) < 2 or residual.max() < STRENGTH * tolerances.mix:
+    if len(rows) < 2 or residual.max() < REGIONS.thin_strength * tolerances.mix:
         return None
-    few = slice(None, None, -(-len(rows) // SAMPLES_MAX))
+    few = slice(None, None, -(-len(rows) // REGIONS.thin_samples_max))
     color = picture[rows[few], columns[few]]
     known, own = _known_colors(paints), _own_colors(color, residual[few])
     values, metric = np.concatenate([known, own]), tolerances.thin_metric()
@@ -130,8 +89,8 @@ def _explain(
     value = values[_best_paint(values, len(known), shares, color, len(rows), tolerances)]
     chosen = _shares_of(value[None], rows, columns, picture, assignment, paints, metric)
     share, rest = chosen.share[:, 0], chosen.rest[:, 0]
-    is_anchor = (share >= ANCHOR_SHARE) & (rest <= np.maximum(0.5 * residual, tolerances.mix))
-    least = limits.clear_area if residual.max() >= CLEAR_CONTRAST else limits.area
+    is_anchor = (share >= REGIONS.anchor_share) & (rest <= np.maximum(0.5 * residual, tolerances.mix))
+    least = limits.clear_area if residual.max() >= REGIONS.clear_contrast else limits.area
     return (_paint_of(value), is_anchor) if share[is_anchor].sum() >= least else None
 
 
@@ -140,9 +99,9 @@ def _own_colors(color: Floats, residual: Floats) -> Floats:
 
     The median of the pixels that are explained worst comes first. An area of several colours may have others.
     """
-    worst = np.median(color[residual >= TOP_RESIDUAL * residual.max()], 0)
+    worst = np.median(color[residual >= REGIONS.top_residual * residual.max()], 0)
     order = np.argsort(-residual, kind="stable")[: max(len(color) // 2, 1)]
-    picked = order[np.linspace(0, len(order) - 1, min(OWN_COLORS, len(order))).astype(np.intp)]
+    picked = order[np.linspace(0, len(order) - 1, min(REGIONS.own_colors, len(order))).astype(np.intp)]
     return np.concatenate([worst[None], color[picked]]).astype(np.float32)
 
 
@@ -177,7 +136,7 @@ def _shares_of(
     share, rest = third, third_rest
     for side in sides:
         part, left = pair_shares(color, new, side)
-        is_better = left <= rest + PAIR_GAIN
+        is_better = left <= rest + REGIONS.pair_gain
         share, rest = np.where(is_better, part, share), np.where(is_better, left, rest)
     return _Shares(share, rest, third, third_rest)
 
@@ -188,10 +147,10 @@ def _is_seam(
 ) -> bool:  # fmt: skip
     """Return whether an area lies between two regions, and what is behind both shines through the seam."""
     between = assignment.label[rows, columns] != assignment.other[rows, columns]
-    if between.mean() < SEAM_PART:
+    if between.mean() < REGIONS.seam_part:
         return False
-    thin = (shares.third_rest <= tolerances.mix) & (shares.third <= FAR_SHARE_MAX)
-    return bool((thin.mean(0)[:known_count] >= SEAM_PART).any())
+    thin = (shares.third_rest <= tolerances.mix) & (shares.third <= REGIONS.far_share_max)
+    return bool((thin.mean(0)[:known_count] >= REGIONS.seam_part).any())
 
 
 def _best_paint(
@@ -210,14 +169,16 @@ def _best_paint(
     is_explained = shares.rest <= tolerances.mix
     count = is_explained.sum(0)
     own = known_count + int(count[known_count:].argmax())
-    if count[known_count] >= FIRST_PART * count[own]:
+    if count[known_count] >= REGIONS.first_color_part * count[own]:
         own = known_count
     metric = tolerances.thin_metric()
     distance = np.abs((values[:known_count] - values[own]) @ metric).max(-1)
     peak = np.quantile(np.where(is_explained, shares.share, 0), 0.9, axis=0)[:known_count]
-    is_short = size < (NOISY_PLATEAU_AREA if tolerances.noise > 0 else PLATEAU_AREA)
-    possible = (count[:known_count] >= KNOWN_PART * count[own]) & ((peak >= PEAK_SHARE_MIN) | is_short)
+    is_short = size < (REGIONS.noisy_plateau_area if tolerances.noise > 0 else REGIONS.plateau_area)
+    possible = (count[:known_count] >= REGIONS.known_paint_part * count[own]) & (
+        (peak >= REGIONS.peak_share_min) | is_short
+    )
     at_own = (np.abs((color - values[own]) @ metric).max(-1) <= tolerances.paint).mean()
-    if at_own >= PLATEAU_SHARE and not is_short:
+    if at_own >= REGIONS.plateau_share and not is_short:
         possible &= distance <= 2 * tolerances.pool
     return int(np.where(possible, distance, np.inf).argmin()) if possible.any() else own

@@ -8,24 +8,11 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.region_growing import NONE
 
 Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
-
-CANDIDATE_COUNT = 4
-"""Nearest regions of a pixel whose mixes are compared. More than four hardly meet within three pixels."""
-
-DISTANCE_COST = 0.25 / 255
-"""Residual that a mix with a region at one pixel more of squared distance must save: where colours lie on one line,
-many pairs explain a pixel, and the nearest do in truth."""
-
-TRIPLE_GAIN = 0.5
-"""Three regions are taken for a pixel if they leave less than this part of the residual of two."""
-
-FAR_SHARE_MAX = 0.35
-"""Largest share of what shines through the seam of two shapes that abut: anti-aliasing of both leaves at most a quarter
-of it, and a bit more where three meet."""
 
 TINY = 1.0e-9
 
@@ -61,7 +48,7 @@ class Candidates:
 
 
 def nearest_labels(labels: Integers, rows: Integers, columns: Integers, radius: int) -> Candidates:
-    """Return the ``CANDIDATE_COUNT`` nearest different labels of the map ``labels`` [h, w] to N pixels."""
+    """Return the ``candidate_count`` nearest different labels of the map ``labels`` [h, w] to N pixels."""
     steps = np.arange(-radius, radius + 1)
     dy, dx = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
     order = np.argsort(dy**2 + dx**2, kind="stable")
@@ -69,10 +56,10 @@ def nearest_labels(labels: Integers, rows: Integers, columns: Integers, radius: 
     padded = np.pad(labels, radius, constant_values=NONE)
     place = (rows + radius) * padded.shape[1] + columns + radius
     window = padded.ravel()[place[:, None] + (dy * padded.shape[1] + dx)[order]]
-    label = np.full((len(rows), CANDIDATE_COUNT), NONE, np.int32)
-    distance = np.zeros((len(rows), CANDIDATE_COUNT), np.float32)
+    label = np.full((len(rows), REGIONS.candidate_count), NONE, np.int32)
+    distance = np.zeros((len(rows), REGIONS.candidate_count), np.float32)
     row = np.arange(len(rows))
-    for slot in range(CANDIDATE_COUNT):
+    for slot in range(REGIONS.candidate_count):
         first = (window != NONE).argmax(1)
         label[:, slot], distance[:, slot] = window[row, first], squared[first]
         window[window == label[:, slot, None]] = NONE
@@ -91,12 +78,14 @@ def best_mixes(color: Floats, values: Floats, candidates: Candidates) -> Mixes:
     share = np.ones(len(color), np.float32)
     residual = _rms(color - values[:, 0])
     first_best, second_best = label[:, 0].copy(), label[:, 0].copy()
-    cost = residual + DISTANCE_COST * candidates.squared[:, 0]
+    cost = residual + REGIONS.mix_distance_cost * candidates.squared[:, 0]
     for first, second in combinations(range(label.shape[1]), 2):
         usable = np.nonzero(label[:, second] != NONE)[0]
         one, two = values[usable, first], values[usable, second]
         part, rest = pair_shares(color[usable], one, two)
-        new_cost = rest + DISTANCE_COST * (candidates.squared[usable, first] + candidates.squared[usable, second])
+        new_cost = rest + REGIONS.mix_distance_cost * (
+            candidates.squared[usable, first] + candidates.squared[usable, second]
+        )
         is_better = new_cost < cost[usable]
         chosen = usable[is_better]
         cost[chosen], share[chosen], residual[chosen] = new_cost[is_better], part[is_better], rest[is_better]
@@ -122,12 +111,12 @@ def explain_by_three(
     label, other = mixes.label.copy(), mixes.other.copy()
     share, residual = mixes.share.copy(), mixes.residual.copy()
     row = np.arange(len(color))
-    limit = residual * TRIPLE_GAIN
+    limit = residual * REGIONS.triple_gain
     for triple in combinations(range(candidates.label.shape[1]), 3):
         chosen = list(triple)
         shares, rest = triple_shares(color, values[:, chosen])
         possible = (candidates.label[:, chosen] != NONE).all(1) & (shares >= 0).all(1)
-        possible &= (np.where(far[:, chosen], shares, 0) <= FAR_SHARE_MAX).all(1)
+        possible &= (np.where(far[:, chosen], shares, 0) <= REGIONS.far_share_max).all(1)
         order = np.argsort(-np.where(far[:, chosen], shares - 1, shares), 1)
         most, next_most = shares[row, order[:, 0]], shares[row, order[:, 1]]
         is_better = possible & (rest < limit)

@@ -3,79 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
 
-from warpvec.config.fit_config import FitConfig
-from warpvec.fit.target import Target
+from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes, errors_near
-from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples, control_points, sample_outlines
+from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples, control_points
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 
-NOISE = 0.02
-"""Squared error, summed over channels, that never counts: that of a few pixels rounded to 8 bits."""
-
-TRIES = 4
-"""Times that changes which cost too much are taken back, each time with one more of their neighbours."""
-
 _Mask = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, eq=False)
-class Judge:
-    """The exact error of scenes against an image.
-
-    Attributes:
-        target: the image, with its renderer.
-        height, width: its size in pixels.
-        threads: CPU threads.
-        detail: root mean square in pixels by which an outline may move, as the picture shows it.
-    """
-
-    target: Target
-    height: int
-    width: int
-    threads: int | None
-    detail: float
-
-    @staticmethod
-    def of(image: Tensor, config: FitConfig, detail: float) -> Judge:
-        return Judge(Target(image, config, "cpu"), image.shape[0], image.shape[1], config.threads, detail)
-
-    def error(self, scene: Scene) -> NDArray[np.float32]:
-        """Return the squared error in each pixel [h, w], summed over the channels."""
-        found: NDArray[np.float32] = self.target.squared_error(scene).numpy()
-        return found
-
-    def samples(self, scene: Scene) -> OutlineSamples:
-        return sample_outlines(scene, self.height, self.width, self.threads)
-
-    def allowed(self, samples: OutlineSamples) -> Floats:
-        """Return the rise of the error near each segment [R] that is allowed."""
-        return self.detail**2 * (samples.contrast * samples.lengths).sum(1) + NOISE
-
-
-def accepted_nodes(old: Scene, new: Scene, judge: Judge, samples: OutlineSamples) -> Scene:
+def accepted_nodes(old: Scene, new: Scene, critic: Critic, samples: OutlineSamples, detail: float) -> Scene:
     """Return ``new`` with nodes as in ``old`` where the exact error near them would rise by too much.
 
-    Both have the same structure. ``samples`` are those of ``old``.
+    Both have the same structure. ``samples`` are those of ``old``. ``detail`` is as in `Critic.allowed`.
     """
-    before, allowed, joints = judge.error(old), judge.allowed(samples), Joints.of(old)
+    before, allowed, joints = (
+        critic.error(old),
+        critic.allowed(samples.worth, detail, SIMPLIFICATION.noise),
+        Joints.of(old),
+    )
     previous, current = joints.values(old), joints.values(new)
     changes = torch.stack([(a != b).any(1) for a, b in zip(previous, current, strict=True)]).any(0).numpy()
-    for attempt in range(TRIES):
+    for attempt in range(SIMPLIFICATION.take_back_tries):
         if not changes.any():
             return old
         mask = torch.from_numpy(changes)[:, None]
         values = (torch.where(mask, b, a) for a, b in zip(previous, current, strict=True))
         scene = replace(new, segments=joints.segments(*values))
-        rise = judge.error(scene) - before
+        rise = critic.error(scene) - before
         cost = np.maximum(errors_near(control_points(old), rise), errors_near(control_points(scene), rise))
         wrong = _nodes_around(cost > allowed, changes, joints, attempt)
         if not wrong.any():
@@ -93,17 +56,19 @@ def _nodes_around(segments: _Mask, nodes: _Mask, joints: Joints, reach: int) -> 
     return found & nodes
 
 
-def accepted_loops(old: Scene, loops: dict[int, Floats], judge: Judge, samples: OutlineSamples) -> Scene:
+def accepted_loops(
+    old: Scene, loops: dict[int, Floats], critic: Critic, samples: OutlineSamples, detail: float
+) -> Scene:
     """Return ``old`` with other curves for some ``loops`` [K, 3, 2], where the exact error rises by little.
 
     It may rise far from both curves: a hole that the old curve surrounded can lie outside of the new one.
     """
-    before, allowed = judge.error(old), judge.allowed(samples)
+    before, allowed = critic.error(old), critic.allowed(samples.worth, detail, SIMPLIFICATION.noise)
     sizes = old.structure.loop_first_segment.diff().long().numpy()
     owner = np.repeat(np.arange(len(sizes)), sizes)
     while loops:
         new = with_loops(old, loops)
-        rise = judge.error(new) - before
+        rise = critic.error(new) - before
         new_sizes = new.structure.loop_first_segment.diff().long().numpy()
         new_owner = np.repeat(np.arange(len(sizes)), new_sizes)
         outlines = ((owner, control_points(old)), (new_owner, control_points(new)))

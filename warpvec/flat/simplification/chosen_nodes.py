@@ -10,7 +10,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from warpvec.flat.simplification.fewest_spans import Choice
+from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.simplification.fewest_spans import ChosenSpans
 from warpvec.flat.simplification.span_candidates import Outlines
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
@@ -19,17 +20,8 @@ from warpvec.geometry.structure import Structure
 Rows = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-SMOOTH_DEGREES, SMOOTH_MOVE = 25.0, 1.0
-"""Largest turn at a corner that is tried as a smooth node, and the largest move of its handles in pixels by that. The
-outline moves less than half as far."""
 
-
-SLIDE_MAX = 0.3
-"""Distance in pixels by which the end of a segment may have moved before what is put back would not fit any more. Then
-the segment beyond is put back too."""
-
-
-def chosen_scene(scene: Scene, choice: Choice, is_smooth: Mask) -> Scene:
+def chosen_scene(scene: Scene, choice: ChosenSpans, is_smooth: Mask) -> Scene:
     """Return ``scene`` with the segments of ``choice``, of whose nodes some are made smooth [S]."""
     first = torch.from_numpy(choice.first)
     handles = torch.from_numpy(choice.handles).to(scene.segments.dtype)
@@ -45,7 +37,7 @@ def smoothed(scene: Scene, is_smooth: Tensor) -> Scene:
     return replace(scene, segments=joints.segments(*joints.values(scene)))
 
 
-def with_spans_back(simple: Scene, old: Scene, choice: Choice, wrong: Mask, corner: Mask) -> tuple[Scene, Rows]:
+def with_spans_back(simple: Scene, old: Scene, choice: ChosenSpans, wrong: Mask, corner: Mask) -> tuple[Scene, Rows]:
     """Return the scene ``simple`` with the segments of ``old`` where those of ``choice`` were ``wrong`` [S].
 
     The nodes of ``simple`` may have moved since the choice; what is put back moves along. The nodes ``corner`` [S] are
@@ -81,13 +73,13 @@ def nearly_smooth(scene: Scene) -> Mask:
     move = turn * torch.where(
         joints.is_line, other, torch.where(joints.is_line[preceding], one, one * other / (one + other))
     )
-    is_near = (turn < math.radians(SMOOTH_DEGREES)) & (move < SMOOTH_MOVE)
+    is_near = (turn < math.radians(SIMPLIFICATION.smooth_node_degrees)) & (move < SIMPLIFICATION.smooth_node_move)
     found: Mask = (is_near & ~joints.is_smooth & ~(joints.is_line & joints.is_line[preceding])).numpy()
     return found
 
 
 def wrong_segments(
-    simple: Scene, choice: Choice, outlines: Outlines, excess: Mask, is_new: Mask, rounded: Mask
+    simple: Scene, choice: ChosenSpans, outlines: Outlines, excess: Mask, is_new: Mask, rounded: Mask
 ) -> tuple[Mask, Mask]:
     """Return which segments [S] of ``choice`` must go back, and which nodes [S] are corners.
 
@@ -99,7 +91,7 @@ def wrong_segments(
     corner = rounded & (excess | excess[preceding])
     wrong = (is_new & excess) | corner | corner[following]
     old = outlines.samples.control[choice.first, 0]
-    slides = np.linalg.norm(simple.segments[:, 0].double().numpy() - old, axis=1) > SLIDE_MAX
+    slides = np.linalg.norm(simple.segments[:, 0].double().numpy() - old, axis=1) > SIMPLIFICATION.slide_max
     while True:
         grown = wrong | (wrong[preceding] & slides) | (wrong & slides)[following]
         if (grown == wrong).all():
@@ -107,7 +99,7 @@ def wrong_segments(
         wrong = grown
 
 
-def members(choice: Choice, sizes: Rows, old: Scene) -> tuple[Rows, Rows, Rows]:
+def members(choice: ChosenSpans, sizes: Rows, old: Scene) -> tuple[Rows, Rows, Rows]:
     """List the old segments of each new one, ``sizes`` [S] of them: its number, their place in it and their row [M]."""
     source = np.repeat(np.arange(len(sizes)), sizes)
     place = np.arange(len(source)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
@@ -118,7 +110,7 @@ def members(choice: Choice, sizes: Rows, old: Scene) -> tuple[Rows, Rows, Rows]:
 
 
 def _moved_along(
-    simple: Scene, old: Scene, choice: Choice, source: Rows, place: Rows, row: Rows
+    simple: Scene, old: Scene, choice: ChosenSpans, source: Rows, place: Rows, row: Rows
 ) -> NDArray[np.float64]:
     """Return the old segments ``row`` [S', 3, 2], moved as the ends of the new segments ``source`` have."""
     before, now = old.segments.double().numpy(), simple.segments.double().numpy()[:, 0]

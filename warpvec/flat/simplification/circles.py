@@ -7,29 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.outline_samples import Floats
-
-DISTANCE_RMS, DISTANCE_MAX = 0.3, 1.0
-"""Root mean square and maximum of the visible distance in pixels between an outline and its ellipse. A circle that two
-cubics draw is so far off. The picture decides afterwards."""
-
-ROUND = 0.3
-"""Difference of both half axes in pixels below which an ellipse is tried as a circle."""
-
-TILT_MOVE = 0.3
-"""An ellipse is tried level if that moves its outline by less, in pixels."""
-
-SEEN_MIN = 0.6
-"""Share of the full turn in which the outline must be visible."""
-
-GAP_MAX = 45.0
-"""Largest angle in degrees between two points that are seen, between which the outline counts as seen."""
 
 QUARTER_HANDLE = 4.0 / 3.0 * math.tan(math.pi / 8.0)
 """Length of the handles of a quarter of a circle of radius 1."""
-
-RADIUS_MIN = 1.5
-"""Half axis in pixels below which an outline is a dot of any form."""
 
 
 class Ellipse(NamedTuple):
@@ -74,9 +56,9 @@ def ellipse_of(points: Floats, weights: Floats) -> Ellipse | None:
     if len(points) < 8 or weights.sum() <= 0.0:
         return None
     free = _fitted(points, weights, 5)
-    if free is None or min(free.a, free.b) < RADIUS_MIN or not _is_near(free, points, weights):
+    if free is None or min(free.a, free.b) < SIMPLIFICATION.ellipse_radius_min or not _is_near(free, points, weights):
         return None
-    if _seen_share(free, points, weights) < SEEN_MIN:
+    if _seen_share(free, points, weights) < SIMPLIFICATION.ellipse_seen_min:
         return None
     for count in _simpler(free):
         found = _fitted(points, weights, count)
@@ -87,10 +69,10 @@ def ellipse_of(points: Floats, weights: Floats) -> Ellipse | None:
 
 def _simpler(free: Ellipse) -> list[int]:
     """Return the numbers of free parameters of simpler forms that ``free`` may have: 3 for a circle, 4 if level."""
-    if abs(free.a - free.b) < ROUND:
+    if abs(free.a - free.b) < SIMPLIFICATION.circle_difference:
         return [3, 4]
     tilt = (free.angle + math.pi / 4) % (math.pi / 2) - math.pi / 4
-    return [4] if abs(tilt) * abs(free.a - free.b) < TILT_MOVE else []
+    return [4] if abs(tilt) * abs(free.a - free.b) < SIMPLIFICATION.ellipse_tilt_move else []
 
 
 def _fitted(points: Floats, weights: Floats, count: int) -> Ellipse | None:
@@ -151,7 +133,9 @@ def _from_conic(conic: tuple[float, ...]) -> Ellipse | None:
 def _is_near(ellipse: Ellipse, points: Floats, weights: Floats) -> bool:
     distance = ellipse.distances(points)
     mean = float(np.average(np.square(distance), weights=weights))
-    return mean <= DISTANCE_RMS**2 and bool((distance[weights > 0.0] <= DISTANCE_MAX).all())
+    return mean <= SIMPLIFICATION.ellipse_distance_rms**2 and bool(
+        (distance[weights > 0.0] <= SIMPLIFICATION.ellipse_distance_max).all()
+    )
 
 
 def _seen_share(ellipse: Ellipse, points: Floats, weights: Floats) -> float:
@@ -159,4 +143,4 @@ def _seen_share(ellipse: Ellipse, points: Floats, weights: Floats) -> float:
     x, y = (points[weights > 0.0] - np.array([ellipse.x, ellipse.y])).T
     angle = np.sort(np.degrees(np.arctan2(y, x)))
     gaps = np.diff(np.append(angle, angle[0] + 360.0))
-    return float(gaps[gaps <= GAP_MAX].sum() / 360.0)
+    return float(gaps[gaps <= SIMPLIFICATION.ellipse_gap_max].sum() / 360.0)

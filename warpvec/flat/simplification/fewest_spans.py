@@ -8,15 +8,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.outline_samples import Floats
 from warpvec.flat.simplification.span_candidates import Outlines, span_candidates
 
-LINE_COUNT, CURVE_COUNT = 0.6, 1.0
-"""Price of a line and of a curve: a file states two numbers for the first and six for the second."""
-
 
 @dataclass(frozen=True, eq=False)
-class Choice:
+class ChosenSpans:
     """The segments of the simpler outlines.
 
     Attributes:
@@ -34,7 +32,7 @@ class Choice:
     counts: NDArray[np.int64]
 
 
-def fewest_spans(outlines: Outlines, detail: Floats, price: float) -> Choice:
+def fewest_spans(outlines: Outlines, detail: Floats, price: float) -> ChosenSpans:
     """Return the cheapest segments: ``price`` for each curve, in cubic pixels, and the error of each.
 
     Args:
@@ -53,7 +51,7 @@ def fewest_spans(outlines: Outlines, detail: Floats, price: float) -> Choice:
         chosen += found
         counts.append(len(found))
     first, size, is_line, handles = zip(*chosen, strict=True)
-    return Choice(np.array(first), np.array(size), np.array(is_line), np.stack(handles), np.array(counts))
+    return ChosenSpans(np.array(first), np.array(size), np.array(is_line), np.stack(handles), np.array(counts))
 
 
 _Table = dict[int, list[tuple[int, Floats, Floats]]]
@@ -86,7 +84,7 @@ def _best_chain(
     best = np.full((count + 1, 2), np.inf)
     best[0] = 0.0
     came: list[list[_Step | None]] = [[None, None] for _ in range(count + 1)]
-    prices = price * np.array([CURVE_COUNT, LINE_COUNT])
+    prices = price * np.array([SIMPLIFICATION.curve_price, SIMPLIFICATION.line_price])
     for place in range(count):
         here, row = best[place], start + (seam + place) % count
         cheapest = int(np.argmin(here))

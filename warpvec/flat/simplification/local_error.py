@@ -5,13 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.outline_samples import Floats, cubic_points
-
-SPACING = 0.8
-"""Distance in pixels of the points along a segment around which its pixels are."""
-
-POINTS_MAX = 4096
-"""Most points along one segment: it may reach far outside of the picture."""
 
 
 def errors_near(control: Floats, error: NDArray[np.float32]) -> Floats:
@@ -21,7 +16,9 @@ def errors_near(control: Floats, error: NDArray[np.float32]) -> Floats:
     """
     height, width = error.shape
     reach = np.linalg.norm(np.diff(control, axis=1), axis=-1).sum(1)
-    counts = np.clip(np.ceil(reach / SPACING), 1, POINTS_MAX).astype(np.int64) + 1
+    counts = (
+        np.clip(np.ceil(reach / SIMPLIFICATION.error_spacing), 1, SIMPLIFICATION.error_points_max).astype(np.int64) + 1
+    )
     row = np.repeat(np.arange(len(control)), counts)
     place = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
     t = place / (counts - 1)[row]

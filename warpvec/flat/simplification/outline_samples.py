@@ -9,6 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.nodes import split
 from warpvec.geometry.scene import Scene
@@ -18,24 +19,10 @@ from warpvec.rendering.operator import draw_adjoint
 
 Floats = NDArray[np.float64]
 
-SAMPLES = 8
-"""Points of each segment. A wave in the outline has at least two nodes, so it cannot pass between the points."""
-
-CONTRAST_HALF = 0.03
-"""Squared contrast, of 3 between black and white, at which an outline counts half. An edge of a few levels of 255
-hardly says where it is, and one of a hundred levels says it as well as one of two hundred."""
-
-OFF_GRID = (0.0137, 0.0071)
-"""Move in pixels before contrasts are measured. An edge exactly between two pixels has two derivatives, and rounding
-would choose one."""
-
-PURE = 1e-3
-"""Largest rounding error of a colour in [0, 1] that stands for the number of a path, in differences between two."""
-
 
 @dataclass(frozen=True, eq=False)
 class OutlineSamples:
-    """``SAMPLES`` points in the middle of equal parts of the parameter of each of R segments.
+    """``segment_samples`` points in the middle of equal parts of the parameter of each of R segments.
 
     Attributes:
         control: control points [R, 4, 2] of the segments in pixels.
@@ -55,9 +42,15 @@ class OutlineSamples:
     top: NDArray[np.int64]
 
     @property
+    def worth(self) -> Floats:
+        """Rise of the squared error for each segment [R] if its outline moves by one pixel."""
+        found: Floats = (self.contrast * self.lengths).sum(1)
+        return found
+
+    @property
     def visibility(self) -> Floats:
         """How well the picture shows the outline at each point [R, S], from 0 (hidden) to 1."""
-        return self.contrast / (self.contrast + CONTRAST_HALF)
+        return self.contrast / (self.contrast + SIMPLIFICATION.contrast_half)
 
     def is_hidden(self, path: NDArray[np.int64], points: Floats) -> NDArray[np.bool_]:
         """Return which ``points`` [K, M, 2] lie in pixels that show nothing of ``path`` [K] nor of what is below."""
@@ -72,13 +65,13 @@ class OutlineSamples:
 def sample_outlines(scene: Scene, height: int, width: int, threads: int | None = None) -> OutlineSamples:
     """Return the samples of the cubic ``scene``, seen on a canvas of ``height`` x ``width`` pixels."""
     control = control_points(scene)
-    t = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    t = (np.arange(SIMPLIFICATION.segment_samples) + 0.5) / SIMPLIFICATION.segment_samples
     points, slopes = cubic_points(control, t), cubic_slopes(control, t)
     return OutlineSamples(
         control,
         scene.structure.segment_path.long().numpy(),
         points,
-        np.linalg.norm(slopes, axis=-1) / SAMPLES,
+        np.linalg.norm(slopes, axis=-1) / SIMPLIFICATION.segment_samples,
         _contrast(scene, height, width, threads),
         _top_paths(scene, height, width, threads),
     )
@@ -115,22 +108,24 @@ def _contrast(scene: Scene, height: int, width: int, threads: int | None) -> Flo
     it. It has the transmittance of what lies above.
     """
     count = len(scene.segments)
-    t = (torch.arange(SAMPLES, dtype=torch.float64) + 0.5) / SAMPLES
-    pieces = split(scene, torch.arange(count).repeat_interleave(SAMPLES), t.repeat(count)).scene.moved(*OFF_GRID)
-    control = control_points(pieces).reshape(count, SAMPLES + 1, 4, 2)
+    t = (torch.arange(SIMPLIFICATION.segment_samples, dtype=torch.float64) + 0.5) / SIMPLIFICATION.segment_samples
+    pieces = split(
+        scene, torch.arange(count).repeat_interleave(SIMPLIFICATION.segment_samples), t.repeat(count)
+    ).scene.moved(*SIMPLIFICATION.off_grid)
+    control = control_points(pieces).reshape(count, SIMPLIFICATION.segment_samples + 1, 4, 2)
     reach = np.linalg.norm(control[:, :, 3] - control[:, :, 0], axis=-1)
     along = control[:, 1:, 3] - control[:, :-1, 0]
     normal = np.stack([-along[..., 1], along[..., 0]], -1)
     normal /= np.maximum(np.linalg.norm(along, axis=-1), 1e-9)[..., None]
     length = (reach[:, 1:] + reach[:, :-1]) / 2.0
     backgrounds = [torch.full((3,), matte) for matte in MATTES] if scene.transparent else [scene.background]
-    total = np.zeros((count, SAMPLES))
+    total = np.zeros((count, SIMPLIFICATION.segment_samples))
     for background in backgrounds:
         for channel in range(3):
             adj_image = scene.segments.new_zeros((height, width, 3))
             adj_image[..., channel] = 1.0
             adjoints = draw_adjoint(replace(pieces, background=background), adj_image, threads=threads)
-            moves = adjoints.segments.double().numpy().reshape(count, SAMPLES + 1, 3, 2)
+            moves = adjoints.segments.double().numpy().reshape(count, SIMPLIFICATION.segment_samples + 1, 3, 2)
             change = ((moves[:, 1:, :2].sum(2) + moves[:, :-1, 2]) * normal).sum(-1)
             total += np.square(change / np.maximum(length, 1e-9))
     return np.where(length > 1e-6, total, 0.0) / len(backgrounds)
@@ -148,6 +143,6 @@ def _top_paths(scene: Scene, height: int, width: int, threads: int | None) -> ND
     drawn: Tensor = torch.from_numpy(draw_exactly(numbered, height, width, threads))
     top = (drawn[..., 0] * len(scene)).round().long().clamp(0, len(scene))
     known = torch.cat([torch.zeros(1, 3), color.float()])[top]
-    is_pure = ((drawn - known).abs() < PURE / max(len(scene), 1)).all(-1)
+    is_pure = ((drawn - known).abs() < SIMPLIFICATION.pure_color_error / max(len(scene), 1)).all(-1)
     found: NDArray[np.int64] = torch.where(is_pure, top - 1, -1).numpy()
     return found

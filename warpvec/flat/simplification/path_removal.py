@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
 
-from warpvec.config.fit_config import FitConfig
-from warpvec.fit.target import Target
+from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes
-from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples, sample_outlines
-from warpvec.flat.simplification.simplify import DETAIL
+from warpvec.flat.simplification.outline_samples import Floats
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
-
-NOISE = 0.05
-"""Squared error, summed over channels, that never counts: that of a few pixels rounded to 8 bits."""
-
-ROUNDS = 8
-"""Most times that paths are removed. What a path costs depends on the others, so each round removes only paths that are
-apart from each other."""
+from warpvec.watch.watch import Watch
 
 _Mask = NDArray[np.bool_]
 
@@ -37,56 +28,49 @@ class Removal:
     loop_count: int
 
 
-def remove_paths(
-    scene: Scene, image: Tensor, config: FitConfig, detail: float = DETAIL, is_over: Callable[[], bool] = bool
-) -> Removal:
+def remove_paths(scene: Scene, critic: Critic, watch: Watch, detail: float = SIMPLIFICATION.detail) -> Removal:
     """Remove the paths and loops that raise the squared error by no more than a move of their outline by ``detail``.
 
     Args:
         scene: a scene of cubics, fitted to the image.
-        image: the target [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
-        config: settings of the fit.
+        critic: judges the changes against the image.
+        watch: the watch over the run. When it is over, what is removed so far must do.
         detail: root mean square in pixels by which an outline may move.
-        is_over: says whether what is removed so far must do.
     """
-    target, count = Target(image, config, "cpu"), len(scene)
-    for _ in range(ROUNDS):
-        keep = _needed(scene, target, _samples(scene, image, config), detail)
+    count = len(scene)
+    for _ in range(SIMPLIFICATION.removal_rounds):
+        keep = _needed(scene, critic, detail)
         scene = scene.select(torch.from_numpy(keep))
-        if keep.all() or is_over():
+        if keep.all() or watch.is_over():
             break
     path_count = count - len(scene)
-    if is_over():
+    if watch.is_over():
         return Removal(scene, path_count, 0)
-    scene, loop_count = _without_loops(scene, target, _samples(scene, image, config), detail)
+    scene, loop_count = _without_loops(scene, critic, detail)
     return Removal(scene, path_count, loop_count)
 
 
-def _samples(scene: Scene, image: Tensor, config: FitConfig) -> OutlineSamples:
-    return sample_outlines(scene, image.shape[0], image.shape[1], config.threads)
-
-
-def _needed(scene: Scene, target: Target, samples: OutlineSamples, detail: float) -> _Mask:
+def _needed(scene: Scene, critic: Critic, detail: float) -> _Mask:
     """Return which paths [N] stay: those that cost more, and those that overlap with one that goes."""
-    cost = target.fit_step(scene, True).removal_cost.double().numpy() / target.error_scale
-    worth = np.bincount(samples.path, (samples.contrast * samples.lengths).sum(1), len(scene))
+    cost, samples = critic.removal_costs(scene), critic.samples(scene)
+    worth: Floats = np.bincount(samples.path, samples.worth, len(scene)).astype(np.float64)
     order = np.argsort(cost, kind="stable")
     low, high = boxes_of(samples.control, samples.path, len(scene))
     keep = np.ones(len(scene), np.bool_)
-    for path in order[cost[order] <= detail**2 * worth[order] + NOISE].tolist():
+    for path in order[cost[order] <= critic.allowed(worth, detail, SIMPLIFICATION.whole_noise)[order]].tolist():
         overlaps = (low[path] <= high) & (low <= high[path])
         keep[path] = bool((overlaps.all(1) & ~keep).any())
     return keep
 
 
-def _without_loops(scene: Scene, target: Target, samples: OutlineSamples, detail: float) -> tuple[Scene, int]:
+def _without_loops(scene: Scene, critic: Critic, detail: float) -> tuple[Scene, int]:
     """Return ``scene`` without loops that show as little, of paths that have others, and the number of these loops."""
-    structure = scene.structure
+    structure, samples = scene.structure, critic.samples(scene)
     sizes = structure.loop_first_segment.diff().long().numpy()
     loop = np.repeat(np.arange(len(sizes)), sizes)
-    contrast = (samples.contrast * samples.lengths).sum(1)
-    worth, length = np.bincount(loop, contrast, len(sizes)), np.bincount(loop, samples.lengths.sum(1), len(sizes))
-    allowed = detail**2 * worth + NOISE
+    worth: Floats = np.bincount(loop, samples.worth, len(sizes)).astype(np.float64)
+    length = np.bincount(loop, samples.lengths.sum(1), len(sizes))
+    allowed = critic.allowed(worth, detail, SIMPLIFICATION.whole_noise)
     cost = np.abs(loop_areas(samples.control, loop, len(sizes))) * worth / np.maximum(length, 1e-9)
     per_path = structure.path_first_loop.diff().long().numpy()
     has_others = np.repeat(per_path > 1, per_path)
@@ -95,10 +79,10 @@ def _without_loops(scene: Scene, target: Target, samples: OutlineSamples, detail
     gone[first] &= np.add.reduceat(~gone, first) > 0 if len(first) else False  # a path keeps one
     if not gone.any():
         return scene, 0
-    before, box = target.squared_error(scene), boxes_of(samples.control, loop, len(sizes))
-    gone &= errors_in_boxes((target.squared_error(without_loops(scene, gone)) - before).numpy(), *box) <= allowed
+    before, box = critic.error(scene), boxes_of(samples.control, loop, len(sizes))
+    gone &= errors_in_boxes(critic.error(without_loops(scene, gone)) - before, *box) <= allowed
     fewer = without_loops(scene, gone)
-    if float((target.squared_error(fewer) - before).sum()) > allowed[gone].sum():
+    if float((critic.error(fewer) - before).sum()) > allowed[gone].sum():
         return scene, 0  # one loop made up for another
     return fewer, int(gone.sum())
 

@@ -2,36 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import torch
-from torch import Tensor
 
-from warpvec.config.fit_config import FitConfig
-from warpvec.flat.simplification.accepted_changes import Judge, accepted_loops, accepted_nodes
+from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.simplification.accepted_changes import accepted_loops, accepted_nodes
 from warpvec.flat.simplification.circles import ellipse_of
+from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.outline_samples import OutlineSamples
 from warpvec.flat.simplification.path_removal import loop_areas
-from warpvec.flat.simplification.roundings import rounded_corners
-from warpvec.flat.simplification.span_candidates import HIDDEN
+from warpvec.flat.simplification.rounded_corners import rounded_corners
 from warpvec.flat.simplification.straight_lines import Lines, regular_anchors
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
-
-DETAIL, REGULAR_SHARE = 0.1, 0.5
-"""Root mean square in pixels by which an outline may move, as the picture shows it, and the share of it that regular
-forms may take. With all of it, lines that are a third of a degree off the level on purpose would be made level."""
-
-AXIS_DEGREES, AXIS_MOVE = 3.0, 0.3
-"""Largest angle by which the tangent of a smooth node turns to be level or upright, and the largest move of a handle in
-pixels by that."""
+from warpvec.watch.watch import Watch
 
 
-def regularize(
-    scene: Scene, image: Tensor, config: FitConfig, detail: float = DETAIL, is_over: Callable[[], bool] = bool
-) -> Scene:
+def regularize(scene: Scene, critic: Critic, watch: Watch, detail: float = SIMPLIFICATION.detail) -> Scene:
     """Return ``scene`` with regular forms where the exact error hardly rises.
 
     Circles and ellipses become four arcs. Lines become level, upright, parallel and aligned, and their corners right.
@@ -41,21 +30,20 @@ def regularize(
 
     Args:
         scene: a scene of cubics, fitted to the image.
-        image: the target [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
-        config: settings of the fit.
+        critic: judges the changes against the image.
+        watch: the watch over the run. When it is over, the forms that are regular so far must do.
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
-        is_over: says whether the forms that are regular so far must do.
     """
-    if is_over():
+    if watch.is_over():
         return scene
-    judge = Judge.of(image, config, REGULAR_SHARE * detail)
-    samples = judge.samples(scene)
-    scene = accepted_loops(scene, _ellipses(scene, samples), judge, samples)
+    allowed = SIMPLIFICATION.regular_share * detail
+    samples = critic.samples(scene)
+    scene = accepted_loops(scene, _ellipses(scene, samples), critic, samples, allowed)
     for change in (_with_regular_lines, _with_rounded_corners, _with_level_tangents):
-        if is_over():
+        if watch.is_over():
             break
-        samples = judge.samples(scene)
-        scene = accepted_nodes(scene, change(scene, samples), judge, samples)
+        samples = critic.samples(scene)
+        scene = accepted_nodes(scene, change(scene, samples), critic, samples, allowed)
     return scene
 
 
@@ -65,7 +53,10 @@ def _ellipses(scene: Scene, samples: OutlineSamples) -> dict[int, np.ndarray]:
     sizes = np.diff(first)
     owner = np.repeat(np.arange(len(sizes)), sizes)
     areas = loop_areas(samples.control, owner, len(sizes))
-    weights, found = np.where(samples.visibility < HIDDEN, 0.0, samples.visibility * samples.lengths), {}
+    weights, found = (
+        np.where(samples.visibility < SIMPLIFICATION.hidden_visibility, 0.0, samples.visibility * samples.lengths),
+        {},
+    )
     for loop, area in enumerate(areas.tolist()):
         rows = slice(first[loop], first[loop + 1])
         ellipse = ellipse_of(samples.points[rows].reshape(-1, 2), weights[rows].reshape(-1))
@@ -104,7 +95,9 @@ def _with_level_tangents(scene: Scene, samples: OutlineSamples) -> Scene:
     for axis in (0, 1):
         across = torch.stack([leaving[:, axis].abs(), arriving[:, axis].abs()])
         along = torch.stack([leaving[:, 1 - axis].abs(), arriving[:, 1 - axis].abs()])
-        is_near = (across <= AXIS_MOVE) & (across <= np.tan(np.radians(AXIS_DEGREES)) * along)
+        is_near = (across <= SIMPLIFICATION.axis_move) & (
+            across <= np.tan(np.radians(SIMPLIFICATION.axis_degrees)) * along
+        )
         chosen = joints.is_smooth & ~beside_line & is_near.all(0)
         for handle in (leaving, arriving):
             handle[chosen, axis] = 0.0

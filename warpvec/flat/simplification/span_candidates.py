@@ -9,36 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples
-from warpvec.flat.simplification.span_fitting import Ends, Fits, Span, fit_cubics, fit_lines, spans_of
-
-SPAN_MAX = 16
-"""Most segments that one can replace at a time."""
-
-PEAK = 3.0
-"""Largest visible distance, in root mean squares that are allowed. A dent so small that it hides in the mean of a long
-span stays."""
-
-HIDDEN = 0.02
-"""Visibility below which a point of an outline is hidden."""
-
-EXPOSURE, HIDDEN_MOVE, SWEEP_STEPS = 0.3, 12.0, 4
-"""Distance in pixels from which a hidden part of an outline must stay hidden when it moves, the largest such move, and
-the places on its way at which that is checked."""
-
-LINE_TURN, TURN_MOVE = 4.0, 0.5
-"""Largest angle in degrees between a line and the tangent of a smooth node at its end, and the largest move in pixels
-of the handle beyond that node, which turns with the line. The outline there moves less than half as far."""
-
-LINE_LONG = 8.0
-"""Visible length of a line in pixels from which it does not become part of a curve: it is straight on purpose."""
-
-CORNER_DEGREES, CORNER_LEG = 35.0, 1.5
-"""Turn from which a node is a corner that stays, and the visible length in pixels that both segments beside it must
-have. One cubic can come close to two lines, but its tip is round."""
-
-HOPELESS = 4.0
-"""A span is not extended once its error is this many times what is allowed, at both of its shorter parts."""
+from warpvec.flat.simplification.span_fitting import Ends, FittedSpans, Span, fit_cubics, fit_lines, spans_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +42,7 @@ class Outlines:
 
 
 @dataclass(frozen=True, eq=False)
-class Spans:
+class CandidateSpans:
     """Candidates: K spans of ``size`` segments from ``first`` on [K], as a cubic or a line.
 
     ``cost`` [K, 2] is that of the cubic and of the line, infinite where it is not allowed; ``handles`` [K, 2, 2, 2].
@@ -81,7 +54,7 @@ class Spans:
     handles: Floats
 
 
-def span_candidates(outlines: Outlines, detail: Floats) -> Iterator[Spans]:
+def span_candidates(outlines: Outlines, detail: Floats) -> Iterator[CandidateSpans]:
     """Yield the spans of 1, 2, ... segments that may replace theirs."""
     sizes = np.diff(outlines.loop_first)
     loop_start = np.repeat(outlines.loop_first[:-1], sizes)
@@ -89,7 +62,7 @@ def span_candidates(outlines: Outlines, detail: Floats) -> Iterator[Spans]:
     rows = np.arange(len(loop_start))
     corners = _corners(outlines)
     is_open = np.ones(len(rows), np.bool_)  # spans from here that may be extended
-    for size in range(1, SPAN_MAX + 1):
+    for size in range(1, SIMPLIFICATION.span_segments_max + 1):
         first = rows[is_open & (loop_size > size)] if size > 1 else rows
         if not len(first):
             return
@@ -105,7 +78,7 @@ def span_candidates(outlines: Outlines, detail: Floats) -> Iterator[Spans]:
             spans.cost[loop_size == 1, 1] = np.inf
         yield spans
         hopeful = np.zeros(len(rows), np.bool_)
-        hopeful[first[excess < HOPELESS]] = True
+        hopeful[first[excess < SIMPLIFICATION.hopeless]] = True
         following = loop_start + (rows - loop_start + 1) % loop_size
         is_open = hopeful | hopeful[following] if size > 1 else np.ones(len(rows), np.bool_)
 
@@ -116,15 +89,15 @@ def _corners(outlines: Outlines) -> NDArray[np.bool_]:
     ahead = samples.points[:, 0] - samples.control[:, 0]
     behind = (samples.control[:, 3] - samples.points[:, -1])[preceding]
     product = np.linalg.norm(ahead, axis=1) * np.linalg.norm(behind, axis=1)
-    is_turned = (ahead * behind).sum(1) < np.cos(np.radians(CORNER_DEGREES)) * product
+    is_turned = (ahead * behind).sum(1) < np.cos(np.radians(SIMPLIFICATION.corner_degrees)) * product
     seen = (samples.visibility * samples.lengths).sum(1)
-    found: NDArray[np.bool_] = is_turned & (np.minimum(seen, seen[preceding]) >= CORNER_LEG)
+    found: NDArray[np.bool_] = is_turned & (np.minimum(seen, seen[preceding]) >= SIMPLIFICATION.corner_leg)
     return found
 
 
 def _fitted(
     outlines: Outlines, members: NDArray[np.int64], after: NDArray[np.int64], detail: Floats
-) -> tuple[Spans, Floats]:
+) -> tuple[CandidateSpans, Floats]:
     """Return the spans of ``members`` [K, k], and the least error of each in what is allowed."""
     samples, first, last = outlines.samples, members[:, 0], members[:, -1]
     ends = Ends(samples.control[first, 0], samples.control[last, 3], outlines.tangents[first], outlines.tangents[after])
@@ -138,26 +111,28 @@ def _fitted(
     if members.shape[1] == 1:
         old, is_line = samples.control[first, 1:3], outlines.is_line[first]
         cost = np.stack([np.where(is_line, np.inf, 0.0), np.where(is_line, 0.0, line_cost)], 1)
-        return Spans(first, 1, cost, np.stack([old, line.handles], 1)), np.zeros(len(first))
+        return CandidateSpans(first, 1, cost, np.stack([old, line.handles], 1)), np.zeros(len(first))
     cubic = fit_cubics(span, ends)
     cost, excess = _allowed(cubic, span, samples, detail)
     seen = (samples.visibility * samples.lengths).sum(1)
-    has_line = (outlines.is_line & (seen >= LINE_LONG))[members].any(1)
+    has_line = (outlines.is_line & (seen >= SIMPLIFICATION.line_long))[members].any(1)
     cost[has_line | (outlines.is_line[members].all(1) & np.isfinite(line_cost))] = np.inf
-    spans = Spans(first, members.shape[1], np.stack([cost, line_cost], 1), np.stack([cubic.handles, line.handles], 1))
+    spans = CandidateSpans(
+        first, members.shape[1], np.stack([cost, line_cost], 1), np.stack([cubic.handles, line.handles], 1)
+    )
     return spans, np.minimum(excess, line_excess)
 
 
-def _allowed(fits: Fits, span: Span, samples: OutlineSamples, detail: Floats) -> tuple[Floats, Floats]:
+def _allowed(fits: FittedSpans, span: Span, samples: OutlineSamples, detail: Floats) -> tuple[Floats, Floats]:
     """Return the costs of fits [K], infinite where they are not allowed, and how many times the allowed one each is."""
     distance = np.linalg.norm(fits.places - span.points, axis=-1)
     weight = span.visibility * span.lengths
     cost = (np.square(distance) * weight).sum(1) + fits.price
     mean = cost / (detail**2 * weight.sum(1) + 1e-9)
-    peak = np.square(distance * np.sqrt(span.visibility)).max(1) / (PEAK * detail) ** 2
+    peak = np.square(distance * np.sqrt(span.visibility)).max(1) / (SIMPLIFICATION.peak * detail) ** 2
     excess = np.maximum(mean, peak)
     is_allowed = excess <= 1.0
-    hidden = (span.visibility < HIDDEN) & (distance > EXPOSURE)
+    hidden = (span.visibility < SIMPLIFICATION.hidden_visibility) & (distance > SIMPLIFICATION.exposure)
     some = np.flatnonzero(is_allowed & hidden.any(1))
     is_allowed[some] = _stays_hidden(fits.places[some], span, samples, some, hidden[some])
     return np.where(is_allowed, cost, np.inf), excess
@@ -169,9 +144,9 @@ def _stays_hidden(
     """Return which of the spans ``some`` [K] stay hidden on the way to ``places`` [K, M, 2] where each ``moves``."""
     points, path = span.points[some], span.path[some]
     offset = places - points
-    is_seen = np.linalg.norm(offset, axis=-1) > HIDDEN_MOVE
-    for step in range(1, SWEEP_STEPS + 1):
-        is_seen |= ~samples.is_hidden(path, points + offset * (step / SWEEP_STEPS))
+    is_seen = np.linalg.norm(offset, axis=-1) > SIMPLIFICATION.hidden_move
+    for step in range(1, SIMPLIFICATION.sweep_steps + 1):
+        is_seen |= ~samples.is_hidden(path, points + offset * (step / SIMPLIFICATION.sweep_steps))
     # Points that spread far apart say nothing of what is between them.
     before, after = (np.linalg.norm(np.diff(each, axis=1), axis=-1) for each in (points, places))
     spreads = after > 2.0 * before + 1.0
@@ -188,6 +163,6 @@ def _is_turned(ends: Ends, handles: tuple[Floats, Floats]) -> NDArray[np.bool_]:
     turned = np.zeros(len(unit), np.bool_)
     for tangent, handle in zip((ends.leaving, ends.arriving), handles, strict=True):
         sine = np.abs(unit[:, 0] * tangent[:, 1] - unit[:, 1] * tangent[:, 0])
-        away = (unit * tangent).sum(1) < np.cos(np.radians(LINE_TURN))
-        turned |= tangent.any(1) & (away | (sine * np.linalg.norm(handle, axis=1) > TURN_MOVE))
+        away = (unit * tangent).sum(1) < np.cos(np.radians(SIMPLIFICATION.line_turn))
+        turned |= tangent.any(1) & (away | (sine * np.linalg.norm(handle, axis=1) > SIMPLIFICATION.turn_move))
     return turned

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.outline_samples import (
     Floats,
     OutlineSamples,
@@ -14,22 +15,6 @@ from warpvec.flat.simplification.outline_samples import (
     cubic_slopes,
     cubic_weights,
 )
-
-ROUNDS = 4
-"""Times that the handles are found anew. Later ones change the distance by less than a hundredth."""
-
-ALONG = 0.02
-"""Weight of a squared distance along the cubic, where that across it has 1."""
-
-HIDDEN_WEIGHT = 1e-3
-"""Weight of hidden points in the fit. They decide only where no visible ones do."""
-
-TURN_PRICE = 0.1
-"""Price of the part of a handle that leaves the tangent of a smooth node, squared, in lengths of the span: the outline
-moves by 0.44 of it along a third of the span."""
-
-HANDLE_MAX = 1.5
-"""Longest handle, in lengths of the span."""
 
 _TINY = 1e-12
 
@@ -50,7 +35,7 @@ class Ends:
 
 
 @dataclass(frozen=True, eq=False)
-class Fits:
+class FittedSpans:
     """Cubics for K spans.
 
     Attributes:
@@ -82,26 +67,26 @@ def spans_of(samples: OutlineSamples, rows: NDArray[np.int64]) -> Span:
     return Span(points, lengths, visibility, samples.path[rows[:, 0]])
 
 
-def fit_cubics(span: Span, ends: Ends) -> Fits:
+def fit_cubics(span: Span, ends: Ends) -> FittedSpans:
     """Return the cubics closest to the points."""
     points, lengths = span.points, span.lengths
-    weights = lengths * np.maximum(span.visibility, HIDDEN_WEIGHT) + _TINY
+    weights = lengths * np.maximum(span.visibility, SIMPLIFICATION.hidden_weight) + _TINY
     total = lengths.sum(1)
     along = np.cumsum(lengths, 1) - lengths / 2.0
     u = along / (total[:, None] + _TINY)
     share, normal = np.ones_like(u), np.zeros_like(points)
-    for _ in range(ROUNDS):
+    for _ in range(SIMPLIFICATION.handle_rounds):
         handles = _handles(points, weights, u, normal, share, ends)
         control = np.stack([ends.start, handles[:, 0], handles[:, 1], ends.end], 1)
         u = _closer(control, u, points)
         slope = cubic_slopes(control, u)
         normal = np.stack([-slope[..., 1], slope[..., 0]], -1)
         normal /= np.linalg.norm(normal, axis=-1, keepdims=True) + _TINY
-        share = np.full_like(u, ALONG)
-    return Fits(handles, cubic_points(control, u), _price(handles, ends, weights.sum(1), total))
+        share = np.full_like(u, SIMPLIFICATION.along_weight)
+    return FittedSpans(handles, cubic_points(control, u), _price(handles, ends, weights.sum(1), total))
 
 
-def fit_lines(points: Floats, ends: Ends) -> Fits:
+def fit_lines(points: Floats, ends: Ends) -> FittedSpans:
     """Return the lines between the ends."""
     chord = ends.end - ends.start
     reach = np.linalg.norm(chord, axis=1)
@@ -109,7 +94,7 @@ def fit_lines(points: Floats, ends: Ends) -> Fits:
     along = ((points - ends.start[:, None]) * unit[:, None]).sum(-1)
     along = np.clip(along, 0.0, reach[:, None])
     handles = np.stack([ends.start + chord / 3.0, ends.start + chord * (2.0 / 3.0)], 1)
-    return Fits(handles, ends.start[:, None] + along[..., None] * unit[:, None], np.zeros(len(chord)))
+    return FittedSpans(handles, ends.start[:, None] + along[..., None] * unit[:, None], np.zeros(len(chord)))
 
 
 def _price(handles: Floats, ends: Ends, weight: Floats, total: Floats) -> Floats:
@@ -120,9 +105,9 @@ def _price(handles: Floats, ends: Ends, weight: Floats, total: Floats) -> Floats
         (ends.end - handles[:, 1], ends.arriving),
     ):
         off = handle[:, 0] * tangent[:, 1] - handle[:, 1] * tangent[:, 0]
-        price += TURN_PRICE * weight * np.square(off)
+        price += SIMPLIFICATION.turn_price * weight * np.square(off)
         is_wrong |= (handle * tangent).sum(1) < 0.0
-        is_wrong |= np.linalg.norm(handle, axis=1) > HANDLE_MAX * total
+        is_wrong |= np.linalg.norm(handle, axis=1) > SIMPLIFICATION.handle_max * total
     return np.where(is_wrong, np.inf, price)
 
 
@@ -146,7 +131,7 @@ def _handles(points: Floats, weights: Floats, u: Floats, normal: Floats, share: 
     total = weights.sum(1)
     for place, tangent in ((0, ends.leaving), (2, ends.arriving)):
         across = np.stack([-tangent[:, 1], tangent[:, 0]], 1)
-        matrix[:, place : place + 2, place : place + 2] += (TURN_PRICE * total)[:, None, None] * (
+        matrix[:, place : place + 2, place : place + 2] += (SIMPLIFICATION.turn_price * total)[:, None, None] * (
             across[:, :, None] * across[:, None, :]
         )
     third = (ends.end - ends.start) / 3.0

@@ -7,22 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.outline_samples import Floats
-
-TURN_MAX = 3.0
-"""Largest angle in degrees by which a line turns."""
-
-MOVE_MAX = 0.5
-"""Largest distance in pixels by which an end of a line moves when it turns, or a line when it is aligned."""
-
-SPREAD = 1.0
-"""Lines of a path count as parallel, or at right angles, within so many degrees."""
-
-ALIGNED = 0.3
-"""Level lines, and upright lines, are brought into line if they are so close, in pixels."""
-
-CROSSING_MIN = 10.0
-"""Smallest angle in degrees between two lines that are extended to where they cross."""
 
 _Rows = NDArray[np.int64]
 _Mask = NDArray[np.bool_]
@@ -73,7 +59,7 @@ def _directions(lines: Lines) -> tuple[Floats, _Mask]:
     target = rest.copy()
     for path in np.unique(lines.path):
         rows = np.flatnonzero(lines.path == path)
-        for group in _groups(rest[rows], SPREAD):
+        for group in _groups(rest[rows], SIMPLIFICATION.parallel_degrees):
             members = rows[group]
             weight = lines.weight[members] * np.square(length[members]) + 1e-9
             offset = (rest[members] - rest[members[0]] + 45.0) % 90.0 - 45.0
@@ -88,7 +74,9 @@ def _directions(lines: Lines) -> tuple[Floats, _Mask]:
 
 
 def _may_turn(degrees: Floats, length: Floats) -> _Mask:
-    found: _Mask = (np.abs(degrees) <= TURN_MAX) & (np.radians(np.abs(degrees)) * length / 2.0 <= MOVE_MAX)
+    found: _Mask = (np.abs(degrees) <= SIMPLIFICATION.line_turn_max) & (
+        np.radians(np.abs(degrees)) * length / 2.0 <= SIMPLIFICATION.line_move_max
+    )
     return found
 
 
@@ -104,10 +92,10 @@ def _aligned_middles(lines: Lines, direction: Floats, is_axis: _Mask) -> Floats:
     middle = (lines.start + lines.end) / 2.0
     for axis in (0, 1):
         rows = np.flatnonzero(is_axis & (direction[:, axis] == 0.0))
-        for group in _groups(middle[rows, axis], ALIGNED):
+        for group in _groups(middle[rows, axis], SIMPLIFICATION.aligned_distance):
             members = rows[group]
             values = middle[members, axis]
-            if np.ptp(values) <= MOVE_MAX:
+            if np.ptp(values) <= SIMPLIFICATION.line_move_max:
                 middle[members, axis] = np.average(values, weights=lines.weight[members] + 1e-9)
     return middle
 
@@ -123,7 +111,7 @@ def _moved(lines: Lines, direction: Floats, place: Floats, anchor: Floats, prece
         moved[rows] = _projected(anchor[rows], place[line[rows]], direction[line[rows]])
     both = np.flatnonzero((after >= 0) & (before >= 0))
     moved[both] = _crossing(anchor[both], place, direction, before[both], after[both])
-    is_near = np.linalg.norm(moved - anchor, axis=1) <= 2.0 * MOVE_MAX
+    is_near = np.linalg.norm(moved - anchor, axis=1) <= 2.0 * SIMPLIFICATION.line_move_max
     return np.where(is_near[:, None], moved, anchor)
 
 
@@ -143,5 +131,5 @@ def _crossing(points: Floats, place: Floats, direction: Floats, first: _Rows, se
     crossing = place[first] + along[:, None] * u
     crossing = np.where(u == 0.0, place[first], np.where(v == 0.0, place[second], crossing))
     between = (_projected(points, place[first], u) + _projected(points, place[second], v)) / 2.0
-    is_clear = np.abs(sine) > np.sin(np.radians(CROSSING_MIN))
+    is_clear = np.abs(sine) > np.sin(np.radians(SIMPLIFICATION.crossing_degrees_min))
     return np.where(is_clear[:, None], crossing, between)

@@ -157,7 +157,7 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 
 def _reason(code: int, lines: list[str]) -> str:
-    """Return why warpvec had no result: the line in which it says so, or its last one."""
+    """Return why warpvec had no result: the line of its error, or its last line."""
     texts = [line.strip() for line in lines if line.strip()]
     errors = [text[len(_ERROR) :] for text in texts if text.startswith(_ERROR)]
     if errors:

@@ -30,7 +30,7 @@ def drawn(root: Any, tags: Container[str]) -> list[Any]:
 
 
 def chosen(root: Any, ids: Container[str], tags: Container[str]) -> list[Any]:
-    """Return the `drawn` elements that have one of ``ids``, or are in a group that has."""
+    """Return the `drawn` elements whose id, or the id of a group around them, is among ``ids``."""
     return [each for each in drawn(root, tags) if any(one.get("id") in ids for one in (each, *each.iterancestors()))]
 
 
@@ -40,7 +40,7 @@ def name_of(element: Any) -> str:
 
 
 def image_file(image: Any, document_folders: Iterable[str | None], folder: str) -> str:
-    """Return the file of an image: that of its link, or one in ``folder`` for an embedded image.
+    """Return the file of an image: the linked file, or a new file in ``folder`` for an embedded image.
 
     Args:
         document_folders: the folders that links may be relative to, the likeliest first.

@@ -69,7 +69,7 @@ def draft_of(shapes: Iterable[Any], root: Any, pixels: Size, to_pixels: Matrix) 
 
 
 def _inherited(ancestor: Any) -> dict[str, str]:
-    """Return the attributes of ``ancestor`` without those of its frame, and without what it does as a whole.
+    """Return the attributes of ``ancestor`` that its paths inherit, without effects on the group as a whole.
 
     Somebody who makes a layer translucent to see the image does not want other colours.
     """

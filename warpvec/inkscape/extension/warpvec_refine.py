@@ -18,7 +18,7 @@ from warpvec_refusal import Refusal
 _IMAGE = SVG + "image"
 
 
-class Refine(WarpvecEffect):
+class RefineEffect(WarpvecEffect):
     """The extension "Refine selected paths against the image"."""
 
     def add_arguments(self, pars: argparse.ArgumentParser) -> None:
@@ -99,4 +99,4 @@ def _drawn_above(image: Any, root: Any, selected: Sequence[Any]) -> list[Any]:
 
 
 if __name__ == "__main__":
-    Refine().run()
+    RefineEffect().run()

@@ -82,7 +82,7 @@ def fit_arguments(options: argparse.Namespace) -> list[str]:
 def placed_layer(image: Any, drawing: Any, pixels: Size, name: str) -> Any:
     """Return a layer with the ``drawing`` of ``image``, to be put above the image.
 
-    Its ids, and those of the definitions that stay in ``drawing``, begin with ``name``.
+    The ids in the layer, and of the definitions that stay in ``drawing``, begin with ``name``.
     """
     _rename(drawing, name)
     layer = inkex.Group(id=name)

@@ -24,14 +24,17 @@ class TileGrid:
 
     @property
     def rows(self) -> int:
+        """Number of rows of tiles."""
         return -(-self.height // TILE)
 
     @property
     def columns(self) -> int:
+        """Number of columns of tiles."""
         return -(-self.width // TILE)
 
     @property
     def count(self) -> int:
+        """Number of tiles."""
         return self.rows * self.columns
 
 

@@ -65,6 +65,7 @@ class Paint:
         self.has_gradients = gradients is not None
         self.gradients: list[Any] = [None, None, None]
         if gradients is not None:
+            gradients.check_kinds()
             geometry, end_color = as_warp(gradients.geometry, lanes.vec4), as_warp(gradients.end_color, lanes.vec3)
             self.gradients = [as_warp(gradients.kind, wp.int32), geometry, end_color]
 

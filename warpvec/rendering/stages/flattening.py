@@ -54,6 +54,7 @@ class Flattening:
 
     @property
     def path_count(self) -> int:
+        """Number of paths of the structure."""
         assert self.structure is not None
         return len(self.structure.path_first_loop) - 1
 

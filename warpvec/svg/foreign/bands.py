@@ -1,8 +1,8 @@
 """Paint shapes with gradients of any stops by paths of two stops each.
 
-A path has a gradient of two stops. Where that does not show a ramp within a level, a linear one is cut at its stops:
-each band of the shape is a path with the gradient between two stops. A band reaches a little below the next one, which
-is painted over it, so that no seam shows. A radial ramp becomes discs, one upon the other.
+A path has a gradient of two stops. If two stops do not show a linear ramp within a level, the ramp is cut at its
+stops: each band of the shape is a path with the gradient between two stops. A band reaches a little below the next
+band, which is painted over it, so that no seam shows. A radial ramp becomes a stack of discs.
 """
 
 from __future__ import annotations
@@ -13,18 +13,20 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 
-from warpvec.geometry.gradients import EXTENT_MIN, LINEAR, RADIAL
-from warpvec.geometry.loops import Color, LinearOrRadial
+from warpvec.geometry.loops import Color, OutlineGradient
+from warpvec.geometry.paints.kind import GradientKind
+from warpvec.geometry.paints.registry import LINEAR, RADIAL, kind_of
 from warpvec.geometry.trim import cut_at
-from warpvec.svg.foreign.budget import Budget
+from warpvec.svg.foreign.budget import WorkBudget
 from warpvec.svg.foreign.color_ramps import (
     EXACT,
     LEVEL,
     Array,
-    Piece,
-    Ramp,
+    ColorRamp,
+    RampPiece,
     central,
     clipped,
     difference,
@@ -61,11 +63,14 @@ _ENDS_MAX = 12
 """Most stops that are tried as the ends of two fitted stops."""
 
 RAMP_EFFORT = 2**19
-"""Stops that are read for one file, which takes some 5 s; other work on gradients counts as stops. Thousands of shapes
+"""Most stops that are read for a file, some 5 s of work; other work on gradients counts as stops. Thousands of shapes
 may each show a ramp of thousands of stops."""
 
 _FIT_EFFORT, _BAND_EFFORT = 3, 60
 """Stops that take as long as fitting two stops once, and as making a band or a disc: 30 and 600 microseconds."""
+
+_RANGES = {LINEAR: linear_range, RADIAL: radial_range}
+"""Kind of a gradient of another program's file -> the offsets that the visible part of a shape may show."""
 
 _REACH = 2.0**24
 """Largest coordinate of a gradient in pixels, where float32 still tells neighbouring pixels apart."""
@@ -76,16 +81,16 @@ class Painted(NamedTuple):
 
     loops: list[Loop]
     color: Color
-    gradient: LinearOrRadial | None
+    gradient: OutlineGradient | None
 
 
 def painted(
     loops: list[Loop],
-    ramp: Ramp,
+    ramp: ColorRamp,
     is_opaque: bool,
     size: tuple[float, float],
     combiner: Combiner,
-    budget: Budget,
+    budget: WorkBudget,
     omitted: Counter[str],
 ) -> list[Painted] | None:
     """Return the parts of a shape, from bottom to top, that show ``ramp`` on it; None if ``budget`` does not allow it.
@@ -104,20 +109,20 @@ def painted(
     if not np.isfinite(ramp.geometry).all() or np.abs(ramp.geometry).max() > _REACH:
         omitted["gradient out of reach"] += 1
         return [Painted(loops, _color(ramp.colors[-1]), None)]
-    x, y, z, w = ramp.geometry
-    if (math.hypot(z - x, w - y) if ramp.kind == LINEAR else z) < EXTENT_MIN:
+    kind = kind_of(ramp.kind)
+    if not kind.is_drawn(torch.tensor([ramp.geometry], dtype=torch.float64)).item():
         return [Painted(loops, _color(ramp.colors[-1]), None)]
-    low, high = (linear_range if ramp.kind == LINEAR else radial_range)(loops, ramp.geometry, size)
+    low, high = _RANGES[ramp.kind](loops, ramp.geometry, size)
     stop_count = len(ramp.offsets) * max(len(shown_periods(ramp, low, high)), 1)
     if stop_count > 2 and not budget.takes(stop_count):
         return None
     ramp = unrolled(ramp, low, high, omitted)
     pieces = merged_pieces(straight_pieces(ramp, low, high))
-    if len(pieces) == 1 and _fits_one(ramp.kind, pieces[0]):
+    if len(pieces) == 1 and _fits_one(kind, pieces[0]):
         return [Painted(loops, *_paint(ramp, pieces[0]))]
     fitted, error = _fitted(ramp, low, high, budget)
     parts: list[Painted] | None = None
-    band_count = len(pieces) if ramp.kind == LINEAR else min(_RINGS_MAX * len(pieces), MAX_BANDS)
+    band_count = len(pieces) if kind.has_free_start else min(_RINGS_MAX * len(pieces), MAX_BANDS)
     if error > _CLOSE and len(pieces) <= MAX_BANDS and budget.takes(_BAND_EFFORT * band_count):
         parts = _bands(loops, ramp, pieces, is_opaque, size) if ramp.kind == LINEAR else None
         if ramp.kind == RADIAL and is_opaque:
@@ -129,39 +134,36 @@ def painted(
     return parts
 
 
-def _fits_one(kind: int, piece: Piece) -> bool:
-    """Return whether one gradient shows ``piece``: a radial one starts at its centre, whose colour must exist."""
-    return kind == LINEAR or bool(np.abs(central(piece) - clipped(central(piece))).max() <= EXACT)
+def _fits_one(kind: GradientKind, piece: RampPiece) -> bool:
+    """Return whether one gradient shows ``piece``: without a free start, its centre must have a colour."""
+    return kind.has_free_start or bool(np.abs(central(piece) - clipped(central(piece))).max() <= EXACT)
 
 
-def _paint(ramp: Ramp, piece: Piece) -> tuple[Color, LinearOrRadial | None]:
+def _paint(ramp: ColorRamp, piece: RampPiece) -> tuple[Color, OutlineGradient | None]:
     """Return the first colour and the gradient of two stops that continue ``piece``."""
-    first, last = piece.first, piece.last
-    x, y, z, w = ramp.geometry
-    if ramp.kind == RADIAL:
-        first, geometry = clipped(central(piece)), (x, y, z * piece.end, 0.0)
-    else:
-        places = [(x + t * (z - x), y + t * (w - y)) for t in (piece.start, piece.end)]
-        geometry = (*places[0], *places[1])
+    kind = kind_of(ramp.kind)
+    first, last = piece.first if kind.has_free_start else clipped(central(piece)), piece.last
+    geometry = kind.between(ramp.geometry, piece.start, piece.end)
     if (first == last).all():
         return _color(first), None
-    return _color(first), LinearOrRadial(ramp.kind, geometry, _color(last))
+    return _color(first), OutlineGradient(ramp.kind, geometry, _color(last))
 
 
-def _fitted(ramp: Ramp, low: float, high: float, budget: Budget) -> tuple[Piece, float]:
+def _fitted(ramp: ColorRamp, low: float, high: float, budget: WorkBudget) -> tuple[RampPiece, float]:
     """Return the straight part, padded, that is closest to ``ramp`` over its area, and the largest difference.
 
     Its ends are at stops, or at the ends of what is visible; at these alone if ``budget`` allows no more.
     """
-    low = 0.0 if ramp.kind == RADIAL else low
+    has_free_start = kind_of(ramp.kind).has_free_start
+    low = low if has_free_start else 0.0
     t = np.linspace(low, high, _SAMPLES)
     shown = np.stack([np.interp(t, ramp.offsets, channel) for channel in ramp.colors.T], 1)
-    weight = np.sqrt(t / t[-1])[:, None] if ramp.kind == RADIAL else np.ones((len(t), 1))
+    weight = np.ones((len(t), 1)) if has_free_start else np.sqrt(t / t[-1])[:, None]
     inner = np.unique(ramp.offsets[(ramp.offsets > low) & (ramp.offsets < high)])[:_ENDS_MAX]
-    fit_count = math.comb(len(inner) + 2, 2) if ramp.kind == LINEAR else len(inner) + 1
+    fit_count = math.comb(len(inner) + 2, 2) if has_free_start else len(inner) + 1
     ends = [low, *inner.tolist(), high] if budget.takes(_FIT_EFFORT * fit_count) else [low, high]
     best, least = None, math.inf
-    for i, start in enumerate(ends if ramp.kind == LINEAR else ends[:1]):
+    for i, start in enumerate(ends if has_free_start else ends[:1]):
         for end in ends[i + 1 :]:
             share = np.clip((t - start) / (end - start), 0.0, 1.0)[:, None]
             basis = np.hstack([1.0 - share, share])
@@ -169,14 +171,14 @@ def _fitted(ramp: Ramp, low: float, high: float, budget: Budget) -> tuple[Piece,
             residual = basis @ fitted - shown
             loss = float((weight * residual**2).sum())
             if loss < least:
-                best, least, error = Piece(start, end, *fitted), loss, float(np.abs(residual).max())
+                best, least, error = RampPiece(start, end, *fitted), loss, float(np.abs(residual).max())
     if best is None:
-        return Piece(low, low + 1.0, shown[-1], shown[-1]), math.inf
+        return RampPiece(low, low + 1.0, shown[-1], shown[-1]), math.inf
     return best, error
 
 
 def _bands(
-    loops: list[Loop], ramp: Ramp, pieces: list[Piece], is_opaque: bool, size: tuple[float, float]
+    loops: list[Loop], ramp: ColorRamp, pieces: list[RampPiece], is_opaque: bool, size: tuple[float, float]
 ) -> list[Painted]:
     """Return the bands of a shape between the stops of a linear ramp."""
     start, along = np.array(ramp.geometry[:2]), np.subtract(ramp.geometry[2:], ramp.geometry[:2])
@@ -211,7 +213,7 @@ def _between(loop: Loop, frame: Array, low: float, high: float) -> Loop | None:
 
 
 def _discs(
-    loops: list[Loop], ramp: Ramp, pieces: list[Piece], combiner: Combiner, omitted: Counter[str]
+    loops: list[Loop], ramp: ColorRamp, pieces: list[RampPiece], combiner: Combiner, omitted: Counter[str]
 ) -> list[Painted] | None:
     """Return the shape in the outermost colours of a radial ramp, and the discs on it; None if one cannot be cut."""
     rings = [_rings(piece) for piece in reversed(pieces)]
@@ -228,7 +230,7 @@ def _discs(
     return parts if len(steps) <= MAX_BANDS else None
 
 
-def _rings(piece: Piece) -> tuple[list[Piece], float]:
+def _rings(piece: RampPiece) -> tuple[list[RampPiece], float]:
     """Return parts, from the outside, that one disc each shows, and their largest difference from ``piece``.
 
     There are several if the colours change too fast for one disc.
@@ -242,14 +244,14 @@ def _rings(piece: Piece) -> tuple[list[Piece], float]:
     return [ring for ring, _ in reversed(rings)], worst
 
 
-def _ring(piece: Piece, low: float, high: float) -> tuple[Piece, float]:
+def _ring(piece: RampPiece, low: float, high: float) -> tuple[RampPiece, float]:
     """Return the part of ``piece`` from ``low`` to ``high`` as a disc can show it, and its largest difference."""
     slope = (piece.last - piece.first) / (piece.end - piece.start)
     ends = [piece.first + slope * (at - piece.start) for at in (low, high)]
     center = clipped(central(piece))
     middle = (low + high) / 2
     last = clipped(center + (sum(ends) / 2 - center) * high / middle)
-    shown = Piece(0.0, high, center, last)
+    shown = RampPiece(0.0, high, center, last)
     return shown, max(difference(shown, at, color) for at, color in zip((low, high), ends, strict=True))
 
 

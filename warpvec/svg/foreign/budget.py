@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 
-class Budget:
-    """An amount of work for one file, of which its parts take their share."""
+class WorkBudget:
+    """The amount of work that may be spent on one file."""
 
     def __init__(self, amount: int) -> None:
         self._left = amount

@@ -1,4 +1,4 @@
-"""Tell clip paths that cut something from those that do not, such as the frame that drawing programs put around all."""
+"""Find clip paths that cut nothing, such as the frame that drawing programs put around everything."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from warpvec.geometry.loops import Outline
 from warpvec.svg.document import local_name
-from warpvec.svg.foreign.budget import Budget
+from warpvec.svg.foreign.budget import WorkBudget
 from warpvec.svg.foreign.polygons import polygon_of, winding
 from warpvec.svg.foreign.shapes import (
     SHAPES,
@@ -36,7 +36,7 @@ _CURVES_MAX = 256
 """Most curves of such a shape. Frames have four; a file may ask for them at each of its elements."""
 
 CLIP_EFFORT = 2**22
-"""Curves that are compared for one file, which takes some 6 s; other work counts as curves. It suffices for a frame
+"""Most curves that are compared for a file, some 6 s of work; other work counts as curves. This is enough for a frame
 around each of `reader.MAX_ELEMENTS` elements."""
 
 _SHAPE_EFFORT, _LOOP_EFFORT, _OUTLINE_EFFORT = 80, 32, 8
@@ -54,7 +54,7 @@ class Clips:
         self._by_id = by_id
         self._size = size
         self._read: dict[str, list[Loop]] = {}
-        self._budget = Budget(CLIP_EFFORT)
+        self._budget = WorkBudget(CLIP_EFFORT)
 
     def cut(self, clip_path: str, state: State, outlines: Sequence[Outline], covers_canvas: bool) -> bool:
         """Return whether a clip path may hide a part of what is on the canvas, or ``CLIP_EFFORT`` is used up.

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.geometry.gradients import LINEAR
+from warpvec.geometry.paints.registry import kind_of
 from warpvec.svg.foreign.shapes import Loop, bounding_box, curves_of
 
 LEVEL = 1.0 / 255.0
@@ -25,12 +25,11 @@ PERIODS_MAX = 32
 Array = NDArray[np.float64]
 
 
-class Ramp(NamedTuple):
+class ColorRamp(NamedTuple):
     """The colours along a gradient.
 
     Attributes:
-        kind: ``LINEAR`` or ``RADIAL``.
-        geometry: x1, y1, x2, y2, or cx, cy, r, 0, in pixels.
+        kind, geometry: as in `warpvec.geometry.gradients.Gradients`, in pixels.
         offsets: of its stops [K], not decreasing.
         colors: sRGB-encoded [K, 3].
         spread: "pad", "repeat" or "reflect".
@@ -43,7 +42,7 @@ class Ramp(NamedTuple):
     spread: str = "pad"
 
 
-class Piece(NamedTuple):
+class RampPiece(NamedTuple):
     """A straight part of a ramp."""
 
     start: float
@@ -52,14 +51,14 @@ class Piece(NamedTuple):
     last: Array
 
 
-def shown_periods(ramp: Ramp, low: float, high: float) -> range:
+def shown_periods(ramp: ColorRamp, low: float, high: float) -> range:
     """Return which repetitions of ``ramp`` show from ``low`` to ``high``; none if it pads, or if there are too many."""
     first, last = math.floor(low), math.ceil(high)
     repeats = ramp.spread in ("repeat", "reflect") and last - first <= PERIODS_MAX
     return range(first, last) if repeats else range(0)
 
 
-def unrolled(ramp: Ramp, low: float, high: float, omitted: Counter[str]) -> Ramp:
+def unrolled(ramp: ColorRamp, low: float, high: float, omitted: Counter[str]) -> ColorRamp:
     """Return a ramp that pads and is the same from ``low`` to ``high``."""
     periods = shown_periods(ramp, low, high)
     if not periods:
@@ -104,44 +103,44 @@ def _corners(left: float, top: float, right: float, bottom: float) -> Array:
     return np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
 
 
-def straight_pieces(ramp: Ramp, low: float, high: float) -> list[Piece]:
+def straight_pieces(ramp: ColorRamp, low: float, high: float) -> list[RampPiece]:
     """Return the straight parts of ``ramp`` between ``low`` and ``high``.
 
     A flat part at either end is left out where padding with the next colour draws the same. The part around the centre
-    of a radial ramp is kept.
+    of a ramp without a free start is kept.
     """
     offsets = np.concatenate([[min(low, ramp.offsets[0])], ramp.offsets, [max(high, ramp.offsets[-1])]])
     colors = np.concatenate([ramp.colors[:1], ramp.colors, ramp.colors[-1:]])
     margin = 1e-9 * max(high - low, 1e-9)
     pieces = [
-        Piece(float(a), float(b), colors[row], colors[row + 1])
+        RampPiece(float(a), float(b), colors[row], colors[row + 1])
         for row, (a, b) in enumerate(pairwise(offsets))
         if b > a and b > low + margin and a < high - margin
     ]
     if not pieces:
-        return [Piece(low, high, ramp.colors[-1], ramp.colors[-1])]
-    if len(pieces) > 1 and ramp.kind == LINEAR and _is_flat(pieces[0]) and _joins(pieces[0], pieces[1]):
+        return [RampPiece(low, high, ramp.colors[-1], ramp.colors[-1])]
+    if len(pieces) > 1 and kind_of(ramp.kind).has_free_start and _is_flat(pieces[0]) and _joins(pieces[0], pieces[1]):
         pieces.pop(0)
     if len(pieces) > 1 and _is_flat(pieces[-1]) and _joins(pieces[-2], pieces[-1]):
         pieces.pop()
     return pieces
 
 
-def _is_flat(piece: Piece) -> bool:
+def _is_flat(piece: RampPiece) -> bool:
     return bool((piece.first == piece.last).all())
 
 
-def _joins(before: Piece, after: Piece) -> bool:
+def _joins(before: RampPiece, after: RampPiece) -> bool:
     return bool((before.last == after.first).all())
 
 
-def merged_pieces(pieces: list[Piece]) -> list[Piece]:
-    """Return ``pieces`` with those joined that one straight part shows."""
+def merged_pieces(pieces: list[RampPiece]) -> list[RampPiece]:
+    """Join neighbouring ``pieces`` that one straight part shows."""
     starts, firsts = np.array([piece.start for piece in pieces]), np.array([piece.first for piece in pieces])
     merged, run = [pieces[0]], 1
     for row, piece in enumerate(pieces[1:], 1):
         last = merged[-1]
-        longer = Piece(last.start, piece.end, last.first, piece.last)
+        longer = RampPiece(last.start, piece.end, last.first, piece.last)
         if _joins(last, piece) and difference(longer, starts[run : row + 1], firsts[run : row + 1]) <= EXACT:
             merged[-1] = longer
         else:
@@ -150,13 +149,13 @@ def merged_pieces(pieces: list[Piece]) -> list[Piece]:
     return merged
 
 
-def difference(piece: Piece, places: Array | float, colors: Array) -> float:
+def difference(piece: RampPiece, places: Array | float, colors: Array) -> float:
     """Return the largest difference of ``piece`` at ``places`` [K] from ``colors`` [K, 3]."""
     share = (np.reshape(places, (-1, 1)) - piece.start) / (piece.end - piece.start)
     return float(np.abs((1.0 - share) * piece.first + share * piece.last - colors).max())
 
 
-def central(piece: Piece) -> Array:
+def central(piece: RampPiece) -> Array:
     """Return the colour in the centre that goes on from a part of a radial ramp."""
     return piece.first - (piece.last - piece.first) * piece.start / (piece.end - piece.start)
 

@@ -15,8 +15,8 @@ from warpvec.errors import InputError
 from warpvec.geometry.loops import Color
 from warpvec.svg.document import local_name
 from warpvec.svg.foreign.bands import RAMP_EFFORT, Painted, painted
-from warpvec.svg.foreign.budget import Budget
-from warpvec.svg.foreign.gradients import Space, Stop, chain, lies_nowhere, read_gradient
+from warpvec.svg.foreign.budget import WorkBudget
+from warpvec.svg.foreign.gradients import GRADIENT_ELEMENTS, GradientStop, Space, chain, lies_nowhere, read_gradient
 from warpvec.svg.foreign.shapes import Loop, load_parser
 from warpvec.svg.foreign.skia import Combiner
 from warpvec.svg.foreign.style import INHERITED, Properties, StyleSheet
@@ -50,7 +50,7 @@ class Fill:
     color: Color
     opacity: float
     gradient: Element | None = None
-    stops: tuple[Stop, ...] = ()
+    stops: tuple[GradientStop, ...] = ()
 
 
 class Fills:
@@ -60,9 +60,9 @@ class Fills:
         self._sheet = sheet
         self._by_id = by_id
         # Thousands of paths may share a gradient.
-        self._stops_of: dict[Element, list[Stop]] = {}
+        self._stops_of: dict[Element, list[GradientStop]] = {}
         self._gradients: dict[Element, tuple[Fill | None, bool]] = {}
-        self._budget = Budget(RAMP_EFFORT)
+        self._budget = WorkBudget(RAMP_EFFORT)
 
     def read(self, properties: Properties, omitted: Counter[str], role: str = "fill") -> Fill | None:
         """Return the paint that ``properties`` state for ``role``, "fill" or "stroke"; None without one.
@@ -77,7 +77,7 @@ class Fills:
             return _scaled(fill, opacity)
         server = self._by_id.get(url[1])
         name = "" if server is None else local_name(server.tag)
-        if server is not None and name.endswith("Gradient"):
+        if server is not None and name in GRADIENT_ELEMENTS:
             return _scaled(self._gradient(server, omitted), opacity)
         omitted[f"pattern {role}" if name == "pattern" else "reference to nothing"] += 1
         return _scaled(self._flat(url[2] or "none", properties), opacity)
@@ -122,8 +122,8 @@ class Fills:
         omitted["gradient with translucent stops"] += is_mixed
         return fill
 
-    def _stops(self, gradient: Element) -> list[Stop]:
-        """Return the stops of a gradient; without stops, those of the gradient that this one refers to."""
+    def _stops(self, gradient: Element) -> list[GradientStop]:
+        """Return the stops of a gradient, or of the gradient it refers to if it has none."""
         for element in chain(gradient, self._by_id):
             stops = [child for child in element if local_name(child.tag) == "stop"]
             if len(stops) > MAX_STOPS:
@@ -136,14 +136,14 @@ class Fills:
                 return self._stops_of[element]
         return []
 
-    def _stop(self, stop: Element) -> Stop:
+    def _stop(self, stop: Element) -> GradientStop:
         properties = self._sheet.properties(stop, dict(INHERITED))
         fill = _scaled(self._flat(properties["stop-color"], properties), properties["stop-opacity"])
         fill = fill or Fill((0.0, 0.0, 0.0), 0.0)
-        return Stop(fraction(stop.get("offset", "0"), 0.0), fill.color, fill.opacity)
+        return GradientStop(fraction(stop.get("offset", "0"), 0.0), fill.color, fill.opacity)
 
 
-def _mean(gradient: Element, stops: list[Stop]) -> Fill | None:
+def _mean(gradient: Element, stops: list[GradientStop]) -> Fill | None:
     """Return a gradient with the mean over the length of its vector, taken of premultiplied colours."""
     if not stops:
         return None

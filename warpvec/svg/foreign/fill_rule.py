@@ -1,7 +1,7 @@
 """Turn a path under the even-odd rule into one of the same area under the non-zero rule.
 
-If its loops cross neither themselves nor one another, those that an odd number of others surround must run against
-those around them. Others are taken apart where they cross, by Skia.
+Loops that do not cross are turned: a loop inside of an odd number of other loops runs against the loop around it.
+Loops that cross are cut at the crossings, by Skia.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def to_nonzero(loops: list[Loop], combiner: Combiner) -> tuple[list[Loop], bool]
 
 
 def _oriented(loops: list[Loop]) -> list[Loop]:
-    """Return loops that do not cross so that each runs against the one around it."""
+    """Turn loops that do not cross, so that each loop runs against the loop around it."""
     if len(loops) == 1:
         return loops
     polygons = [polygon_of(loop) for loop in loops]

@@ -12,10 +12,11 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.geometry.gradients import LINEAR, RADIAL
 from warpvec.geometry.loops import Color
+from warpvec.geometry.paints.kind import Geometry
+from warpvec.geometry.paints.registry import LINEAR, RADIAL
 from warpvec.svg.document import local_name
-from warpvec.svg.foreign.color_ramps import Ramp
+from warpvec.svg.foreign.color_ramps import ColorRamp
 from warpvec.svg.foreign.shapes import compose, read_matrix
 from warpvec.svg.units import parse_length
 
@@ -28,8 +29,8 @@ _SIMILAR = 1e-3
 Matrix = NDArray[np.float64]
 
 
-class Stop(NamedTuple):
-    """A stop of a gradient: its offset in [0, 1], its sRGB-encoded colour and its opacity."""
+class GradientStop(NamedTuple):
+    """A stop of a gradient: offset in [0, 1], sRGB-encoded colour and opacity."""
 
     offset: float
     color: Color
@@ -54,7 +55,7 @@ class Space:
 
 
 def attribute(gradient: Element, name: str, by_id: Mapping[str, Element]) -> str | None:
-    """Return an attribute of a gradient, or of the first one it refers to that has it."""
+    """Return an attribute of a gradient, or else of the first gradient with it that it refers to."""
     return next((value for each in chain(gradient, by_id) if (value := each.get(name)) is not None), None)
 
 
@@ -78,13 +79,13 @@ def lies_nowhere(gradient: Element, by_id: Mapping[str, Element], space: Space) 
 
 
 def read_gradient(
-    gradient: Element, stops: list[Stop], by_id: Mapping[str, Element], space: Space, omitted: Counter[str]
-) -> Ramp:
+    gradient: Element, stops: list[GradientStop], by_id: Mapping[str, Element], space: Space, omitted: Counter[str]
+) -> ColorRamp:
     """Return the colours of a gradient in pixels. Its ends may be anywhere, and not finite.
 
     Args:
         gradient: the element, with at least one stop.
-        stops: those of the gradient, or of the one that it takes them from.
+        stops: its own stops, or the stops of the gradient it refers to.
         by_id: the elements that it may refer to.
         space: where it lies.
         omitted: counts what the result does not show.
@@ -98,8 +99,12 @@ def read_gradient(
 
 
 def _read_ramp(
-    gradient: Element, stops: list[Stop], given: Callable[[str], str | None], space: Space, omitted: Counter[str]
-) -> Ramp:
+    gradient: Element,
+    stops: list[GradientStop],
+    given: Callable[[str], str | None],
+    space: Space,
+    omitted: Counter[str],
+) -> ColorRamp:
     """Return a gradient whose attributes are ``given``."""
     matrix, (across, down) = space.matrix, space.viewport
     if given("gradientUnits") != "userSpaceOnUse":
@@ -117,18 +122,35 @@ def _read_ramp(
     def length(name: str, default: str, whole: float) -> float:
         return parse_length(given(name) or default, whole)
 
-    if local_name(gradient.tag) == "linearGradient":
-        sides = (("x1", "0%", across), ("y1", "0%", down), ("x2", "100%", across), ("y2", "0%", down))
-        ends = np.array([length(*side) for side in sides]).reshape(2, 2)
-        return Ramp(LINEAR, _linear(ends, matrix), offsets, colors, spread)
+    kind, geometry_of = GRADIENT_ELEMENTS[local_name(gradient.tag)]
+    return ColorRamp(kind, geometry_of(length, (across, down), matrix, omitted), offsets, colors, spread)
+
+
+Length = Callable[[str, str, float], float]
+"""Reads the attribute of a name, or a default, as a length; percentages are of the third argument."""
+
+
+def _linear_geometry(length: Length, viewport: tuple[float, float], matrix: Matrix, omitted: Counter[str]) -> Geometry:
+    del omitted
+    across, down = viewport
+    sides = (("x1", "0%", across), ("y1", "0%", down), ("x2", "100%", across), ("y2", "0%", down))
+    return _linear(np.array([length(*side) for side in sides]).reshape(2, 2), matrix)
+
+
+def _radial_geometry(length: Length, viewport: tuple[float, float], matrix: Matrix, omitted: Counter[str]) -> Geometry:
+    across, down = viewport
     diagonal = math.hypot(across, down) / math.sqrt(2)
     cx, cy, r = length("cx", "50%", across), length("cy", "50%", down), length("r", "50%", diagonal)
     focus = (length("fx", repr(cx), across), length("fy", repr(cy), down), length("fr", "0", diagonal))
     omitted["gradient with a focus"] += max(abs(focus[0] - cx), abs(focus[1] - cy), abs(focus[2])) > _SIMILAR * r
-    return Ramp(RADIAL, _radial(cx, cy, r, matrix, omitted), offsets, colors, spread)
+    return _radial(cx, cy, r, matrix, omitted)
 
 
-def _linear(ends: Matrix, matrix: Matrix) -> tuple[float, float, float, float]:
+GRADIENT_ELEMENTS = {"linearGradient": (LINEAR, _linear_geometry), "radialGradient": (RADIAL, _radial_geometry)}
+"""Element of a gradient that is read -> its kind, and the function that reads its geometry."""
+
+
+def _linear(ends: Matrix, matrix: Matrix) -> Geometry:
     """Return the ``ends`` [2, 2] of a linear gradient in pixels.
 
     The lines of equal colour stay straight under the matrix but may lean. The ends in pixels lie across them.
@@ -145,7 +167,7 @@ def _linear(ends: Matrix, matrix: Matrix) -> tuple[float, float, float, float]:
     return float(first[0]), float(first[1]), float(end[0]), float(end[1])
 
 
-def _radial(cx: float, cy: float, r: float, matrix: Matrix, omitted: Counter[str]) -> tuple[float, float, float, float]:
+def _radial(cx: float, cy: float, r: float, matrix: Matrix, omitted: Counter[str]) -> Geometry:
     center = matrix[:, :2] @ np.array([cx, cy]) + matrix[:, 2]
     with np.errstate(all="ignore"):
         axes = np.linalg.svd(matrix[:, :2], compute_uv=False) if np.isfinite(matrix).all() else np.zeros(2)

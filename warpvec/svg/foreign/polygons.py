@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from warpvec.svg.foreign.shapes import Loop, curves_of
 
 _SAMPLES = 8
-"""Straight pieces per cubic in which loops are compared. Loops that touch within a thousandth of a curve's size are not
-told apart from those that cross."""
+"""Straight pieces per cubic in which loops are compared. Loops that come closer than a thousandth of a curve's size
+count as crossing."""
 
 _CHUNK = 2**20
 """Pairs of pieces that are compared at a time: some 50 MB."""

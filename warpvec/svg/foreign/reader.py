@@ -70,7 +70,7 @@ _HEAD = re.compile(r"(.*?)((?: (?:beyond|of|on|out|to|with) .*)?)")
 
 
 class ForeignReader:
-    """A walk over the tree ``root`` as a renderer does it, which notes what it leaves out.
+    """A walk over the tree ``root`` in the order of renderers, which counts the content that is left out.
 
     Attributes:
         size: width and height of the canvas in pixels.
@@ -220,9 +220,9 @@ class ForeignReader:
             return np.eye(2, 3), (width, height)
 
     def _count(self, element: Element, state: State) -> None:
-        """Count what is drawn before it is read, and raise InputError if that is too much.
+        """Count the elements to draw before they are read, and raise InputError if there are too many.
 
-        Read again by a <use>, it counts again.
+        Elements that a <use> repeats count again.
         """
         self._element_count += 1
         if self._element_count > MAX_ELEMENTS or state.depth > MAX_USE_DEPTH:

@@ -1,7 +1,7 @@
 """Work on paths by skia-pathops: Skia's strokes and operations of sets.
 
-It is chosen because its strokes are Skia's, of which those of resvg and Chromium come too, so that caps, joins, miters
-and dashes are the same, and because curves stay curves. It is well kept (fontTools), needs no other package, and one
+It is chosen because curves stay curves, and because its strokes are those of Skia: caps, joins, miters and dashes are
+as in resvg and Chromium, which use the same code. It is well kept (fontTools), needs no other package, and one
 wheel per system serves Python 3.10 and all later ones (abi3). Shapely works on polygons only and knows no dashes;
 picosvg calls skia-pathops itself. What is given to the native library must be finite, and bounded in size and number.
 """
@@ -22,10 +22,10 @@ _SPAN = 4096.0
 """Units that the larger extent of shapes has when they are combined. Skia drops what is smaller than about 1e-3."""
 
 MAX_EFFORT = 2**28
-"""Pairs of straight pieces that are compared for one file, which takes some 20 s; other work counts as pairs."""
+"""Most pairs of straight pieces that are compared for a file, some 20 s of work; other work counts as pairs."""
 
 _CALL_EFFORT, _CROSSING_EFFORT = 2**14, 2**10
-"""Pairs that take as long as a call of Skia, and as what it does at a crossing."""
+"""Cost of a call of Skia, and of its work at a crossing, in pairs of pieces."""
 
 _PIECES_MAX = 3000
 """Most straight pieces of shapes that are examined: every piece is compared with every other one."""
@@ -169,7 +169,7 @@ def _contours(path: Any) -> Iterator[list[Cubic]]:
 
 
 def _cubic(verb: str, start: complex, ends: list[complex], weight: float) -> list[complex]:
-    """Return the cubic of a segment of Skia. That of a conic touches it in its middle, as that of a circle's arc."""
+    """Return the cubic of a segment of Skia. The cubic of a conic, such as an arc, touches it in the middle."""
     if verb == "CUBIC":
         return [start, *ends]
     end = ends[-1]

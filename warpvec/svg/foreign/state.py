@@ -1,4 +1,4 @@
-"""The state that an element of an SVG inherits from those around it."""
+"""The state that an element of an SVG inherits from its parents."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class State:
     Attributes:
         matrix: from user space to pixels [2, 3].
         properties: its properties.
-        opacity: product of its opacity and those around it.
+        opacity: product of the opacities of the element and its parents.
         generation: level of detail.
         viewport: width and height that percentages refer to.
         depth: number of elements around it.

@@ -1,6 +1,11 @@
 /* "Fit again": hands the edited drawing to the page that runs fits, if there is one; see live.js. */
 
-class FitAgain {
+import { sameState } from "viewer/changes.js";
+import { find, setText } from "viewer/dom.js";
+import { writeShape } from "viewer/paths.js";
+import { decimalsFor, writeDrawing } from "viewer/save.js";
+
+export class FitAgain {
   constructor(app) {
     this.app = app;
     // Path data of paths that stayed as edited in an earlier fit: they count as edited afterwards.

@@ -1,6 +1,30 @@
 /* State of the page, and the actions that change it. */
 
-class App {
+import { strokeOutline } from "viewer/brush.js";
+import { Caret } from "viewer/caret.js";
+import { formatBytes } from "viewer/charts.js";
+import { hexColor } from "viewer/colors.js";
+import { Commands } from "viewer/commands.js";
+import { Editor, painted } from "viewer/edit.js";
+import { Gesture } from "viewer/gesture.js";
+import { LAYER_COLORS } from "viewer/layers.js";
+import { EMPTY, Live } from "viewer/live.js";
+import { rampColor } from "viewer/measure.js";
+import { NodeTool } from "viewer/nodetool.js";
+import { paintKey, PalettePanel } from "viewer/palette.js";
+import { boxesMeet, formatNumber, path2dOf, unionOfBoxes } from "viewer/paths.js";
+import { newCanvas, PLAIN } from "viewer/raster.js";
+import { readDrawing } from "viewer/read.js";
+import { writeDrawing } from "viewer/save.js";
+
+export class App {
+  // The parts that need the document and this: `main.js` makes them.
+  panel = null;
+  stage = null;
+  pointer = null;
+  // A canvas of one pixel, on which paths are asked for a point.
+  probe = null;
+
   constructor() {
     this.tool = "select";
     this.panning = false;
@@ -8,10 +32,10 @@ class App {
     this.editor = new Editor(this);
     this.nodes = new NodeTool(this);
     this.caret = new Caret(this);
-    this.palettes = new Palette(this);
+    this.palettes = new PalettePanel(this);
     // Each click adds to the selection, as with Shift, which a touch screen lacks.
     this.adding = false;
-    this.generations = { name: "generations", paper: "#d8d8d4", colorOf: ({ layer }) => this.layerColor(layer) };
+    this.byLayer = { name: "layers", paper: "#d8d8d4", colorOf: ({ layer }) => this.layerColor(layer) };
   }
 
   /** Shows a document; `data` is that in the page, and `meter` compares with its photo, if there is one. */
@@ -20,7 +44,7 @@ class App {
     this.drawing = readDrawing(data.svg ?? EMPTY);
     this.meter = meter;
     this.selection = new Set();
-    this.levelLimit = Infinity;
+    this.layerLimit = Infinity;
     this.show = "drawing";
     this.split = meter ? 50 : 0;
     this.filter = null;
@@ -28,7 +52,7 @@ class App {
     this.edited = false;
     const { layers, box } = this.drawing;
     this.brush = { fill: "#d9480f", opacity: 1, width: Math.max(Math.round(box[2] / 60), 1), layer: layers.at(-1) };
-    this.history = new History(() => this.mayChange(), () => this.changed());
+    this.commands = new Commands(() => this.mayChange(), () => this.changed());
     this.panel?.reopen();
     this.stage?.fit();
   }
@@ -55,20 +79,20 @@ class App {
     this.say(`${label}: now from ${left}, ${top} to ${right}, ${bottom}`);
   }
 
-  /** The number of levels that the detail control shows, from the lowest. */
-  get level() {
-    return Math.min(this.levelLimit, this.drawing.layers.length);
+  /** The number of layers that are shown, from the lowest. */
+  get shownCount() {
+    return Math.min(this.layerLimit, this.drawing.layers.length);
   }
 
   get shownLayers() {
-    return this.drawing.layers.slice(0, this.level).filter((layer) => layer.visible);
+    return this.drawing.layers.slice(0, this.shownCount).filter((layer) => layer.visible);
   }
 
   get palette() {
-    return this.show === "generations" ? this.generations : PLAIN;
+    return this.show === "layers" ? this.byLayer : PLAIN;
   }
 
-  /** Items that a click may select: visible, and of the level chosen in the filter. */
+  /** Items that a click may select: visible, and of the layer chosen in the filter. */
   get pickable() {
     return this.shownLayers.filter((layer) => !this.filter || layer === this.filter).flatMap(({ items }) => items);
   }
@@ -106,7 +130,7 @@ class App {
     else this.select(this.pickable);
   }
 
-  /** Selects all paths that have the "fill" or the "level" of a selected one. */
+  /** Selects all paths that have the "fill" or the "layer" of a selected one. */
   selectAlike(what) {
     const keyOfItem = (item) => (what === "fill" ? paintKey(item) : item.layer);
     const keys = new Set([...this.selection].map(keyOfItem));
@@ -143,9 +167,9 @@ class App {
     this.refresh();
   }
 
-  /** Updates the page after a change of the visible levels, the colours or the split. */
+  /** Updates the page after a change of the visible layers, the colours or the split. */
   refresh() {
-    this.keepLevels();
+    this.keepLayers();
     const shown = new Set(this.shownLayers);
     this.keepSelected(({ layer }) => shown.has(layer));
     this.stage.request();
@@ -153,10 +177,10 @@ class App {
     this.live.onChange?.();
   }
 
-  /** Finds the levels of filter and brush again by their names, if the drawing has others now. */
-  keepLevels() {
+  /** Finds the layers of filter and brush again by their names, if the drawing has others now. */
+  keepLayers() {
     const { layers } = this.drawing;
-    const again = (level) => (layers.includes(level) ? level : layers.find(({ name }) => name === level?.name));
+    const again = (layer) => (layers.includes(layer) ? layer : layers.find(({ name }) => name === layer?.name));
     this.filter = again(this.filter) ?? null;
     this.brush.layer = again(this.brush.layer) ?? layers.at(-1);
   }
@@ -201,8 +225,8 @@ class App {
     this.refresh();
   }
 
-  setLevel(level) {
-    this.levelLimit = level >= this.drawing.layers.length ? Infinity : Math.max(level, 1);
+  showLayers(count) {
+    this.layerLimit = count >= this.drawing.layers.length ? Infinity : Math.max(count, 1);
     this.refresh();
   }
 
@@ -230,7 +254,7 @@ class App {
     if (!this.mayChange()) return;
     const { fill, opacity, width, layer } = this.brush;
     layer.visible = true;
-    this.setLevel(Math.max(this.level, this.drawing.layers.indexOf(layer) + 1));
+    this.showLayers(Math.max(this.shownCount, this.drawing.layers.indexOf(layer) + 1));
     this.editor.add(strokeOutline(points, width), fill, opacity, layer);
     this.say("Path added");
   }
@@ -238,14 +262,14 @@ class App {
   undo() {
     if (!this.mayChange()) return;
     this.cancel();
-    const label = this.history.undo();
+    const label = this.commands.undo();
     this.say(label ? `Undone: ${label}` : "Nothing to undo");
   }
 
   redo() {
     if (!this.mayChange()) return;
     this.cancel();
-    const label = this.history.redo();
+    const label = this.commands.redo();
     this.say(label ? `Redone: ${label}` : "Nothing to redo");
   }
 
@@ -262,7 +286,7 @@ class App {
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
     this.edited = false;
-    this.say(`Saved ${link.download}, ${text.length.toLocaleString("en")} bytes`);
+    this.say(`Saved ${link.download}, ${formatBytes(text.length)}`);
   }
 
   say(text) {

@@ -1,5 +1,12 @@
 /* Shows the picture, and what a gesture makes of it, on the lower canvas of the stage. */
 
+import { multiply } from "viewer/basics.js";
+import { hexColor } from "viewer/colors.js";
+import { inBox, keyOf, PaintedDrawing, pixelBox, placeOf } from "viewer/painted.js";
+import { unionOfBoxes } from "viewer/paths.js";
+import { inverse, Planes } from "viewer/planes.js";
+import { newCanvas } from "viewer/raster.js";
+
 // Part of a frame of 16.7 ms in which pictures and planes are drawn in advance.
 const FRAME_WORK_MS = 7;
 // Planes are drawn in advance for a selection that rests, not while keys step through paths.
@@ -7,12 +14,19 @@ const REST_MS = 150;
 // Many separate paths on a large screen take more memory; their planes are drawn when a gesture needs them.
 const MAX_AHEAD_BYTES = 128 * 2 ** 20;
 
-class Art {
+export class Art {
+  // What is shown, its place on the canvas, and what the planes are for.
+  shown = null;
+  region = null;
+  planesFor = "";
+  // A canvas of one pixel, from which colours are read.
+  probe = null;
+
   constructor(app, canvas) {
     this.app = app;
     this.canvas = canvas;
     this.context = canvas.getContext("2d");
-    this.picture = new Picture();
+    this.picture = new PaintedDrawing();
     this.planes = null;
     this.forget();
   }
@@ -28,7 +42,8 @@ class Art {
     const deadline = performance.now() + FRAME_WORK_MS;
     const isLate = isMoving && this.picture.shown;
     const matrix = isLate ? this.picture.matrix : view;
-    const wanted = { drawing: app.drawing, layers: app.shownLayers, palette: app.palette, width: canvas.width, height: canvas.height, matrix };
+    const { drawing, shownLayers: layers, palette } = app;
+    const wanted = { drawing, layers, palette, width: canvas.width, height: canvas.height, matrix };
     if (app.gesture && !isLate) return this.drawGesture(wanted, deadline);
     this.region = null;
     if (this.isResidual) {

@@ -1,7 +1,9 @@
 /* Basic shapes as path data, and transforms as matrices [a, b, c, d, e, f]. */
 
+import { NUMBERS } from "viewer/pen.js";
+
 /** Returns the path data of a path or a basic shape; null for any other element. */
-function pathDataOf(element) {
+export function pathDataOf(element) {
   const attribute = (name) => parseFloat(element.getAttribute(name)) || 0;
   const points = () => (element.getAttribute("points")?.match(NUMBERS) ?? []).join(" ");
   switch (element.localName) {
@@ -36,7 +38,7 @@ function ellipse(cx, cy, rx, ry) {
 }
 
 /** Returns the matrix of a transform attribute; unknown functions are ignored. */
-function parseTransform(text) {
+export function parseTransform(text) {
   let matrix = [1, 0, 0, 1, 0, 0];
   for (const [, name, list] of text.matchAll(/(\w+)\s*\(([^)]*)\)/g)) {
     matrix = multiply(matrix, oneTransform(name, (list.match(NUMBERS) ?? []).map(Number)));
@@ -57,22 +59,26 @@ function oneTransform(name, n) {
   }
 }
 
-function rotation(radians, x, y) {
+export function rotation(radians, x, y) {
   const [cos, sin] = [Math.cos(radians), Math.sin(radians)];
   return [cos, sin, -sin, cos, x - cos * x + sin * y, y - sin * x - cos * y];
 }
 
-function translation(x, y) {
+export function translation(x, y) {
   return [1, 0, 0, 1, x, y];
 }
 
 /** Returns the scaling by `sx`, `sy` that keeps the point `x`, `y` in place. */
-function scaling(sx, sy, x, y) {
+export function scaling(sx, sy, x, y) {
   return [sx, 0, 0, sy, x - sx * x, y - sy * y];
 }
 
-/** Returns the matrix that applies `second` and then `first`. */
-function multiply(first, second) {
+/** Returns the matrix that applies `second` and then `first`.
+ *
+ * @param {number[]} first
+ * @param {number[]} second
+ * @returns {number[]} */
+export function multiply(first, second) {
   const [a, b, c, d, e, f] = first;
   const [g, h, i, j, k, l] = second;
   return [a * g + c * h, b * g + d * h, a * i + c * j, b * i + d * j, a * k + c * l + e, b * k + d * l + f];

@@ -1,11 +1,13 @@
 /* Turns a freehand stroke of a round brush into its outline, one closed path of cubics. */
 
+import { makeShape } from "viewer/paths.js";
+
 const CIRCLE_HANDLE = 0.5523;
 // Spline points of each round end of a stroke.
 const CAP_CORNERS = 3;
 
 /** Returns the outline of a stroke along `points` [[x, y], ...] with a brush of `width`; a dot for a single point. */
-function strokeOutline(points, width) {
+export function strokeOutline(points, width) {
   const radius = width / 2;
   const line = smoothed(spaced(points, Math.max(radius / 2, width / 8)));
   if (line.length < 2) return makeShape([circle(points[0], radius)]);
@@ -76,6 +78,6 @@ function closedSpline(corners) {
   return { points: Float64Array.from(points), closed: true };
 }
 
-function distance(a, b) {
+export function distance(a, b) {
   return Math.hypot(a[0] - b[0], a[1] - b[1]);
 }

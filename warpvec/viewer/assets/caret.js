@@ -1,10 +1,13 @@
-/* A cross on the picture that keys move. It presses and drags as a mouse does, so that whatever a mouse can do on the
+/* A cross on the drawing that keys move. It presses and drags as a mouse does, so that whatever a mouse can do on the
  * picture, keys can too. */
+
+import { ARROWS } from "viewer/keys.js";
+import { formatNumber } from "viewer/paths.js";
 
 const CARET_STEP_PX = 10;
 const FINE_STEP_PX = 1;
 
-class Caret {
+export class Caret {
   constructor(app) {
     this.app = app;
     this.isOn = false;
@@ -80,7 +83,8 @@ class Caret {
   report() {
     const { app } = this;
     const place = app.stage.toUser(...this.at).map((value) => formatNumber(value, 1)).join(", ");
-    app.say(`${this.isDown ? "Pressed" : "Released"} at ${place}: ${app.nodes.path ? app.nodes.describe() : app.panel.editing.selectionText()}`);
+    const chosen = app.nodes.path ? app.nodes.describe() : app.panel.editing.selectionText();
+    app.say(`${this.isDown ? "Pressed" : "Released"} at ${place}: ${chosen}`);
   }
 
   /** Returns an event as of a mouse at the cross. Shift + arrows are large steps, so they do not count as Shift. */

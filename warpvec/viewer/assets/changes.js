@@ -1,17 +1,20 @@
 /* Finds the part of a picture that a change of the drawing touches.
  *
- * A snapshot is what a picture shows: {items, states}, the states as in history.js. */
+ * A snapshot is what a picture shows: {items, states}, the states as in commands.js. */
 
-function snapshotOf(items) {
+import { unionOfBoxes } from "viewer/paths.js";
+import { reachOf } from "viewer/raster.js";
+
+export function snapshotOf(items) {
   return { items, states: items.map(({ shape, fill, opacity, stroke }) => ({ shape, fill, opacity, stroke })) };
 }
 
-function sameState(a, b) {
+export function sameState(a, b) {
   return a.shape === b.shape && a.fill === b.fill && a.opacity === b.opacity && a.stroke === b.stroke;
 }
 
 /** Returns the box around everything that differs between two snapshots; without a difference, null. */
-function differenceOf(before, after) {
+export function differenceOf(before, after) {
   const [low, highBefore, highAfter] = differingRange(before, after);
   if (low === highBefore && low === highAfter) return null;
   const places = new Map();

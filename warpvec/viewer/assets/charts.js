@@ -4,7 +4,7 @@ const SVG = "http://www.w3.org/2000/svg";
 const PLOT = { width: 268, height: 150, left: 34, right: 12, top: 8, bottom: 30 };
 
 /** Fills `figure` with a plot of PSNR over `axis`, "iteration" or "seconds". */
-function plotHistory(figure, history, axis) {
+export function plotHistory(figure, history, axis) {
   const points = history.filter((record) => Number.isFinite(record[axis]) && Number.isFinite(record.psnr));
   const xs = niceTicks(0, Math.max(...points.map((record) => record[axis])));
   const ys = niceTicks(Math.min(...points.map(({ psnr }) => psnr)), Math.max(...points.map(({ psnr }) => psnr)));
@@ -51,31 +51,22 @@ function formatTick(value) {
   return String(Number(value.toPrecision(4)));
 }
 
-/** Fills the body of `table` with `rows` [name, text]. */
-function fillTable(table, rows) {
-  const body = document.createElement("tbody");
-  for (const [name, text] of rows) {
-    const row = body.insertRow();
-    const head = document.createElement("th");
-    head.scope = "row";
-    head.textContent = name;
-    row.append(head);
-    row.insertCell().textContent = text;
-  }
-  table.replaceChildren(body);
-}
-
-function formatDb(value) {
+export function formatDb(value) {
   if (value === undefined || value === null || Number.isNaN(value)) return "–";
   return Number.isFinite(value) ? `${value.toFixed(2)} dB` : "∞ dB";
 }
 
-function formatBytes(count) {
+/** Returns "1 path" or "2 paths": a noun with its number. */
+export function counted(count, noun) {
+  return `${count.toLocaleString("en")} ${noun}${count === 1 ? "" : "s"}`;
+}
+
+export function formatBytes(count) {
   return `${count.toLocaleString("en")} bytes`;
 }
 
 /** Settings of the fit as rows: words for names, "yes" and "no" for switches. */
-function settingRows(settings) {
+export function settingRows(settings) {
   const word = (value) => ({ true: "yes", false: "no", null: "none" })[String(value)] ?? String(value);
   return Object.entries(settings ?? {}).map(([name, value]) => [name.replaceAll("_", " "), word(value)]);
 }

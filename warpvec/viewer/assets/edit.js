@@ -1,6 +1,11 @@
 /* Commands that change the selected paths. */
 
-class Editor {
+import { multiply, rotation, scaling, translation } from "viewer/basics.js";
+import { recolored, transformFill } from "viewer/gradients.js";
+import { boxesMeet, transformShape } from "viewer/paths.js";
+import { IDENTITY, LAYER_ID, newLayer } from "viewer/read.js";
+
+export class Editor {
   constructor(app) {
     this.app = app;
   }
@@ -16,7 +21,7 @@ class Editor {
   /** Runs `change` on each selected item as one command. */
   each(label, change, merge = false) {
     if (!this.app.selection.size) return;
-    this.app.history.record(label, this.items, [], () => this.items.forEach(change), merge);
+    this.app.commands.record(label, this.items, [], () => this.items.forEach(change), merge);
   }
 
   /** Transforms the selection by keys: those that follow each other are one gesture, and thus one command. */
@@ -50,7 +55,7 @@ class Editor {
     this.app.select([]);
   }
 
-  /** Reorders the selection within its levels; `how` is "front", "back", "raise" or "lower". */
+  /** Reorders the selection within its layers; `how` is "front", "back", "raise" or "lower". */
   reorder(how) {
     const labels = { front: "To front", back: "To back", raise: "Raise", lower: "Lower" };
     this.rearrange(labels[how], (list, chosen) => reordered(list, chosen, how));
@@ -60,25 +65,25 @@ class Editor {
     const chosen = new Set(this.app.selection);
     if (!chosen.size) return;
     const layers = this.layers;
-    this.app.history.record(label, [], layers, () => {
+    this.app.commands.record(label, [], layers, () => {
       for (const layer of layers) layer.items = change(layer.items, chosen);
     });
   }
 
-  /** Puts the selected paths on top of the level `target`. */
-  toLevel(target) {
+  /** Puts the selected paths on top of the layer `target`. */
+  toLayer(target) {
     const chosen = new Set(this.app.selection);
     const layers = [...new Set([...this.layers, target])];
     if (!chosen.size || (layers.length === 1 && layers[0] === target)) return;
     const moving = this.app.drawing.layers.flatMap(({ items }) => items.filter((item) => chosen.has(item)));
-    this.app.history.record("To level", moving, layers, () => {
+    this.app.commands.record("To layer", moving, layers, () => {
       for (const layer of layers) layer.items = layer.items.filter((item) => !chosen.has(item));
       target.items = [...target.items, ...moving];
       for (const item of moving) item.layer = target;
     });
   }
 
-  /** Makes a level of the selected paths, above the highest level of one of them. */
+  /** Makes a layer of the selected paths, above the highest layer of one of them. */
   group() {
     const { app } = this;
     if (!app.selection.size) return;
@@ -87,9 +92,9 @@ class Editor {
     const layers = this.layers;
     const highest = app.drawing.layers.findLastIndex((layer) => layers.includes(layer));
     const number = freeNumber(app.drawing.layers);
-    const names = { id: `level-${number}`, name: `Level ${number}` };
+    const names = { id: `layer-${number}`, name: `Layer ${number}` };
     const made = { ...newLayer(null, freeKey(app.drawing.layers)), ...names, items: moving };
-    app.history.record("New level", moving, layers, () => {
+    app.commands.record("New layer", moving, layers, () => {
       for (const layer of layers) layer.items = layer.items.filter((item) => !chosen.has(item));
       for (const item of moving) item.layer = made;
       app.drawing.layers = app.drawing.layers.toSpliced(highest + 1, 0, made);
@@ -97,7 +102,7 @@ class Editor {
     app.say(`Made ${made.name}`);
   }
 
-  /** Merges the levels of the selected paths into those below them; the lowest one stays. */
+  /** Merges the layers of the selected paths into those below them; the lowest one stays. */
   ungroup() {
     const { app } = this;
     const { layers } = app.drawing;
@@ -105,7 +110,7 @@ class Editor {
     if (!gone.length) return;
     const rest = layers.filter((layer) => !gone.includes(layer));
     const moving = gone.flatMap(({ items }) => items);
-    app.history.record("Merge levels", moving, layers, () => {
+    app.commands.record("Merge layers", moving, layers, () => {
       layers.forEach((layer, i) => {
         if (!gone.includes(layer)) return;
         const below = layers.slice(0, i).findLast((other) => rest.includes(other));
@@ -116,22 +121,22 @@ class Editor {
     }, false, app.drawing);
   }
 
-  /** Renames the level of the selected path. One that is named after its generation gets an id of its own. */
-  renameLevel(name) {
+  /** Renames the layer of the selected path. One that is named after its generation gets an id of its own. */
+  renameLayer(name) {
     const { app } = this;
     const [layer] = this.layers;
     if (!layer || !name || name === layer.name) return;
-    const id = LAYER_ID.test(layer.id) ? `level-${freeNumber(app.drawing.layers)}` : layer.id;
-    app.history.record("Rename level", [], [layer], () => Object.assign(layer, { id, name }));
+    const id = LAYER_ID.test(layer.id) ? `layer-${freeNumber(app.drawing.layers)}` : layer.id;
+    app.commands.record("Rename layer", [], [layer], () => Object.assign(layer, { id, name }));
   }
 
-  /** Moves the level of the selected path up (1) or down (-1) in the order of levels. */
-  moveLevel(by) {
+  /** Moves the layer of the selected path up (1) or down (-1) in the order of layers. */
+  moveLayer(by) {
     const { app } = this;
     const { layers } = app.drawing;
     const at = layers.indexOf(this.layers[0]);
     if (at < 0 || !layers[at + by]) return;
-    app.history.record("Move level", [], [layers[at]], () => {
+    app.commands.record("Move layer", [], [layers[at]], () => {
       app.drawing.layers = layers.with(at, layers[at + by]).with(at + by, layers[at]);
     }, false, app.drawing);
   }
@@ -150,10 +155,10 @@ class Editor {
     this.each("Place", (item) => Object.assign(item, transformed(item, matrix)));
   }
 
-  /** Adds a path on top of the level `layer` and selects nothing, so that the next stroke can follow. */
+  /** Adds a path on top of `layer` and selects nothing, so that the next stroke can follow. */
   add(shape, fill, opacity, layer) {
     const item = { layer, shape, fill, opacity, rule: "nonzero", stroke: null, origin: null };
-    this.app.history.record("Brush", [], [layer], () => {
+    this.app.commands.record("Brush", [], [layer], () => {
       layer.items = [...layer.items, item];
     });
     return item;
@@ -165,22 +170,25 @@ function freeKey(layers) {
   return Math.max(...layers.map(({ key }) => key)) + 1;
 }
 
-/** Returns a number that neither the id nor the name of a level has. */
+/** Returns a number that neither the id nor the name of a layer has. */
 function freeNumber(layers) {
-  const taken = new Set(layers.flatMap(({ id, key, name }) => [id || `level-${key + 1}`, name]));
+  const taken = new Set(layers.flatMap(({ id, key, name }) => [id || `layer-${key + 1}`, name]));
   let number = layers.length + 1;
-  while (taken.has(`level-${number}`) || taken.has(`Level ${number}`)) number++;
+  while (taken.has(`layer-${number}`) || taken.has(`Layer ${number}`)) number++;
   return number;
 }
 
-function transformed(item, matrix) {
+export function transformed(item, matrix) {
   const scale = Math.sqrt(Math.abs(matrix[0] * matrix[3] - matrix[1] * matrix[2]));
   const stroke = item.stroke && { ...item.stroke, width: item.stroke.width * scale };
   return { shape: transformShape(item.shape, matrix), fill: transformFill(item.fill, matrix), stroke };
 }
 
-/** Returns the paint of an item after a change; `fill` is for the first colour of a gradient, `endFill` for its last. */
-function painted(item, { fill, endFill, opacity }) {
+/** Returns the paint of an item after a change; `fill` is for the first colour of a gradient, `endFill` for its last.
+ *
+ * @param {any} item
+ * @param {{fill?: any, endFill?: string, opacity?: number}} paint */
+export function painted(item, { fill, endFill, opacity }) {
   const paint = { opacity: opacity ?? item.opacity, fill: recolored(item.fill, fill, endFill), stroke: item.stroke };
   if (fill && item.stroke && !item.fill) paint.stroke = { ...item.stroke, color: fill };
   return paint;

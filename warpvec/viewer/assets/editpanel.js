@@ -1,6 +1,11 @@
 /* The controls that change the selection, its paint, its place and its nodes. */
 
-class EditPanel {
+import { connectClicks, find, onInput, setText, setValue } from "viewer/dom.js";
+import { endColors, isGradient } from "viewer/gradients.js";
+import { MAX_SHOWN_POINTS } from "viewer/nodetool.js";
+import { asKind } from "viewer/paints.js";
+
+export class EditPanel {
   constructor(app) {
     this.app = app;
     this.connectPaint();
@@ -42,11 +47,11 @@ class EditPanel {
     connectClicks({
       "select-all": () => app.selectAll(), "select-none": () => app.select([]), adding: () => app.setAdding(!app.adding),
       "path-last": () => app.selectNext(-1), "path-next": () => app.selectNext(1),
-      "same-fill": () => app.selectAlike("fill"), "same-level": () => app.selectAlike("level"), delete: () => editor.remove(),
+      "same-fill": () => app.selectAlike("fill"), "same-layer": () => app.selectAlike("layer"), delete: () => editor.remove(),
       front: () => editor.reorder("front"), raise: () => editor.reorder("raise"), lower: () => editor.reorder("lower"),
       back: () => editor.reorder("back"), "scale-apply": () => editor.scale(find("scale").valueAsNumber / 100),
       "turn-apply": () => editor.turn(find("turn").valueAsNumber), group: () => editor.group(), ungroup: () => editor.ungroup(),
-      "level-up": () => editor.moveLevel(1), "level-down": () => editor.moveLevel(-1), caret: () => app.toggleCaret(),
+      "layer-up": () => editor.moveLayer(1), "layer-down": () => editor.moveLayer(-1), caret: () => app.toggleCaret(),
     });
   }
 
@@ -67,7 +72,7 @@ class EditPanel {
       const field = find(`box-${name}`);
       field.addEventListener("change", () => this.app.editor.place({ [name]: field.valueAsNumber }));
     }
-    find("level-name").addEventListener("change", () => this.app.editor.renameLevel(find("level-name").value.trim()));
+    find("layer-name").addEventListener("change", () => this.app.editor.renameLayer(find("layer-name").value.trim()));
     onInput("kind", (kind) => {
       this.app.editor.each("Fill", (item) => Object.assign(item, { fill: asKind(item.fill, kind, item.shape.box) }));
     });
@@ -79,7 +84,7 @@ class EditPanel {
     const [first] = app.selection;
     const { fill, opacity } = first ? { fill: first.fill ?? first.stroke.color, opacity: first.opacity } : app.brush;
     const gradient = [...app.selection].find((item) => isGradient(item.fill));
-    if (document.activeElement !== find("level-name")) find("level-name").value = first?.layer.name ?? "";
+    if (document.activeElement !== find("layer-name")) find("layer-name").value = first?.layer.name ?? "";
     setText("selected", this.selectionText());
     find("kind-field").hidden = !first?.fill;
     if (first?.fill) find("kind").value = isGradient(first.fill) ? first.fill.kind : "flat";
@@ -91,7 +96,7 @@ class EditPanel {
     find("end-field").hidden = !gradient;
     setValue("opacity", opacity, opacity.toFixed(2));
     setValue("width", app.brush.width, `${app.brush.width} px`);
-    find("brush-level").selectedIndex = app.drawing.layers.indexOf(app.brush.layer);
+    find("brush-layer").selectedIndex = app.drawing.layers.indexOf(app.brush.layer);
     find("filter").selectedIndex = app.drawing.layers.indexOf(app.filter) + 1;
     for (const id of ["arrange", "delete", "select-none"]) find(id).disabled = !count;
   }

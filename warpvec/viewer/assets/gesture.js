@@ -1,9 +1,16 @@
 /* A change in progress: the selected paths follow the pointer, keys or a slider, and the end of it makes one command. */
 
+import { sameState } from "viewer/changes.js";
+import { capture } from "viewer/commands.js";
+import { painted, transformed } from "viewer/edit.js";
+import { transformedBox, unionOfBoxes } from "viewer/paths.js";
+import { reachOf } from "viewer/raster.js";
+import { IDENTITY } from "viewer/read.js";
+
 // Keys that follow each other within this time, as held arrow keys do, are one gesture.
 const KEY_PAUSE_MS = 400;
 
-class Gesture {
+export class Gesture {
   constructor(app, label) {
     this.app = app;
     this.label = label;
@@ -55,7 +62,7 @@ class Gesture {
     clearTimeout(this.timer);
     const { items, before } = this;
     if (this.matrix !== IDENTITY) for (const item of items) Object.assign(item, transformed(item, this.matrix));
-    if (items.some((item) => !sameState(item, before.items.get(item)))) this.app.history.push(this.label, before);
+    if (items.some((item) => !sameState(item, before.items.get(item)))) this.app.commands.push(this.label, before);
   }
 
   cancel() {

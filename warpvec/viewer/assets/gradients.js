@@ -3,6 +3,10 @@
  * a "radial" one, in user units; a radial one may have a matrix [a, b, c, d, e, f] that makes it an ellipse. A stop is
  * {offset, color, opacity}; there are two at least, in rising order. `onCanvas` is made when it is first drawn. */
 
+import { multiply, parseTransform } from "viewer/basics.js";
+import { clamp01, shortColor, writeOpacity } from "viewer/colors.js";
+import { formatNumber } from "viewer/paths.js";
+
 const GRADIENT_SIDES = { linear: ["x1", "y1", "x2", "y2"], radial: ["cx", "cy", "r", "fx", "fy"] };
 const LINEAR_DEFAULTS = { x1: "0%", y1: "0%", x2: "100%", y2: "0%" };
 const RADIAL_DEFAULTS = { cx: "50%", cy: "50%", r: "50%" };
@@ -10,17 +14,17 @@ const MAX_REFERENCES = 16;
 // Below this length or radius in user units, SVG and warpvec show the last colour alone.
 const EXTENT_MIN = 1e-3;
 
-function isGradient(fill) {
+export function isGradient(fill) {
   return typeof fill === "object" && fill !== null;
 }
 
 /** Returns the first colour of a fill, and the last one. */
-function endColors(fill) {
+export function endColors(fill) {
   return isGradient(fill) ? [fill.stops[0].color, fill.stops.at(-1).color] : [fill, fill];
 }
 
 /** Returns the fill with its first colour replaced by `start` and its last one by `end`, where these are given. */
-function recolored(fill, start, end) {
+export function recolored(fill, start, end) {
   if (!isGradient(fill)) return fill && start ? start : fill;
   const stops = fill.stops.map((stop) => ({ ...stop }));
   if (start) stops[0].color = start;
@@ -29,7 +33,7 @@ function recolored(fill, start, end) {
 }
 
 /** Returns the fill moved with its shape by `matrix`. */
-function transformFill(fill, matrix) {
+export function transformFill(fill, matrix) {
   if (!isGradient(fill)) return fill;
   const placed = fill.kind === "linear" ? transformLinear(fill.numbers, matrix) : transformRadial(fill, matrix);
   return { ...fill, ...placed, onCanvas: null };
@@ -56,12 +60,12 @@ function transformRadial({ numbers, matrix: own }, matrix) {
   return { numbers: [...transformPoint(whole, cx, cy), scale * r, ...transformPoint(whole, fx, fy)], matrix: null };
 }
 
-function transformPoint([a, b, c, d, e, f], x, y) {
+export function transformPoint([a, b, c, d, e, f], x, y) {
   return [a * x + c * y + e, b * x + d * y + f];
 }
 
 /** Fills `path` with a fill, in the context's transform. */
-function fillPath(context, path, rule, fill) {
+export function fillPath(context, path, rule, fill) {
   if (isGradient(fill)) fill.onCanvas ??= canvasFill(context, fill);
   context.fillStyle = fill.onCanvas ?? fill;
   const matrix = isGradient(fill) && fill.matrix;
@@ -92,7 +96,7 @@ function cssColor({ color, opacity }) {
 }
 
 /** Reads the gradients of a document; `reader` knows styles and colours. */
-class GradientReader {
+export class GradientReader {
   constructor(parsed, reader, box) {
     this.elements = new Map([...parsed.querySelectorAll("linearGradient, radialGradient")].map((g) => [g.id, g]));
     this.reader = reader;
@@ -159,7 +163,7 @@ function lengthOf(text, whole) {
 }
 
 /** Names the gradients of the `items` for a file: equal ones share a name. Returns their elements by name and fill. */
-function nameGradients(items, taken, decimals) {
+export function nameGradients(items, taken, decimals) {
   const prefix = taken.some((id) => /^g\d+$/.test(id)) ? "gradient" : "g";
   const byText = new Map();
   const names = new Map();

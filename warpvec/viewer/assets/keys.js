@@ -1,37 +1,39 @@
 /* Keyboard shortcuts. They work unless the focused control uses the key itself. */
 
+import { fillTable, find } from "viewer/dom.js";
+
 const STEP = 1;
 const BIG_STEP = 10;
 const TURN_DEGREES = 5;
 
 const KEYS = [
   ["V  N  B  I  H", "select, edit nodes, brush, pick a colour, pan"],
-  ["C", "a cross on the picture: arrows move it (Shift far, Ctrl finely), Enter clicks, Space presses and releases"],
+  ["C", "a cross on the drawing: arrows move it (Shift: far, Ctrl: finely), Enter clicks, Space presses and releases"],
   ["Space + drag, middle button", "pan; on a touch screen two fingers pan and zoom"],
   ["Wheel, + and −", "zoom; Shift + wheel pans"],
-  ["0", "show the whole picture"],
+  ["0", "show the whole drawing"],
   ["[  and  ]", "select the previous or next path; with the node tool, node or handle"],
   ["Ctrl+A, Esc", "select all paths, or none"],
-  ["K  and  L", "select all paths of the same fill, or of the same level"],
+  ["K  and  L", "select all paths of the same fill, or of the same layer"],
   ["Arrows, Shift + arrows", "move by 1 or 10 units"],
   ["<  and  >", "scale to 90 % or 110 %"],
   ["(  and  )", "turn by 5 degrees left or right"],
   ["Page Up, Page Down", "raise or lower the selection"],
-  ["Home, End", "bring to the front or back of the level"],
-  ["Ctrl+G, Ctrl+Shift+G", "make a level of the selection, or merge its level into the one below"],
+  ["Home, End", "bring to the front or back of the layer"],
+  ["Ctrl+G, Ctrl+Shift+G", "make a layer of the selection, or merge its layer into the one below"],
   ["Delete", "delete the selection, or with the node tool the chosen nodes"],
   ["A  S  L", "with the node tool: add a node after the chosen one, smooth or corner, line or curve"],
   ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"],
   ["Ctrl+S", "save the SVG"],
-  ["D  G  R", "show the drawing, generations, residual"],
-  [",  and  .", "fewer or more levels of detail"],
-  ["P", "show or hide the photo on the left half"],
+  ["D  G  R", "show the drawing, its layers in colours, or the residual"],
+  [",  and  .", "fewer or more layers"],
+  ["P", "show or hide the picture on the left half"],
 ];
 
 const USED_BY_CONTROLS = /^(Arrow|Home|End|Page|Enter| )/;
-const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+export const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
-function connectKeys(app) {
+export function connectKeys(app) {
   fillTable(find("keys"), KEYS);
   addEventListener("keydown", (event) => {
     const isDragging = app.pointer.drag && !app.caret.isOn;
@@ -90,9 +92,9 @@ function plainActions(app) {
   return {
     v: () => app.setTool("select"), n: () => app.setTool("node"), b: () => app.setTool("brush"), i: () => app.setTool("pick"),
     h: () => app.setTool("pan"), c: () => app.toggleCaret(),
-    d: () => app.setShow("drawing"), g: () => app.setShow("generations"), r: () => app.setShow("residual"),
-    p: () => app.setSplit(app.split ? 0 : 50), ",": () => app.setLevel(app.level - 1), ".": () => app.setLevel(app.level + 1),
-    "[": () => app.selectNext(-1), "]": () => app.selectNext(1), k: () => app.selectAlike("fill"), l: () => app.selectAlike("level"),
+    d: () => app.setShow("drawing"), g: () => app.setShow("layers"), r: () => app.setShow("residual"),
+    p: () => app.setSplit(app.split ? 0 : 50), ",": () => app.showLayers(app.shownCount - 1), ".": () => app.showLayers(app.shownCount + 1),
+    "[": () => app.selectNext(-1), "]": () => app.selectNext(1), k: () => app.selectAlike("fill"), l: () => app.selectAlike("layer"),
     "<": () => editor.scale(0.9), ">": () => editor.scale(1.1),
     "(": () => editor.turn(-TURN_DEGREES), ")": () => editor.turn(TURN_DEGREES),
     "+": () => stage.zoom(1.4), "=": () => stage.zoom(1.4), "-": () => stage.zoom(1 / 1.4), 0: () => stage.fit(),

@@ -7,7 +7,7 @@
  *       The same in two parts, of which the second one takes no time in between: `photo` is what the first one resolves
  *       to, or null.
  *   showDrawing(svgText)
- *       Shows a frame of a running fit. View, hidden levels and, by their places, the selected paths are kept. Until
+ *       Shows a frame of a running fit. View, hidden layers and, by their places, the selected paths are kept. Until
  *       `endDrawing` nothing can be edited, and nothing is measured, which would take time from the fit. It costs about
  *       as much as parsing and drawing once; call it with the newest frame only.
  *   endDrawing(label = "Fit")
@@ -31,9 +31,14 @@
  *   window.desk.save(svgText)
  *       Ctrl+S and the button "Save SVG", instead of a download. */
 
-const EMPTY = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 300 200"/>';
+import { capture } from "viewer/commands.js";
+import { loadPhoto, Meter } from "viewer/measure.js";
+import { readDrawing } from "viewer/read.js";
+import { writeDrawing } from "viewer/save.js";
 
-class Live {
+export const EMPTY = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 300 200"/>';
+
+export class Live {
   constructor(app) {
     this.app = app;
     this.before = null;
@@ -80,7 +85,7 @@ class Live {
     if (!before) return;
     this.before = null;
     if (label !== null) {
-      app.history.push(label, before);
+      app.commands.push(label, before);
       return;
     }
     const { box } = app.drawing;
@@ -120,7 +125,7 @@ function sameBox(a, b) {
   return a.every((value, i) => value === b[i]);
 }
 
-/** Puts the content of `next` into the app's drawing; hidden levels and the selection are found again by place. */
+/** Puts the content of `next` into the app's drawing; hidden layers and the selection are found again by place. */
 function replaceDrawing(app, next) {
   const places = new Map(app.drawing.layers.map((layer) => [layer.name, layer]));
   const chosen = [];

@@ -1,14 +1,21 @@
 /* Draws marks above the picture: outlines of the selection, its handles, the rubber band, the stroke of the brush. */
 
-const MAX_OUTLINES = 300;
+import { multiply } from "viewer/basics.js";
+import { path2dOf } from "viewer/paths.js";
+import { IDENTITY } from "viewer/read.js";
+
+export const MAX_OUTLINES = 300;
 const MAX_OUTLINES_MOVING = 40;
 const HANDLE_RADIUS = 4.5;
 const TURN_HANDLE_PX = 26;
 const CARET_PX = 11;
 
-class Marks {
+export class Marks {
   constructor(app, stage, canvas) {
-    Object.assign(this, { app, stage, canvas, context: canvas.getContext("2d") });
+    this.app = app;
+    this.stage = stage;
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d");
     const forget = () => (this.accent = null);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", forget);
     new MutationObserver(forget).observe(document.documentElement, { attributes: true });

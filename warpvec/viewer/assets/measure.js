@@ -1,5 +1,8 @@
 /* Compares the drawing, as this browser draws it, with the photo. */
 
+import { paintDrawing } from "viewer/painted.js";
+import { newCanvas, paintBackground, painting, PLAIN, runUntil, signatures, windowOf } from "viewer/raster.js";
+
 // Colours of |difference| from 0 to 255 / RESIDUAL_GAIN: black, red, yellow, white.
 const RESIDUAL_GAIN = 4;
 const RESIDUAL_COLORS = [[0, 0, 4], [86, 16, 110], [187, 55, 84], [249, 142, 9], [252, 255, 164]];
@@ -7,16 +10,14 @@ const RESIDUAL_COLORS = [[0, 0, 4], [86, 16, 110], [187, 55, 84], [249, 142, 9],
 // Numbers that are compared in a step: about a millisecond's work.
 const COMPARED_PER_STEP = 2 ** 19;
 
-const PLAIN = { name: "plain", paper: null, colorOf: () => null };
-
-async function loadPhoto(url) {
+export async function loadPhoto(url) {
   const image = new Image();
   image.src = url;
   await image.decode();
   return image;
 }
 
-class Meter {
+export class Meter {
   constructor(image, box) {
     const [width, height] = [image.naturalWidth, image.naturalHeight];
     const { canvas, context } = newCanvas(width, height);
@@ -25,6 +26,7 @@ class Meter {
     this.pixels = context.getImageData(0, 0, width, height).data;
     this.own = newCanvas(width, height);
     const [scaleX, scaleY] = [width / box[2], height / box[3]];
+    /** @type {[number, number, number, number, number, number]} */
     this.matrix = [scaleX, 0, 0, scaleY, -box[0] * scaleX, -box[1] * scaleY];
     this.measured = new Map();
     this.map = newCanvas(width, height);
@@ -61,7 +63,7 @@ class Meter {
     if (this.mapped === key) return this.map.canvas;
     this.mapped = key;
     const { canvas, context } = this.own;
-    runUntil(drawPicture(context, drawing, layers.flatMap(({ items }) => items), PLAIN, this.matrix), Infinity);
+    runUntil(paintDrawing(context, drawing, layers.flatMap(({ items }) => items), PLAIN, this.matrix), Infinity);
     const drawn = this.drawn();
     const image = this.map.context.createImageData(canvas.width, canvas.height);
     const target = new Uint32Array(image.data.buffer);
@@ -104,7 +106,7 @@ function residualTable() {
 }
 
 /** Returns the colour at `share` in [0, 1] of a ramp, interpolated between its two nearest stops. */
-function rampColor(stops, share) {
+export function rampColor(stops, share) {
   const place = share * (stops.length - 1);
   const index = Math.min(Math.floor(place), stops.length - 2);
   return stops[index].map((level, c) => level + (place - index) * (stops[index + 1][c] - level));

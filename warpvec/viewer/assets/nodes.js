@@ -4,12 +4,15 @@
  * a line and at the end of an open path. A shape may have `corners`, indices of nodes whose handles move apart although
  * they are in line. */
 
+import { distance } from "viewer/brush.js";
+import { makeShape } from "viewer/paths.js";
+
 // Handles that are in line within 1 degree make a smooth node.
 const SMOOTH_SINE = Math.sin(Math.PI / 180);
 const PLACES_PER_SEGMENT = 24;
 
 /** Returns the nodes of a shape, loop by loop. */
-function nodesOf(shape) {
+export function nodesOf(shape) {
   return (shape.nodes ??= shape.subpaths.flatMap(nodesOfLoop).map((node, index) => {
     return { ...node, index, isSmooth: isSmooth(node) && !shape.corners?.has(index) };
   }));
@@ -30,7 +33,7 @@ function segmentCount({ points }) {
 }
 
 /** Returns the indices of the segments before and after a node; null without one. */
-function neighbours(subpath, node) {
+export function neighbours(subpath, node) {
   const count = segmentCount(subpath);
   return [node > 0 ? node - 1 : subpath.closed ? count - 1 : null, node < count ? node : null];
 }
@@ -53,13 +56,13 @@ function reshaped(shape, change, corners = shape.corners) {
   return { ...makeShape(subpaths), corners };
 }
 
-function thirds(x, y, endX, endY) {
+export function thirds(x, y, endX, endY) {
   const [dx, dy] = [(endX - x) / 3, (endY - y) / 3];
   return [x + dx, y + dy, endX - dx, endY - dy];
 }
 
 /** Moves the nodes of the given indices, with their handles. */
-function moveNodes(shape, indices, dx, dy) {
+export function moveNodes(shape, indices, dx, dy) {
   return reshaped(shape, (subpaths) => {
     for (const { loop, node } of nodesOf(shape).filter(({ index }) => indices.has(index))) {
       const { points: p } = subpaths[loop];
@@ -71,7 +74,7 @@ function moveNodes(shape, indices, dx, dy) {
 }
 
 /** Moves the handle on the `side`, "before" or "after", of a node to x, y. A smooth node turns the other one with it. */
-function moveHandle(shape, index, side, x, y) {
+export function moveHandle(shape, index, side, x, y) {
   const node = nodesOf(shape)[index];
   const other = side === "before" ? "after" : "before";
   return reshaped(shape, (subpaths) => {
@@ -90,7 +93,7 @@ function setHandle(subpath, node, side, x, y) {
 }
 
 /** Makes nodes smooth: their handles lie in line. Lines beside them become curves. */
-function smoothNodes(shape, indices) {
+export function smoothNodes(shape, indices) {
   const corners = new Set([...(shape.corners ?? [])].filter((index) => !indices.has(index)));
   return reshaped(shape, (subpaths) => {
     for (const node of nodesOf(shape).filter(({ index }) => indices.has(index))) smoothNode(subpaths[node.loop], node);
@@ -116,12 +119,12 @@ function smoothNode(subpath, { node, x, y }) {
 }
 
 /** Makes nodes corners: their handles, which stay where they are, move apart from now on. */
-function cornerNodes(shape, indices) {
+export function cornerNodes(shape, indices) {
   return reshaped(shape, () => {}, new Set([...(shape.corners ?? []), ...indices]));
 }
 
 /** Makes the segments after nodes lines, or curves if all of them are lines. */
-function switchLines(shape, indices) {
+export function switchLines(shape, indices) {
   const chosen = nodesOf(shape).filter(({ index }) => indices.has(index));
   return reshaped(shape, (subpaths) => {
     const segments = chosen.map(({ loop, node }) => [subpaths[loop].kinds, neighbours(subpaths[loop], node)[1]]);
@@ -132,7 +135,7 @@ function switchLines(shape, indices) {
 }
 
 /** Adds a node at the share `t` of a segment of a loop, without a change of the outline. */
-function addNode(shape, loop, segment, t = 0.5) {
+export function addNode(shape, loop, segment, t = 0.5) {
   return reshaped(shape, (subpaths) => {
     const pieces = segmentsOf(subpaths[loop]);
     pieces.splice(segment, 1, ...halves(pieces[segment], t));
@@ -141,7 +144,7 @@ function addNode(shape, loop, segment, t = 0.5) {
 }
 
 /** Removes nodes; the curves beside each become one that leaves and arrives as they did. A loop needs two nodes. */
-function removeNodes(shape, indices) {
+export function removeNodes(shape, indices) {
   return reshaped(shape, (subpaths) => {
     const chosen = nodesOf(shape).filter(({ index }) => indices.has(index));
     for (const { loop, node } of chosen.toReversed()) subpaths[loop] &&= withoutNode(subpaths[loop], node);
@@ -161,7 +164,7 @@ function withoutNode(subpath, node) {
 }
 
 /** Returns segments {points, kind} of four points [x, y] each. */
-function segmentsOf({ points: p, kinds = [] }) {
+export function segmentsOf({ points: p, kinds = [] }) {
   const count = (p.length - 2) / 6;
   return Array.from({ length: count }, (_, i) => {
     return { points: [0, 2, 4, 6].map((at) => [p[6 * i + at], p[6 * i + at + 1]]), kind: kinds[i] === "l" ? "l" : "c" };
@@ -173,7 +176,10 @@ function joined(pieces, closed) {
   return { points: Float64Array.from(points), closed, kinds: pieces.map(({ kind }) => kind) };
 }
 
-function halves({ points: [a, b, c, d], kind }, t) {
+/**
+ * @param {{points: number[][], kind?: string}} segment
+ * @param {number} t */
+export function halves({ points: [a, b, c, d], kind }, t) {
   const [ab, bc, cd] = [between(a, b, t), between(b, c, t), between(c, d, t)];
   const [abc, bcd] = [between(ab, bc, t), between(bc, cd, t)];
   const middle = between(abc, bcd, t);
@@ -194,8 +200,8 @@ function joinedPieces(first, second) {
 }
 
 /** Returns the place of the outline nearest to x, y: {loop, segment, t, distance}. */
-function nearestPlace(shape, x, y) {
-  let best = { distance: Infinity };
+export function nearestPlace(shape, x, y) {
+  let best = { distance: Infinity, loop: -1, segment: -1, t: 0 };
   shape.subpaths.forEach((subpath, loop) => {
     segmentsOf(subpath).forEach(({ points }, segment) => {
       for (let i = 1; i < PLACES_PER_SEGMENT; i++) {

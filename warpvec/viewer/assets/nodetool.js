@@ -2,10 +2,18 @@
  *
  * A point is {kind, index, x, y}: a "node", its handle "before" or "after", or a "gradient" end. */
 
-// More points than this cannot be told apart on a screen, and would take longer than a frame.
-const MAX_SHOWN_POINTS = 1500;
+import { distance } from "viewer/brush.js";
+import {
+  addNode, cornerNodes, moveHandle, moveNodes, nearestPlace, neighbours, nodesOf, removeNodes, smoothNodes,
+  switchLines,
+} from "viewer/nodes.js";
+import { gradientPoints, moveGradientPoint } from "viewer/paints.js";
+import { boxContains, formatNumber } from "viewer/paths.js";
 
-class NodeTool {
+// More points than this cannot be told apart on a screen, and would take longer than a frame.
+export const MAX_SHOWN_POINTS = 1500;
+
+export class NodeTool {
   constructor(app) {
     this.app = app;
     this.item = null;
@@ -156,7 +164,7 @@ class NodeTool {
     if (!path || !this.chosen.size) return;
     app.endKeys();
     const shape = change(path.shape, this.chosen);
-    if (shape.subpaths.length) app.history.record(label, [path], [], () => (path.shape = shape));
+    if (shape.subpaths.length) app.commands.record(label, [path], [], () => (path.shape = shape));
     else app.editor.remove();
     app.say(path.shape === shape ? `${label}: ${this.describe()}` : label);
   }
@@ -197,7 +205,7 @@ class NodeTool {
   addAt({ loop, segment, t }) {
     const { app, path } = this;
     app.endKeys();
-    app.history.record("Add node", [path], [], () => (path.shape = addNode(path.shape, loop, segment, t)));
+    app.commands.record("Add node", [path], [], () => (path.shape = addNode(path.shape, loop, segment, t)));
     const added = this.nodes.find((node) => node.loop === loop && node.node === segment + 1);
     this.chosen = new Set();
     if (added) this.choose({ kind: "node", index: added.index });

@@ -1,7 +1,12 @@
 /* Changes of gradients: their ends on the picture, and from one colour to a gradient and back. */
 
+import { scaling, translation } from "viewer/basics.js";
+import { distance } from "viewer/brush.js";
+import { channelsOf, hexColor } from "viewer/colors.js";
+import { endColors, isGradient, transformFill, transformPoint } from "viewer/gradients.js";
+
 /** Returns the ends of a gradient [x, y]: start and end of a linear one, centre and rim of a radial one. */
-function gradientPoints(fill) {
+export function gradientPoints(fill) {
   if (!isGradient(fill)) return [];
   const { kind, numbers: n, matrix } = fill;
   const points = kind === "linear" ? [[n[0], n[1]], [n[2], n[3]]] : [[n[0], n[1]], [n[0] + n[2], n[1]]];
@@ -9,7 +14,7 @@ function gradientPoints(fill) {
 }
 
 /** Moves an end of a gradient: 0 the start or the centre, 1 the end or the rim. */
-function moveGradientPoint(fill, index, dx, dy) {
+export function moveGradientPoint(fill, index, dx, dy) {
   const n = [...fill.numbers];
   const [x, y] = gradientPoints(fill)[index];
   if (fill.kind === "linear") {
@@ -34,7 +39,7 @@ function gradientAcross(color, kind, [left, top, right, bottom]) {
 }
 
 /** Returns a fill as one colour ("flat") or as a "linear" or "radial" gradient with its end colours. */
-function asKind(fill, kind, box) {
+export function asKind(fill, kind, box) {
   if (fill === null) return fill;
   if (kind === "flat") return endColors(fill)[0];
   if (isGradient(fill) && fill.kind === kind) return fill;

@@ -1,12 +1,22 @@
 /* The list of all colours of the drawing, and the replacement of one of them wherever it is used: in fills, gradients,
- * strokes and the background, on hidden levels too. Colours near it, as far as the slider says, change by as much. */
+ * strokes and the background, on hidden layers too. Colours near it, as far as the slider says, change by as much. */
+
+import { counted } from "viewer/charts.js";
+import { colorOfHsl, gapBetween, hslOf, shiftedColor } from "viewer/colors.js";
+import { find, onInput, setChoice, setText, setValue } from "viewer/dom.js";
+import { isGradient } from "viewer/gradients.js";
+import { PLAIN, signatures } from "viewer/raster.js";
 
 const MAX_SWATCHES = 48;
 // Selections that follow each other within this time, as when a key is held, change the list only when they rest: to lay
 // it out takes as long as all else in a frame.
 const STEPPING_MS = 150;
 
-class Palette {
+export class PalettePanel {
+  // The colour whose uses are replaced, and the version of the drawing in which they were found.
+  from = null;
+  version = null;
+
   constructor(app) {
     this.app = app;
     this.color = null;
@@ -61,7 +71,7 @@ class Palette {
   replaceByText(text) {
     const hex = text.trim().replace(/^#?(?=[0-9a-f])/i, "#").replace(/^#(.)(.)(.)$/, "#$1$1$2$2$3$3").toLowerCase();
     if (/^#[0-9a-f]{6}$/.test(hex)) this.replace(hex);
-    else this.app.say("A colour has six digits from 0 to f, as #1c64d1");
+    else this.app.say("Give six digits from 0 to f, for example #1c64d1");
     this.app.panel.request();
   }
 
@@ -74,9 +84,9 @@ class Palette {
       for (const [item, use] of uses) Object.assign(item, withColors(use, swapped));
       if (background) app.drawing.background = { ...background, fill: swapped.get(background.fill) };
     };
-    app.history.record("Replace colour", [...uses.keys()], [], change, true, app.drawing);
+    app.commands.record("Replace colour", [...uses.keys()], [], change, true, app.drawing);
     [this.color, this.version] = [color, this.versionOf()];
-    app.say(`Replaced in ${uses.size.toLocaleString("en")} ${uses.size === 1 ? "path" : "paths"}${background ? " and the background" : ""}`);
+    app.say(`Replaced in ${counted(uses.size, "path")}${background ? " and the background" : ""}`);
   }
 
   /** Returns the colour of the three sliders. */
@@ -104,10 +114,10 @@ class Palette {
     else if (this.color && this.version !== this.versionOf()) this.take(this.color);
     this.shownFor = app.selection;
     this.list();
-    const count = this.color ? this.uses.size + Boolean(this.background) : 0;
+    const count = this.color ? this.uses.size + Number(Boolean(this.background)) : 0;
     find("replace-box").disabled = !count;
     if (!count) return;
-    setValue("replace", this.color, `${count.toLocaleString("en")} ${count === 1 ? "use" : "uses"}`);
+    setValue("replace", this.color, counted(count, "use"));
     if (document.activeElement !== find("replace-hex")) find("replace-hex").value = this.color;
     if (this.mixed() !== this.color) this.showMix();
     setText("near-text", find("near").value);
@@ -145,7 +155,7 @@ function swatch(color, count) {
   const label = document.createElement("label");
   const input = document.createElement("input");
   Object.assign(input, { type: "radio", name: "swatch", value: color });
-  input.setAttribute("aria-label", `${color}, ${count} ${count === 1 ? "use" : "uses"}`);
+  input.setAttribute("aria-label", `${color}, ${counted(count, "use")}`);
   label.title = input.getAttribute("aria-label");
   const mark = document.createElement("i");
   mark.style.background = color;
@@ -178,43 +188,9 @@ function withColors({ fill, stroke }, swapped) {
   return { fill: painted, stroke: swapped.has(stroke?.color) ? { ...stroke, color: swapped.get(stroke.color) } : stroke };
 }
 
-function channelsOf(color) {
-  return [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16));
-}
-
-/** Returns the largest difference of a channel, from 0 to 255. */
-function gapBetween(a, b) {
-  const [from, to] = [a, b].map(channelsOf);
-  return Math.max(...from.map((level, i) => Math.abs(level - to[i])));
-}
-
-/** Returns `color` changed as much as `from` is changed by becoming `to`. */
-function shiftedColor(color, from, to) {
-  const [level, start, end] = [color, from, to].map(channelsOf);
-  return hexColor(level.map((value, i) => Math.min(Math.max(value + end[i] - start[i], 0), 255)));
-}
-
 /** Returns a text that is the same for items that are painted alike. */
-function paintKey({ fill, stroke }) {
+export function paintKey({ fill, stroke }) {
   const paint = isGradient(fill) ? `${fill.kind} ${fill.stops.map(({ color, offset }) => `${color} ${offset}`).join(" ")}` : fill;
   return fill ? `${paint}` : `stroke ${stroke?.color}`;
 }
 
-/** Returns hue in degrees, saturation and lightness from 0 to 1 of "#rrggbb". */
-function hslOf(color) {
-  const [r, g, b] = channelsOf(color).map((level) => level / 255);
-  const [high, low] = [Math.max(r, g, b), Math.min(r, g, b)];
-  const [range, lightness] = [high - low, (high + low) / 2];
-  if (!range) return [0, 0, lightness];
-  const sixth = high === r ? (g - b) / range : high === g ? (b - r) / range + 2 : (r - g) / range + 4;
-  return [(60 * sixth + 360) % 360, range / (1 - Math.abs(2 * lightness - 1)), lightness];
-}
-
-function colorOfHsl(hue, saturation, lightness) {
-  const reach = saturation * Math.min(lightness, 1 - lightness);
-  const channel = (n) => {
-    const k = (n + hue / 30) % 12;
-    return 255 * (lightness - reach * Math.max(-1, Math.min(k - 3, 9 - k, 1)));
-  };
-  return hexColor([channel(0), channel(8), channel(4)]);
-}

@@ -1,8 +1,21 @@
-/* The controls beside the picture: they show the state and pass on the user's actions. */
+/* The controls beside the drawing: they show the state and pass on the user's actions. */
 
-const find = (id) => document.getElementById(id);
+import { FitAgain } from "viewer/again.js";
+import { counted, formatBytes, formatDb, plotHistory, settingRows } from "viewer/charts.js";
+import {
+  connectClicks, fillSelect, fillTable, find, findAll, onInput, onPick, setChoice, setText, setValue,
+} from "viewer/dom.js";
+import { EditPanel } from "viewer/editpanel.js";
+import { LayerTable } from "viewer/layers.js";
+import { formatNumber } from "viewer/paths.js";
+import { runUntil } from "viewer/raster.js";
+import { connectWords, explainFigures } from "viewer/words.js";
 
-class Panel {
+export class Panel {
+  // The layers that the lists show, and their names.
+  listed = null;
+  names = "";
+
   constructor(app) {
     this.app = app;
     this.connectView();
@@ -21,7 +34,7 @@ class Panel {
     this.stopMeasuring(); // of the document before
     find("title").textContent = app.drawing.title || app.data.name;
     const missing = { photo: !app.meter, history: !(app.data.history?.length > 1) };
-    for (const element of document.querySelectorAll("[data-needs]")) element.hidden = missing[element.dataset.needs];
+    for (const element of findAll("[data-needs]")) element.hidden = missing[element.dataset.needs];
     this.fillStatic();
     this.relist();
     if (!missing.history) this.showPlot("iteration");
@@ -38,17 +51,17 @@ class Panel {
     this.say(notes.length ? `Shown differently from the file: ${notes.join("; ")}` : "");
   }
 
-  /** Shows the levels of the drawing, whenever their list is another one. */
+  /** Shows the layers of the drawing, whenever their list is another one. */
   relist() {
     const { app } = this;
-    [this.listed, this.names] = [app.drawing.layers, levelNames(app.drawing)];
-    this.levels = new LevelTable(app, find("levels").tBodies[0]);
-    find("level").max = this.listed.length;
-    find("level").disabled = this.listed.length < 2;
+    [this.listed, this.names] = [app.drawing.layers, layerNames(app.drawing)];
+    this.layerTable = new LayerTable(app, find("layers").tBodies[0]);
+    find("shown-count").max = this.listed.length;
+    find("shown-count").disabled = this.listed.length < 2;
     const names = this.listed.map(({ name }) => name);
     fillSelect(find("filter"), ["All shown", ...names]);
-    fillSelect(find("brush-level"), names);
-    fillSelect(find("to-level"), ["Move to …", ...names]);
+    fillSelect(find("brush-layer"), names);
+    fillSelect(find("to-layer"), ["Move to …", ...names]);
   }
 
   connectView() {
@@ -57,13 +70,13 @@ class Panel {
     onPick("tool", (value) => app.setTool(value));
     onPick("axis", (value) => this.showPlot(value));
     onInput("split", (value) => app.setSplit(Number(value)));
-    onInput("level", (value) => app.setLevel(Number(value)));
+    onInput("shown-count", (value) => app.showLayers(Number(value)));
     onInput("filter", () => this.setFilter(find("filter").selectedIndex));
-    onInput("brush-level", () => (app.brush.layer = app.drawing.layers[find("brush-level").selectedIndex]));
-    onInput("to-level", () => {
-      const target = app.drawing.layers[find("to-level").selectedIndex - 1];
-      if (target) app.editor.toLevel(target);
-      find("to-level").selectedIndex = 0;
+    onInput("brush-layer", () => (app.brush.layer = app.drawing.layers[find("brush-layer").selectedIndex]));
+    onInput("to-layer", () => {
+      const target = app.drawing.layers[find("to-layer").selectedIndex - 1];
+      if (target) app.editor.toLayer(target);
+      find("to-layer").selectedIndex = 0;
     });
   }
 
@@ -106,23 +119,23 @@ class Panel {
   show() {
     this.pending = false;
     const { app } = this;
-    if (this.listed !== app.drawing.layers || this.names !== levelNames(app.drawing)) this.relist();
+    if (this.listed !== app.drawing.layers || this.names !== layerNames(app.drawing)) this.relist();
     const layers = app.shownLayers;
     const count = layers.reduce((sum, { items }) => sum + items.length, 0);
-    setText("shown-paths", `${count.toLocaleString("en")} ${count === 1 ? "path" : "paths"}`);
+    setText("shown-paths", counted(count, "path"));
     setChoice("tool", app.tool);
     setChoice("show", app.show);
     find("legend").hidden = app.show !== "residual";
     setValue("split", Math.round(app.split), `${Math.round(app.split)} %`);
-    setValue("level", app.level, `${app.level} of ${app.drawing.layers.length}`);
+    setValue("shown-count", app.shownCount, `${app.shownCount} of ${app.drawing.layers.length}`);
     this.editing.show();
     app.palettes.show();
     this.again.show();
     this.showFigures();
-    this.levels.show();
+    this.layerTable.show();
     this.measureSoon(layers);
-    find("undo").disabled = !app.history.done.length && !app.gesture;
-    find("redo").disabled = !app.history.undone.length;
+    find("undo").disabled = !app.commands.done.length && !app.gesture;
+    find("redo").disabled = !app.commands.undone.length;
   }
 
   showFigures() {
@@ -130,28 +143,24 @@ class Panel {
     const { figures } = app.data;
     const rows = [
       ["Paths", app.pathCount.toLocaleString("en")],
-      ["Levels", app.drawing.layers.filter(({ items }) => items.length).length],
+      ["Layers", String(app.drawing.layers.filter(({ items }) => items.length).length)],
       ["Canvas", app.drawing.box.slice(2).map((side) => formatNumber(side, 2)).join(" × ")],
     ];
-    if ("bytes" in figures) rows.push(["File as opened", formatBytes(figures.bytes)]);
-    if ("gzip_bytes" in figures) rows.push(["gzipped", formatBytes(figures.gzip_bytes)]);
+    if ("bytes" in figures) rows.push(["File size", formatBytes(figures.bytes)]);
+    if ("gzip_bytes" in figures) rows.push(["Gzipped", formatBytes(figures.gzip_bytes)]);
     if ("segments" in figures) rows.push(["Segments", figures.segments.toLocaleString("en")]);
     if ("psnr" in figures) rows.push(["PSNR (resvg)", formatDb(figures.psnr ?? Infinity)]);
     if ("ssim" in figures) rows.push(["SSIM", figures.ssim.toFixed(4)]);
-    const text = JSON.stringify(rows);
-    if (this.figuresShown !== text) {
-      fillTable(find("figures"), rows);
-      explainFigures(find("figures"));
-    }
-    this.figuresShown = text;
-    const parts = [`${app.pathCount.toLocaleString("en")} paths`];
+    fillTable(find("figures"), rows);
+    explainFigures(find("figures"));
+    const parts = [counted(app.pathCount, "path")];
     if ("bytes" in figures) parts.push(formatBytes(figures.bytes));
     if ("psnr" in figures) parts.push(`${formatDb(figures.psnr ?? Infinity)} (resvg)`);
     if (app.edited) parts.push("edited");
     setText("summary", parts.join(" · "));
   }
 
-  /** Measures the PSNR of the visible picture and of each level after a pause, in steps between frames. */
+  /** Measures the PSNR of the visible picture and of each layer after a pause, in steps between frames. */
   measureSoon(layers) {
     const { app } = this;
     this.stopMeasuring();
@@ -166,7 +175,7 @@ class Panel {
     yield* meter.measuring(drawing, layers);
     setText("shown-psnr", formatDb(meter.known(layers)));
     yield* meter.measuring(drawing, drawing.layers);
-    this.levels.show();
+    this.layerTable.show();
   }
 
   measure(steps) {
@@ -211,44 +220,13 @@ class Panel {
 const MEASURE_DELAY_MS = 150;
 const MEASURE_STEP_MS = 6;
 
-function levelNames({ layers }) {
+function layerNames({ layers }) {
   return layers.map(({ name }) => name).join("\n");
-}
-
-function onInput(id, action) {
-  find(id).addEventListener("input", () => action(find(id).value));
-}
-
-function connectClicks(actions) {
-  for (const [id, action] of Object.entries(actions)) find(id).addEventListener("click", action);
-}
-
-function onPick(name, action) {
-  for (const input of document.getElementsByName(name)) input.addEventListener("change", () => action(input.value));
-}
-
-function setChoice(name, value) {
-  for (const input of document.getElementsByName(name)) input.checked = input.value === value;
-}
-
-/** Sets a control's value and the text beside it. */
-function setValue(id, value, text) {
-  if (find(id).value !== String(value)) find(id).value = value;
-  setText(`${id}-text`, text);
-}
-
-/** Sets the text of an element, which costs nothing if it is the same. */
-function setText(id, text) {
-  const element = find(id);
-  if (element.textContent !== text) element.textContent = text;
-}
-
-function fillSelect(select, names) {
-  select.replaceChildren(...names.map((name) => new Option(name)));
 }
 
 function toggleTheme() {
   const root = document.documentElement;
-  const dark = getComputedStyle(find("theme")).colorScheme === "dark" || (!root.style.colorScheme && matchMedia("(prefers-color-scheme: dark)").matches);
+  const isDarkBySystem = !root.style.colorScheme && matchMedia("(prefers-color-scheme: dark)").matches;
+  const dark = getComputedStyle(find("theme")).colorScheme === "dark" || isDarkBySystem;
   root.style.colorScheme = dark ? "light" : "dark";
 }

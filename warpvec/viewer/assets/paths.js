@@ -4,27 +4,24 @@
  * {points, closed, kinds}; points are 2 * (3 * segments + 1) numbers: x, y of anchor, handle, handle, anchor, ... A kind
  * for each segment says how to write it: "l" a line, "s" a cubic whose handle mirrors the one before, else "c". */
 
-const NUMBER = "[-+]?(?:\\d+\\.?\\d*|\\.\\d+)(?:[eE][-+]?\\d+)?";
-const NUMBERS = new RegExp(NUMBER, "g");
-const GAP = "[\\s,]*";
-// The flags of an arc are single digits that need no separator.
-const ARC = new RegExp([NUMBER, NUMBER, NUMBER, "[01]", "[01]", NUMBER, NUMBER].map((part) => `(${part})`).join(GAP), "g");
-const COMMAND = /([MLHVCSQTAZ])([^MLHVCSQTAZ]*)/gi;
-const ARGUMENTS = { M: 2, L: 2, H: 1, V: 1, C: 6, S: 4, Q: 4, T: 2, A: 7 };
+import { COMMAND, Pen } from "viewer/pen.js";
 
 /** Returns the shape of path data. */
-function parseShape(d) {
+export function parseShape(d) {
   const pen = new Pen();
   for (const [, letter, text] of d.matchAll(COMMAND)) pen.command(letter, text);
   return makeShape(pen.finished(), d);
 }
 
 /** Returns a shape of `subpaths`; `d` is its original text, null if it has to be written anew. */
-function makeShape(subpaths, d = null) {
+export function makeShape(subpaths, d = null) {
   return { subpaths, d, box: boundsOf(subpaths), path2d: null };
 }
 
-function transformShape(shape, [a, b, c, d, e, f]) {
+/**
+ * @param {any} shape
+ * @param {number[]} matrix */
+export function transformShape(shape, [a, b, c, d, e, f]) {
   const moved = shape.subpaths.map(({ points, ...rest }) => {
     const result = new Float64Array(points.length);
     for (let i = 0; i < points.length; i += 2) {
@@ -37,7 +34,7 @@ function transformShape(shape, [a, b, c, d, e, f]) {
 }
 
 /** Returns the Path2D of a shape, made when it is first drawn. */
-function path2dOf(shape) {
+export function path2dOf(shape) {
   if (shape.path2d) return shape.path2d;
   const path = new Path2D();
   for (const { points: p, closed } of shape.subpaths) {
@@ -50,7 +47,7 @@ function path2dOf(shape) {
 }
 
 /** Returns path data with `decimals`, as warpvec/svg/path_data.py writes it: only the first start is absolute. */
-function writeShape(shape, decimals) {
+export function writeShape(shape, decimals) {
   if (shape.d !== null) return shape.d;
   const perUnit = 10 ** decimals;
   let at = null;
@@ -87,6 +84,9 @@ function writeSegments(subpath, perUnit) {
   return text;
 }
 
+/**
+ * @param {number[]} ticks
+ * @returns {[string, number[]]} */
 function writeLine([x, y]) {
   return y === 0 ? ["h", [x]] : x === 0 ? ["v", [y]] : ["l", [x, y]];
 }
@@ -119,7 +119,7 @@ function numberList(ticks, perUnit) {
 }
 
 /** Returns a number without the zero before its point: "12.5", "-.25", "0". */
-function formatNumber(value, decimals = 6) {
+export function formatNumber(value, decimals = 6) {
   const text = value.toFixed(decimals).replace(/\.?0+$/, "").replace(/^(-?)0\./, "$1.");
   return text === "-0" ? "0" : text;
 }
@@ -160,7 +160,7 @@ function extendByExtremes(box, axis, p0, p1, p2, p3) {
   }
 }
 
-function unionOfBoxes(boxes) {
+export function unionOfBoxes(boxes) {
   const union = [Infinity, Infinity, -Infinity, -Infinity];
   for (const box of boxes) {
     for (let axis = 0; axis < 2; axis++) {
@@ -171,20 +171,26 @@ function unionOfBoxes(boxes) {
   return union;
 }
 
-function grownBox([left, top, right, bottom], by) {
+/**
+ * @param {number[]} box
+ * @param {number} by */
+export function grownBox([left, top, right, bottom], by) {
   return [left - by, top - by, right + by, bottom + by];
 }
 
-/** Returns the box around a transformed box. */
-function transformedBox([left, top, right, bottom], [a, b, c, d, e, f]) {
+/** Returns the box around a transformed box.
+ *
+ * @param {number[]} box
+ * @param {number[]} matrix */
+export function transformedBox([left, top, right, bottom], [a, b, c, d, e, f]) {
   const corners = [[left, top], [right, top], [right, bottom], [left, bottom]];
   return unionOfBoxes(corners.map(([x, y]) => [a * x + c * y + e, b * x + d * y + f]).map(([x, y]) => [x, y, x, y]));
 }
 
-function boxesMeet(a, b) {
+export function boxesMeet(a, b) {
   return a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3];
 }
 
-function boxContains(outer, inner) {
+export function boxContains(outer, inner) {
   return inner[0] >= outer[0] && inner[1] >= outer[1] && inner[2] <= outer[2] && inner[3] <= outer[3];
 }

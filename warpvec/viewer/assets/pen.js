@@ -1,14 +1,25 @@
 /* Follows the commands of path data and collects cubics (SVG 1.1, section 8.3). */
 
-class Pen {
-  constructor() {
-    this.subpaths = [];
-    this.points = null;
-    this.kinds = [];
-    [this.x, this.y, this.startX, this.startY] = [0, 0, 0, 0];
-    // The last handle, which a smooth command mirrors, and the kind of its curve.
-    [this.handleX, this.handleY, this.handleOf] = [0, 0, ""];
-  }
+const NUMBER = "[-+]?(?:\\d+\\.?\\d*|\\.\\d+)(?:[eE][-+]?\\d+)?";
+export const NUMBERS = new RegExp(NUMBER, "g");
+const GAP = "[\\s,]*";
+// The flags of an arc are single digits that need no separator.
+const ARC = new RegExp([NUMBER, NUMBER, NUMBER, "[01]", "[01]", NUMBER, NUMBER].map((part) => `(${part})`).join(GAP), "g");
+export const COMMAND = /([MLHVCSQTAZ])([^MLHVCSQTAZ]*)/gi;
+const ARGUMENTS = { M: 2, L: 2, H: 1, V: 1, C: 6, S: 4, Q: 4, T: 2, A: 7 };
+
+export class Pen {
+  subpaths = [];
+  points = null;
+  kinds = [];
+  x = 0;
+  y = 0;
+  startX = 0;
+  startY = 0;
+  // The last handle, which a smooth command mirrors, and the kind of its curve.
+  handleX = 0;
+  handleY = 0;
+  handleOf = "";
 
   /** Runs a command with any number of argument sets; an incomplete last set is ignored. */
   command(letter, text) {
@@ -92,7 +103,13 @@ class Pen {
     this.ellipse([cos * rx, sin * rx, -sin * ry, cos * ry, ...center], first, turn, x, y);
   }
 
-  /** Draws an arc of the unit circle from the angle `first` over `turn`, transformed by a matrix, that ends at x, y. */
+  /** Draws an arc of the unit circle from the angle `first` over `turn`, transformed by a matrix, that ends at x, y.
+   *
+   * @param {number[]} matrix
+   * @param {number} first
+   * @param {number} turn
+   * @param {number} x
+   * @param {number} y */
   ellipse([a, b, c, d, e, f], first, turn, x, y) {
     const count = Math.max(Math.ceil(Math.abs(turn) / (Math.PI / 2) - 1e-9), 1);
     const step = turn / count;

@@ -1,6 +1,8 @@
 /* Two fingers zoom and move the view. */
 
-class Pinch {
+import { distance } from "viewer/brush.js";
+
+export class Pinch {
   constructor(stage) {
     this.stage = stage;
     this.fingers = new Map();

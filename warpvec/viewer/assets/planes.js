@@ -3,23 +3,30 @@
  * Still planes are drawn only once, so a frame in which the selection changes costs a few copies, however many paths there
  * are. They are drawn in steps as soon as something is selected, so that they are mostly there when they are needed. */
 
+import { multiply } from "viewer/basics.js";
+import { differenceOf, sameState, snapshotOf } from "viewer/changes.js";
+import { placeOf } from "viewer/painted.js";
+import { newCanvas, paintBackground, painting, paintItems, runUntil, windowOf } from "viewer/raster.js";
+import { IDENTITY } from "viewer/read.js";
+
 // More moving planes cost more copies per frame. Beyond these, the drawing order is wrong until the gesture ends.
 const MAX_MOVING_PLANES = 4;
 // A moving plane with more paths is moved as a picture, whose edges are blurred until the gesture ends.
 const MAX_LIVE_PATHS = 200;
 
-class Planes {
-  /** `wanted` is as in picture.js; `old` planes are taken over as far as they are the same. */
+export class Planes {
+  /** `wanted` is as in painted.js; `old` planes are taken over as far as they are the same. */
   constructor(wanted, selection, old = null) {
     this.wanted = wanted;
     this.place = placeOf(wanted);
     this.items = wanted.layers.flatMap(({ items }) => items);
     const runs = runsOf(this.items, selection);
     this.isExact = runs.length === exactRunCount(this.items, selection);
-    this.planes = runs.map((run, i) => ({ ...run, isFirst: i === 0, snapshot: snapshotOf(run.items), isReady: false }));
+    this.planes = runs.map((run, i) => {
+      const isLive = run.isMoving && run.items.length <= MAX_LIVE_PATHS;
+      return { ...run, isFirst: i === 0, snapshot: snapshotOf(run.items), isLive, isReady: isLive, canvas: null, steps: null };
+    });
     for (const plane of this.planes) {
-      plane.isLive = plane.isMoving && plane.items.length <= MAX_LIVE_PATHS;
-      plane.isReady = plane.isLive;
       if (old?.place === this.place) plane.canvas = old.canvasOf(plane);
       plane.isReady ||= Boolean(plane.canvas);
     }
@@ -135,7 +142,9 @@ function mergeNearest(runs) {
   runs.splice(best - 1, 0, { isMoving: true, items: first.items.concat(second.items) });
 }
 
-/** Returns the inverse of a matrix that only scales and translates. */
-function inverse([a, , , d, e, f]) {
+/** Returns the inverse of a matrix that only scales and translates.
+ *
+ * @param {number[]} matrix */
+export function inverse([a, , , d, e, f]) {
   return [1 / a, 0, 0, 1 / d, -e / a, -f / d];
 }

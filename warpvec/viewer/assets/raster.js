@@ -1,26 +1,30 @@
 /* Draws on canvases. Drawing is a generator, so that a long one can be spread over several frames. */
 
+import { fillPath } from "viewer/gradients.js";
+import { boxesMeet, grownBox, path2dOf } from "viewer/paths.js";
+
 const PAPER = "#ffffff";
+export const PLAIN = { name: "plain", paper: null, colorOf: () => null };
 // After so many paths the canvas is made to draw what it has recorded, and the time is checked.
 const BATCH = 24;
 // Strokes with sharp corners reach farther than half their width; of others, square ends reach farthest.
 const END_REACH = Math.SQRT2;
 
 /** Makes a canvas in main memory: its pixels are read back, and drawing costs the same on every machine. */
-function newCanvas(width, height) {
+export function newCanvas(width, height) {
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [width, height];
   return { canvas, context: canvas.getContext("2d", { willReadFrequently: true }) };
 }
 
 /** Draws the `items` that overlap `window`, a box in user units, with the context's transform. */
-function paintItems(context, items, palette, window) {
+export function paintItems(context, items, palette, window) {
   for (const item of items) if (!window || boxesMeet(reachOf(item), window)) paintItem(context, item, palette);
   context.globalAlpha = 1;
 }
 
 /** Does the same in batches; each step draws one. */
-function* painting(context, items, palette, window) {
+export function* painting(context, items, palette, window) {
   let count = 0;
   for (const item of items) {
     if (!boxesMeet(reachOf(item), window)) continue;
@@ -44,14 +48,14 @@ function paintItem(context, item, palette) {
 }
 
 /** Returns the box of what an item paints. */
-function reachOf({ shape, stroke }) {
+export function reachOf({ shape, stroke }) {
   if (!stroke) return shape.box;
   const reach = (stroke.width / 2) * (stroke.join === "miter" ? Math.max(stroke.limit, END_REACH) : END_REACH);
   return grownBox(shape.box, reach);
 }
 
 /** Draws white paper and the drawing's background. */
-function paintBackground(context, drawing, palette) {
+export function paintBackground(context, drawing, palette) {
   const [x, y, width, height] = drawing.box;
   context.fillStyle = palette.paper ?? PAPER;
   context.fillRect(x, y, width, height);
@@ -63,19 +67,23 @@ function paintBackground(context, drawing, palette) {
 }
 
 /** Runs a generator until it ends or the time `deadline`; returns whether it has ended. */
-function runUntil(steps, deadline) {
+export function runUntil(steps, deadline) {
   let step = steps.next();
   while (!step.done && performance.now() < deadline) step = steps.next();
   return Boolean(step.done);
 }
 
-/** Returns the visible part of a canvas, as a box in user units, for a matrix from user units to pixels. */
-function windowOf({ width, height }, [scaleX, , , scaleY, x, y]) {
+/** Returns the visible part of a canvas, as a box in user units, for a matrix from user units to pixels.
+ *
+ * @param {{width: number, height: number}} size
+ * @param {number[]} matrix
+ * @returns {number[]} */
+export function windowOf({ width, height }, [scaleX, , , scaleY, x, y]) {
   return [-x / scaleX, -y / scaleY, (width - x) / scaleX, (height - y) / scaleY];
 }
 
 /** Returns keys of the picture after the background and after each of `layers`. */
-function signatures(layers, palette) {
+export function signatures(layers, palette) {
   const keys = [palette.name];
   for (const { key, version } of layers) keys.push(`${keys.at(-1)} ${key}:${version}`);
   return keys;

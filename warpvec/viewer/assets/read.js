@@ -5,15 +5,22 @@
  * generation, items, version, visible}; its version grows with each change. An item is {layer, shape, fill, opacity,
  * rule, stroke, origin}; fill is as in gradients.js, and origin is the item as it was read, or null. */
 
+import { multiply, parseTransform, pathDataOf } from "viewer/basics.js";
+import { clamp01, hexColor } from "viewer/colors.js";
+import { nextVersion } from "viewer/commands.js";
+import { GradientReader } from "viewer/gradients.js";
+import { parseShape, transformShape } from "viewer/paths.js";
+import { NUMBERS } from "viewer/pen.js";
+
 const MAX_LAYERS = 64;
-const LAYER_ID = /^layer-\d+-generation-(\d+)$/;
-const IDENTITY = [1, 0, 0, 1, 0, 0];
+export const LAYER_ID = /^layer-\d+-generation-(\d+)$/;
+export const IDENTITY = [1, 0, 0, 1, 0, 0];
 const CONTAINERS = new Set(["g", "a", "svg", "switch"]);
 const INVISIBLE = new Set(["title", "metadata", "css", "defs", "linearGradient", "radialGradient"]);
-const PLAIN_STROKE = { cap: "butt", join: "miter", limit: 4 };
+export const PLAIN_STROKE = { cap: "butt", join: "miter", limit: 4 };
 const EFFECTS = ["clip-path", "mask", "filter", "stroke-dasharray"];
 
-function readDrawing(text) {
+export function readDrawing(text) {
   const parsed = new DOMParser().parseFromString(text, "image/svg+xml");
   const root = parsed.documentElement;
   if (root.localName !== "svg") throw new Error("This is not an SVG file.");
@@ -193,8 +200,8 @@ class Reader {
       this.scratch.fillStyle = "#010203";
       this.scratch.fillStyle = value;
       const read = this.scratch.fillStyle;
-      const known = read !== "#010203" || value.trim().toLowerCase() === "#010203";
-      this.colors.set(value, known ? opaqueColor(read) : null);
+      const isColor = read !== "#010203" || value.trim().toLowerCase() === "#010203";
+      this.colors.set(value, isColor ? opaqueColor(read) : null);
     }
     return this.colors.get(value);
   }
@@ -211,11 +218,11 @@ function initialContext() {
   };
 }
 
-function newLayer(group, index) {
+export function newLayer(group, index) {
   const id = group?.id || "";
   const generation = Number(id.match(LAYER_ID)?.[1] ?? index);
   const label = group?.getAttribute("label") || id;
-  const name = LAYER_ID.test(id) ? `Generation ${generation}` : label || `Level ${index + 1}`;
+  const name = LAYER_ID.test(id) ? `Generation ${generation}` : label || `Layer ${index + 1}`;
   return { key: index, id, name, generation, items: [], version: nextVersion(), visible: true };
 }
 
@@ -250,14 +257,7 @@ function opaqueColor(text) {
   return channels.length === 3 ? hexColor(channels) : null;
 }
 
-function hexColor(channels) {
-  return `#${channels.map((level) => Math.round(level).toString(16).padStart(2, "0")).join("")}`;
-}
-
 function known(value, choices) {
   return choices.find((choice) => choice === value);
 }
 
-function clamp01(value) {
-  return Math.min(Math.max(value, 0), 1);
-}

@@ -1,10 +1,15 @@
-/* Writes a drawing as SVG text in the structure of warpvec: background, a group for each level, a path per line. */
+/* Writes a drawing as SVG text in the structure of warpvec: background, a group for each layer, a path per line. */
+
+import { shortColor, writeOpacity } from "viewer/colors.js";
+import { isGradient, nameGradients } from "viewer/gradients.js";
+import { formatNumber, writeShape } from "viewer/paths.js";
+import { LAYER_ID, PLAIN_STROKE } from "viewer/read.js";
 
 // The longer side has at least so many steps, and numbers at least two decimals, as in warpvec's own files.
 const STEPS_PER_SIDE = 2e4;
 const INKSCAPE = "http://www.inkscape.org/namespaces/inkscape";
 
-function writeDrawing(drawing) {
+export function writeDrawing(drawing) {
   const decimals = decimalsFor(drawing.box);
   const [x, y, width, height] = drawing.box.map((value) => formatNumber(value));
   const layers = drawing.layers.filter((layer) => layer.items.length);
@@ -24,7 +29,7 @@ function writeDrawing(drawing) {
   return `${lines.join("\n")}\n`;
 }
 
-function decimalsFor(box) {
+export function decimalsFor(box) {
   return Math.min(Math.max(Math.ceil(Math.log10(STEPS_PER_SIDE / Math.max(box[2], box[3]))), 2), 6);
 }
 
@@ -43,7 +48,7 @@ function writeBackground({ background }, [x, y, width, height]) {
 
 function writeLayer(layer, number, decimals, names) {
   const count = `${layer.items.length} ${layer.items.length === 1 ? "path" : "paths"}`;
-  const id = layer.id || `level-${layer.key + 1}`;
+  const id = layer.id || `layer-${layer.key + 1}`;
   const label = LAYER_ID.test(id) ? `Layer ${number}: generation ${layer.generation}, ${count}` : layer.name;
   return [
     `<g id="${escapeXml(id)}" inkscape:groupmode="layer" inkscape:label="${escapeXml(label)}">`,
@@ -66,16 +71,6 @@ function writeStroke(stroke, opacity) {
   const special = Object.keys(names).filter((name) => stroke[name] !== PLAIN_STROKE[name]);
   const shape = special.map((name) => ` ${names[name]}="${stroke[name]}"`).join("");
   return ` stroke="${shortColor(stroke.color)}" stroke-width="${width}"${shape}${writeOpacity("stroke-opacity", opacity)}`;
-}
-
-function writeOpacity(name, opacity) {
-  const text = formatNumber(opacity, 4);
-  return text === "1" ? "" : ` ${name}="${text}"`;
-}
-
-/** Returns "#rgb" if it is the same colour as "#rrggbb". */
-function shortColor(color) {
-  return color.replace(/^#(.)\1(.)\2(.)\3$/, "#$1$2$3");
 }
 
 function escapeXml(text) {

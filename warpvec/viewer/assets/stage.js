@@ -1,10 +1,19 @@
 /* The view of the picture in the middle: zoom, pan, and when the canvases are drawn. */
 
+import { Art } from "viewer/art.js";
+import { Marks } from "viewer/marks.js";
+import { transformedBox } from "viewer/paths.js";
+import { IDENTITY } from "viewer/read.js";
+
 const SETTLE_MS = 120;
 const MARGIN = 28;
 const MAX_ZOOM = 64;
 
-class Stage {
+export class Stage {
+  // Of the canvas, in CSS pixels.
+  width = 0;
+  height = 0;
+
   constructor(app, art, overlay) {
     this.app = app;
     this.art = new Art(app, art);

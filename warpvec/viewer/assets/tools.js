@@ -1,5 +1,11 @@
 /* Pointer tools: select, move, scale, turn, edit nodes, paint, pick a colour, pan. */
 
+import { rotation, scaling, translation } from "viewer/basics.js";
+import { distance } from "viewer/brush.js";
+import { MAX_OUTLINES } from "viewer/marks.js";
+import { boxContains, boxesMeet } from "viewer/paths.js";
+import { Pinch } from "viewer/pinch.js";
+
 const DRAG_PX = 4;
 const HANDLE_REACH_PX = 9;
 // A finger hides what it points at.
@@ -7,7 +13,7 @@ const TOUCH_REACH_PX = 20;
 const TURN_STEP = Math.PI / 12;
 const BRUSH_STEP_PX = 2;
 
-class Pointer {
+export class Pointer {
   constructor(app, surface) {
     this.app = app;
     this.surface = surface;

@@ -1,0 +1,45 @@
+"""The noise of pictures whose noise is known, and how far regions reach into edges of known width."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from flat_pictures import opaque
+
+from warpvec.flat.constants.regions import REGIONS
+from warpvec.flat.regions.noise import measure_noise, measure_reach, measure_tolerances
+
+LEVEL = 1 / 255
+
+
+def _noisy(sigma: float) -> np.ndarray:
+    return 0.5 + sigma * np.random.default_rng(0).standard_normal((96, 96))
+
+
+@pytest.mark.parametrize("levels", [1.0, 2.0])
+def test_noise_of_known_deviation_is_measured(levels: float) -> None:
+    """A second difference has the deviation sqrt(6); nine tenths of the larger of two are below 1.9 of these."""
+    assert measure_noise(opaque(_noisy(levels * LEVEL))) == pytest.approx(1.9 * 6**0.5 * levels * LEVEL, rel=0.05)
+
+
+def test_rounding_and_flat_colours_are_no_noise() -> None:
+    ramp = np.round(np.tile(np.linspace(0.2, 0.6, 96), (96, 1)) * 255) / 255
+    two = np.where(np.arange(96) < 48, 0.1, 0.9) * np.ones((96, 1))
+    assert measure_noise(opaque(ramp)) == measure_noise(opaque(two)) == 0.0
+
+
+def test_tolerances_of_noise_are_bounded_and_see_less_colour() -> None:
+    clean, noisy = (measure_tolerances(opaque(_noisy(levels * LEVEL))) for levels in (0.0, 4.0))
+    assert clean.noise == 0.0
+    assert noisy.noise == pytest.approx(REGIONS.noise_max)
+    assert noisy.mix > clean.mix and noisy.paint > clean.paint
+    blue = np.array([0.0, 0.0, 1.0, 0.0], np.float32)
+    assert np.abs(blue @ clean.metric).max() == 1.0
+    assert np.abs(blue @ noisy.metric).max() < 0.5
+
+
+@pytest.mark.parametrize(("width", "reach"), [(1, 3), (3, 6), (4, 8), (12, 8)])
+def test_regions_reach_across_edges_of_known_width(width: int, reach: int) -> None:
+    """The rise of a straight ramp over its slope is its width, and regions reach twice as far."""
+    profile = np.clip((np.arange(96) - 47.5) / width + 0.5, 0.0, 1.0)
+    assert measure_reach(opaque(np.tile(profile, (96, 1)))) == (min(reach, 8) if width > 2 else REGIONS.sharp_reach)

@@ -1,0 +1,153 @@
+"""Gradients of known direction and stops, and bands of what no gradient shows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from flat_pictures import opaque
+
+from warpvec.flat.constants.regions import REGIONS
+from warpvec.flat.regions.banding import band_numbers, split_into_bands
+from warpvec.flat.regions.noise import measure_tolerances
+from warpvec.flat.regions.paint_fitting import fit_areas, fit_paints
+from warpvec.flat.regions.paints import Paints
+from warpvec.flat.regions.ramp_directions import binned, block_slopes, directions_of, refined
+from warpvec.flat.regions.ramp_fitting import fit_ramp
+from warpvec.geometry.paints.registry import FLAT, LINEAR, RADIAL
+
+SIDE = 40
+EVERY = slice(None)
+
+
+def _points() -> np.ndarray:
+    """Return the centres x, y of a square of pixels, row by row."""
+    y, x = np.indices((SIDE, SIDE)).reshape(2, -1) + 0.5
+    return np.stack([x, y], 1)
+
+
+def _blend(part: np.ndarray, *stops: tuple[float, float, float]) -> np.ndarray:
+    """Return the colours [N, 3] at places ``part`` [N] between even stops in [0, 1]."""
+    places, colors = np.linspace(0, 1, len(stops)), np.array(stops)
+    return np.stack([np.interp(part, places, column) for column in colors.T], 1)
+
+
+DARK, LIGHT = (0.1, 0.2, 0.4), (0.9, 0.6, 0.5)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 30.0, 90.0, 135.0])
+def test_the_direction_of_a_linear_ramp_is_found(degrees: float) -> None:
+    along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+    points = _points()
+    colors = _blend((points - points.mean(0)) @ along / 60 + 0.5, DARK, LIGHT)
+    found = refined(directions_of(points, colors)[0], points, colors)
+    assert found.kind == LINEAR
+    assert abs(float(found.along @ along)) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_the_centre_of_a_radial_ramp_is_found() -> None:
+    points = _points()
+    colors = _blend(np.hypot(points[:, 0] - 15.0, points[:, 1] - 22.0) / 40, LIGHT, DARK)
+    linear, radial = directions_of(points, colors)
+    assert (linear.kind, radial.kind) == (LINEAR, RADIAL)
+    off = replace(radial, origin=radial.origin + np.array([1.5, -1.0]))
+    np.testing.assert_allclose(refined(off, points, colors).origin, [15.0, 22.0], atol=0.05)
+
+
+def test_slopes_of_blocks_are_those_of_a_plane() -> None:
+    points = _points()
+    centers, slopes = block_slopes(points, (0.01 * points[:, :1] - 0.02 * points[:, 1:]))
+    assert len(centers) > 50
+    np.testing.assert_allclose(slopes, np.broadcast_to([0.01, -0.02], slopes.shape), atol=1e-9)
+
+
+def test_bins_have_means_and_counts() -> None:
+    places, means, counts = binned(np.array([0.0, 1.0, 9.0, 10.0]), np.array([[1.0], [3.0], [5.0], [7.0]]), 5)
+    assert places.tolist() == [0.5, 9.5] and means[:, 0].tolist() == [2.0, 6.0] and counts.tolist() == [2.0, 2.0]
+
+
+def test_a_ramp_of_two_stops_has_their_colours() -> None:
+    points = _points()
+    ramp = fit_ramp(points, _blend(points[:, 0] / SIDE, DARK, LIGHT), 0.8 / 255, EVERY)
+    assert ramp is not None and len(ramp.knots) == 2
+    paints = ramp.paints(1.0)
+    assert paints.kind.tolist() == [LINEAR]
+    ends = paints.at(np.zeros(2, np.int32), np.array([0.0, SIDE], np.float32), np.zeros(2, np.float32))[:, :3]
+    np.testing.assert_allclose(ends, [DARK, LIGHT], atol=0.02)
+
+
+def test_a_ramp_of_three_stops_is_cut_at_the_middle_one() -> None:
+    points = _points()
+    ramp = fit_ramp(points, _blend(points[:, 1] / SIDE, DARK, LIGHT, DARK), 0.8 / 255, EVERY)
+    assert ramp is not None and len(ramp.knots) == 3
+    place = ramp.direction.origin + ramp.cuts()[0] * ramp.direction.along
+    assert place[1] == pytest.approx(SIDE / 2, abs=0.3)
+
+
+def test_a_radial_ramp_beats_a_linear_one_only_where_it_is_radial() -> None:
+    points = _points()
+    radial = fit_ramp(points, _blend(np.hypot(*(points - 20.0).T) / 30, LIGHT, DARK), 0.8 / 255, EVERY)
+    linear = fit_ramp(points, _blend(points[:, 0] / SIDE, LIGHT, DARK), 0.8 / 255, EVERY)
+    assert radial is not None and radial.direction.kind == RADIAL
+    assert linear is not None and linear.direction.kind == LINEAR
+
+
+def test_noise_is_no_ramp() -> None:
+    points = _points()[:400]
+    assert fit_ramp(points, 0.5 + 0.05 * np.random.default_rng(0).standard_normal((400, 3)), 0.8 / 255, EVERY) is None
+
+
+def test_areas_get_their_flat_colour_or_their_ramp() -> None:
+    points = _points()
+    colors = np.where(points[:, :1] < 20, np.array([[0.2, 0.8, 0.4]]), _blend(points[:, 1] / SIDE, DARK, LIGHT))
+    image = opaque(colors.reshape(SIDE, SIDE, 3))
+    areas = [np.flatnonzero(points[:, 0] < 20), np.flatnonzero(points[:, 0] > 20)]
+    fits = fit_areas(areas, image.reshape(-1, 4), SIDE, measure_tolerances(image))
+    np.testing.assert_allclose(fits.values[0], [0.2, 0.8, 0.4, 1.0], atol=1e-6)
+    assert list(fits.ramps) == [1]
+    assert max(fits.errors) < 1 / 255
+
+
+def test_an_area_of_three_stops_becomes_two_with_a_seam() -> None:
+    image = opaque(_blend(_points()[:, 0] / SIDE, DARK, LIGHT, DARK).reshape(SIDE, SIDE, 3))
+    paints, labels, seams = fit_paints(image, np.zeros((SIDE, SIDE), np.int32), measure_tolerances(image))
+    assert paints.kind.tolist() == [LINEAR, LINEAR]
+    assert [len(seams), *np.unique(labels)] == [1, 0, 1]
+    assert (labels[:, :19] == labels[0, 0]).all() and (labels[:, 21:] == labels[0, -1]).all()
+    x, y = (_points()[:, axis].reshape(SIDE, SIDE).astype(np.float32) for axis in (0, 1))
+    assert np.abs(paints.at(labels, x, y) - image).max() < 2 / 255
+
+
+def test_paints_are_evaluated_between_and_beyond_their_stops() -> None:
+    geometry = np.array([[0, 0, 0, 0], [10, 0, 20, 0], [10, 10, 5, 0]], np.float32)
+    black, white = np.zeros((3, 3), np.float32), np.ones((3, 3), np.float32)
+    paints = Paints(
+        black, np.array([1, 1, 0.5], np.float32), np.array([FLAT, LINEAR, RADIAL], np.int32), geometry, white
+    )
+    index = np.array([0, 1, 1, 1, 2, 2], np.int32)
+    x, y = np.array([[3, 15, 0, 30, 10, 12], [3, 7, 0, 0, 10, 11.5]], np.float32)
+    values = paints.at(index, x, y)
+    np.testing.assert_allclose(values[:, 0], [0, 0.5, 0, 1, 0, 0.25], atol=1e-6)
+    assert values[:, 3].tolist() == [1, 1, 1, 1, 0.5, 0.5]
+
+
+@pytest.mark.parametrize(("extent", "count"), [(12, 1), (35, 3), (255, 8)])
+def test_bands_divide_the_range_of_greys_evenly(extent: int, count: int) -> None:
+    """A grey that changes by a level moves by the root of 3 in colour space; a band is at most 24 levels wide there."""
+    colors = opaque(np.linspace(0, extent / 255, 400)[None])[0]
+    numbers = band_numbers(colors)
+    assert numbers.max() + 1 == count
+    sizes = np.bincount(numbers)
+    assert sizes.max() - sizes.min() <= 2
+    assert (np.diff(numbers) >= 0).all() or (np.diff(numbers) <= 0).all()
+
+
+def test_only_areas_that_no_paint_explains_are_divided() -> None:
+    colors = opaque(np.linspace(0, 0.2, 200)[None])[0]
+    areas, noise = [np.arange(100), np.arange(100, 200)], 0.01
+    limit = REGIONS.band_error_min + noise
+    divided = split_into_bands(areas, colors, [0.9 * limit, 1.1 * limit], noise)
+    assert divided[0] is areas[0]
+    assert len(divided) == 3  # the second area is 44 levels wide
+    assert sorted(np.concatenate(divided[1:]).tolist()) == areas[1].tolist()

@@ -1,0 +1,221 @@
+"""Runs of flat art: the mode, the file, its layers, and what goals and settings do to it."""
+
+from __future__ import annotations
+
+import re
+import signal
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw
+
+import warpvec
+from warpvec.config.presets import make_config
+from warpvec.errors import InputError
+from warpvec.flat.color_layers import color_name
+from warpvec.flat.constants.regions import REGIONS
+from warpvec.flat.regions import regions
+from warpvec.modes import choice
+from warpvec.watch.progress import Progress
+
+SIDE = 64
+NAVY, GOLD, RED = (0, 0, 128), (255, 215, 0), (220, 20, 60)
+
+
+def badge(mode: str = "RGB") -> NDArray[np.uint8]:
+    """Return a navy square with a hole that holds a gold disc, and two red bars, on white or on nothing."""
+    big = Image.new(mode, (4 * SIDE, 4 * SIDE), "white" if mode == "RGB" else (0, 0, 0, 0))
+    pen = ImageDraw.Draw(big)
+    pen.rectangle((24, 24, 183, 183), fill=NAVY)
+    pen.rectangle((56, 56, 151, 151), fill="white" if mode == "RGB" else (0, 0, 0, 0))
+    pen.ellipse((72, 72, 135, 135), fill=GOLD)
+    for left in (24, 136):
+        pen.rectangle((left, 204, left + 95, 235), fill=RED)
+    return np.asarray(big.resize((SIDE, SIDE), Image.Resampling.BOX))
+
+
+def draw(**settings: Any) -> warpvec.Result:
+    return warpvec.vectorize(badge(), **{"threads": 1, **settings})
+
+
+@pytest.fixture(scope="module")
+def plain() -> warpvec.Result:
+    """Return the badge as it comes out without settings."""
+    return draw()
+
+
+def test_flat_art_becomes_few_exact_paths_in_layers_of_one_colour(plain: warpvec.Result) -> None:
+    assert plain.metrics["mode"] == plain.config.mode == "flat"
+    assert "4 colours" in plain.metrics["mode_reason"]
+    assert plain.metrics["psnr"] > 42
+    assert plain.metrics["curves"] <= 5
+    assert plain.metrics["segments"] <= 24
+    text = plain.svg()
+    fills = re.findall(r'<path fill="(#\w+)"', text)
+    assert sorted(set(fills)) == ["#000080", "#dc143c", "#ffd700"]
+    assert '<rect id="background" width="64" height="64" fill="#fff"/>' in text
+    labels = re.findall(r'<g id="([\w-]+)" inkscape:groupmode="layer" inkscape:label="([^"]+)">', text)
+    assert sorted(labels) == [
+        ("crimson-dc143c", "crimson #dc143c"), ("gold-ffd700", "gold #ffd700"), ("navy-000080", "navy #000080"),
+    ]  # fmt: skip
+    assert '"mode": "flat"' in text
+    assert "lr_points" not in text
+
+
+def test_its_file_is_read_back_to_the_same_bytes(plain: warpvec.Result) -> None:
+    assert warpvec.refine(badge(), plain.svg(), iterations=0).svg() == plain.svg()
+
+
+def test_holes_of_transparent_art_stay_transparent() -> None:
+    result = warpvec.vectorize(badge("RGBA"), threads=1)
+    assert result.scene.transparent
+    alpha = result.render()[..., 3]
+    assert alpha[15:17, 20:36].max() < 0.01
+    assert alpha[30, 24] > 0.99
+    assert result.metrics["psnr"] > 38
+
+
+def test_equal_pictures_give_equal_bytes_for_any_number_of_threads(plain: warpvec.Result) -> None:
+    assert draw(threads=2).svg() == plain.svg()
+
+
+def test_the_mode_can_be_given(plain: warpvec.Result) -> None:
+    photo = draw(mode="photo", curves=6, iterations=10)
+    assert photo.metrics["mode"] == "photo"
+    assert photo.metrics["mode_reason"] is None
+    assert "detail" not in photo.svg()
+    assert draw(lr_scale=2.0, curves=6, iterations=10).metrics["mode"] == "photo"
+    noise = np.random.default_rng(0).integers(0, 256, (48, 48, 3), dtype=np.uint8)
+    found = warpvec.vectorize(noise, 6, iterations=10).metrics
+    assert found["mode"] == "photo"
+    assert "textured" in found["mode_reason"]
+
+
+def test_mono_is_one_black_path_without_a_canvas() -> None:
+    result = draw(mode="mono", threshold=140)
+    assert result.metrics["curves"] == 1
+    assert len(re.findall('<path fill="#000"', result.svg())) == 1
+    assert "<rect" not in result.svg()
+    ink = result.render()[..., 3] if result.render().shape[2] == 4 else 1 - result.render()[..., 0]
+    dark = badge().mean(2) < 140
+    assert np.abs(ink - dark).mean() < 0.05
+
+
+def test_cutouts_do_not_overlap() -> None:
+    cut = draw(cutout=True)
+    assert cut.scene.transparent
+    scene = cut.scene
+    segments = scene.segments.double()
+    following = segments[scene.structure.segment_next.long(), 0]
+    x, y = segments[:, 0].T
+    assert cut.metrics["psnr"] > 36
+    assert float((x * following[:, 1] - following[:, 0] * y).sum().abs()) / 2 == pytest.approx(SIDE**2, rel=1e-3)
+
+
+def test_curves_colors_and_palettes_are_bounds(plain: warpvec.Result) -> None:
+    fewer = draw(curves=2)
+    assert fewer.metrics["curves"] == 2
+    assert fewer.metrics["psnr"] < plain.metrics["psnr"]
+    two = draw(colors=2)
+    assert len(set(re.findall(r'fill="(#\w+)"', two.svg()))) == 2
+    given = draw(palette="black,white,#f00")
+    assert set(re.findall(r'fill="(#\w+)"', given.svg())) <= {"#000", "#fff", "#f00"}
+
+
+def test_a_picture_that_flat_art_cannot_show_is_a_photo(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(choice, "FLAT_PSNR_MIN", 90.0)
+    assert warpvec.vectorize(badge(), 4).config.mode == "flat"  # few paths were asked for
+    result = warpvec.vectorize(badge(), iterations=20)
+    assert result.config.mode == "photo"
+    assert "as flat art it has only" in result.metrics["mode_reason"]
+
+
+def test_a_picture_of_too_many_areas_becomes_a_photo_before_it_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(regions, "REGIONS", replace(REGIONS, seeds_max=1))
+    result = warpvec.vectorize(badge(), iterations=20)
+    assert result.config.mode == "photo"
+    assert "separate areas of one colour" in result.metrics["mode_reason"]
+    assert draw(mode="flat").config.mode == "flat"
+
+
+def test_goals_choose_the_detail() -> None:
+    size = len(draw(minify=True).svg().encode())
+    small = draw(max_bytes=size - 100)
+    assert small.metrics["bytes"] <= size - 100
+    assert small.metrics["goal"]["met"]
+    assert len(small.metrics["goal"]["trials"]) > 1
+
+
+def test_a_spent_time_budget_and_an_interrupt_leave_a_drawing() -> None:
+    late = draw(time_budget=0.01)
+    assert late.metrics["psnr"] > 25
+
+    def interrupt(progress: Progress) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+    stopped = draw(on_progress=interrupt)
+    assert stopped.interrupted
+    assert stopped.metrics["psnr"] > 25
+
+
+def test_progress_runs_forward_through_all_fits(plain: warpvec.Result) -> None:
+    seen: list[Progress] = []
+    draw(on_progress=seen.append)
+    numbers = [progress.iteration for progress in seen]
+    assert numbers == list(range(1, len(numbers) + 1))
+    assert all(progress.iteration <= progress.iteration_count for progress in seen)
+    assert [entry["iteration"] for entry in plain.history] == sorted({entry["iteration"] for entry in plain.history})
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"mode": "flat", "lod": True}, "lod must not be given in the mode flat, which does not use it, got True"),
+        ({"mode": "mono", "recycle_gap": 3}, "recycle_gap must not be given in the mode mono"),
+        ({"mode": "flat", "preset": "paper"}, "path_model must not be given in the mode flat"),
+        ({"mode": "photo", "cutout": True}, "cutout must not be given in the mode photo"),
+        ({"mode": "flat", "threshold": 3}, "threshold must not be given in the mode flat"),
+        ({"mode": "mono", "palette": "red"}, "palette must not be given in the mode mono"),
+        ({"cutout": True, "max_bytes": 60}, "max_bytes must be enough for all shapes without overlaps, got 60"),
+        ({"mode": "drawing"}, "mode must be one of auto, photo, flat, mono, got 'drawing'"),
+        ({"detail": 0}, "detail must be above 0 and at most 10 pixels"),
+        ({"threshold": "grey"}, "threshold must be auto or a level from 0 to 255"),
+    ],
+)
+def test_settings_of_two_modes_are_refused(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=re.escape(message)):
+        draw(**settings)
+
+
+@pytest.mark.parametrize(
+    ("settings", "mode"),
+    [
+        ({}, "auto"), ({"preset": "draft"}, "auto"), ({"curves": 9, "colors": 3, "detail": 0.3}, "auto"),
+        ({"preset": "paper"}, "photo"), ({"inflation_gap": 9}, "photo"), ({"inflation_gap": 30}, "auto"),
+        ({"cutout": True}, "flat"), ({"threshold": 99}, "mono"), ({"mode": "flat", "preset": "best"}, "flat"),
+    ],
+)  # fmt: skip
+def test_settings_of_one_mode_decide_it(settings: dict[str, Any], mode: str) -> None:
+    assert make_config(**settings).mode == mode
+
+
+def test_colours_are_named_as_in_css() -> None:
+    colors = {"red #e4002b": (228, 0, 43), "white #ffffff": (255, 255, 255), "teal #0a7f80": (10, 127, 128)}
+    for name, levels in colors.items():
+        assert color_name(np.array(levels) / 255.0).split("#")[1] == name.split("#")[1]
+    assert color_name(np.array((250, 5, 5)) / 255.0).startswith("red ")
+    assert color_name(np.array((254, 254, 254)) / 255.0).startswith("white ")
+
+
+def test_a_ramp_has_its_mean_colour_when_gradients_are_forbidden() -> None:
+    picture = np.full((SIDE, SIDE, 3), 255, np.uint8)
+    picture[8:44, 8:44] = np.linspace((0, 0, 160), (0, 0, 96), 36)[:, None]
+    plain, asked = (warpvec.vectorize(picture, threads=1, **given) for given in ({}, {"gradients": 0}))
+    assert plain.metrics["mode"] == asked.metrics["mode"] == "flat"
+    assert (plain.metrics["gradients"], asked.metrics["gradients"]) == (1, 0)
+    assert [asked.metrics["curves"], re.findall(r'<path fill="(#\w+)"', asked.svg())] == [1, ["#000080"]]
+    assert make_config(gradients=0).mode == "auto" and make_config(gradients=0.5).mode == "photo"
+    assert make_config(mode="photo").gradients == 0.0

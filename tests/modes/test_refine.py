@@ -1,0 +1,166 @@
+"""`warpvec.refine`: the paths it begins with, and drawings it refuses."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from short_fits import Photo
+
+import warpvec
+from warpvec.geometry.joints import Joints
+from warpvec.geometry.paints.registry import FLAT, LINEAR
+from warpvec.image.metrics import psnr
+from warpvec.polish import folds
+from warpvec.svg.measure import draw
+from warpvec.svg.read import read_svg
+
+SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="8" height="8"><path d="M1 1H7V7H1z" fill="red"/></svg>'
+
+DISC = '<svg xmlns="http://www.w3.org/2000/svg" width="8" height="8"><circle cx="4" cy="4" r="3"/></svg>'
+
+
+def test_refine_begins_with_the_paths_of_a_file(tmp_path: Path) -> None:
+    photo = np.random.default_rng(1).integers(0, 256, (4, 6, 3), dtype=np.uint8).repeat(8, 0).repeat(8, 1)
+    first = warpvec.vectorize(photo, 10, iterations=20, threads=1, mode="photo")
+    first.save(tmp_path / "a.svgz")
+    results = [
+        warpvec.refine(photo, svg, iterations=20, threads=1)
+        for svg in (first.svg(), first.svg().encode(), tmp_path / "a.svgz")
+    ]
+    assert results[0].svg() == results[1].svg() == results[2].svg()
+    assert results[0].metrics["psnr"] > first.metrics["psnr"]
+    assert results[0].metrics["curves"] == 10
+    assert warpvec.refine(photo, first.svg(), 16, iterations=20, trim=True).metrics["curves"] > 10
+
+
+@pytest.mark.parametrize(
+    ("svg", "settings", "message"),
+    [
+        ("missing.svg", {}, "svg must be an SVG file, its text or its bytes, got 'missing.svg'"),
+        ('<svg xmlns="http://www.w3.org/2000/svg" width="8" height="8"/>', {}, "svg must contain filled paths"),
+        ("<svg", {}, "svg must be well-formed XML"),
+        (SQUARE, {}, "svg must have the proportions of the photo, 48 x 32, got 8 x 8"),
+        (DISC, {"segments": 7}, "segments must be 4, as in the SVG, got 7"),
+        (SQUARE, {"preset": "paper"}, "path_model must be segments to refine a drawing, got 'sides'"),
+    ],
+)
+def test_refine_refuses_what_does_not_match(photo: Photo, svg: str, settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(warpvec.InputError, match="^" + message):
+        warpvec.refine(photo, svg, **settings)
+
+
+def _wavy(size: int) -> str:
+    """Return a drawing of a translucent path with corners, smooth nodes and lines over an opaque disc."""
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{size}" height="{size}">'
+        '<circle cx="30" cy="34" r="22" fill="#c62"/>'
+        '<path fill="#26c" fill-opacity=".6"'
+        ' d="M12 12 H40 C46 12 52 18 52 24 V50 C44 44 40 56 30 50 C20 44 14 30 12 12z"/>'
+        "</svg>"
+    )
+
+
+def _moved(svg: str) -> str:
+    """Return the drawing with each path a little off, and in other colours."""
+    return (
+        svg.replace('cx="30"', 'cx="31.5"').replace("V50", "V51.5").replace("C46 12", "C47 12").replace("#c62", "#b63")
+    )
+
+
+@pytest.mark.parametrize("iterations", [1, 10, 60])
+def test_a_drawing_gets_no_worse_and_keeps_its_structure(iterations: int) -> None:
+    right, start = _wavy(64), _moved(_wavy(64))
+    photo = draw(right, 64, 64)
+    result = warpvec.refine(photo, start, iterations=iterations, threads=1)
+    before, after = read_svg(start).scene, read_svg(result.svg()).scene
+    start_psnr, end_psnr = (psnr(draw(svg, 64, 64), photo) for svg in (start, result.svg()))
+    assert result.metrics["start_psnr"] == pytest.approx(start_psnr, abs=0.5)
+    assert end_psnr >= start_psnr
+    if iterations == 60:
+        assert not result.metrics["unchanged"]
+        assert end_psnr > start_psnr + 8.0
+    assert after.opacity[0] == 1.0
+    first, second = Joints.of(before), Joints.of(after)
+    assert torch.equal(first.is_line, second.is_line)
+    assert torch.equal(first.is_smooth, second.is_smooth)
+    assert first.is_smooth.any()
+    assert not first.is_smooth.all()
+
+
+@pytest.mark.parametrize("iterations", [0, 10])
+def test_translucent_paths_become_opaque_if_asked_for(iterations: int) -> None:
+    photo = draw(_wavy(64), 64, 64)
+    result = warpvec.refine(photo, _wavy(64), iterations=iterations, threads=1, opacity="opaque")
+    assert read_svg(result.svg()).scene.opacity.tolist() == [1.0, 1.0]
+    assert result.metrics["start_psnr"] > 45.0  # of the drawing that came in
+    assert result.metrics["psnr"] < 30.0
+
+
+def _outline(points: torch.Tensor) -> str:
+    """Return a drawing of one path through ``points`` [n, 2], or of cubics with control points [n, 6]."""
+    letter = "L" if points.shape[1] == 2 else "C"
+    data = "M1 1" + "".join(letter + " ".join(f"{v:.2f}" for v in row) for row in points.tolist())
+    return f'<svg xmlns="http://www.w3.org/2000/svg" width="64" height="64"><path fill="#26c" d="{data}z"/></svg>'
+
+
+def test_large_paths_are_looked_at_for_folds_unless_they_are_scribbles(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks: list[list[bool]] = []
+    count = folds.crossings_of_rows
+    monkeypatch.setattr(
+        folds, "crossings_of_rows", lambda scene, guarded: looks.append(guarded.tolist()) or count(scene, guarded)
+    )
+    angle = torch.linspace(0, 2 * math.pi, 600)
+    polygon = 32 + 28 * torch.stack([angle.cos(), angle.sin()], 1)
+    scribble = 64 * torch.rand(60, 6, generator=torch.Generator().manual_seed(0))
+    photo = draw(_wavy(64), 64, 64)
+    found = []
+    for points in (polygon, scribble):
+        looks.clear()
+        warpvec.refine(photo, _outline(points), iterations=5, threads=1)
+        found.append(looks[-1])
+    assert found == [[True], [False]]
+
+
+def test_a_drawing_that_is_right_stays_as_it_is() -> None:
+    photo = draw(_wavy(64), 64, 64)
+    for iterations in (1, 10, 100):
+        result = warpvec.refine(photo, _wavy(64), iterations=iterations, threads=1)
+        assert result.svg() == _wavy(64)
+        assert result.metrics["unchanged"]
+        assert result.metrics["psnr"] == math.inf
+
+
+def test_a_drawing_is_written_anew_if_an_option_asks_for_a_change() -> None:
+    photo, given = draw(_wavy(64), 64, 64), _wavy(64).replace("</svg>", "<metadata>x</metadata></svg>")
+    for options in ({"size": "90mm"}, {"trim": True}, {"metadata": False}, {"opacity": "opaque"}):
+        result = warpvec.refine(photo, given, iterations=2, threads=1, **options)
+        assert not result.metrics["unchanged"], options
+        assert "<metadata>x<" not in result.svg()
+
+
+def test_without_iterations_a_foreign_drawing_gets_no_canvas_and_no_settings() -> None:
+    photo = draw(_wavy(64), 64, 64)
+    result = warpvec.refine(photo, _wavy(64), iterations=0, threads=1)
+    assert "<rect" not in result.svg()
+    assert "<metadata" not in result.svg()
+    assert result.metrics["start_psnr"] == math.inf  # the given file is the photo itself
+    kept = warpvec.refine(photo, _moved(_wavy(64)), iterations=2, threads=1, gradients=1)
+    assert kept.metrics["start_psnr"] == pytest.approx(psnr(draw(_moved(_wavy(64)), 64, 64), photo))
+
+
+def test_flat_paths_get_a_gradient_if_asked_for_and_only_where_the_picture_has_one() -> None:
+    shapes = '<path fill="{}" d="M6 6H40V58H6z"/><path fill="#e80" d="M44 6H60V58H44z"/></svg>'
+    opening = '<svg xmlns="http://www.w3.org/2000/svg" width="64" height="64">'
+    ramp = '<linearGradient id="a" gradientUnits="userSpaceOnUse" x1="6" y1="6" x2="40" y2="58">'
+    ramp += '<stop stop-color="#026"/><stop offset="1" stop-color="#9cf"/></linearGradient>'
+    photo = draw(opening + ramp + shapes.format("url(#a)"), 64, 64)
+    flat = warpvec.refine(photo, opening + shapes.format("#48a"), iterations=60, threads=1)
+    shaded = warpvec.refine(photo, opening + shapes.format("#48a"), iterations=60, threads=1, gradients=1)
+    assert flat.drawing.fitted.gradients is None
+    assert shaded.drawing.fitted.gradients.kind.tolist() == [LINEAR, FLAT]
+    assert shaded.metrics["psnr"] > 45 > flat.metrics["psnr"] + 15

@@ -1,0 +1,68 @@
+"""Drawings with a size in real units, and files for print."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from short_fits import vectorize_briefly
+from svg_files import skip_without_cairo
+
+import warpvec
+from warpvec.errors import InputError
+from warpvec.svg.read import read_svg
+from warpvec.writers.registry import encode
+
+PHOTO = np.random.default_rng(3).integers(0, 256, (32, 48, 3), dtype=np.uint8)
+POINTS_PER_MM = 72 / 25.4
+
+
+@pytest.mark.parametrize(
+    ("size", "sides"),
+    [
+        ("90mm", ("90mm", "60mm")), (" 1.5 IN ", ("1.5in", "1in")), ("1cm", ("1cm", "0.6667cm")),
+        ("36pt", ("36pt", "24pt")), ("300", ("300", "200")), ("12px", ("12", "8")), ("250%", ("120", "80")),
+    ],
+)  # fmt: skip
+def test_the_size_is_that_of_the_root_and_the_view_box_stays(size: str, sides: tuple[str, str]) -> None:
+    text = vectorize_briefly(PHOTO, size=size).svg()
+    assert f'width="{sides[0]}" height="{sides[1]}" viewBox="0 0 48 32"' in text
+
+
+def test_a_sized_drawing_is_measured_and_read_back_as_one_of_its_pixels() -> None:
+    plain, sized = vectorize_briefly(PHOTO), vectorize_briefly(PHOTO, size="90mm")
+    assert sized.metrics["psnr"] == pytest.approx(plain.metrics["psnr"], abs=1e-3)
+    loaded = read_svg(sized.svg())
+    assert (loaded.width, loaded.height, loaded.sides) == (48, 32, ("90mm", "60mm"))
+    assert warpvec.refine(PHOTO, sized.svg(), iterations=0).svg() == sized.svg()
+    assert 'width="12" height="8"' in warpvec.refine(PHOTO, sized.svg(), iterations=0, size="25%").svg()
+
+
+@pytest.mark.parametrize("size", ["", "0mm", "-3cm", "3 feet", "1e3mm", "9999999999px", "99999999mm", 90, "mm", "5%%"])
+def test_a_size_that_is_none_is_refused_in_one_line(size: object) -> None:
+    with pytest.raises(InputError, match="size must be a width above 0 in mm, cm, in, pt, px or %"):
+        vectorize_briefly(PHOTO, size=size)
+
+
+def test_print_files_have_the_size_in_points(tmp_path: Path) -> None:
+    skip_without_cairo()
+    result = vectorize_briefly(PHOTO, size="90mm")
+    result.save(tmp_path / "out.pdf")
+    result.save(tmp_path / "out.EPS")
+    box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", (tmp_path / "out.pdf").read_bytes())
+    assert box is not None
+    np.testing.assert_allclose(
+        [float(side) for side in box.groups()], [90 * POINTS_PER_MM, 60 * POINTS_PER_MM], atol=0.01
+    )
+    assert (tmp_path / "out.EPS").read_bytes().startswith(b"%!PS-Adobe-3.0 EPSF")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out.EPS", "out.pdf"]
+
+
+def test_a_missing_extra_is_named_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cairosvg", None)
+    with pytest.raises(InputError, match=r"unless CairoSVG is installed, which writes .pdf.*warpvec\[print\]"):
+        encode("<svg/>", tmp_path / "out.pdf")
+    assert encode("<svg/>", tmp_path / "out.svg") == b"<svg/>"

@@ -1,0 +1,133 @@
+"""The Python interface: turn a picture into a `Result`, or refine an SVG."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from warpvec.checks import check_flag
+from warpvec.drawing.file_options import FileOptions
+from warpvec.drawing.given import read_drawing
+from warpvec.errors import InputError
+from warpvec.goals.goal import settings_and_goal
+from warpvec.image.read import ImageSource, read_image
+from warpvec.inputs import read_file
+from warpvec.modes.choice import draw_picture
+from warpvec.modes.refine import Refine, refine_settings
+from warpvec.modes.request import Request
+from warpvec.rendering.launch import resolve_device
+from warpvec.result import Result
+from warpvec.svg.document import MAX_SVG_BYTES
+from warpvec.watch.progress import OnProgress
+from warpvec.watch.watch import Watch
+
+
+def vectorize(
+    image: ImageSource,
+    curves: int | str | None = None,
+    *,
+    preset: str = "default",
+    background: str | None = None,
+    metadata: bool = True,
+    trim: bool = False,
+    size: str | None = None,
+    on_progress: OnProgress | None = None,
+    **options: Any,
+) -> Result:
+    """Turn ``image`` into closed Bezier paths.
+
+    Args:
+        image: a path, the bytes of an image file, a PIL image, or an array or torch tensor as
+            `warpvec.image.read.read_image` takes it.
+        curves: number of paths, by default 512; "auto" for as many as the image rewards. With a goal, which decides the
+            number, it is the most that may be used.
+        preset: name of one of `warpvec.PRESETS`.
+        background: colour behind a transparent image; None keeps it transparent.
+        metadata: store the settings in the file.
+        trim: cut the paths off at the edges of the canvas.
+        size: width of the drawing with its unit, such as "90mm"; also cm, in, pt, px, and % of its pixels.
+        on_progress: called after every iteration; it should be quick.
+        options: fields of `warpvec.FitConfig` that replace those of the preset, and goals: ``max_bytes``, the largest
+            size of the SVG text, after gzip if ``gzip`` is true; ``target_psnr`` (dB) or ``target_ssim``, which the
+            file must reach, drawn by resvg, with as few paths as possible.
+
+    Raises:
+        InputError: the image cannot be read, or a setting is wrong.
+    """
+    config, goal = settings_and_goal(preset, _given(curves, options))
+    file_options = _file_options(metadata, trim, size)
+    resolve_device(config.device)  # report an unknown device before reading the image
+    pixels, watch = read_image(image, background, name="image"), Watch(on_progress, config.time_budget)
+    request = Request.of(pixels, config, goal, title=title_of(image), options=file_options, watch=watch)
+    return Result(draw_picture(request), watch.facts())
+
+
+def refine(
+    image: ImageSource,
+    svg: str | os.PathLike[str] | bytes,
+    curves: int | str | None = None,
+    *,
+    preset: str = "default",
+    background: str | None = None,
+    metadata: bool = True,
+    trim: bool = False,
+    size: str | None = None,
+    free: bool = False,
+    on_progress: OnProgress | None = None,
+    **options: Any,
+) -> Result:
+    """Fit the paths of ``svg`` to ``image``.
+
+    Unless paths are added or removed, the drawing keeps its size and structure, and gets no worse: see
+    `warpvec.polish.polish.polish`. If the given file, as resvg draws it, is at least as good as all that the fit found,
+    its text is the result, unchanged.
+
+    Args:
+        image: the photo, as `vectorize` takes it.
+        svg: a path, or the text or the bytes of a file of filled paths. Other content is left out.
+        curves: number of paths, by default as many as there are. New paths are added where the picture is worst; paths
+            with the lowest removal cost are removed. "auto" and goals as in `vectorize`.
+        free: let smooth nodes become corners, lines curves, opaque paths translucent, and paths cross themselves.
+        preset, background, metadata, trim, size, on_progress: as in `vectorize`.
+        options: as in `vectorize`. ``recycle_gap`` is 0 by default, ``precision`` that of the file, and ``iterations``
+            at most 500 without a goal; 0 writes the drawing as it was read. ``opacity="opaque"`` first makes every path
+            opaque, which may make the drawing worse.
+
+    Raises:
+        InputError: the photo or the SVG cannot be read, they do not match, or a setting is wrong.
+    """
+    data = _svg_data(svg)
+    drawing = read_drawing(data)
+    config, goal, iterations = refine_settings(drawing, preset, _given(curves, options))
+    file_options = _file_options(metadata, trim, size)
+    resolve_device(config.device)
+    pixels, watch = read_image(image, background, name="image"), Watch(on_progress, config.time_budget)
+    request = Request.of(pixels, config, goal, title=title_of(image), options=file_options, watch=watch)
+    return Result(Refine(drawing, data, iterations, free).draw(request), watch.facts())
+
+
+def title_of(image: ImageSource) -> str | None:
+    """Return the title of the SVG of ``image``: its file name without suffix, None if it is no path."""
+    return Path(image).stem if isinstance(image, str | os.PathLike) else None
+
+
+def _file_options(metadata: bool, trim: bool, size: str | None) -> FileOptions:
+    check_flag("metadata", metadata)
+    return FileOptions(no_metadata=not metadata, trim=trim, size=size)
+
+
+def _given(curves: int | str | None, options: dict[str, Any]) -> dict[str, Any]:
+    return options if curves is None else {**options, "curves": curves}
+
+
+def _svg_data(svg: str | os.PathLike[str] | bytes) -> bytes:
+    """Return the bytes of an SVG given as a path, its text or its bytes."""
+    if isinstance(svg, bytes):
+        return svg
+    if isinstance(svg, str) and svg.lstrip().startswith("<"):
+        return svg.encode()
+    kind = "an SVG file, its text or its bytes"
+    if not isinstance(svg, str | os.PathLike):
+        raise InputError("svg", f"must be {kind}", type(svg).__name__, "convert it")
+    return read_file(svg, MAX_SVG_BYTES, "svg", kind)

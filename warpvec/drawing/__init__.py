@@ -1,0 +1,1 @@
+"""A drawing: a scene, and how it becomes a file."""

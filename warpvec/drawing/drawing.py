@@ -1,0 +1,116 @@
+"""A drawing of a picture: the fitted scene, the scene in the file, and figures of the file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from warpvec.drawing.encoding import Encoding
+from warpvec.drawing.file_options import FileOptions
+from warpvec.fit.target import Target
+from warpvec.fit.visibility import (
+    canvas_areas,
+    removal_changes,
+    visible_areas,
+    without_invisible,
+)
+from warpvec.geometry.cubics import to_cubics
+from warpvec.geometry.scene import Scene
+from warpvec.svg.measure import draw
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """A drawing of a picture. `Drawing.of` makes one from the scene of a fit.
+
+    Attributes:
+        fitted: the scene of the fit, in pixels of the reduced picture.
+        scene: the scene in the file: cubics in pixels of the picture, rounded as the file states them.
+        conversion_px: largest distance of the file's cubics from the fitted curves before rounding, in pixels of the
+            picture.
+        encoding: how the scene becomes a file.
+        device: the processor that the fit ran on.
+        mode_reason: why the drawing is of this mode; None if a setting decided it.
+        left_out: number of parts of the picture or drawing that the file leaves out, by their name.
+        given: text of the file that was refined, if the drawing is this file as it came in.
+        start_psnr: PSNR in dB of the file that was refined; None without one.
+        goal_facts: the goal, if there was one, and whether the file meets it; see `warpvec.goals.search`.
+    """
+
+    fitted: Scene
+    scene: Scene
+    conversion_px: float
+    encoding: Encoding
+    device: str
+    mode_reason: str | None = None
+    left_out: dict[str, int] = field(default_factory=dict)
+    given: str | None = None
+    start_psnr: float | None = None
+    goal_facts: dict[str, Any] | None = None
+
+    @staticmethod
+    def of(fitted: Scene, encoding: Encoding, device: str, **more: Any) -> Drawing:
+        """Return the drawing of the ``fitted`` scene, in pixels of the reduced picture; ``more`` are other attributes.
+
+        Unless the encoding keeps all paths, paths that cannot be seen and paths below ``min_area`` are left out.
+        """
+        cubics, distance = to_cubics(fitted.scaled(*encoding.picture.enlargement))
+        scene = encoding.round(cubics)
+        if not encoding.keeps_paths:
+            scene = _large_paths(_visible_paths(scene, encoding), encoding)
+        return Drawing(fitted, encoding.trim(scene), distance, encoding, device, **more)
+
+    def with_fitted(self, fitted: Scene) -> Drawing:
+        """Return the drawing of another ``fitted`` scene, otherwise like this one."""
+        made = Drawing.of(fitted, self.encoding, self.device)
+        return replace(self, fitted=fitted, scene=made.scene, conversion_px=made.conversion_px)
+
+    def without(self, count: int) -> Drawing:
+        """Return the drawing without the ``count`` paths of lowest removal cost; the others stay as they are."""
+        encoding = self.encoding
+        target = Target(torch.from_numpy(encoding.picture.reduced), encoding.settings, "cpu")
+        with torch.no_grad():
+            removal_cost = target.removal_costs(self.fitted)
+        rows = removal_cost.topk(len(self.fitted) - count).indices.sort().values
+        return self.with_fitted(self.fitted.select(rows))
+
+    @cached_property
+    def text(self) -> str:
+        """The text of the SVG."""
+        return self.encoding.text(self.scene) if self.given is None else self.given
+
+    @cached_property
+    def psnr(self) -> float:
+        """PSNR in dB of the file against the picture, as resvg draws it."""
+        return self.encoding.text_psnr(self.text)
+
+
+def _visible_paths(scene: Scene, encoding: Encoding) -> Scene:
+    """Return ``scene`` without the paths that change no pixel of the file, as resvg draws it."""
+    picture = encoding.picture
+    plain = replace(encoding, options=FileOptions(no_metadata=True))
+
+    def draw_pixels(some: Scene) -> bytes:
+        return draw(plain.text(some), picture.width, picture.height, transparent=some.transparent).tobytes()
+
+    visible, changes = _areas(visible_areas, scene, encoding), _areas(removal_changes, scene, encoding)
+    return without_invisible(scene, visible, changes, draw_pixels)
+
+
+def _large_paths(scene: Scene, encoding: Encoding) -> Scene:
+    """Return ``scene`` without the paths below the smallest area of the settings."""
+    area_min = encoding.settings.min_area
+    return scene if area_min == 0 else scene.select(_areas(canvas_areas, scene, encoding) >= area_min)
+
+
+def _areas(measure: Callable[..., Tensor], scene: Scene, encoding: Encoding) -> Tensor:
+    """Return the areas [N] that ``measure`` finds at the size of the fit, in square pixels of the picture."""
+    x_factor, y_factor = encoding.picture.reduction
+    rows, columns = encoding.picture.reduced_size
+    areas = measure(scene.scaled(x_factor, y_factor), rows, columns, encoding.settings.threads)
+    return areas / (x_factor * y_factor)

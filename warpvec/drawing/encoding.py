@@ -1,0 +1,189 @@
+"""Encode scenes of one picture as SVG files, and measure these files."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import torch
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.stated import stated_settings
+from warpvec.drawing.file_options import DEFAULT_FILE_OPTIONS, FileOptions
+from warpvec.files import text_bytes
+from warpvec.geometry.rounding import round_nodes
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.trim import trim
+from warpvec.image.metrics import psnr
+from warpvec.image.picture import Picture
+from warpvec.svg.measure import draw_like
+from warpvec.svg.minify import write_minified
+from warpvec.svg.quantize import at_ticks, quantize
+from warpvec.svg.units import sides_of
+from warpvec.svg.write import write_svg
+
+STEP_SHARE = 1.0 / 70.0
+"""Step of the coordinates of a minified photo over the side of a square of a path's share of the canvas: 1/3 px for 700
+paths on 768 x 512, 1/5 px for 2000. Half the step costs 5 % of the bytes; twice the step costs as much in PSNR
+(kodim07, kodim23)."""
+
+GZIP_STEP_SHARE = 1.0 / 45.0
+"""The same for files whose gzipped bytes count. Numbers are a larger part of these: twice the step gains 0.14 dB at
+384 x 256, 10 KB."""
+
+STEP_MAX = 1.0
+"""Largest step in pixels of the fitted image. A large photo, which is reduced for the fit, can have steps of several of
+its own pixels."""
+
+FLAT_UNITS = 20
+"""Most units per pixel of a minified drawing of flat art, whose outlines are exact to a few hundredths of a pixel."""
+
+
+@dataclass(frozen=True, eq=False)
+class Encoding:
+    """How scenes of a picture become a file. Scenes are in pixels of the picture.
+
+    Attributes:
+        picture: the picture that is drawn.
+        settings: the settings of its drawing, which the file states.
+        options: choices about the file alone.
+        size: height and width of the file in its units.
+        precision: decimals of the coordinates in these units.
+        title: title of the file; None for none.
+        metadata: settings that the file states in place of ``settings``; None for none.
+        sides: width and height with their units; None for the size in units.
+        layer_names: names of the layers by generation; None for numbers.
+        is_minified: whether the file has the shortest form; see `warpvec.svg.minify`.
+        keeps_layers: whether the shortest form has a group for each layer.
+        keeps_paths: whether paths that cannot be seen stay, and smooth nodes stay smooth.
+    """
+
+    picture: Picture
+    settings: FitConfig
+    options: FileOptions
+    size: tuple[int, int]
+    precision: int
+    title: str | None = None
+    metadata: dict[str, Any] | None = None
+    sides: tuple[str, str] | None = None
+    layer_names: dict[int, str] | None = None
+    is_minified: bool = False
+    keeps_layers: bool = False
+    keeps_paths: bool = False
+
+    @staticmethod
+    def of(picture: Picture, settings: FitConfig, options: FileOptions = DEFAULT_FILE_OPTIONS) -> Encoding:
+        """Return the usual encoding of a drawing of ``picture``: one unit is a pixel."""
+        size = (picture.height, picture.width)
+        return Encoding(picture, settings, options, size, settings.precision, picture.title)
+
+    # Variants
+
+    def of_photo(self, settings: FitConfig, *, gzip: bool = False) -> Encoding:
+        """Return the encoding of a fit of a photo with ``settings``, in units as fine as its paths need.
+
+        ``gzip`` tells whether the bytes after gzip count.
+        """
+        encoding = replace(self, settings=settings)
+        if not settings.minify:
+            return encoding
+        encoding = replace(encoding, keeps_layers=settings.lod)
+        rows, columns = self.picture.reduced_size
+        side = math.sqrt(rows * columns / settings.curves)
+        step = min(side * (GZIP_STEP_SHARE if gzip else STEP_SHARE), STEP_MAX)
+        units = self.picture.reduction[0] / step
+        if units < 1.0 and not settings.grid:
+            return encoding._coarser(units)
+        return encoding.finer(settings.grid or round(units))
+
+    def of_drawing(self) -> Encoding:
+        """Return the encoding of a drawing of flat art, whose paths and smooth nodes stay."""
+        encoding = replace(self, keeps_paths=True)
+        return encoding.finer(flat_units(self.settings)) if self.settings.minify else encoding
+
+    def finer(self, units: int) -> Encoding:
+        """Return the shortest form with units that are divided by ``units``. The size stays."""
+        rows, columns = self.size
+        size, sides = (rows * units, columns * units), self.sides or (str(columns), str(rows))
+        return self._shortest(size, sides)
+
+    def _coarser(self, units: float) -> Encoding:
+        """Return the shortest form with about ``units`` per pixel, fewer than one, in the exact proportions."""
+        rows, columns = self.size
+        divisor = math.gcd(rows, columns)
+        count = max(1, round(units * divisor))
+        return self._shortest((rows // divisor * count, columns // divisor * count), (str(columns), str(rows)))
+
+    def _shortest(self, size: tuple[int, int], sides: tuple[str, str]) -> Encoding:
+        return replace(self, size=size, precision=0, sides=sides, is_minified=True)
+
+    # Scenes
+
+    def round(self, scene: Scene) -> Scene:
+        """Return ``scene`` with the values that the file states; smooth nodes stay smooth if ``keeps_paths``."""
+        across, down = self._units
+        scene = scene.scaled(across, down)
+        if self.keeps_paths and not scene.is_uniform:
+            rounded = round_nodes(scene, self.precision)
+            if self.is_minified:  # its ticks are coarse: directions of rounded handles would not stay
+                stays = at_ticks(scene.segments.double() * 10**self.precision, scene.structure)
+                segments = torch.where(stays[:, None, None], scene.segments, rounded.segments)
+                rounded = replace(rounded, segments=segments)
+            scene = rounded
+        return quantize(scene, self.precision).scaled(1.0 / across, 1.0 / down)
+
+    def trim(self, scene: Scene) -> Scene:
+        """Return ``scene`` cut off at the edges of the canvas if the options ask for it."""
+        if not self.options.trim:
+            return scene
+        return self.round(trim(scene, self.picture.height, self.picture.width))
+
+    @property
+    def _units(self) -> tuple[float, float]:
+        """The file's units per pixel of the picture, across and down."""
+        rows, columns = self.size
+        return columns / self.picture.width, rows / self.picture.height
+
+    @property
+    def grid_step(self) -> tuple[float, float] | None:
+        """Step of a minified file's coordinates in pixels of the reduced picture, across and down; else None."""
+        if not self.is_minified:
+            return None
+        (height, width), (rows, columns) = self.picture.reduced_size, self.size
+        per_unit = 10**self.precision
+        return width / columns / per_unit, height / rows / per_unit
+
+    # Files
+
+    def text(self, scene: Scene) -> str:
+        """Return the SVG text of ``scene``."""
+        (rows, columns), size, scene = self.size, self.options.size, scene.scaled(*self._units)
+        picture = self.picture
+        if self.is_minified:
+            sides = self.sides or (str(columns), str(rows))
+            sides = sides if size is None else sides_of(size, picture.width, picture.height)
+            keeps_layers = self.keeps_layers
+            return write_minified(scene, columns, rows, sides, precision=self.precision, keeps_layers=keeps_layers)
+        metadata = None if self.options.no_metadata else self.metadata or stated_settings(self.settings)
+        return write_svg(
+            scene, columns, rows, precision=self.precision, title=self.title, metadata=metadata,
+            sides=self.sides if size is None else sides_of(size, columns, rows), layer_names=self.layer_names,
+        )  # fmt: skip
+
+    def byte_count(self, scene: Scene, *, gzip: bool = False) -> int:
+        """Return the bytes of the file of ``scene``, after gzip if asked."""
+        return text_bytes(self.text(scene), gzip=gzip)
+
+    def psnr(self, scene: Scene) -> float:
+        """Return the PSNR in dB of the file of ``scene`` against the picture, as resvg draws it."""
+        return self.text_psnr(self.text(scene))
+
+    def text_psnr(self, text: str) -> float:
+        """Return the PSNR in dB of the SVG ``text`` against the picture, as resvg draws it."""
+        return psnr(draw_like(text, self.picture.pixels), self.picture.pixels)
+
+
+def flat_units(settings: FitConfig) -> int:
+    """Return the units per pixel of a minified drawing of flat art."""
+    return settings.grid or min(10**settings.precision, FLAT_UNITS)

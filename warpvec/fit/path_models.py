@@ -1,0 +1,52 @@
+"""Models of a path: number and degree of its curves, and its first shape in a fit."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from torch import Tensor
+
+from warpvec.config import rooms
+from warpvec.config.fit_config import FitConfig
+from warpvec.geometry.circles import circle_points
+
+
+class PathModel(Protocol):
+    """The shape of the paths of a fit with some settings."""
+
+    def __init__(self, config: FitConfig) -> None: ...
+
+    @property
+    def degree(self) -> int:
+        """Degree of the curves between the control points."""
+
+    @property
+    def piece_count(self) -> int:
+        """Number of curves of a path."""
+
+    def circles(self, center: Tensor, radius: Tensor) -> Tensor:
+        """Return the control points [N, P, 2] of circles with these centres [N, 2] and radii [N]."""
+
+
+class Segments:
+    """A path is a loop of cubics."""
+
+    degree = 3
+
+    def __init__(self, config: FitConfig) -> None:
+        self.piece_count = config.segments
+
+    def circles(self, center: Tensor, radius: Tensor) -> Tensor:
+        """Return the control points [N, 3 S, 2] of circles."""
+        return circle_points(center, radius, self.piece_count)
+
+
+def path_model(config: FitConfig) -> PathModel:
+    """Return the model of the paths of a fit with ``config``."""
+    model: PathModel = Segments(config) if config.path_model == "segments" else _added(config)
+    return model
+
+
+def _added(config: FitConfig) -> PathModel:
+    model: PathModel = rooms.load("path_models", config.path_model)(config)
+    return model

@@ -1,0 +1,203 @@
+"""The numbers of flat art: how outlines are found and fitted by lines and cubics."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class CurveConstants:
+    """How outlines are found and fitted by lines and cubics."""
+
+    # Contours of coverage (curves/contours.py)
+
+    contour_level: float = 0.5
+    """Coverage of a pixel whose centre the contour passes."""
+
+    saturated: float = 0.95
+    """An edge ends at the first pixel that is covered at least so much, or at most 1 less this."""
+
+    contour_reach: int = 2
+    """Pixels beyond the crossing that an edge may take on either side: at 45 degrees it covers two in all."""
+
+    vertex_dominance: float = 0.8
+    """A vertex counts if the field changes along its grid line at least by so much of its change across it. The others
+    are less precise, and beside each of them is one that counts."""
+
+    vertex_share_min: float = 0.25
+    """Least share of vertices that count; a contour with fewer is a speck, of which all are kept."""
+
+    # Places where a curve may begin (curves/outline_nodes.py)
+
+    sample_step: float = 0.5
+    """Pixels between the samples of an outline. Its own points are up to 1.4 pixels apart."""
+
+    sample_count_min: int = 16
+    """Least number of samples of a loop, however small it is."""
+
+    corner_gap: int = 2
+    """Samples beside a corner that are not looked at: marching squares round them off."""
+
+    long_side: int = 12
+    short_side: int = 5
+    """Samples on one side that tell where the outline goes: a parabola through the long part, or a line through the
+    short one where the outline turns again soon."""
+
+    parabola_residual_max: float = 0.08
+    """Largest mean distance in pixels of a parabola from the samples that it is trusted with."""
+
+    corner_turn_min: float = math.radians(22.0)
+    """Least change of direction at a corner. A circle of radius 3 turns by 19 degrees a pixel, but its parabolas
+    follow."""
+
+    corners_apart: int = 3
+    """Samples between two corners, at least."""
+
+    sharp_turn: float = math.radians(140.0)
+    sharp_gap: int = 7
+    """Change of direction at a sharp tip, beside which more samples are not looked at: where a wedge is less than a
+    pixel wide, its sides cannot be told apart."""
+
+    corner_reach_max: float = 5.0
+    corner_reach_share: float = 0.1
+    """Pixels that a corner may lie outside of the outline, at most, and per pixel of its length. The tip of a wedge of
+    10 degrees lies 3 px outside."""
+
+    trim_min: float = 1.0
+    trim_max: float = 3.5
+    """Pixels of the outline beside a corner that are rounded off: at right angles, and at most."""
+
+    spacing_min: float = 1.5
+    spacing_max: float = 4.0
+    spacing_share: float = 1 / 120
+    large_share: float = 1 / 600
+    """Pixels between smooth nodes: a share of the length of the loop, within limits. The upper limit grows with the
+    length of large loops, so that a piece of as many nodes as are tried may still be a third of them."""
+
+    rough_samples_min: int = 300
+    """Samples of the shortest loop whose roughness is measured."""
+
+    smooth_reach: int = 6
+    """Samples on either side that tell the direction of the outline at a smooth node."""
+
+    # Ends of thin strokes (curves/stroke_ends.py)
+
+    stroke_near: float = 3.5
+    stroke_far: float = 7.5
+    """Pixels along the outline, from the middle of the end on either side, at which the width of a stroke is
+    measured."""
+
+    stroke_width_max: float = 5.5
+    """Pixels between the corners of an end, at most. Those of wider strokes see enough of their own sides."""
+
+    stroke_growth: float = 0.25
+    """The sides of a stroke are parallel: its width grows by fewer pixels from near to far. A wedge of 4 degrees grows
+    by 0.28."""
+
+    stroke_turn_min: float = math.radians(90.0)
+    """Least change of direction of a tip, or of two corners together. At an end it is 180 degrees, blurred by
+    pixels."""
+
+    # Costs of pieces (curves/span_costs.py)
+
+    line_cost: float = 1.0
+    cubic_cost: float = 1.7
+    corner_cost: float = 0.15
+    """Costs of a line, a cubic, and a corner: about the bytes of each in a file, ten of them counting 1."""
+
+    distance_cost: float = 0.3
+    """Cost of a distance as large as the tolerance; it grows with the square. It decides between equally many
+    pieces."""
+
+    kink_degrees: float = 9.0
+    """Angle between a piece and the direction of the outline at a smooth node that costs 1; the cost grows with the
+    square."""
+
+    kink_max: float = 2.5
+    """Largest cost of a kink with which a piece is allowed."""
+
+    forced_cost: float = 60.0
+    """Cost of a line between two neighbours that is not within tolerance. It is taken where nothing else fits."""
+
+    rms_weight: float = 2.0
+    largest_weight: float = 0.6
+    """Weights of the root mean square and of the largest of distances in the one that is compared with the
+    tolerance."""
+
+    span_alive: float = 2.0
+    """Longer pieces from a node are tried while one is within so many tolerances."""
+
+    spans_at_once: int = 4
+    """Lengths that are tried at a time; more are fewer calls, but more that are tried in vain."""
+
+    short_span: int = 12
+    sparse_ends: int = 3
+    bend_change: float = math.sin(math.radians(2.5))
+    """Pieces of more nodes than the first begin and end only at nodes where the direction changes otherwise than before
+    by this sine, beside these, and at one in so many of the others: along a circle, all are alike."""
+
+    cubics_at_once: int = 256
+    """Cubics that are fitted at a time. More of them do not fit in the caches."""
+
+    span_length_max: int = 192
+    """Most nodes that a piece goes on."""
+
+    span_points_min: int = 8
+    span_points_max: int = 32
+    """Points of the outline that a piece is compared with."""
+
+    # Cubics closest to points (curves/cubic_fitting.py)
+
+    quick_plan: tuple[int, float] = (3, 3.0)
+    precise_plan: tuple[int, float] = (8, 1.5)
+    """Rounds, and the factor of the steps of the parameters between them, of a quick fit and of a precise one. In a
+    round the handles are found, and then the points' parameters where the cubic is closest. The two follow each other
+    slowly: after three rounds with a factor of 1, a quarter circle of radius 80 is off by 0.07 px on average, else by
+    0.05."""
+
+    thirds_weight: float = 1e-5
+    """Weight of handles at thirds of the chord, where all points together have 1. It decides where points are too
+    few."""
+
+    # Joints of pieces (curves/piece_joining.py)
+
+    joined_points: int = 40
+    """Points of the outline that each piece is fitted to at the end."""
+
+    corner_shift_max: float = 1.5
+    """Pixels across the pieces on both sides that a corner may move to where they meet; beyond, these are too
+    uncertain."""
+
+    corner_shift_share: float = 0.15
+    """It may move by so much of the shorter piece beside it, because the direction of a short piece is uncertain."""
+
+    short_piece: float = 5.0
+    """Pixels up to which a piece is so short that a corner beside it stays where it was found, if no crossing is
+    near."""
+
+    crossing_min: float = math.sin(math.radians(6.0))
+    """Sine of the least angle between two pieces whose crossing is looked for; it is uncertain at smaller angles."""
+
+    smooth_node_degrees: float = 40.0
+    corner_node_degrees: float = 7.0
+    slight_corner_degrees: float = 32.0
+    """Largest change of direction that is smoothed away: at a smooth node; at one that may be a corner; and there, if
+    the curves are still as close after it."""
+
+    worsening_max: float = 1.5
+    """A joint stays a corner if smoothing it brings a piece further from the outline than so many tolerances."""
+
+    # Tolerance (curves/curve_fitting.py)
+
+    tolerance: float = 0.2
+    """Largest distance in pixels between an outline and its curves. An outline from anti-aliased pixels is within
+    0.05."""
+
+    noise_factor: float = 18.0
+    noise_tolerance_max: float = 0.6
+    """Tolerance per roughness of an outline, and the largest that roughness leads to. Anti-aliased edges have a
+    roughness of 0.005 px, faint ones in a JPEG of quality 80 have 0.02."""
+
+
+CURVES = CurveConstants()

@@ -1,0 +1,45 @@
+"""The numbers of flat art: how a drawing is cut into parts that do not overlap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class CuttingConstants:
+    """How a drawing is cut into parts that do not overlap."""
+
+    # Paths (cutting/cutout.py)
+
+    opaque: float = 0.999
+    """Least opacity of a path that hides what is below it. A file states three decimals."""
+
+    # Chords that meet in their ends (cutting/noding.py)
+
+    units: int = 1024
+    """Units of the grid in a pixel. The error, half a thousandth of a pixel, is below what files state."""
+
+    chord_error: float = 0.005
+    """Largest distance in pixels between a chord and its curve."""
+
+    vertex_near: float = 0.75
+    """A chord that passes a vertex at so many units of the grid or less goes through it."""
+
+    passes_max: int = 30
+    """Most rounds of breaking. Two or three suffice, since chords move by less than a unit when they are broken."""
+
+    # Slivers (cutting/slivers.py)
+
+    sliver_width: float = 0.15
+    """A part whose area is less than so many pixels times half its outline is a sliver. Where two outlines follow the
+    same edge of the picture, they differ by less; nothing that thin can be cut, or seen."""
+
+    sliver_share_min: float = 0.25
+    """Share of its outline that a sliver must have in common with the neighbour that it goes to, if there is one that
+    has so much."""
+
+    sliver_rounds_max: int = 8
+    """Most rounds. A sliver between slivers waits for the next round."""
+
+
+CUTTING = CuttingConstants()

@@ -1,0 +1,61 @@
+"""The numbers of flat art: how black and white art is traced."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class MonoConstants:
+    """How black and white art is traced."""
+
+    # Outlines of ink (mono.py)
+
+    area_min: float = 2.0
+    """Specks and holes of fewer square pixels are left out. It is what potrace calls turdsize, with potrace's
+    default."""
+
+    two_level_share: float = 0.02
+    """A picture has two levels only if fewer of its pixels along edges lie in between; else over half of them do."""
+
+    between_levels: float = 0.1
+    """A level is in between if it is so far from both ink and paper, as a share of their difference."""
+
+    staircase_blur: float = 0.45
+    """Standard deviation in pixels of the blur of pictures of two levels, which makes slopes of their staircases. More
+    of it closes the gaps between the lines of an engraving, and opens thin lines."""
+
+    staircase_tolerance: float = 0.5
+    """Tolerance in pixels for pictures of two levels: an edge may lie anywhere within a pixel of a staircase."""
+
+    noise_deviations: float = 3.0
+    """Standard deviations of the noise that the tolerance grows by, because every outline has some points that far
+    off."""
+
+    edge_slope: float = 0.4
+    """Least change of coverage per pixel across an edge of a usual scan; noise over it is the error of the edge's
+    place."""
+
+    sharp_edge: float = 0.6
+    """Edges as sharp as those of a renderer change by 0.68 to 0.75 from one pixel to the next, in the median; those of
+    a scanner, which blurs by half a pixel and more, by 0.45 to 0.52. Where edges are sharp, sums of coverage are exact
+    (`contours_of`); where they are not, interpolation is, and it suffers less from noise."""
+
+    solid_count: int = 64
+    """Least number of pixels inside of strokes that tell the level of ink; without them all strokes are thin."""
+
+    thin_quantile: float = 0.1
+    """Share of the ink's pixels that are as dark as ink, where all strokes are thin."""
+
+    bins: int = 256
+    """Levels of the histogram, as many as those of eight bits."""
+
+    outlines_max: int = 4096
+    """Most outlines of a picture, the largest of it. A page of small text has 3,000; noise has any number, of which
+    each takes two milliseconds."""
+
+    outlines_at_once: int = 256
+    """Outlines that are fitted together; half a second of them passes before Ctrl-C is noticed."""
+
+
+MONO = MonoConstants()

@@ -1,0 +1,358 @@
+"""The numbers of flat art: how regions are found in a picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class RegionConstants:
+    """How regions are found in a picture."""
+
+    # The noise of a picture, and which differences of colours do not count (regions/noise.py)
+
+    noise_edge_step: float = 24 / 255
+    """Difference in brightness of two neighbours that counts as an edge, around which JPEG leaves ringing."""
+
+    noise_band_near: int = 3
+    noise_band_far: int = 8
+    """Distances in pixels from edges between which noise is measured: past the mixed pixels, within a block of JPEG."""
+
+    noise_band_area_min: int = 64
+    """Fewer pixels in this band say nothing; then the noise is measured in the whole picture."""
+
+    quiet_share: float = 0.75
+    loud_share: float = 0.9
+    """Quantiles of the second difference: clean pictures are below ``quiet`` at the first; the second is their noise.
+    Of the sixteen pictures of the tests, clean ones have 0 to 0.3 levels at the first, those of JPEG quality 80 have
+    1.0 to 1.8, and 2 to 5 at the second, those of quality 60 up to 7."""
+
+    quiet: float = 0.35 / 255
+    """Second difference that rounding to 8 bits leaves in a gradient."""
+
+    murmur: tuple[float, float] = (1.2 / 255, 12 / 255)
+    murmur_share: float = 0.08
+    murmur_side: int = 200
+    """Second differences that are more than rounding and less than an edge, and the share of pixels with such from
+    which a picture of at least this longer side in pixels is noisy though most of it is quiet: white clips the noise on
+    one side of a dark mark. Of 96 drawings at 256 and 512 px, clean ones have up to 0.07, those of JPEG quality 80 from
+    0.125 on, but for one. Smaller clean ones have details of such contrast."""
+
+    noise_min: float = 1.2 / 255
+    """Less noise than this is none: small clean pictures with ramps have 0.9 levels."""
+
+    noise_max: float = 12 / 255
+    """The noisiest pictures are taken for this noisy, so that the tolerances stay below the contrast of drawings."""
+
+    sharp_width: float = 2.05
+    """Median width in pixels of the edges of sharp pictures at most. On the sixteen pictures of the tests it is 1.3 to
+    1.5, and up to 2.0 after JPEG of quality 60; blurred by one pixel or enlarged twice it is 2.1 to 3.1."""
+
+    sharp_reach: int = 3
+    reach_max: int = 8
+    """Distances in pixels that regions reach into sharp edges, and into the softest ones that are looked at."""
+
+    edge_window: int = 9
+    edge_slope_min: float = 0.04
+    edge_rise_min: float = 0.15
+    edge_count_min: int = 20
+    """Edges whose widths are measured: their length in pixels, the least step and rise, and how many say something."""
+
+    chroma_weight: float = 0.4
+    """Weight of colour beside brightness in noisy pictures. JPEG stores colour at half the resolution, so that it
+    bleeds over edges."""
+
+    thin_chroma: float = 0.4
+    """Weight of colour in thin parts of noisy pictures, as a part of that elsewhere: where a line is narrower than the
+    double pixels of colour, it takes on the colour around it."""
+
+    # Areas of pure pixels (regions/seeding.py)
+
+    clean_seed_width: int = 2
+    noisy_seed_width: int = 3
+    """Sides in pixels of squares of pure pixels in clean and in noisy pictures."""
+
+    clean_seed_area: int = 4
+    noisy_seed_area: int = 12
+    """Smaller areas of pure pixels are not trusted: one square of two pixels in clean pictures, more in noisy ones."""
+
+    translucent_area_min: int = 24
+    """Smaller translucent areas of pure pixels are not trusted: tips of shapes cover pixels by half for a while."""
+
+    steep_ramp_error: float = 2.5 / 255
+    """Root mean square up to which a paint explains an area with steep parts. If none does, the steep parts are
+    edges."""
+
+    # Growth of areas over pixels of their paint (regions/region_growing.py)
+
+    steep_ramp_width: int = 3
+    """Side in pixels of squares of pure pixels on steep ramps."""
+
+    steep_ramp_step: float = 16 / 255
+    """Largest difference of neighbours on a steep ramp; 16 pixels of it cover all brightness."""
+
+    steep_ramp_bend: float = 2.1 / 255
+    """Largest change of this difference from pixel to pixel: rounding to 8 bits changes it by two levels."""
+
+    growth_max: int = 24
+    """Rounds of growth, of one pixel each: ringing of JPEG reaches 16 pixels from an edge where colour is halved."""
+
+    # Mixes of pixels (regions/assignment.py)
+
+    loose: float = 3.0
+    """Multiple of the tolerance at which a pixel of a noisy picture is taken for pure if no mix explains it."""
+
+    ringing_reach: int = 8
+    """Distance in pixels that ringing of JPEG reaches: the side of a block."""
+
+    canvas_reach: int = 2
+    """Distance in pixels from the end of the picture at which the canvas beyond it can have a share."""
+
+    # Mixes of two and three regions (regions/unmixing.py)
+
+    candidate_count: int = 4
+    """Nearest regions of a pixel whose mixes are compared. More than four hardly meet within three pixels."""
+
+    mix_distance_cost: float = 0.25 / 255
+    """Residual that a mix with a region at one pixel more of squared distance must save: where colours lie on one line,
+    many pairs explain a pixel, and the nearest do in truth."""
+
+    triple_gain: float = 0.5
+    """Three regions are taken for a pixel if they leave less than this part of the residual of two."""
+
+    far_share_max: float = 0.35
+    """Largest share of what shines through the seam of two shapes that abut: anti-aliasing of both leaves at most a
+    quarter of it, and a bit more where three meet."""
+
+    # Bands of colour (regions/banding.py)
+
+    band_width: float = 24 / 255
+    """Widest range of colours in a band."""
+
+    bands_max: int = 8
+    """Bands of an area at most: each becomes a path."""
+
+    band_error_min: float = 6 / 255
+    """Root mean square that the best paint of an area leaves, beside the noise, from which it is divided into bands."""
+
+    # Paints of areas (regions/paint_fitting.py)
+
+    paint_samples_max: int = 4096
+    """Pixels of an area that its paint is fitted to, evenly taken from all of them."""
+
+    ramp_area_min: int = 64
+    noisy_ramp_area_min: int = 400
+    """Smaller areas are flat in clean and in noisy pictures: they show too little of a ramp, and ringing looks like
+    one."""
+
+    shared_area_min: int = 32
+    """Smaller areas are not compared with the ramps of others."""
+
+    shared_gain: float = 0.8
+    """The ramp of another area is chosen if it leaves less than this part of what a flat paint leaves."""
+
+    shared_small: int = 4
+    shared_small_gain: float = 1.5
+    """The same for areas of less than this multiple of the least one with a ramp of its own: noise changes these
+    more."""
+
+    shared_error: float = 1.5
+    """And at most this multiple of what it leaves in that other area, or of what a flat area leaves."""
+
+    ramp_contrast: float = 4 / 255
+    """Difference of the stops of a ramp, beside the noise; less is not seen."""
+
+    flat_deviation: float = 0.8 / 255
+    """Root mean square that rounding and a few mixed pixels leave in a flat area of a clean picture."""
+
+    noise_deviation: float = 0.35
+    """Part of the noise of a picture that is the root mean square deviation in flat areas."""
+
+    # Directions of ramps (regions/ramp_directions.py)
+
+    blocks_across: int = 10
+    """Blocks across an area, in which the slope of its colours is measured."""
+
+    block_min: int = 3
+    block_max: int = 16
+    """Sides of a block in pixels: smaller ones show nothing but rounding, larger ones hide curvature."""
+
+    block_fill: float = 0.6
+    """Part of a block that lies in the area at least, so that its slope is certain."""
+
+    profile_bins: int = 32
+    """Places at which the colours along a ramp are averaged while its direction is refined."""
+
+    refinements: int = 5
+    """Steps of Gauss and Newton on the direction or centre. They converge in three."""
+
+    center_far: float = 20.0
+    """A centre farther from an area than this multiple of its size is that of a linear ramp."""
+
+    # Stops of ramps (regions/ramp_fitting.py)
+
+    ramp_bins: int = 64
+    """Places at which the colours along a ramp are averaged before stops are placed."""
+
+    knots_max: int = 5
+    """Stops of a ramp at most. Ramps of designers have two, few have three."""
+
+    knot_sweeps: int = 3
+    """Times that each stop is moved to its best place."""
+
+    knot_steps: tuple[float, float, float, float] = (0.5, 0.5, 0.25, 0.125)
+    """Steps, in bins, by which stops are moved in the end."""
+
+    radial_gain: float = 0.8
+    """A radial ramp is chosen if it leaves less than this part of what a linear one leaves."""
+
+    ramp_gain: float = 0.6
+    """A ramp is chosen over a flat paint if it leaves less than this part of what the flat one leaves."""
+
+    knot_gain: float = 1.3
+    """Fewer stops are taken if they leave at most this multiple of the error of more."""
+
+    ring_error: float = 5 / 255
+    """Largest error of a ring whose colours no radial paint shows; wider rings are divided. It is hardly seen in a
+    ramp."""
+
+    rings_max: int = 4
+    """Parts of such a ring."""
+
+    ring_samples: int = 9
+    """Places across a ring at which its colours are compared."""
+
+    flat_step: float = 1.5 / 255
+    """Stops whose colours differ by less in each channel show one colour."""
+
+    # Parts without a pure pixel (regions/thin_parts.py)
+
+    thin_rounds_max: int = 6
+    """Rounds of new regions. Each explains one colour of an unexplained area; few areas have more."""
+
+    thin_samples_max: int = 400
+    """Pixels of an unexplained area that paints are compared on."""
+
+    own_colors: int = 12
+    """Colours of an area that are tried for it."""
+
+    first_color_part: float = 0.9
+    """The purest colour of an area is taken if it explains at least this part of the pixels that any of them
+    explains."""
+
+    known_paint_part: float = 0.85
+    """A known paint is taken if it explains at least this part of the pixels that the best of its own colours
+    explains."""
+
+    top_residual: float = 0.8
+    """Pixels with more than this part of the largest residual show the purest colour of an area."""
+
+    peak_share_min: float = 0.6
+    """A paint known from elsewhere explains an area only if some pixels show this share of it. Otherwise the area is
+    drawn in its own paler colour: a line of less than half a pixel's width would be lost."""
+
+    plateau_share: float = 0.3
+    """Part of an area's pixels that shows one colour, which then is its own colour and not a mix with a paler one."""
+
+    plateau_area: int = 24
+    noisy_plateau_area: int = 100
+    """Pixels of a line that is drawn in a colour of its own, in clean and noisy pictures; shorter ones are tips."""
+
+    anchor_share: float = 0.45
+    """Share of a new region from which a pixel belongs to it: a bit below one half keeps lines of one pixel in one
+    piece where they lie between two pixels."""
+
+    seam_part: float = 0.8
+    """Part of the pixels of an area that must look like a seam of two regions."""
+
+    thin_strength: float = 2.0
+    """An area is looked at if a pixel in it is unexplained by this multiple of the tolerance."""
+
+    pair_gain: float = 0.25 / 255
+    """Residual that a mix of three colours must save over one of two."""
+
+    # Lines between two pixels (regions/hairlines.py)
+
+    hairline_width_min: float = 0.5
+    noisy_hairline_width_min: float = 0.75
+    """Least share of a line in two pixels side by side, and so its width in pixels, at which it is kept in one piece,
+    in clean and in noisy pictures."""
+
+    hairline_raised_share: float = 0.55
+    """Share that the larger of the two gets at the cost of the other, so that the line has a pixel of its own there."""
+
+    hairline_beside_max: float = 0.3
+    """Largest share in the pixels before and behind these two. Beside the edge of a wider region, one has more."""
+
+    hairline_ahead_max: float = 0.92
+    """Largest share in the rows of pixels above and below. Where a wider region begins, one has all."""
+
+    # Specks (regions/specks.py)
+
+    clear_contrast: float = 0.25
+    """Difference from all regions around, in some channel, from which a speck stands out. The dot of an i has more;
+    what ramps and bands leave has far less, and mixes at an edge lie near one of its sides."""
+
+    # Connected areas (regions/label_areas.py)
+
+    corner_share: float = 0.3
+    """Least mean share of four pixels that a line has which passes their corner."""
+
+    # Areas that are no regions (regions/region_merging.py)
+
+    small_area: int = 64
+    noisy_small_area: int = 400
+    """It is less certain that smaller areas of clean and of noisy pictures are regions."""
+
+    small_pool: float = 2.0
+    """Multiple of the tolerance within which the colour of a small area is that of a larger one."""
+
+    edge_share_max: float = 0.6
+    """An area in which no pixel has a larger share is no region, but the faint side of an edge between two pixels."""
+
+    wisp_share_max: float = 0.9
+    wisp_area_max: int = 24
+    """A smaller area in which no pixel has a larger share, and which lies between two regions, is a wisp at their
+    edge."""
+
+    between_border_share: float = 0.75
+    """An area lies between regions if less than this part of its border touches one of them."""
+
+    explained_part: float = 0.8
+    """A small area is dropped if the regions around explain this part of its pixels."""
+
+    # The regions of a picture (regions/regions.py)
+
+    speck_area: float = 4.0
+    speck_area_of_icons: float = 2.0
+    """Areas of fewer pixels are specks; in small pictures each pixel was placed to be seen."""
+
+    clear_speck_area: float = 1.5
+    """The same for areas of clean pictures that stand out, as the dot of an i does in text of a screen."""
+
+    soft_speck_area: float = 0.5
+    """Area of a speck in pictures with soft edges, as a part of the square of their reach: blur hides them."""
+
+    icon_size: int = 200
+    """Longer side in pixels below which a picture is small."""
+
+    seeds_max: int = 4096
+    """Most pure areas of flat art. Sixteen drawings have 5 to 106 at 512 px, as PNG or JPEG; squares of 8 pixels in a
+    picture of 1024 have 16,384, and noise has none."""
+
+    canvas_border_share: float = 0.5
+    """Share of the picture's border that the canvas of an opaque picture has at least."""
+
+    # Pictures of too many regions (regions/fewer_regions.py)
+
+    regions_max: int = 1024
+    """Most regions of a drawing, twice the paths of the default. The order of the layers takes time and memory by the
+    square of this number: of 1,024 regions a second and 100 MB."""
+
+    # Fewer colours (regions/fewer_colors.py)
+
+    opaque: float = 0.99
+    """Regions of at least this opacity are opaque; only regions of equal opacity are joined."""
+
+
+REGIONS = RegionConstants()

@@ -1,0 +1,224 @@
+"""The numbers of flat art: how paths, nodes and small irregularities are dropped."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SimplificationConstants:
+    """How paths, nodes and small irregularities are dropped."""
+
+    # How much error nobody sees (simplification/critic.py)
+
+    detail: float = 0.1
+    """Root mean square in pixels by which an outline may move, as the picture shows it."""
+
+    noise: float = 0.02
+    """Squared error, summed over channels, that never counts near an outline: that of a few pixels rounded to 8
+    bits."""
+
+    whole_noise: float = 0.05
+    """Squared error that never counts if a whole path or loop goes. With ``noise``, specks stay in a third of the
+    pictures of flat art, whose files are up to 8 % longer."""
+
+    # Paths beyond the number that is asked for (simplification/fewer_paths.py)
+
+    removal_share: float = 0.25
+    """Largest share of the surplus paths that one round removes. The rest are valued again without them."""
+
+    removed_min: int = 4
+    """Fewest paths that one round removes, if so many are to go."""
+
+    # Paths that do not show (simplification/path_removal.py)
+
+    removal_rounds: int = 8
+    """Most times that paths are removed. What a path costs depends on the others, so each round removes only paths that
+    are apart from each other."""
+
+    # Nodes that do not show (simplification/simplify.py)
+
+    refit: float = 2.0
+    """A fit afterwards at least halves the distance by which a dropped node moves the outline, so a choice may move it
+    by this many times the detail."""
+
+    price_length: float = 12.5
+    """A curve less is worth an outline of so many pixels at the largest distance that a choice allows: longer segments
+    must be closer, because each says more about the picture."""
+
+    choice_rounds: int = 2
+    choice_iterations: int = 6
+    """Times that nodes are chosen, and the iterations of the fit after each."""
+
+    values_exact_max: int = 4_800
+    """Most values of a drawing of flat art that is fitted by damped Gauss-Newton steps. Each takes a second of a
+    posterised photo of 1,200 segments, which gradients alone fit in a sixth of the time, 0.2 dB worse."""
+
+    share_again: float = 0.5
+    """Share of the distance that nodes which were put back may cost the next time."""
+
+    # Samples of outlines (simplification/outline_samples.py)
+
+    segment_samples: int = 8
+    """Points of each segment. A wave in the outline has at least two nodes, so it cannot pass between the points."""
+
+    contrast_half: float = 0.03
+    """Squared contrast, of 3 between black and white, at which an outline counts half. An edge of a few levels of 255
+    hardly says where it is, and one of a hundred levels says it as well as one of two hundred."""
+
+    off_grid: tuple[float, float] = (0.0137, 0.0071)
+    """Move in pixels before contrasts are measured. An edge exactly between two pixels has two derivatives, and
+    rounding would choose one."""
+
+    pure_color_error: float = 1e-3
+    """Largest rounding error of a colour in [0, 1] that stands for the number of a path, in differences between two."""
+
+    # Spans that one segment may replace (simplification/span_candidates.py)
+
+    span_segments_max: int = 16
+    """Most segments that one can replace at a time."""
+
+    peak: float = 3.0
+    """Largest visible distance, in root mean squares that are allowed. A dent so small that it hides in the mean of a
+    long span stays."""
+
+    hidden_visibility: float = 0.02
+    """Visibility below which a point of an outline is hidden."""
+
+    exposure: float = 0.3
+    hidden_move: float = 12.0
+    sweep_steps: int = 4
+    """Distance in pixels from which a hidden part of an outline must stay hidden when it moves, the largest such move,
+    and the places on its way at which that is checked."""
+
+    line_turn: float = 4.0
+    turn_move: float = 0.5
+    """Largest angle in degrees between a line and the tangent of a smooth node at its end, and the largest move in
+    pixels of the handle beyond that node, which turns with the line. The outline there moves less than half as far."""
+
+    line_long: float = 8.0
+    """Visible length of a line in pixels from which it does not become part of a curve: it is straight on purpose."""
+
+    corner_degrees: float = 35.0
+    corner_leg: float = 1.5
+    """Turn from which a node is a corner that stays, and the visible length in pixels that both segments beside it must
+    have. One cubic can come close to two lines, but its tip is round."""
+
+    hopeless: float = 4.0
+    """A span is not extended once its error is this many times what is allowed, at both of its shorter parts."""
+
+    # Segments in place of spans (simplification/span_fitting.py)
+
+    handle_rounds: int = 4
+    """Times that the handles are found anew. Later ones change the distance by less than a hundredth."""
+
+    along_weight: float = 0.02
+    """Weight of a squared distance along the cubic, where that across it has 1."""
+
+    hidden_weight: float = 1e-3
+    """Weight of hidden points in the fit. They decide only where no visible ones do."""
+
+    turn_price: float = 0.1
+    """Price of the part of a handle that leaves the tangent of a smooth node, squared, in lengths of the span: the
+    outline moves by 0.44 of it along a third of the span."""
+
+    handle_max: float = 1.5
+    """Longest handle, in lengths of the span."""
+
+    # Price of segments (simplification/fewest_spans.py)
+
+    line_price: float = 0.6
+    curve_price: float = 1.0
+    """Price of a line and of a curve: a file states two numbers for the first and six for the second."""
+
+    # Nodes that are kept (simplification/chosen_nodes.py)
+
+    smooth_node_degrees: float = 25.0
+    smooth_node_move: float = 1.0
+    """Largest turn at a corner that is tried as a smooth node, and the largest move of its handles in pixels by that.
+    The outline moves less than half as far."""
+
+    slide_max: float = 0.3
+    """Distance in pixels by which the end of a segment may have moved before what is put back would not fit any more.
+    Then the segment beyond is put back too."""
+
+    # Changes that are taken back (simplification/accepted_changes.py)
+
+    take_back_tries: int = 4
+    """Times that changes which cost too much are taken back, each time with one more of their neighbours."""
+
+    # Error near a segment (simplification/local_error.py)
+
+    error_spacing: float = 0.8
+    """Distance in pixels of the points along a segment around which its pixels are."""
+
+    error_points_max: int = 4096
+    """Most points along one segment: it may reach far outside of the picture."""
+
+    # Regular forms (simplification/regularity.py)
+
+    regular_share: float = 0.5
+    """Share of the detail that regular forms may take. With all of it, lines that are a third of a degree off the level
+    on purpose would be made level."""
+
+    axis_degrees: float = 3.0
+    axis_move: float = 0.3
+    """Largest angle by which the tangent of a smooth node turns to be level or upright, and the largest move of a
+    handle in pixels by that."""
+
+    # Level, upright and parallel lines (simplification/straight_lines.py)
+
+    line_turn_max: float = 3.0
+    """Largest angle in degrees by which a line turns."""
+
+    line_move_max: float = 0.5
+    """Largest distance in pixels by which an end of a line moves when it turns, or a line when it is aligned."""
+
+    parallel_degrees: float = 1.0
+    """Lines of a path count as parallel, or at right angles, within so many degrees."""
+
+    aligned_distance: float = 0.3
+    """Level lines, and upright lines, are brought into line if they are so close, in pixels."""
+
+    crossing_degrees_min: float = 10.0
+    """Smallest angle in degrees between two lines that are extended to where they cross."""
+
+    # Circles and ellipses (simplification/circles.py)
+
+    ellipse_distance_rms: float = 0.3
+    ellipse_distance_max: float = 1.0
+    """Root mean square and maximum of the visible distance in pixels between an outline and its ellipse. A circle that
+    two cubics draw is so far off. The picture decides afterwards."""
+
+    circle_difference: float = 0.3
+    """Difference of both half axes in pixels below which an ellipse is tried as a circle."""
+
+    ellipse_tilt_move: float = 0.3
+    """An ellipse is tried level if that moves its outline by less, in pixels."""
+
+    ellipse_seen_min: float = 0.6
+    """Share of the full turn in which the outline must be visible."""
+
+    ellipse_gap_max: float = 45.0
+    """Largest angle in degrees between two points that are seen, between which the outline counts as seen."""
+
+    ellipse_radius_min: float = 1.5
+    """Half axis in pixels below which an outline is a dot of any form."""
+
+    # Rounded corners (simplification/rounded_corners.py)
+
+    arc_turn_min: float = 20.0
+    arc_turn_max: float = 110.0
+    """Angles in degrees by which one cubic turns as an arc."""
+
+    arc_unequal_max: float = 1.5
+    """Largest difference in pixels of the distances of both ends from the corner that the lines would make."""
+
+    arc_radii_alike: float = 0.7
+    """Radii of one loop that differ by less, in pixels, become equal."""
+
+    arc_smooth_degrees: float = 6.0
+    """Largest angle between a line and the handle of the curve that follows it."""
+
+
+SIMPLIFICATION = SimplificationConstants()

@@ -1,0 +1,177 @@
+"""Choose the mode of a run from the picture: a photo, flat art, or black and white art.
+
+Flat art has few paints. Seen closely, nearly all of it is still; where it is not, a strong edge runs between two
+paints. A photo has weak steps everywhere, far from strong edges too, levels between the darkest and the lightest of a
+small block, and soft shading. Four shares of the picture measure that, and a weighted sum of them decides.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageFilter
+
+from warpvec.flat.constants.mode_choice import MODE_CHOICE
+
+Levels = NDArray[np.int16]
+Mask = NDArray[np.bool_]
+
+
+class ModeChoice(NamedTuple):
+    """The mode that suits a picture, and the reason in a few words."""
+
+    mode: str
+    reason: str
+
+
+class Shares(NamedTuple):
+    """Four shares that are small in flat art.
+
+    Attributes:
+        weak: weak steps among all steps.
+        between: pixels with a level between the darkest and the lightest of their block.
+        shading: change in still places, of all change.
+        lonely: weak steps far from strong edges, among these and strong ones.
+    """
+
+    weak: float
+    between: float
+    shading: float
+    lonely: float
+
+
+def choose_mode(image: NDArray[np.float32]) -> ModeChoice:
+    """Return the mode for ``image`` [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha or none.
+
+    Transparent parts are seen over white, and pictures with some are not taken for black and white art.
+    """
+    levels = _copy_of(image)
+    change = _changes(levels)
+    is_still = change <= MODE_CHOICE.still_change
+    percent = f"{100 * is_still.mean():.0f} % of the area is flat"
+    if image.shape[2] == 3 and _is_black_and_white(levels, change):
+        return ModeChoice("mono", f"dark on light, {percent}")
+    if flatness(shares_of(levels, change)) <= 0.0:
+        return ModeChoice("photo", f"textured or shaded, {percent}")
+    count = _color_count(levels, is_still)
+    colors = "1 colour" if count == 1 else f"{count} colours" if count <= MODE_CHOICE.colors_shown else "shaded colours"
+    return ModeChoice("flat", f"{colors}, {percent}")
+
+
+def flatness(shares: Shares) -> float:
+    """Return a number above 0 for flat art and below 0 for photos."""
+    weighted = (
+        MODE_CHOICE.weak_weight * shares.weak
+        + MODE_CHOICE.between_weight * shares.between
+        + MODE_CHOICE.shading_weight * shares.shading
+        + MODE_CHOICE.lonely_weight * shares.lonely
+    )
+    return MODE_CHOICE.bias - weighted
+
+
+def shares_of(levels: Levels, change: Levels) -> Shares:
+    """Return the shares of a picture by its ``levels`` [h, w, 3] and their ``change`` in 3 x 3 pixels [h, w]."""
+    is_step, is_strong = change > MODE_CHOICE.still_change, change > MODE_CHOICE.strong_change
+    if not change.any():
+        return Shares(0.0, 0.0, 0.0, 0.0)
+    if not is_step.any():  # nothing but soft shading
+        return Shares(1.0, 0.0, 1.0, 1.0)
+    is_lonely = is_step & ~_widened(is_strong, MODE_CHOICE.edge_reach)
+    weak = float((is_step & ~is_strong).sum() / is_step.sum())
+    shading = float(change[~is_step].sum() / change.sum())
+    return Shares(weak, _between(levels), shading, float(is_lonely.sum() / max((is_lonely | is_strong).sum(), 1)))
+
+
+def _copy_of(image: NDArray[np.float32]) -> Levels:
+    """Return the levels in [0, 255] of a copy of at most ``side`` pixels, over white, without single wrong pixels."""
+    colors: NDArray[np.floating[Any]] = image[..., :3]
+    if image.shape[2] == 4:
+        colors = 1.0 + image[..., 3:] * (colors - 1.0)
+    picture = Image.fromarray(np.rint(255.0 * colors.clip(0.0, 1.0)).astype(np.uint8))
+    factor = MODE_CHOICE.side / max(picture.size)
+    if factor < 1.0:
+        width, height = (max(1, round(side * factor)) for side in picture.size)
+        picture = picture.resize((width, height), Image.Resampling.BOX)
+    return np.asarray(picture.filter(ImageFilter.MedianFilter(3))).astype(np.int16)
+
+
+def _changes(levels: Levels) -> Levels:
+    """Return the largest difference of a channel in the 3 x 3 pixels around each [h, w]."""
+    highest = lowest = np.pad(levels, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    for axis in (0, 1):
+        parts = [slice(0, -2), slice(1, -1), slice(2, None)]
+        places = [(slice(None),) * axis + (part,) for part in parts]
+        highest = np.maximum(np.maximum(highest[places[0]], highest[places[1]]), highest[places[2]])
+        lowest = np.minimum(np.minimum(lowest[places[0]], lowest[places[1]]), lowest[places[2]])
+    change: Levels = (highest - lowest).max(2)
+    return change
+
+
+def _widened(mask: Mask, reach: int) -> Mask:
+    """Return the pixels at most ``reach`` rows and columns from one of ``mask`` [h, w]."""
+    for axis in (0, 1):
+        padding = [(reach, reach) if each == axis else (0, 0) for each in (0, 1)]
+        windows = np.lib.stride_tricks.sliding_window_view(np.pad(mask, padding), 2 * reach + 1, axis)
+        mask = np.any(windows, axis=2)
+    return mask
+
+
+def _between(levels: Levels) -> float:
+    """Return the share of pixels that are between the darkest and the lightest of their block.
+
+    It is that of the channel that varies most.
+    """
+    side = min(MODE_CHOICE.block_side, *levels.shape[:2])
+    rows, columns = levels.shape[0] // side, levels.shape[1] // side
+    cut = levels[: rows * side, : columns * side].reshape(rows, side, columns, side, 3)
+    blocks = cut.transpose(0, 2, 1, 3, 4).reshape(rows * columns, side * side, 3)
+    widest = (blocks.max(1) - blocks.min(1)).argmax(1)
+    values = blocks[np.arange(len(blocks)), :, widest]
+    low, high = values.min(1, keepdims=True), values.max(1, keepdims=True)
+    near = np.maximum(MODE_CHOICE.near_share * (high - low), MODE_CHOICE.near_levels)
+    return float(((values > low + near) & (values < high - near)).mean())
+
+
+def _color_count(levels: Levels, is_still: Mask) -> int:
+    """Return the number of different colours, to 1 of 16 levels, that cover a noticeable area; at least 1."""
+    code = (levels[is_still] >> 4) @ np.array([256, 16, 1])
+    areas = np.bincount(code) if len(code) else np.zeros(1)
+    return max(1, int((areas >= MODE_CHOICE.color_area * is_still.size).sum()))
+
+
+def _is_black_and_white(levels: Levels, change: Levels) -> bool:
+    """Return whether the picture has nothing but dark ink on light paper, with strong edges."""
+    if ((levels.max(2) - levels.min(2)) > MODE_CHOICE.grey_max).mean() > MODE_CHOICE.colored_max:
+        return False
+    grey: NDArray[np.float64] = levels.sum(2) / 3.0
+    is_ink = grey < grey.min() + (grey.max() - grey.min()) / 2
+    is_still, is_strong = change <= MODE_CHOICE.still_change, change > MODE_CHOICE.strong_change
+    ink, paper = grey[is_ink & ~is_strong], grey[~is_ink & ~is_strong]
+    if not len(ink) or not len(paper) or is_ink.mean() > MODE_CHOICE.ink_max:
+        return False
+    black, white = float(np.median(ink)), float(np.median(paper))
+    share = (grey - black) / max(white - black, 1.0)
+    is_middle = (share > MODE_CHOICE.middle_range[0]) & (share < MODE_CHOICE.middle_range[1])
+    if (
+        (is_still & is_middle).mean() > MODE_CHOICE.middle_max
+        or is_middle.mean() > MODE_CHOICE.middle_max + MODE_CHOICE.middle_per_edge * is_strong.mean()
+    ):
+        return False
+    is_far = ~_widened(is_strong, MODE_CHOICE.edge_reach)
+    is_scan = bool(is_far.any()) and float(np.median(change[is_far])) >= MODE_CHOICE.scan_noise
+    is_shade = np.minimum(np.abs(grey - black), np.abs(grey - white)) > MODE_CHOICE.shade_levels
+    third = (
+        (is_far & (change > MODE_CHOICE.shade_step)).mean() > MODE_CHOICE.shade_step_share_max
+        if is_scan
+        else (is_far & is_shade).mean() > MODE_CHOICE.shade_share_max
+    )
+    if third:
+        return False
+    darkest, lightest = (
+        (MODE_CHOICE.scanned_black, MODE_CHOICE.scanned_white)
+        if is_scan
+        else (MODE_CHOICE.clean_black, MODE_CHOICE.clean_white)
+    )
+    return black <= darkest and white >= lightest

@@ -1,0 +1,130 @@
+"""How noisy a picture is, and the differences of colours that count in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.flat.constants.regions import REGIONS
+
+Floats = NDArray[np.float32]
+
+LUMA = np.array([0.299, 0.587, 0.114], np.float32)
+"""Weights of red, green and blue in the brightness that JPEG stores at full resolution."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tolerances:
+    """Differences of colours, in [0, 1], that do not count.
+
+    Attributes:
+        noise: noise of the picture; 0 if it is clean.
+        step: between neighbours in one area.
+        paint: between a pure pixel and its paint.
+        mix: between a mixed pixel and the best mix of two paints.
+        pool: between colours that were the same in the drawing.
+        reach: distance in pixels, along each axis, of a region that can have a share in a pixel.
+        metric: matrix [4, 4] from premultiplied RGBA to the space in which differences are measured.
+    """
+
+    noise: float
+    step: float
+    paint: float
+    mix: float
+    pool: float
+    reach: int
+    metric: Floats
+
+    def thin_metric(self) -> Floats:
+        """Return the metric [4, 4] for thin parts: in noisy pictures, these lose more of their colour than others."""
+        weights = np.array(
+            [1, REGIONS.thin_chroma, REGIONS.thin_chroma, 1] if self.noise > 0 else [1, 1, 1, 1], np.float32
+        )
+        return self.metric * weights
+
+
+def measure_tolerances(picture: Floats) -> Tolerances:
+    """Return the tolerances for a picture [h, w, 4] of premultiplied RGBA."""
+    noise = min(measure_noise(picture), REGIONS.noise_max)
+    level, reach = 1 / 255, measure_reach(picture)
+    if noise == 0:
+        return Tolerances(0.0, 2.5 * level, 2 * level, 4 * level, 2 * level, reach, np.eye(4, dtype=np.float32))
+    step, paint = 2 * level + 0.25 * noise, 3 * level + 1.0 * noise
+    return Tolerances(noise, step, paint, 6 * level + 2 * noise, 4 * level + 0.5 * noise, reach, luma_and_color())
+
+
+def luma_and_color() -> Floats:
+    """Return the matrix [4, 4] from premultiplied RGBA to brightness, two weighted colour differences and alpha."""
+    metric = np.zeros((4, 4), np.float32)
+    metric[:3, 0] = LUMA
+    metric[:3, 1] = REGIONS.chroma_weight * (np.array([0, 0, 1]) - LUMA)
+    metric[:3, 2] = REGIONS.chroma_weight * (np.array([1, 0, 0]) - LUMA)
+    metric[3, 3] = 1.0
+    return metric
+
+
+def measure_noise(picture: Floats) -> float:
+    """Return the noise of a picture [h, w, 4] of premultiplied RGBA over white, or 0 if it is clean."""
+    from scipy import ndimage
+
+    luma = luma_over_white(picture)
+    edge = np.zeros(luma.shape, bool)
+    edge[:, 1:] |= np.abs(np.diff(luma, axis=1)) > REGIONS.noise_edge_step
+    edge[1:] |= np.abs(np.diff(luma, axis=0)) > REGIONS.noise_edge_step
+    distance_of_band = (2 * REGIONS.noise_band_near + 1, 2 * REGIONS.noise_band_far + 1)
+    near, far = (ndimage.maximum_filter(edge, size) for size in distance_of_band)
+    band = far & ~near
+    if band.sum() < REGIONS.noise_band_area_min:
+        band = ~near
+    if not band.any():
+        return 0.0
+    difference = second_difference(luma)[band]
+    quiet, loud = np.quantile(difference, [REGIONS.quiet_share, REGIONS.loud_share])
+    murmurs = (difference > REGIONS.murmur[0]) & (difference < REGIONS.murmur[1])
+    is_noisy = quiet > REGIONS.quiet or (
+        max(luma.shape) >= REGIONS.murmur_side and murmurs.mean() > REGIONS.murmur_share
+    )
+    return float(loud) if is_noisy and loud > REGIONS.noise_min else 0.0
+
+
+def luma_over_white(picture: Floats) -> Floats:
+    """Return the brightness [h, w] of a picture [h, w, 4] of premultiplied RGBA over white."""
+    luma: Floats = picture[..., :3] @ LUMA + 1 - picture[..., 3]
+    return luma
+
+
+def measure_reach(picture: Floats) -> int:
+    """Return how far regions reach into the edges of a picture [h, w, 4]: farther if it is blurred or enlarged."""
+    luma = luma_over_white(picture)[:-1, :-1]
+    if luma.size == 0:
+        return REGIONS.sharp_reach
+    below, right = (np.abs(np.diff(luma_over_white(picture), axis=axis)) for axis in (0, 1))
+    widths = np.concatenate([
+        _edge_widths(luma, right[:-1], below[:, :-1], 1), _edge_widths(luma, below[:, :-1], right[:-1], 0)
+    ])  # fmt: skip
+    if len(widths) < REGIONS.edge_count_min or np.median(widths) <= REGIONS.sharp_width:
+        return REGIONS.sharp_reach
+    return min(int(np.ceil(2 * np.median(widths))), REGIONS.reach_max)
+
+
+def _edge_widths(luma: Floats, along: Floats, across: Floats, axis: int) -> Floats:
+    """Return the widths [N] in pixels, rise over slope, of the edges that are steepest ``along`` the axis."""
+    from scipy import ndimage
+
+    size = [1, 1]
+    size[axis] = REGIONS.edge_window
+    rise = ndimage.maximum_filter(luma, size) - ndimage.minimum_filter(luma, size)
+    is_top = (along == ndimage.maximum_filter(along, size)) & (along >= across)
+    chosen = is_top & (along > REGIONS.edge_slope_min) & (rise > REGIONS.edge_rise_min)
+    widths: Floats = rise[chosen] / along[chosen]
+    return widths
+
+
+def second_difference(luma: Floats) -> Floats:
+    """Return the larger of the second differences along the two axes [h, w]; 0 at the border."""
+    result = np.zeros_like(luma)
+    result[:, 1:-1] = np.abs(np.diff(luma, 2, axis=1))
+    result[1:-1] = np.maximum(result[1:-1], np.abs(np.diff(luma, 2, axis=0)))
+    return result

@@ -1,0 +1,61 @@
+"""Judge the changes of a drawing: the exact error against the picture, and how much of it nobody sees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.fit.target import Target
+from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples, sample_outlines
+from warpvec.geometry.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Critic:
+    """The one judge of all changes of a drawing of flat art; made once for a picture.
+
+    Attributes:
+        image: the picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
+        config: settings of the fit.
+    """
+
+    image: Tensor
+    config: FitConfig
+
+    @cached_property
+    def target(self) -> Target:
+        """The picture with its exact renderer."""
+        return Target(self.image, self.config, "cpu")
+
+    def error(self, scene: Scene) -> NDArray[np.float32]:
+        """Return the squared error of ``scene`` in each pixel [h, w], summed over the channels."""
+        found: NDArray[np.float32] = self.target.squared_error(scene).numpy()
+        return found
+
+    def removal_costs(self, scene: Scene) -> Floats:
+        """Return the rise of the squared error, summed over pixels and channels, without each path [N]."""
+        with torch.no_grad():
+            cost: Floats = self.target.removal_costs(scene).double().numpy()
+        return cost / self.target.error_scale
+
+    def samples(self, scene: Scene) -> OutlineSamples:
+        """Return points along the outlines of ``scene``, with how well the picture shows them."""
+        height, width = self.image.shape[:2]
+        return sample_outlines(scene, height, width, self.config.threads)
+
+    @staticmethod
+    def allowed(worth: Floats, detail: float, noise: float) -> Floats:
+        """Return the rise of the error [K] that outlines of ``worth`` [K] may cause: that of a move by ``detail``.
+
+        Args:
+            worth: sums of `OutlineSamples.worth`.
+            detail: root mean square in pixels by which an outline may move.
+            noise: squared error that never counts.
+        """
+        return detail**2 * worth + noise

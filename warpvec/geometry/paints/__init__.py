@@ -1,0 +1,1 @@
+"""The kinds of gradients that a path can have: one file each, and `warpvec.geometry.paints.registry`."""

@@ -1,0 +1,1 @@
+"""Goals for a file, and the search of a mode for a drawing that meets them."""

@@ -1,0 +1,170 @@
+"""The search for a drawing that meets a goal, by the knob of a mode.
+
+A mode has one knob: photos the number of paths, drawings of flat art the detail of their outlines. The knob makes
+drawings one after another and sees the figures of those before; the search keeps the best drawing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple, Protocol
+
+from warpvec.drawing.drawing import Drawing
+from warpvec.errors import InputError
+from warpvec.files import text_bytes
+from warpvec.goals.goal import Goal
+from warpvec.goals.registry import QUANTITIES
+
+
+class Trial(NamedTuple):
+    """Figures of a drawing of a search.
+
+    Attributes:
+        asked: number of paths that the fit was asked for.
+        curves: number of paths in the file, without invisible ones.
+        bytes: bytes of the file, after gzip if the goal counts these.
+        psnr: PSNR of the file in dB.
+        figures: figure by the name of each quantity of the goal.
+        size: figure of the quantity with a largest value; the bytes if there is none.
+        level: figure of the quantity with a smallest value in decibels; the PSNR if there is none.
+        eligible: whether the fit was long enough to be the result.
+    """
+
+    asked: int
+    curves: int
+    bytes: int
+    psnr: float
+    figures: dict[str, float]
+    size: float
+    level: float
+    eligible: bool = True
+
+
+class Attempt(NamedTuple):
+    """A drawing that a knob has made; see `Trial.eligible`."""
+
+    drawing: Drawing
+    eligible: bool = True
+
+
+class Knob(Protocol):
+    """The knob of a mode.
+
+    Attributes:
+        cuts_smallest: if no drawing is within the largest value, whether to remove paths from the smallest one. The
+            other choice is the best one.
+        refusal: why paths must not be removed, as rule and remedy of an error; None if they may.
+    """
+
+    cuts_smallest: bool
+    refusal: tuple[str, str] | None
+
+    def attempts(self, trials: Sequence[Trial]) -> Iterator[Attempt]:
+        """Make drawings until one meets the goal or no other would. ``trials`` has the figures of those so far."""
+
+
+def meet(goal: Goal, knob: Knob) -> Drawing:
+    """Return the drawing of ``knob`` that meets ``goal`` or comes nearest, with the facts about the search.
+
+    It never exceeds the largest value of the goal.
+
+    Raises:
+        InputError: not even one path fits into the largest value.
+    """
+    drawings: list[Drawing] = []
+    trials: list[Trial] = []
+    for drawing, eligible in knob.attempts(trials):
+        drawings.append(drawing)
+        trials.append(trial_of(drawing, goal)._replace(eligible=eligible))
+    best = _chosen(goal, knob, trials)
+    drawing, trial = _cut(drawings[best], trials[best], goal, knob, trials)
+    return replace(drawing, goal_facts=make_facts(goal, trials, trial))
+
+
+def trial_of(drawing: Drawing, goal: Goal) -> Trial:
+    """Return the figures of ``drawing``."""
+    figures = {name: QUANTITIES[name].measure(drawing, goal.gzip) for name in goal.bounds}
+    size, psnr = text_bytes(drawing.text, gzip=goal.gzip), drawing.psnr
+    asked, count = drawing.encoding.settings.curves, len(drawing.scene)
+    limited = size if goal.limit is None else figures[goal.limit[0].name]
+    level = psnr if goal.quality is None else goal.quality[0].decibels(figures[goal.quality[0].name])
+    return Trial(asked, count, size, psnr, figures, limited, level)
+
+
+def fits(goal: Goal, trial: Trial) -> bool:
+    """Return whether ``trial`` is within the largest value of ``goal``."""
+    return goal.limit is None or trial.size <= goal.limit[1]
+
+
+def reaches(goal: Goal, trial: Trial) -> bool:
+    """Return whether ``trial`` has the smallest value of ``goal``; False without one."""
+    return goal.level is not None and trial.level >= goal.level
+
+
+def best_trial(goal: Goal, trials: Sequence[Trial]) -> int:
+    """Return the index of the trial to keep.
+
+    Eligible trials come before others, trials within the largest value before larger ones, and trials that reach the
+    smallest value before worse ones. Of trials that reach it, the smallest file wins; of others, the highest quality.
+    """
+
+    def rank(index: int) -> tuple[bool, bool, bool, float, float]:
+        trial = trials[index]
+        has_reached = reaches(goal, trial)
+        level = 0.0 if has_reached else round(trial.level, 2)
+        return trial.eligible, fits(goal, trial), has_reached, level, -trial.size
+
+    return max(range(len(trials)), key=rank)
+
+
+def make_facts(goal: Goal, trials: Sequence[Trial], result: Trial) -> dict[str, Any]:
+    """Return the goal, whether the file meets it, and the trials, as plain values for JSON."""
+    always = {"bytes", "psnr"}  # facts of every trial
+    others = [each for name, each in QUANTITIES.items() if name in goal.bounds and each.figure not in always]
+    return {
+        **{name: goal.bounds.get(name) for name in QUANTITIES},
+        "gzip": goal.gzip,
+        "auto": goal.auto,
+        "met": goal.level is None or reaches(goal, result),
+        "bytes": result.bytes,
+        **{each.figure: result.figures[each.name] for each in others},
+        "trials": [
+            {
+                "curves": trial.curves,
+                "bytes": trial.bytes,
+                "psnr": trial.psnr,
+                **{each.figure: trial.figures[each.name] for each in others},
+            }
+            for trial in trials
+        ],
+    }
+
+
+def _chosen(goal: Goal, knob: Knob, trials: Sequence[Trial]) -> int:
+    """Return the index of the drawing to keep, or to remove paths from."""
+    if knob.cuts_smallest and not any(fits(goal, trial) for trial in trials):
+        return min(range(len(trials)), key=lambda index: trials[index].size)
+    return best_trial(goal, trials)
+
+
+def _cut(drawing: Drawing, trial: Trial, goal: Goal, knob: Knob, trials: list[Trial]) -> tuple[Drawing, Trial]:
+    """Remove paths from ``drawing`` until it is within the largest value; return it with its trial.
+
+    The figures of every drawing on the way are added to ``trials``.
+    """
+    if goal.limit is None:
+        return drawing, trial
+    quantity, most = goal.limit
+    if not fits(goal, trial) and knob.refusal is not None:
+        rule, remedy = knob.refusal
+        raise InputError(quantity.name, rule, str(most), f"give at least {trial.size}, {remedy}")
+    while not fits(goal, trial):
+        if trial.curves <= 1:
+            remedy = f"give at least {trial.size}, the size of this file with one path"
+            raise InputError(quantity.name, "must be enough for a path", str(most), remedy)
+        excess = max(1, round(trial.curves * (trial.size - most) / trial.size))
+        drawing = drawing.without(min(excess, trial.curves - 1))
+        trial = trial_of(drawing, goal)
+        trials.append(trial)
+    return drawing, trial

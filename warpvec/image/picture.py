@@ -1,0 +1,96 @@
+"""A picture to draw, at full size and reduced to the size of a fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from warpvec.image.alpha import is_transparent, straight
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A picture, and the copy that a fit compares its paths with.
+
+    Attributes:
+        pixels: the picture [h, w, 3], sRGB-encoded in [0, 1], or [h, w, 4] with straight alpha.
+        reduced: its copy, reduced to the size of a fit.
+        title: title of its drawing; None for none.
+    """
+
+    pixels: NDArray[np.float32]
+    reduced: NDArray[np.float32]
+    title: str | None = None
+
+    @staticmethod
+    def of(pixels: NDArray[np.float32], fit_size: int, title: str | None = None) -> Picture:
+        """Return the picture with these ``pixels``, as `warpvec.image.read.read_image` gives them.
+
+        The copy has a longest side of at most ``fit_size`` pixels.
+        """
+        return Picture(pixels, reduce_image(pixels, fit_size), title)
+
+    @property
+    def height(self) -> int:
+        """Height in pixels."""
+        return self.pixels.shape[0]
+
+    @property
+    def width(self) -> int:
+        """Width in pixels."""
+        return self.pixels.shape[1]
+
+    @property
+    def reduced_size(self) -> tuple[int, int]:
+        """Height and width of the copy."""
+        return self.reduced.shape[0], self.reduced.shape[1]
+
+    @property
+    def enlargement(self) -> tuple[float, float]:
+        """Width and height of the picture over those of its copy."""
+        rows, columns = self.reduced_size
+        return self.width / columns, self.height / rows
+
+    @property
+    def reduction(self) -> tuple[float, float]:
+        """Width and height of the copy over those of the picture."""
+        rows, columns = self.reduced_size
+        return columns / self.width, rows / self.height
+
+    @property
+    def is_transparent(self) -> bool:
+        """Whether the picture has alpha."""
+        return is_transparent(self.pixels)
+
+
+def reduce_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.float32]:
+    """Reduce ``pixels`` [h, w, 3 or 4] until neither side is longer than ``longest_side``; never enlarge them.
+
+    The filter is Lanczos-3, whose overshoot is clipped to [0, 1]. Straight colours with alpha are premultiplied for
+    filtering and straight again in the result. A side keeps at least one pixel.
+    """
+    height, width = pixels.shape[:2]
+    size = fitted_size(height, width, longest_side)[::-1]
+    if size == (width, height):
+        return pixels
+    # One channel at a time: the largest image would take 1 GB more at once.
+    channels = (Image.fromarray(_channel(pixels, index)) for index in range(pixels.shape[2]))
+    reduced = np.stack([np.asarray(channel.resize(size, Image.Resampling.LANCZOS)) for channel in channels], -1)
+    return straight(reduced) if is_transparent(pixels) else reduced.clip(0.0, 1.0)
+
+
+def _channel(pixels: NDArray[np.float32], index: int) -> NDArray[np.float32]:
+    """Return a channel [h, w] of ``pixels``, a colour premultiplied."""
+    channel = np.ascontiguousarray(pixels[..., index])
+    return channel * pixels[..., 3] if is_transparent(pixels) and index < 3 else channel
+
+
+def fitted_size(height: int, width: int, longest_side: int) -> tuple[int, int]:
+    """Return the height and width to which `reduce_image` reduces an image of ``height`` x ``width`` pixels."""
+    longest = max(height, width)
+    if longest <= longest_side:
+        return height, width
+    return max(1, round(height * longest_side / longest)), max(1, round(width * longest_side / longest))

@@ -1,0 +1,104 @@
+"""Choose the mode of a picture, unless the settings say it, and draw the picture."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.drawing.drawing import Drawing
+from warpvec.flat.mode_choice import ModeChoice, choose_mode
+from warpvec.modes.photo import Photo, refuse_states
+from warpvec.modes.request import Mode, Request
+
+if TYPE_CHECKING:  # the modes of drawings load SciPy, which a photo does not need
+    from warpvec.modes.flat import KnownOutlines
+
+FLAT_PSNR_MIN = 26.0
+"""If auto takes a picture for flat art and the drawing reaches fewer dB, the picture is fitted as a photo. Drawings of
+logos have 40 to 60 dB; screenshots with small text have 27, which is still more than the fit of a photo gives them."""
+
+
+PLAIN_PHOTO = Photo()
+"""A fit that begins with nothing, and whose state is not saved."""
+
+
+def draw_picture(request: Request, photo: Photo = PLAIN_PHOTO, outlines: KnownOutlines | None = None) -> Drawing:
+    """Return the drawing that ``request`` asks for, in the mode of its settings.
+
+    With the mode auto, the picture decides. Paths to begin with or a checkpoint mean that it is a photo.
+
+    Args:
+        request: what to draw.
+        photo: how a photo is drawn.
+        outlines: of the last picture of flat art; see `warpvec.modes.flat.Flat`.
+
+    Raises:
+        InputError: as the modes.
+    """
+    refuse_states(request.goal, resume=photo.resume, checkpoint=photo.saving)
+    with request.watch:
+        if request.settings.mode != "auto":
+            return _mode(request.settings.mode, photo, outlines).draw(request)
+        if not photo.is_plain:
+            return photo.draw(_in_mode(request, "photo"))
+        return _draw_chosen(request, photo, outlines)
+
+
+def _draw_chosen(request: Request, photo: Photo, outlines: KnownOutlines | None) -> Drawing:
+    """Return the drawing in the mode that the picture asks for, or as a photo if it proves to be no flat art."""
+    mode, reason = _chosen(request)
+    if mode != "photo":
+        from warpvec.flat.regions.regions import NotFlatArtError
+
+        chosen = _in_mode(request, mode)
+        may_refuse = not (_has_paints(chosen.settings) or chosen.settings.cutout)
+        try:
+            drawing = _mode(mode, photo, outlines, may_refuse).draw(chosen)
+        except NotFlatArtError as error:
+            reason = str(error)
+        else:
+            if not _is_too_far(drawing, chosen):
+                return replace(drawing, mode_reason=reason)
+            reason = f"as flat art it has only {drawing.psnr:.1f} dB"
+    return replace(photo.draw(_in_mode(request, "photo")), mode_reason=reason)
+
+
+def _mode(name: str, photo: Photo, outlines: KnownOutlines | None, may_refuse: bool = False) -> Mode:
+    """Return the mode ``name``. To add a mode, write its file in this folder, and add it here."""
+    if name == "photo":
+        return photo
+    from warpvec.modes.flat import Flat, KnownOutlines
+    from warpvec.modes.mono import Mono
+
+    modes: dict[str, Mode] = {
+        "flat": Flat(KnownOutlines() if outlines is None else outlines, may_refuse),
+        "mono": Mono(),
+    }
+    return modes[name]
+
+
+def _in_mode(request: Request, mode: str) -> Request:
+    return request.with_settings(replace(request.settings, mode=mode))
+
+
+def _chosen(request: Request) -> ModeChoice:
+    """Return the mode that the picture asks for; a drawing that is to have given colours is not black and white art."""
+    choice, settings = choose_mode(request.picture.reduced), request.settings
+    has_colors = settings.colors > 0 or settings.palette is not None
+    return choice._replace(mode="flat") if choice.mode == "mono" and has_colors else choice
+
+
+def _is_too_far(drawing: Drawing, request: Request) -> bool:
+    """Return whether a drawing of flat art is too far from its picture, although nothing has bounded it."""
+    settings = request.settings
+    is_cut_short = request.watch.facts().interrupted or settings.time_budget is not None
+    is_bounded = bool(request.goal) or is_cut_short or settings.curves < FitConfig.curves
+    has_paints = _has_paints(settings) or settings.gradients == 0.0
+    is_free = settings.mode == "flat" and not (has_paints or is_bounded or settings.cutout)
+    return is_free and drawing.psnr < FLAT_PSNR_MIN
+
+
+def _has_paints(settings: FitConfig) -> bool:
+    """Return whether the settings say which paints the file may have."""
+    return bool(settings.colors or settings.palette or settings.opacity == "opaque")

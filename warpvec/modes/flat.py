@@ -1,0 +1,105 @@
+"""Draw flat art: outline the regions of a logo, an icon or a drawing by few clean paths."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import torch
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.drawing.drawing import Drawing
+from warpvec.drawing.encoding import Encoding
+from warpvec.fit.loop import single_torch_thread
+from warpvec.flat.color_layers import layered
+from warpvec.flat.cutting.cutout import cut_out
+from warpvec.flat.drawing import FlatDrawing
+from warpvec.geometry.scene import Scene
+from warpvec.goals.search import meet
+from warpvec.modes.detail import Detail
+from warpvec.modes.request import Request
+from warpvec.watch.watch import UNWATCHED
+
+
+@dataclass
+class KnownOutlines:
+    """The outlines of the last picture, to go on from when only the detail, cutout or goal is another."""
+
+    _work: FlatDrawing | None = None
+
+    def begin(self, request: Request, settings: FitConfig, may_refuse: bool) -> FlatDrawing:
+        """Return the work on a picture with ``settings``: with the known outlines if they are right for it."""
+        image, watch, known = torch.from_numpy(request.picture.reduced), request.watch, self._work
+        work = FlatDrawing(image, settings, watch, may_refuse)
+        if known is None or not torch.equal(known.image, image):
+            return work
+        like_known = replace(known.config, detail=settings.detail, cutout=settings.cutout, minify=settings.minify)
+        return work.continued(known) if like_known == settings else work
+
+    def keep(self, work: FlatDrawing, request: Request) -> None:
+        """Keep the outlines of whole ``work``; interrupted work may have poor ones."""
+        if not request.watch.is_over():
+            self._work = replace(work, watch=UNWATCHED)  # without the progress and the renderer of this run
+
+
+@dataclass(frozen=True)
+class Flat:
+    """The mode of flat art.
+
+    Attributes:
+        outlines: of the last picture, for a caller that draws it again with another detail; they become those of this
+            picture.
+        may_refuse: whether to refuse a picture that is plainly no flat art.
+    """
+
+    outlines: KnownOutlines = field(default_factory=KnownOutlines)
+    may_refuse: bool = False
+
+    def draw(self, request: Request) -> Drawing:
+        """Return the drawing of flat art. A goal decides the detail and, if need be, the number of paths.
+
+        Raises:
+            NotFlatArtError: the picture is plainly no flat art, and ``may_refuse``.
+        """
+        with single_torch_thread(), torch.no_grad():
+            work = self.outlines.begin(request, reduced_settings(request), self.may_refuse)
+
+            def draw(detail: float) -> Drawing:
+                scene = work.draw(detail)
+                self.outlines.keep(work, request)
+                return finished(request, scene, detail, work.left_out)
+
+            return drawn(request, draw)
+
+
+def drawn(request: Request, draw: Callable[[float], Drawing]) -> Drawing:
+    """Return what ``draw`` makes with the detail of the settings, or with the detail that the goal asks for."""
+    return meet(request.goal, Detail(request, draw)) if request.goal else draw(request.settings.detail)
+
+
+def reduced_settings(request: Request) -> FitConfig:
+    """Return the settings with areas in pixels of the reduced picture. Flat art is drawn on the CPU."""
+    picture, settings = request.picture, request.settings
+    area = settings.min_area * picture.reduced[..., 0].size / picture.pixels[..., 0].size
+    return replace(settings, min_area=area, device="cpu")
+
+
+def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, int]) -> Drawing:
+    """Return the drawing of ``scene``, in pixels of the reduced picture, in layers and, if asked, without overlaps."""
+    encoding, left_out = request.encoding.of_drawing(), dict(left_out)
+    if request.settings.cutout:
+        scene, more = _without_overlaps(scene, encoding)
+        left_out |= more
+    found = layered(scene)
+    settings = replace(request.settings, detail=detail)
+    encoding = replace(encoding, settings=settings, layer_names=found.names)
+    return Drawing.of(found.scene, encoding, "cpu", left_out=left_out)
+
+
+def _without_overlaps(scene: Scene, encoding: Encoding) -> tuple[Scene, dict[str, int]]:
+    """Return ``scene`` without overlaps, with points where the file has ticks, and the number of parts left out."""
+    size = encoding.picture.reduced_size
+    ticks = [side / whole / 10**encoding.precision for side, whole in zip(size, encoding.size, strict=True)]
+    cut = cut_out(scene, size[1], size[0], (ticks[1], ticks[0]))
+    parts = {"hidden path": cut.hidden_count, "sliver": cut.sliver_count, "translucent fill": cut.blended_count}
+    return cut.scene, parts

@@ -1,0 +1,109 @@
+"""Draw a photo: fit paths by gradient descent, with the given settings or towards a goal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import torch
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.drawing.drawing import Drawing
+from warpvec.drawing.encoding import Encoding
+from warpvec.errors import InputError
+from warpvec.fit.budget import Budget, Written
+from warpvec.fit.checkpoint import Checkpoint
+from warpvec.fit.loop import fit
+from warpvec.fit.state import Saving, digest
+from warpvec.geometry.scene import Scene
+from warpvec.goals.goal import STATES_RULE
+from warpvec.goals.search import meet
+from warpvec.modes.path_count import PathCount
+from warpvec.modes.request import Request
+from warpvec.watch.watch import Part
+
+
+@dataclass(frozen=True)
+class Photo:
+    """The mode of photos.
+
+    Attributes:
+        start: paths to begin with, in pixels of the picture; None to begin with none.
+        resume: a checkpoint of this picture and these settings to continue from.
+        saving: when and where states of the fit are saved.
+    """
+
+    start: Scene | None = None
+    resume: Checkpoint | None = None
+    saving: Saving | None = None
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the fit begins with nothing, and its state is not saved."""
+        return self.start is None and self.resume is None and self.saving is None
+
+    def draw(self, request: Request) -> Drawing:
+        """Return the drawing of a photo.
+
+        Raises:
+            InputError: the checkpoint is of another photo, a state is saved or resumed in spite of a goal, or as
+                `warpvec.fit.loop.fit`.
+        """
+        refuse_states(request.goal, checkpoint=self.saving, resume=self.resume)
+        request = _with_free_opacity(request)
+        picture, settings = request.picture, request.settings
+        if self.resume is not None and self.resume.target_digest != digest(torch.from_numpy(picture.reduced)):
+            rule = "must be the photo of the checkpoint, unchanged"
+            raise InputError("image", rule, "another one", "give that photo, or start anew without the checkpoint")
+        start = None if self.start is None else self.start.scaled(*picture.reduction)
+        fits = PhotoFits(request, self.resume, self.saving)
+        if not request.goal:
+            return fits.once(settings, start, request.watch.part())
+        return meet(request.goal, PathCount(request, fits, start))
+
+
+def refuse_states(goal: object, **states: object) -> None:
+    """Raise InputError if the state of a fit that follows a goal is to be saved or resumed: it has none of the goal."""
+    for name, given in states.items():
+        if goal and given is not None:
+            raise InputError(name, STATES_RULE, remedy="leave one of them out")
+
+
+def _with_free_opacity(request: Request) -> Request:
+    """Return the request without a common opacity if the picture is transparent: soft edges need paths of their own."""
+    if request.settings.opacity != "common" or not request.picture.is_transparent:
+        return request
+    return request.with_settings(replace(request.settings, opacity="free"))
+
+
+@dataclass(frozen=True)
+class PhotoFits:
+    """The fits of one photo."""
+
+    request: Request
+    resume: Checkpoint | None
+    saving: Saving | None
+
+    def encoding(self, settings: FitConfig) -> Encoding:
+        """Return the encoding of the file of a fit with ``settings``."""
+        return self.request.encoding.of_photo(settings, gzip=self.request.goal.gzip)
+
+    def once(self, settings: FitConfig, start: Scene | None, part: Part, budget: Budget | None = None) -> Drawing:
+        """Fit once with ``settings``, and return the drawing.
+
+        Args:
+            start: paths to begin with, in pixels of the reduced picture.
+            part: the part of the run.
+            budget: rule for the number of paths while the fit runs.
+        """
+        encoding, picture = self.encoding(settings), self.request.picture
+        across, down = picture.reduction
+        fitted = fit(
+            torch.from_numpy(picture.reduced),
+            replace(settings, min_area=settings.min_area * across * down),
+            part,
+            start=start,
+            resume=None if self.resume is None else self.resume.state,
+            saving=self.saving,
+            written=Written(encoding.grid_step, budget),
+        )
+        return Drawing.of(fitted.scene, encoding, fitted.device)

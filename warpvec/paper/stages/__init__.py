@@ -1,0 +1,1 @@
+"""Host sides of the kernels of the splat renderer."""

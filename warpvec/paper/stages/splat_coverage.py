@@ -1,0 +1,68 @@
+"""Host side of stage 3 of the splat renderer: the coverage of each pair's pixels, and its adjoint."""
+
+from __future__ import annotations
+
+import warp as wp
+from torch import Tensor
+
+from warpvec.kernels import splat_coverage as kernels
+from warpvec.kernels import splat_coverage_adjoint as adjoint_kernels
+from warpvec.kernels.constants import COLUMNS, TRANSMITTANCE_MIN
+from warpvec.kernels.lanes import Lanes
+from warpvec.paper.stages.splat_binning import SplatBinning
+from warpvec.paper.stages.splatting import Splatting
+from warpvec.rendering.launch import Launcher, as_warp
+from warpvec.rendering.stages.binning import TileGrid
+
+
+class SplatCoverage:
+    """The coverage of the pairs by the Gaussians of their paths.
+
+    Attributes:
+        slot_coverage: [slots, COLUMNS, TILE] as lane values; the compositing adjoint overwrites it with dL/d(coverage).
+        tile_first_visible: [tiles] lowest visible hit of each tile.
+    """
+
+    slot_coverage: wp.array
+
+    def __init__(
+        self,
+        launch: Launcher,
+        lanes: Lanes,
+        grid: TileGrid,
+        covariance: bool,
+        transmittance_min: float = TRANSMITTANCE_MIN,
+    ) -> None:
+        self._launch, self._lanes, self._grid = launch, lanes, grid
+        self._covariance, self._transmittance_min = covariance, lanes.dtype(transmittance_min)
+        self._buffers = launch.make_buffers()
+        self.tile_first_visible = self._buffers.get("tile_first_visible", grid.count, wp.int32)
+
+    def run(self, splatting: Splatting, binning: SplatBinning, opacity: Tensor) -> None:
+        """Cover the pixels of each pair that is not hidden."""
+        lanes, get = self._lanes, self._buffers.get
+        value_count = (binning.slot_count + 1) * COLUMNS * lanes.blocks
+        self.slot_coverage = get("slot_coverage", value_count, lanes.vector)
+        self._slot_transmittance = get("slot_transmittance", value_count, lanes.vector)
+        self._pair_is_visible = get("pair_is_visible", binning.pair_count, wp.int32)
+        hits = [binning.tile_first_hit, binning.hit_pair, binning.pair_path, binning.pair_slot]
+        counts = [splatting.row_count, splatting.sample_count, splatting.sample_stride, binning.group_count]
+        size = [self._grid.columns, self._grid.height, self._grid.width]
+        scene = [splatting.splats, binning.group_box, as_warp(opacity, lanes.dtype)]
+        inputs = [*hits, *scene, *counts, *size, self._transmittance_min]
+        outputs = [self.slot_coverage, self._slot_transmittance, self._pair_is_visible, self.tile_first_visible]
+        cover = kernels.make_kernels(lanes).cover_splats
+        self._launch.shared(cover, self._grid.count * lanes.tile_threads, [*inputs, *outputs])
+
+    def adjoint(self, splatting: Splatting, binning: SplatBinning, opacity: Tensor) -> wp.array:
+        """Return the sums [N, rows, terms, sample_stride] of each Gaussian; ``slot_coverage`` must hold its adjoint."""
+        lanes, path_count = self._lanes, len(opacity)
+        splat_count = path_count * splatting.row_count * splatting.sample_stride
+        splat_sums = self._buffers.get("splat_sums", splat_count * splatting.term_count, lanes.dtype)
+        pairs = [binning.path_tile_box, binning.path_first_pair, binning.pair_class, binning.pair_slot]
+        inputs = [self._pair_is_visible, splatting.splats, as_warp(opacity, lanes.dtype)]
+        counts = [splatting.row_count, splatting.sample_stride, self._grid.height, self._grid.width]
+        arguments = [*pairs, *inputs, *counts, self.slot_coverage, self._slot_transmittance, splat_sums]
+        stage = adjoint_kernels.make_kernels(lanes, self._covariance)
+        self._launch.shared(stage.cover_splats_adjoint, splat_count, arguments)
+        return splat_sums

@@ -1,0 +1,1 @@
+"""Placeholders: rough drawings of few bytes that a page shows until an image is there."""

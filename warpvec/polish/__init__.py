@@ -1,0 +1,1 @@
+"""Fit the outlines and paints of a drawing whose structure stays."""

@@ -1,0 +1,116 @@
+"""Fit an edited drawing to its picture again: its paths stay, and deleted parts of a photo are filled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from warpvec.drawing.drawing import Drawing
+from warpvec.drawing.encoding import Encoding
+from warpvec.drawing.given import encoding_like, place_on_picture, read_drawing
+from warpvec.errors import InputError
+from warpvec.fit.placement import colors_at
+from warpvec.geometry.circles import circle_points
+from warpvec.geometry.joints import with_lines
+from warpvec.geometry.scene import Scene, over_white
+from warpvec.polish.erasing import hole_of
+from warpvec.polish.whole_drawing import polish_drawing
+from warpvec.svg.measure import file_facts
+from warpvec.watch.watch import Watch
+
+ITERATIONS = 300
+"""Most iterations. A drawing whose edits are small ends earlier."""
+
+FILLED_MAX = 64
+"""Most paths that are added where others were deleted: what is filled in is smooth."""
+
+SEGMENTS = 4
+"""Cubics of such a path, those of the fit of a photo."""
+
+OVERLAP = 1.3
+"""Radius of the added circles, in those of circles that would have the area of the hole together."""
+
+CANDIDATES_MAX = 4000
+"""Most pixels of the hole that are looked at for centres of circles."""
+
+
+@dataclass(frozen=True)
+class Edited:
+    """An edited drawing.
+
+    Attributes:
+        text: its SVG.
+        locked: places of paths that keep their form and paint.
+        filled: SVG text of deleted shapes that new paths are to fill; None for none.
+    """
+
+    text: str
+    locked: tuple[int, ...] = ()
+    filled: str | None = None
+
+
+def fit_again(edited: Edited, usual: Encoding, watch: Watch) -> Drawing:
+    """Fit the paths of an edited drawing to its picture, without the deleted shapes.
+
+    Args:
+        edited: the drawing.
+        usual: the usual encoding of a drawing of the picture, with the settings of the fit.
+        watch: progress, stop, clock and history of the run.
+
+    Raises:
+        InputError: the drawing cannot be read, or the locked paths cannot be found in it.
+    """
+    data, picture, settings = edited.text.encode(), usual.picture, usual.settings
+    given = read_drawing(data)
+    scene = with_lines(place_on_picture(given, picture))
+    locked = _locked(edited, len(scene))
+    if not picture.is_transparent:
+        scene = over_white(scene)
+    if edited.filled is not None:
+        hole, count = hole_of(picture.pixels, edited.filled), file_facts(edited.filled)["paths"]
+        scene = scene.joined(_filling(hole, picture.pixels, count, scene))
+        locked = torch.cat([locked, torch.zeros(len(scene) - len(locked), dtype=torch.bool)])
+    precision = settings.precision if given.precision is None else given.precision
+    settings = replace(settings, curves=max(1, len(scene)), precision=precision)
+    encoding = encoding_like(given, data, replace(usual, settings=settings))
+    encoding = replace(encoding, title=picture.title, metadata=None)
+    return polish_drawing(scene, encoding, watch, ITERATIONS, locked=locked if bool(locked.any()) else None)
+
+
+def _locked(edited: Edited, count: int) -> Tensor:
+    """Return the mask [N] of the locked ones of ``count`` paths."""
+    mask = torch.zeros(count, dtype=torch.bool)
+    if not edited.locked:
+        return mask
+    if edited.locked[-1] >= count or edited.text.count("<path") != count:
+        remedy = "fit again without locked paths"
+        raise InputError("drawing", "must have only filled paths to lock some", "strokes or others", remedy)
+    mask[list(edited.locked)] = True
+    return mask
+
+
+def _filling(hole: NDArray[np.bool_], photo: NDArray[np.float32], count: int, scene: Scene) -> Scene:
+    """Return ``count`` circles that cover the ``hole`` [h, w] together, in the colours of ``photo`` there."""
+    center = torch.from_numpy(_spread(hole, min(count, FILLED_MAX)))
+    radius = OVERLAP * float(np.sqrt(hole.sum() / (np.pi * len(center))))
+    color = colors_at(torch.from_numpy(np.ascontiguousarray(photo[..., :3])), center)
+    generation = torch.full((len(center),), int(scene.generation.max()) + 1)
+    circles = circle_points(center, torch.full((len(center),), radius), SEGMENTS)
+    return Scene.uniform(circles, color, torch.ones(len(center)), scene.background, generation)
+
+
+def _spread(hole: NDArray[np.bool_], count: int) -> NDArray[np.float32]:
+    """Return ``count`` centres [K, 2] of pixels in the ``hole`` [h, w], each as far from those before as can be."""
+    rows, columns = np.nonzero(hole if hole.any() else np.ones_like(hole))
+    step = max(1, len(rows) // CANDIDATES_MAX)
+    points = np.stack([columns[::step], rows[::step]], 1).astype(np.float32) + 0.5
+    chosen = [int(((points - points.mean(0)) ** 2).sum(1).argmin())]
+    distance = ((points - points[chosen[0]]) ** 2).sum(1)
+    while len(chosen) < min(count, len(points)):
+        chosen.append(int(distance.argmax()))
+        distance = np.minimum(distance, ((points - points[chosen[-1]]) ** 2).sum(1))
+    return points[chosen]

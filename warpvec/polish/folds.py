@@ -1,0 +1,89 @@
+"""Keep the outlines of a drawing from crossing themselves while they move."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from warpvec.geometry.crossings import crossings_of_rows, overlapping_pairs
+from warpvec.geometry.rounding import round_nodes
+from warpvec.geometry.scene import Scene
+from warpvec.polish.variables import Variables
+
+UNFOLDING_MAX = 8
+"""Number of times that the part of a path to take back grows by its neighbours, before the whole path goes back."""
+
+PAIRS_GUARDED_MAX = 2**18
+"""Most pairs of segments of a path, side by side from left to right, that is looked at for folds. A path of 2,000
+segments along a circle has 2**14; this many take 0.1 s a look."""
+
+CROSSINGS_GUARDED_MAX = 256
+"""A path that starts with more crossings is not looked at for folds: it is a scribble, where one more is not seen."""
+
+
+class FoldGuard:
+    """Finds what crosses itself more often than in the drawing at the start, and takes it back.
+
+    Paths beyond ``PAIRS_GUARDED_MAX`` or ``CROSSINGS_GUARDED_MAX`` may fold.
+
+    Args:
+        start: the drawing at the start, with R segments.
+        variables: its values.
+        precision: decimals of the coordinates in the file.
+        is_on: whether there is anything to guard.
+    """
+
+    def __init__(self, start: Scene, variables: Variables, precision: int, *, is_on: bool) -> None:
+        self._start, self._variables, self._precision = start, variables, precision
+        self._is_guarded = (overlapping_pairs(start) <= PAIRS_GUARDED_MAX) & is_on
+        # The start of a later part may cross itself only until its file is rounded, which allows no crossing.
+        as_written = crossings_of_rows(self._written(start), self._is_guarded)
+        self._crossings = torch.minimum(crossings_of_rows(start, self._is_guarded), as_written)
+        self._is_guarded &= _sums_of_paths(start, self._crossings) <= 2 * CROSSINGS_GUARDED_MAX
+        self._safe = variables.start
+
+    def folds(self, x: Tensor) -> Tensor:
+        """Return the segments [R] (bool) that cross more often than at the start, once a file has rounded them."""
+        found = crossings_of_rows(self._written(self._variables.scene(x)), self._is_guarded)
+        return (found > self._crossings) & (found > 0)
+
+    def trust(self, x: Tensor) -> None:
+        """Go back to the values ``x``, which fold nowhere, from now on."""
+        self._safe = x
+
+    def unfolded(self, x: Tensor) -> tuple[Tensor, Tensor | None]:
+        """Return ``x`` with folded parts as they were in the values trusted last, and a mask [K] of these values.
+
+        The mask is None if nothing is folded. The parts are the segments that cross, and more and more of their
+        neighbours until nothing is folded. At the latest whole paths go back. The result is trusted.
+        """
+        folds, points = self.folds(x), None
+        if folds.any():
+            x, points = self._taken_back(x, folds)
+        self._safe = x
+        return x, points
+
+    def _taken_back(self, x: Tensor, folds: Tensor) -> tuple[Tensor, Tensor]:
+        structure = self._start.structure
+        following, preceding = structure.segment_next.long(), structure.segment_previous.long()
+        back = folds
+        for _ in range(UNFOLDING_MAX):
+            back = back | back[following] | back[preceding]
+            points = self._variables.points_of(back)
+            taken = torch.where(points, self._safe, x)
+            folds = self.folds(taken)
+            if not folds.any():
+                return taken, points
+            back = back | folds
+        points = self._variables.points_of(self._variables.whole_paths(back))
+        return torch.where(points, self._safe, x), points
+
+    def _written(self, scene: Scene) -> Scene:
+        """Return ``scene`` with its nodes as a file rounds them."""
+        return scene if scene.is_uniform else round_nodes(scene, self._precision)
+
+
+def _sums_of_paths(scene: Scene, row_count: Tensor) -> Tensor:
+    """Return the sum of a number of each segment [R] over each path [N]."""
+    total = torch.zeros(len(scene), dtype=row_count.dtype, device=row_count.device)
+    return total.index_add_(0, scene.structure.segment_path.long(), row_count)

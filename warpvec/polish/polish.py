@@ -1,0 +1,196 @@
+"""Fit a drawing to an image without changing its structure, never to a worse one."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.fit.loop import single_torch_thread
+from warpvec.fit.target import Target
+from warpvec.geometry.scene import Scene
+from warpvec.polish.descent import MOMENTUM_SHARE, Descent
+from warpvec.polish.folds import FoldGuard
+from warpvec.polish.levenberg_marquardt import LevenbergMarquardt
+from warpvec.polish.variables import Evaluation, Variables
+from warpvec.rendering.launch import resolve_device
+from warpvec.rendering.streams import on_warps_stream
+from warpvec.watch.progress import Progress
+from warpvec.watch.watch import FitResult, Part, Watch
+
+VALUES_EXACT_MAX = 12_000
+"""Most values of a drawing that is fitted by damped Gauss-Newton steps. Their time grows with the number of values: 135
+segments in 22 paths take 50 ms a step."""
+
+PATHS_EXACT_MAX = 256
+"""Most paths of such a drawing: a step of 512 paths of a photo takes longer than the whole fit by gradients."""
+
+CHECK_GAP = 5
+"""Iterations by gradients between two looks for paths that have folded over. These go back to the look before."""
+
+RESTART_SHARE = 0.99
+"""Gauss-Newton steps that improve nothing any more start anew, with no memory of what had folded, if the last start has
+brought the loss below this share. Tracings of emoji_u1f988 and emoji_u1f36f gain 1.7 and 0.1 dB by new starts."""
+
+RESTART_ROOM = 40
+"""Fewest iterations that must be left for a new start."""
+
+HISTORY_GAP = 10
+"""Iterations between entries of the history."""
+
+
+def polish(
+    target: Target,
+    start: Scene,
+    config: FitConfig,
+    part: Part | None = None,
+    *,
+    iterations: int,
+    free: bool = False,
+    values_exact_max: int | None = None,
+    locked: Tensor | None = None,
+) -> FitResult:
+    """Fit ``start`` to ``target`` and keep its structure; the loss of the result is at most its own.
+
+    Lines stay lines, smooth nodes smooth, opaque paths opaque, and no path crosses itself more often than before; see
+    `FoldGuard` for the exceptions. Regularizers, learning rates (except ``lr_scale``) and the schedule of ``config``
+    are not used.
+
+    Args:
+        target: the image to compare with.
+        start: the cubic drawing, in pixels of the target.
+        config: settings of the run.
+        part: the part of a run that this fit is; None for a run of its own.
+        iterations: most evaluations of the loss; 0 returns ``start``. It ends earlier once nothing improves any more.
+        free: let smooth nodes become corners, opaque paths translucent, and paths cross themselves.
+        values_exact_max: most values that are fitted by Gauss-Newton steps; None is ``VALUES_EXACT_MAX``.
+        locked: paths [N] (bool) that keep their form and paint; None for none.
+
+    Raises:
+        InputError: the device does not exist.
+    """
+    device = resolve_device(config.device)
+    part = Watch(time_budget=config.time_budget).part() if part is None else part
+    with on_warps_stream(device), single_torch_thread(), torch.no_grad(), part:
+        locked = None if locked is None else locked.to(device)
+        run = _Polish(target, start.to(device), config, part, iterations, free, locked)
+        try:
+            run.take(VALUES_EXACT_MAX if values_exact_max is None else values_exact_max)
+        except KeyboardInterrupt:
+            part.interrupt()
+        except _OutOfTime:
+            pass
+        return part.result(run.scene(), device)
+
+
+class _Polish:
+    def __init__(
+        self,
+        target: Target,
+        start: Scene,
+        config: FitConfig,
+        part: Part,
+        iterations: int,
+        free: bool,
+        locked: Tensor | None,
+    ) -> None:
+        self._start, self._config, self._part, self._iteration_count = start, config, part, iterations
+        self._variables = Variables(start, target, config, free=free, locked=locked)
+        self._start_loss = float(target.fit_step(start, False).loss)
+        self._guard = FoldGuard(start, self._variables, config.precision, is_on=not free)
+        self._best: Evaluation | None = None
+        self._iteration = 0
+
+    def take(self, values_exact_max: int) -> None:
+        """Take the iterations; raise KeyboardInterrupt once the user asks for the best result so far."""
+        if self._iteration_count == 0:
+            return
+        if len(self._variables.start) <= values_exact_max and len(self._start) <= PATHS_EXACT_MAX:
+            self._take_exactly()
+        else:
+            self._take_by_gradients()
+
+    def _take_exactly(self) -> None:
+        """Take Gauss-Newton steps, which fold nothing, and start anew from the best while that pays."""
+        config, before = self._config, math.inf
+        while self._best_loss < RESTART_SHARE * before:
+            before = self._best_loss
+            folds = self._guard.folds
+            solver = LevenbergMarquardt(self._variables, self._best_x, folds, config.seed, config.lr_scale)
+            for found in solver.steps(self._iteration_count - self._iteration):
+                self._see(found)
+            if self._iteration + RESTART_ROOM > self._iteration_count:
+                break
+
+    def _take_by_gradients(self) -> None:
+        """Take steps by gradients alone, and take back what folds."""
+        descent = Descent(self._variables, self._variables.start, self._config.seed, self._config.lr_scale)
+        for found in descent.with_momentum(max(1, round(MOMENTUM_SHARE * self._iteration_count))):
+            self._see(found)
+            if self._iteration % CHECK_GAP == 0:
+                self._take_back(descent, found.x)
+        while self._iteration < self._iteration_count:
+            self._unfold_best(descent)
+            before = self._iteration
+            for found in descent.by_curvature(self._iteration_count - self._iteration):
+                self._see(found)
+                if self._iteration % CHECK_GAP == 0:
+                    if self._guard.folds(self._best_x).any():
+                        break
+                    self._guard.trust(self._best_x)
+            else:
+                break  # nothing improves it any more
+            if self._iteration == before:
+                break
+
+    def scene(self) -> Scene:
+        """Return the best scene so far, which is the start itself if none is better."""
+        if self._best is not None:
+            self._unfold_best()
+        is_better = self._best is not None and self._best.loss < self._start_loss
+        return self._variables.scene(self._best_x) if is_better else self._start
+
+    @property
+    def _best_loss(self) -> float:
+        return self._start_loss if self._best is None else self._best.loss
+
+    @property
+    def _best_x(self) -> Tensor:
+        return self._variables.start if self._best is None else self._best.x
+
+    def _see(self, found: Evaluation) -> None:
+        """Count and report an iteration, and keep it if it is the best."""
+        if self._best is None or found.loss < self._best.loss:
+            self._best = found
+        self._iteration += 1
+        self._report(found)
+        if self._part.is_stopped():
+            raise KeyboardInterrupt
+        if self._part.is_late():
+            raise _OutOfTime
+
+    def _take_back(self, descent: Descent, x: Tensor) -> Tensor:
+        """Return ``x`` without folds, and let ``descent`` go on from there."""
+        x, points = self._guard.unfolded(x)
+        descent.take_back(x, torch.zeros_like(self._variables.is_free) if points is None else points)
+        return x
+
+    def _unfold_best(self, descent: Descent | None = None) -> None:
+        """Undo the folds of the best values, and let ``descent``, if there is one, go on from these."""
+        before = self._best_x
+        x = self._guard.unfolded(before)[0] if descent is None else self._take_back(descent, before)
+        if x is not before:
+            self._best = self._variables.evaluate(x)
+
+    def _report(self, found: Evaluation) -> None:
+        iteration, count, loss = self._iteration, self._iteration_count, torch.tensor(found.loss)
+        progress = Progress(
+            iteration, count, len(self._start), self._part.seconds(), loss, lambda: self._variables.scene(found.x)
+        )
+        self._part.report(progress, is_entry=iteration % HISTORY_GAP == 0 or iteration == count)
+
+
+class _OutOfTime(Exception):
+    """The time budget is spent."""

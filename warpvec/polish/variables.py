@@ -1,0 +1,184 @@
+"""A drawing as one vector of free values, with the loss, its gradient, and how strongly each value shows.
+
+The drawing keeps its structure: paths, loops, kinds of segments and nodes, and kinds of paint.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+from typing import Any
+
+import torch
+from scipy import sparse
+from torch import Tensor
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.fit.target import Target
+from warpvec.geometry.joint_slopes import curve_derivative
+from warpvec.geometry.joints import Joints
+from warpvec.geometry.scene import Scene
+
+OPAQUE = 1.0 - 1e-3
+"""A path of at least this opacity is opaque and stays so, unless all values are free."""
+
+OPACITY_MIN = 0.01
+"""A translucent path stays visible: with less, its file would leave it out."""
+
+STRENGTH_MIN = 0.01
+"""Smallest strength of a value, as a share of the mean strength of its kind. Without this, values that hardly show,
+such as the points of a hidden path, would take steps without a bound."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """The loss at ``x``, and its gradient [K]."""
+
+    x: Tensor
+    loss: float
+    gradient: Tensor
+
+
+class Variables:
+    """The free values of ``scene``: one vector of anchors, handles, colours, opacities, background and gradients.
+
+    ``locked`` paths [N] (bool) keep all their values.
+
+    Attributes:
+        start: the values of ``scene`` [K].
+        point_count: the first values are the coordinates of so many points, two each.
+        is_free: values that a fit may change [K].
+        opacity_range: first value that is an opacity, and the one after the last.
+        target, joints: the image, and the kinds of the nodes.
+    """
+
+    def __init__(
+        self, scene: Scene, target: Target, config: FitConfig, *, free: bool = False, locked: Tensor | None = None
+    ) -> None:
+        self._scene, self.target, self.joints = scene, target, Joints.of(scene, keep=not free)
+        parts = [*self.joints.values(scene), scene.color, scene.opacity, scene.background]
+        if scene.gradients is not None:
+            parts += [scene.gradients.end_color, scene.gradients.geometry]
+        self._shapes = [part.shape for part in parts]
+        self._bounds = [0, *accumulate(part.numel() for part in parts)]
+        self.start = torch.cat([part.flatten() for part in parts])
+        self.point_count = self._bounds[3] // 2
+        self.opacity_range = self._bounds[4], self._bounds[5]
+        self.is_free = torch.ones_like(self.start, dtype=torch.bool)
+        is_translucent = torch.full_like(scene.opacity, config.opacity == "free", dtype=torch.bool)
+        self._of(self.is_free)[4].copy_(is_translucent & ((scene.opacity < OPAQUE) | free))
+        self._of(self.is_free)[5].fill_(config.backdrop != "white" and not scene.transparent)
+        self._locked = None if locked is None else self._values_of(locked)
+        if self._locked is not None:
+            self.is_free &= ~self._locked
+        self._memory = scene.copied()
+
+    def scene(self, x: Tensor) -> Scene:
+        """Return the scene of ``x``, in memory of its own."""
+        return self._shown(x)[0].copied()
+
+    def evaluate(self, x: Tensor) -> Evaluation:
+        """Return the loss at ``x`` and its gradient. The gradient of fixed values is zero."""
+        scene, segments = self._shown(x)
+        adjoints = self.target.fit_step(scene, False)
+        if self.target.has_dropped():  # a GPU had no room for the paths
+            self.target.make_room()
+            adjoints = self.target.fit_step(scene, False)
+        return Evaluation(x, float(adjoints.loss), self._gradient(segments, adjoints))
+
+    def strength(self, x: Tensor, probes: int, generator: torch.Generator) -> Tensor:
+        """Estimate how strongly each value shows: the diagonal of the Gauss-Newton matrix of the loss [K].
+
+        The square of the adjoint of a random image is, on average over random signs, that diagonal times a constant.
+        """
+        total = torch.zeros_like(x)
+        scene, segments = self._shown(x)
+        for _ in range(probes):
+            for adjoints in self.target.random_adjoints(scene, generator):
+                total += self._gradient(segments, adjoints, keep=True).square()
+        total *= 2.0 * self.target.error_scale / probes
+        for part in self._of(total):
+            part += STRENGTH_MIN * part.mean() + 1e-12
+        return total
+
+    def point_derivative(self, x: Tensor, held: Tensor) -> sparse.csr_matrix:
+        """Return the derivative of the curves by the points [8 R, 6 R]; see `curve_derivative`."""
+        return curve_derivative(self.joints, self._of(x)[:3], held)
+
+    def held(self, found: Evaluation) -> tuple[Tensor, Tensor]:
+        """Return which handles [R, 2] must not move along themselves, and the gradient [K] without such moves."""
+        gradient = found.gradient.clone()
+        points, adjoints = self._of(found.x)[:3], self._of(gradient)[:3]
+        held, direction = self.joints.held(points, adjoints), self.joints.directions(*points)
+        for side, adjoint in zip(held.unbind(1), adjoints[1:], strict=True):
+            along = (adjoint * direction).sum(1, keepdim=True) * direction
+            adjoint -= torch.where(side[:, None], along, torch.zeros_like(along))
+        return held, gradient
+
+    def limited(self, x: Tensor) -> Tensor:
+        """Return ``x`` with smooth nodes smooth, colours in [0, 1] and free opacities in [``OPACITY_MIN``, 1]."""
+        x = x.clone()
+        anchor, leaving, arriving, color, opacity, background, *paints = self._of(x)
+        for part, aligned in zip((leaving, arriving), self.joints.aligned(anchor, leaving, arriving), strict=True):
+            part.copy_(aligned)
+        for part in (color, background, *paints[:1]):
+            part.clamp_(0.0, 1.0)
+        opacity.copy_(torch.where(self._of(self.is_free)[4], opacity.clamp(OPACITY_MIN, 1.0), opacity))
+        return x if self._locked is None else torch.where(self._locked, self.start, x)
+
+    def points_of(self, rows: Tensor) -> Tensor:
+        """Return which values are points of the segments ``rows`` (a mask [R]) or of their nodes: a mask [K]."""
+        mask = torch.zeros_like(self.is_free)
+        for part in self._of(mask)[:3]:
+            part.copy_(rows[:, None].expand_as(part))
+        return mask
+
+    def _values_of(self, paths: Tensor) -> Tensor:
+        """Return which values belong to ``paths`` (a mask [N]): a mask [K]."""
+        mask = self.points_of(paths[self._scene.structure.segment_path.long()])
+        _, _, _, color, opacity, _, *paints = self._of(mask)
+        for part in (color, opacity, *paints):
+            part[paths] = True
+        return mask
+
+    def whole_paths(self, rows: Tensor) -> Tensor:
+        """Return the segments [R] (bool) of all paths that have one of the segments ``rows`` (a mask [R])."""
+        owner = self._scene.structure.segment_path.long()
+        paths = torch.zeros(len(self._scene), dtype=torch.bool, device=rows.device)
+        paths[owner[rows]] = True
+        return paths[owner]
+
+    def _of(self, x: Tensor) -> list[Tensor]:
+        """Return the parts of a vector [K] in their shapes; they share its memory."""
+        ranges = zip(pairwise(self._bounds), self._shapes, strict=True)
+        return [x[start:stop].view(shape) for (start, stop), shape in ranges]
+
+    def _shown(self, x: Tensor) -> tuple[Scene, Tensor]:
+        """Return the scene of ``x``, in memory that the next call overwrites, and its segments for autograd.
+
+        The memory stays the same because a recorded step on a GPU reads it.
+        """
+        points = x[: self._bounds[3]].detach().requires_grad_()
+        with torch.enable_grad():
+            segments = self.joints.segments(*self._of_points(points))
+        scene, (color, opacity, background, *paints) = self._memory, self._of(self.limited(x))[3:]
+        shown = [(scene.segments, segments.detach()), (scene.color, color), (scene.opacity, opacity)]
+        shown.append((scene.background, background))
+        if scene.gradients is not None:
+            shown += zip((scene.gradients.end_color, scene.gradients.geometry), paints, strict=True)
+        for memory, values in shown:
+            memory.copy_(values)
+        self._points = points
+        return scene, segments
+
+    def _of_points(self, points: Tensor) -> list[Tensor]:
+        return [part.view(shape) for part, shape in zip(points.chunk(3), self._shapes[:3], strict=True)]
+
+    def _gradient(self, segments: Tensor, adjoints: Any, *, keep: bool = False) -> Tensor:
+        with torch.enable_grad():  # a sum, as gradients of tensors make torch import sympy, which takes 0.4 s
+            along = (segments * adjoints.segments).sum()
+        adj_points = torch.autograd.grad(along, self._points, retain_graph=keep)[0]
+        parts = [adj_points, adjoints.color.flatten(), adjoints.opacity, adjoints.background]
+        if self._scene.gradients is not None:
+            parts += [adjoints.end_color.flatten(), adjoints.geometry.flatten()]
+        return torch.cat(parts) * self.is_free

@@ -1,0 +1,201 @@
+"""The result of a run: the picture, its drawing, how the drawing becomes a file, and figures of the file."""
+
+from __future__ import annotations
+
+import os
+from base64 import b64encode
+from dataclasses import dataclass
+from functools import cached_property
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.drawing.drawing import Drawing
+from warpvec.drawing.encoding import Encoding
+from warpvec.errors import InputError
+from warpvec.files import check_writable, write_atomic
+from warpvec.geometry.scene import Scene, over_white
+from warpvec.image.metrics import psnr
+from warpvec.image.picture import Picture
+from warpvec.image.write import round_to_8_bits
+from warpvec.rendering.draw import draw_8_bits, draw_exactly, draw_pixels
+from warpvec.rendering.thread_pool import usable_threads
+from warpvec.svg.layers import prefixes, read_layers
+from warpvec.svg.measure import evaluate, file_facts
+from warpvec.watch.progress import HistoryEntry
+from warpvec.watch.watch import RunFacts
+from warpvec.writers.registry import check_suffix, encode
+from warpvec.writers.writer import Canvas
+
+__all__ = ["Result"]
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The result of a run.
+
+    Attributes:
+        drawing: the drawing.
+        run: history, iterations, seconds and interruption of the run.
+    """
+
+    drawing: Drawing
+    run: RunFacts
+
+    def __repr__(self) -> str:
+        picture = self.picture
+        size = f"{picture.width} x {picture.height}"
+        parts = [size, f"{len(self.scene)} paths", f"{len(self.svg().encode()):,} bytes"]
+        if "metrics" in self.__dict__:  # measuring takes a while
+            parts.append(f"PSNR {self.metrics['psnr']:.2f} dB")
+        return f"<Result: {', '.join(parts)}>"
+
+    def _repr_svg_(self) -> str:
+        """Show the picture in a notebook."""
+        return self.svg()
+
+    def _repr_html_(self) -> str:
+        """Show the picture in a notebook, no wider than its page, with a caption."""
+        data = b64encode(self.svg().encode()).decode()
+        picture = f'<img src="data:image/svg+xml;base64,{data}" width="{self.picture.width}" style="max-width:100%">'
+        return f"{picture}<br><small>{escape(repr(self))}</small>"
+
+    @property
+    def encoding(self) -> Encoding:
+        """How the drawing becomes a file."""
+        return self.drawing.encoding
+
+    @property
+    def picture(self) -> Picture:
+        """The picture, at full size and reduced to the size of the fit."""
+        return self.encoding.picture
+
+    @property
+    def config(self) -> FitConfig:
+        """Every setting of the run."""
+        return self.encoding.settings
+
+    @property
+    def scene(self) -> Scene:
+        """The scene in the file: cubics in pixels of the picture, rounded to the file's precision."""
+        return self.drawing.scene
+
+    @property
+    def history(self) -> list[HistoryEntry]:
+        """Records along the run: iteration, curves, psnr (internal, dB), seconds since the start."""
+        return self.run.history
+
+    @property
+    def interrupted(self) -> bool:
+        """True if the user ended the run early; the result is then the best until that moment."""
+        return self.run.interrupted
+
+    @property
+    def goal_facts(self) -> dict[str, Any] | None:
+        """The goal, and whether the file meets it; None without one."""
+        return self.drawing.goal_facts
+
+    @property
+    def file_psnr(self) -> float:
+        """PSNR in dB of the file against the picture, as resvg draws it."""
+        return self.drawing.psnr
+
+    def svg(self) -> str:
+        """Return the text of the SVG. Its user units are the picture's pixels."""
+        return self.drawing.text
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the drawing to ``path``, whole or not at all; the suffix names the kind of file.
+
+        ``.svg`` and ``.svgz`` hold the SVG, plain or gzipped. ``.png`` is the picture as resvg draws it, in the size of
+        the given picture. ``.pdf`` and ``.eps`` are for print.
+
+        Raises:
+            InputError: ``path`` has another suffix, cannot be written, or is for print without the extra "print".
+        """
+        check_suffix(path, "path")
+        check_writable(path, "path")
+        write_atomic(path, encode(self.svg(), path, self.canvas))
+
+    @property
+    def canvas(self) -> Canvas:
+        """The pixels of the picture, for writers of pictures."""
+        return Canvas(self.picture.width, self.picture.height, self.picture.is_transparent)
+
+    def render(self, scale: float = 1.0) -> NDArray[np.float32]:
+        """Return the file's scene drawn with exact coverage, [h, w, 3], at ``scale`` times the picture's size, rounded.
+
+        If the picture has alpha, the image has it too: [h, w, 4], straight. The renderer of the fit does not matter
+        here; `soft_image` is what the renderer of the fit draws.
+
+        Raises:
+            InputError: ``scale`` is not above 0.
+        """
+        if not 0 < scale < float("inf"):
+            raise InputError("scale", "must be above 0 and finite", repr(scale), "1 gives the photo's size")
+        picture = self.picture
+        height, width = (max(1, round(side * scale)) for side in (picture.height, picture.width))
+        scene = self.scene.scaled(width / picture.width, height / picture.height)
+        return draw_exactly(scene, height, width, self.config.threads)
+
+    def soft_image(self) -> NDArray[np.float32]:
+        """Return the fitted scene, neither converted nor rounded, as the fit drew it: [h, w, 3 or 4], reduced."""
+        return draw_pixels(self.drawing.fitted, *self.picture.reduced_size, **self.config.render_settings)
+
+    @cached_property
+    def metrics(self) -> dict[str, Any]:
+        """Plain values that describe the result, computed at the first use.
+
+        ``psnr`` (dB) and ``ssim`` compare the picture with the file as resvg draws it. If the picture is
+        ``transparent``, both are compared over black and over white, and the two errors are averaged. ``internal_psnr``
+        is the PSNR of the fit's own renderer: for "exact" that of `render` against the picture, for others that of
+        `soft_image` against the reduced picture. The image is first clamped and rounded to 8 bits, which changes the
+        PSNR by 0.01 dB at 32 dB. ``conversion_px`` is the largest distance of the file's cubics from the fitted curves,
+        in pixels of the picture, before rounding. ``threads`` is the largest number of CPU threads, None on a GPU.
+        ``unchanged`` tells if the file is the given one as it came in. ``bytes`` and ``gzip_bytes`` are sizes of the
+        SVG text, plain and gzipped. ``levels`` lists ``curves`` and ``psnr`` of each prefix of the layers, after a fit
+        with ``lod``. ``goal`` holds the facts about the goal.
+        """
+        drawing, opacity, picture = self.drawing, self.scene.opacity, self.picture
+        rows, columns = picture.reduced_size
+        return {
+            **evaluate(self.svg(), picture.pixels),
+            "mode": self.config.mode,
+            "mode_reason": drawing.mode_reason,
+            "renderer": self.config.renderer,
+            "start_psnr": drawing.start_psnr,
+            "unchanged": drawing.given is not None,
+            "left_out": drawing.left_out,
+            "internal_psnr": self._internal_psnr(),
+            "degree": drawing.fitted.degree,
+            "conversion_px": drawing.conversion_px,
+            "mean_opacity": opacity.mean().item() if len(opacity) else 0.0,
+            "width": picture.width,
+            "height": picture.height,
+            "fitted_width": columns,
+            "fitted_height": rows,
+            "iterations": self.run.iterations,
+            "seconds": self.run.seconds,
+            "device": drawing.device,
+            "threads": usable_threads(self.config.threads) if drawing.device == "cpu" else None,
+            "interrupted": self.interrupted,
+            "goal": drawing.goal_facts,
+            "levels": self._levels() if self.config.lod else None,
+        }
+
+    def _levels(self) -> list[dict[str, Any]]:
+        """Return the number of paths and the PSNR of each prefix of the layers as a picture of its own."""
+        if not read_layers(self.svg()):  # no path is left
+            return []
+        found = ((level, text, file_facts(text)["paths"]) for level, text in prefixes(self.svg()))
+        return [{"level": k, "curves": n, "psnr": self.encoding.text_psnr(text)} for k, text, n in found]
+
+    def _internal_psnr(self) -> float:
+        picture = self.picture
+        if self.config.renderer == "exact":
+            scene = self.scene if picture.is_transparent else over_white(self.scene)
+            return psnr(draw_8_bits(scene, picture.height, picture.width, self.config.threads), picture.pixels)
+        return psnr(round_to_8_bits(self.soft_image()), picture.reduced)

@@ -1,0 +1,47 @@
+/* Table of layers: visibility, number of paths, and PSNR of the picture up to each layer. */
+
+import { formatDb } from "viewer/charts.js";
+
+// Colours from the first generation to the last: viridis, whose lightness rises evenly.
+export const LAYER_COLORS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
+
+export class LayerTable {
+  constructor(app, body) {
+    this.app = app;
+    this.layers = app.drawing.layers;
+    body.replaceChildren();
+    this.rows = this.layers.map((layer) => this.addRow(body, layer));
+  }
+
+  addRow(body, layer) {
+    const row = body.insertRow();
+    const box = document.createElement("input");
+    Object.assign(box, { type: "checkbox", checked: true });
+    box.setAttribute("aria-label", `Show ${layer.name}`);
+    box.addEventListener("change", () => {
+      layer.visible = box.checked;
+      this.app.refresh();
+    });
+    row.insertCell().append(box);
+    const swatch = document.createElement("i");
+    swatch.style.background = this.app.layerColor(layer);
+    row.insertCell().append(swatch, layer.name);
+    const cells = { count: row.insertCell(), psnr: row.insertCell() };
+    cells.psnr.hidden = !this.app.meter;
+    return { row, box, ...cells };
+  }
+
+  show() {
+    const { app, layers } = this;
+    // The drawing has other layers by now: the next frame makes a table of those.
+    if (layers !== app.drawing.layers) return;
+    for (const [i, layer] of layers.entries()) {
+      const { row, box, count, psnr } = this.rows[i];
+      box.checked = layer.visible;
+      row.classList.toggle("off", i >= app.shownCount || !layer.visible);
+      const texts = [layer.items.length.toLocaleString("en"), formatDb(app.meter?.known(layers.slice(0, i + 1)))];
+      if (count.textContent !== texts[0]) count.textContent = texts[0];
+      psnr.textContent = texts[1].replace(" dB", "");
+    }
+  }
+}

@@ -1,0 +1,1 @@
+"""The watch over a run: progress, stop, clock and history."""

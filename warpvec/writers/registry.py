@@ -1,0 +1,56 @@
+"""The table of the kinds of files. To add a kind, write a file in this folder, and add its name here."""
+
+from __future__ import annotations
+
+import os
+from importlib import import_module
+from pathlib import Path
+
+from warpvec.errors import InputError
+from warpvec.writers import svg, svgz
+from warpvec.writers.writer import Canvas, Writer
+
+_FILES = ("svg", "svgz", "png", "pdf", "eps")
+"""Modules of this folder with a `WRITER`, in the order of messages."""
+
+_FOUND: list[Writer] = [import_module(f"warpvec.writers.{name}").WRITER for name in _FILES]
+
+WRITERS: dict[str, Writer] = {writer.suffix: writer for writer in _FOUND}
+"""Suffix -> writer."""
+
+SVG_SUFFIXES = (svg.WRITER.suffix, svgz.WRITER.suffix)
+"""Suffixes of files that hold the text of the SVG."""
+
+
+def writer_of(path: str | os.PathLike[str]) -> Writer:
+    """Return the writer for the suffix of ``path``, in any case; that of SVG for an unknown one, as of a device."""
+    return WRITERS.get(Path(path).suffix.lower(), svg.WRITER)
+
+
+def check_suffix(path: str | os.PathLike[str], name: str, suffixes: tuple[str, ...] = tuple(WRITERS)) -> None:
+    """Check that a drawing can be saved as ``path``.
+
+    Raises:
+        InputError: the suffix of ``path`` is none of the ``suffixes``, or what its writer needs is missing; ``name`` is
+            for the message.
+    """
+    given = os.fspath(path)
+    if Path(path).suffix.lower() not in suffixes:
+        raise InputError(name, f"must end in {listed(suffixes)}", repr(given), "rename it")
+    check = writer_of(path).check
+    if check is not None:
+        check(given, name)
+
+
+def listed(suffixes: tuple[str, ...]) -> str:
+    """Return ``suffixes`` as a list for a message: ".svg, .svgz or .png"."""
+    return f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
+
+
+def encode(text: str, path: str | os.PathLike[str], canvas: Canvas | None = None) -> bytes:
+    """Return the bytes of the file ``path`` of the SVG ``text``; see `Writer.encode`.
+
+    Raises:
+        InputError: what the writer needs is missing.
+    """
+    return writer_of(path).encode(text, canvas)

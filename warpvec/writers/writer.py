@@ -1,0 +1,38 @@
+"""What a writer is: it turns the text of an SVG into the bytes of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+
+class Canvas(NamedTuple):
+    """The pixels that a drawing is drawn with, for writers of pictures.
+
+    Attributes:
+        width, height: size in pixels.
+        transparent: whether the picture has alpha instead of white paper.
+    """
+
+    width: int
+    height: int
+    transparent: bool = False
+
+
+@dataclass(frozen=True)
+class Writer:
+    """A kind of file.
+
+    Attributes:
+        suffix: suffix of the file's name, with its dot, in small letters.
+        media_type: type of the file on the web.
+        encode: returns the bytes of the file of an SVG text. The canvas is for pictures; None for the drawing's size.
+        check: raises InputError if a package or library that the writer needs is missing. It gets the path of the file
+            and its name in messages.
+    """
+
+    suffix: str
+    media_type: str
+    encode: Callable[[str, Canvas | None], bytes]
+    check: Callable[[str, str], None] | None = None
