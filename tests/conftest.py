@@ -32,9 +32,10 @@ def pytest_runtest_setup() -> Iterator[None]:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_call() -> Iterator[None]:
-    """Let a test fail that hangs."""
-    with no_hang():
+def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
+    """Let a test fail that hangs: one that waits for a minute, or for as long as its mark ``longest_wait`` allows."""
+    mark = item.get_closest_marker("longest_wait")
+    with no_hang(*mark.args if mark else ()):
         yield
 
 

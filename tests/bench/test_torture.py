@@ -20,20 +20,21 @@ import torture_toml
 from torture_case import OK, REFUSED, Wrong
 from torture_runner import Ended, run_all
 
-pytestmark = pytest.mark.slow
+# The runner kills a case that hangs. It only waits meanwhile, for many cases in a row.
+pytestmark = [pytest.mark.slow, pytest.mark.longest_wait(600)]
 
 CASES = {
-    "images": 600,
-    "svgs": 250,
-    "checkpoints": 400,
-    "toml": 150,
-    "commands": 250,
+    "images": 300,
+    "svgs": 150,
+    "checkpoints": 200,
+    "toml": 100,
+    "commands": 150,
     "batch": 2,
     "options": 100,
     "disks": 2,
     "kills": 1,
 }
-"""Numbers of cases that together take about a minute on two cores."""
+"""Numbers of cases that together take about two minutes on two cores."""
 
 PATIENCE = 5.0
 """Factor of all time limits: other tests run at the same time. Hangs are found all the same."""

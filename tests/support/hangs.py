@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
 from collections.abc import Iterator
@@ -23,25 +24,32 @@ class HangError(Exception):
 
 
 @contextmanager
-def no_hang() -> Iterator[None]:
-    """Raise `HangError` in the block, with its place, if it waits for more than a minute, or ends far too late.
+def no_hang(seconds: float = SECONDS) -> Iterator[None]:
+    """Raise `HangError` in the block, with its place, if it waits for more than ``seconds``, or ends far too late.
 
-    Time in which this process works does not count as waiting. Limits grow with the load of the machine.
+    Time in which this process works, or a child that has ended since, does not count as waiting. Limits grow with the
+    load of the machine.
     """
     if not hasattr(signal, "SIGALRM"):
         yield
         return
-    wall, cpu = time.monotonic(), time.process_time()
+    wall, cpu = time.monotonic(), _work()
 
     def check(*_: Any) -> None:
-        seconds, worked = time.monotonic() - wall, time.process_time() - cpu
-        if seconds - worked > limit(SECONDS) or seconds > limit(CPU_SECONDS):
-            raise HangError(f"after {seconds:.0f} s, in {worked:.0f} s of which this process worked")
+        passed, worked = time.monotonic() - wall, _work() - cpu
+        if passed - worked > limit(seconds) or passed > limit(CPU_SECONDS):
+            raise HangError(f"after {passed:.0f} s, in {worked:.0f} s of which this process worked")
 
     before = signal.signal(signal.SIGALRM, check)
-    signal.setitimer(signal.ITIMER_REAL, SECONDS, PERIOD)
+    signal.setitimer(signal.ITIMER_REAL, seconds, PERIOD)
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+
+
+def _work() -> float:
+    """Return seconds of processor time of this process and of its children that have ended."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
