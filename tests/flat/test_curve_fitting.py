@@ -8,7 +8,7 @@ from flat_regions import box, coverage, disc
 from numpy.typing import NDArray
 
 from warpvec.flat.curves.contours import contours_of
-from warpvec.flat.curves.curve_fitting import fit_loop, fit_loops
+from warpvec.flat.curves.curve_fitting import fit_loops
 
 Floats = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ def polygon(corners: Floats):  # type: ignore[no-untyped-def]
 def fitted(shape, size: int = 96):  # type: ignore[no-untyped-def]
     loops = contours_of(coverage(shape, size, size))
     assert len(loops) == 1
-    return fit_loop(loops[0])
+    return fit_loops(loops[:1])[0]
 
 
 def sampled(segments: Floats, count: int = 20) -> Floats:
@@ -119,7 +119,7 @@ def test_larger_tolerance_needs_fewer_pieces() -> None:
         return np.hypot(px - 48.0, py - 48.0) <= 34.0 + 1.5 * np.sin(9.0 * angle)
 
     loop = contours_of(coverage(wavy, 96, 96))[0]
-    exact, coarse = fit_loop(loop, 0.2)[0], fit_loop(loop, 2.5)[0]
+    exact, coarse = fit_loops([loop], 0.2)[0][0], fit_loops([loop], 2.5)[0][0]
     assert len(coarse) < len(exact) / 2
     assert farthest(loop, sampled(exact, 200)) < 0.4
 

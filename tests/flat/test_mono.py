@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from warpvec.errors import InputError
 from warpvec.flat import mono
 from warpvec.flat.constants.mono import MONO
-from warpvec.flat.mono import mono_tracing, trace_mono
+from warpvec.flat.mono import mono_tracing
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
@@ -47,7 +47,7 @@ RING = (
 
 def test_ring_and_square_are_one_path_in_black_with_a_hole() -> None:
     picture = _picture(RING)
-    scene = trace_mono(picture)
+    scene = mono_tracing(picture).scene
     assert len(scene) == 1
     assert scene.structure.loop_count == 3
     assert scene.color.abs().max() == 0
@@ -57,7 +57,7 @@ def test_ring_and_square_are_one_path_in_black_with_a_hole() -> None:
 
 def test_two_levels_make_smooth_outlines() -> None:
     truth = _picture('<circle cx="48.3" cy="47.6" r="33.4"/>')
-    scene = trace_mono(np.where(truth < 128, 0, 255).astype(np.uint8))
+    scene = mono_tracing(np.where(truth < 128, 0, 255).astype(np.uint8)).scene
     assert scene.structure.segment_count <= 8
     assert _overlap(_drawn(scene), truth) > 0.985
 
@@ -73,7 +73,9 @@ def test_threshold_is_half_way_between_ink_and_paper_for_thin_strokes() -> None:
 
 def test_given_threshold_moves_the_outline() -> None:
     ramp = np.linspace(0, 255, SIDE)[None, :, None].repeat(SIDE, 0).repeat(3, 2).astype(np.uint8)
-    widths = [1.0 - _drawn(trace_mono(ramp, threshold))[SIDE // 2, :, 0].mean() / 255.0 for threshold in (64, 191)]
+    widths = [
+        1.0 - _drawn(mono_tracing(ramp, threshold).scene)[SIDE // 2, :, 0].mean() / 255.0 for threshold in (64, 191)
+    ]
     assert widths == pytest.approx([0.25, 0.75], abs=0.02)
 
 
@@ -87,20 +89,20 @@ def test_specks_and_small_holes_are_left_out_and_counted() -> None:
 def test_transparent_pixels_are_paper() -> None:
     picture = np.zeros((SIDE, SIDE, 4), np.uint8)
     picture[20:60, 30:70, 3] = 255
-    drawn = _drawn(trace_mono(picture))
+    drawn = _drawn(mono_tracing(picture).scene)
     assert drawn[40, 50].max() == 0
     assert drawn[10, 10].min() == 255
 
 
 def test_blank_picture_has_no_path() -> None:
-    scene = trace_mono(np.full((SIDE, SIDE, 3), 255, np.uint8))
+    scene = mono_tracing(np.full((SIDE, SIDE, 3), 255, np.uint8)).scene
     assert len(scene) == 0
     assert _drawn(scene).min() == 255
 
 
 def test_threshold_beyond_the_levels_is_refused() -> None:
     with pytest.raises(InputError, match="threshold"):
-        trace_mono(np.zeros((8, 8, 3), np.uint8), 300)
+        mono_tracing(np.zeros((8, 8, 3), np.uint8), 300)
 
 
 def test_late_tracings_have_the_largest_outlines(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,17 +39,6 @@ class MonoTracing:
     speck_count: int
 
 
-def trace_mono(
-    image: NDArray[Any],
-    threshold: float | Literal["auto"] = "auto",
-    *,
-    tolerance: float | None = None,
-    min_area: float = MONO.area_min,
-) -> Scene:
-    """Return the scene of `mono_tracing`."""
-    return mono_tracing(image, threshold, tolerance=tolerance, min_area=min_area).scene
-
-
 def mono_tracing(
     image: NDArray[Any],
     threshold: float | Literal["auto"] = "auto",

@@ -13,7 +13,7 @@ from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.layers.covering import chosen, cover_of, mixed
 from warpvec.flat.layers.hidden_borders import is_in, with_simple_hidden_borders
 from warpvec.flat.layers.junctions import border_shares, evidence_above, find_junctions
-from warpvec.flat.layers.merging import interrupted_pairs, same_paint
+from warpvec.flat.layers.merging import alike, interrupted_pairs
 
 INK, GOLD, TEAL = (0.0, 0.0, 0.3, 1.0), (0.9, 0.7, 0.0, 1.0), (0.0, 0.5, 0.5, 1.0)
 WHITE = (1.0, 1.0, 1.0, 1.0)
@@ -44,8 +44,8 @@ def _crossed() -> tuple:
 
 def test_the_two_parts_of_a_bar_behind_another_are_one_pair() -> None:
     regions, number = _crossed()
-    assert same_paint(regions, number["left"], number["alone"])
-    assert not same_paint(regions, number["left"], number["upright"])
+    others = np.array([number["alone"], number["upright"]])
+    assert alike(regions, number["left"], others).tolist() == [True, False]
     order = [regions.canvas, number["left"], number["right"], number["alone"], number["upright"]]
     junctions = find_junctions(regions, np.array(order))
     assert list(interrupted_pairs(regions, junctions, order)) == [(number["left"], number["right"])]

@@ -41,11 +41,6 @@ def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance) -> l
     return list(zip(np.split(segments, stops), np.split(pieces.is_line, stops), strict=True))
 
 
-def fit_loop(loop: Floats, tolerance: float = CURVES.tolerance) -> tuple[Floats, Mask]:
-    """Return `fit_loops` for one closed polyline [m, 2]."""
-    return fit_loops([loop], tolerance)[0]
-
-
 def _pieces(first_node: Integers, cycles: Sequence[Integers], is_line: Mask) -> Pieces:
     ends = [np.roll(cycle, -1) for cycle in cycles]
     start, end = np.concatenate(cycles), np.concatenate(ends)

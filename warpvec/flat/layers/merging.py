@@ -17,11 +17,6 @@ Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 
-def same_paint(regions: Regions, first: int, second: int) -> bool:
-    """Return whether two regions have the same flat paint, within ``paints_apart``."""
-    return bool(alike(regions, first, np.array([second]))[0])
-
-
 def alike(regions: Regions, first: int, others: Integers) -> Mask:
     """Return which regions ``others`` [n] have the flat paint of ``first``, within ``paints_apart``, or are it."""
     color = np.abs(regions.color[others] - regions.color[first]).max(1)
