@@ -69,7 +69,7 @@ class Subject:
         request = Request.of(read_image(path), replace(CONFIG, fit_size=size))
         image = torch.from_numpy(request.picture.reduced)
         work = FlatDrawing(image, request.settings)
-        return Subject(path.stem, request, work, find_regions(image.numpy()), work.draw(SIMPLIFICATION.detail))
+        return Subject(path.stem, request, work, find_regions(image.numpy()), work.draw(SIMPLIFICATION.detail)[0])
 
     @property
     def pixels(self) -> NDArray[np.float32]:
@@ -87,12 +87,12 @@ def _traced(subject: Subject) -> list[Any]:
 
 
 def _simplified(subject: Subject) -> list[Any]:
-    fresh = FlatDrawing(subject.work.image, subject.work.config).continued(subject.work)
-    return _values(fresh.draw(SIMPLIFICATION.detail))
+    work = subject.work
+    return _values(FlatDrawing(work.image, work.config, known=work.outlines).draw(SIMPLIFICATION.detail)[0])
 
 
 def _drawn(subject: Subject) -> list[Any]:
-    return _values(FlatDrawing(subject.work.image, subject.work.config).draw(SIMPLIFICATION.detail))
+    return _values(FlatDrawing(subject.work.image, subject.work.config).draw(SIMPLIFICATION.detail)[0])
 
 
 def _parts(subject: Subject) -> list[Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -31,7 +32,19 @@ from warpvec.polish.polish import PATHS_EXACT_MAX, polish
 from warpvec.watch.watch import Watch
 
 
-@dataclass
+class FlatOutlines(NamedTuple):
+    """Outlines of the regions of a picture, with more nodes than they need.
+
+    Attributes:
+        traced: a path for each region, numbered by its generation, so that a path that stays finds its colour again.
+        fitted: the paths that the settings allow, fitted to the picture.
+    """
+
+    traced: Scene
+    fitted: Scene
+
+
+@dataclass(frozen=True)
 class FlatDrawing:
     """The work on one picture of flat art.
 
@@ -40,58 +53,56 @@ class FlatDrawing:
         config: settings of the run.
         watch: progress, stop, clock and history of the run.
         may_refuse: whether to refuse a picture that is plainly no flat art; see `NotFlatArtError`.
-        left_out: what the last drawing left out, by its name: "path", "loop" and "node".
+        known: outlines that are known already; None to find them.
     """
 
     image: Tensor
     config: FitConfig
     watch: Watch = field(default_factory=Watch)
     may_refuse: bool = False
-    left_out: dict[str, int] = field(default_factory=dict)
-    _traced: Scene | None = None
-    _outlined: Scene | None = None
+    known: FlatOutlines | None = None
 
     @cached_property
     def critic(self) -> Critic:
         """The judge of all changes."""
         return Critic(self.image, self.config)
 
-    def draw(self, detail: float) -> Scene:
-        """Return the drawing with the nodes and paths that show at ``detail`` pixels.
-
-        The regions and their first outlines are found once.
+    @cached_property
+    def outlines(self) -> FlatOutlines:
+        """The outlines of the regions.
 
         Raises:
             NotFlatArtError: the picture is plainly no flat art, and ``may_refuse``.
         """
-        scene, watch = self._outlines(), self.watch
+        if self.known is not None:
+            return self.known
+        found = find_regions(self.image.numpy(), self.config.min_area, self.watch, self.may_refuse)
+        regions = self._repainted(with_fewer_regions(found, REGIONS.regions_max))
+        tolerance = CURVES.tolerance if max(self.image.shape[:2]) >= DRAWING.small_side else DRAWING.small_tolerance
+        traced = self._on_canvas(scene_of(regions, tolerance, watch=self.watch))
+        traced = replace(traced, generation=torch.arange(len(traced)))
+        fewer = with_fewer_paths(traced, self.critic, self.config.curves)
+        return FlatOutlines(traced, self._polished(fewer, DRAWING.first_iterations))
+
+    def draw(self, detail: float) -> tuple[Scene, dict[str, int]]:
+        """Return the drawing with the nodes and paths that show at ``detail`` pixels, and what it leaves out.
+
+        That is counted by its name: "path", "loop" and "node".
+
+        Raises:
+            NotFlatArtError: the picture is plainly no flat art, and ``may_refuse``.
+        """
+        scene, watch, left_out = self.outlines.fitted, self.watch, dict[str, int]()
         if not watch.is_over():
             removal = remove_paths(scene, self.critic, watch, detail)
-            scene, self.left_out = removal.scene, {"path": removal.path_count, "loop": removal.loop_count}
+            scene, left_out = removal.scene, {"path": removal.path_count, "loop": removal.loop_count}
         if len(scene) and not watch.is_over():
             simplified = simplify(scene, self.critic, watch, detail, SIMPLIFICATION.choice_iterations)
-            scene, self.left_out["node"] = simplified.scene, simplified.dropped
+            scene, left_out["node"] = simplified.scene, simplified.dropped
             scene = self._polished(scene, DRAWING.last_iterations)
             # Last, as a fit would undo exact circles and level lines.
             scene = regularize(scene, self.critic, watch, detail)
-        return self._snapped(scene)
-
-    def continued(self, known: FlatDrawing) -> FlatDrawing:
-        """Return this work with the outlines that the work ``known`` on the same picture has found."""
-        return replace(self, _traced=known._traced, _outlined=known._outlined)
-
-    def _outlines(self) -> Scene:
-        """Return the outlines of the regions, with more nodes than they need, fitted to the picture."""
-        if self._outlined is None:
-            found = find_regions(self.image.numpy(), self.config.min_area, self.watch, self.may_refuse)
-            regions = self._repainted(with_fewer_regions(found, REGIONS.regions_max))
-            tolerance = CURVES.tolerance if max(self.image.shape[:2]) >= DRAWING.small_side else DRAWING.small_tolerance
-            traced = self._on_canvas(scene_of(regions, tolerance, watch=self.watch))
-            # Numbered, so that a path that stays finds its colour again.
-            self._traced = replace(traced, generation=torch.arange(len(traced)))
-            fewer = with_fewer_paths(self._traced, self.critic, self.config.curves)
-            self._outlined = self._polished(fewer, DRAWING.first_iterations)
-        return self._outlined
+        return self._snapped(scene), left_out
 
     def _on_canvas(self, scene: Scene) -> Scene:
         """Return ``scene`` with a canvas if the picture is opaque: that of its lowest path if no region is one."""
@@ -134,13 +145,13 @@ class FlatDrawing:
 
     def _snapped(self, scene: Scene) -> Scene:
         """Return ``scene`` with the colours of the regions, where the fitted ones hardly differ or paths share one."""
-        assert self._traced is not None
-        color = self._traced.color[scene.generation]
+        traced = self.outlines.traced
+        color = traced.color[scene.generation]
         snap = math.inf if self.config.colors or self.config.palette else DRAWING.snap
         is_shared = (color[:, None] == color[None]).all(2).sum(1) > 1
         is_near = is_shared | ((scene.color - color).abs().amax(1) <= snap)
         if scene.gradients is not None:
             is_near &= scene.gradients.kind == FLAT
-        canvas = self._traced.background
+        canvas = traced.background
         background = canvas if bool((scene.background - canvas).abs().amax() <= snap) else scene.background
         return replace(scene, color=torch.where(is_near[:, None], color, scene.color), background=background)

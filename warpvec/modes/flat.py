@@ -34,12 +34,13 @@ class KnownOutlines:
         if known is None or not torch.equal(known.image, image):
             return work
         like_known = replace(known.config, detail=settings.detail, cutout=settings.cutout, minify=settings.minify)
-        return work.continued(known) if like_known == settings else work
+        return replace(work, known=known.outlines) if like_known == settings else work
 
     def keep(self, work: FlatDrawing, request: Request) -> None:
         """Keep the outlines of whole ``work``; interrupted work may have poor ones."""
         if not request.watch.is_over():
-            self._work = replace(work, watch=UNWATCHED)  # without the progress and the renderer of this run
+            # Without the progress and the renderer of this run.
+            self._work = replace(work, watch=UNWATCHED, known=work.outlines)
 
 
 @dataclass(frozen=True)
@@ -65,9 +66,9 @@ class Flat:
             work = self.outlines.begin(request, reduced_settings(request), self.may_refuse)
 
             def draw(detail: float) -> Drawing:
-                scene = work.draw(detail)
+                scene, left_out = work.draw(detail)
                 self.outlines.keep(work, request)
-                return finished(request, scene, detail, work.left_out)
+                return finished(request, scene, detail, left_out)
 
             return drawn(request, draw)
 
