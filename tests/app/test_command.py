@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import http.client
 import queue
+import threading
+import time
 import webbrowser
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
+from urllib.request import urlopen
 
 import pytest
 from children import limit
 from commands import invoke
+from desk_browser import DeskServer
 
 from warpvec.cli.commands import app as command
 
@@ -75,3 +81,25 @@ def test_the_address_is_printed_and_a_ticket_is_opened(
     if opens:
         assert opened.get(timeout=limit(10)) == "/".join([*address.split("/")[:3], "ticket"])
     assert opened.empty()
+
+
+def test_a_signal_ends_a_busy_server(tmp_path: Path) -> None:
+    # An exception that a handler raises in the middle of a request is lost there.
+    server = DeskServer(tmp_path)
+    stop = threading.Event()
+
+    def ask() -> None:
+        while not stop.is_set():
+            with suppress(OSError, http.client.HTTPException):
+                urlopen(server.url, timeout=1).close()
+
+    threads = [threading.Thread(target=ask) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    try:
+        time.sleep(0.5)
+        assert server.end() == 130
+    finally:
+        stop.set()
+        for thread in threads:
+            thread.join()

@@ -23,6 +23,7 @@ from warpvec.app.guard import Guard
 from warpvec.app.messages import Report
 from warpvec.app.routes import Routes
 from warpvec.app.worker_process import WorkerProcess
+from warpvec.watch.interrupt import Listener
 
 CONNECTIONS_MAX = 128
 """Most open connections. Browsers open six to a server, and a process may often have 1,024 files, or 256."""
@@ -42,8 +43,9 @@ def run_server(
     folder: Path | None = None,
     threads: int | None = None,
     on_start: Callable[[str, str], None] | None = None,
+    signals: Listener | None = None,
 ) -> None:
-    """Serve the page on ``listener`` until an exception ends it: the caller's KeyboardInterrupt.
+    """Serve the page on ``listener`` until a signal ends it.
 
     Args:
         listener: a socket that is bound to a port of this machine.
@@ -51,19 +53,25 @@ def run_server(
         folder: where pictures are listed and drawings are saved; None for nowhere.
         threads: CPU threads of fits; None for all cores.
         on_start: called with the address of the page when it can be opened, and with one that leads there only once.
+        signals: says when a signal has come; None for Python's own handling of Ctrl-C.
+
+    Raises:
+        KeyboardInterrupt: a signal has come.
     """
-    port = listener.getsockname()[1]
-    asyncio.run(_serve(listener, token, port, folder, threads, on_start))
+    if signals is not None:
+        signals.hold()
+    asyncio.run(_serve(listener, token, folder, threads, on_start, signals))
 
 
 async def _serve(
     listener: socket.socket,
     token: str,
-    port: int,
     folder: Path | None,
     threads: int | None,
     on_start: Callable[[str, str], None] | None,
+    signals: Listener | None,
 ) -> None:
+    port = listener.getsockname()[1]
     workers: list[WorkerProcess] = []
 
     def make_worker(receive: Callable[[Report], None]) -> WorkerProcess:
@@ -80,7 +88,7 @@ async def _serve(
             access_log=False, server_header=False, lifespan="off", ws="none",
         )  # fmt: skip
         logging.getLogger("uvicorn.error").addFilter(_is_mistake)
-        server = _Server(config)
+        server = _Server(config, signals)
         if on_start is not None:
             listener.listen()  # a browser that is quicker than the loop waits
             root = f"http://{HOST}:{port}"
@@ -133,8 +141,20 @@ def _is_mistake(record: logging.LogRecord) -> bool:
 
 
 class _Server(uvicorn.Server):
-    """A server that leaves the signals to the command: its own handlers would raise each of them a second time."""
+    """A server that leaves the signals to the command, and asks ten times a second whether one has come.
+
+    A handler that raises would not do: uvicorn takes an exception within a request for a fault of that request.
+    """
+
+    def __init__(self, config: uvicorn.Config, signals: Listener | None = None) -> None:
+        super().__init__(config)
+        self._signals = signals
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
         yield
+
+    async def on_tick(self, counter: int) -> bool:
+        if self._signals is not None and self._signals.has_signal():
+            raise KeyboardInterrupt
+        return await super().on_tick(counter)

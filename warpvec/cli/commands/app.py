@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from warpvec.cli.signals import raised_interrupts
+from warpvec.cli import signals
 from warpvec.cli.value_types import WholeNumber
 from warpvec.errors import InputError
 
@@ -52,8 +52,8 @@ def app(folder: str | None, port: int | None, no_browser: bool, threads: int | N
         if not no_browser:
             open_browser(ticket_address)
 
-    with listener, raised_interrupts():
-        run_server(listener, token, folder=where, threads=threads, on_start=show)
+    with listener:
+        run_server(listener, token, folder=where, threads=threads, on_start=show, signals=signals.listener())
 
 
 def open_browser(address: str) -> None:
