@@ -74,6 +74,8 @@ _DRAWN_NAMESPACES = (f"{SVG_NAMESPACE} ", "http://www.w3.org/1999/xlink ", "http
 
 _NUMBER = re.compile(NUMBER)
 
+_LAYER_ID = re.compile(r"layer-\d{1,9}-generation-(\d{1,9})", re.ASCII)
+
 _TAG = re.compile(rb"""<(?:[^>"']|"[^"]*"|'[^']*')*+>""")
 
 _LONG_TAG = re.compile(rb"<[^<!?/][^<]{%d}" % (5 * MAX_ATTRIBUTES))
@@ -89,12 +91,12 @@ class Group:
     """A <g> element directly inside the root.
 
     Attributes:
-        identifier: its ``id``, None without one.
+        level: its level of detail; see `layer_level`.
         start, stop: the range of bytes that it takes in the UTF-8 text.
         painted_count: the number of elements in it that paint something.
     """
 
-    identifier: str | None
+    level: int
     start: int
     stop: int
     painted_count: int
@@ -189,6 +191,12 @@ def local_name(tag: str) -> str:
     """Return the name of an SVG element without its namespace; "" for an element of another namespace."""
     namespace, _, name = tag.rpartition("}")
     return name if namespace in ("", "{" + SVG_NAMESPACE) else ""
+
+
+def layer_level(identifier: str | None, index: int) -> int:
+    """Return the level of the top-level group number ``index`` whose ``id`` is ``identifier``."""
+    match = _LAYER_ID.fullmatch(identifier or "")
+    return int(match[1]) if match else index
 
 
 class _Parser:
@@ -289,7 +297,8 @@ class _Parser:
         if self._depth == 1 and self._group is not None:
             start, identifier, painted_before = self._group
             painted_count = self.document.painted.count - painted_before
-            self.document.groups.append(Group(identifier, start, self._element_stop(start), painted_count))
+            level = layer_level(identifier, len(self.document.groups))
+            self.document.groups.append(Group(level, start, self._element_stop(start), painted_count))
             self._group = None
         elif self._depth == 0:
             self.document.root_range = self._root_start, self._element_stop(self._root_start)

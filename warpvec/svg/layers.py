@@ -9,50 +9,25 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 from warpvec.errors import InputError
-from warpvec.svg.document import SvgSource, parse_svg
+from warpvec.svg.document import Group, SvgSource, parse_svg
 
-_LAYER_ID = re.compile(r"layer-\d{1,9}-generation-(\d{1,9})", re.ASCII)
 _LINE_END = re.compile(rb"[ \t]*+\r?\n")
 _RANGE = re.compile(r"(?P<first>\d{1,9})?(?P<dash>-)?(?P<last>\d{1,9})?", re.ASCII)
 
 
-@dataclass(frozen=True)
-class Layer:
-    """A top-level group of a file.
-
-    Attributes:
-        level: its level of detail.
-        start, stop: range of bytes in the UTF-8 text, whole lines if nothing else is on them.
-        painted_count: the number of elements in it that paint something.
-    """
-
-    level: int
-    start: int
-    stop: int
-    painted_count: int
-
-
-def layer_level(identifier: str | None, index: int) -> int:
-    """Return the level of the top-level group number ``index`` whose ``id`` is ``identifier``."""
-    match = _LAYER_ID.fullmatch(identifier or "")
-    return int(match[1]) if match else index
-
-
-def read_layers(svg: SvgSource) -> list[Layer]:
-    """Return the top-level groups of a file in their order.
+def read_layers(svg: SvgSource) -> list[Group]:
+    """Return the top-level groups of a file in their order, with whole lines if nothing else is on these.
 
     Raises:
         InputError: ``svg`` is not an SVG, or is refused as unsafe.
     """
     document = parse_svg(svg)
     data = document.text.encode()
-    return [
-        Layer(layer_level(group.identifier, index), *_with_line(data, group.start, group.stop), group.painted_count)
-        for index, group in enumerate(document.groups)
-    ]
+    ranges = [_with_line(data, group.start, group.stop) for group in document.groups]
+    return [replace(group, start=a, stop=b) for group, (a, b) in zip(document.groups, ranges, strict=True)]
 
 
 def parse_levels(text: str, available: Collection[int]) -> set[int]:
@@ -87,13 +62,13 @@ def prefixes(svg: SvgSource) -> Iterator[tuple[int, str]]:
         yield level, _without(data, [layer for layer in layers if layer.level > level])
 
 
-def check_has_levels(layers: Collection[Layer]) -> None:
+def check_has_levels(layers: Collection[Group]) -> None:
     """Raise an `InputError` if a file has no levels of detail."""
     if not layers:
         raise InputError("SVG", "must have top-level groups, which are its levels of detail", "none", "group its paths")
 
 
-def _without(data: bytes, layers: Sequence[Layer]) -> str:
+def _without(data: bytes, layers: Sequence[Group]) -> str:
     starts, stops = [layer.start for layer in layers], [layer.stop for layer in layers]
     return b"".join(data[a:b] for a, b in zip([0, *stops], [*starts, len(data)], strict=True)).decode()
 

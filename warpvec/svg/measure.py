@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any, TypedDict
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,16 +46,6 @@ MAX_COMMANDS = 2**23
 """Most commands in the paths of a file, twice the segments of the largest fit: to count their segments takes 9 s."""
 
 
-class FileFacts(TypedDict):
-    """Number of painted elements, of those with gradients, of segments; bytes of the text, and of its gzip."""
-
-    paths: int
-    gradients: int
-    segments: int
-    bytes: int
-    gzip_bytes: int
-
-
 def evaluate(svg: SvgSource, image: NDArray[Any]) -> dict[str, Any]:
     """Return counts, sizes and quality of an SVG, drawn by resvg at the size of ``image`` [h, w, 3 or 4].
 
@@ -67,15 +57,15 @@ def evaluate(svg: SvgSource, image: NDArray[Any]) -> dict[str, Any]:
         InputError: as `draw`.
     """
     document = parse_svg(svg)
-    facts = file_facts(document)
-    sizes = {name: facts[name] for name in ("gradients", "segments", "bytes", "gzip_bytes")}
+    counts = file_facts(document)
     quality = {**file_quality(document, image), "transparent": is_transparent(image)}
-    return {"curves": facts["paths"], **sizes, **quality}
+    return {"curves": counts.pop("paths"), **counts, **quality}
 
 
-def file_facts(svg: SvgSource) -> FileFacts:
-    """Count painted elements, gradients, segments and bytes of an SVG. The sizes are the same if ``svg`` is gzipped.
+def file_facts(svg: SvgSource) -> dict[str, int]:
+    """Count what is in an SVG. The sizes are the same if ``svg`` is gzipped.
 
+    Keys: ``paths`` (painted elements), ``gradients`` (those with one), ``segments``, ``bytes``, and ``gzip_bytes``.
     A segment is one curve, line or arc of a path. The line that closes a path counts if it has a length.
 
     Raises:
@@ -85,14 +75,13 @@ def file_facts(svg: SvgSource) -> FileFacts:
     data, path_data = document.text.encode(), document.path_data
     if sum(numbers.count(letter) for numbers in path_data for letter in LETTERS) > MAX_COMMANDS:
         raise InputError("SVG", f"must have at most {MAX_COMMANDS} commands in its paths", "more", "simplify it")
-    segment_count = sum(map(count_segments, path_data))
-    return FileFacts(
-        paths=document.painted.count,
-        gradients=document.painted.gradient_count,
-        segments=segment_count,
-        bytes=len(data),
-        gzip_bytes=len(gzip_bytes(data)),
-    )
+    return {
+        "paths": document.painted.count,
+        "gradients": document.painted.gradient_count,
+        "segments": sum(map(count_segments, path_data)),
+        "bytes": len(data),
+        "gzip_bytes": len(gzip_bytes(data)),
+    }
 
 
 def file_quality(svg: SvgSource, image: NDArray[Any]) -> dict[str, float]:
@@ -145,21 +134,16 @@ def _draw_at(document: Document, width: int, height: int, transparent: bool) -> 
     rows, columns = height - rendering.shape[0], width - rendering.shape[1]
     if 0 <= rows <= 1 and 0 <= columns <= 1:
         return np.pad(rendering, ((0, rows), (0, columns), (0, 0)), mode="edge")
-    stated = _size_if_stated(document.root)
-    if stated is None or not _differs_by_rounding(stated, width, height):
-        found, remedy = "no stated size", "add width and height, or a viewBox, to its <svg>"
-        if stated is not None:
-            found, remedy = f"{stated[0]:g} x {stated[1]:g}", "give the image it was made from"
-        raise InputError("SVG", f"must have the proportions of {width} x {height}", found, remedy)
+    rule = f"must have the proportions of {width} x {height}"
+    try:
+        stated = stated_size(document.root)
+    except InputError:
+        remedy = "add width and height, or a viewBox, to its <svg>"
+        raise InputError("SVG", rule, "no stated size", remedy) from None
+    if not _differs_by_rounding(stated, width, height):
+        raise InputError("SVG", rule, f"{stated[0]:g} x {stated[1]:g}", "give the image it was made from")
     text = _stretched(document, stated, width, height)
     return rasterize(text, width, height, transparent=transparent, sandboxed=sandboxed)
-
-
-def _size_if_stated(root: dict[str, str]) -> tuple[float, float] | None:
-    try:
-        return stated_size(root)
-    except InputError:
-        return None
 
 
 def _differs_by_rounding(stated: tuple[float, float], width: int, height: int) -> bool:

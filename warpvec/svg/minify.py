@@ -9,18 +9,24 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from itertools import pairwise
 
 import numpy as np
 
 from warpvec.geometry.scene import Scene
-from warpvec.svg.path_data import format_closed_curves, format_number
-from warpvec.svg.quantize import OPACITY_DECIMALS, quantize, ticks_of
-from warpvec.svg.write import closes_by_lines, fills_of, hex_colors, path_data
+from warpvec.svg.path_data import format_closed_curves
+from warpvec.svg.quantize import quantize, ticks_of
+from warpvec.svg.write import (
+    OPAQUE,
+    background_of,
+    closes_by_lines,
+    fills_of,
+    opacity_attribute,
+    path_data,
+    path_element,
+    runs_of,
+)
 
-_OPAQUE = 10**OPACITY_DECIMALS
-
-_GROUP = ('<g fill-opacity="">', "</g>")
+_GROUP = '<g fill-opacity=""></g>'
 """The text that states an opacity for all paths of a group, without its digits."""
 
 
@@ -47,37 +53,23 @@ def write_minified(
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{sides[0]}" height="{sides[1]}"'
         f' viewBox="0 0 {width} {height}">',
         *definitions,
-        *_background(scene, width, height),
+        *background_of(scene, width, height),
     ]
-    opacity = ticks_of(scene.opacity, _OPAQUE).tolist()
-    data = _data(scene, precision)
-    elements = list(zip(fills, opacity, data, strict=True))
-    for start, stop in _layers(scene, keeps_layers):
+    elements = list(zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), _data(scene, precision), strict=True))
+    generation = scene.generation.numpy()
+    for start, stop in runs_of(generation if keeps_layers else np.zeros_like(generation)):
         parts += _group(elements[start:stop], keeps_layers)
     return "".join([*parts, "</svg>"])
-
-
-def _background(scene: Scene, width: int, height: int) -> Iterator[str]:
-    if not scene.transparent:
-        yield f'<rect width="{width}" height="{height}" fill="{hex_colors(scene.background[None])[0]}"/>'
-
-
-def _layers(scene: Scene, keeps_layers: bool) -> Iterator[tuple[int, int]]:
-    """Yield the range of paths of each group."""
-    count = len(scene)
-    inner: list[int] = (np.flatnonzero(np.diff(scene.generation.numpy())) + 1).tolist() if keeps_layers else []
-    yield from (pairwise([0, *inner, count]) if count else ())
 
 
 def _group(elements: list[tuple[str, int, str]], is_layer: bool) -> Iterator[str]:
     """Yield the text of paths, each given by its fill, its opacity in ticks and its data."""
     common = _common_opacity([opacity for _, opacity, _ in elements])
-    has_group = is_layer or common != _OPAQUE
+    has_group = is_layer or common != OPAQUE
     if has_group:
-        yield "<g>" if common == _OPAQUE else f'<g fill-opacity="{format_number(common, OPACITY_DECIMALS)}">'
+        yield "<g>" if common == OPAQUE else f"<g{opacity_attribute(common)}>"
     for fill, opacity, data in elements:
-        own = "" if opacity == common else f' fill-opacity="{format_number(opacity, OPACITY_DECIMALS)}"'
-        yield f'<path fill="{fill}"{own} d="{data}"/>'
+        yield path_element(fill, opacity, data, common)
     if has_group:
         yield "</g>"
 
@@ -85,11 +77,10 @@ def _group(elements: list[tuple[str, int, str]], is_layer: bool) -> Iterator[str
 def _common_opacity(opacity: list[int]) -> int:
     """Return the opacity in ticks that saves most as that of the group; opaque if none saves more than it costs."""
     counts = Counter(opacity)
-    lengths = {ticks: len(f' fill-opacity="{format_number(ticks, OPACITY_DECIMALS)}"') for ticks in counts}
-    group = sum(map(len, _GROUP))
+    lengths = {ticks: len(opacity_attribute(ticks)) for ticks in counts}
     # Opaque paths say nothing without a group that does.
-    gains = {t: counts[t] * lengths[t] - counts[_OPAQUE] * lengths.get(_OPAQUE, 0) - group for t in counts}
-    gains[_OPAQUE] = 0
+    gains = {t: counts[t] * lengths[t] - counts[OPAQUE] * lengths.get(OPAQUE, 0) - len(_GROUP) for t in counts}
+    gains[OPAQUE] = 0
     return max(gains, key=lambda ticks: (gains[ticks], ticks))
 
 

@@ -34,10 +34,10 @@ MAX_TICKS = 2.0**53
 """Largest coordinate in ticks (units of the last decimal). Ticks are computed in float64, which is exact up to here."""
 
 
-def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIMALS) -> Scene:
+def quantize(scene: Scene, precision: int) -> Scene:
     """Return the scene as the file will state it, to render exactly what is exported.
 
-    Coordinates have ``precision`` decimals, colours 8 bits, opacities ``opacity_decimals`` decimals, ends of gradients
+    Coordinates have ``precision`` decimals, colours 8 bits, opacities ``OPACITY_DECIMALS``, ends of gradients
     ``GRADIENT_DECIMALS``. Colours and opacities outside [0, 1] are clamped. Gradients of one colour become flat.
     Handles are rounded more coarsely than anchors (to 0.1 px at two decimals), relative to the start of their segment.
     This saves 9 % of the file at 512 paths and costs 0.003 dB: a handle moves its curve by at most 4/9 of its own move.
@@ -50,36 +50,28 @@ def quantize(scene: Scene, precision: int, opacity_decimals: int = OPACITY_DECIM
             shows its end colour), or a coordinate is 2**53 units of the last decimal or more.
     """
     scene = _with_needed_gradients(_without_far_gradients(scene.detach()))
-    _check_cubic(scene)
-    _check_finite(scene, precision)
+    _check(scene, precision)
     quantized = replace(
         scene,
         segments=_rounded_segments(scene.segments, scene.structure, precision),
         gradients=_rounded_gradients(scene.gradients),
         color=_rounded(scene.color.clamp(0, 1), COLOR_LEVELS),
-        opacity=_rounded(scene.opacity.clamp(0, 1), 10**opacity_decimals),
+        opacity=_rounded(scene.opacity.clamp(0, 1), 10**OPACITY_DECIMALS),
         background=_rounded(scene.background.clamp(0, 1), COLOR_LEVELS),
     )
     return _with_needed_gradients(quantized.select(quantized.opacity > 0))
 
 
-def _check_cubic(scene: Scene) -> None:
+def _check(scene: Scene, precision: int) -> None:
     if scene.degree != 3:
-        raise ValueError(
-            f"scene must have degree 3 to be written, got {scene.degree};"
-            " convert it with warpvec.geometry.cubics.to_cubics"
-        )
-
-
-def _check_finite(scene: Scene, precision: int) -> None:
+        remedy = "convert it with warpvec.geometry.cubics.to_cubics"
+        raise ValueError(f"scene must have degree 3 to be written, got {scene.degree}; {remedy}")
     for name in ("segments", "color", "opacity", "background"):
         if not torch.isfinite(getattr(scene, name)).all():
             raise ValueError(f"{name} of a scene must be finite to be written; check what made it")
     if len(scene) and scene.segments.abs().max().double() * 10**precision >= MAX_TICKS:
         raise ValueError(f"points must be within 2**53 steps of 1e-{precision} of the origin to be written")
-    if scene.gradients is None:
-        return
-    if not torch.isfinite(scene.gradients.end_color).all():
+    if scene.gradients is not None and not torch.isfinite(scene.gradients.end_color).all():
         raise ValueError("end colours of gradients must be finite to be written; check what made them")
 
 

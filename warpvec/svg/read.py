@@ -20,8 +20,7 @@ from warpvec.geometry.loops import Color, Outline, OutlineGradient, make_scene
 from warpvec.geometry.paints.kind import GradientKind
 from warpvec.geometry.paints.registry import KINDS
 from warpvec.geometry.scene import Scene
-from warpvec.svg.document import local_name, parse_svg, read_text
-from warpvec.svg.layers import layer_level
+from warpvec.svg.document import layer_level, local_name, parse_svg, read_text
 from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops
 from warpvec.svg.quantize import COLOR_LEVELS, MAX_TICKS
 from warpvec.svg.units import check_pixels, stated_size
@@ -96,15 +95,13 @@ class _NotOurs(Exception):
 def _read_own(root: Element) -> LoadedSvg:
     box = _OWN_BOX.fullmatch(root.get("viewBox", ""))
     stated = root.get("width", ""), root.get("height", "")
-    _expect(all(_OWN_SIDE.fullmatch(side) for side in stated) and not root.get("style"))
-    if box is None:
+    if box is None or not all(_OWN_SIDE.fullmatch(side) for side in stated) or root.get("style"):
         raise _NotOurs
     width, height = box.groups()
     children = [child for child in root if local_name(child.tag) not in ("", *_UNDRAWN)]
     gradients = _own_gradients(children.pop(0)) if children and local_name(children[0].tag) == "defs" else {}
-    background = None
-    if children and local_name(children[0].tag) == "rect":
-        background = _read_background(children.pop(0), width, height)
+    has_background = bool(children) and local_name(children[0].tag) == "rect"
+    background = _read_background(children.pop(0), width, height) if has_background else None
     elements = list(_own_paths(children))
     decimals = max((decimals_of(_own_data(path.element)) for path in elements), default=0)
     outlines = [_own_outline(path, decimals, gradients) for path in elements]
@@ -122,7 +119,8 @@ def _read_foreign(root: Element) -> LoadedSvg:
     from warpvec.svg.foreign.reader import ForeignReader
 
     reader = ForeignReader(root)
-    return LoadedSvg(make_scene(reader.outlines, reader.background), *reader.size, reader.omitted)
+    scene = make_scene(reader.painter.outlines, reader.painter.background)
+    return LoadedSvg(scene, *reader.size, reader.omitted)
 
 
 def _expect(condition: bool) -> None:
@@ -152,8 +150,7 @@ class _OwnPath(NamedTuple):
 def _own_paths(children: Sequence[Element]) -> Iterator[_OwnPath]:
     """Yield each path. All paths are in groups, and no group in another; or there are no groups."""
     if children and all(local_name(child.tag) == "path" for child in children):
-        for path in children:
-            yield _own_path(path, 0, "1")
+        yield from (_own_path(path, 0, "1") for path in children)
         return
     for index, group in enumerate(children):
         _expect(local_name(group.tag) == "g")
@@ -178,10 +175,8 @@ def _is_minified(text: str, root: Element) -> bool:
 def _own_layer_names(groups: Sequence[Element]) -> dict[int, str] | None:
     """Return the names of the layers by generation; None unless all have names from which their ids come."""
     names = {layer_level(group.get("id"), index): group.get(_LABEL, "") for index, group in enumerate(groups)}
-    has_names = all(
-        name and layer_id(name) == group.get("id") for name, group in zip(names.values(), groups, strict=False)
-    )
-    return names if names and has_names and len(names) == len(groups) else None
+    identifiers = [group.get("id") for group in groups]
+    return names if groups and all(names.values()) and list(map(layer_id, names.values())) == identifiers else None
 
 
 def _own_outline(path: _OwnPath, decimals: int, gradients: dict[str, _Paint]) -> Outline:
@@ -192,12 +187,8 @@ def _own_outline(path: _OwnPath, decimals: int, gradients: dict[str, _Paint]) ->
     points = np.concatenate([ticks.reshape(-1, 2) for ticks, _ in loops]) / 10**decimals
     is_line = np.concatenate([mask for _, mask in loops])
     counts = tuple(len(ticks) for ticks, _ in loops)
-    return Outline(points, color, _own_opacity(path.opacity), path.generation, counts, is_line, gradient)
-
-
-def _own_opacity(opacity: str) -> float:
-    _expect(_OWN_OPACITY.fullmatch(opacity) is not None)
-    return float(opacity)
+    _expect(_OWN_OPACITY.fullmatch(path.opacity) is not None)
+    return Outline(points, color, float(path.opacity), path.generation, counts, is_line, gradient)
 
 
 def _own_gradients(definitions: Element) -> dict[str, _Paint]:

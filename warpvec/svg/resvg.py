@@ -72,11 +72,9 @@ def _pixels(image: PngImageFile, mode: str) -> NDArray[np.uint8]:
 def _draw_here(text: str, options: dict[str, Any]) -> bytes:
     try:
         return resvg_py.svg_to_bytes(text, **options)
-    except (ValueError, OverflowError) as error:
-        raise _refusal(str(error)) from None
     except BaseException as error:
-        # A failed assertion of resvg. Its type cannot be imported and is not an Exception.
-        if type(error).__name__ == "PanicException":
+        # A failed assertion of resvg has a type that cannot be imported and is not an Exception.
+        if isinstance(error, ValueError | OverflowError) or type(error).__name__ == "PanicException":
             raise _refusal(str(error)) from None
         raise
 

@@ -39,7 +39,8 @@ class Limits(TypedDict):
 def main() -> None:
     """Draw stdin as the argument says."""
     limits: Limits = json.loads(sys.argv[1])
-    _end_in_time(limits["seconds"])
+    # Even if nobody stops this process. The timer is a thread of native code, which the drawing does not hold up.
+    faulthandler.dump_traceback_later(limits["seconds"], exit=True)
     _end_with_parent(limits["parent"])
     _limit_resources(RLIMIT_AS=limits["memory"], RLIMIT_CORE=0, RLIMIT_CPU=limits["seconds"])
     import resvg_py
@@ -51,12 +52,6 @@ def main() -> None:
     except BaseException as error:
         sys.exit(MARK + str(error))
     sys.stdout.buffer.write(png)
-
-
-def _end_in_time(seconds: int) -> None:
-    """End this process at the time limit, even if nobody stops it."""
-    # The timer is a thread of native code, which the drawing does not hold up.
-    faulthandler.dump_traceback_later(seconds, exit=True)
 
 
 def _end_with_parent(parent: int) -> None:

@@ -16,9 +16,11 @@ from torch import Tensor
 from warpvec import __version__
 from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
-from warpvec.geometry.structure import Structure
 from warpvec.svg.path_data import format_curves, format_number, format_path
 from warpvec.svg.quantize import COLOR_LEVELS, GRADIENT_DECIMALS, OPACITY_DECIMALS, quantize, ticks_of
+
+OPAQUE = 10**OPACITY_DECIMALS
+"""The opacity 1 in ticks, units of the last decimal."""
 
 # XML 1.0 forbids these characters even escaped, and file names may contain them.
 _ILLEGAL_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -30,7 +32,6 @@ def write_svg(
     height: int,
     *,
     precision: int = 2,
-    opacity_decimals: int = OPACITY_DECIMALS,
     title: str | None = None,
     metadata: dict[str, Any] | None = None,
     sides: tuple[str, str] | None = None,
@@ -48,17 +49,18 @@ def write_svg(
     Raises:
         ValueError: as `quantize`, or ``metadata`` cannot be written as JSON.
     """
-    scene = quantize(scene, precision, opacity_decimals).cpu()
+    scene = quantize(scene, precision).cpu()
     fills, definitions = fills_of(scene)
     sides = sides or (str(width), str(height))
-    elements = _path_elements(scene, precision, opacity_decimals, fills)
+    opacity = ticks_of(scene.opacity, OPAQUE).tolist()
+    elements = list(map(path_element, fills, opacity, path_data(scene, precision)))
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
         f' width="{sides[0]}" height="{sides[1]}" viewBox="0 0 {width} {height}">',
         *_description(title, metadata),
         *definitions,
-        *_background(scene, width, height),
+        *background_of(scene, width, height, ' id="background"'),
         *_layers(scene.generation.numpy(), elements, layer_names or {}),
         "</svg>",
     ]
@@ -77,17 +79,15 @@ def _xml_text(text: str) -> str:
     return escape(_ILLEGAL_IN_XML.sub("\N{REPLACEMENT CHARACTER}", text))
 
 
-def _background(scene: Scene, width: int, height: int) -> Iterator[str]:
-    if not scene.transparent:
-        fill = hex_colors(scene.background[None])[0]
-        yield f'<rect id="background" width="{width}" height="{height}" fill="{fill}"/>'
+def background_of(scene: Scene, width: int, height: int, identifier: str = "") -> list[str]:
+    """Return the rectangle of the background with the attribute ``identifier``; nothing if ``scene`` is transparent."""
+    fill = hex_colors(scene.background[None])[0]
+    return [] if scene.transparent else [f'<rect{identifier} width="{width}" height="{height}" fill="{fill}"/>']
 
 
 def _layers(generation: NDArray[np.int64], elements: list[str], names: Mapping[int, str]) -> Iterator[str]:
     """Yield ``elements`` in one group per run of equal generation; the running number keeps ids unique."""
-    starts = np.flatnonzero(np.diff(generation, prepend=generation[:1] - 1)).tolist()
-    stops = (np.flatnonzero(np.diff(generation, append=generation[-1:] + 1)) + 1).tolist()
-    for number, (start, stop) in enumerate(zip(starts, stops, strict=True), 1):
+    for number, (start, stop) in enumerate(runs_of(generation), 1):
         level = int(generation[start])
         plural = "path" if stop - start == 1 else "paths"
         label = names.get(level, f"Layer {number}: generation {level}, {stop - start} {plural}")
@@ -97,19 +97,25 @@ def _layers(generation: NDArray[np.int64], elements: list[str], names: Mapping[i
         yield "</g>"
 
 
+def runs_of(generation: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
+    """Yield the first row, and the row after the last, of each run of equal ``generation`` [N]."""
+    inner = np.flatnonzero(np.diff(generation)) + 1
+    yield from pairwise(np.unique([0, *inner, len(generation)]).tolist())
+
+
 def layer_id(name: str) -> str:
     """Return the id of a layer called ``name``: its letters and digits, with hyphens between."""
     return re.sub(r"[^a-zA-Z0-9]+", "-", name).strip("-")
 
 
-def _path_elements(scene: Scene, precision: int, opacity_decimals: int, fills: list[str]) -> list[str]:
-    data = path_data(scene, precision)
-    opaque = 10**opacity_decimals
-    opacity = ticks_of(scene.opacity, opaque).tolist()
-    return [
-        f'<path fill="{fill}"{_opacity_attribute(ticks, opacity_decimals) if ticks < opaque else ""} d="{d}"/>'
-        for fill, ticks, d in zip(fills, opacity, data, strict=True)
-    ]
+def path_element(fill: str, opacity: int, data: str, shared: int = OPAQUE) -> str:
+    """Return the element of a path; its ``opacity``, in ticks, is left out if its group states it as ``shared``."""
+    return f'<path fill="{fill}"{"" if opacity == shared else opacity_attribute(opacity)} d="{data}"/>'
+
+
+def opacity_attribute(ticks: int) -> str:
+    """Return the attribute, with the space before it, that states an opacity."""
+    return f' fill-opacity="{format_number(ticks, OPACITY_DECIMALS)}"'
 
 
 def path_data(scene: Scene, precision: int) -> list[str]:
@@ -119,8 +125,8 @@ def path_data(scene: Scene, precision: int) -> list[str]:
     read and written again has the same bytes: not on rows of no length, which are left out.
     """
     ticks, structure = ticks_of(scene.segments, 10**precision).numpy(), scene.structure
-    is_line = np.zeros(len(ticks), np.bool_) if structure.is_line is None else structure.is_line.numpy()
-    has_lines = bool(_drawn_lines(ticks, structure).any())
+    is_line = _line_rows(scene)
+    has_lines = (is_line & (ticks[structure.segment_next.numpy(), 0] != ticks[:, 0]).any(1)).any()
     if structure.loop_count == len(scene) and not has_lines:
         return format_curves(ticks, structure.loop_first_segment.numpy().astype(np.int64), precision)
     rows, loops = structure.loop_first_segment.tolist(), structure.path_first_loop.tolist()
@@ -136,22 +142,16 @@ def closes_by_lines(scene: Scene) -> NDArray[np.bool_] | None:
     structure = scene.structure
     if structure.loop_count != len(scene):
         return None
-    is_line = np.zeros(len(scene.segments), np.bool_) if structure.is_line is None else structure.is_line.numpy()
+    is_line = _line_rows(scene)
     is_last = np.zeros_like(is_line)
     is_last[structure.loop_first_segment.numpy()[1:] - 1] = True
     return None if (is_line & ~is_last).any() else is_line & is_last
 
 
-def _drawn_lines(ticks: NDArray[np.int64], structure: Structure) -> NDArray[np.bool_]:
-    """Return the rows [R] that are lines of some length."""
-    if structure.is_line is None:
-        return np.zeros(len(ticks), np.bool_)
-    ends = ticks[structure.segment_next.numpy(), 0]
-    return structure.is_line.numpy() & (ends != ticks[:, 0]).any(1)
-
-
-def _opacity_attribute(ticks: int, decimals: int) -> str:
-    return f' fill-opacity="{format_number(ticks, decimals)}"'
+def _line_rows(scene: Scene) -> NDArray[np.bool_]:
+    """Return which rows [R] are lines."""
+    is_line = scene.structure.is_line
+    return np.zeros(len(scene.segments), np.bool_) if is_line is None else is_line.numpy()
 
 
 def fills_of(scene: Scene) -> tuple[list[str], list[str]]:

@@ -78,6 +78,7 @@ def lies_nowhere(gradient: Element, by_id: Mapping[str, Element], space: Space) 
     return in_box and not (right > left and bottom > top)
 
 
+@np.errstate(all="ignore")
 def read_gradient(
     gradient: Element, stops: list[GradientStop], by_id: Mapping[str, Element], space: Space, omitted: Counter[str]
 ) -> ColorRamp:
@@ -94,18 +95,6 @@ def read_gradient(
     def given(name: str) -> str | None:
         return attribute(gradient, name, by_id)
 
-    with np.errstate(all="ignore"):
-        return _read_ramp(gradient, stops, given, space, omitted)
-
-
-def _read_ramp(
-    gradient: Element,
-    stops: list[GradientStop],
-    given: Callable[[str], str | None],
-    space: Space,
-    omitted: Counter[str],
-) -> ColorRamp:
-    """Return a gradient whose attributes are ``given``."""
     matrix, (across, down) = space.matrix, space.viewport
     if given("gradientUnits") != "userSpaceOnUse":
         left, top, right, bottom = space.box
@@ -131,10 +120,24 @@ Length = Callable[[str, str, float], float]
 
 
 def _linear_geometry(length: Length, viewport: tuple[float, float], matrix: Matrix, omitted: Counter[str]) -> Geometry:
+    """Return the ends of a linear gradient in pixels.
+
+    The lines of equal colour stay straight under the matrix but may lean. The ends in pixels lie across them.
+    """
     del omitted
     across, down = viewport
     sides = (("x1", "0%", across), ("y1", "0%", down), ("x2", "100%", across), ("y2", "0%", down))
-    return _linear(np.array([length(*side) for side in sides]).reshape(2, 2), matrix)
+    ends = np.array([length(*side) for side in sides]).reshape(2, 2)
+    along = ends[1] - ends[0]
+    first, last = (matrix[:, :2] @ point + matrix[:, 2] for point in ends)
+    determinant = float(np.linalg.det(matrix[:, :2]))
+    if determinant == 0.0 or not along.any():
+        return float(first[0]), float(first[1]), float(first[0]), float(first[1])
+    leaning = matrix[:, :2] @ np.array([-along[1], along[0]])
+    normal = np.array([-leaning[1], leaning[0]])
+    step = last - first
+    end = first + normal * (step @ normal) / (normal @ normal)
+    return float(first[0]), float(first[1]), float(end[0]), float(end[1])
 
 
 def _radial_geometry(length: Length, viewport: tuple[float, float], matrix: Matrix, omitted: Counter[str]) -> Geometry:
@@ -143,33 +146,11 @@ def _radial_geometry(length: Length, viewport: tuple[float, float], matrix: Matr
     cx, cy, r = length("cx", "50%", across), length("cy", "50%", down), length("r", "50%", diagonal)
     focus = (length("fx", repr(cx), across), length("fy", repr(cy), down), length("fr", "0", diagonal))
     omitted["gradient with a focus"] += max(abs(focus[0] - cx), abs(focus[1] - cy), abs(focus[2])) > _SIMILAR * r
-    return _radial(cx, cy, r, matrix, omitted)
+    center = matrix[:, :2] @ np.array([cx, cy]) + matrix[:, 2]
+    axes = np.linalg.svd(matrix[:, :2], compute_uv=False) if np.isfinite(matrix).all() else np.zeros(2)
+    omitted["elliptic gradient"] += bool(axes[0] - axes[1] > _SIMILAR * axes[0])
+    return float(center[0]), float(center[1]), r * math.sqrt(float(axes[0] * axes[1])), 0.0
 
 
 GRADIENT_ELEMENTS = {"linearGradient": (LINEAR, _linear_geometry), "radialGradient": (RADIAL, _radial_geometry)}
 """Element of a gradient that is read -> its kind, and the function that reads its geometry."""
-
-
-def _linear(ends: Matrix, matrix: Matrix) -> Geometry:
-    """Return the ``ends`` [2, 2] of a linear gradient in pixels.
-
-    The lines of equal colour stay straight under the matrix but may lean. The ends in pixels lie across them.
-    """
-    along = ends[1] - ends[0]
-    first, last = (matrix[:, :2] @ point + matrix[:, 2] for point in ends)
-    determinant = float(np.linalg.det(matrix[:, :2]))
-    if determinant == 0.0 or not along.any():
-        return float(first[0]), float(first[1]), float(first[0]), float(first[1])
-    across = matrix[:, :2] @ np.array([-along[1], along[0]])
-    normal = np.array([-across[1], across[0]])
-    step = last - first
-    end = first + normal * (step @ normal) / (normal @ normal)
-    return float(first[0]), float(first[1]), float(end[0]), float(end[1])
-
-
-def _radial(cx: float, cy: float, r: float, matrix: Matrix, omitted: Counter[str]) -> Geometry:
-    center = matrix[:, :2] @ np.array([cx, cy]) + matrix[:, 2]
-    with np.errstate(all="ignore"):
-        axes = np.linalg.svd(matrix[:, :2], compute_uv=False) if np.isfinite(matrix).all() else np.zeros(2)
-    omitted["elliptic gradient"] += bool(axes[0] - axes[1] > _SIMILAR * axes[0])
-    return float(center[0]), float(center[1]), r * math.sqrt(float(axes[0] * axes[1])), 0.0

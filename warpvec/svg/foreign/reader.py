@@ -11,15 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.errors import InputError
-from warpvec.geometry.loops import Color, Outline
-from warpvec.svg.document import local_name
+from warpvec.svg.document import layer_level, local_name
 from warpvec.svg.foreign.clip import Clips
 from warpvec.svg.foreign.fill import Fills, fraction
 from warpvec.svg.foreign.painter import Painter
 from warpvec.svg.foreign.shapes import SHAPES, compose, load_parser, read_matrix
 from warpvec.svg.foreign.state import State
 from warpvec.svg.foreign.style import INHERITED, StyleSheet
-from warpvec.svg.layers import layer_level
 from warpvec.svg.units import NUMBER, parse_length, stated_size
 
 MAX_ELEMENTS = 2**15
@@ -74,6 +72,7 @@ class ForeignReader:
 
     Attributes:
         size: width and height of the canvas in pixels.
+        painter: has the filled shapes and strokes, and the background.
 
     Raises:
         InputError: svgelements is missing, or the file states no size or draws too many elements.
@@ -84,23 +83,13 @@ class ForeignReader:
         self.size = stated_size(root.attrib)
         self._sheet = StyleSheet(root)
         self._by_id = {name: element for element in root.iter() if (name := element.get("id"))}
-        self._painter = Painter(Fills(self._sheet, self._by_id), self.size)
-        self._omitted = self._painter.omitted
+        self.painter = Painter(Fills(self._sheet, self._by_id), self.size)
+        self._omitted = self.painter.omitted
         self._clips = Clips(self._by_id, self.size)
         self._in_use: set[str] = set()
         self._element_count = self._number_count = 0
         self._omitted["style rule"] += len(self._sheet.unknown)
         self._walk_layers(root)
-
-    @property
-    def outlines(self) -> list[Outline]:
-        """The filled shapes and strokes, from bottom to top."""
-        return self._painter.outlines
-
-    @property
-    def background(self) -> Color | None:
-        """Colour of the rectangle that covers the canvas, None without one."""
-        return self._painter.background
 
     @property
     def omitted(self) -> list[str]:
@@ -142,23 +131,25 @@ class ForeignReader:
             opacity=above.opacity * fraction(properties["opacity"]),
             depth=above.depth + 1,
         )
-        before, background = len(self.outlines), self.background
+        painter = self.painter
+        before, background = len(painter.outlines), painter.background
         if name in SHAPES:
-            self._painter.draw(name, element.attrib, state)
+            painter.draw(name, element.attrib, state)
         else:
             self._visit_group(element, name, state)
-        covered = self.background is not None and background is None
-        self._omitted["clip path"] += self._clips.cut(properties["clip-path"], state, self.outlines[before:], covered)
+        covered = painter.background is not None and background is None
+        drawn = painter.outlines[before:]
+        self._omitted["clip path"] += self._clips.cut(properties["clip-path"], state, drawn, covered)
 
     def _visit_group(self, element: Element, name: str, state: State) -> None:
-        before = len(self.outlines)
+        before = len(self.painter.outlines)
         if name == "use":
             self._visit_target(element, state)
         else:
             state = self._placed(element, state) if name == "svg" else state
             self._visit_children(element, name, state)
         translucent = 0 < fraction(state.properties["opacity"]) < 1
-        self._omitted["group opacity"] += translucent and len(self.outlines) > before + 1
+        self._omitted["group opacity"] += translucent and len(self.painter.outlines) > before + 1
 
     def _visit_children(self, element: Element, name: str, state: State) -> None:
         for child in element:
@@ -173,9 +164,7 @@ class ForeignReader:
         if target is None or href in self._in_use:
             self._omitted["reference to nothing"] += 1
             return
-        shift = np.eye(2, 3)
-        shift[:, 2] = [parse_length(use.get(key, ""), whole) for key, whole in zip("xy", state.viewport, strict=True)]
-        state = replace(state, matrix=compose(state.matrix, shift))
+        state = replace(state, matrix=compose(state.matrix, _shift(use, state)))
         self._in_use.add(href)
         if local_name(target.tag) in ("symbol", "svg"):
             state = replace(state, properties=self._sheet.properties(target, state.properties))
@@ -194,16 +183,10 @@ class ForeignReader:
     def _placed(self, element: Element, state: State, use: Element | None = None) -> State:
         """Return the state inside a nested <svg>, or inside a <symbol> of the size that its <use> states."""
         sizes = {**element.attrib, **({} if use is None else use.attrib)}
-        width, height = (
-            parse_length(sizes.get(key, "100%"), whole)
-            for key, whole in zip(("width", "height"), state.viewport, strict=True)
-        )
-        shift = np.eye(2, 3)
-        if use is None:
-            shift[:, 2] = [
-                parse_length(element.get(key, ""), whole) for key, whole in zip("xy", state.viewport, strict=True)
-            ]
-        view, viewport = self._view(element, width, height)
+        across, down = state.viewport
+        size = parse_length(sizes.get("width", "100%"), across), parse_length(sizes.get("height", "100%"), down)
+        shift = _shift(element, state) if use is None else np.eye(2, 3)
+        view, viewport = self._view(element, *size)
         return replace(state, matrix=compose(state.matrix, compose(shift, view)), viewport=viewport)
 
     def _view(self, element: Element, width: float, height: float) -> tuple[NDArray[np.float64], tuple[float, float]]:
@@ -234,6 +217,12 @@ class ForeignReader:
         if self._number_count > MAX_NUMBERS:
             rule = f"must draw at most {MAX_NUMBERS} numbers, counting each <use>"
             raise InputError("SVG", rule, "more", "simplify it")
+
+
+def _shift(element: Element, state: State) -> NDArray[np.float64]:
+    """Return the matrix [2, 3] that moves by the attributes x and y of ``element``."""
+    x, y = (parse_length(element.get(key, ""), whole) for key, whole in zip("xy", state.viewport, strict=True))
+    return np.array([[1.0, 0.0, x], [0.0, 1.0, y]])
 
 
 def _remark(what: str, count: int) -> str:

@@ -53,7 +53,16 @@ def skia_path(subpaths: Sequence[Subpath], skia: ModuleType) -> Any:
     """Return a path of Skia with ``subpaths``."""
     path = skia.Path()
     for subpath in subpaths:
-        _add(path, subpath)
+        rows = subpath.points.tolist()
+        path.moveTo(*rows[0])
+        for row, is_line in enumerate(subpath.is_line.tolist()):
+            leaving, arriving, end = rows[3 * row + 1 : 3 * row + 4]
+            if is_line:
+                path.lineTo(*end)
+            else:
+                path.cubicTo(*leaving, *arriving, *end)
+        if subpath.is_closed:
+            path.close()
     return path
 
 
@@ -136,19 +145,6 @@ def _is_same(even_odd: list[Loop], nonzero: list[Loop]) -> bool:
     places = np.random.default_rng(0).uniform(points.min(0), points.max(0), (_TRIALS, 2))
     differs = (windings(before, places) % 2 == 1) != (windings(after, places) != 0)
     return int(differs.sum()) <= _MISSES_MAX
-
-
-def _add(path: Any, subpath: Subpath) -> None:
-    rows = subpath.points.tolist()
-    path.moveTo(*rows[0])
-    for row, is_line in enumerate(subpath.is_line.tolist()):
-        leaving, arriving, end = rows[3 * row + 1 : 3 * row + 4]
-        if is_line:
-            path.lineTo(*end)
-        else:
-            path.cubicTo(*leaving, *arriving, *end)
-    if subpath.is_closed:
-        path.close()
 
 
 def _contours(path: Any) -> Iterator[list[Cubic]]:

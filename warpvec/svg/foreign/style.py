@@ -7,7 +7,6 @@ of these.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
 from warpvec.svg.document import local_name
@@ -81,12 +80,10 @@ class StyleSheet:
 
 
 def _declarations(text: str) -> Properties:
-    return dict(_split_declarations(text))
-
-
-def _split_declarations(text: str) -> Iterator[tuple[str, str]]:
+    found: Properties = {}
     for declaration in text.split(";"):
-        name, colon, value = declaration.partition(":")
+        name, _, value = declaration.partition(":")
         name, value = name.strip().lower(), value.replace("!important", "").strip()
-        if colon and value and (name in INHERITED or name in OWN):
-            yield name, value
+        if value and (name in INHERITED or name in OWN):
+            found[name] = value
+    return found
