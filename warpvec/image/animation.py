@@ -6,7 +6,9 @@ and its frames are appended to the file. The formats are described in the GIF89a
 
 from __future__ import annotations
 
+import os
 import struct
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from io import BytesIO
 from typing import BinaryIO
@@ -22,69 +24,87 @@ _GIF_HEAD_BYTES = 13
 _WEBP_HEAD_BYTES = 12
 
 
-class GifWriter:
-    """Writes the frames of a GIF that repeats for ever, each shown for ``duration`` milliseconds."""
+class _PartWriter(ABC):
+    """Writes frames, each shown for ``duration`` milliseconds, and encodes ``PART_FRAMES`` of them at a time."""
+
+    _FORMAT: str
 
     def __init__(self, stream: BinaryIO, duration: int) -> None:
-        self._stream, self._parts = stream, _Parts("GIF", duration)
-        self._is_empty = True
+        self._stream, self._duration = stream, duration
+        self._frames: list[Image.Image] = []
+        self._size = 0, 0
 
     def add(self, frame: NDArray[np.uint8]) -> None:
         """Append ``frame`` [h, w, 3]."""
-        if (part := self._parts.add(frame)) is not None:
-            self._append(part)
+        self._frames.append(Image.fromarray(frame))
+        self._size = self._frames[0].size
+        if len(self._frames) == PART_FRAMES:
+            self._encode()
 
     def finish(self) -> None:
-        """Write what is left."""
-        if (part := self._parts.rest()) is not None:
-            self._append(part)
+        """Write what is left, bring the file to the disk, where a full one is noticed at the latest, and close it."""
+        if self._frames:
+            self._encode()
+        self._end()
+        self._stream.flush()
+        os.fsync(self._stream.fileno())
+        self._stream.close()  # Windows cannot move a file that is open
+
+    def _encode(self) -> None:
+        """Append the frames since the last part."""
+        (first, *others), count, self._frames = self._frames, len(self._frames), []
+        several = {"save_all": True, "append_images": others} if others else {}
+        buffer = BytesIO()
+        first.save(buffer, self._FORMAT, duration=self._duration, loop=0, **several)
+        self._append(buffer.getvalue(), count)
+
+    @abstractmethod
+    def _append(self, part: bytes, frame_count: int) -> None:
+        """Append the file ``part``, an animation of ``frame_count`` frames."""
+
+    @abstractmethod
+    def _end(self) -> None:
+        """Write the end of the file."""
+
+
+class GifWriter(_PartWriter):
+    """Writes a GIF that repeats for ever."""
+
+    _FORMAT = "GIF"
+
+    def _append(self, part: bytes, frame_count: int) -> None:
+        if self._stream.tell():
+            self._stream.writelines(_gif_frames(part))
+        else:
+            self._stream.write(part.removesuffix(b";"))
+
+    def _end(self) -> None:
         self._stream.write(b";")
 
-    def _append(self, part: bytes) -> None:
-        if self._is_empty:
-            self._stream.write(part.removesuffix(b";"))
-        else:
-            self._stream.writelines(_gif_frames(part))
-        self._is_empty = False
 
+class WebpWriter(_PartWriter):
+    """Writes a WebP file that repeats for ever."""
 
-class WebpWriter:
-    """Writes the frames of a WebP file that repeats for ever, each shown for ``duration`` milliseconds."""
-
-    def __init__(self, stream: BinaryIO, duration: int) -> None:
-        self._stream, self._duration, self._parts = stream, duration, _Parts("WEBP", duration)
-        self._first: bytes | None = None
-        self._size = 0, 0
-        self._flags = 0
-
-    def add(self, frame: NDArray[np.uint8]) -> None:
-        """Append ``frame`` [h, w, 3]."""
-        self._size = frame.shape[1], frame.shape[0]
-        frame_count = self._parts.frame_count + 1
-        if (part := self._parts.add(frame)) is not None:
-            self._append(part, frame_count)
-
-    def finish(self) -> None:
-        """Write what is left, and the header, which tells the number of bytes."""
-        frame_count = self._parts.frame_count
-        if (part := self._parts.rest()) is not None:
-            self._append(part, frame_count)
-        if self._first is not None:  # one part is a file of its own
-            self._stream.write(self._first)
-            return
-        byte_count = self._stream.tell()
-        self._stream.seek(0)
-        self._stream.write(self._head(byte_count))
+    _FORMAT = "WEBP"
+    _flags = 0
+    _first: tuple[bytes, int] | None = None
+    """The first part and the number of its frames, as long as there is no other."""
 
     def _append(self, part: bytes, frame_count: int) -> None:
         if self._first is None and not self._flags:
-            self._first, self._first_count = part, frame_count
+            self._first = part, frame_count
             return
         if self._first is not None:
             self._stream.write(self._head(0))
-            first, self._first = self._first, None
-            self._append_frames(first, self._first_count)
+            self._append_frames(*self._first)
+            self._first = None
         self._append_frames(part, frame_count)
+
+    def _end(self) -> None:
+        """Write the header, which tells the number of bytes; one part is a file of its own."""
+        head = self._head(self._stream.tell()) if self._first is None else self._first[0]
+        self._stream.seek(0)
+        self._stream.write(head)
 
     def _append_frames(self, part: bytes, frame_count: int) -> None:
         """Append the frames of ``part``. If all are equal, it is a still image without times."""
@@ -110,33 +130,6 @@ class WebpWriter:
 
 _ANIMATED, _HAS_ALPHA = 0x02, 0x10
 """Flags of a WebP file."""
-
-
-class _Parts:
-    """Encodes ``PART_FRAMES`` frames at a time."""
-
-    def __init__(self, format: str, duration: int) -> None:
-        self._format, self._duration = format, duration
-        self._frames: list[Image.Image] = []
-
-    @property
-    def frame_count(self) -> int:
-        return len(self._frames)
-
-    def add(self, frame: NDArray[np.uint8]) -> bytes | None:
-        """Take a frame; return the encoded part if that completes it."""
-        self._frames.append(Image.fromarray(frame))
-        return self.rest() if len(self._frames) == PART_FRAMES else None
-
-    def rest(self) -> bytes | None:
-        """Encode the frames since the last part; return None if there are none."""
-        if not self._frames:
-            return None
-        (first, *others), self._frames = self._frames, []
-        several = {"save_all": True, "append_images": others} if others else {}
-        buffer = BytesIO()
-        first.save(buffer, self._format, duration=self._duration, loop=0, **several)
-        return buffer.getvalue()
 
 
 def _gif_frames(data: bytes) -> Iterator[bytes]:

@@ -191,24 +191,19 @@ def _too_large(found: str, label: str, name: str) -> InputError:
     return InputError(name, f"must have at most {MAX_PIXELS} pixels", f"{found} in {label}", "reduce it first")
 
 
-def _check_size(width: int, height: int, label: str, name: str) -> None:
+def _check_size(width: int, height: int, has_alpha: bool, label: str, name: str) -> None:
     if width < 1 or height < 1:
         raise InputError(name, "must have pixels", f"{width} x {height} in {label}", "check where it comes from")
     if width * height > MAX_PIXELS:
         raise _too_large(f"{width} x {height}", label, name)
-
-
-def _check_alpha_size(width: int, height: int, label: str, name: str) -> None:
-    if width * height > MAX_ALPHA_PIXELS:
+    if has_alpha and width * height > MAX_ALPHA_PIXELS:
         rule = f"must have at most {MAX_ALPHA_PIXELS} pixels if it has alpha"
         raise InputError(name, rule, f"{width} x {height} in {label}", "reduce it first")
 
 
 def _upright_samples(image: Image.Image, label: str, name: str) -> NDArray[Any]:
     """Return the samples of a PIL image as an array that ``read_image`` takes."""
-    _check_size(*image.size, label, name)
-    if image.has_transparency_data:
-        _check_alpha_size(*image.size, label, name)
+    _check_size(*image.size, image.has_transparency_data, label, name)
     check_tiles(image)
     image.load()
     # The tag is read after loading, because the TIFF decoder turns the image itself and then removes the tag.
@@ -254,9 +249,7 @@ def _unit_samples(samples: NDArray[Any], name: str) -> NDArray[np.float32]:
     if samples.ndim != 3 or samples.shape[2] not in (1, 2, 3, 4):
         remedy = "put channels last, which is not guessed, and take one image of a batch"
         raise InputError(name, "must have shape [h, w] or [h, w, 1 to 4]", str(list(samples.shape)), remedy)
-    _check_size(samples.shape[1], samples.shape[0], "this array", name)
-    if samples.shape[2] in (2, 4):
-        _check_alpha_size(samples.shape[1], samples.shape[0], "this array", name)
+    _check_size(samples.shape[1], samples.shape[0], samples.shape[2] in (2, 4), "this array", name)
     if samples.dtype == np.bool_:
         return samples.astype(np.float32)
     if samples.dtype.kind == "u" and samples.dtype.itemsize <= 2:

@@ -6,11 +6,10 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
-from types import TracebackType
-from typing import Any, BinaryIO, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,16 +47,13 @@ def check_video(path: str) -> None:
         raise InputError("video", rule, remedy="pip install 'warpvec[video]'")
 
 
-class Video:
+class Video(AbstractContextManager["Video"]):
     """A video that is written while its frames come. A context manager: without `finish` there is no file after it."""
 
     def __init__(self, path: str) -> None:
         self._path = Path(path)
         self._writer: _Writer | None = None
         self._files = ExitStack()
-
-    def __enter__(self) -> Video:
-        return self
 
     def add(self, image: NDArray[np.float32]) -> None:
         """Append ``image`` [h, w, 3 or 4] in [0, 1]; a transparent one is shown over white.
@@ -80,9 +76,7 @@ class Video:
             self._writer.finish()
             os.replace(self._temporary, self._path)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         with suppress(OSError):  # what was left to write after an error
             self._files.close()
 
@@ -98,29 +92,12 @@ class _Writer(Protocol):
 @contextmanager
 def _open_writer(path: Path) -> Iterator[_Writer]:
     if path.suffix == ".mp4":
-        writer = _Mp4Writer(path)
-        try:
+        with closing(_Mp4Writer(path)) as writer:
             yield writer
-        finally:
-            writer.close()
         return
     duration = round(1000 / FRAMES_PER_SECOND)
     with path.open("wb") as stream:
-        yield _Synced(stream, (GifWriter if path.suffix == ".gif" else WebpWriter)(stream, duration))
-
-
-class _Synced:
-    """A writer that brings its file to the disk and closes it, where a full disk is noticed at the latest."""
-
-    def __init__(self, stream: BinaryIO, writer: _Writer) -> None:
-        self._stream, self._writer = stream, writer
-        self.add = writer.add
-
-    def finish(self) -> None:
-        self._writer.finish()
-        self._stream.flush()
-        os.fsync(self._stream.fileno())
-        self._stream.close()  # Windows cannot move a file that is open
+        yield (GifWriter if path.suffix == ".gif" else WebpWriter)(stream, duration)
 
 
 class _Mp4Writer:

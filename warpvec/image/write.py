@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+from io import BytesIO
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from warpvec.files import check_writable, write_atomic
 
@@ -23,6 +25,13 @@ def round_to_8_bits(image: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.divide(image, 255.0, out=image)
 
 
+def png_bytes(pixels: NDArray[np.uint8], **options: int) -> bytes:
+    """Return the PNG file of ``pixels`` [h, w, 3 or 4], without metadata; ``options`` are those of Pillow."""
+    stream = BytesIO()
+    Image.fromarray(pixels).save(stream, "PNG", **options)
+    return stream.getvalue()
+
+
 def write_png(path: str | os.PathLike[str], pixels: NDArray[np.floating[Any]], name: str = "path") -> None:
     """Write ``pixels`` [h, w, 3 or 4] in [0, 1] as an 8-bit PNG, completely or not at all.
 
@@ -31,7 +40,4 @@ def write_png(path: str | os.PathLike[str], pixels: NDArray[np.floating[Any]], n
         OSError: writing failed for another reason, such as a full disk.
     """
     check_writable(path, name)
-    # Imported here because only runs that save frames need imageio, and importing it takes a tenth of a second.
-    import imageio.v3 as iio
-
-    write_atomic(path, iio.imwrite("<bytes>", to_8_bits(pixels), extension=".png"))
+    write_atomic(path, png_bytes(to_8_bits(pixels)))

@@ -9,22 +9,14 @@ from pathlib import Path
 from types import ModuleType
 
 from warpvec.errors import InputError
-
-
-def check(path: str, name: str) -> None:
-    """Check that the file ``path`` can be made, before work is spent on its contents.
-
-    Raises:
-        InputError: CairoSVG or the library cairo is missing; ``name`` is for the message.
-    """
-    load(path, name)
+from warpvec.writers.writer import Canvas, Writer
 
 
 def load(path: str, name: str) -> ModuleType:
-    """Return the module ``cairosvg``.
+    """Return the module ``cairosvg``, which makes the file ``path``.
 
     Raises:
-        InputError: as `check`.
+        InputError: CairoSVG or the library cairo is missing; ``name`` is for the message.
     """
     try:
         import cairosvg  # type: ignore[import-untyped]
@@ -36,3 +28,14 @@ def load(path: str, name: str) -> ModuleType:
         raise InputError(name, rule, repr(path), "install it, on Debian as libcairo2") from None
     module: ModuleType = cairosvg
     return module
+
+
+def writer(suffix: str, media_type: str, method: str) -> Writer:
+    """Return the writer of files with this ``suffix``, which a ``method`` of CairoSVG makes."""
+
+    def encode(svg: str, canvas: Canvas | None) -> bytes:
+        del canvas
+        data: bytes = getattr(load(f"drawing{suffix}", "path"), method)(bytestring=svg.encode())
+        return data
+
+    return Writer(suffix, media_type, encode, load)

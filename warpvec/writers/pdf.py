@@ -3,13 +3,5 @@
 from __future__ import annotations
 
 from warpvec.writers import cairo
-from warpvec.writers.writer import Canvas, Writer
 
-
-def _encode(svg: str, canvas: Canvas | None) -> bytes:
-    del canvas
-    data: bytes = cairo.load("drawing.pdf", "path").svg2pdf(bytestring=svg.encode())
-    return data
-
-
-WRITER = Writer(".pdf", "application/pdf", _encode, cairo.check)
+WRITER = cairo.writer(".pdf", "application/pdf", "svg2pdf")

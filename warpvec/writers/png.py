@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 
 from warpvec.errors import InputError
@@ -42,14 +41,11 @@ def canvas_of(svg: str, width: float | None = None, *, transparent: bool = False
 
 
 def _encode(svg: str, canvas: Canvas | None) -> bytes:
-    from PIL import Image
-
+    from warpvec.image.write import png_bytes
     from warpvec.svg.measure import draw
 
     width, height, transparent = canvas or canvas_of(svg)
-    stream = io.BytesIO()
-    Image.fromarray(draw(svg, width, height, transparent=transparent)).save(stream, "PNG")
-    return stream.getvalue()
+    return png_bytes(draw(svg, width, height, transparent=transparent))
 
 
 WRITER = Writer(".png", "image/png", _encode)

@@ -37,9 +37,7 @@ def check_suffix(path: str | os.PathLike[str], name: str, suffixes: tuple[str, .
     given = os.fspath(path)
     if Path(path).suffix.lower() not in suffixes:
         raise InputError(name, f"must end in {listed(suffixes)}", repr(given), "rename it")
-    check = writer_of(path).check
-    if check is not None:
-        check(given, name)
+    writer_of(path).check(given, name)
 
 
 def listed(suffixes: tuple[str, ...]) -> str:

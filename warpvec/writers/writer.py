@@ -35,4 +35,4 @@ class Writer:
     suffix: str
     media_type: str
     encode: Callable[[str, Canvas | None], bytes]
-    check: Callable[[str, str], None] | None = None
+    check: Callable[[str, str], object] = lambda path, name: None
