@@ -25,8 +25,8 @@ from harness import source_digest
 from warpvec import vectorize
 from warpvec.batch.engines.base import Engine, Notify, Outcome, Work, WorkerShare
 from warpvec.batch.engines.local import LocalEngine
-from warpvec.batch.jobs import SUFFIXES
 from warpvec.config.fit_config import FitConfig
+from warpvec.image.formats import SUFFIXES
 from warpvec.rendering.thread_pool import core_count
 
 J = TypeVar("J")

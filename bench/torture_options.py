@@ -101,9 +101,8 @@ def numeric_options() -> dict[str, tuple[str, ...]]:
 
     from warpvec.cli.main import main
     from warpvec.cli.options import OPTIONS
-    from warpvec.cli.value_types import WholeNumber
 
-    plain = (WholeNumber, click.types.IntParamType, click.types.FloatParamType)
+    plain = (click.types.IntParamType, click.types.FloatParamType)
     numeric = {name for name, option in OPTIONS.items() if _is_number(option.kind)}
     context, found = click.Context(main), {}
     for command in main.list_commands(context):

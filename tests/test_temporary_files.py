@@ -89,7 +89,7 @@ def test_files_of_other_machines_stay_for_a_day(tmp_path: Path) -> None:
 
 
 def test_files_stay_for_a_day_where_there_are_no_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(temporary_files, "_lock", lambda handle: None)
+    monkeypatch.setattr(temporary_files, "lock_file", lambda handle: None)
     with temporary_file(tmp_path / "out.svg") as left:
         remove_stale_files(tmp_path)
         assert left.exists()
@@ -134,14 +134,14 @@ def test_a_folder_that_cannot_be_read_does_not_fail_the_write(tmp_path: Path, mo
 
 @NEEDS_LOCKS
 def test_a_file_that_is_removed_before_its_lock_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    lock = temporary_files._lock
+    lock = temporary_files.lock_file
 
     def sweep_first(handle: int) -> bool | None:
-        monkeypatch.setattr(temporary_files, "_lock", lock)
+        monkeypatch.setattr(temporary_files, "lock_file", lock)
         remove_stale_files(tmp_path)
         return lock(handle)
 
-    monkeypatch.setattr(temporary_files, "_lock", sweep_first)
+    monkeypatch.setattr(temporary_files, "lock_file", sweep_first)
     with temporary_file(tmp_path / "out.svg") as path:
         assert os.listdir(tmp_path) == [path.name]
     assert os.listdir(tmp_path) == []

@@ -155,7 +155,7 @@ class _TemporaryFile:
             self._close()
             _live[self.path] = None
             return True
-        has_lock = _lock(self._handle)
+        has_lock = lock_file(self._handle)
         return has_lock is None or (has_lock and os.fstat(self._handle).st_nlink > 0)
 
     def remove(self) -> None:
@@ -188,7 +188,7 @@ def _remove_if_stale(path: str, *, is_of_this_kernel: bool) -> None:
     # of the file meanwhile is neither followed nor waited for.
     handle = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
     try:
-        has_lock = _lock(handle)
+        has_lock = lock_file(handle)
         is_stale = is_old if has_lock is None else has_lock and (is_of_this_kernel or is_old)
         if is_stale and _is_own_file(os.fstat(handle)):
             os.unlink(path)
@@ -200,7 +200,7 @@ def _is_own_file(facts: os.stat_result) -> bool:
     return stat.S_ISREG(facts.st_mode) and (not hasattr(os, "geteuid") or facts.st_uid == os.geteuid())
 
 
-def _lock(handle: int) -> bool | None:
+def lock_file(handle: int) -> bool | None:
     """Lock an open file; return False if it is locked already, None if the system or the file system has no locks."""
     if fcntl is None:
         return None

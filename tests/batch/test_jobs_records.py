@@ -156,22 +156,8 @@ def test_a_batch_goes_on_without_its_settings(work: Vectorize, tmp_path: Path, m
     def fail(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("warpvec.cli.commands.batch.write_settings", fail)
+    monkeypatch.setattr("warpvec.cli.side_files.write_settings", fail)
     monkeypatch.setattr("warpvec.cli.commands.batch._engine", lambda *_: Failing("tried"))
     result = invoke("batch", tmp_path / "in", tmp_path / "out", "--write-config", tmp_path / "a.toml")
     assert "warning: --write-config could not be written (No space left on device); going on\n" in result.stderr
     assert '"error": "tried"' in (tmp_path / "out" / JSON_NAME).read_text()
-
-
-def test_the_time_left_of_a_second_fit_is_from_its_own_clock(monkeypatch: pytest.MonkeyPatch) -> None:
-    from stubs import circles, progress_at
-
-    now, lines, scene = 0.0, list[str](), circles(8, 8, 5)
-    monkeypatch.setattr(batch.time, "monotonic", lambda: now)
-    reporter = batch._ProgressReporter(lines.append)
-    for iteration in range(1, 11):
-        reporter(replace(progress_at(iteration, 10, scene), seconds=100.0 + iteration))
-    for iteration in range(1, 21):
-        now = 0.0 if iteration < 20 else 9.0
-        reporter(progress_at(iteration, 40, scene))
-    assert lines[-1] == "iteration 20 of 40, 5 paths, 20.00 dB, 10 s left"

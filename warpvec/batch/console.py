@@ -47,20 +47,19 @@ class Tally:
         failures = f", {len(self.failed)} failed" if self.failed else ""
         return f"{done} of {self.total}{failures}{left}"
 
-    def modes(self) -> dict[str, int]:
-        """Return the number of new files of each mode, the most frequent first."""
-        found = Counter(record.mode for record in self.records if record.error is None and record.mode is not None)
-        return dict(found.most_common())
-
     def facts(self) -> dict[str, Any]:
-        """Return the counts, the modes, the seconds and the mean PSNR of the new files, as plain values for JSON."""
-        psnrs = [record.psnr for record in self.records if record.error is None and record.psnr is not None]
+        """Return the counts, the seconds, and the modes and the mean PSNR of the new files, as plain values for JSON.
+
+        The most frequent mode comes first.
+        """
+        done = [record for record in self.records if record.error is None]
+        psnrs = [record.psnr for record in done if record.psnr is not None]
         return {
             "images": self.skipped + self.total,
-            "done": len(self.records) - len(self.failed),
+            "done": len(done),
             "failed": len(self.failed),
             "skipped": self.skipped,
-            "modes": self.modes(),
+            "modes": dict(Counter(record.mode for record in done if record.mode is not None).most_common()),
             "left": self.total - len(self.records),
             "psnr": fmean(psnrs) if psnrs else None,
             "seconds": round(time.monotonic() - self.started, 3),
@@ -105,30 +104,12 @@ def show_batch(stream: TextIO | None, tally: Tally, *, quiet: bool = False) -> I
 
 def describe(record: Record) -> str:
     """Return one line about a photo that has ended."""
-    return in_one_line(_described(record))
-
-
-def _described(record: Record) -> str:
     attempts = f", {record.attempts} attempts" if record.attempts > 1 else ""
     if record.error is not None:
-        return f"{record.input}: failed{attempts}: {record.error}"
+        return in_one_line(f"{record.input}: failed{attempts}: {record.error}")
     quality = "no error" if record.psnr is None else f"{record.psnr:.2f} dB"
     size = f"{counted(record.curves or 0, 'path')}, {record.bytes:,} bytes"
-    return f"{record.input}: {quality}, {size}, {record.seconds:.1f} s{attempts}"
-
-
-class _Lines(View):
-    """One line for each photo that ends, and for each further attempt."""
-
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-
-    def update(self, job: PhotoJob, text: str) -> None:
-        if text.startswith("tried again"):
-            print(in_one_line(f"{job.input}: {text}"), file=self._stream, flush=True)
-
-    def show(self, record: Record, tally: Tally) -> None:
-        print(f"[{tally.pace()}] {describe(record)}", file=self._stream, flush=True)
+    return in_one_line(f"{record.input}: {quality}, {size}, {record.seconds:.1f} s{attempts}")
 
 
 class _Failures(View):
@@ -140,6 +121,17 @@ class _Failures(View):
     def show(self, record: Record, tally: Tally) -> None:
         if record.error is not None:
             print(f"warpvec: {describe(record)}", file=self._stream, flush=True)
+
+
+class _Lines(_Failures):
+    """One line for each photo that ends, and for each further attempt."""
+
+    def update(self, job: PhotoJob, text: str) -> None:
+        if text.startswith("tried again"):
+            print(in_one_line(f"{job.input}: {text}"), file=self._stream, flush=True)
+
+    def show(self, record: Record, tally: Tally) -> None:
+        print(f"[{tally.pace()}] {describe(record)}", file=self._stream, flush=True)
 
 
 class _Table(View):

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 from warpvec.errors import InputError
 from warpvec.files import make_folder, naming_errors, write_atomic
 from warpvec.inputs import read_stream, too_long
-from warpvec.temporary_files import remove_stale_files
+from warpvec.temporary_files import lock_file, remove_stale_files
 
 MAX_FILE_BYTES = 2**31
 """Largest file that is read unless another limit is given, above the records of a million photos."""
@@ -142,26 +142,14 @@ class LocalFolder:
         make_folder(self._path, self._name, self._given)
         handle = os.open(self._path, os.O_RDONLY)
         try:
-            self._lock_handle(handle)
+            if lock_file(handle) is False:  # the folder itself, which leaves no file
+                value = f"{self._given!r}, which is in use"
+                remedy = "wait for the other batch, or choose another folder"
+                raise InputError(self._name, "must be written by one batch at a time", value, remedy)
             yield
         finally:
             os.close(handle)
             remove_stale_files(self._path)  # of workers that were killed while they wrote
-
-    def _lock_handle(self, handle: int) -> None:
-        """Lock the folder itself, which leaves no file, until ``handle`` is closed or the process ends."""
-        try:
-            import fcntl
-        except ImportError:  # Windows has no such lock on a folder
-            return
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            value = f"{self._given!r}, which is in use"
-            remedy = "wait for the other batch, or choose another folder"
-            raise InputError(self._name, "must be written by one batch at a time", value, remedy) from None
-        except OSError:  # a network file system without locks
-            return
 
 
 class RemoteFolder:

@@ -9,9 +9,9 @@ import time
 from collections import defaultdict
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import PurePosixPath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from warpvec.batch.engines.base import Engine, Notify, Outcome, Report, WorkerShare
 from warpvec.batch.folders import Folder
@@ -20,12 +20,7 @@ from warpvec.config.fit_config import MACHINE_SETTINGS, FitConfig
 from warpvec.drawing.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.errors import InputError
 from warpvec.goals.goal import NO_GOAL, Goal
-
-if TYPE_CHECKING:
-    from warpvec.watch.progress import Progress
-
-SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif")
-"""Suffixes of the files that count as photos."""
+from warpvec.image.formats import SUFFIXES
 
 # Time between two reports of a worker.
 _REPORT_SECONDS = 0.5
@@ -89,12 +84,9 @@ def _is_recorded(job: PhotoJob, work: Vectorize, journal: Journal) -> bool:
     from warpvec.image.read import MAX_IMAGE_BYTES
 
     record = journal.get(job.input, job.output)
-    if (
-        job.error is not None
-        or record is None
-        or record.error is not None
-        or _text(record.settings) != _text(work.settings)
-    ):
+    if job.error is not None or record is None or record.error is not None:
+        return False
+    if _text(record.settings) != _text(work.settings):
         return False
     try:
         return record.key == work.key(work.source.read(job.input, MAX_IMAGE_BYTES))
@@ -122,11 +114,8 @@ class Vectorize:
     def settings(self) -> dict[str, Any]:
         """Everything but the photo that a file depends on. File options are left out where they are the defaults."""
         settings = {name: value for name, value in self.config.to_dict().items() if name not in MACHINE_SETTINGS}
-        changed = {
-            option.name: getattr(self.file_options, option.name)
-            for option in fields(FileOptions)
-            if getattr(self.file_options, option.name) != option.default
-        }
+        usual = asdict(DEFAULT_FILE_OPTIONS)
+        changed = {name: value for name, value in asdict(self.file_options).items() if value != usual[name]}
         return {"background": self.background, **settings, **(self.goal.to_dict() if self.goal else {}), **changed}
 
     def key(self, photo: bytes) -> str:
@@ -149,6 +138,7 @@ class Vectorize:
         from warpvec.modes.choice import draw_picture
         from warpvec.modes.request import Request
         from warpvec.result import Result
+        from warpvec.watch.progress import Regularly
         from warpvec.watch.watch import Watch
         from warpvec.writers.registry import encode
 
@@ -157,7 +147,7 @@ class Vectorize:
         photo = read_image(data, self.background, name=job.input)
         config = replace(self.config, device=share.device, threads=share.threads)
         title = PurePosixPath(job.input).stem
-        watch = Watch(_ProgressReporter(report), config.time_budget)
+        watch = Watch(Regularly(lambda _, text: report(text), _REPORT_SECONDS), config.time_budget)
         request = Request.of(photo, config, self.goal, title=title, options=self.file_options, watch=watch)
         result = Result(draw_picture(request), watch.facts())
         metrics = result.metrics
@@ -178,21 +168,6 @@ class Vectorize:
 
 def _text(settings: Mapping[str, object]) -> str:
     return json.dumps(settings, sort_keys=True)
-
-
-class _ProgressReporter:
-    """Reports the progress of a fit every half second."""
-
-    def __init__(self, report: Report) -> None:
-        from warpvec.watch.progress import Pace
-
-        self._report, self._pace, self._reported = report, Pace(), -math.inf
-
-    def __call__(self, progress: Progress) -> None:
-        self._pace.see(progress)
-        if time.monotonic() - self._reported > _REPORT_SECONDS:
-            self._report(self._pace.describe(progress))
-            self._reported = time.monotonic()
 
 
 # The whole batch

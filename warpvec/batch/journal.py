@@ -93,9 +93,9 @@ class Journal:
         """Keep ``record``. It is on the disk when this returns, if lines can be appended."""
         self._put(record)
         if self._folder.can_append:
-            header = "" if self._folder.exists(CSV_NAME) else _csv_text([_COLUMNS])
+            header = [] if self._folder.exists(CSV_NAME) else [_COLUMNS]
             self._folder.append(JSON_NAME, _json_line(record).encode())
-            self._folder.append(CSV_NAME, _encode_csv(header + _csv_text([_csv_cells(record)])))
+            self._folder.append(CSV_NAME, _csv([*header, _csv_cells(record)]))
         elif time.monotonic() - self._written > _REWRITE_SECONDS:
             self._rewrite()
 
@@ -116,7 +116,7 @@ class Journal:
     def _rewrite(self) -> None:
         records = sorted(self._records.values(), key=lambda record: record.input)
         self._folder.write(JSON_NAME, "".join(map(_json_line, records)).encode())
-        self._folder.write(CSV_NAME, _encode_csv(_csv_text([_COLUMNS, *map(_csv_cells, records)])))
+        self._folder.write(CSV_NAME, _csv([_COLUMNS, *map(_csv_cells, records)]))
         self._written = time.monotonic()
 
 
@@ -147,12 +147,8 @@ def _as_text(cell: object) -> Any:
     return f"'{cell}" if cell.startswith(_FORMULA_STARTS) else cell
 
 
-def _csv_text(lines: list[Any]) -> str:
+def _csv(rows: list[Any]) -> bytes:
+    """Return the lines of ``rows``. File names that are not valid text are the bytes they were read from."""
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC).writerows(lines)
-    return text.getvalue()
-
-
-def _encode_csv(text: str) -> bytes:
-    """Encode file names that are not valid text as the bytes they were read from."""
-    return text.encode(errors="surrogateescape")
+    csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC).writerows(rows)
+    return text.getvalue().encode(errors="surrogateescape")

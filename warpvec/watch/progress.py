@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypedDict
@@ -86,3 +88,25 @@ class Pace:
             f"iteration {progress.iteration} of {progress.iteration_count}, {counted(progress.curve_count, 'path')}, "
             f"{progress.psnr:.2f} dB{left}"
         )
+
+
+Show = Callable[[Progress, str], None]
+"""Shows the progress of a fit, described by a text."""
+
+
+class Regularly:
+    """Callback that shows progress at once, then every ``interval`` seconds, and at the end."""
+
+    def __init__(self, show: Show, interval: float) -> None:
+        self._show, self._interval, self._due = show, interval, -math.inf
+        self._pace = Pace()
+
+    def __call__(self, progress: Progress) -> None:
+        """Show ``progress`` if it is time."""
+        self._pace.see(progress)
+        now = time.monotonic()
+        if now >= self._due:
+            self._due = now + self._interval
+        elif progress.iteration < progress.iteration_count:
+            return
+        self._show(progress, self._pace.describe(progress))

@@ -1,22 +1,20 @@
 """Worker processes on this machine: started once, kept from job to job, replaced when they die.
 
-They are spawned, not forked, because forking a process with threads and a GPU is not safe. Each worker has a pipe of
-its own, so that a worker killed in the middle of a message harms no other. A worker stops its job when its pipe closes:
-no worker outlives the process of the batch, even if that process is killed.
+Each worker has a pipe of its own, so that a worker killed in the middle of a message harms no other. A worker stops its
+job when its pipe closes: no worker outlives the process of the batch, even if that process is killed.
 """
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Generator, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Generator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Generic
 
 from warpvec.batch.engines.base import Failure, J, JobAttempt, Notify, Outcome, Queue, R, Work, WorkerShare, try_work
+from warpvec.batch.engines.spawned import end_of, spawn
 from warpvec.rendering.thread_pool import core_count
 
 # A worker stops within an iteration of its fit when its pipe closes; compiling kernels takes longer.
@@ -24,8 +22,6 @@ _STOP_SECONDS = 3.0
 
 _WORKERS_PER_CORE_MAX = 4
 """More workers than cores only take turns, and each holds half a gigabyte. Thousands would fill the memory."""
-
-_CONTEXT = get_context("spawn")
 
 
 class LocalEngine:
@@ -126,47 +122,20 @@ class _Worker(Generic[J, R]):
         self._process = None
 
     def _start_process(self) -> SpawnProcess:
-        self.connection, theirs = _CONTEXT.Pipe()
-        self._process = _CONTEXT.Process(target=_serve, args=(theirs, *self._arguments), daemon=True)
-        with _no_interrupts():
-            self._process.start()
-        # From here on the pipe ends with the process.
-        theirs.close()
+        self._process, self.connection = spawn(_serve, *self._arguments)
         return self._process
 
     def _death(self) -> Failure:
         """Return the failure of a process that died."""
         assert self._process is not None
         self._process.join()
-        code = self._process.exitcode or 0
-        end = f"was killed by signal {-code}" if code < 0 else f"exited with code {code}"
-        hint = " (out of memory?)" if code == -signal.SIGKILL else ""
-        return Failure(f"the worker process {end}{hint}", final=False)
+        return Failure(f"the worker process {end_of(self._process)}", final=False)
 
 
 def _wait_for_messages(workers: Sequence[_Worker[J, R]]) -> list[_Worker[J, R]]:
     """Wait until a busy worker has sent a message or died; return all such workers."""
     busy = {worker.connection: worker for worker in workers if worker.is_busy}
     return [busy[connection] for connection in wait(list(busy)) if isinstance(connection, Connection)]
-
-
-@contextmanager
-def _no_interrupts() -> Iterator[None]:
-    """Start processes in this context that never see Ctrl-C, nor another signal that asks a batch to end.
-
-    Terminals and others send them to all processes of a batch. The signals are blocked, not ignored: an interrupt of
-    this process is only delayed, and the child prints no message while it starts.
-    """
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    # The first process that is spawned would start this helper, which unblocks signals.
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 # In the worker process
