@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 _VALUE_MAX = 500
 """Most characters of a value in a message: more than any file name has."""
+
+
+_NAME = re.compile(r"(?<![-\w])[a-z]+(?:_[a-z]+)+\b")
+"""A name of several words, as Python writes them."""
 
 
 class InputError(ValueError):
@@ -28,8 +33,14 @@ class InputError(ValueError):
         return type(self), (self.name, self.rule, self.value, self.remedy)
 
     def renamed(self, names: Mapping[str, str]) -> InputError:
-        """Return the same error with the name that ``names`` gives to its argument, such as that of an option."""
-        return InputError(names.get(self.name, self.name), self.rule, self.value, self.remedy)
+        """Return the same error with the names that ``names`` gives to its argument and to those that it mentions.
+
+        Of other arguments only names of several words are replaced: "curves" may be a word of the sentence.
+        """
+        rule, remedy = (
+            _NAME.sub(lambda match: names.get(match[0], match[0]), text) for text in (self.rule, self.remedy)
+        )
+        return InputError(names.get(self.name, self.name), rule, self.value, remedy)
 
 
 def _shortened(value: str) -> str:

@@ -120,9 +120,12 @@ def test_equal_settings_and_machine_settings_may_be_given(photo: Path, state: Pa
         (["--preset", "draft"], ["--iterations must be as in the checkpoint, 12, got 400"]),
         (
             ["--max-bytes", "9k"],
-            ["--resume cannot be combined with max_bytes, target_psnr, target_ssim or curves auto"],
+            ["--resume cannot be combined with --max-bytes, --target-psnr, --target-ssim or curves auto"],
         ),
-        (["--curves", "auto"], ["--resume cannot be combined with max_bytes, target_psnr, target_ssim or curves auto"]),
+        (
+            ["--curves", "auto"],
+            ["--resume cannot be combined with --max-bytes, --target-psnr, --target-ssim or curves auto"],
+        ),
         (["--background", "#fff", "--curves", "0"], ["--curves must be"]),
         (["--checkpoint", "missing/state"], ["--checkpoint must be in an existing folder"]),
     ],
@@ -165,5 +168,5 @@ def test_a_goal_with_a_new_checkpoint_is_refused(photo: Path) -> None:
     result = invoke(
         "run", photo, photo.with_name("out.svg"), "--checkpoint", photo.with_name("s"), "--target-psnr", "9"
     )
-    assert_refused(result, "--checkpoint cannot be combined with max_bytes")
+    assert_refused(result, "--checkpoint cannot be combined with --max-bytes")
     assert not photo.with_name("s").exists()

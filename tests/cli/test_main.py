@@ -21,6 +21,7 @@ from stubs import circles, progress_at
 import warpvec
 from warpvec.cli import progress
 from warpvec.modes import photo as photo_mode
+from warpvec.watch import progress as reports
 
 pytestmark = pytest.mark.usefixtures("quick_fit")
 
@@ -181,7 +182,7 @@ def test_bar_shows_iteration_curves_psnr_and_time_left(monkeypatch: pytest.Monke
 
 
 def test_time_left_goes_by_the_pace_after_the_first_iteration() -> None:
-    pace, scene = progress.Pace(), circles(8, 8, 5)
+    pace, scene = reports.Pace(), circles(8, 8, 5)
     late = [dataclasses.replace(progress_at(k, 90, scene), seconds=100 + 0.5 * k) for k in (1, 30)]
     assert pace.describe(late[0]).endswith("20.00 dB")
     assert pace.describe(late[1]).endswith(", 30 s left")
@@ -193,7 +194,7 @@ def test_a_second_fit_has_a_clock_of_its_own(monkeypatch: pytest.MonkeyPatch, te
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "100")
     now = 0.0
-    monkeypatch.setattr(progress.time, "monotonic", lambda: now)
+    monkeypatch.setattr(reports.time, "monotonic", lambda: now)
     stream, scene = _Terminal() if terminal else io.StringIO(), circles(8, 8, 5)
     with progress.show_progress(stream) as show:
         for iteration in range(1, 11):
@@ -206,7 +207,7 @@ def test_a_second_fit_has_a_clock_of_its_own(monkeypatch: pytest.MonkeyPatch, te
 
 def test_lines_come_at_most_every_few_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
     now = iter([0.0, 1.0, 4.9, 5.0, 6.0])
-    monkeypatch.setattr(progress.time, "monotonic", lambda: next(now))
+    monkeypatch.setattr(reports.time, "monotonic", lambda: next(now))
     stream = io.StringIO()
     with progress.show_progress(stream) as show:
         for iteration in range(1, 6):

@@ -50,12 +50,12 @@ def _run(photo: Path, *options: object, out: str = "out.svg") -> None:
 
 def test_options_become_settings_and_a_goal() -> None:
     given: dict[str, Any] = {"curves": None, "seed": 3, "max_bytes": 5000, "gzip": None, "target_psnr": None}
-    config, goal = requested("draft", given)
+    config, goal = requested({**given, "preset": "draft"})
     assert goal == make_goal(max_bytes=5000)
     assert config == make_config("draft", seed=3, curves=config.curves, minify=True)
-    assert requested("default", {"curves": 7}) == (FitConfig(curves=7), make_goal())
-    assert requested("default", {"curves": "auto"})[1] == make_goal(auto=True)
-    assert requested("default", {"curves": 7, "target_psnr": 30.0})[0].curves == 7
+    assert requested({"preset": "default", "curves": 7}) == (FitConfig(curves=7), make_goal())
+    assert requested({"preset": "default", "curves": "auto"})[1] == make_goal(auto=True)
+    assert requested({"preset": "default", "curves": 7, "target_psnr": 30.0})[0].curves == 7
 
 
 @pytest.mark.parametrize(
@@ -203,7 +203,7 @@ def test_mistakes_in_a_file_are_reported_in_one_line(photo: Path, text: str, wor
         (["--max-bytes", "0"], ["--max-bytes must be a size", "'0'"]),
         (["--target-psnr", "300"], ["--target-psnr must", "300"]),
         (["--target-ssim", "1"], ["--target-ssim must be above 0 and at most 0.999, got 1"]),
-        (["--target-ssim", "0.8", "--target-psnr", "30"], ["--target-ssim must not be given with target_psnr"]),
+        (["--target-ssim", "0.8", "--target-psnr", "30"], ["--target-ssim must not be given with --target-psnr"]),
         (["--colors", "257"], ["--colors must be", "from 0 to 256"]),
         (["--colors", "3", "--palette", "#123"], ["--colors must be 0 with a palette"]),
         (["--palette", "#12345"], ["--palette must be colours"]),

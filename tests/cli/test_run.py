@@ -255,7 +255,7 @@ def test_options_reach_the_fit_and_the_preset_decides_the_rest(
         (["--device", "gpu"], ["--device must be auto or one of cpu", "'gpu'"]),
         (["--device", "cuda:99"], ["--device must be auto or one of cpu", "'cuda:99'"]),
         (["--background", "sea"], ["--background must be", "'sea'"]),
-        (["--every", "0"], ["--every must be a whole number of at least 1, got '0'"]),
+        (["--every", "0"], ["'--every'", "0 is not in the range x>=1"]),
     ],
 )
 def test_wrong_settings_are_refused_before_anything_is_written(

@@ -13,7 +13,6 @@ from commands import invoke, write_photo
 
 import warpvec
 from warpvec import api
-from warpvec.cli.options import Option
 from warpvec.cli.settings_command import SettingsOption
 from warpvec.config import table
 from warpvec.config.fit_config import SETTINGS, FitConfig
@@ -137,7 +136,7 @@ def test_either_name_on_the_command_line_overrides_either_name_in_a_file(
 
 def test_an_option_of_any_kind_can_have_a_former_name() -> None:
     seen: list[dict[str, Any]] = []
-    option = Option("paths", Whole(1, 9), "Number of paths.", "Result", old_name="curves")
+    option = Setting("paths", Whole(1, 9), None, "Number of paths.", "Result", old_name="curves")
     command = click.Command("draw", params=[SettingsOption(option, 3)], callback=lambda **given: seen.append(given))
     for words in (["--curves", "5"], ["--paths", "6"], ["--curves", "5", "--paths", "7"], []):
         assert CliRunner().invoke(command, words).exit_code == 0

@@ -34,9 +34,6 @@ so a drawing that was edited by hand is not taken for one of warpvec's."""
 _HEAD_BYTES = 4096
 """Number of bytes in which the metadata start. Only a title, which is a file name, comes before them."""
 
-MAX_HISTORY_BYTES = 2**26
-"""Largest file with the history of a fit. A record takes 80 bytes, and comes every ten iterations."""
-
 
 def default_out(source: str) -> str:
     """Return the path of the image ``source`` with the suffix .svg.
@@ -137,19 +134,15 @@ def read_svg_bytes(path: str, name: str = "SVG") -> bytes:
     """
     from warpvec.svg.document import MAX_SVG_BYTES
 
-    return _read_bytes(path, MAX_SVG_BYTES, name, "an SVG file")
+    return read_bytes(path, MAX_SVG_BYTES, name, "an SVG file")
 
 
-def read_history_bytes(path: str) -> bytes:
-    """Return the bytes of the file that --history names, or of stdin if it is "-".
+def read_bytes(path: str, limit: int, name: str, kind: str = "a file") -> bytes:
+    """Return at most ``limit`` bytes of the file ``path``, or of stdin if it is "-".
 
     Raises:
-        InputError: the file cannot be read or is too large.
+        InputError: the file cannot be read or is too large; ``name`` and ``kind`` are for the message.
     """
-    return _read_bytes(path, MAX_HISTORY_BYTES, "--history", "a file")
-
-
-def _read_bytes(path: str, limit: int, name: str, kind: str) -> bytes:
     return read_stdin(limit, name) if path == "-" else read_file(path, limit, name, kind)
 
 

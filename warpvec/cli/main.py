@@ -25,27 +25,14 @@ from warpvec.cli.options import OPTION_NAMES
 from warpvec.cli.streams import prepare_streams, settle_stdout
 from warpvec.errors import InputError
 from warpvec.files import is_full
+from warpvec.image.formats import SUFFIXES
+from warpvec.writers.registry import SVG_SUFFIXES
 
-_COMMANDS = {
-    "run": "run",
-    "refine": "refine",
-    "batch": "batch",
-    "eval": "evaluate",
-    "app": "app",
-    "view": "view",
-    "lod": "lod",
-    "info": "info",
-    "inkscape": "inkscape",
-    "sample": "sample",
-    "help": "show_help",
-}
-"""Command -> its function, in the module of ``warpvec.cli.commands`` with that name; in the order of the help."""
+_COMMANDS = ("run", "refine", "batch", "eval", "app", "view", "lod", "info", "inkscape", "sample", "help")
+"""The commands in the order of the help. Each is in the module of ``warpvec.cli.commands`` with its name."""
 
-_COMMAND_OF_SUFFIX = dict.fromkeys((".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif"), "run") | {
-    ".svg": "view",
-    ".svgz": "view",
-}
-"""Suffix of a file -> the command that was probably meant if the file is given without one."""
+_FUNCTIONS = {"eval": "evaluate", "help": "show_help"}
+"""Command -> its function, if that has another name."""
 
 
 class _Group(click.Group):
@@ -58,7 +45,7 @@ class _Group(click.Group):
         if name not in _COMMANDS:
             return None
         module = import_module(f"warpvec.cli.commands.{name}")
-        command: click.Command = getattr(module, _COMMANDS[name])
+        command: click.Command = getattr(module, _FUNCTIONS.get(name, name))
         return command
 
     def resolve_command(
@@ -93,9 +80,8 @@ class _Group(click.Group):
             error.show()
             code = error.exit_code
         except click.ClickException as error:
-            click.echo(
-                f"warpvec: error: {in_one_line(' '.join(error.format_message().split()))}{_hint(error)}", err=True
-            )
+            message = in_one_line(" ".join(error.format_message().split()))
+            click.echo(f"warpvec: error: {message}{_hint(error)}", err=True)
             code = error.exit_code
         except OSError as error:  # the help, which no command prints, to a stdout that is full
             click.echo(f"warpvec: error: {_exhaustion(error) or error}", err=True)
@@ -121,8 +107,9 @@ def _hint(error: click.ClickException) -> str:
 def _suggestion(args: list[str]) -> str:
     """Return a hint for arguments that do not start with a command."""
     path = Path(args[0])
-    command = _COMMAND_OF_SUFFIX.get(path.suffix.lower()) or ("run" if os.path.isfile(path) else None)
-    if command is not None:
+    is_drawing, is_picture = (path.suffix.lower() in suffixes for suffixes in (SVG_SUFFIXES, SUFFIXES))
+    if is_drawing or is_picture or os.path.isfile(path):
+        command = "view" if is_drawing else "run"
         return f"did you mean `{shlex.join(['warpvec', command, *args])}`?"
     similar = get_close_matches(args[0], _COMMANDS, n=1)
     return f"did you mean `warpvec {similar[0]}`?" if similar else "see warpvec --help for the commands"

@@ -3,65 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 from warpvec.config.fit_config import GOAL, RESULT, SETTINGS, FitConfig
-from warpvec.config.kinds import Flag, Kind
+from warpvec.config.kinds import Flag
 from warpvec.config.presets import settings_of_mode
-from warpvec.config.setting import settings_of
+from warpvec.config.setting import Setting, settings_of
 from warpvec.drawing.file_options import FileOptions
 from warpvec.goals.goal import Goal, settings_and_goal
 from warpvec.goals.registry import QUANTITIES
 
-
-@dataclass(frozen=True)
-class Option:
-    """An option of the commands that fit.
-
-    Attributes:
-        name: its name in Python.
-        kind: the kind of its values.
-        help: one sentence for the help.
-        section: section of the help.
-        is_daily: whether --help shows it; --help-all shows every option.
-        default: its default, for the help.
-        metavar: placeholder of the value; None for that of the kind.
-        is_switch: whether it takes no value and has no opposite.
-        old_name: its former name, which still works; None for none.
-    """
-
-    name: str
-    kind: Kind
-    help: str
-    section: str
-    is_daily: bool = False
-    default: Any = None
-    metavar: str | None = None
-    is_switch: bool = False
-    old_name: str | None = None
-
-
 _FILE_SETTINGS = settings_of(FileOptions)
 
 
-def _table() -> list[Option]:
-    settings = [
-        Option(s.name, s.kind, s.help, s.section, s.is_daily, s.default, s.metavar, old_name=s.old_name)
-        for s in SETTINGS.values()
-    ]
-    goals = [Option(q.name, q.kind, q.help, GOAL, True, None, q.metavar) for q in QUANTITIES.values()]
-    gzip = Option("gzip", Flag(), "Count --max-bytes after gzip (implied by .svgz).", GOAL, True, is_switch=True)
-    opaque = Option("opaque", Flag(), "Make every path opaque (--opacity opaque).", RESULT, True, is_switch=True)
-    files = [
-        Option(s.name, s.kind, s.help, RESULT, s.is_daily, None, s.metavar, is_switch=isinstance(s.kind, Flag))
-        for s in _FILE_SETTINGS.values()
-    ]
-    return [*settings, *goals, gzip, opaque, *files]
+SIZE_GOAL = next(quantity.name for quantity in QUANTITIES.values() if quantity.is_of_text)
+"""The goal of bytes, which --gzip changes."""
 
 
-OPTIONS: dict[str, Option] = {option.name: option for option in _table()}
-"""Every option by its name in Python."""
+def _flag(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+def _table() -> list[Setting]:
+    goals = [Setting(each.name, each.kind, None, each.help, GOAL, True, each.metavar) for each in QUANTITIES.values()]
+    gzip = Setting("gzip", Flag(), None, f"Count {_flag(SIZE_GOAL)} after gzip (implied by .svgz).", GOAL, True)
+    opaque = Setting("opaque", Flag(), None, "Make every path opaque (--opacity opaque).", RESULT, True)
+    files = [replace(each, default=None) for each in _FILE_SETTINGS.values()]
+    return [*SETTINGS.values(), *goals, gzip, opaque, *files]
+
+
+OPTIONS: dict[str, Setting] = {option.name: option for option in _table()}
+"""Every option by its name in Python. A flag without a default is a switch, which has no opposite."""
 
 SECTIONS: dict[str, list[str]] = {
     section: [name for name, option in OPTIONS.items() if option.section == section]
@@ -88,7 +61,7 @@ RARE = ("save_frames", "every", "checkpoint", "resume", "write_config", "retries
 
 _OTHER_OPTIONS = ("preset", "background", "levels", "history", "video", "config", "write_config", "engine")
 
-OPTION_NAMES = {name: "--" + name.replace("_", "-") for name in (*_OTHER_OPTIONS, *OPTIONS)} | {
+OPTION_NAMES = {name: _flag(name) for name in (*_OTHER_OPTIONS, *OPTIONS)} | {
     "address": "--ray-address",
     "checkpoint": "--resume",
     "image": "IN",
@@ -104,7 +77,7 @@ def given_options(options: Mapping[str, object]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if name in known and value is not None}
 
 
-def requested(preset: str, options: Mapping[str, object]) -> tuple[FitConfig, Goal]:
+def requested(options: Mapping[str, Any]) -> tuple[FitConfig, Goal]:
     """Return the settings and the goal that the ``options`` of a command ask for; None means not given.
 
     Raises:
@@ -112,19 +85,19 @@ def requested(preset: str, options: Mapping[str, object]) -> tuple[FitConfig, Go
     """
     from warpvec.config.cross_rules import require_scaffolding
 
-    config, goal = settings_and_goal(preset, given_options(options))
+    config, goal = settings_and_goal(options["preset"], given_options(options))
     if goal:
         require_scaffolding(config.policy, "to meet a goal")
     return config, goal
 
 
-def options_of_mode(preset: str, options: Mapping[str, Any]) -> list[str]:
+def options_of_mode(options: Mapping[str, Any]) -> list[str]:
     """Return the options that decide the mode without --mode; none if the picture decides it."""
     given = {name: value for name, value in options.items() if name in SETTINGS and value is not None}
-    names = settings_of_mode(preset, **given)
+    names = settings_of_mode(options["preset"], **given)
     if not names and given.get("mode", "auto") == "auto":  # only the fit of a photo has a state
         names = [name for name in ("resume", "checkpoint") if options[name] is not None][:1]
-    return ["--" + name.replace("_", "-") for name in names]
+    return list(map(_flag, names))
 
 
 def file_options(options: Mapping[str, Any]) -> FileOptions:
@@ -133,19 +106,19 @@ def file_options(options: Mapping[str, Any]) -> FileOptions:
     return FileOptions(**given)
 
 
-def stated(preset: str, background: str | None, options: Mapping[str, object], config: FitConfig) -> dict[str, Any]:
+def stated(options: Mapping[str, Any], config: FitConfig) -> dict[str, Any]:
     """Return every setting, goal and input of a command by its name in a TOML file; what is not set is left out.
 
     Args:
-        preset, background, options: what was given.
+        options: what was given.
         config: the settings that this led to.
     """
     goals = (*QUANTITIES, "gzip")
-    found = {"preset": preset, "background": background, **config.to_dict()}
+    found = {"preset": options["preset"], "background": options["background"], **config.to_dict()}
     found |= {name: options[name] for name in goals} | {"curves": options["curves"] or config.curves}
     found |= {name: options[name] for name in _FILE_SETTINGS if options[name]}
     if options["curves"] is None and any(options[name] for name in goals):
         del found["curves"]
-    if options["max_bytes"] is not None and config.minify and options["segments"] is None:
+    if options[SIZE_GOAL] is not None and config.minify and options["segments"] is None:
         del found["segments"]  # they follow from the bytes
     return {name: value for name, value in found.items() if value is not None}

@@ -12,6 +12,7 @@ from click.core import ParameterSource
 from warpvec.checks import counted, in_one_line
 from warpvec.cli.arguments import check_out, read_photo, write_drawing
 from warpvec.cli.loading import quick_loading
+from warpvec.cli.summary import finite
 from warpvec.errors import InputError
 
 if TYPE_CHECKING:
@@ -51,9 +52,8 @@ def _opaque(photo: NDArray[np.float32], quiet: bool) -> NDArray[np.float32]:
     if not is_transparent(photo):
         return photo
     if not quiet:
-        click.echo(
-            "warpvec: transparent parts are white in the placeholder; --background names another colour", err=True
-        )
+        text = "transparent parts are white in the placeholder; --background names another colour"
+        click.echo(f"warpvec: {text}", err=True)
     return over(photo, 1.0)
 
 
@@ -69,17 +69,12 @@ def _summarize(found: Placeholder, photo: NDArray[np.float32], out: str, as_json
     """Print the figures of a placeholder, to stderr if the data URI went to stdout."""
     from warpvec.svg.measure import file_quality
 
-    facts = {"uri_bytes": len(found.uri), "bytes": len(found.svg), "shapes": found.shape_count}
-    quality = file_quality(found.svg, photo)
-    size = f"{facts['uri_bytes']:,} bytes"
-    start = (
-        f"data URI of {size}"
-        if out == "-"
-        else f"{in_one_line(out)}: {facts['bytes']:,} bytes, {facts['uri_bytes']:,} as a data URI"
-    )
+    facts: dict[str, float] = {"uri_bytes": len(found.uri), "bytes": len(found.svg), "shapes": found.shape_count}
+    facts |= file_quality(found.svg, photo)
+    start = "data URI of" if out == "-" else f"{in_one_line(out)}: {facts['bytes']:,} bytes,"
+    size = f"{facts['uri_bytes']:,} bytes" if out == "-" else f"{facts['uri_bytes']:,} as a data URI"
     text = (
-        f"{start}, {counted(found.shape_count, 'shape')}\n"
-        f"PSNR {quality['psnr']:.2f} dB, SSIM {quality['ssim']:.3f} (drawn by resvg at the size of the image)"
+        f"{start} {size}, {counted(found.shape_count, 'shape')}\n"
+        f"PSNR {facts['psnr']:.2f} dB, SSIM {facts['ssim']:.3f} (drawn by resvg at the size of the image)"
     )
-    finite = {name: value if value != float("inf") else None for name, value in quality.items()}
-    click.echo(json.dumps({**facts, **finite}) if as_json else text, err=out == "-")
+    click.echo(json.dumps(finite(facts)) if as_json else text, err=out == "-")

@@ -10,11 +10,12 @@ import click
 from click.core import ParameterSource
 
 from warpvec.cli.arguments import check_one_stdin, default_out
-from warpvec.cli.options import OPTIONS, OTHER_DEFAULTS, RARE, REFUSED, SECTIONS, Option
+from warpvec.cli.options import OPTION_NAMES, OPTIONS, OTHER_DEFAULTS, RARE, REFUSED, SECTIONS, SIZE_GOAL
 from warpvec.cli.paths import check_distinct_files
 from warpvec.cli.value_types import ValueOf
 from warpvec.config.kinds import Flag
 from warpvec.config.presets import PRESETS
+from warpvec.config.setting import Setting
 from warpvec.config.toml_file import read_settings
 from warpvec.errors import InputError
 from warpvec.files import check_writable
@@ -58,8 +59,9 @@ class SettingsCommand(click.Command):
         del ctx.params["config_file"]
         if ctx.params["write_config"] is not None:
             check_writable(ctx.params["write_config"], "--write-config")
-        if ctx.params["gzip"] and ctx.params["max_bytes"] is None:
-            raise InputError("--gzip", "must come with --max-bytes", remedy="add --max-bytes or leave --gzip out")
+        if ctx.params["gzip"] and ctx.params[SIZE_GOAL] is None:
+            goal = OPTION_NAMES[SIZE_GOAL]
+            raise InputError("--gzip", f"must come with {goal}", remedy=f"add {goal} or leave --gzip out")
         _apply_colors(ctx)
         _apply_opaque(ctx)
         return super().invoke(ctx)
@@ -122,14 +124,15 @@ class SettingsOption(click.Option):
             given.
     """
 
-    def __init__(self, option: Option, default: Any) -> None:
+    def __init__(self, option: Setting, default: Any) -> None:
         names = [option.name] if option.old_name is None else [option.name, option.old_name]
-        is_flag, is_silent = isinstance(option.kind, Flag), option.is_switch or default is None or default is False
+        is_flag, is_switch = isinstance(option.kind, Flag), option.default is None
         value: dict[str, Any] = {"is_flag": True} if is_flag else {
             "type": ValueOf(option.name, option.kind), "metavar": option.metavar or option.kind.metavar
         }  # fmt: skip
+        is_silent = default is None or default is False
         shown = option.help if is_silent else f"{option.help} [{'on' if default is True else default}]"
-        flags = [_flags(name, is_pair=is_flag and not option.is_switch) for name in names]
+        flags = [_flags(name, is_pair=is_flag and not is_switch) for name in names]
         super().__init__([option.name, *flags], default=None, help=shown, **value)
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:

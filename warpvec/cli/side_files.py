@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import ParamSpec
+from collections.abc import Callable, Collection, Mapping
+from typing import Any, ParamSpec
 
 import click
 
+from warpvec.cli.options import stated
+from warpvec.config.fit_config import FitConfig
+from warpvec.config.toml_file import write_settings
 from warpvec.errors import InputError
 
 _P = ParamSpec("_P")
@@ -36,3 +39,10 @@ class SideFile:
             reason = " ".join(reason.split())[:_REASON_CHARACTERS]
             click.echo(f"warpvec: warning: {self._option} could not be written ({reason}); going on", err=True)
         self.has_failed = True
+
+
+def write_config(options: Mapping[str, Any], config: FitConfig, undecided: Collection[str] = ()) -> None:
+    """Write the settings of a run to the file that --write-config names, if it does, without the ``undecided`` ones."""
+    if options["write_config"] is not None:
+        kept = {name: value for name, value in stated(options, config).items() if name not in undecided}
+        SideFile("--write-config").attempt(write_settings, options["write_config"], kept)

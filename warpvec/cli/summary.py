@@ -24,7 +24,7 @@ def print_summary(metrics: dict[str, Any], out: str, as_json: bool, *, verbose: 
     ``verbose`` adds the PSNR inside the fit to the text. JSON always contains it, and so does the text for renderers
     whose soft image differs from the file.
     """
-    text = json.dumps(_finite(metrics), allow_nan=False) if as_json else _text(metrics, out, verbose)
+    text = json.dumps(finite(metrics), allow_nan=False) if as_json else _text(metrics, out, verbose)
     click.echo(text, err=out == "-")
 
 
@@ -61,17 +61,12 @@ def _why_on_cpu(wanted: str, device: str, verbose: bool) -> str | None:
     return None if reason == NO_HARDWARE and not verbose else reason
 
 
-def _internal_image(renderer: str) -> str:
-    """Return the image that the internal PSNR of a renderer is measured on."""
-    return "as the exact renderer draws it" if renderer == "exact" else f"of the {renderer} renderer's soft image"
-
-
-def _finite(value: object) -> Any:
+def finite(value: object) -> Any:
     """Return ``value`` with None in place of each infinite number."""
     if isinstance(value, dict):
-        return {name: _finite(item) for name, item in value.items()}
+        return {name: finite(item) for name, item in value.items()}
     if isinstance(value, list):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     return None if value in (math.inf, -math.inf) else value
 
 
@@ -90,7 +85,9 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.append("the fit found nothing better than the given drawing, which is written unchanged")
     if "internal_psnr" in metrics:
         if verbose or metrics["renderer"] != "exact":
-            lines.append(f"PSNR {{internal_psnr:.2f}} dB inside the fit ({_internal_image(metrics['renderer'])})")
+            is_exact = metrics["renderer"] == "exact"
+            image = "as the exact renderer draws it" if is_exact else "of the {renderer} renderer's soft image"
+            lines.append(f"PSNR {{internal_psnr:.2f}} dB inside the fit ({image})")
         if metrics["degree"] != 3:
             lines.append("sides of degree {degree} written as cubics within {conversion_px:.3f} px")
         stopped = ", interrupted: the best result so far" if metrics["interrupted"] else ""

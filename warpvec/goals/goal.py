@@ -13,9 +13,6 @@ from warpvec.errors import InputError
 from warpvec.goals.quantity import Quantity
 from warpvec.goals.registry import QUANTITIES
 
-STATES_RULE = f"cannot be combined with {', '.join(QUANTITIES)} or curves auto"
-"""Rule of states of fits that are saved or resumed: they have none of a goal."""
-
 SEARCHED_CURVES_MAX = 16_384
 """Largest number of paths that a search tries. Beyond it a file is larger than the photo as a JPEG of equal quality."""
 
@@ -90,6 +87,18 @@ def make_goal(*, gzip: bool = False, auto: bool = False, **bounds: Any) -> Goal:
         if len(names) > 1:
             raise InputError(names[1], f"must not be given with {names[0]}", remedy="leave one of them out")
     return Goal(bounds=given, gzip=gzip, auto=auto)
+
+
+def refuse_states(goal: Goal, states: Mapping[str, object]) -> None:
+    """Raise InputError if the state of a fit that follows a goal is to be saved or resumed: it has none of the goal.
+
+    Args:
+        goal: the requirement on the file.
+        states: what is saved or resumed, by its name in messages; None for nothing.
+    """
+    for name in [name for name, given in states.items() if goal and given is not None]:
+        rule = f"cannot be combined with {', '.join(QUANTITIES)} or curves auto"
+        raise InputError(name, rule, remedy="leave one of them out")
 
 
 def settings_and_goal(preset: str, options: Mapping[str, Any]) -> tuple[FitConfig, Goal]:

@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.flat.mode_choice import ModeChoice, choose_mode
-from warpvec.modes.photo import Photo, refuse_states
+from warpvec.modes.photo import Photo
 from warpvec.modes.request import Mode, Request
 
 if TYPE_CHECKING:  # the modes of drawings load SciPy, which a photo does not need
@@ -36,7 +39,6 @@ def draw_picture(request: Request, photo: Photo = PLAIN_PHOTO, outlines: KnownOu
     Raises:
         InputError: as the modes.
     """
-    refuse_states(request.goal, resume=photo.resume, checkpoint=photo.saving)
     with request.watch:
         if request.settings.mode != "auto":
             return _mode(request.settings.mode, photo, outlines).draw(request)
@@ -47,7 +49,7 @@ def draw_picture(request: Request, photo: Photo = PLAIN_PHOTO, outlines: KnownOu
 
 def _draw_chosen(request: Request, photo: Photo, outlines: KnownOutlines | None) -> Drawing:
     """Return the drawing in the mode that the picture asks for, or as a photo if it proves to be no flat art."""
-    mode, reason = _chosen(request)
+    mode, reason = chosen_mode(request.picture.reduced, request.settings)
     if mode != "photo":
         from warpvec.flat.regions.regions import NotFlatArtError
 
@@ -82,10 +84,12 @@ def _in_mode(request: Request, mode: str) -> Request:
     return request.with_settings(replace(request.settings, mode=mode))
 
 
-def _chosen(request: Request) -> ModeChoice:
-    """Return the mode that the picture asks for; a drawing that is to have given colours is not black and white art."""
-    choice, settings = choose_mode(request.picture.reduced), request.settings
-    has_colors = settings.colors > 0 or settings.palette is not None
+def chosen_mode(reduced: NDArray[np.float32], settings: FitConfig) -> ModeChoice:
+    """Return the mode that a picture asks for, by its copy that is ``reduced`` to the size of a fit.
+
+    A drawing that is to have the colours of the ``settings`` is not black and white art.
+    """
+    choice, has_colors = choose_mode(reduced), settings.colors > 0 or settings.palette is not None
     return choice._replace(mode="flat") if choice.mode == "mono" and has_colors else choice
 
 

@@ -15,7 +15,7 @@ from warpvec.fit.checkpoint import Checkpoint
 from warpvec.fit.loop import fit
 from warpvec.fit.state import Saving, digest
 from warpvec.geometry.scene import Scene
-from warpvec.goals.goal import STATES_RULE
+from warpvec.goals.goal import refuse_states
 from warpvec.goals.search import meet
 from warpvec.modes.path_count import PathCount
 from warpvec.modes.request import Request
@@ -48,7 +48,7 @@ class Photo:
             InputError: the checkpoint is of another photo, a state is saved or resumed in spite of a goal, or as
                 `warpvec.fit.loop.fit`.
         """
-        refuse_states(request.goal, checkpoint=self.saving, resume=self.resume)
+        refuse_states(request.goal, {"checkpoint": self.saving, "resume": self.resume})
         request = _with_free_opacity(request)
         picture, settings = request.picture, request.settings
         if self.resume is not None and self.resume.target_digest != digest(torch.from_numpy(picture.reduced)):
@@ -59,13 +59,6 @@ class Photo:
         if not request.goal:
             return fits.once(settings, start, request.watch.part())
         return meet(request.goal, PathCount(request, fits, start))
-
-
-def refuse_states(goal: object, **states: object) -> None:
-    """Raise InputError if the state of a fit that follows a goal is to be saved or resumed: it has none of the goal."""
-    for name, given in states.items():
-        if goal and given is not None:
-            raise InputError(name, STATES_RULE, remedy="leave one of them out")
 
 
 def _with_free_opacity(request: Request) -> Request:

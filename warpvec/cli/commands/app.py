@@ -11,11 +11,7 @@ from pathlib import Path
 import click
 
 from warpvec.cli import signals
-from warpvec.cli.value_types import WholeNumber
 from warpvec.errors import InputError
-
-PORT_MIN, PORT_MAX = 1024, 65_535
-"""Ports that need no special rights."""
 
 TEXT_BROWSERS = ("www-browser", "lynx", "links", "elinks", "w3m")
 """Browsers that run in the terminal: `webbrowser` starts them if there are no others."""
@@ -23,9 +19,9 @@ TEXT_BROWSERS = ("www-browser", "lynx", "links", "elinks", "w3m")
 
 @click.command(short_help="Make and edit drawings on a page in the browser.")
 @click.argument("folder", metavar="[FOLDER]", required=False)
-@click.option("--port", type=WholeNumber(minimum=PORT_MIN), metavar="N", help="Port of the page. [8437, or a free one]")
+@click.option("--port", type=click.IntRange(1024, 65_535), metavar="N", help="Port of the page. [8437, or a free one]")
 @click.option("--no-browser", is_flag=True, help="Print the address and open no browser.")
-@click.option("--threads", type=WholeNumber(minimum=1), metavar="N", help="CPU threads of fits. [all cores]")
+@click.option("--threads", type=click.IntRange(min=1), metavar="N", help="CPU threads of fits. [all cores]")
 def app(folder: str | None, port: int | None, no_browser: bool, threads: int | None) -> None:
     """Open a page in the browser on which pictures become drawings.
 
@@ -35,9 +31,8 @@ def app(folder: str | None, port: int | None, no_browser: bool, threads: int | N
     memory until their page is closed. With FOLDER the page lists the pictures in FOLDER, and saves drawings there
     instead of downloading them. Ctrl-C ends the server.
     """
-    where = _checked_folder(folder)
-    if port is not None and port > PORT_MAX:
-        raise InputError("--port", f"must be from {PORT_MIN} to {PORT_MAX}", str(port), "give another, or none")
+    if folder is not None and not (folder and Path(folder).is_dir()):
+        raise InputError("FOLDER", "must be an existing folder", repr(folder), "create it first, or leave it out")
     if any(find_spec(name) is None for name in ("starlette", "uvicorn")):
         rule = "needs the packages of the extra app"
         raise InputError("app", rule, "starlette or uvicorn is missing", "pip install 'warpvec[app]'")
@@ -52,6 +47,7 @@ def app(folder: str | None, port: int | None, no_browser: bool, threads: int | N
         if not no_browser:
             open_browser(ticket_address)
 
+    where = None if folder is None else Path(folder)
     with listener:
         run_server(listener, token, folder=where, threads=threads, on_start=show, signals=signals.listener())
 
@@ -67,12 +63,3 @@ def open_browser(address: str) -> None:
         return  # there is none; the address has been printed
     if os.path.basename(name) not in TEXT_BROWSERS:
         threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-
-
-def _checked_folder(folder: str | None) -> Path | None:
-    if folder is None:
-        return None
-    path = Path(folder)
-    if not folder or not path.is_dir():
-        raise InputError("FOLDER", "must be an existing folder", repr(folder), "create it first, or leave it out")
-    return path

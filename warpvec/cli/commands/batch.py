@@ -12,12 +12,11 @@ import click
 
 from warpvec.checks import in_one_line
 from warpvec.cli.arguments import background_option, json_option, preset_option, quiet_option
-from warpvec.cli.options import OPTION_NAMES, file_options, requested, stated
+from warpvec.cli.options import OPTION_NAMES, file_options, requested
 from warpvec.cli.settings_command import SettingsCommand
-from warpvec.cli.side_files import SideFile
+from warpvec.cli.side_files import write_config
 from warpvec.cli.signals import raised_interrupts
 from warpvec.config.fit_config import FitConfig
-from warpvec.config.toml_file import write_settings
 from warpvec.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,12 +31,7 @@ if TYPE_CHECKING:
 @preset_option
 @background_option
 @click.option("--recursive", is_flag=True, help="Include the images in folders of IN_DIR.")
-@click.option(
-    "--jobs",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="Images at a time. [one per GPU, else per core]",
-)
+@click.option("--jobs", type=click.IntRange(min=1), metavar="N", help="Images at a time. [one per GPU, else per core]")
 @click.option("--skip-existing", is_flag=True, help="Skip every image that has an SVG of any settings.")
 @click.option(
     "--retry", "retries", type=click.IntRange(min=0), default=2, metavar="N",
@@ -62,7 +56,7 @@ def batch(ctx: click.Context, /, source: str, target: str, **options: Any) -> No
     With --engine ray the folders must be visible to all machines, or be addresses such as s3://bucket/photos that
     fsspec can open. Names that begin with a dot are ignored.
     """
-    config, goal = requested(options["preset"], {**options, "gzip": options["gzip"] or options["svgz"]})
+    config, goal = requested({**options, "gzip": options["gzip"] or options["svgz"]})
     if options["ray_address"] is not None and options["engine"] != "ray":
         raise InputError("--ray-address", "must come with --engine ray", remedy="add it, or leave the address out")
     from warpvec.batch.folders import open_folder
@@ -77,9 +71,7 @@ def batch(ctx: click.Context, /, source: str, target: str, **options: Any) -> No
     suffix = ".svgz" if options["svgz"] else ".svg"
     jobs = find_jobs(work.source.names(options["recursive"]), suffix, keep_suffix=options["keep_suffix"])
     engine = _engine(config, options)
-    if options["write_config"] is not None:
-        settings = stated(options["preset"], background, options, config)
-        SideFile("--write-config").attempt(write_settings, options["write_config"], settings)
+    write_config(options, config)
     tally, interrupted = _run(jobs, work, engine, skip_existing=options["skip_existing"], quiet=options["quiet"])
     if options["as_json"] or not options["quiet"]:
         click.echo(json.dumps(tally.facts()) if options["as_json"] else f"{in_one_line(target)}: {tally.summary()}")

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-import math
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -22,11 +21,11 @@ from warpvec.cli.arguments import (
     write_drawing,
 )
 from warpvec.cli.paths import check_distinct_files
+from warpvec.cli.summary import finite
 from warpvec.errors import InputError
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+_HEADS = ["level", "paths", "up to it", "bytes", "PSNR"]
+"""Names of the figures of a level; the last one is of an image."""
 
 
 @click.command(short_help="List the levels of detail of an SVG, or keep some.")
@@ -64,7 +63,7 @@ def lod(
         _write_prefixes(data, svg, echo=output != "-")
     if as_list or image is not None or not (split or levels):
         rows = _rows(data, image, background)
-        click.echo(json.dumps(rows) if as_json else _table(rows), err=output == "-")
+        click.echo(json.dumps(finite(rows)) if as_json else _table(rows), err=output == "-")
 
 
 def _check_options(svg: str, levels: str | None, output: str | None, split: bool) -> None:
@@ -99,9 +98,11 @@ def _write_prefixes(data: bytes, svg: str, echo: bool) -> None:
 def _rows(data: bytes, image: str | None, background: str | None) -> list[dict[str, Any]]:
     """Return for each level its path count, and the path count and bytes of the file with all levels up to it.
 
-    With ``image`` the row has the PSNR of that file too, None for infinity.
+    With ``image`` the row has the PSNR of that file too.
     """
+    from warpvec.image.metrics import psnr
     from warpvec.svg.layers import prefixes, read_layers
+    from warpvec.svg.measure import draw_like
 
     photo = None if image is None else read_photo(image, background)
     path_counts: Counter[int] = Counter()
@@ -111,33 +112,15 @@ def _rows(data: bytes, image: str | None, background: str | None) -> list[dict[s
     for level, text in prefixes(data):
         total = sum(count for other, count in path_counts.items() if other <= level)
         row = {"level": level, "paths": path_counts[level], "prefix_paths": total, "prefix_bytes": len(text.encode())}
-        rows.append(row if photo is None else {**row, "prefix_psnr": _psnr(text, photo)})
+        rows.append(row if photo is None else {**row, "prefix_psnr": psnr(draw_like(text, photo), photo)})
     return rows
-
-
-def _psnr(text: str, photo: NDArray[np.float32]) -> float | None:
-    from warpvec.image.metrics import psnr
-    from warpvec.svg.measure import draw_like
-
-    value = psnr(draw_like(text, photo), photo)
-    return value if math.isfinite(value) else None
 
 
 def _table(rows: list[dict[str, Any]]) -> str:
     """Return a line for each level, with figures right-aligned under their names."""
-    heads = {
-        "level": "level",
-        "paths": "paths",
-        "prefix_paths": "up to it",
-        "prefix_bytes": "bytes",
-        "prefix_psnr": "PSNR",
-    }
-    names = [name for name in heads if name in rows[0]]
-    lines = [[heads[name] for name in names], *([_shown(name, row[name]) for name in names] for row in rows)]
+    lines = [_HEADS[: len(rows[0])], *(list(map(_shown, row, row.values())) for row in rows)]
     return "\n".join("  ".join(f"{word:>9}" for word in line) for line in lines)
 
 
-def _shown(name: str, value: float | None) -> str:
-    if name == "prefix_psnr":
-        return "inf dB" if value is None else f"{value:.2f} dB"
-    return f"{value:,}"
+def _shown(name: str, value: float) -> str:
+    return f"{value:.2f} dB" if name == "prefix_psnr" else f"{value:,}"

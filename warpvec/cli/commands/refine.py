@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -20,15 +20,11 @@ from warpvec.cli.arguments import (
     write_drawing,
 )
 from warpvec.cli.loading import quick_loading
-from warpvec.cli.options import file_options, given_options, stated
+from warpvec.cli.options import file_options, given_options
 from warpvec.cli.settings_command import SettingsCommand
-from warpvec.cli.side_files import SideFile
+from warpvec.cli.side_files import write_config
 from warpvec.cli.signals import listener
 from warpvec.cli.summary import end_fit
-from warpvec.config.toml_file import write_settings
-
-if TYPE_CHECKING:
-    from warpvec.config.fit_config import FitConfig
 
 DECIDED = ("mode", "curves", "iterations", "precision", "recycle_gap", "segments")
 """Settings that the drawing or the command decides unless they are given. Then --write-config leaves them out."""
@@ -71,7 +67,6 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
 
     data = read_svg_bytes(drawing, "--from")
     loaded = read_drawing(data, "--from")
-    given = {name: value for name, value in options.items() if value is not None}
     config, goal, iterations = refine_settings(loaded, options["preset"], given_options(options))
     for text in loaded.omitted:
         click.echo(in_one_line(f"warpvec: {drawing}: {text}"), err=True)
@@ -89,16 +84,9 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
         watch = Watch(show, config.time_budget, listener())
         request = Request.of(pixels, config, goal, title=title_of(image), options=file_options(options), watch=watch)
         place_on_picture(loaded, request.picture, "--from")  # report a wrong picture before anything is written
-        _write_config(options, given, config)
+        write_config(options, config, undecided=[name for name in DECIDED if options[name] is None])
         result = Result(mode.draw(request), watch.facts())
     write_drawing(result.svg(), out, result.canvas)
     if iterations != 0 and config.gradients == "auto" and not options["quiet"] and not result.metrics["gradients"]:
         click.echo("warpvec: no path got a gradient: none would have made the picture plainly better", err=True)
     end_fit(ctx, result, out, options)
-
-
-def _write_config(options: dict[str, Any], given: dict[str, Any], config: FitConfig) -> None:
-    if options["write_config"] is not None:
-        found = stated(options["preset"], options["background"], options, config)
-        kept = {name: value for name, value in found.items() if name in given or name not in DECIDED}
-        SideFile("--write-config").attempt(write_settings, options["write_config"], kept)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,25 +20,21 @@ from warpvec.cli.arguments import (
     write_drawing,
 )
 from warpvec.cli.loading import quick_loading
-from warpvec.cli.options import file_options, options_of_mode, requested, stated
+from warpvec.cli.options import file_options, options_of_mode, requested
 from warpvec.cli.settings_command import SettingsCommand
-from warpvec.cli.side_files import SideFile
+from warpvec.cli.side_files import SideFile, write_config
 from warpvec.cli.signals import listener
 from warpvec.cli.summary import end_fit
-from warpvec.cli.value_types import WholeNumber
 from warpvec.config.fit_config import MACHINE_SETTINGS
 from warpvec.config.presets import PRESETS
-from warpvec.config.toml_file import write_settings
 from warpvec.errors import InputError
 from warpvec.files import check_writable
-from warpvec.goals.goal import STATES_RULE
+from warpvec.goals.goal import refuse_states
 
 if TYPE_CHECKING:
     from warpvec.config.fit_config import FitConfig
     from warpvec.fit.checkpoint import Checkpoint
-    from warpvec.fit.state import Saving
     from warpvec.goals.goal import Goal
-    from warpvec.modes.request import Request
     from warpvec.result import Result
 
 
@@ -52,7 +49,7 @@ if TYPE_CHECKING:
 @click.option("--checkpoint", metavar="FILE", help="Save the state of the fit here every --every iterations.")
 @click.option("--resume", metavar="FILE", help="Continue from a checkpoint, with its settings.")
 @click.option(
-    "--every", type=WholeNumber(minimum=1), default=50, metavar="N",
+    "--every", type=click.IntRange(min=1), default=50, metavar="N",
     help="Iterations between frames (in shorter fits every iteration is one) and checkpoints. [50]",
 )  # fmt: skip
 @click.option("--placeholder", is_flag=True, help="Print a rough drawing of 1000 bytes as a data URI.")
@@ -81,18 +78,14 @@ def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
 
         run_placeholder(ctx, source, out, options)
         return
-    config, goal = _requested(out, options)
+    gzip = options["gzip"] or Path(out).suffix.lower() == ".svgz"
+    config, goal = requested({**options, "gzip": gzip})
     _check_outputs(out, options, goal)
     config = _with_mode_of_checkpoints(config, options)
     checkpoint = None if options["resume"] is None else _resumed(config, options)
     config = config if checkpoint is None else checkpoint.config
     result = _fit(source, out, config, goal, checkpoint, options)
-    end_fit(ctx, result, out, options, options_of_mode(options["preset"], options))
-
-
-def _requested(out: str, options: dict[str, Any]) -> tuple[FitConfig, Goal]:
-    gzip = options["gzip"] or Path(out).suffix.lower() == ".svgz"
-    return requested(options["preset"], {**options, "gzip": gzip})
+    end_fit(ctx, result, out, options, options_of_mode(options))
 
 
 def _check_outputs(out: str, options: dict[str, Any], goal: Goal) -> None:
@@ -101,9 +94,7 @@ def _check_outputs(out: str, options: dict[str, Any], goal: Goal) -> None:
         check_page(options["page"])
     if options["checkpoint"] is not None:
         check_writable(options["checkpoint"], "--checkpoint")
-    if goal and (options["checkpoint"] or options["resume"]):
-        name = "--resume" if options["resume"] else "--checkpoint"
-        raise InputError(name, STATES_RULE, remedy="leave one of them out")
+    refuse_states(goal, {"--resume": options["resume"], "--checkpoint": options["checkpoint"]})
 
 
 def _with_mode_of_checkpoints(config: FitConfig, options: dict[str, Any]) -> FitConfig:
@@ -118,8 +109,6 @@ def _with_mode_of_checkpoints(config: FitConfig, options: dict[str, Any]) -> Fit
     if config.mode != "auto":
         rule = f"must not be given in the mode {config.mode}, whose work takes seconds"
         raise InputError(f"--{name}", rule, remedy="leave it out, or give --mode photo")
-    from dataclasses import replace
-
     return replace(config, mode="photo")
 
 
@@ -130,8 +119,6 @@ def _resumed(config: FitConfig, options: dict[str, Any]) -> Checkpoint:
         config: what the options lead to.
         options: settings that are given, here or by a preset, must be those of the checkpoint.
     """
-    from dataclasses import replace
-
     from warpvec.fit.checkpoint import read_checkpoint
 
     checkpoint = read_checkpoint(options["resume"])
@@ -160,6 +147,7 @@ def _fit(
     with quick_loading():  # These imports take a second. By now most mistakes have been reported.
         from warpvec.api import title_of
         from warpvec.cli.frames import recorded
+        from warpvec.fit.checkpoint import saving_to
         from warpvec.modes.choice import draw_picture
         from warpvec.modes.photo import Photo
         from warpvec.modes.request import Request
@@ -171,13 +159,14 @@ def _fit(
     frames, video, every = options["save_frames"], options["video"], options["every"]
     failure: OSError | None = None
     with recorded(photo, config, frames, video, every, quiet=options["quiet"]) as recorder:
-        if options["write_config"] is not None:
-            settings = stated(options["preset"], options["background"], options, config)
-            SideFile("--write-config").attempt(write_settings, options["write_config"], settings)
+        write_config(options, config)
         watch = Watch(recorder, config.time_budget, listener())
         request = Request.of(photo, config, goal, title=title_of(image), options=file_options(options), watch=watch)
-        saving = None if options["checkpoint"] is None else _saving(options["checkpoint"], every, request)
-        result = Result(draw_picture(request, Photo(resume=checkpoint, saving=saving)), watch.facts())
+        photo_mode, path = Photo(resume=checkpoint), options["checkpoint"]
+        if path is not None:  # saving may fail without ending the fit
+            warn = SideFile("--checkpoint").fail
+            photo_mode = replace(photo_mode, saving=saving_to(path, every, config, request.picture.reduced, warn))
+        result = Result(draw_picture(request, photo_mode), watch.facts())
         # Written before the video is finished: the fit is worth more than its video.
         try:
             write_drawing(result.svg(), out, result.canvas)
@@ -185,21 +174,11 @@ def _fit(
             failure = error
         recorder.end(result)
     if options["page"] is not None:
-        SideFile("--report").attempt(_write_page, options["page"], result, out)
+        from warpvec.viewer.page import write_page
+
+        side, svg, name = SideFile("--report"), result.svg().encode(), None if out == "-" else Path(out).stem
+        photo, history = result.picture.pixels, result.history
+        side.attempt(write_page, options["page"], svg, photo=photo, history=history, name=name)
     if failure is not None:  # only now, so that the video and the page are there
         raise failure
     return result
-
-
-def _saving(path: str, every: int, request: Request) -> Saving:
-    """Return the request to save the state of the fit to ``path``, which may fail without ending the fit."""
-    from warpvec.fit.checkpoint import saving_to
-
-    return saving_to(path, every, request.settings, request.picture.reduced, SideFile("--checkpoint").fail)
-
-
-def _write_page(page: str, result: Result, out: str) -> None:
-    from warpvec.viewer.page import write_page
-
-    name = None if out == "-" else Path(out).stem
-    write_page(page, result.svg().encode(), photo=result.picture.pixels, history=result.history, name=name)

@@ -16,12 +16,15 @@ from warpvec.cli.arguments import (
     check_background,
     check_one_stdin,
     check_page,
-    read_history_bytes,
+    read_bytes,
     read_photo,
     read_svg_bytes,
 )
 from warpvec.cli.paths import check_distinct_files
 from warpvec.errors import InputError
+
+MAX_HISTORY_BYTES = 2**26
+"""Largest file with the history of a fit. A record takes 80 bytes, and comes every ten iterations."""
 
 
 @click.command(short_help="Inspect and edit an SVG in the browser.")
@@ -63,10 +66,9 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
 
 def _read_history(path: str) -> Any:
     """Return the records in the output of a command with --json, or in a file with only the list."""
+    data = read_bytes(path, MAX_HISTORY_BYTES, "--history")
     try:
-        found = json.loads(read_history_bytes(path))
-        return found.get("history", found) if isinstance(found, dict) else found
+        found = json.loads(data)
     except (ValueError, RecursionError) as error:
-        if isinstance(error, InputError):
-            raise
         raise InputError("--history", "must be a JSON file", f"{path!r} ({error})", "write it again") from error
+    return found.get("history", found) if isinstance(found, dict) else found
