@@ -48,7 +48,7 @@ TRUE = square(10, 20, "#e04020")
 
 def again(mode: str = "flat", **more: object) -> tuple[str, list[str]]:
     """Fit a drawing again; return the text and the data of its paths."""
-    job = FitJob(1, picture(PAPER, TRUE), "x", FitSettings(mode=mode), keeps_paths=True, **more)  # type: ignore[arg-type]
+    job = FitJob(1, picture(PAPER, TRUE), "x", FitSettings({"mode": mode}), keeps_paths=True, **more)  # type: ignore[arg-type]
     found = run_job(job, lambda kind, facts: None, Watch(), 1)
     text = result_facts(found)["svg"]
     return text, re.findall(r'<path[^>]* d="([^"]*)"', text)
@@ -113,7 +113,7 @@ def test_another_detail_goes_on_from_the_outlines(monkeypatch: pytest.MonkeyPatc
     outlines = KnownOutlines()
 
     def drawn(kept: KnownOutlines, detail: float, data: bytes = picture(PAPER, TRUE)) -> str:
-        job = FitJob(1, data, "x", FitSettings(mode="flat", detail=detail))
+        job = FitJob(1, data, "x", FitSettings({"mode": "flat", "detail": detail}))
         return str(result_facts(run_job(job, lambda kind, facts: None, Watch(), 1, kept))["svg"])
 
     drawn(outlines, 0.1)
@@ -122,3 +122,12 @@ def test_another_detail_goes_on_from_the_outlines(monkeypatch: pytest.MonkeyPatc
     assert second == drawn(KnownOutlines(), 0.4)
     drawn(outlines, 0.4, picture(PAPER, square(8, 20, "#20c040")))  # another picture
     assert len(searches) == 3
+
+
+@pytest.mark.parametrize(("colors", "mode"), [(0, "mono"), (3, "flat")])
+def test_black_and_white_art_that_is_to_have_colours_is_flat_art(colors: int, mode: str) -> None:
+    stream = BytesIO()
+    Image.fromarray(np.where(np.hypot(*np.mgrid[-32:32, -32:32]) < 20.5, 0, 255).astype(np.uint8)).save(stream, "PNG")
+    job, seen = FitJob(1, stream.getvalue(), "x", FitSettings({"colors": colors})), []
+    found = run_job(job, lambda kind, facts: seen.append(facts["mode"]), Watch(), 1)
+    assert (seen, found.config.mode) == ([mode], mode)

@@ -25,7 +25,7 @@ from warpvec.cli.commands import app as command
     [
         (["no-such-folder"], "FOLDER must be an existing folder"),
         ([""], "FOLDER must be an existing folder"),
-        (["--port", "70000"], "--port must be from 1024 to 65535"),
+        (["--port", "70000"], "'--port': 70000 is not in the range 1024<=x<=65535"),
         (["--port", "80"], "--port"),
     ],
 )

@@ -48,16 +48,16 @@ def test_a_setting_is_on_the_page_by_its_entry(monkeypatch: pytest.MonkeyPatch) 
     assert '<input id="set-precision" type="range" min="0" max="3" step="1" value="2">' in markup
     (data,) = (each for each in json.loads(controls.controls_data()) if each["name"] == "precision")
     assert (data["start"], data["settings"][0]["values"]) == (2, [0, 1, 2, 3])
-    assert FitSettings.read({"precision": 3}).config("photo").precision == 3
+    assert FitSettings({"precision": 3}).config("photo").precision == 3
 
 
 def test_settings_reach_only_the_modes_that_use_them() -> None:
-    given = FitSettings(curves=64, detail=0.4, colors=6, cutout=True, opacity="opaque")
+    given = FitSettings({"curves": 64, "detail": 0.4, "colors": 6, "cutout": True, "opacity": "opaque"})
     assert given.given("photo") == {"mode": "photo", "curves": 64, "colors": 6, "opacity": "opaque"}
     assert given.given("flat") == {"mode": "flat", "detail": 0.4, "colors": 6, "cutout": True, "opacity": "opaque"}
     assert given.given("mono") == {"mode": "mono", "detail": 0.4, "opacity": "opaque"}
-    assert FitSettings().config("photo") == FitConfig(mode="photo")
-    assert FitSettings(max_bytes=2000).given("photo").keys() == {"mode", "curves", "minify"}
+    assert FitSettings({}).config("photo") == FitConfig(mode="photo")
+    assert FitSettings({"max_bytes": 2000}).given("photo").keys() == {"mode", "curves", "minify"}
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_settings_reach_only_the_modes_that_use_them() -> None:
 )
 def test_values_that_the_page_does_not_offer_are_refused(values: Any, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        FitSettings.read(values)
+        FitSettings(values)
 
 
 def test_limits_of_the_page_are_those_of_the_program() -> None:
@@ -89,5 +89,5 @@ def test_limits_of_the_page_are_those_of_the_program() -> None:
 
 def test_goals_with_a_control_are_goals_of_the_run() -> None:
     assert {name for name in OFFERS if name in QUANTITIES} == {"max_bytes"}
-    assert FitSettings(max_bytes=5000).goal.bounds == {"max_bytes": 5000}
-    assert not FitSettings().goal
+    assert FitSettings({"max_bytes": 5000}).goal.bounds == {"max_bytes": 5000}
+    assert not FitSettings({}).goal

@@ -135,8 +135,8 @@ def test_a_worker_that_dies_after_a_fit_was_dropped_does_not_cost_the_next_one(
 
     def drop_and_die() -> None:
         server.desk.remove(identifier)
-        server.worker.receive(Report("died", 0, {"message": "out of memory"}))
-        server.worker.receive(Report("ready", 0, {}))
+        server.desk.receive(Report("died", 0, {"message": "out of memory"}))
+        server.desk.receive(Report("ready", 0, {}))
 
     server.act(drop_and_die)
     server.act(lambda: None)

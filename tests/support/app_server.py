@@ -23,8 +23,7 @@ PORT, TOKEN = 8437, "t" * 32
 class FakeWorker:
     """A worker process that notes what it is sent and reports what a test says."""
 
-    def __init__(self, receive: Callable[[Report], None]) -> None:
-        self.receive = receive
+    def __init__(self) -> None:
         self.sent: list[FitJob | Stop] = []
         self.restarts = 0
 
@@ -48,14 +47,8 @@ class Server:
 
     def __init__(self, runner: asyncio.Runner, folder: Path | None = None) -> None:
         self.runner = runner
-        workers: list[FakeWorker] = []
-
-        def make_worker(receive: Callable[[Report], None]) -> FakeWorker:
-            workers.append(FakeWorker(receive))
-            return workers[0]
-
-        self.desk = Desk(make_worker)
-        self.worker = workers[0]
+        self.worker = FakeWorker()
+        self.desk = Desk(self.worker)
         routes = Routes(self.desk, folder, ["svg", "svgz", "png"])
         self.guard = Guard(routes.application(), PORT, TOKEN)
         transport = ASGITransport(self.guard)
@@ -77,7 +70,7 @@ class Server:
 
     def report(self, kind: str, number: int = 0, **facts: Any) -> None:
         """Let the worker report."""
-        self.act(lambda: self.worker.receive(Report(kind, number, facts)))
+        self.act(lambda: self.desk.receive(Report(kind, number, facts)))
 
     def act(self, action: Callable[[], Any]) -> Any:
         """Run a function of the desk inside the event loop, as the server does."""

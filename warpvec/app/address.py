@@ -49,31 +49,19 @@ def read_token(port: int) -> str:
 
 
 def open_socket(port: int | None) -> socket.socket:
-    """Return a socket bound to ``port`` of this machine; None for the default one, or any other if that is taken.
+    """Return a socket that listens at ``port`` of this machine; None for the default one, or another if that is taken.
 
     Raises:
         InputError: the given port cannot be used.
     """
     wanted = DEFAULT_PORT if port is None else port
     try:
-        return _bound(wanted)
+        return socket.create_server((HOST, wanted))
     except OSError as error:
         if port is None:
-            return _bound(0)
+            return socket.create_server((HOST, 0))
         reason = error.strerror or str(error)
         raise InputError("--port", "must be a free port", f"{port} ({reason})", "give another, or none") from error
-
-
-def _bound(port: int) -> socket.socket:
-    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        if os.name == "posix":  # elsewhere this lets two servers share a port
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listener.bind((HOST, port))
-    except OSError:
-        listener.close()
-        raise
-    return listener
 
 
 def _folder() -> Path:

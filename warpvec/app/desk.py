@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import secrets
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -66,10 +65,10 @@ class Desk:
     """Pictures, the queue and the watching pages. All methods run in the event loop.
 
     Args:
-        make_worker: makes the worker process, which reports to the function that it gets.
+        worker: the worker process, which reports to `receive`.
     """
 
-    def __init__(self, make_worker: Callable[[Callable[[Report], None]], FitProcess]) -> None:
+    def __init__(self, worker: FitProcess) -> None:
         self.pictures: dict[str, PagePicture] = {}
         self.is_ready = False
         self.pages = Pages(self._forget)
@@ -79,7 +78,7 @@ class Desk:
         self._dropped: set[int] = set()
         self._deadline: asyncio.TimerHandle | None = None
         self._is_broken = False
-        self._worker = make_worker(self.receive)
+        self._worker = worker
 
     # Pages
 
@@ -155,7 +154,8 @@ class Desk:
         """Take a report of the worker process."""
         if report.kind == "ready":
             self.is_ready = True
-            self._tell_all("ready", {})
+            for page in self.pages:
+                self.pages.send(page, "ready", {}, "ready")
             self._start_next()
             return
         if report.kind == "died":
@@ -274,7 +274,3 @@ class Desk:
         for page in self.pages:
             places = {p.identifier: i + busy for i, p in enumerate(self._waiting) if p.page == page}
             self.pages.send(page, "queue", {"places": places}, "queue")
-
-    def _tell_all(self, kind: str, facts: dict[str, Any]) -> None:
-        for page in self.pages:
-            self.pages.send(page, kind, facts, kind)

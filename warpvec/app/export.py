@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from warpvec.errors import InputError
 from warpvec.writers.png import canvas_of, drawing_size
 from warpvec.writers.registry import WRITERS
@@ -12,17 +14,12 @@ MEDIA_TYPES = {suffix[1:]: writer.media_type for suffix, writer in WRITERS.items
 
 def usable_formats() -> list[str]:
     """Return the formats that can be written here; PDF and EPS need CairoSVG and the library cairo."""
-    return [name for name in MEDIA_TYPES if _is_usable(name)]
-
-
-def _is_usable(kind: str) -> bool:
-    check = WRITERS[f".{kind}"].check
-    try:
-        if check is not None:
-            check(f"drawing.{kind}", "format")
-    except InputError:
-        return False
-    return True
+    found = []
+    for suffix, writer in WRITERS.items():
+        with suppress(InputError):
+            writer.check(f"drawing{suffix}", "format")
+            found.append(suffix[1:])
+    return found
 
 
 def encode(text: str, kind: str, width: int | None = None, *, transparent: bool = False) -> bytes:

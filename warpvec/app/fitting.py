@@ -16,10 +16,9 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.given import place_on_picture, read_drawing
-from warpvec.flat.mode_choice import choose_mode
 from warpvec.image.picture import reduce_image
 from warpvec.image.read import read_image
-from warpvec.modes.choice import draw_picture
+from warpvec.modes.choice import chosen_mode, draw_picture
 from warpvec.modes.flat import KnownOutlines
 from warpvec.modes.path_count import CORRECTION_RATE
 from warpvec.modes.photo import Photo
@@ -57,7 +56,7 @@ def run_job(
     pixels = read_image(job.data, name="picture")
     mode, reason = job.settings.mode, None
     if mode == "auto":
-        mode, reason = choose_mode(reduce_image(pixels, FitConfig.fit_size))
+        mode, reason = chosen_mode(reduce_image(pixels, FitConfig.fit_size), job.settings.config("flat"))
     height, width = pixels.shape[:2]
     report("mode", {"mode": mode, "reason": reason, "width": width, "height": height})
     if job.erased is not None:
@@ -81,7 +80,7 @@ def _request(job: FitJob, pixels: NDArray[np.float32], config: FitConfig, watch:
 def _fit_again(job: FitJob, pixels: NDArray[np.float32], mode: str, threads: int | None, watch: Watch) -> Drawing:
     """Fit the edited drawing of the job. Deleted parts are filled in photos only; areas of flat art need none."""
     assert job.start is not None
-    settings = FitSettings(mode="photo", opacity=job.settings.values["opacity"])
+    settings = FitSettings({"mode": "photo", "opacity": job.settings.values["opacity"]})
     config = replace(settings.config("photo"), threads=threads, recycle_gap=0)
     edited = Edited(job.start, job.locked, job.filled if mode == "photo" else None)
     return fit_again(edited, _request(job, pixels, config, watch).encoding, watch)
@@ -90,14 +89,10 @@ def _fit_again(job: FitJob, pixels: NDArray[np.float32], mode: str, threads: int
 def result_facts(result: Result) -> dict[str, Any]:
     """Return the SVG text and the figures of its file that the page shows."""
     text = result.svg()
-    facts = file_facts(text)
     psnr = result.file_psnr
     return {
         "svg": text,
-        "paths": facts["paths"],
-        "segments": facts["segments"],
-        "bytes": facts["bytes"],
-        "gzip_bytes": facts["gzip_bytes"],
+        **file_facts(text),
         "psnr": psnr if math.isfinite(psnr) else None,
         "seconds": result.run.seconds,
         "stopped": result.interrupted,

@@ -9,10 +9,8 @@ from pathlib import Path
 
 from warpvec.errors import InputError
 from warpvec.files import write_atomic
+from warpvec.image.formats import SUFFIXES
 from warpvec.inputs import read_file
-
-SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif")
-"""Suffixes of the pictures that are listed."""
 
 LISTED_MAX = 1000
 """Most pictures that are listed, the first ones by name."""

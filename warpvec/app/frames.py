@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from warpvec.config.fit_config import FitConfig
 from warpvec.geometry.cubics import to_cubics
 from warpvec.svg.write import write_svg
 from warpvec.watch.progress import Pace, Progress
@@ -24,13 +25,11 @@ class FrameWriter:
     Args:
         width, height: size of the picture, in which the frames are drawn.
         send: takes the facts of a frame: "svg", "iteration", "iterations", "psnr", "bytes", "paths", "seconds", "left".
-        fit_size: longest side of the picture that is fitted.
     """
 
-    def __init__(self, width: int, height: int, send: Callable[[dict[str, Any]], None], fit_size: int) -> None:
+    def __init__(self, width: int, height: int, send: Callable[[dict[str, Any]], None]) -> None:
         self._width, self._height, self._send = width, height, send
-        longest = max(width, height)
-        self._scale = max(1.0, longest / fit_size)
+        self._scale = max(1.0, max(width, height) / FitConfig.fit_size)
         self._due = -math.inf
         self._pace = Pace()
 

@@ -43,27 +43,14 @@ def page_text() -> tuple[str, str]:
 </body>
 </html>
 """
-    return text, _policy(nonce, style)
+    rules = viewer.policy(nonce, style, images="'self' data: blob:")
+    return text, f"{rules}; connect-src 'self'; frame-ancestors 'none'"
 
 
 def _panel() -> str:
     """Return the elements of the panel that makes drawings."""
     panel = _asset("desk.html").replace("<!-- controls -->", controls_markup())
     return panel.replace("<!-- widest png -->", str(SIDE_MAX))
-
-
-def _policy(nonce: str, style: str) -> str:
-    rules = [
-        "default-src 'none'",
-        f"script-src 'nonce-{nonce}'",
-        f"style-src '{viewer.hash_source(style)}'",
-        "img-src 'self' data: blob:",
-        "connect-src 'self'",
-        "base-uri 'none'",
-        "form-action 'none'",
-        "frame-ancestors 'none'",
-    ]
-    return "; ".join(rules)
 
 
 def _asset(name: str) -> str:

@@ -19,11 +19,9 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Awaitable, Callable
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from PIL import Image
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
@@ -38,7 +36,7 @@ from warpvec.app.settings import FitSettings
 from warpvec.errors import InputError
 from warpvec.image.picture import reduce_image
 from warpvec.image.read import read_image
-from warpvec.image.write import to_8_bits
+from warpvec.image.write import png_bytes, to_8_bits
 from warpvec.viewer.page import PAGE_PHOTO_SIDE
 
 MAX_PICTURE_BYTES = 2**28
@@ -131,7 +129,7 @@ class Routes:
         """Queue a picture for a fit with the settings in the body."""
         picture = self._picture(request)
         asked = _object(await _body(request, MAX_TEXT_BYTES))
-        settings = FitSettings.read(asked.get("settings", {}))
+        settings = FitSettings(asked.get("settings", {}))
         texts = {name: asked.get(name) for name in ("start", "erased", "filled")}
         if not all(text is None or isinstance(text, str) for text in texts.values()):
             raise InputError("start", "must be SVG text", "something else", "reload the page")
@@ -254,7 +252,5 @@ def _size_of(data: bytes) -> tuple[int, int]:
 
 
 def _preview(data: bytes) -> bytes:
-    stream = BytesIO()
-    pixels = to_8_bits(reduce_image(read_image(data, name="picture"), PAGE_PHOTO_SIDE))
-    Image.fromarray(pixels).save(stream, "PNG", compress_level=1)
-    return stream.getvalue()
+    pixels = reduce_image(read_image(data, name="picture"), PAGE_PHOTO_SIDE)
+    return png_bytes(to_8_bits(pixels), compress_level=1)

@@ -16,11 +16,9 @@ from pathlib import Path
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from warpvec.app.address import HOST
 from warpvec.app.desk import Desk
 from warpvec.app.export import usable_formats
 from warpvec.app.guard import Guard
-from warpvec.app.messages import Report
 from warpvec.app.routes import Routes
 from warpvec.app.worker_process import WorkerProcess
 from warpvec.watch.interrupt import Listener
@@ -40,15 +38,15 @@ def run_server(
     listener: socket.socket,
     token: str,
     *,
-    folder: Path | None = None,
-    threads: int | None = None,
-    on_start: Callable[[str, str], None] | None = None,
-    signals: Listener | None = None,
+    folder: Path | None,
+    threads: int | None,
+    on_start: Callable[[str, str], None],
+    signals: Listener | None,
 ) -> None:
     """Serve the page on ``listener`` until a signal ends it.
 
     Args:
-        listener: a socket that is bound to a port of this machine.
+        listener: a socket that listens at a port of this machine: a browser that is quicker than the server waits.
         token: first part of every path.
         folder: where pictures are listed and drawings are saved; None for nowhere.
         threads: CPU threads of fits; None for all cores.
@@ -60,42 +58,28 @@ def run_server(
     """
     if signals is not None:
         signals.hold()
-    asyncio.run(_serve(listener, token, folder, threads, on_start, signals))
+    host, port = listener.getsockname()
+    root = f"http://{host}:{port}"
 
-
-async def _serve(
-    listener: socket.socket,
-    token: str,
-    folder: Path | None,
-    threads: int | None,
-    on_start: Callable[[str, str], None] | None,
-    signals: Listener | None,
-) -> None:
-    port = listener.getsockname()[1]
-    workers: list[WorkerProcess] = []
-
-    def make_worker(receive: Callable[[Report], None]) -> WorkerProcess:
-        workers.append(WorkerProcess(receive, threads))
-        return workers[0]
-
-    desk = Desk(make_worker)
-    workers[0].start()
-    try:
-        routes = Routes(desk, folder, await asyncio.to_thread(usable_formats))
-        guard = Guard(routes.application(), port, token)
-        config = uvicorn.Config(
-            guard, http=_Connection, backlog=BACKLOG, log_level="error",
-            access_log=False, server_header=False, lifespan="off", ws="none",
-        )  # fmt: skip
-        logging.getLogger("uvicorn.error").addFilter(_is_mistake)
-        server = _Server(config, signals)
-        if on_start is not None:
-            listener.listen()  # a browser that is quicker than the loop waits
-            root = f"http://{HOST}:{port}"
+    async def serve() -> None:
+        worker = WorkerProcess(threads)
+        desk = Desk(worker)
+        worker.start(desk.receive)
+        try:
+            routes = Routes(desk, folder, await asyncio.to_thread(usable_formats))
+            guard = Guard(routes.application(), port, token)
+            config = uvicorn.Config(
+                guard, http=_Connection, backlog=BACKLOG, log_level="error",
+                access_log=False, server_header=False, lifespan="off", ws="none",
+            )  # fmt: skip
+            logging.getLogger("uvicorn.error").addFilter(_is_mistake)
+            server = _Server(config, signals)
             on_start(f"{root}/{token}/", f"{root}/{guard.new_ticket()}")
-        await server.serve([listener])
-    finally:
-        workers[0].end()
+            await server.serve([listener])
+        finally:
+            worker.end()
+
+    asyncio.run(serve())
 
 
 class _Connection(H11Protocol):

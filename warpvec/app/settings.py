@@ -19,24 +19,13 @@ class FitSettings:
         given: settings and goals that the page offers, by name; see `warpvec.app.controls.OFFERS`.
 
     Raises:
-        InputError: there is no such setting, or it has the wrong type or is out of range.
+        InputError: it is no object, or has a setting that there is not, or one of the wrong type or out of range.
     """
 
-    def __init__(self, **given: object) -> None:
-        if not given.keys() <= OFFERS.keys():
+    def __init__(self, given: object) -> None:
+        if not isinstance(given, dict) or not given.keys() <= OFFERS.keys():
             raise InputError("settings", "must be an object of known settings", str(given)[:80], "reload the page")
         self.values = {name: offer.checked(given.get(name, offer.default)) for name, offer in OFFERS.items()}
-
-    @staticmethod
-    def read(values: object) -> FitSettings:
-        """Return the settings in the JSON object ``values`` of a request.
-
-        Raises:
-            InputError: it is no object, or has an unknown name or a wrong value.
-        """
-        if not isinstance(values, dict):
-            raise InputError("settings", "must be an object of known settings", str(values)[:80], "reload the page")
-        return FitSettings(**values)
 
     @property
     def mode(self) -> str:

@@ -19,13 +19,11 @@ class Stream:
 
     def __init__(self) -> None:
         self._events: dict[str, tuple[str, dict[str, Any]]] = {}
-        self._count = 0
         self._news = asyncio.Event()
 
     def put(self, kind: str, facts: dict[str, Any], replaces: str | None = None) -> None:
-        """Add an event; one with the same ``replaces`` that has not been sent is left out."""
-        self._count += 1
-        key = f"event {self._count}" if replaces is None else replaces
+        """Add an event; one of the same ``replaces``, by default its kind, that has not been sent is left out."""
+        key = replaces or kind
         self._events.pop(key, None)  # the new one goes to the end
         self._events[key] = (kind, facts)
         self._news.set()

@@ -13,7 +13,6 @@ from warpvec.app.frames import FrameWriter
 from warpvec.app.mailbox import Mailbox
 from warpvec.app.messages import FitJob, Report
 from warpvec.app.settings import FitSettings
-from warpvec.config.fit_config import FitConfig
 from warpvec.modes.choice import draw_picture
 from warpvec.modes.flat import KnownOutlines
 from warpvec.modes.request import Request
@@ -38,7 +37,7 @@ class Worker:
     def warm_up(self) -> None:
         """Load the kernels of fits, or compile them, with a tiny one, and the modules that a result needs."""
         picture = np.linspace(0.0, 1.0, 16 * 16 * 3, dtype=np.float32).reshape(16, 16, 3)
-        config = replace(FitSettings(curves=4).config("photo"), initial_curves=2, iterations=8, inflation_gap=1)
+        config = replace(FitSettings({"curves": 4}).config("photo"), initial_curves=2, iterations=8, inflation_gap=1)
         config = replace(config, recycle_gap=1, recycle_share=0.5, threads=self._threads)
         watch = Watch(listener=self._mailbox)
         result_facts(Result(draw_picture(Request.of(picture, config, watch=watch)), watch.facts()))
@@ -52,9 +51,12 @@ class Worker:
         """
         writer: FrameWriter | None = None
 
+        def send_frame(facts: dict[str, Any]) -> None:
+            self._send(Report("frame", job.number, facts))
+
         def report(kind: str, facts: dict[str, Any]) -> None:
             nonlocal writer
-            writer = FrameWriter(facts["width"], facts["height"], self._frame_sender(job.number), FitConfig.fit_size)
+            writer = FrameWriter(facts["width"], facts["height"], send_frame)
             self._send(Report(kind, job.number, facts))
 
         def on_progress(progress: Progress) -> None:
@@ -67,6 +69,3 @@ class Worker:
         result = run_job(job, report, watch, self._threads, self._outlines)
         self._mailbox.check()
         return result_facts(result)
-
-    def _frame_sender(self, number: int) -> Callable[[dict[str, Any]], None]:
-        return lambda facts: self._send(Report("frame", number, facts))

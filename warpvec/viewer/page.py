@@ -19,20 +19,18 @@ import os
 from collections.abc import Mapping, Sequence
 from html import escape
 from importlib.resources import files
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from warpvec import __version__
 from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
 from warpvec.image.picture import reduce_image
 from warpvec.image.read import ImageSource, read_image
-from warpvec.image.write import to_8_bits
+from warpvec.image.write import png_bytes, to_8_bits
 from warpvec.svg.measure import file_facts, file_quality
 from warpvec.svg.sanitize import sanitize
 from warpvec.viewer.modules import module_scripts, module_texts
@@ -112,9 +110,7 @@ def _checked_history(history: object) -> list[dict[str, float]]:
 
 def _data_url(pixels: NDArray[np.float32]) -> str:
     """Return ``pixels`` [h, w, 3 or 4] in [0, 1] as a data URL of an 8-bit PNG, which has no metadata."""
-    stream = BytesIO()
-    Image.fromarray(to_8_bits(pixels)).save(stream, "PNG")
-    return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
+    return "data:image/png;base64," + base64.b64encode(png_bytes(to_8_bits(pixels))).decode()
 
 
 def _page(data: dict[str, Any]) -> str:
@@ -125,7 +121,7 @@ def _page(data: dict[str, Any]) -> str:
 <html lang="en">
 <head>
 <meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{_policy(nonce, sheet)}">
+<meta http-equiv="Content-Security-Policy" content="{policy(nonce, sheet)}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="generator" content="warpvec {__version__}">
 <title>{escape(data["name"])} - warpvec</title>
@@ -159,13 +155,13 @@ def embedded_data(data: dict[str, Any]) -> str:
     return json.dumps(data, allow_nan=False).replace("<", "\\u003c")
 
 
-def _policy(nonce: str, style: str) -> str:
+def policy(nonce: str, style: str, images: str = "data:") -> str:
     """Return the policy: no network, no frames, no forms, and only scripts with the ``nonce`` and this style."""
-    allowed = [f"script-src 'nonce-{nonce}'", f"style-src '{hash_source(style)}'"]
-    return "; ".join(["default-src 'none'", *allowed, "img-src data:", "base-uri 'none'", "form-action 'none'"])
+    allowed = [f"script-src 'nonce-{nonce}'", f"style-src '{_hash_source(style)}'", f"img-src {images}"]
+    return "; ".join(["default-src 'none'", *allowed, "base-uri 'none'", "form-action 'none'"])
 
 
-def hash_source(text: str) -> str:
+def _hash_source(text: str) -> str:
     """Return the source of a content security policy that allows an inline style of this text."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
