@@ -32,7 +32,7 @@ def pixel_colors(
     for first, last, paint, numbers in zip(color, end_color, kind.tolist(), geometry, strict=True):
         share = torch.zeros(height, width, dtype=torch.float64)
         if paint != FLAT:
-            found = _linear(numbers, pixels, shortest) if paint == LINEAR else _radial(numbers, pixels, shortest)
+            found = {LINEAR: _linear, RADIAL: _radial}[paint](numbers, pixels, shortest)
             share = torch.ones_like(share) if found is None else found.clamp(0.0, 1.0)
         layers.append(first + share[..., None] * (last - first))
     return torch.stack(layers) if layers else color.new_zeros(0, height, width, 3)

@@ -97,15 +97,8 @@ DETAIL_STEPS = 33
 """Steps of the page's slider, four for each doubling: 16 to 4,096 paths, or 3.2 to 0.0125 pixels. More paths than that
 are not drawn smoothly while they are edited."""
 
-_MODE_CONTROL = Control(
-    "choice", "Kind of picture", "",
-    (
-        Step("auto", "Auto", "The picture decides"),
-        Step("photo", "Photo", "Photos and paintings: paths are laid over one another until the picture is close"),
-        Step("flat", "Flat", "Flat art, such as logos, icons and drawings: each area becomes one clean path"),
-        Step("mono", "Mono", "Monochrome: one black path for all dark areas, as for stamps, stencils and line art"),
-    ),
-)  # fmt: skip
+_MODE_STEPS = (Step(name, mode.label, mode.tooltip) for name, mode in MODES.items())
+_MODE_CONTROL = Control("choice", "Kind of picture", "", (Step("auto", "Auto", "The picture decides"), *_MODE_STEPS))
 _DETAIL_TOOLTIP = "Photo: number of paths. Flat and mono: how closely outlines follow the picture"
 _CUTOUT_TOOLTIP = "Cut each path out of those below, as cutting plotters and screen printing need it. Only for flat art"
 _OPAQUE_TOOLTIP = "Make no path translucent: simpler to edit and to print"

@@ -13,19 +13,32 @@ class ModeName(NamedTuple):
         plural: what a batch calls pictures of this mode.
         likeliest_other: the mode that the summary offers if this one is wrong.
         is_outlined: whether it outlines what is there, instead of adding paths until the picture is close.
+        label: its name on the page.
+        tooltip: what it does, for the page.
     """
 
     title: str
     plural: str
     likeliest_other: str
     is_outlined: bool
+    label: str
+    tooltip: str
 
 
 MODES = {
-    "photo": ModeName("photo", "photos", "flat", is_outlined=False),
-    "flat": ModeName("flat art", "flat art", "photo", is_outlined=True),
-    "mono": ModeName("black and white art", "black and white art", "flat", is_outlined=True),
-}
+    "photo": ModeName(
+        "photo", "photos", "flat", False, "Photo",
+        "Photos and paintings: paths are laid over one another until the picture is close",
+    ),
+    "flat": ModeName(
+        "flat art", "flat art", "photo", True, "Flat",
+        "Flat art, such as logos, icons and drawings: each area becomes one clean path",
+    ),
+    "mono": ModeName(
+        "black and white art", "black and white art", "flat", True, "Mono",
+        "Monochrome: one black path for all dark areas, as for stamps, stencils and line art",
+    ),
+}  # fmt: skip
 """Every mode that a picture can be drawn in, by the value of the setting "mode"."""
 
 

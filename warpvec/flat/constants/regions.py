@@ -44,6 +44,19 @@ class RegionConstants:
     noise_max: float = 12 / 255
     """The noisiest pictures are taken for this noisy, so that the tolerances stay below the contrast of drawings."""
 
+    step: tuple[float, float, float] = (2.5, 2.0, 0.25)
+    """Difference of neighbours in one area: levels in a clean picture; levels in a noisy one, and how much more for its
+    noise. Rounding to 8 bits alone makes a difference of 1."""
+
+    paint: tuple[float, float, float] = (2.0, 3.0, 1.0)
+    """The same between a pure pixel and its paint."""
+
+    mix: tuple[float, float, float] = (4.0, 6.0, 2.0)
+    """The same between a mixed pixel and the best mix of two paints, both of which are known less well than a pixel."""
+
+    pool: tuple[float, float, float] = (2.0, 4.0, 0.5)
+    """The same between colours that were one in the drawing; the mean of many pixels has little noise."""
+
     sharp_width: float = 2.05
     """Median width in pixels of the edges of sharp pictures at most. On the sixteen pictures of the tests it is 1.3 to
     1.5, and up to 2.0 after JPEG of quality 60; blurred by one pixel or enlarged twice it is 2.1 to 3.1."""

@@ -48,11 +48,14 @@ class Tolerances:
 def measure_tolerances(picture: Floats) -> Tolerances:
     """Return the tolerances for a picture [h, w, 4] of premultiplied RGBA."""
     noise = min(measure_noise(picture), REGIONS.noise_max)
-    level, reach = 1 / 255, measure_reach(picture)
-    if noise == 0:
-        return Tolerances(0.0, 2.5 * level, 2 * level, 4 * level, 2 * level, reach, np.eye(4, dtype=np.float32))
-    step, paint = 2 * level + 0.25 * noise, 3 * level + 1.0 * noise
-    return Tolerances(noise, step, paint, 6 * level + 2 * noise, 4 * level + 0.5 * noise, reach, luma_and_color())
+    metric = luma_and_color() if noise else np.eye(4, dtype=np.float32)
+
+    def tolerance(clean: float, noisy: float, factor: float) -> float:
+        level = 1 / 255
+        return noisy * level + factor * noise if noise else clean * level
+
+    step, paint, mix, pool = (tolerance(*each) for each in (REGIONS.step, REGIONS.paint, REGIONS.mix, REGIONS.pool))
+    return Tolerances(noise, step, paint, mix, pool, measure_reach(picture), metric)
 
 
 def luma_and_color() -> Floats:
