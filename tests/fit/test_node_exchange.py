@@ -100,7 +100,8 @@ def test_the_cost_of_a_node_is_the_rise_of_the_loss() -> None:
     target = target_of(target_of(torch.zeros(SIDE, SIDE, 3))._renderer.render(scene))
     values, merges = node_values(scene.structure, *target.outline_step(scene)[1]), quick_merges(scene)
     cost = float(merge_costs(values, merges)[3])
-    rise = float(target.fit_step(nodes.merge(scene, torch.tensor([3])).scene, False).loss)
+    row = torch.tensor([3])
+    rise = float(target.fit_step(nodes.merge(scene, row, merges.handles[row], merges.share[row]).scene, False).loss)
     assert rise / 2.0 < cost < 2.0 * rise
 
 

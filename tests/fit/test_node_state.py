@@ -1,4 +1,4 @@
-"""Populations whose segments are split, merged, straightened and bent between steps."""
+"""Populations whose segments are split and merged between steps."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.population import Population
 from warpvec.geometry import nodes
+from warpvec.geometry.quick_merge import quick_merges
 from warpvec.geometry.scene import Scene
 
 HALF_SIDE = 40.0
@@ -44,14 +45,14 @@ def every_other_row(scene: Scene) -> Tensor:
     return (places % 2 == 1).nonzero().flatten()
 
 
+def merge(population: Population, rows: Tensor) -> None:
+    found = quick_merges(population.scene)
+    population.merge(rows, found.handles[rows], found.share[rows])
+
+
 OPERATIONS = {
     "split": lambda population: population.split(torch.arange(0, 12, 2), 0.3),
-    "merge": lambda population: population.merge(every_other_row(population.scene)),
-    "to_line": lambda population: population.to_line(every_other_row(population.scene)),
-    "to_curve": lambda population: (
-        population.to_line(every_other_row(population.scene)),
-        population.to_curve(every_other_row(population.scene)[::2]),
-    ),
+    "merge": lambda population: merge(population, every_other_row(population.scene)),
 }
 
 
@@ -91,13 +92,13 @@ def test_a_new_segment_has_the_averages_that_it_would_have_had_from_the_start(st
     for population in (late, early):
         for _ in range(steps):
             population.step(*smooth_adjoints(population.scene), 1.0)
-    whole = late.state()["segments"].clone()
+    whole, handles = late.state()["segments"].clone(), late.scene.segments[1:2, 1:]
     late.split(torch.tensor([1]), 0.3)
     torch.testing.assert_close(late.scene.segments, early.scene.segments, rtol=1e-5, atol=1e-5)
     pieces = late.state()["segments"][1:, 1:3], early.state()["segments"][1:, 1:3]
     # Half of the first anchor's gradient is from the segment before, whose length is as before.
     torch.testing.assert_close(*pieces, rtol=1e-5, atol=1e-9)
-    early.merge(torch.tensor([2]))
+    early.merge(torch.tensor([2]), handles, torch.tensor([0.3], dtype=torch.float64))
     torch.testing.assert_close(early.state()["segments"][1:, 1], whole[1:, 1], rtol=1e-5, atol=1e-9)
 
 
@@ -123,7 +124,7 @@ def test_a_merged_segment_has_the_age_of_the_older() -> None:
     population.split(torch.tensor([first]))
     for _ in range(2):
         population.step(*smooth_adjoints(population.scene), 1.0)
-    population.merge(torch.tensor([1, first + 1]))
+    merge(population, torch.tensor([1, first + 1]))
     ages = population.state()["segment_age"].tolist()
     assert ages == [7] * (first - 1) + [2] * (count - first)
 
@@ -138,7 +139,7 @@ def test_a_population_that_is_saved_and_restored_steps_to_the_same_bits() -> Non
     for _ in range(4):
         population.step(*(value.float() for value in smooth_adjoints(population.scene)), 1.0)
     population.split(torch.arange(5), 0.4)
-    population.merge(torch.tensor([1]))
+    merge(population, torch.tensor([1]))
     state = population.state()
     other = Population(narrow, FitConfig(), HALF_SIDE)
     other.check(state, None, 4, len(narrow), 100)

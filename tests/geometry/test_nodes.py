@@ -1,4 +1,4 @@
-"""Splitting and merging segments, and turning them into lines and back, on random scenes of any structure."""
+"""Splitting and merging segments, on random scenes of any structure."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from torch import Tensor
 
 from warpvec.errors import InputError
 from warpvec.geometry.bezier import bernstein
-from warpvec.geometry.nodes import Edit, merge, split, to_curve, to_line
+from warpvec.geometry.nodes import Edit, merge, split
+from warpvec.geometry.quick_merge import quick_merges
 from warpvec.geometry.scene import Scene, straightened
 from warpvec.geometry.structure import Structure
 from warpvec.rendering.operator import render
@@ -59,6 +60,12 @@ def new_rows(rows: Tensor) -> Tensor:
     return rows.sort().values + torch.arange(1, len(rows) + 1)
 
 
+def merged(scene: Scene, rows: Tensor) -> Edit:
+    """Merge as a fit does, by weighted least squares."""
+    found = quick_merges(scene)
+    return merge(scene, rows, found.handles[rows], found.share[rows])
+
+
 EVEN = torch.linspace(0, 1, 801, dtype=torch.float64)
 
 
@@ -79,7 +86,7 @@ def check_valid(edit: Edit, before: Scene) -> None:
     assert structure.loop_first_segment[0] == 0 and bool((structure.loop_first_segment.diff() > 0).all())
     assert structure.loop_first_segment.dtype == torch.int32
     assert scene.segments.dtype == before.segments.dtype and bool(scene.segments.isfinite().all())
-    assert bool((edit.weights >= 0).all()) and bool((edit.distance >= 0).all()) and bool((edit.area >= 0).all())
+    assert bool((edit.weights >= 0).all())
     source = edit.source[:, 0]
     assert torch.equal(structure.segment_path, before.structure.segment_path[source])
     kept = ~edit.is_fresh
@@ -137,37 +144,35 @@ def test_merging_a_split_gives_the_first_segment_back(seed: int, dtype: torch.dt
         scene.segments[::3] = scene.segments[::3, :1]  # curves that look like lines
         scene = replace(scene, segments=straightened(scene.segments, scene.structure))
     rows = some_rows(scene, seed)
-    there = split(scene, rows, parameters(rows, seed))
-    back = merge(there.scene, new_rows(rows))
+    order, t = rows.argsort(), parameters(rows, seed)
+    there = split(scene, rows, t)
+    back = merge(there.scene, new_rows(rows), scene.segments[rows[order], 1:], t[order])
     check_valid(back, there.scene)
-    torch.testing.assert_close(back.scene.segments, scene.segments, rtol=0, atol=1e-3)
+    torch.testing.assert_close(back.scene.segments, scene.segments, rtol=0, atol=1e-5)
     assert torch.equal(back.scene.structure.loop_first_segment, scene.structure.loop_first_segment)
     assert back.scene.structure.is_line is not None and scene.structure.is_line is not None
     assert torch.equal(back.scene.structure.is_line, scene.structure.is_line)
-    assert back.distance.max() < 1e-3 and back.area.max() < 1e-2
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_merged_segments_keep_their_ends_and_tell_how_far_they_move(seed: int) -> None:
+def test_merged_segments_keep_their_ends_and_get_the_given_handles(seed: int) -> None:
     scene = mixed_scene(seed)
     rows = mergeable(scene, seed)
-    edit = merge(scene, rows)
+    handles = torch.rand(len(rows), 2, 2, generator=seeded(seed), dtype=torch.float64) * HEIGHT
+    edit = merge(scene, rows, handles, parameters(rows, seed))
     check_valid(edit, scene)
     assert edit.scene.structure.segment_count == scene.structure.segment_count - len(rows)
+    assert edit.scene.structure.is_line is not None
     before = scene.structure.segment_previous.long()[rows]
     for k, (row, previous) in enumerate(zip(rows.tolist(), before.tolist(), strict=True)):
         new = int((edit.source == torch.tensor([previous, row])).all(1).nonzero())
-        old = torch.cat([points_of(scene, previous), points_of(scene, row)])
         made = points_of(edit.scene, new)
-        assert torch.equal(made[0], old[0])
-        torch.testing.assert_close(made[-1], old[-1])
-        distances = torch.cdist(old, made)
-        nearest = max(distances.amin(0).max(), distances.amin(1).max())
-        # The stated distance compares points that correspond, and samples; it can be larger, and a little smaller.
-        assert edit.distance[k] >= 0.9 * nearest - 0.1
+        assert torch.equal(made[0], points_of(scene, previous)[0])
+        torch.testing.assert_close(made[-1], points_of(scene, row)[-1])
+        assert edit.scene.structure.is_line[new] or torch.equal(edit.scene.segments[new, 1:], handles[k])
 
 
-def test_two_arcs_become_the_best_arc() -> None:
+def test_two_arcs_become_an_arc() -> None:
     eighth = math.pi / 4
     angle = torch.arange(8, dtype=torch.float64) * eighth
     anchor = torch.stack([angle.cos(), angle.sin()], -1)
@@ -176,53 +181,26 @@ def test_two_arcs_become_the_best_arc() -> None:
     scene = Scene(
         segments, Structure.of_loops([[8]]), *(torch.ones(n).double() for n in ((1, 3), 1, 3)), torch.zeros(1)
     )
-    edit = merge(scene, torch.arange(1, 8, 2))
+    edit = merged(scene, torch.arange(1, 8, 2))
     check_valid(edit, scene)
-    # The best cubic for a quarter of a circle misses it by 0.02 to 0.03 % of the radius.
-    assert edit.distance.max() < 0.03
+    # The best cubic for a quarter of a circle misses it by 0.02 to 0.03 % of the radius; one round finds nearly that.
     radius = torch.cat([points_of(edit.scene, row) for row in range(4)]).norm(dim=1)
-    assert (radius - 100).abs().max() < 0.03
+    assert (radius - 100).abs().max() < 0.05
     # The first anchor of a loop is dropped too: its last segment then reaches the second one.
-    first = merge(scene, torch.tensor([0]))
+    first = merged(scene, torch.tensor([0]))
     check_valid(first, scene)
     assert torch.equal(first.scene.segments[0], scene.segments[1])
-    assert first.source[-1].tolist() == [7, 0] and first.distance.max() < 0.03
+    assert first.source[-1].tolist() == [7, 0]
 
 
-def test_the_area_is_that_between_the_outlines() -> None:
+def test_two_lines_become_a_line() -> None:
     corners = torch.tensor([[0, 0], [10, 0], [10, 10], [0, 10.0]], dtype=torch.float64)
     structure = Structure.of_loops([[4]], torch.ones(4, dtype=torch.bool))
     segments = straightened(torch.stack([corners] * 3, 1), structure)
     square = Scene(segments, structure, *(torch.ones(n).double() for n in ((1, 3), 1, 3)), torch.zeros(1))
-    edit = merge(square, torch.tensor([1]))
+    edit = merged(square, torch.tensor([1]))
+    check_valid(edit, square)
     assert edit.scene.structure.is_line is not None and edit.scene.structure.is_line.tolist() == [True] * 3
-    assert edit.area.item() == pytest.approx(50)
-    assert edit.distance.item() == pytest.approx(math.sqrt(50), rel=0.05)
-    bent = to_curve(square, torch.tensor([0])).scene
-    bent.segments[0, 1:, 1] -= 4.0  # a parabola of height 3 over a base of 10
-    straight = to_line(bent, torch.tensor([0]))
-    assert straight.area.item() == pytest.approx(2 / 3 * 3 * 10, rel=1e-2)
-    assert straight.distance.item() == pytest.approx(3)
-    assert torch.equal(straight.scene.segments, square.segments)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_lines_and_curves_change_only_their_rows(seed: int) -> None:
-    scene = mixed_scene(seed)
-    rows = some_rows(scene, seed)
-    rows = rows[scene.structure.segment_next.long()[rows] != rows]
-    lines = to_line(scene, rows)
-    check_valid(lines, scene)
-    assert lines.scene.structure.is_line is not None and bool(lines.scene.structure.is_line[rows].all())
-    curves = to_curve(lines.scene, rows)
-    check_valid(curves, lines.scene)
-    assert torch.equal(curves.scene.segments, lines.scene.segments)
-    assert curves.distance.max() == 0
-    assert curves.scene.structure.is_line is None or not bool(curves.scene.structure.is_line[rows].any())
-    assert scene.structure.is_line is not None
-    others = torch.ones(len(scene.segments), dtype=torch.bool)
-    others[rows] = False
-    assert torch.equal(lines.scene.structure.is_line[others], scene.structure.is_line[others])
 
 
 def test_uniform_scenes_of_one_segment_a_loop_can_be_split() -> None:
@@ -234,14 +212,14 @@ def test_uniform_scenes_of_one_segment_a_loop_can_be_split() -> None:
     assert edit.source[:, 0].tolist() == [0, 1, 1, 1, 2]
     torch.testing.assert_close(edit.scene.segments[2, 0], points_of(scene, 1)[200])
     assert len(split(scene, torch.zeros(0, dtype=torch.int64)).scene.segments) == 3
-    assert len(merge(scene, torch.zeros(0, dtype=torch.int64)).scene.segments) == 3
+    assert len(merged(scene, torch.zeros(0, dtype=torch.int64)).scene.segments) == 3
 
 
 def test_two_lines_that_close_a_loop_become_a_curve() -> None:
     structure = Structure.of_loops([[2]], torch.ones(2, dtype=torch.bool))
     segments = straightened(torch.tensor([[[0.0, 0]] * 3, [[9.0, 6]] * 3]).double(), structure)
     scene = Scene(segments, structure, *(torch.ones(n).double() for n in ((1, 3), 1, 3)), torch.zeros(1))
-    edit = merge(scene, torch.tensor([0]))
+    edit = merged(scene, torch.tensor([0]))
     check_valid(edit, scene)
     assert edit.scene.structure.is_line is not None and edit.scene.structure.is_line.tolist() == [False]
     assert torch.equal(edit.scene.segments[0, 0], scene.segments[1, 0])
@@ -250,7 +228,7 @@ def test_two_lines_that_close_a_loop_become_a_curve() -> None:
 def test_points_that_coincide_make_no_nan() -> None:
     scene = mixed_scene(0, torch.float32)
     scene.segments[:] = scene.segments[0, 0]
-    for edit in (split(scene, torch.arange(9)), merge(scene, mergeable(scene, 0)), to_line(scene, torch.tensor([0]))):
+    for edit in (split(scene, torch.arange(9)), merged(scene, mergeable(scene, 0))):
         check_valid(edit, scene)
         assert bool(edit.weights.isfinite().all())
 
@@ -258,6 +236,7 @@ def test_points_that_coincide_make_no_nan() -> None:
 LOOPS = Structure.of_loops([[3, 1], [2]])
 RANDOM = torch.rand(6, 3, 2, generator=seeded(1), dtype=torch.float64)
 SMALL = Scene(RANDOM, LOOPS, *(torch.ones(n).double() for n in ((2, 3), 2, 3)), torch.zeros(2))
+QUARTIC = Scene.uniform(torch.rand(1, 4, 2), torch.ones(1, 3), torch.ones(1), torch.ones(3), torch.zeros(1), 4)
 
 
 @pytest.mark.parametrize(
@@ -267,17 +246,12 @@ SMALL = Scene(RANDOM, LOOPS, *(torch.ones(n).double() for n in ((2, 3), 2, 3)), 
         (lambda: split(SMALL, torch.tensor([0]), 1.0), "t must be between 0 and 1"),
         (lambda: split(SMALL, torch.tensor([0]), torch.tensor([math.nan])), "t must be between 0 and 1"),
         (lambda: split(SMALL, torch.tensor([0, 0]), 0.5), "t must differ"),
-        (lambda: merge(SMALL, torch.tensor([1, 2])), "rows must not follow each other"),
-        (lambda: merge(SMALL, torch.tensor([0, 2])), "rows must not follow each other"),
-        (lambda: merge(SMALL, torch.tensor([4, 5])), "rows must not follow each other"),
-        (lambda: merge(SMALL, torch.tensor([3])), "nor be alone in their loop, got 3"),
-        (lambda: merge(SMALL, torch.tensor([0, 0])), "rows must occur once"),
-        (lambda: to_line(SMALL, torch.tensor([3])), "rows must not be alone in their loop"),
-        (lambda: to_line(SMALL, torch.tensor([1, 1])), "rows must occur once"),
-        (
-            lambda: merge(SMALL.select(torch.tensor([1])).with_points(torch.rand(1, 4, 2), 4), torch.tensor([0])),
-            "degree",
-        ),
+        (lambda: merged(SMALL, torch.tensor([1, 2])), "rows must not follow each other"),
+        (lambda: merged(SMALL, torch.tensor([0, 2])), "rows must not follow each other"),
+        (lambda: merged(SMALL, torch.tensor([4, 5])), "rows must not follow each other"),
+        (lambda: merged(SMALL, torch.tensor([3])), "nor be alone in their loop, got 3"),
+        (lambda: merged(SMALL, torch.tensor([0, 0])), "rows must occur once"),
+        (lambda: split(QUARTIC, torch.tensor([0])), "degree"),
     ],
 )
 def test_what_cannot_be_done_is_refused(act, words: str) -> None:

@@ -14,7 +14,6 @@ from warpvec.fit.node_gains import merge_costs, node_values
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
 from warpvec.fit.state_form import Integer, check_fields
-from warpvec.geometry.closest_cubic import MergedCubics
 from warpvec.geometry.quick_merge import quick_merges
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
@@ -89,10 +88,7 @@ class NodeExchange:
         drop, divide = choose(scene.structure, gain, cost, excess)
         device = population.live.segments.device
         if len(drop):
-            offset = merges.offset[drop].abs()
-            area = (offset * merges.length[drop]).sum(1)
-            found = MergedCubics(merges.handles[drop], merges.share[drop], offset.amax(1), area)
-            population.merge(drop.to(device), found.to(device))
+            population.merge(drop.to(device), merges.handles[drop].to(device), merges.share[drop].to(device))
         if len(divide):
             dropped_before = torch.zeros(len(gain), dtype=torch.int64).index_fill_(0, drop, 1).cumsum(0)
             population.split((divide - dropped_before[divide]).to(device))

@@ -20,7 +20,6 @@ from warpvec.fit.state import State
 from warpvec.fit.written_grid import WrittenGrid
 from warpvec.geometry import nodes
 from warpvec.geometry.bezier import path_boxes
-from warpvec.geometry.closest_cubic import MergedCubics
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene, straightened
 
@@ -254,22 +253,11 @@ class Population:
         """Divide the segments ``rows`` [K] at ``t``, as `warpvec.geometry.nodes.split` does."""
         self._edit_nodes(nodes.split(self.scene, rows, t))
 
-    def merge(self, rows: Tensor, found: MergedCubics | None = None) -> tuple[Tensor, Tensor]:
-        """Drop the anchors at the start of ``rows`` [K], as `warpvec.geometry.nodes.merge` does with ``found``.
+    def merge(self, rows: Tensor, handles: Tensor, share: Tensor) -> None:
+        """Drop the anchors at the start of ``rows`` [K], as `warpvec.geometry.nodes.merge` does."""
+        self._edit_nodes(nodes.merge(self.scene, rows, handles, share))
 
-        Return how far apart the outlines are [K], and the area between them [K].
-        """
-        return self._edit_nodes(nodes.merge(self.scene, rows, found))
-
-    def to_line(self, rows: Tensor) -> tuple[Tensor, Tensor]:
-        """Make the segments ``rows`` [K] straight lines; return distances and areas as `merge` does."""
-        return self._edit_nodes(nodes.to_line(self.scene, rows))
-
-    def to_curve(self, rows: Tensor) -> None:
-        """Give the segments ``rows`` [K] handles that are free to move."""
-        self._edit_nodes(nodes.to_curve(self.scene, rows))
-
-    def _edit_nodes(self, edit: nodes.Edit) -> tuple[Tensor, Tensor]:
+    def _edit_nodes(self, edit: nodes.Edit) -> None:
         """Take the segments of ``edit``. The optimizer state of a new segment follows from its sources."""
         state, age = carried_averages(self._rows[0][1:], self._segment_age, edit)
         fresh = self._parameters.raw_segments(edit.scene)
@@ -277,7 +265,6 @@ class Population:
         self._rows = (torch.cat([raw[None], state]), *self._rows[1:])
         self._segment_age = age
         self._set_live(replace(self.live, segments=edit.scene.segments, structure=edit.scene.structure))
-        return edit.distance, edit.area
 
     def _set_live(self, scene: Scene, *, is_constrained: bool = False) -> None:
         """Make ``scene`` the live scene, and prepare the arguments of the step. ``scene`` must share no memory.

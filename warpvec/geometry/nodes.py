@@ -1,4 +1,4 @@
-"""Add and remove the anchors of a scene of cubics, and turn segments into lines and back.
+"""Add and remove the anchors of a scene of cubics.
 
 Every operation changes many rows at once and leaves all others as they are, to the bit. An `Edit` also tells an
 optimizer how the gradients of the new points follow from those of the old ones.
@@ -12,7 +12,6 @@ import torch
 from torch import Tensor
 
 from warpvec.errors import InputError
-from warpvec.geometry.closest_cubic import MergedCubics, closest_cubic, compared
 from warpvec.geometry.lines import thirds
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
@@ -29,16 +28,12 @@ class Edit:
         is_fresh: the new rows that differ from their first source [R'] (bool).
         weights: share of each old point's gradient in that of each new point [R', 2, 3, 3], none negative: the entry
             [r, k, j, i] is for point j of row r and point i of row source[r, k].
-        distance: how far apart the old and the new outline are at most at each given row [K], in pixels.
-        area: area between the two outlines at each given row [K], in square pixels.
     """
 
     scene: Scene
     source: Tensor
     is_fresh: Tensor
     weights: Tensor
-    distance: Tensor
-    area: Tensor
 
 
 @torch.no_grad()
@@ -72,16 +67,20 @@ def split(scene: Scene, rows: Tensor, t: Tensor | float = 0.5) -> Edit:
     segments = _pieces(_control(scene, source), start, stop).to(scene.segments.dtype)
     new = _changed(scene, source, is_fresh, segments, structure)
     weights = torch.where(is_fresh[:, None, None], _split_weights(start, stop, _lines(structure)), _identity(source))
-    nothing = torch.zeros(len(rows), dtype=torch.float64, device=rows.device)
-    return Edit(new, _twice(source), is_fresh, _first_of_two(weights), nothing, nothing.clone())
+    return Edit(new, torch.stack([source, source], 1), is_fresh, _first_of_two(weights))
 
 
 @torch.no_grad()
-def merge(scene: Scene, rows: Tensor, found: MergedCubics | None = None) -> Edit:
+def merge(scene: Scene, rows: Tensor, handles: Tensor, share: Tensor) -> Edit:
     """Drop the anchors at the start of ``rows`` [K]: each becomes one segment with the row before it in its loop.
 
-    The new handles are those of ``found``, or those of least squares, as in
-    `warpvec.geometry.closest_cubic.closest_cubic`. Two lines become a line, unless it would be alone in its loop.
+    Two lines become a line, unless it would be alone in its loop.
+
+    Args:
+        scene: a scene of cubics.
+        rows: rows of the anchors to drop [K].
+        handles: the handles of the new segments [K, 2, 2] in pixels.
+        share: parameters at which these pass the dropped anchors [K], inside (0, 1), in float64.
 
     Raises:
         InputError: a row does not exist, occurs twice, is alone in its loop, or follows another one of ``rows``.
@@ -90,7 +89,8 @@ def merge(scene: Scene, rows: Tensor, found: MergedCubics | None = None) -> Edit
     kept = torch.ones(structure.segment_count, dtype=torch.bool, device=rows.device)
     kept[rows] = False
     before = structure.segment_previous.long()[rows]
-    _check_once(rows)
+    if len(rows.unique()) != len(rows):
+        raise InputError("rows", "must occur once", _listed(rows), "leave the others out")
     if not bool(kept[before].all()):
         problem = "must not follow each other, nor be alone in their loop"
         raise InputError("rows", problem, _listed(rows[~kept[before]]), "merge every other row, then the rest")
@@ -99,70 +99,16 @@ def merge(scene: Scene, rows: Tensor, found: MergedCubics | None = None) -> Edit
     others = source.clone()
     others[place] = rows
     new_structure = _restructured(structure, kept.long(), source)
-    first, second = _control(scene, before), _control(scene, rows)
-    is_line = _merged_lines(new_structure, structure, place, before, rows)
-    if found is None:
-        found = closest_cubic(first, second, is_line)
     is_fresh, segments = torch.zeros_like(source, dtype=torch.bool), scene.segments[source].detach()
     is_fresh[place] = True
-    segments[place, 1:] = found.handles.to(segments.dtype)
-    if new_structure.is_line is not None:
-        new_structure.is_line[place] = is_line
+    segments[place, 1:] = handles.to(segments.dtype)
+    if structure.is_line is not None and new_structure.is_line is not None:
+        is_alone = new_structure.segment_next.long()[place] == place
+        new_structure.is_line[place] = structure.is_line[before] & structure.is_line[rows] & ~is_alone
     new = _changed(scene, source, is_fresh, segments, new_structure)
     weights = _first_of_two(_identity(source))
-    weights[place] = _merge_weights(found.share)
-    return Edit(new, torch.stack([source, others], 1), is_fresh, weights, found.distance, found.area)
-
-
-@torch.no_grad()
-def to_line(scene: Scene, rows: Tensor) -> Edit:
-    """Make the segments ``rows`` [K] straight lines.
-
-    Raises:
-        InputError: a row does not exist, occurs twice, or is alone in its loop.
-    """
-    rows, structure = _checked_rows(scene, rows), scene.structure
-    alone = structure.segment_next.long()[rows] == rows
-    if bool(alone.any()):
-        raise InputError("rows", "must not be alone in their loop", _listed(rows[alone]), "leave them curves")
-    curves, segments = _control(scene, rows), scene.segments.detach().clone()
-    segments[rows, 1:] = torch.stack(thirds(curves[:, 0], curves[:, 3]), 1).to(segments.dtype)
-    third = torch.eye(3, dtype=torch.float64, device=rows.device)
-    third[0] = third.new_tensor([1.0, 2.0 / 3.0, 1.0 / 3.0])  # the handles follow the anchors
-    third[1:] = 0.0
-    return _reformed(scene, rows, segments, True, third)
-
-
-@torch.no_grad()
-def to_curve(scene: Scene, rows: Tensor) -> Edit:
-    """Give the segments ``rows`` [K] handles that are free to move. The outline stays the same.
-
-    Raises:
-        InputError: a row does not exist, or occurs twice.
-    """
-    rows = _checked_rows(scene, rows)
-    # A quarter of a line's gradient is at each of the four points of a cubic, if it is the same all along.
-    quarter = torch.eye(3, dtype=torch.float64, device=rows.device)
-    quarter[0, 0], quarter[1:, 0] = 0.75, 0.25
-    return _reformed(scene, rows, scene.segments.detach().clone(), False, quarter)
-
-
-def _reformed(scene: Scene, rows: Tensor, segments: Tensor, is_line: bool, changed: Tensor) -> Edit:
-    """Return the scene with other ``segments``, whose ``rows`` are lines or not, and gradients ``changed`` [3, 3]."""
-    _check_once(rows)
-    lines = _lines(scene.structure).clone()
-    is_fresh = torch.zeros_like(lines)
-    is_fresh[rows] = lines[rows] != is_line
-    lines[rows] = is_line
-    old = scene.structure
-    mask = lines if bool(lines.any()) else None
-    count = None if is_line else old.uniform_count
-    structure = Structure(old.loop_first_segment, old.path_first_loop, mask, count, check=False)
-    source = torch.arange(len(lines), device=rows.device)
-    new = _changed(scene, source, is_fresh, segments, structure)
-    weights = torch.where(is_fresh[:, None, None], changed, _identity(source))
-    distance, area = compared(_control(scene, rows), _control(new, rows))
-    return Edit(new, _twice(source), is_fresh, _first_of_two(weights), distance, area)
+    weights[place] = _merge_weights(share)
+    return Edit(new, torch.stack([source, others], 1), is_fresh, weights)
 
 
 def _checked_rows(scene: Scene, rows: Tensor) -> Tensor:
@@ -173,12 +119,6 @@ def _checked_rows(scene: Scene, rows: Tensor) -> Tensor:
     if rows.dim() != 1 or not bool(((rows >= 0) & (rows < count)).all()):
         raise InputError("rows", f"must be a list of numbers from 0 to {count - 1}", str(rows.tolist()), "leave it out")
     return rows
-
-
-def _check_once(rows: Tensor) -> None:
-    distinct = len(set(rows.tolist()))
-    if distinct != len(rows):
-        raise InputError("rows", "must occur once", _listed(rows), "leave the others out")
 
 
 def _listed(rows: Tensor) -> str:
@@ -259,18 +199,8 @@ def _merge_weights(t: Tensor) -> Tensor:
     return torch.stack([torch.stack([torch.stack(row, -1) for row in part], -2) for part in (first, second)], 1)
 
 
-def _merged_lines(structure: Structure, old: Structure, place: Tensor, before: Tensor, rows: Tensor) -> Tensor:
-    """Return which of the merged segments [K] are lines."""
-    lines = _lines(old)
-    return lines[before] & lines[rows] & (structure.segment_next.long()[place] != place)
-
-
 def _identity(source: Tensor) -> Tensor:
     return torch.eye(3, dtype=torch.float64, device=source.device).expand(len(source), 3, 3)
-
-
-def _twice(source: Tensor) -> Tensor:
-    return torch.stack([source, source], 1)
 
 
 def _first_of_two(weights: Tensor) -> Tensor:

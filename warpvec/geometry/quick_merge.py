@@ -1,7 +1,4 @@
-"""Find at once, and without iterations, which cubic could replace the two at each anchor of a scene.
-
-`warpvec.geometry.closest_cubic.closest_cubic` finds closer ones in a hundred times the time.
-"""
+"""Find at once, and without iterations, which cubic could replace the two at each anchor of a scene."""
 
 from __future__ import annotations
 
