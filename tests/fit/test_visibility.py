@@ -9,7 +9,7 @@ import pytest
 import torch
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
-from scenes import blob_scene, circle, rectangle
+from scenes import blob_scene, circle, rectangle, with_points
 
 from warpvec.fit.visibility import (
     CHANGE_MIN,
@@ -194,7 +194,7 @@ def test_no_pixel_changes(seed: int) -> None:
     center = scene.points.mean(1, keepdim=True)
     small = torch.arange(60) % 2 == 0
     points = torch.where(small[:, None, None], center + 0.05 * (scene.points - center), scene.points)
-    scene = quantize(replace(scene.with_points(points), opacity=torch.where(small, scene.opacity, 1.0)), 2)
+    scene = quantize(replace(with_points(scene, points), opacity=torch.where(small, scene.opacity, 1.0)), 2)
     hidden = visible_areas(scene, HEIGHT, WIDTH) == 0.0
     left = _visible(scene)
     assert 0 < len(left) <= len(scene) - int(hidden.sum()) < len(scene)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import torch
 from curves import de_casteljau
+from scenes import with_points
 from svg_files import absolute_data, make_scene, path_elements, with_path_data
 from torch import Tensor
 
@@ -147,7 +148,7 @@ def test_lines_and_parabolas_are_single_cubics(degree: int) -> None:
 def test_a_cubic_raised_to_the_fifth_degree_is_found_again() -> None:
     scene = sides_scene(9, degree=3)
     raised = [elevated(elevated(curve))[:, :-1] for curve in curves_of(scene)]
-    cubics, deviation = to_cubics(scene.with_points(torch.cat(raised, 1), 5))
+    cubics, deviation = to_cubics(with_points(scene, torch.cat(raised, 1), 5))
     torch.testing.assert_close(cubics.points, scene.points, rtol=0, atol=1e-11)
     assert deviation < 1e-11
 
@@ -155,8 +156,8 @@ def test_a_cubic_raised_to_the_fifth_degree_is_found_again() -> None:
 def test_any_number_of_curves_is_converted() -> None:
     scene = sides_scene(6)
     points = torch.cat([scene.points, scene.points + 3.0], 1)
-    cubics, deviation = to_cubics(scene.with_points(points), 0.05)
-    assert max(deviations(scene.with_points(points), cubics)) == pytest.approx(deviation, rel=1e-3)
+    cubics, deviation = to_cubics(with_points(scene, points), 0.05)
+    assert max(deviations(with_points(scene, points), cubics)) == pytest.approx(deviation, rel=1e-3)
 
 
 def test_the_number_of_cubics_is_bounded_and_the_deviation_tells() -> None:
@@ -177,7 +178,7 @@ def test_a_scene_that_is_not_finite_tells_so() -> None:
 def test_a_path_in_one_place_is_one_cubic_a_curve(size: float) -> None:
     scene = sides_scene(2)
     points = torch.full_like(scene.points, 50.0) + size * scene.points
-    cubics, deviation = to_cubics(scene.with_points(points))
+    cubics, deviation = to_cubics(with_points(scene, points))
     assert cubics.points.shape == (2, 6, 2) and deviation <= 1e-7
     torch.testing.assert_close(cubics.points, torch.full_like(cubics.points, 50.0), rtol=0, atol=1e-6)
 
@@ -190,7 +191,7 @@ def test_a_scene_without_paths_is_converted() -> None:
 def test_everything_else_stays(device: str) -> None:
     names = ("segments", "color", "opacity", "background", "generation")
     scene = sides_scene(5).to(device)
-    scene = scene.with_points(scene.points.float().requires_grad_())
+    scene = with_points(scene, scene.points.float().requires_grad_())
     cubics, _ = to_cubics(scene)
     assert cubics.degree == 3 and cubics.points.dtype == torch.float32 and not cubics.points.requires_grad
     assert {getattr(cubics, name).device.type for name in names} == {device}
@@ -227,14 +228,14 @@ def padded(points: Tensor, cubic: int, count: int) -> Tensor:
 def test_cubics_of_no_length_are_left_out(cubic: int, precision: int) -> None:
     scene = make_scene(40)
     points = torch.where(every_third(40), padded(scene.points, cubic, 2), padded(scene.points, 4, 2))
-    text = write_svg(scene.with_points(points), 768, 512, precision=precision)
+    text = write_svg(with_points(scene, points), 768, 512, precision=precision)
     assert text == write_svg(scene, 768, 512, precision=precision)
 
 
 def test_paths_of_unequal_numbers_of_cubics_are_told_apart() -> None:
     long, short = make_scene(6, 5, seed=1), make_scene(6, 2, seed=2)
     points = torch.where(every_third(6), long.points, padded(short.points, 2, 3))
-    data = [element.get("d") for element in path_elements(write_svg(long.with_points(points), 768, 512))]
+    data = [element.get("d") for element in path_elements(write_svg(with_points(long, points), 768, 512))]
     for row, got in enumerate(data):
         alone = replace(long if row % 3 == 0 else short, opacity=torch.ones(6)).select(torch.tensor([row]))
         assert got == path_elements(write_svg(alone, 768, 512))[0].get("d")
@@ -252,7 +253,7 @@ def test_a_cubic_that_comes_back_to_its_start_is_no_padding() -> None:
     there, back = [[5.0, 5.0], [5.0, 6.0], [10.0, 9.0]], [[10.0, 10.0], [9.0, 5.0], [6.0, 5.0]]
     drop, nothing = [[10.0, 10.0], [30.0, 10.0], [10.0, 30.0]], [[10.0, 10.0]] * 3
     points = torch.tensor([[*there, *drop, *nothing, *back]])
-    scene = replace(make_scene(1).with_points(points), opacity=torch.ones(1))
+    scene = replace(with_points(make_scene(1), points), opacity=torch.ones(1))
     data = [element.get("d") for element in path_elements(write_svg(scene, 768, 512))]
     assert data == ["M5 5c0 1 5 4 5 5 20 0 0 20 0 0-1-5-4-5-5-5z"]
 

@@ -11,7 +11,7 @@ import pytest
 import torch
 from logo import GREEN, logo, over_matte
 from PIL import Image
-from scenes import random_scene
+from scenes import random_scene, with_points
 
 import warpvec
 from warpvec.config.presets import make_config
@@ -166,7 +166,7 @@ def test_a_step_has_the_mean_error_over_both_mattes(device: str, renderer: str):
     target = Target(pixels, make_config(renderer=renderer), device)
     adjoints = target.fit_step(scene, True)
     points, color, opacity = (v.clone().requires_grad_() for v in (scene.points, scene.color, scene.opacity))
-    free = replace(scene.with_points(points), color=color, opacity=opacity)
+    free = replace(with_points(scene, points), color=color, opacity=opacity)
     image = warpvec.render(free, 40, 56, renderer=renderer, alpha=True)
     error = image - premultiplied(pixels)
     # Over black the error is that of the premultiplied colours, over white also that of 1 - alpha.

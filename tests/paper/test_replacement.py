@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import torch
 from numpy.typing import NDArray
+from scenes import with_points
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
@@ -84,7 +85,7 @@ def test_the_older_of_two_similar_paths_is_removed_if_it_is_small() -> None:
 def wide_pair(side: float) -> Scene:
     """Return a `pair` of equal size."""
     scene = pair(side)
-    return scene.with_points(torch.stack([scene.points[0], scene.points[0]]))
+    return with_points(scene, torch.stack([scene.points[0], scene.points[0]]))
 
 
 def test_scores_are_those_of_a_plain_loop() -> None:

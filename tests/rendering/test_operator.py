@@ -17,7 +17,7 @@ import warp as wp
 from assertions import assert_grad_close, check_gradients
 from backends import Backend
 from oracles import GRADIENTS, adjoint, cotangent, make_renderer
-from scenes import SceneTensors, circle, random_scene
+from scenes import SceneTensors, circle, random_scene, with_points
 from torch import Tensor
 
 import warpvec
@@ -39,7 +39,7 @@ def scene_of(tensors: SceneTensors, dtype: torch.dtype = torch.float64, device: 
 def with_values(scene: Scene, tensors: Sequence[Tensor]) -> Scene:
     """Return ``scene`` with the values ``tensors``, in the order of ``GRADIENTS``."""
     points, color, opacity, background = tensors
-    return replace(scene.with_points(points), color=color, opacity=opacity, background=background)
+    return replace(with_points(scene, points), color=color, opacity=opacity, background=background)
 
 
 def leaves_of(scene: Scene) -> list[Tensor]:
@@ -109,7 +109,7 @@ def test_one_input_alone_may_ask_for_a_gradient(name: str) -> None:
 def test_gradients_of_two_renders_add_up() -> None:
     scene = scene_of(random_scene(5, 4, HEIGHT, WIDTH))
     leaf = scene.points.clone().requires_grad_()
-    grown = scene.with_points(leaf)
+    grown = with_points(scene, leaf)
     # Both renders come before both adjoints. They have the same canvas size and so share buffers.
     loss = warpvec.render(grown, HEIGHT, WIDTH).square().sum() + warpvec.render(grown.scaled(0.5), HEIGHT, WIDTH).sum()
     loss.backward()
@@ -119,8 +119,8 @@ def test_gradients_of_two_renders_add_up() -> None:
 
 def two_losses(scene: Scene) -> list[Callable[[Tensor], Tensor]]:
     return [
-        lambda points: warpvec.render(scene.with_points(points), HEIGHT, WIDTH).square().sum(),
-        lambda points: warpvec.render(scene.with_points(0.5 * points), HEIGHT, WIDTH).sum(),
+        lambda points: warpvec.render(with_points(scene, points), HEIGHT, WIDTH).square().sum(),
+        lambda points: warpvec.render(with_points(scene, 0.5 * points), HEIGHT, WIDTH).sum(),
     ]
 
 

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import torch
 from torch import Tensor
+
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
 
 ZOO_HEIGHT, ZOO_WIDTH = 33, 50
 """Canvas of the zoo: 3 x 4 tiles of 16 px, the last ones cut, with a width that no vector length divides."""
@@ -15,6 +19,13 @@ ZOO_HEIGHT, ZOO_WIDTH = 33, 50
 def seeded(seed: int = 0) -> torch.Generator:
     """Return a generator of random numbers with this seed."""
     return torch.Generator().manual_seed(seed)
+
+
+def with_points(scene: Scene, points: Tensor, degree: int | None = None) -> Scene:
+    """Return a uniform scene with other control points [N, M S, 2], M of which are ``degree`` (default: the same)."""
+    degree = scene.degree if degree is None else degree
+    structure = Structure.uniform(points.shape[0], points.shape[1] // degree, points.device)
+    return replace(scene, segments=points.reshape(-1, degree, 2), structure=structure)
 
 
 class SceneTensors(NamedTuple):

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 import torch
+from scenes import with_points
 from svg_files import make_scene
 
 from warpvec.svg.quantize import quantize
@@ -65,4 +66,4 @@ def test_a_scene_that_is_not_finite_is_refused(name, value):
 def test_coordinates_beyond_exact_counting_are_refused():
     scene = make_scene(5)
     with pytest.raises(ValueError, match="2\\*\\*53"):
-        quantize(scene.with_points(scene.points * 1e20), 2)
+        quantize(with_points(scene, scene.points * 1e20), 2)

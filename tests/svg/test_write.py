@@ -11,6 +11,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import torch
+from scenes import with_points
 from svg_files import SVG, absolute_data, make_scene, path_elements, with_path_data
 
 from warpvec import __version__
@@ -80,7 +81,7 @@ def read_color(text: str) -> list[int]:
 
 def test_numbers_are_packed_as_tightly_as_the_grammar_allows():
     points = torch.tensor([[0, 0], [0.5, 0.2], [1, 0.5], [1.55, 0.25], [1.25, -0.25], [0.05, -0.75]])[None]
-    scene = make_scene(1, 2).with_points(points)
+    scene = with_points(make_scene(1, 2), points)
     assert 'd="M0 0c.5.2 1 .5 1.55.25-.3-.5-1.5-1-1.55-.25z"' in write_svg(scene, 2, 2)
 
 
@@ -147,7 +148,7 @@ def test_characters_that_xml_forbids_do_not_break_the_file():
 def test_the_text_depends_on_the_scene_alone():
     scene = make_scene(100)
     assert write_svg(scene, 768, 512) == write_svg(quantize(scene, 2), 768, 512)
-    trained = scene.with_points(scene.points.clone().requires_grad_())
+    trained = with_points(scene, scene.points.clone().requires_grad_())
     assert write_svg(trained, 768, 512) == write_svg(scene, 768, 512)
     assert not quantize(trained, 2).points.requires_grad
 

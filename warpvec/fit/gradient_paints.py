@@ -28,27 +28,25 @@ class GradientParameters:
 
     def __init__(self, gradients: Gradients, config: FitConfig, half_side: float) -> None:
         self._half_side, self._rates = half_side, (config.lr_color, config.lr_points)
-        self._set(gradients.map(torch.Tensor.clone), self._raw(gradients), None)
+        self._set(gradients.map(torch.Tensor.clone), [Adan(raw) for raw in self._raw(gradients)])
 
     def step(self, adj_end_color: Tensor, adj_geometry: Tensor, factor: float, fits: Tensor | None) -> None:
         """Take an optimizer step with learning rates multiplied by ``factor``.
 
         If ``fits`` [1], on the device, is -1 and not 1, the step changes nothing.
         """
-        before = None if fits is None else self._copies()
-        self._params[0].grad, self._params[1].grad = adj_end_color.contiguous(), adj_geometry * self._half_side
-        for group, rate in zip(self._optimizer.param_groups, self._rates, strict=True):
-            group["lr"] = rate * factor
-        self._optimizer.step()
-        self._params[0].clamp_(0.0, 1.0)
+        before = None if fits is None else self._changed(torch.Tensor.clone)
+        adjoints = (adj_end_color.contiguous(), adj_geometry * self._half_side)
+        for optimizer, adjoint, rate in zip(self._optimizers, adjoints, self._rates, strict=True):
+            optimizer.step(adjoint, rate * factor)
+        self._optimizers[0].param.clamp_(0.0, 1.0)
         if fits is not None and before is not None:
             self._put_back(before, fits > 0.0)
         self._show()
 
     def keep(self, rows: Tensor) -> None:
         """Keep the paths ``rows``: a mask, or indices in the new order."""
-        params = [param[rows] for param in self._params]
-        self._set(self.live.map(lambda value: value[rows]), params, self._map_state(lambda value: value[rows]))
+        self._set(self.live.map(lambda value: value[rows]), self._changed(lambda value: value[rows]))
 
     def append(self, gradients: Gradients) -> None:
         """Add the gradients of new paths, with fresh optimizer state."""
@@ -56,26 +54,22 @@ class GradientParameters:
         def extended(value: Tensor) -> Tensor:
             return torch.cat([value, value.new_zeros(len(gradients), *value.shape[1:])])
 
-        params = [torch.cat(pair) for pair in zip(self._params, self._raw(gradients), strict=True)]
-        self._set(self.live.joined(gradients), params, self._map_state(extended))
+        optimizers = self._changed(extended)
+        for optimizer, raw in zip(optimizers, self._raw(gradients), strict=True):
+            optimizer.param[len(self.live) :] = raw
+        self._set(self.live.joined(gradients), optimizers)
 
     def replace_rows(self, rows: Tensor, gradients: Gradients) -> None:
         """Take the entries ``rows`` (indices) from ``gradients``, those of all paths, with fresh optimizer state."""
-
-        def cleared(value: Tensor) -> Tensor:
-            value = value.clone()
-            value[rows] = 0
-            return value
-
-        params = [param.clone() for param in self._params]
-        for param, values in zip(params, self._raw(gradients), strict=True):
-            param[rows] = values[rows]
-        self._set(gradients.map(torch.Tensor.clone), params, self._map_state(cleared))
+        optimizers = self._changed(lambda value: value.index_fill(0, rows, 0))
+        for optimizer, own, raw in zip(optimizers, self._optimizers, self._raw(gradients), strict=True):
+            optimizer.param.copy_(own.param)[rows] = raw[rows]
+        self._set(gradients.map(torch.Tensor.clone), optimizers)
 
     def state(self) -> State:
         """Return everything that :meth:`restore` needs to continue to the same bits, beside the present paints."""
-        parts = zip(_NAMES, self._params, strict=True)
-        return {name: {"value": param, "steps": dict(self._optimizer.state[param])} for name, param in parts}
+        parts = zip(_NAMES, self._optimizers, strict=True)
+        return {name: {"value": part.param, "steps": dict(part.state)} for name, part in parts}
 
     def check(self, state: State, iteration: int, rounding: float) -> None:
         """Refuse ``state`` unless :meth:`state` can have returned it for the present paints after ``iteration``.
@@ -96,40 +90,35 @@ class GradientParameters:
 
     def restore(self, state: State, device: str) -> None:
         """Continue from ``state``, which :meth:`check` has accepted, with the present paints."""
-        params = [state[name]["value"].to(device, copy=True) for name in _NAMES]
-        parts = [state[name]["steps"] for name in _NAMES]
-        states = [{name: value.to(device, copy=True) for name, value in part.items()} for part in parts]
-        self._set(self.live, params, states)
+        parts = (state[name] for name in _NAMES)
+        optimizers = [Adan(part["value"], part["steps"]) for part in parts]
+        self._set(self.live, [_mapped(each, lambda value: value.to(device, copy=True)) for each in optimizers])
 
     def _raw(self, gradients: Gradients) -> list[Tensor]:
         """Return the parameters that stand for ``gradients``."""
         return [gradients.end_color.clone(), gradients.geometry / self._half_side]
 
-    def _set(self, live: Gradients, params: list[Tensor], states: list[dict[str, Tensor]] | None) -> None:
-        self.live, self._params = live.map(torch.Tensor.contiguous), params
-        groups = [{"params": [param], "lr": rate} for param, rate in zip(params, self._rates, strict=True)]
-        self._optimizer = Adan(groups)
-        for param, state in zip(params, states or [{}, {}], strict=True):
-            self._optimizer.state[param].update(state)
+    def _set(self, live: Gradients, optimizers: list[Adan]) -> None:
+        self.live, self._optimizers = live.map(torch.Tensor.contiguous), optimizers
 
-    def _map_state(self, change: Callable[[Tensor], Tensor]) -> list[dict[str, Tensor]]:
-        states = (self._optimizer.state[param] for param in self._params)
-        return [{name: change(value) for name, value in state.items()} for state in states]
+    def _changed(self, change: Callable[[Tensor], Tensor]) -> list[Adan]:
+        """Return what ``change`` makes of the parameters and their states."""
+        return [_mapped(each, change) for each in self._optimizers]
 
-    def _copies(self) -> list[tuple[Tensor, dict[str, Tensor]]]:
-        """Return copies of each parameter and of its optimizer state."""
-        states = self._map_state(torch.Tensor.clone)
-        return [(param.clone(), state) for param, state in zip(self._params, states, strict=True)]
-
-    def _put_back(self, before: list[tuple[Tensor, dict[str, Tensor]]], is_kept: Tensor) -> None:
+    def _put_back(self, before: list[Adan], is_kept: Tensor) -> None:
         """Undo a step unless it ``is_kept`` [1], in the same memory and without a look at the device."""
-        for param, (old_param, old_state) in zip(self._params, before, strict=True):
-            torch.where(is_kept, param, old_param, out=param)
-            for name, value in self._optimizer.state[param].items():
-                old = old_state.get(name, torch.zeros_like(value))  # the first step makes the state, from zeros
-                torch.where(is_kept, value, old, out=value)
+        for now, old in zip(self._optimizers, before, strict=True):
+            torch.where(is_kept, now.param, old.param, out=now.param)
+            for name, value in now.state.items():
+                # The first step makes the state, from zeros.
+                torch.where(is_kept, value, old.state.get(name, torch.zeros_like(value)), out=value)
 
     def _show(self) -> None:
         is_painted = (self.live.kind != FLAT)[:, None]
-        self.live.end_color.copy_(self._params[0])
-        self.live.geometry.copy_(torch.where(is_painted, self._params[1] * self._half_side, self.live.geometry))
+        end_color, geometry = (each.param for each in self._optimizers)
+        self.live.end_color.copy_(end_color)
+        self.live.geometry.copy_(torch.where(is_painted, geometry * self._half_side, self.live.geometry))
+
+
+def _mapped(optimizer: Adan, change: Callable[[Tensor], Tensor]) -> Adan:
+    return Adan(change(optimizer.param), {name: change(value) for name, value in optimizer.state.items()})

@@ -84,7 +84,8 @@ class Palette:
         entries = self._given
         if entries is None:
             entries = _dominant_colors(color[counted], visible_area[counted], self._config.colors)
-        self._set_entries(entries.to(color))
+        self._free = entries.to(color)
+        self._optimizer = Adan(self._free)
         self._entry = self._nearest(color)
 
     @property
@@ -109,9 +110,8 @@ class Palette:
             self._switch(adj_color, visible_area)
         elif self._given is None:
             # On CUDA this adds in a fixed order, as index_add_ does not; on the CPU both give the same bits.
-            self._free.grad = torch.zeros_like(self._free).index_put_((self._entry,), adj_color, accumulate=True)
-            self._optimizer.param_groups[0]["lr"] = ENTRY_RATE * self._config.lr_color * factor
-            self._optimizer.step()
+            grad = torch.zeros_like(self._free).index_put_((self._entry,), adj_color, accumulate=True)
+            self._optimizer.step(grad, ENTRY_RATE * self._config.lr_color * factor)
             self._free.clamp_(0.0, 1.0)
         self._steps += 1
 
@@ -126,7 +126,7 @@ class Palette:
     def state(self) -> State:
         """Return everything that :meth:`restore` needs to continue to the same bits."""
         state = {"free": self._free, "entry": self._entry, "steps": self._steps, "transparent": self._transparent}
-        return {**state, "optimizer": dict(self._optimizer.state[self._free])}
+        return {**state, "optimizer": dict(self._optimizer.state)}
 
     def check(self, state: State, iteration: int, path_count: int, transparent: bool) -> None:
         """Refuse ``state`` unless :meth:`state` can have returned it after ``iteration``.
@@ -157,16 +157,10 @@ class Palette:
 
     def restore(self, state: State, device: str) -> None:
         """Continue from ``state``, which :meth:`check` has accepted."""
-        self._set_entries(state["free"].to(device, copy=True))
-        self._entry, self._steps = state["entry"].to(device, copy=True), state["steps"]
-        self._transparent = state["transparent"]
-        self._optimizer.state[self._free].update(
-            {name: value.to(device, copy=True) for name, value in state["optimizer"].items()}
-        )
-
-    def _set_entries(self, free: Tensor) -> None:
-        self._free = free
-        self._optimizer = Adan([free], lr=self._config.lr_color)
+        self._free, self._entry = (state[name].to(device, copy=True) for name in ("free", "entry"))
+        self._steps, self._transparent = state["steps"], state["transparent"]
+        averages = {name: value.to(device, copy=True) for name, value in state["optimizer"].items()}
+        self._optimizer = Adan(self._free, averages)
 
     def _nearest(self, color: Tensor) -> Tensor:
         return _square_distances(color, self._free).argmin(1)
@@ -209,7 +203,7 @@ class Palette:
         joins = _square_distances(wanted, color[None])[:, 0] < torch.where(leaves, next_error, error)
         self._entry = torch.where(joins, spare, torch.where(leaves, next_entry, self._entry))
         self._free[spare] = color
-        for values in self._optimizer.state[self._free].values():
+        for values in self._optimizer.state.values():
             values[spare] = 0
 
 

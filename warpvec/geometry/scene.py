@@ -87,7 +87,10 @@ class Scene:
         """
         if degree < 1:
             raise InputError("degree", "must be at least 1", str(degree), "give 3 for cubics")
-        _check_points(points, degree)
+        shape = list(points.shape)
+        if len(shape) != 3 or shape[1] == 0 or shape[1] % degree or shape[2] != 2:
+            rule = f"must have shape [N, {degree} S, 2], S at least 1, for degree {degree}"
+            raise InputError("points", rule, str(shape), "reshape it or give its degree")
         structure = Structure.uniform(points.shape[0], points.shape[1] // degree, points.device)
         segments = points.reshape(-1, degree, 2)
         return Scene(segments, structure, color, opacity, background, generation, transparent)
@@ -116,19 +119,6 @@ class Scene:
             raise InputError("scene", "must have paths of one loop of equally many curves", "other paths")
         return self.segments.reshape(len(self), self.structure.uniform_count * self.degree, 2)
 
-    def with_points(self, points: Tensor, degree: int | None = None) -> Scene:
-        """Return a uniform scene with other control ``points`` [N, M S, 2], M of which are ``degree`` (default: same).
-
-        Raises:
-            InputError: the shape of ``points`` does not agree with the degree.
-        """
-        degree = self.degree if degree is None else degree
-        _check_points(points, degree)
-        structure = self.structure
-        if structure.uniform_count is None or structure.uniform_count * degree != points.shape[1]:
-            structure = Structure.uniform(points.shape[0], points.shape[1] // degree, points.device)
-        return replace(self, segments=points.reshape(-1, degree, 2), structure=structure)
-
     @property
     def piece_count(self) -> int:
         """Number of curves per path of a uniform scene, S."""
@@ -136,8 +126,7 @@ class Scene:
 
     def detach(self) -> Scene:
         """Return the scene outside autograd."""
-        tensors = {name: getattr(self, name).detach() for name in _FLOAT_FIELDS}
-        return replace(self, gradients=self._map_gradients(torch.Tensor.detach), **tensors)
+        return self._mapped(torch.Tensor.detach)
 
     def cpu(self) -> Scene:
         """Return the scene in host memory."""
@@ -145,9 +134,11 @@ class Scene:
 
     def to(self, device: torch.device | str) -> Scene:
         """Return the scene in the memory of ``device``."""
-        tensors: dict[str, Any] = {name: getattr(self, name).to(device) for name in (*_FLOAT_FIELDS, "generation")}
-        gradients = self._map_gradients(lambda tensor: tensor.to(device))
-        return replace(self, structure=self.structure.to(device), gradients=gradients, **tensors)
+        return self._mapped(lambda tensor: tensor.to(device))
+
+    def copied(self) -> Scene:
+        """Return the scene in memory of its own."""
+        return self._mapped(torch.Tensor.clone)
 
     def scaled(self, x_factor: float, y_factor: float | None = None) -> Scene:
         """Return the scene scaled by ``x_factor`` horizontally and ``y_factor`` (default: the same) vertically."""
@@ -163,19 +154,13 @@ class Scene:
     def select(self, rows: Tensor) -> Scene:
         """Return the paths ``rows`` (indices or a mask [N]), in that order, over the same background."""
         structure, segments = self.structure.select(rows)
-        paths: dict[str, Any] = {name: getattr(self, name)[rows] for name in ("color", "opacity", "generation")}
-        gradients = self._map_gradients(lambda tensor: tensor[rows])
-        return replace(self, segments=self.segments[segments], structure=structure, gradients=gradients, **paths)
+        return self._with_paths(structure, self.segments[segments], lambda tensor: tensor[rows])
 
     def prefix(self, count: int) -> Scene:
         """Return the lowest ``count`` paths, in memory of their own, over the same background."""
         structure = self.structure.prefix(count)
-        paths: dict[str, Any] = {
-            name: getattr(self, name)[:count].clone() for name in ("color", "opacity", "generation")
-        }
-        gradients = self._map_gradients(lambda tensor: tensor[:count].clone())
         segments = self.segments[: structure.segment_count].clone()
-        return replace(self, segments=segments, structure=structure, gradients=gradients, **paths)
+        return self._with_paths(structure, segments, lambda tensor: tensor[:count].clone())
 
     def joined(self, other: Scene) -> Scene:
         """Return these paths and, on top, those of ``other``, over the background of this scene."""
@@ -192,7 +177,7 @@ class Scene:
         structure, gradients = self.structure, self.gradients
         loops = None if self.is_uniform else structure.loop_first_segment.long()
         return {
-            **{name: getattr(self, name) for name in ("segments", "color", "opacity", "background", "generation")},
+            **{name: getattr(self, name) for name in _TENSORS},
             "uniform_count": structure.uniform_count,
             "loop_first_segment": loops,
             "path_first_loop": None if self.is_uniform else structure.path_first_loop.long(),
@@ -204,7 +189,7 @@ class Scene:
     @staticmethod
     def from_dict(values: dict[str, Any]) -> Scene:
         """Return the scene whose `to_dict` is ``values``."""
-        own = {name: values[name] for name in ("segments", "color", "opacity", "background", "generation")}
+        own = {name: values[name] for name in _TENSORS}
         if values["uniform_count"] is not None:
             device = values["segments"].device
             structure = Structure.uniform(len(values["color"]), values["uniform_count"], device)
@@ -215,10 +200,15 @@ class Scene:
         gradients = None if paints is None else Gradients(**{**paints, "kind": paints["kind"].int()})
         return Scene(**own, structure=structure, transparent=values["transparent"], gradients=gradients)
 
-    def copied(self) -> Scene:
-        """Return the scene in memory of its own."""
-        tensors: dict[str, Any] = {name: getattr(self, name).clone() for name in (*_FLOAT_FIELDS, "generation")}
-        return replace(self, gradients=self._map_gradients(torch.Tensor.clone), **tensors)
+    def _mapped(self, change: Callable[[Tensor], Tensor]) -> Scene:
+        """Return the scene with what ``change`` makes of each tensor; the structure follows to another device."""
+        tensors: dict[str, Any] = {name: change(getattr(self, name)) for name in _TENSORS}
+        return replace(self, gradients=self._map_gradients(change), **tensors)
+
+    def _with_paths(self, structure: Structure, segments: Tensor, change: Callable[[Tensor], Tensor]) -> Scene:
+        """Return the scene with the outlines of other paths, and what ``change`` makes of the values of each path."""
+        paths: dict[str, Any] = {name: change(getattr(self, name)) for name in ("color", "opacity", "generation")}
+        return replace(self, segments=segments, structure=structure, gradients=self._map_gradients(change), **paths)
 
     def _map_gradients(self, change: Callable[[Tensor], Tensor]) -> Gradients | None:
         return None if self.gradients is None else self.gradients.map(change)
@@ -246,11 +236,4 @@ def straightened(segments: Tensor, structure: Structure) -> Tensor:
     return torch.where(structure.is_line[:, None, None], line, segments)
 
 
-def _check_points(points: Tensor, degree: int) -> None:
-    shape = list(points.shape)
-    if len(shape) != 3 or shape[1] == 0 or shape[1] % degree or shape[2] != 2:
-        rule = f"must have shape [N, {degree} S, 2], S at least 1, for degree {degree}"
-        raise InputError("points", rule, str(shape), "reshape it or give its degree")
-
-
-_FLOAT_FIELDS = ("segments", "color", "opacity", "background")
+_TENSORS = ("segments", "color", "opacity", "background", "generation")
