@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import warp as wp
 
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
 BETAS = (0.98, 0.92, 0.99)
 """Default shares of the old averages that are kept."""
@@ -104,7 +104,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         output: wp.array2d(dtype=dtype),  # not touched if PLAIN
     ): ...
 
-    return SimpleNamespace(corrections=corrections, update_row=update_row)
+    return bundle(corrections, update_row)
 
 
 @cache
@@ -140,4 +140,4 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             eps, grad, param, exp_avg, exp_avg_diff, exp_avg_sq, previous_grad, param,
         )  # fmt: skip
 
-    return SimpleNamespace(update_rows=update_rows)
+    return bundle(update_rows)

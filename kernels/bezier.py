@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warpvec.kernels.constants import CHORD_TOLERANCE, SEGMENT_CHORDS_MAX
-from warpvec.kernels.lanes import Lanes
+from warpvec.kernels.lanes import Lanes, bundle
 
 
 @cache
@@ -53,4 +53,4 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
             w -= shift * vec4(one - t, three * t - two, one - three * t, t)
         return w
 
-    return SimpleNamespace(vertex_weights=vertex_weights, weights=weights, chord_count=chord_count)
+    return bundle(vertex_weights, weights, chord_count)

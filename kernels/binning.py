@@ -15,7 +15,7 @@ import warp as wp
 
 from warpvec.kernels import edges
 from warpvec.kernels.constants import COORDINATE_MAX, EMPTY, FULL, PARTIAL, TILE
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
 
 @cache
@@ -213,9 +213,4 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         for tile in range(low, wp.min(high, tile_count) + 1):
             tile_first_hit[tile] = hit
 
-    return SimpleNamespace(
-        bound_paths=bound_paths,
-        list_strips=list_strips,
-        classify_pairs=classify_pairs,
-        find_tile_ranges=find_tile_ranges,
-    )
+    return bundle(bound_paths, list_strips, classify_pairs, find_tile_ranges)

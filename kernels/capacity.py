@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warpvec.kernels.constants import EMPTY
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
 VERTICES, STRIPS, PAIRS, SLOTS = 0, 1, 2, 3
 """Indices into ``overflow``."""
@@ -129,4 +129,4 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         if pair == 0:
             overflow[SLOTS] = wp.where(fits, 0, 1)
 
-    return SimpleNamespace(admit_vertices=admit_vertices, admit_pairs=admit_pairs, admit_slots=admit_slots)
+    return bundle(admit_vertices, admit_pairs, admit_slots)

@@ -12,7 +12,7 @@ import warp as wp
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.kernels import gradients
 from warpvec.kernels.constants import COLUMNS, FULL, TILE
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
 
 @cache
@@ -49,9 +49,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         sign = v.where_less(winding, v.spread(zero), v.spread(-one), positive)
         return v.where_less(v.spread(one), v.maximum(winding, v.sub(v.spread(zero), winding)), v.spread(zero), sign)
 
-    return SimpleNamespace(
-        winding_index=winding_index, on_canvas=on_canvas, coverage=coverage, coverage_slope=coverage_slope
-    )
+    return bundle(winding_index, on_canvas, coverage, coverage_slope)
 
 
 @cache
@@ -150,4 +148,4 @@ def make_kernels(lanes: Lanes, with_gradients: bool = False) -> SimpleNamespace:
             tile_image[index + tile_size] = green
             tile_image[index + 2 * tile_size] = blue
 
-    return SimpleNamespace(find_visible=find_visible, composite=composite)
+    return bundle(find_visible, composite)

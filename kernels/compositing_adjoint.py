@@ -20,7 +20,7 @@ import warp as wp
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.kernels import compositing, gradients
 from warpvec.kernels.constants import EMPTY, FULL, PARTIAL, TILE
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
 TERMS = 5
 """Number of sums. A pair has five: dL/d(red), dL/d(green), dL/d(blue), dL/d(opacity), opacity curvature. A tile uses
@@ -380,9 +380,4 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
             else:
                 canvas_sums[term] = sum_here * error_scale
 
-    return SimpleNamespace(
-        composite_adjoint=composite_adjoint,
-        gather_paths_adjoint=gather_paths_adjoint,
-        gather_tiles=gather_tiles,
-        gather_canvas=gather_canvas,
-    )
+    return bundle(composite_adjoint, gather_paths_adjoint, gather_tiles, gather_canvas)

@@ -14,7 +14,7 @@ import warp as wp
 
 from warpvec.kernels import edges
 from warpvec.kernels.constants import COLUMNS, PARTIAL, TILE
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
 FETCHED_SLOTS = 32
 """Slots of the next path that are brought to the cache: 35 KB, less than a core's first cache has."""
@@ -126,4 +126,4 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         dx, dy = v.sub(x1, x0), v.sub(y0, y1)
         v.scatter_vec4(adj_edges, edge, v.mul(dy, w0), v.mul(dx, w0), v.mul(dy, w1), v.mul(dx, w1))
 
-    return SimpleNamespace(integrate_edges=integrate_edges)
+    return bundle(integrate_edges)

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warpvec.kernels.constants import COLUMN_GUARD, COLUMN_GUARD_SLOPE, COLUMNS, COORDINATE_MAX, FLAT_EDGE, TILE
-from warpvec.kernels.lanes import Lanes
+from warpvec.kernels.lanes import Lanes, bundle
 
 TILE_BITS = TILE.bit_length() - 1
 """A pixel's tile is its row or column shifted right by this."""
@@ -124,6 +124,5 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         place = v.whole_fma(v.whole_and(column, mask), side, v.whole_and(row, mask))
         return v.whole_fma(slot, v.spread_whole(wp.static(COLUMNS * TILE)), place)
 
-    functions = (inverse, column_range, end_points, left_end, crossing, between, pixel_at, row_ahead)
-    functions += (step_ends, next_pixel, pair_of, place_in, magnitude)
-    return SimpleNamespace(**{function.func.__name__: function for function in functions})
+    walk = (left_end, crossing, between, pixel_at, row_ahead, step_ends, next_pixel, pair_of, place_in)
+    return bundle(magnitude, inverse, column_range, end_points, *walk)

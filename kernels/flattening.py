@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warpvec.kernels import bezier
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
 
 @cache
@@ -112,9 +112,4 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         segment = first + wp.tid()
         adj_points[3 * segment] = adj_points[3 * segment] + adj_ends[segment_previous[segment]]
 
-    return SimpleNamespace(
-        count_chords=count_chords,
-        emit_vertices=emit_vertices,
-        gather_segments_adjoint=gather_segments_adjoint,
-        add_arriving_adjoint=add_arriving_adjoint,
-    )
+    return bundle(count_chords, emit_vertices, gather_segments_adjoint, add_arriving_adjoint)

@@ -25,7 +25,7 @@ import warp as wp
 from warpvec.geometry.paints.kind import RAMP_EXTENT_MIN
 from warpvec.geometry.paints.registry import FLAT, KINDS, LINEAR, RADIAL
 from warpvec.kernels.constants import TILE
-from warpvec.kernels.lanes import Lanes
+from warpvec.kernels.lanes import Lanes, bundle
 
 DEGENERATE = -1
 """In place of the kind of a gradient that shows its end colour alone."""
@@ -71,13 +71,7 @@ def _linear(lanes: Lanes) -> SimpleNamespace:
         end_y = sums[2] * inv_squared - two * sum_t * slope[1]
         return vec4(-sums[0] * slope[0] - end_x, -sums[0] * slope[1] - end_y, end_x, end_y)
 
-    return SimpleNamespace(
-        slopes=slopes,
-        free_share=free_share,
-        share_weight=share_weight,
-        offset_weight=offset_weight,
-        geometry_adjoint=geometry_adjoint,
-    )
+    return bundle(slopes, free_share, share_weight, offset_weight, geometry_adjoint)
 
 
 def _radial(lanes: Lanes) -> SimpleNamespace:
@@ -113,13 +107,7 @@ def _radial(lanes: Lanes) -> SimpleNamespace:
     def geometry_adjoint(slope: vec3, sums: vec3):
         return vec4(-sums[1] * slope[2], -sums[2] * slope[2], -sums[0] * slope[2], zero)
 
-    return SimpleNamespace(
-        slopes=slopes,
-        free_share=free_share,
-        share_weight=share_weight,
-        offset_weight=offset_weight,
-        geometry_adjoint=geometry_adjoint,
-    )
+    return bundle(slopes, free_share, share_weight, offset_weight, geometry_adjoint)
 
 
 def _degenerate(lanes: Lanes) -> SimpleNamespace:
@@ -148,13 +136,7 @@ def _degenerate(lanes: Lanes) -> SimpleNamespace:
     def geometry_adjoint(kind: int, slope: vec3, sums: vec3):
         return vec4()
 
-    return SimpleNamespace(
-        slopes=slopes,
-        free_share=free_share,
-        share_weight=share_weight,
-        offset_weight=offset_weight,
-        geometry_adjoint=geometry_adjoint,
-    )
+    return bundle(slopes, free_share, share_weight, offset_weight, geometry_adjoint)
 
 
 def _either(number: int, own: SimpleNamespace, others: SimpleNamespace, lanes: Lanes) -> SimpleNamespace:
@@ -199,13 +181,7 @@ def _either(number: int, own: SimpleNamespace, others: SimpleNamespace, lanes: L
             adj = others.geometry_adjoint(kind, slope, sums)
         return adj
 
-    return SimpleNamespace(
-        slopes=slopes,
-        free_share=free_share,
-        share_weight=share_weight,
-        offset_weight=offset_weight,
-        geometry_adjoint=geometry_adjoint,
-    )
+    return bundle(slopes, free_share, share_weight, offset_weight, geometry_adjoint)
 
 
 KNOWN: dict[int, Callable[[Lanes], SimpleNamespace]] = {LINEAR: _linear, RADIAL: _radial}
@@ -266,15 +242,5 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         slope = any_kind.slopes(kind, geometry)
         return any_kind.geometry_adjoint(shown_kind(kind, slope), slope, sums)
 
-    return SimpleNamespace(
-        slopes=any_kind.slopes,
-        free_share=any_kind.free_share,
-        share_weight=any_kind.share_weight,
-        offset_weight=any_kind.offset_weight,
-        shown_kind=shown_kind,
-        offset_x=offset_x,
-        offset_y=offset_y,
-        share=share,
-        on_ramp=on_ramp,
-        geometry_adjoint=geometry_adjoint,
-    )
+    own = bundle(shown_kind, offset_x, offset_y, share, on_ramp, geometry_adjoint)
+    return SimpleNamespace(**(vars(any_kind) | vars(own)))

@@ -141,36 +141,12 @@ def _scalar_functions(lanes: SimpleNamespace) -> dict[str, Any]:
     dtype, vec2, vec4 = lanes.dtype, lanes.vec2, lanes.vec4
 
     @wp.func
-    def lane_numbers(s: int):
-        return s
-
-    @wp.func
-    def spread_whole(s: int):
+    def own(s: int):
         return s
 
     @wp.func
     def whole_fma(a: int, b: int, c: int):
         return a * b + c
-
-    @wp.func
-    def whole_add(a: int, b: int):
-        return a + b
-
-    @wp.func
-    def whole_min(a: int, b: int):
-        return wp.min(a, b)
-
-    @wp.func
-    def whole_max(a: int, b: int):
-        return wp.max(a, b)
-
-    @wp.func
-    def whole_shift(a: int, b: int):
-        return a >> b
-
-    @wp.func
-    def whole_and(a: int, b: int):
-        return a & b
 
     @wp.func
     def where_whole_less(a: int, b: int, c: int, d: int):
@@ -244,9 +220,13 @@ def _scalar_functions(lanes: SimpleNamespace) -> dict[str, Any]:
         if a != 0:
             values[k] = values[k] + a
 
-    return named(
-        lane_numbers, spread_whole, whole_fma, whole_add, whole_min, whole_max, whole_shift, whole_and,
-        where_whole_less, whole_where_less, where_index_less, any_less, any_whole_less, floor_whole, real_of,
+    builtins = {
+        "whole_add": wp.add, "whole_min": wp.min, "whole_max": wp.max, "whole_shift": wp.rshift,
+        "whole_and": wp.bit_and,
+    }  # fmt: skip
+    functions = named(
+        whole_fma, where_whole_less, whole_where_less, where_index_less, any_less, any_whole_less, floor_whole, real_of,
         gather_whole, gather_box, gather_x, gather_y, gather_value, scatter_vec4, scatter_add, mark_places, mark_ranges,
         scatter_steps,
     )  # fmt: skip
+    return functions | builtins | {"lane_numbers": own, "spread_whole": own}

@@ -60,6 +60,11 @@ def make_lanes(width: int, dtype: Any) -> Lanes:
     return lanes
 
 
+def bundle(*functions: Any) -> SimpleNamespace:
+    """Return Warp functions or kernels by name."""
+    return SimpleNamespace(**real_lanes.named(*functions))
+
+
 def stage_module(stage: str, lanes: Lanes) -> wp.Module:
     """Return the Warp module (one compile unit) of a stage's kernels for these lanes."""
     module = wp.get_module(f"warpvec.kernels.{stage}.{lanes.name}")

@@ -13,7 +13,7 @@ import warp as wp
 
 from warpvec.kernels.adan import SCALED, SIGMOID, make_functions
 from warpvec.kernels.constants import REDUCED_LANES
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
 
 def threads_per_path(lanes: Lanes) -> int:
@@ -103,4 +103,4 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 scene_background,
             )  # fmt: skip
 
-    return SimpleNamespace(step_population=step_population)
+    return bundle(step_population)

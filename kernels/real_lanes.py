@@ -151,18 +151,6 @@ return 1;
 
 def _scalar_functions(dtype: Any) -> dict[str, Any]:
     @wp.func
-    def add(a: dtype, b: dtype):
-        return a + b
-
-    @wp.func
-    def sub(a: dtype, b: dtype):
-        return a - b
-
-    @wp.func
-    def mul(a: dtype, b: dtype):
-        return a * b
-
-    @wp.func
     def fma(a: dtype, b: dtype, c: dtype):
         return a * b + c
 
@@ -171,47 +159,15 @@ def _scalar_functions(dtype: Any) -> dict[str, Any]:
         return c - a * b
 
     @wp.func
-    def minimum(a: dtype, b: dtype):
-        return wp.min(a, b)
-
-    @wp.func
-    def maximum(a: dtype, b: dtype):
-        return wp.max(a, b)
-
-    @wp.func
     def where_less(a: dtype, b: dtype, c: dtype, d: dtype):
         return wp.where(a < b, c, d)
 
     @wp.func
-    def quotient(a: dtype, b: dtype):
-        return a / b
-
-    @wp.func
-    def root(a: dtype):
-        return wp.sqrt(a)
-
-    @wp.func
-    def exponential(a: dtype):
-        return wp.exp(a)
-
-    @wp.func
-    def lane_max(a: dtype):
+    def own(a: dtype):
         return a
 
     @wp.func_native(_ANY_OF_TILE)
     def any_of_tile(flag: int) -> int: ...
-
-    @wp.func
-    def spread(s: dtype):
-        return s
-
-    @wp.func
-    def ramp_from(s: dtype):
-        return s
-
-    @wp.func
-    def total(a: dtype):
-        return a
 
     @wp.func
     def get(value: dtype, index: int):
@@ -244,9 +200,13 @@ def _scalar_functions(dtype: Any) -> dict[str, Any]:
     def reduce_canvas(sums: wp.array2d(dtype=wp.float64), term: int, value: wp.float64, thread: int):
         reduce_doubles(sums, thread // wp.static(REDUCED_LANES), term, value, thread)
 
-    arithmetic = (add, sub, mul, fma, fnma, quotient, root, exponential, minimum, maximum, where_less)
+    builtins = {
+        "add": wp.add, "sub": wp.sub, "mul": wp.mul, "quotient": wp.div, "minimum": wp.min, "maximum": wp.max,
+        "root": wp.sqrt, "exponential": wp.exp,
+    }  # fmt: skip
     access = (get, put, load, store, prefetch, reduce_tile, reduce_canvas)
-    return named(*arithmetic, spread, ramp_from, total, lane_max, any_of_tile, *access)
+    found = builtins | named(fma, fnma, where_less, any_of_tile, *access)
+    return found | dict.fromkeys(("spread", "ramp_from", "total", "lane_max"), own)
 
 
 def named(*functions: Any) -> dict[str, Any]:

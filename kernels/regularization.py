@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warpvec.kernels.constants import EXTENT_MIN, LEG_MIN, PROJECTION_WEIGHT, TIP_COSINE, TIP_PARAMETER
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
 
 def tip_weights() -> tuple[float, float, float]:
@@ -173,4 +173,4 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         slope = wp.where(opacity[path] < one, -one, wp.where(opacity[path] > one, one, zero))
         adj_opacity[path] = adj_opacity[path] + opacity_weight * per_path * slope
 
-    return SimpleNamespace(add_regularizers=add_regularizers)
+    return bundle(add_regularizers)

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warpvec.kernels.constants import COORDINATE_MAX, EMPTY, PARTIAL, SPLAT_GROUP, TILE
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 from warpvec.kernels.splatting import PLANES
 
 
@@ -27,7 +27,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         stop = int(wp.clamp(wp.floor(high - half) + dtype(1.0), dtype(0.0), dtype(pixel_count)))
         return start, stop
 
-    return SimpleNamespace(covered=covered)
+    return bundle(covered)
 
 
 @cache
@@ -150,4 +150,4 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             pair_key[pair] = wp.where(is_partial, tile_row * tile_columns + box[0] + column, tile_count)
             pair_index[pair] = pair
 
-    return SimpleNamespace(bound_groups=bound_groups, bound_splats=bound_splats, classify_splats=classify_splats)
+    return bundle(bound_groups, bound_splats, classify_splats)

@@ -12,7 +12,7 @@ import warp as wp
 
 from warpvec.kernels import compositing, splat_binning
 from warpvec.kernels.constants import SPLAT_ALPHA_MAX, SPLAT_ALPHA_MIN, SPLAT_GROUP, TILE
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 from warpvec.kernels.splatting import PLANES
 
 
@@ -29,7 +29,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         linear = v.fma(dy, v.spread(-half * pyy), v.spread(-pxy * dx))
         return v.mul(v.spread(opacity), v.exponential(v.fma(dy, linear, v.spread(-half * pxx * dx * dx))))
 
-    return SimpleNamespace(gaussian=gaussian)
+    return bundle(gaussian)
 
 
 @cache
@@ -137,4 +137,4 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         for hidden in range(start, hit):
             pair_is_visible[hit_pair[hidden]] = 0
 
-    return SimpleNamespace(cover_splats=cover_splats)
+    return bundle(cover_splats)

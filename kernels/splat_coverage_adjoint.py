@@ -11,7 +11,7 @@ import warp as wp
 
 from warpvec.kernels import compositing, splat_binning, splat_coverage
 from warpvec.kernels.constants import PARTIAL, SPLAT_ALPHA_MAX, SPLAT_ALPHA_MIN, TILE
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 from warpvec.kernels.splatting import PLANES
 from warpvec.kernels.splatting_adjoint import CENTER_TERMS, COVARIANCE_TERMS
 
@@ -103,4 +103,4 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
             splat_sums[out + 4 * sample_stride] = v.total(weight_xy)
             splat_sums[out + 5 * sample_stride] = v.total(weight_yy)
 
-    return SimpleNamespace(cover_splats_adjoint=cover_splats_adjoint)
+    return bundle(cover_splats_adjoint)

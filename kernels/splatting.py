@@ -24,7 +24,7 @@ from warpvec.kernels.constants import (
     SPLAT_ALPHA_MIN,
     TANGENT_MIN,
 )
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
 PLANES = 7
 """Number of values of a Gaussian: center x, y; inverse covariance xx, xy, yy; half the size of its visible box in x, y
@@ -96,15 +96,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
             clamped = v.minimum(v.maximum(sigma, v.spread(floor_y)), v.spread(ceiling_y))
         return clamped
 
-    return SimpleNamespace(
-        combine=combine,
-        blend=blend,
-        norm=norm,
-        inverse_norm=inverse_norm,
-        direction=direction,
-        clamp_x=clamp_x,
-        clamp_y=clamp_y,
-    )
+    return bundle(combine, blend, norm, inverse_norm, direction, clamp_x, clamp_y)
 
 
 @cache
@@ -186,4 +178,4 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             splats[plane + 5 * block_count] = visible_reach(x, y, reach_x, sample, sample_count)
             splats[plane + 6 * block_count] = visible_reach(x, y, reach_y, sample, sample_count)
 
-    return SimpleNamespace(place_splats=place_splats)
+    return bundle(place_splats)

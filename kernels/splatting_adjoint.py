@@ -21,7 +21,7 @@ from warpvec.kernels.constants import (
     LENGTH_MIN,
     SIGMA_PER_SPACING,
 )
-from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.lanes import Lanes, bundle, stage_module
 from warpvec.kernels.splatting import KINDS, PLANES
 
 CENTER_TERMS = 3
@@ -125,14 +125,8 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
         value = v.total(weight)
         adj_opacity[path] = wp.where(opacity[path] > zero, value / wp.max(opacity[path], tiny), zero)
 
-    kernels = {
-        "center_adjoint": center_adjoint,
-        "gather_points_adjoint": gather_points_adjoint,
-        "gather_opacity_adjoint": gather_opacity_adjoint,
-    }
-    if covariance:
-        kernels["covariance_adjoint"] = _covariance_adjoint(lanes, module)
-    return SimpleNamespace(**kernels)
+    more = [_covariance_adjoint(lanes, module)] if covariance else []
+    return bundle(center_adjoint, gather_points_adjoint, gather_opacity_adjoint, *more)
 
 
 def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
