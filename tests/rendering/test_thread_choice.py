@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from warpvec.rendering.thread_choice import Share, ThreadChoice
+from warpvec.rendering.thread_choice import Launch, ThreadChoice
 
 WORK = 0.004
 """CPU seconds of a launch."""
@@ -38,7 +38,7 @@ def counts_on(machine: Machine, choice: ThreadChoice, launches: int) -> list[int
         counts.append(choice.count)
         wall, lost = machine(choice.count)
         cpu = WORK / choice.count
-        choice.record("kernel", 100, wall, [Share(cpu / (1 - lost), cpu)] * choice.count)
+        choice.record(Launch("kernel", 100, wall, choice.count * cpu / (1 - lost), choice.count * cpu))
     return counts
 
 
@@ -51,7 +51,6 @@ def test_a_crowded_machine_uses_one_thread_until_it_is_idle_again() -> None:
     crowd = counts_on(crowded, choice, 2000)
     assert crowd.count(4) <= 20 and set(crowd[20:]) == {1}
     assert set(counts_on(idle, choice, 200)[100:]) == {4}
-    assert choice.seconds[1] > 0.9 * sum(choice.seconds.values())
 
 
 @pytest.mark.parametrize(("machine", "best"), [(gaining, 2), (losing, 1)])
@@ -64,10 +63,12 @@ def test_on_a_busy_machine_trials_decide(machine: Machine, best: int) -> None:
 def test_a_thread_that_works_slower_beside_another_is_no_gain() -> None:
     """Two threads on siblings of one core take twice the CPU time each: the same work is not done sooner."""
     choice = ThreadChoice(2)
+    counts = []
     for _ in range(4000):
-        cpu, wall = (WORK, 1.25 * WORK) if choice.count == 1 else (2 * WORK, 1.25 * WORK)
-        choice.record("kernel", 100, wall, [Share(cpu / choice.count / 0.8, cpu / choice.count)] * choice.count)
-    assert choice.seconds[1] > 0.9 * sum(choice.seconds.values())
+        counts.append(choice.count)
+        cpu = WORK * choice.count
+        choice.record(Launch("kernel", 100, 1.25 * WORK, cpu / 0.8, cpu))
+    assert counts.count(1) > 0.9 * len(counts)
 
 
 def test_one_thread_is_no_choice() -> None:

@@ -89,7 +89,7 @@ def merge(scene: Scene, rows: Tensor, handles: Tensor, share: Tensor) -> Edit:
     kept = torch.ones(structure.segment_count, dtype=torch.bool, device=rows.device)
     kept[rows] = False
     before = structure.segment_previous.long()[rows]
-    if len(rows.unique()) != len(rows):
+    if len(set(rows.tolist())) != len(rows):
         raise InputError("rows", "must occur once", _listed(rows), "leave the others out")
     if not bool(kept[before].all()):
         problem = "must not follow each other, nor be alone in their loop"

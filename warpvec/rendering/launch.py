@@ -25,7 +25,7 @@ from warpvec.kernels.constants import TILE
 from warpvec.rendering.capacity import Capacity
 from warpvec.rendering.devices import gpu_count, why_no_gpu
 from warpvec.rendering.kernel_cache import init_warp
-from warpvec.rendering.thread_choice import Share, ThreadChoice
+from warpvec.rendering.thread_choice import Launch, ThreadChoice
 from warpvec.rendering.thread_pool import ThreadPool, core_count, usable_threads
 
 # A smaller chunk is done before a second thread can start on its own.
@@ -117,11 +117,6 @@ class Launcher:
         return self._all_buffers[-1]
 
     @property
-    def thread_seconds(self) -> dict[int, float]:
-        """Seconds of shared launches so far by the number of threads that took part; see `thread_choice`."""
-        return self._choice.seconds
-
-    @property
     def growth(self) -> int:
         """Number of times a buffer has been allocated; while it stays the same, so do all pointers."""
         return sum(buffers.growth for buffers in self._all_buffers)
@@ -162,7 +157,7 @@ class Launcher:
     def _share(self, kernel: Any, commands: list[_Command], item_count: int, chunk: int, first: int) -> None:
         assert self._pool is not None
         chunk = chunk if len(commands) > 1 else item_count
-        shares = [Share(0.0, 0.0)] * len(commands)
+        spent, had = [0.0] * len(commands), [0.0] * len(commands)  # seconds of each thread, and those with a core
         starts = iter(range(0, item_count, chunk))
 
         def work(number: int) -> None:
@@ -170,14 +165,14 @@ class Launcher:
             # Taking from an iterator is one step of the interpreter, so no two threads take the same chunk.
             for start in starts:
                 commands[number].run(first + start, min(chunk, item_count - start))
-            shares[number] = Share(time.perf_counter() - wall, time.thread_time() - cpu)
+            spent[number], had[number] = time.perf_counter() - wall, time.thread_time() - cpu
 
         began = time.perf_counter()
         if len(commands) == 1:
             work(0)
         else:
             self._pool.call([partial(work, number) for number in range(len(commands))])
-        self._choice.record(kernel, item_count, time.perf_counter() - began, shares)
+        self._choice.record(Launch(kernel, item_count, time.perf_counter() - began, sum(spent), sum(had)))
 
 
 class _Command:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, lru_cache
 from threading import Lock
@@ -29,8 +29,8 @@ from warpvec.rendering.launch import start_warp
 from warpvec.rendering.registry import check_renderer_settings, make_renderer
 from warpvec.rendering.tile_renderer import Adjoints
 
-# Number of tensors of a scene, and of those that the operator differentiates, which come first.
-_INPUTS, _VALUES = 9, 6
+# Number of tensors of a scene that the operator differentiates, which come first.
+_VALUES = 6
 # A renderer holds buffers for its canvas. A few of them serve a user who alternates between sizes.
 _RENDERERS_KEPT = 4
 # Renderers reuse their buffers from call to call, so only one call runs at a time.
@@ -105,7 +105,7 @@ def draw_adjoint(
         return _adjoints(scene, adj_image, renderer, thread_count, text)
 
 
-def _inputs(scene: Scene) -> tuple[Tensor, ...]:
+def _inputs(scene: Scene) -> list[Tensor]:
     """Return the tensors of an operator: ``_VALUES`` that it differentiates, the kinds of paint, and the structure.
 
     Those of the gradients are empty in a scene without any.
@@ -113,10 +113,10 @@ def _inputs(scene: Scene) -> tuple[Tensor, ...]:
     structure, color = scene.structure, scene.color
     gradients = scene.gradients or Gradients.flat(color[:0])
     values = (scene.segments, color, scene.opacity, scene.background, gradients.end_color, gradients.geometry)
-    return (*values, gradients.kind, structure.loop_first_segment, structure.path_first_loop)
+    return [*values, gradients.kind, structure.loop_first_segment, structure.path_first_loop]
 
 
-def _scene(inputs: tuple[Tensor, ...], segment_count: int) -> Scene:
+def _scene(inputs: Sequence[Tensor], segment_count: int) -> Scene:
     """Return the scene of `_inputs`; ``segment_count`` is that of every path of a uniform scene, else 0."""
     segments, color, opacity, background, end_color, geometry, kind, loop_first_segment, path_first_loop = inputs
     structure = Structure(loop_first_segment, path_first_loop, None, segment_count or None, check=False)
@@ -142,9 +142,9 @@ def _image(
     segment_count = scene.structure.uniform_count or 0
     drawn_by = (segment_count, height, width, renderer, thread_count, _as_text(renderer, scene.degree, settings))
     if not alpha:
-        return operator(*inputs, *drawn_by)
+        return operator(inputs, *drawn_by)
     mattes = (torch.full_like(scene.background, matte) for matte in MATTES)
-    black, white = (operator(*inputs[:3], matte, *inputs[4:], *drawn_by) for matte in mattes)
+    black, white = (operator([*inputs[:3], matte, *inputs[4:]], *drawn_by) for matte in mattes)
     return torch.cat([black, 1.0 - (white - black).mean(-1, keepdim=True)], -1)
 
 
@@ -158,7 +158,7 @@ def _as_text(renderer: str, degree: int, settings: dict[str, Any]) -> str:
 _as_text._dynamo_marked_constant = True  # type: ignore[attr-defined]
 
 
-def _check_kinds(inputs: tuple[Tensor, ...]) -> None:
+def _check_kinds(inputs: Sequence[Tensor]) -> None:
     kinds = {(str(tensor.dtype), str(tensor.device)) for tensor in inputs}
     if len(kinds) > 1 or inputs[0].dtype not in (torch.float32, torch.float64):
         rule = "must hold tensors of one dtype, float32 or float64, on one device"
@@ -200,27 +200,12 @@ def _renderer(name: str, height: int, width: int, device: str, dtype: torch.dtyp
 
 
 def _draw(
-    segments: Tensor,
-    color: Tensor,
-    opacity: Tensor,
-    background: Tensor,
-    end_color: Tensor,
-    geometry: Tensor,
-    paint_kind: Tensor,
-    loop_first_segment: Tensor,
-    path_first_loop: Tensor,
-    segment_count: int,
-    height: int,
-    width: int,
-    renderer: str,
-    threads: int,
-    settings: str,
+    inputs: Sequence[Tensor], segment_count: int, height: int, width: int, renderer: str, threads: int, settings: str
 ) -> Tensor:
-    values = (segments, color, opacity, background, end_color, geometry)
-    tensors = (*values, paint_kind, loop_first_segment, path_first_loop)
-    with _turn(segments.device):
-        stages = _renderer(renderer, height, width, str(segments.device), segments.dtype, threads, settings)
-        image: Tensor = stages.render(_scene(tensors, segment_count))
+    device, dtype = inputs[0].device, inputs[0].dtype
+    with _turn(device):
+        stages = _renderer(renderer, height, width, str(device), dtype, threads, settings)
+        image: Tensor = stages.render(_scene(inputs, segment_count))
     return image
 
 
@@ -228,9 +213,8 @@ _render = torch.library.custom_op("warpvec::render", _draw, **_OPERATOR)
 
 
 @_render.register_fake
-def _(segments: Tensor, *rest: Any) -> Tensor:
-    height, width = rest[_INPUTS : _INPUTS + 2]
-    return segments.new_empty((height, width, 3))
+def _(inputs: Sequence[Tensor], segment_count: int, height: int, width: int, *rest: Any) -> Tensor:
+    return inputs[0].new_empty((height, width, 3))
 
 
 def _adjoints(scene: Scene, adj_image: Tensor, renderer: str, threads: int, settings: str) -> Adjoints:
@@ -243,44 +227,30 @@ def _adjoints(scene: Scene, adj_image: Tensor, renderer: str, threads: int, sett
 
 @torch.library.custom_op("warpvec::render_adjoint", **_OPERATOR)
 def _render_adjoint(
-    segments: Tensor,
-    color: Tensor,
-    opacity: Tensor,
-    background: Tensor,
-    end_color: Tensor,
-    geometry: Tensor,
-    paint_kind: Tensor,
-    loop_first_segment: Tensor,
-    path_first_loop: Tensor,
-    adj_image: Tensor,
-    segment_count: int,
-    renderer: str,
-    threads: int,
-    settings: str,
-) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
-    values = (segments, color, opacity, background, end_color, geometry)
-    tensors = (*values, paint_kind, loop_first_segment, path_first_loop)
-    adjoints = _adjoints(_scene(tensors, segment_count), adj_image, renderer, threads, settings)
+    inputs: Sequence[Tensor], adj_image: Tensor, segment_count: int, renderer: str, threads: int, settings: str
+) -> list[Tensor]:
+    adjoints = _adjoints(_scene(inputs, segment_count), adj_image, renderer, threads, settings)
     # The outputs of an operator must not share memory with one another.
-    paths = (adjoints.color.clone(), adjoints.opacity.clone(), adjoints.background.clone())
+    paths = [adjoints.segments, adjoints.color.clone(), adjoints.opacity.clone(), adjoints.background.clone()]
     if adjoints.end_color is None or adjoints.geometry is None:
-        return adjoints.segments, *paths, torch.empty_like(end_color), torch.empty_like(geometry)
-    return adjoints.segments, *paths, adjoints.end_color, adjoints.geometry
+        return [*paths, *(torch.empty_like(each) for each in inputs[4:_VALUES])]
+    return [*paths, adjoints.end_color, adjoints.geometry]
 
 
 @_render_adjoint.register_fake
-def _(*arguments: Any) -> tuple[Tensor, ...]:
-    return tuple(torch.empty_like(tensor, memory_format=torch.contiguous_format) for tensor in arguments[:_VALUES])
+def _(inputs: Sequence[Tensor], *rest: Any) -> list[Tensor]:
+    return [torch.empty_like(tensor, memory_format=torch.contiguous_format) for tensor in inputs[:_VALUES]]
 
 
 def _setup(ctx: Any, inputs: tuple[Any, ...], output: Tensor) -> None:
-    ctx.save_for_backward(*inputs[:_INPUTS])
-    ctx.segment_count, ctx.drawn_by = inputs[_INPUTS], inputs[_INPUTS + 3 :]
+    tensors, ctx.segment_count, _, _, *ctx.drawn_by = inputs
+    ctx.save_for_backward(*tensors)
 
 
 def _backward(ctx: Any, adj_image: Tensor) -> tuple[Any, ...]:
-    adjoints = _render_adjoint(*ctx.saved_tensors, adj_image, ctx.segment_count, *ctx.drawn_by)
-    return (*adjoints, *[None] * 9)
+    tensors = ctx.saved_tensors
+    adjoints = _render_adjoint(tensors, adj_image, ctx.segment_count, *ctx.drawn_by)
+    return ([*adjoints, *[None] * (len(tensors) - _VALUES)], *[None] * 6)
 
 
 _render.register_autograd(_backward, setup_context=_setup)

@@ -9,8 +9,7 @@ done, each over a window of launches, and keeps the better one. Results do not d
 from __future__ import annotations
 
 import time
-from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Hashable
 from typing import NamedTuple
 
 _WINDOW_LAUNCHES = 15
@@ -39,95 +38,72 @@ _CLOCK_MAX = 1e-4
 """Coarsest clock of a thread's CPU time, in seconds, that can time a share of a launch. (On Windows it has 16 ms.)"""
 
 
-class Share(NamedTuple):
-    """Seconds of a thread for its share of a launch, and the seconds in which it had a core."""
+class Launch(NamedTuple):
+    """A launch of a kernel on some items: its wall seconds, and those that its threads spent and had a core for."""
 
+    kernel: Hashable
+    items: int
     wall: float
+    spent: float
     cpu: float
 
 
-@dataclass
-class _Window:
-    """The totals of some launches in a row: wall seconds, and those that the threads spent and had a core for."""
-
-    launches: int = 0
-    wall: float = 0.0
-    spent: float = 0.0
-    cpu: float = 0.0
-    items: dict[Hashable, int] = field(default_factory=dict)
-
-
 class ThreadChoice:
-    """Chooses among ``threads``, half as many, and so on down to one.
-
-    Attributes:
-        count: the number of threads that the next launch should use.
-        seconds: for each number, the seconds of the launches that used it.
-    """
+    """Chooses among ``threads``, half as many, and so on down to one."""
 
     def __init__(self, threads: int) -> None:
-        counts = [threads]
-        while counts[-1] > 1 and time.get_clock_info("thread_time").resolution <= _CLOCK_MAX:
-            counts.append(counts[-1] // 2)
-        self._counts = counts
-        self.seconds = dict.fromkeys(counts, 0.0)
+        self._counts = [threads]
+        while self._counts[-1] > 1 and time.get_clock_info("thread_time").resolution <= _CLOCK_MAX:
+            self._counts.append(self._counts[-1] // 2)
         # Indices into the counts: what serves best so far, and what the present window uses.
         self._best = self._present = 0
-        self._last: dict[int, _Window] = {}
+        self._window: list[Launch] = []
+        self._window_seconds = 0.0
+        self._last: dict[int, list[Launch]] = {}
         self._costs: dict[Hashable, float] = {}
         self._windows_since_trial = _TRIAL_GAP
-        self._window = _Window()
 
     @property
     def count(self) -> int:
         """Number of threads for the next launch."""
         return self._counts[self._present]
 
-    def record(self, kernel: Hashable, item_count: int, wall: float, shares: Sequence[Share]) -> None:
-        """Note a launch of ``kernel`` on ``item_count`` items that took ``wall`` seconds, and the threads' shares."""
-        cpu = sum(share.cpu for share in shares)
-        cost = cpu / item_count
-        self._costs[kernel] = min(_COST_GROWTH * self._costs.get(kernel, cost), cost)
-        window = self._window
-        window.launches += 1
-        window.wall += wall
-        window.cpu += cpu
-        window.spent += sum(share.wall for share in shares)
-        window.items[kernel] = window.items.get(kernel, 0) + item_count
-        if window.launches >= _WINDOW_LAUNCHES and window.wall >= _WINDOW_SECONDS:
-            self._end_window(window)
-            self._window = _Window()
+    def record(self, launch: Launch) -> None:
+        """Note a launch that `count` threads have shared."""
+        cost = launch.cpu / launch.items
+        self._costs[launch.kernel] = min(_COST_GROWTH * self._costs.get(launch.kernel, cost), cost)
+        self._window.append(launch)
+        self._window_seconds += launch.wall
+        if len(self._window) >= _WINDOW_LAUNCHES and self._window_seconds >= _WINDOW_SECONDS:
+            self._end_window()
 
-    def _end_window(self, window: _Window) -> None:
-        lost = 1 - window.cpu / window.spent
-        self.seconds[self.count] += window.wall
-        self._last[self._present] = window
+    def _end_window(self) -> None:
+        lost = 1 - sum(each.cpu for each in self._window) / sum(each.spent for each in self._window)
+        self._last[self._present], self._window, self._window_seconds = self._window, [], 0.0
         self._windows_since_trial += 1
+        fewest = len(self._counts) - 1
         if lost > _VERY_BUSY:
-            self._best = len(self._counts) - 1
+            self._best = fewest
         elif self._present != self._best:
-            self._judge(lost > _BUSY)
+            self._best = self._better(_GAIN if lost > _BUSY else 1.0)
         self._present = self._best
+        is_trial_due = lost <= _VERY_BUSY and self._windows_since_trial > _TRIAL_GAP
         if lost <= _BUSY and self._best > 0:
-            self._try(self._best - 1)
-        elif _BUSY < lost <= _VERY_BUSY and len(self._counts) > 1 and self._windows_since_trial > _TRIAL_GAP:
-            self._try(self._best + 1 if self._best + 1 < len(self._counts) else self._best - 1)
+            self._present, self._windows_since_trial = self._best - 1, 0
+        elif lost > _BUSY and fewest > 0 and is_trial_due:
+            self._present = self._best + 1 if self._best < fewest else self._best - 1
+            self._windows_since_trial = 0
 
-    def _try(self, index: int) -> None:
-        self._present, self._windows_since_trial = index, 0
-
-    def _judge(self, is_busy: bool) -> None:
-        """Compare the trial that has just ended with the best number of threads before."""
+    def _better(self, gain_min: float) -> int:
+        """Return the better one of the trial that has just ended and the best number of threads before."""
         more, fewer = sorted((self._present, self._best))
-        if fewer in self._last:
-            gain = self._rate(self._last[more]) / self._rate(self._last[fewer])
-            self._best = more if gain > (_GAIN if is_busy else 1.0) else fewer
-        else:
-            self._best = more
+        is_gain = fewer not in self._last or self._rate(more) > gain_min * self._rate(fewer)
+        return more if is_gain else fewer
 
-    def _rate(self, window: _Window) -> float:
-        """Return the work done per second, in CPU seconds of a thread that works undisturbed.
+    def _rate(self, index: int) -> float:
+        """Return the work done per second with a number of threads, in CPU seconds of a thread that works undisturbed.
 
         It is not the CPU time itself: the same work takes more of it while a thread works on the core's sibling.
         """
-        return sum(self._costs[kernel] * item_count for kernel, item_count in window.items.items()) / window.wall
+        work = sum(self._costs[launch.kernel] * launch.items for launch in self._last[index])
+        return work / sum(launch.wall for launch in self._last[index])

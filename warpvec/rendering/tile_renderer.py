@@ -163,11 +163,6 @@ class TileRenderer(ABC):
         return int(self._launch.capacity.dropped_steps.numpy()[0])
 
     @property
-    def thread_seconds(self) -> dict[int, float]:
-        """Seconds of work so far by the number of CPU threads that shared it, which is smaller on a busy machine."""
-        return self._launch.thread_seconds
-
-    @property
     def growth(self) -> int:
         """Number of buffers allocated so far; while it stays the same, a recorded step can be replayed."""
         return self._launch.growth
