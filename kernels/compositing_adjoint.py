@@ -161,11 +161,9 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
                         blue = v.fma(ramp, v.spread(e[2] - c[2]), v.spread(c[2]))
                 if not is_full:
                     alpha = v.mul(full_alpha, pixels.coverage(v.load(slot_winding, winding0 + i)))
-                b0, b1, b2 = (
-                    v.load(stack, behind + i),
-                    v.load(stack, behind + i + tile_size),
-                    v.load(stack, behind + i + 2 * tile_size),
-                )
+                b0 = v.load(stack, behind + i)
+                b1 = v.load(stack, behind + i + tile_size)
+                b2 = v.load(stack, behind + i + 2 * tile_size)
                 v.store(stack, above + i, v.fma(alpha, v.sub(red, b0), b0))
                 v.store(stack, above + i + tile_size, v.fma(alpha, v.sub(green, b1), b1))
                 v.store(stack, above + i + 2 * tile_size, v.fma(alpha, v.sub(blue, b2), b2))
@@ -339,18 +337,14 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
     ):
         """Add every ``canvas_threads``-th row in each thread, and the threads of a group to one sum."""
         thread = first + wp.tid()
-        red, green, blue, error = wp.float64(0.0), wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
+        total = wp.vec4d()
         row = int(thread)
         while row < row_count:
-            red += wp.float64(tile_sums[row, 0])
-            green += wp.float64(tile_sums[row, 1])
-            blue += wp.float64(tile_sums[row, 2])
-            error += wp.float64(tile_sums[row, 3])
+            for term in range(canvas_terms):
+                total[term] = total[term] + wp.float64(tile_sums[row, term])
             row += canvas_threads
-        v.reduce_canvas(group_sums, 0, red, thread)
-        v.reduce_canvas(group_sums, 1, green, thread)
-        v.reduce_canvas(group_sums, 2, blue, thread)
-        v.reduce_canvas(group_sums, 3, error, thread)
+        for term in range(canvas_terms):
+            v.reduce_canvas(group_sums, term, total[term], thread)
 
     @wp.kernel(module=module)
     def gather_canvas(

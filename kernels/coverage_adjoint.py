@@ -73,12 +73,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         fetch_next_path(edge0, edge_count, edge_path, path_first_pair, pair_slot, adj_winding)
         edge = v.whole_min(v.lane_numbers(edge0), v.spread_whole(edge_count - 1))
         path = v.gather_whole(edge_path, edge)
-        none, minus, side, partial = (
-            v.spread_whole(0),
-            v.spread_whole(-1),
-            v.spread_whole(TILE),
-            v.spread_whole(PARTIAL),
-        )
+        none, minus = v.spread_whole(0), v.spread_whole(-1)
+        side, partial = v.spread_whole(TILE), v.spread_whole(PARTIAL)
         left, top = v.gather_box(path_tile_box, path, 0), v.gather_box(path_tile_box, path, 1)
         right, bottom = v.gather_box(path_tile_box, path, 2), v.gather_box(path_tile_box, path, 3)
         row_pairs = v.whole_fma(left, minus, right)
@@ -88,23 +84,16 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
 
         x0, y0, x1, y1 = walk.end_points(vertices, edge_end, edge)
         # The edges of a path without pairs may not be finite.
-        x0, y0 = (
-            v.where_index_less(left, right, x0, v.spread(zero)),
-            v.where_index_less(left, right, y0, v.spread(zero)),
-        )
-        x1, y1 = (
-            v.where_index_less(left, right, x1, v.spread(zero)),
-            v.where_index_less(left, right, y1, v.spread(zero)),
-        )
+        x0 = v.where_index_less(left, right, x0, v.spread(zero))
+        y0 = v.where_index_less(left, right, y0, v.spread(zero))
+        x1 = v.where_index_less(left, right, x1, v.spread(zero))
+        y1 = v.where_index_less(left, right, y1, v.spread(zero))
         x, y, dx, dy = walk.left_end(x0, y0, x1, y1)
         inv_dx, inv_dy = walk.inverse(dx), walk.inverse(dy)
         low, end = walk.between(top, bottom, y, inv_dy)
         low, end = v.maximum(low, walk.crossing(left, x, inv_dx)), v.minimum(end, walk.crossing(right, x, inv_dx))
-        column, row, ahead = (
-            walk.pixel_at(low, x, dx, left, right),
-            walk.pixel_at(low, y, dy, top, bottom),
-            walk.row_ahead(dy),
-        )
+        column, row = walk.pixel_at(low, x, dx, left, right), walk.pixel_at(low, y, dy, top, bottom)
+        ahead = walk.row_ahead(dy)
         sum0, sum1 = v.spread(zero), v.spread(zero)
         while v.any_less(low, end):
             across, down = walk.step_ends(column, row, ahead, x, y, inv_dx, inv_dy)

@@ -74,7 +74,7 @@ def test_area_order_uses_the_curves_not_their_control_points():
     scene = Scene.uniform(points, color, torch.ones(2), torch.ones(3), torch.arange(2))
     population = Population(scene, FitConfig(), 20.0)
     population.sort_by_area()
-    assert population.generation.tolist() == [1, 0]
+    assert population.live.generation.tolist() == [1, 0]
     assert population.serial.tolist() == [1, 0]
     population.append(scene)
     assert population.serial.tolist() == [1, 0, 2, 3]

@@ -140,7 +140,7 @@ def test_steps_follow_autograd_and_the_formulas_while_paths_come_and_go(settings
         population.step(*adjoints, factor=1.5 - k / 20)
         reference.step([adj.cpu() for adj in adjoints], 1.5 - k / 20)
         assert_shows(population, reference)
-    assert population.generation.tolist() == [11, 0, 3, 12, 2, 10, 11, 12]
+    assert population.live.generation.tolist() == [11, 0, 3, 12, 2, 10, 11, 12]
     assert population.serial.tolist() == [8, 0, 3, 9, 2, 10, 11, 12]
 
 

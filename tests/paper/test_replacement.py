@@ -260,7 +260,7 @@ def alike_after_a_removal(oldest: int) -> list[int]:
     population.serial = torch.tensor([oldest, 1 - oldest])
     policy = Replacement(torch.zeros(HEIGHT, WIDTH, 3), config)
     assert policy.update(population, 100, 1000, None, lambda scene: torch.zeros(HEIGHT, WIDTH))
-    return population.generation.tolist()
+    return population.live.generation.tolist()
 
 
 def test_seed_decides_and_threads_do_not() -> None:

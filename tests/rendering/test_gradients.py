@@ -240,9 +240,9 @@ def test_a_value_of_the_gradients_alone_may_ask_for_a_derivative(name: str) -> N
 def test_opcheck() -> None:
     operators, image = torch.ops.warpvec, torch.rand(HEIGHT, WIDTH, 3, dtype=torch.float64)
     plain = _inputs(painted_scene(6, 3, HEIGHT, WIDTH))
-    leaves = (*(value.clone().requires_grad_() for value in plain[:6]), *plain[6:])
-    torch.library.opcheck(operators.render.default, (*leaves, 0, HEIGHT, WIDTH, "exact", 1, "{}"))
-    torch.library.opcheck(operators.render_adjoint.default, (*plain, image, 0, "exact", 1, "{}"))
+    leaves = [*(value.clone().requires_grad_() for value in plain[:6]), *plain[6:]]
+    torch.library.opcheck(operators.render.default, (leaves, 0, HEIGHT, WIDTH, "exact", 1, "{}"))
+    torch.library.opcheck(operators.render_adjoint.default, (plain, image, 0, "exact", 1, "{}"))
 
 
 # torch.compile imports what torch has deprecated.

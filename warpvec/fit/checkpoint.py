@@ -31,7 +31,7 @@ from warpvec.config.presets import with_new_names
 from warpvec.errors import InputError
 from warpvec.files import write_atomic
 from warpvec.fit.state import Saving, State, digest
-from warpvec.fit.state_form import FieldSet, Integer, Text, check_fields, require
+from warpvec.fit.state_form import check_fields, field_set, integer, require, text
 
 FORMAT, VERSION = "warpvec checkpoint", 4
 """The version changes with the content of the state, so that an old file is refused and not misread."""
@@ -174,8 +174,8 @@ def _to_checkpoint(header: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint
         InputError: a setting is wrong or unknown, or the header is not as `write_checkpoint` makes it.
     """
     names = ("format", "version", "warpvec", "config", "target_digest", "state")
-    texts = dict.fromkeys(("format", "warpvec", "target_digest"), Text())
-    forms = {name: texts.get(name, FieldSet()) for name in names if name != "version"}
+    texts = dict.fromkeys(("format", "warpvec", "target_digest"), text)
+    forms = {name: texts.get(name, field_set) for name in names if name != "version"}
     check_fields("header", {name: value for name, value in header.items() if name != "version"}, **forms)
     state = _from_plain(header["state"], arrays)
     require(not arrays, "state", "leaves arrays unused")
@@ -272,7 +272,7 @@ def _to_plain(value: object, arrays: list[Tensor]) -> Any:
 def _from_plain(value: object, arrays: dict[str, Any]) -> Any:
     """Undo `_to_plain`, and take each array out of ``arrays``: two values that shared memory would change together."""
     if isinstance(value, dict) and _TENSOR in value:
-        check_fields("array", value, **{_TENSOR: Integer(0, MAX_DIRECTORY)})
+        check_fields("array", value, **{_TENSOR: integer(0, MAX_DIRECTORY)})
         array = arrays.pop(f"array_{value[_TENSOR]}")
         # NumPy's strides of an array without values are zeros, which Warp refuses; torch makes its own.
         return torch.from_numpy(array.reshape(-1)).reshape(array.shape)

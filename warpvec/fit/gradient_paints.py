@@ -10,7 +10,7 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.adan import Adan, check_adan_state
 from warpvec.fit.state import State
-from warpvec.fit.state_form import Fields, FieldSet, check_fields, floats, require
+from warpvec.fit.state_form import check_fields, field_set, fields, floats, require
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.registry import FLAT
 
@@ -79,10 +79,10 @@ class GradientParameters:
         Raises:
             InputError: it cannot.
         """
-        check_fields("population.gradients", state, **{name: FieldSet() for name in _NAMES})
+        check_fields("population.gradients", state, **dict.fromkeys(_NAMES, field_set))
         for name, shown, error in zip(_NAMES, self._raw(self.live), (rounding, 1e-4), strict=True):
             label, part = f"population.gradients.{name}", state[name]
-            Fields({"value": floats(*shown.shape), "steps": FieldSet()}).check(label, part)
+            fields(value=floats(*shown.shape), steps=field_set)(label, part)
             is_same = torch.allclose(part["value"], shown.cpu(), rtol=1e-4, atol=error)
             require(is_same, label, "does not go with the paints of the paths")
             if part["steps"]:  # there are none before the first step

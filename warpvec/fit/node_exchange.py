@@ -13,7 +13,7 @@ from warpvec.fit import schedule
 from warpvec.fit.node_gains import merge_costs, node_values
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
-from warpvec.fit.state_form import Integer, check_fields
+from warpvec.fit.state_form import check_fields, integer
 from warpvec.geometry.quick_merge import quick_merges
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
@@ -68,7 +68,7 @@ class NodeExchange:
         Raises:
             InputError: it cannot.
         """
-        check_fields("nodes", state, surplus=Integer(0, SURPLUS_MAX))
+        check_fields("nodes", state, surplus=integer(0, SURPLUS_MAX))
 
     def restore(self, state: State) -> None:
         """Continue from ``state``, which :meth:`check` has accepted."""
@@ -96,8 +96,7 @@ class NodeExchange:
 
     def _eligible(self, structure: Structure, gain: Tensor, length: Tensor, cost: Tensor) -> tuple[Tensor, Tensor]:
         """Return the gains and costs [R]; for segments that must not change, 0 and infinity."""
-        fixed = torch.zeros_like(gain, dtype=torch.bool) if structure.is_line is None else structure.is_line
-        before = structure.segment_previous.long()
+        fixed, before = structure.lines, structure.segment_previous.long()
         loop_counts = structure.loop_first_segment.long().diff()
         is_small = (loop_counts <= SEGMENTS_MIN).repeat_interleave(loop_counts)
         gain = _within_room(structure, gain.masked_fill(fixed | (length < LENGTH_MIN), 0.0))
@@ -116,7 +115,7 @@ def _within_room(structure: Structure, gain: Tensor) -> Tensor:
 
 def curve_count(structure: Structure) -> int:
     """Return the number of segments that are no lines."""
-    return structure.segment_count - (0 if structure.is_line is None else int(structure.is_line.sum()))
+    return int((~structure.lines).sum())
 
 
 def choose(structure: Structure, gain: Tensor, cost: Tensor, excess: int) -> tuple[Tensor, Tensor]:

@@ -16,7 +16,7 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.adan import Adan, check_adan_state
 from warpvec.fit.state import State
-from warpvec.fit.state_form import Exactly, FieldSet, Integer, check_fields, floats, require, wholes
+from warpvec.fit.state_form import check_fields, exactly, field_set, floats, integer, require, wholes
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import is_transparent
 
@@ -145,9 +145,9 @@ class Palette:
             state,
             free=floats(count, 3, low=0.0, high=1.0),
             entry=wholes(path_count + 1, high=count - 1),
-            steps=Integer(0, iteration),
-            transparent=Exactly(transparent),
-            optimizer=FieldSet(),
+            steps=integer(0, iteration),
+            transparent=exactly(transparent),
+            optimizer=field_set,
         )
         if self._given is not None:
             require(torch.equal(state["free"].cpu(), self._given), f"{name}.free", "is not the palette of the settings")

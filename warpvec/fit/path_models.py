@@ -43,10 +43,6 @@ class Segments:
 
 def path_model(config: FitConfig) -> PathModel:
     """Return the model of the paths of a fit with ``config``."""
-    model: PathModel = Segments(config) if config.path_model == "segments" else _added(config)
-    return model
-
-
-def _added(config: FitConfig) -> PathModel:
-    model: PathModel = rooms.load("path_models", config.path_model)(config)
+    make = Segments if config.path_model == "segments" else rooms.load("path_models", config.path_model)
+    model: PathModel = make(config)
     return model

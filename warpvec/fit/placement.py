@@ -74,32 +74,22 @@ def new_paths(
         generation: the generation of all paths.
         config: gives the path model and its size.
     """
+    generations = torch.full((len(center),), generation, device=center.device)
+    fills = (color, opacity, background, generations)
     if config.closing_line:
-        return _closed_by_lines(center, radius, color, opacity, background, generation, config.segments)
+        unit, structure = _closed_arcs(len(center), config.segments, center.device)
+        points = center[:, None, :] + unit.to(center) * center.new_tensor(radius)
+        return Scene(points.reshape(-1, 3, 2), structure, *fills)
     model = path_model(config)
     unit = model.circles(torch.zeros_like(center), torch.ones_like(center[:, 0]))
-    points = center[:, None, :] + unit * center.new_tensor(radius)
-    generations = torch.full((len(center),), generation, device=center.device)
-    return Scene.uniform(points, color, opacity, background, generations, model.degree)
+    return Scene.uniform(center[:, None, :] + unit * center.new_tensor(radius), *fills, model.degree)
 
 
-def _closed_by_lines(
-    center: Tensor,
-    radius: tuple[float, float],
-    color: Tensor,
-    opacity: Tensor,
-    background: Tensor,
-    generation: int,
-    curve_count: int,
-) -> Scene:
-    """Return the ellipses of `new_paths` with ``curve_count`` cubics and a line in place of a small arc."""
-    count, rows = len(center), curve_count + 1
-    points = center[:, None, :] + arc_points(curve_count, CLOSED_ARC).to(center) * center.new_tensor(radius)
-    loops = torch.arange(count + 1, dtype=torch.int32, device=center.device)
-    is_line = torch.arange(rows, device=center.device).repeat(count) == curve_count
-    structure = Structure(loops * rows, loops, is_line)
-    generations = torch.full((count,), generation, device=center.device)
-    return Scene(points.reshape(-1, 3, 2), structure, color, opacity, background, generations)
+def _closed_arcs(count: int, curve_count: int, device: torch.device) -> tuple[Tensor, Structure]:
+    """Return a circle of ``curve_count`` cubics with a line in place of a small arc, and the structure of ``count``."""
+    rows, loops = curve_count + 1, torch.arange(count + 1, dtype=torch.int32, device=device)
+    is_line = torch.arange(rows, device=device).repeat(count) == curve_count
+    return arc_points(curve_count, CLOSED_ARC), Structure(loops * rows, loops, is_line)
 
 
 def _blur(image: Tensor) -> Tensor:

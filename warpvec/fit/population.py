@@ -70,15 +70,10 @@ class Population:
         return len(self.live)
 
     @property
-    def generation(self) -> Tensor:
-        """Generation (level of detail) of each path [N]."""
-        return self.live.generation
-
-    @property
     def prefix_counts(self) -> list[int]:
         """Number of paths up to each generation, lowest first; read from the device once per change of population."""
         if self._prefix_counts is None:
-            generations = sorted(self.generation.tolist())
+            generations = sorted(self.live.generation.tolist())
             self._prefix_counts = [bisect_right(generations, level) for level in sorted(set(generations))]
         return self._prefix_counts
 

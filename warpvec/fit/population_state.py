@@ -15,15 +15,14 @@ from warpvec.fit.palette import Palette, drawn_colors
 from warpvec.fit.parametrization import FIXED_OPACITIES, PLANES, Parametrization
 from warpvec.fit.state import State
 from warpvec.fit.state_form import (
-    Array,
-    Exactly,
-    Fields,
-    FieldSet,
-    Form,
-    Integer,
-    Maybe,
+    array,
     check_fields,
+    exactly,
+    field_set,
+    fields,
     floats,
+    integer,
+    maybe,
     require,
     row_count,
     wholes,
@@ -81,7 +80,7 @@ class StateCheck:
         require(is_possible, "population.serial", "numbers two paths alike, or has a number of no path")
         for name in ("color", "background"):
             if not self.parameters.logit_color:
-                floats(*state[name][0].shape, **_UNIT).check(f"population.{name}", state[name][0])
+                floats(*state[name][0].shape, **_UNIT)(f"population.{name}", state[name][0])
         for name in ("segments", "color", "opacity", "background"):
             check_averages(f"population.{name}", *state[name][1:])
         if self.palette is not None and state["palette"] is not None:
@@ -101,10 +100,10 @@ class StateCheck:
             segment_age=wholes(rows, high=iteration),
             age=wholes(path_count + 1, high=iteration),
             serial=wholes(path_count),
-            created=Integer(path_count, self.config.curves * (iteration + 1)),
-            live=FieldSet(),
-            palette=Maybe(FieldSet()) if self.palette else Exactly(None),
-            gradients=Maybe(FieldSet()) if can_have_gradients else Exactly(None),
+            created=integer(path_count, self.config.curves * (iteration + 1)),
+            live=field_set,
+            palette=maybe(field_set) if self.palette else exactly(None),
+            gradients=maybe(field_set) if can_have_gradients else exactly(None),
         )
 
     def _check_gradients(self, live: Scene, state: State, iteration: int) -> None:
@@ -152,35 +151,31 @@ def check_scene(name: str, value: Any, like: Scene, path_count: int, generation_
     loops = 0 if value.get("loop_first_segment") is None else row_count(name, value, "loop_first_segment", SEGMENTS_MAX)
     is_uniform = like.is_uniform and loops == 0
     count = like.structure.uniform_count
+    gradients = fields(
+        kind=wholes(path_count, high=max(KINDS)),
+        geometry=floats(path_count, 4, low=-POINT_MAX, high=POINT_MAX),
+        end_color=floats(path_count, 3, **_UNIT),
+    )
     check_fields(
         name,
         value,
         segments=floats(rows, like.degree, 2, low=-POINT_MAX, high=POINT_MAX),
-        uniform_count=Exactly(count) if is_uniform else Exactly(None),
-        loop_first_segment=Exactly(None) if is_uniform else wholes(loops, high=rows),
-        path_first_loop=Exactly(None) if is_uniform else wholes(path_count + 1, high=max(loops - 1, 0)),
-        is_line=Exactly(None) if is_uniform else Maybe(Array(torch.uint8, (rows,), 0, 1)),
+        uniform_count=exactly(count) if is_uniform else exactly(None),
+        loop_first_segment=exactly(None) if is_uniform else wholes(loops, high=rows),
+        path_first_loop=exactly(None) if is_uniform else wholes(path_count + 1, high=max(loops - 1, 0)),
+        is_line=exactly(None) if is_uniform else maybe(array(torch.uint8, (rows,), 0, 1)),
         color=floats(path_count, 3, **_UNIT),
         opacity=floats(path_count, **_UNIT),
         background=floats(3, **_UNIT),
         generation=wholes(path_count, high=generation_max),
-        transparent=Exactly(like.transparent),
-        gradients=Maybe(Fields(gradient_forms(path_count))),
+        transparent=exactly(like.transparent),
+        gradients=maybe(gradients),
     )
     if is_uniform:
         require(count is not None and rows == count * path_count, f"{name}.segments", "has another number of rows")
     else:
         _check_starts(f"{name}.loop_first_segment", value["loop_first_segment"], rows)
         _check_starts(f"{name}.path_first_loop", value["path_first_loop"], loops - 1)
-
-
-def gradient_forms(path_count: int) -> dict[str, Form]:
-    """Return the forms of the gradients of ``path_count`` paths."""
-    return {
-        "kind": wholes(path_count, high=max(KINDS)),
-        "geometry": floats(path_count, 4, low=-POINT_MAX, high=POINT_MAX),
-        "end_color": floats(path_count, 3, **_UNIT),
-    }
 
 
 def _check_starts(name: str, starts: Tensor, count: int) -> None:

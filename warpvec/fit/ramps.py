@@ -82,6 +82,20 @@ def best_ramps(scene: Scene, target: Target) -> Ramps:
     return Ramps(gain, torch.cat([mean - offset, mean + offset], 1), slope * reach[:, None])
 
 
+def flat_paths(scene: Scene) -> Tensor:
+    """Return which paths of ``scene`` have no gradient [N]."""
+    paints = scene.gradients
+    return torch.ones_like(scene.opacity, dtype=torch.bool) if paints is None else paints.kind == FLAT
+
+
+def wanted_count(config: FitConfig, path_count: int) -> int:
+    """Return how many of the paths may have a gradient; with "auto" all for which it pays."""
+    gradients = config.gradients or 0.0
+    if isinstance(gradients, str):
+        return path_count
+    return min(path_count, round(gradients * path_count if gradients <= 1.0 else gradients))
+
+
 def with_ramps(scene: Scene, rows: Tensor, ramps: Ramps) -> Scene:
     """Return ``scene`` with the linear gradients ``ramps`` on its paths ``rows`` (indices)."""
     gradients = scene.gradients or Gradients.flat(scene.color)
@@ -125,10 +139,8 @@ class GradientChoice:
         if not self._config.gradients or not is_due:
             return
         scene = population.scene
-        is_flat = scene.opacity.new_ones(len(scene), dtype=torch.bool)
-        if scene.gradients is not None:
-            is_flat = scene.gradients.kind == FLAT
-        count = self._wanted(len(scene)) - (len(scene) - int(is_flat.sum()))
+        is_flat = flat_paths(scene)
+        count = wanted_count(self._config, len(scene)) - int((~is_flat).sum())
         if count <= 0:
             return
         ramps = best_ramps(scene, self._target)
@@ -143,9 +155,3 @@ class GradientChoice:
             return 0.0
         error = self._target.error_scale * float(self._target.squared_error(scene).sum())
         return (MINIFIED_SHARE if self._config.minify else SHARE_GAINED) * error / len(scene)
-
-    def _wanted(self, path_count: int) -> int:
-        gradients = self._config.gradients or 0.0
-        if isinstance(gradients, str):
-            return path_count
-        return min(path_count, round(gradients * path_count if gradients <= 1.0 else gradients))

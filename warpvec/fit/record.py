@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from warpvec.fit.state import State
-from warpvec.fit.state_form import Fields, Form, Integer, ListOf, Number, require
+from warpvec.fit.state_form import fields, integer, list_of, number, require
 from warpvec.geometry.scene import Scene
 from warpvec.image.metrics import psnr_from_mse
 
@@ -74,13 +74,13 @@ def check_history(history: list[Any], iteration: int, seconds: float, curves: in
     Raises:
         InputError: it cannot.
     """
-    entry: dict[str, Form] = {
-        "iteration": Integer(1, iteration),
-        "curves": Integer(0, curves),
-        "psnr": Number(psnr_from_mse(LOSS_MAX), math.inf),
-        "seconds": Number(0.0, seconds),
-    }
-    ListOf(Fields(entry)).check("history", history)
+    entry = fields(
+        iteration=integer(1, iteration),
+        curves=integer(0, curves),
+        psnr=number(psnr_from_mse(LOSS_MAX), math.inf),
+        seconds=number(0.0, seconds),
+    )
+    list_of(entry)("history", history)
     for name, is_forward in (("iteration", operator.lt), ("seconds", operator.le)):
         values = [record[name] for record in history]
         require(all(is_forward(a, b) for a, b in pairwise(values)), "history", "does not run forward")

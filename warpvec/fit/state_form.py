@@ -8,9 +8,8 @@ with a name too few or too many is refused, so whoever adds a field has to descr
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -32,145 +31,115 @@ def require(is_right: bool | Tensor, name: str, problem: str) -> None:
         raise damaged(name, problem)
 
 
-class Form(Protocol):
-    """A form that a value of a state must have."""
-
-    def check(self, name: str, value: Any) -> None:
-        """Raise the error of `damaged` unless ``value``, which is called ``name``, has this form."""
+Form = Callable[[str, Any], None]
+"""A form that a value of a state must have: raises the error of `damaged` unless the value, which is called by the
+name, has it."""
 
 
-@dataclass(frozen=True)
-class Array:
-    """A contiguous array with values from ``low`` to ``high``."""
+def array(dtype: torch.dtype, shape: tuple[int, ...], low: float, high: float) -> Form:
+    """Return the form of a contiguous array with values from ``low`` to ``high``."""
 
-    dtype: torch.dtype
-    shape: tuple[int, ...]
-    low: float
-    high: float
-
-    def check(self, name: str, value: Any) -> None:
-        """Raise the error of `damaged` unless ``value`` is such an array."""
-        is_array = isinstance(value, Tensor) and value.dtype == self.dtype and value.is_contiguous()
-        kind = str(self.dtype).removeprefix("torch.")
-        require(is_array and value.shape == self.shape, name, f"is not a {kind} array of shape {list(self.shape)}")
+    def check(name: str, value: Any) -> None:
+        is_array = isinstance(value, Tensor) and value.dtype == dtype and value.is_contiguous()
+        kind = str(dtype).removeprefix("torch.")
+        require(is_array and value.shape == shape, name, f"is not a {kind} array of shape {list(shape)}")
         # A NaN is in no range.
-        is_within = ((value >= self.low) & (value <= self.high)).all()
-        require(is_within, name, f"has values outside of {self.low:.9g} to {self.high:.9g}")
+        is_within = ((value >= low) & (value <= high)).all()
+        require(is_within, name, f"has values outside of {low:.9g} to {high:.9g}")
+
+    return check
 
 
-def floats(*shape: int, low: float = -_FLOAT_MAX, high: float = _FLOAT_MAX) -> Array:
+def floats(*shape: int, low: float = -_FLOAT_MAX, high: float = _FLOAT_MAX) -> Form:
     """Return the form of finite float32 values."""
-    return Array(torch.float32, shape, low, high)
+    return array(torch.float32, shape, low, high)
 
 
-def wholes(*shape: int, low: int = 0, high: int = _WHOLE_MAX) -> Array:
+def wholes(*shape: int, low: int = 0, high: int = _WHOLE_MAX) -> Form:
     """Return the form of int64 values."""
-    return Array(torch.int64, shape, low, min(high, _WHOLE_MAX))
+    return array(torch.int64, shape, low, min(high, _WHOLE_MAX))
 
 
-@dataclass(frozen=True)
-class Integer:
-    """A whole number from ``low`` to ``high``."""
+def integer(low: int, high: int) -> Form:
+    """Return the form of a whole number from ``low`` to ``high``."""
 
-    low: int
-    high: int
-
-    def check(self, name: str, value: Any) -> None:
-        """Raise the error of `damaged` unless ``value`` is such a number."""
+    def check(name: str, value: Any) -> None:
         is_whole = isinstance(value, int) and not isinstance(value, bool)
-        require(is_whole and self.low <= value <= self.high, name, "is not a whole number that is possible here")
+        require(is_whole and low <= value <= high, name, "is not a whole number that is possible here")
+
+    return check
 
 
-@dataclass(frozen=True)
-class Number:
-    """A float from ``low`` to ``high``, which may be infinite."""
+def number(low: float, high: float) -> Form:
+    """Return the form of a float from ``low`` to ``high``, which may be infinite."""
 
-    low: float
-    high: float
+    def check(name: str, value: Any) -> None:
+        is_within = isinstance(value, float) and low <= value <= high
+        require(is_within, name, f"is not a number from {low:g} to {high:g}")
 
-    def check(self, name: str, value: Any) -> None:
-        """Raise the error of `damaged` unless ``value`` is such a number."""
-        is_within = isinstance(value, float) and self.low <= value <= self.high
-        require(is_within, name, f"is not a number from {self.low:g} to {self.high:g}")
+    return check
 
 
-@dataclass(frozen=True)
-class Text:
-    """A text."""
-
-    def check(self, name: str, value: Any) -> None:
-        """Raise the error of `damaged` unless ``value`` is a text."""
-        require(isinstance(value, str), name, "is not a text")
+def text(name: str, value: Any) -> None:
+    """Refuse what is no text."""
+    require(isinstance(value, str), name, "is not a text")
 
 
-@dataclass(frozen=True)
-class Exactly:
-    """The plain value ``expected`` and no other, of the same type."""
-
-    expected: Any
-
-    def check(self, name: str, value: Any) -> None:
-        """Raise the error of `damaged` unless ``value`` is the expected one."""
-        is_same = type(value) is type(self.expected) and value == self.expected
-        require(is_same, name, f"is not {self.expected!r}")
+def field_set(name: str, value: Any) -> None:
+    """Refuse what is no dictionary; its own part of the fit checks the fields."""
+    require(isinstance(value, dict), name, "is not a set of fields")
 
 
-@dataclass(frozen=True)
-class Fields:
-    """A dictionary with these names and no others."""
+def exactly(expected: Any) -> Form:
+    """Return the form of the plain value ``expected`` and no other, of the same type."""
 
-    forms: Mapping[str, Form]
+    def check(name: str, value: Any) -> None:
+        require(type(value) is type(expected) and value == expected, name, f"is not {expected!r}")
 
-    def check(self, name: str, value: Any) -> None:
-        """Raise the error of `damaged` unless ``value`` has all fields in their forms."""
-        FieldSet().check(name, value)
-        require(value.keys() == self.forms.keys(), name, f"does not have the fields {', '.join(self.forms)}")
-        for field, form in self.forms.items():
-            form.check(f"{name}.{field}" if name else field, value[field])
+    return check
 
 
-@dataclass(frozen=True)
-class FieldSet:
-    """A dictionary that its own part of the fit checks."""
+def fields(**forms: Form) -> Form:
+    """Return the form of a dictionary with these names and no others."""
 
-    def check(self, name: str, value: Any) -> None:
-        """Raise the error of `damaged` unless ``value`` is a dictionary."""
-        require(isinstance(value, dict), name, "is not a set of fields")
+    def check(name: str, value: Any) -> None:
+        field_set(name, value)
+        require(value.keys() == forms.keys(), name, f"does not have the fields {', '.join(forms)}")
+        for field, form in forms.items():
+            form(f"{name}.{field}" if name else field, value[field])
+
+    return check
 
 
-@dataclass(frozen=True)
-class Maybe:
-    """None, or a value of ``form``."""
+def maybe(form: Form) -> Form:
+    """Return the form of None, or a value of ``form``."""
 
-    form: Form
-
-    def check(self, name: str, value: Any) -> None:
-        """Raise the error of `damaged` unless ``value`` is None or has the form."""
+    def check(name: str, value: Any) -> None:
         if value is not None:
-            self.form.check(name, value)
+            form(name, value)
+
+    return check
 
 
-@dataclass(frozen=True)
-class ListOf:
-    """A list of values of ``form``."""
+def list_of(form: Form) -> Form:
+    """Return the form of a list of values of ``form``."""
 
-    form: Form
-
-    def check(self, name: str, value: Any) -> None:
-        """Raise the error of `damaged` unless ``value`` is such a list."""
+    def check(name: str, value: Any) -> None:
         require(isinstance(value, list), name, "is not a list")
         for k, item in enumerate(value):
-            self.form.check(f"{name}[{k}]", item)
+            form(f"{name}[{k}]", item)
+
+    return check
 
 
 def check_fields(name: str, value: Any, **forms: Form) -> None:
     """Raise the error of `damaged` unless ``value`` is a dictionary with these fields and no others."""
-    Fields(forms).check(name, value)
+    fields(**forms)(name, value)
 
 
 def row_count(name: str, part: Any, field: str, high: int) -> int:
     """Return the length, at most ``high``, of the array ``field`` of ``part``, which is not checked yet."""
-    FieldSet().check(name, part)
+    field_set(name, part)
     rows = part.get(field)
     is_array = isinstance(rows, Tensor) and rows.dim() > 0
     require(is_array and len(rows) <= high, f"{name}.{field}", f"is not an array of at most {high} rows")

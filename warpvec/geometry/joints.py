@@ -42,9 +42,7 @@ def with_lines(scene: Scene) -> Scene:
     start, end = segments[:, 0], segments[structure.segment_next.long(), 0]
     thirds = [start + (end - start) * share for share in (1 / 3, 2 / 3)]
     off = torch.stack([(segments[:, k + 1] - thirds[k]).norm(dim=1) for k in (0, 1)]).amax(0)
-    is_line = off < STRAIGHT
-    if structure.is_line is not None:
-        is_line |= structure.is_line
+    is_line = (off < STRAIGHT) | structure.lines
     return replace(scene, structure=replace(structure, is_line=is_line if is_line.any() else None))
 
 
@@ -75,10 +73,8 @@ class Joints:
         """Return the nodes of ``scene``; without ``keep``, none counts as smooth."""
         structure = scene.structure
         following, preceding = structure.segment_next.long(), structure.segment_previous.long()
-        none = torch.zeros(len(scene.segments), dtype=torch.bool, device=scene.segments.device)
-        is_line = none if structure.is_line is None else structure.is_line
-        least = torch.zeros_like(scene.segments[:, 0])
-        free = Joints(following, preceding, is_line, none, least)
+        is_line, least = structure.lines, torch.zeros_like(scene.segments[:, 0])
+        free = Joints(following, preceding, is_line, torch.zeros_like(is_line), least)
         lengths = torch.stack([handle.norm(dim=1) for handle in free.values(scene)[1:]], 1)
         free = replace(free, least=lengths.clamp_max(HANDLE_MIN))
         return replace(free, is_smooth=free._smooth(scene)) if keep else free

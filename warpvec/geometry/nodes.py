@@ -12,6 +12,7 @@ import torch
 from torch import Tensor
 
 from warpvec.errors import InputError
+from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.lines import thirds
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
@@ -66,7 +67,7 @@ def split(scene: Scene, rows: Tensor, t: Tensor | float = 0.5) -> Edit:
     is_fresh = (piece_counts > 1)[source]
     segments = _pieces(_control(scene, source), start, stop).to(scene.segments.dtype)
     new = _changed(scene, source, is_fresh, segments, structure)
-    weights = torch.where(is_fresh[:, None, None], _split_weights(start, stop, _lines(structure)), _identity(source))
+    weights = torch.where(is_fresh[:, None, None], _split_weights(start, stop, structure.lines), _identity(source))
     return Edit(new, torch.stack([source, source], 1), is_fresh, _first_of_two(weights))
 
 
@@ -125,17 +126,9 @@ def _listed(rows: Tensor) -> str:
     return ", ".join(map(str, rows[:5].tolist())) + (", ..." if len(rows) > 5 else "")
 
 
-def _lines(structure: Structure) -> Tensor:
-    """Return which rows are lines [R]."""
-    if structure.is_line is not None:
-        return structure.is_line
-    return torch.zeros(structure.segment_count, dtype=torch.bool, device=structure.loop_first_segment.device)
-
-
 def _control(scene: Scene, rows: Tensor) -> Tensor:
     """Return the four control points [K, 4, 2] of ``rows`` (float64)."""
-    following = scene.structure.segment_next.long()[rows]
-    return torch.cat([scene.segments[rows], scene.segments[following, :1]], 1).double().detach()
+    return whole_curves(scene)[rows].double().detach()
 
 
 def _restructured(structure: Structure, counts: Tensor, source: Tensor) -> Structure:
@@ -150,7 +143,7 @@ def _changed(scene: Scene, source: Tensor, is_fresh: Tensor, segments: Tensor, s
     """Return the scene with ``segments`` in the fresh rows, and lines that are straight to the last bit."""
     start, end = segments[:, 0], segments[structure.segment_next.long(), 0]
     lines = torch.stack([start, *thirds(start, end)], 1)
-    segments = torch.where((is_fresh & _lines(structure))[:, None, None], lines, segments)
+    segments = torch.where((is_fresh & structure.lines)[:, None, None], lines, segments)
     kept = torch.where(is_fresh[:, None, None], segments, scene.segments[source].detach())
     return replace(scene.detach(), segments=kept, structure=structure)
 

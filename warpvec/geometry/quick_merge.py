@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.scene import Scene
 
 _SPANS = 4
@@ -42,9 +43,7 @@ class QuickMerges:
 def quick_merges(scene: Scene) -> QuickMerges:
     """Return how the two cubics at each anchor of ``scene`` could become one, by weighted least squares (float64)."""
     ramp = torch.linspace(0.0, 1.0, _SPANS + 1, dtype=torch.float64, device=scene.segments.device)
-    structure = scene.structure
-    before, following = structure.segment_previous.long(), structure.segment_next.long()
-    control = torch.cat([scene.segments, scene.segments[following, :1]], 1).double()
+    before, control = scene.structure.segment_previous.long(), whole_curves(scene).double()
     own_points, own_slopes = _weights(ramp) @ control, _slope_weights(ramp) @ control
     points = torch.cat([own_points[before], own_points[:, 1:]], 1)
     slopes = torch.cat([own_slopes[before], own_slopes[:, 1:]], 1)

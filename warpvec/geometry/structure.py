@@ -73,6 +73,13 @@ class Structure:
         return len(self.loop_first_segment) - 1
 
     @property
+    def lines(self) -> Tensor:
+        """Which rows are straight lines [R] (bool)."""
+        if self.is_line is not None:
+            return self.is_line
+        return torch.zeros(self.segment_count, dtype=torch.bool, device=self.loop_first_segment.device)
+
+    @property
     def segment_count(self) -> int:
         """Number of segments of all paths, R."""
         # torch.compile cannot trace a cached property before it has a value.
@@ -151,18 +158,9 @@ class Structure:
             return Structure.uniform(self.path_count + other.path_count, self.uniform_count, device)
         segments = torch.cat([self.loop_first_segment, other.loop_first_segment[1:] + self.segment_count])
         loops = torch.cat([self.path_first_loop, other.path_first_loop[1:] + self.loop_count])
-        return Structure(segments, loops, self._joined_lines(other), check=False)
-
-    def _joined_lines(self, other: Structure) -> Tensor | None:
-        if self.is_line is None and other.is_line is None:
-            return None
-        masks = [
-            torch.zeros(part.segment_count, dtype=torch.bool, device=part.loop_first_segment.device)
-            if part.is_line is None
-            else part.is_line
-            for part in (self, other)
-        ]
-        return torch.cat(masks)
+        has_lines = self.is_line is not None or other.is_line is not None
+        is_line = torch.cat([self.lines, other.lines]) if has_lines else None
+        return Structure(segments, loops, is_line, check=False)
 
     def _owners(self, first: Tensor) -> Tensor:
         """Return which of the consecutive ranges that start at ``first`` [K + 1] each row belongs to [R] (int32)."""

@@ -65,7 +65,7 @@ def _loops(
 ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.bool_], bool]]:
     """Yield the control points [S, 3, 2] of each loop, which of its rows are lines [S], and whether it must be cut."""
     structure = scene.structure
-    is_line = np.zeros(len(segments), np.bool_) if structure.is_line is None else structure.is_line.cpu().numpy()
+    is_line = structure.lines.cpu().numpy()
     for start, stop in pairwise(structure.loop_first_segment.tolist()):
         yield segments[start:stop], is_line[start:stop], bool(outside[start:stop].any())
 

@@ -24,10 +24,10 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.placement import colors_at, new_paths
-from warpvec.fit.policies.generator import GeneratorState
+from warpvec.fit.policies.generator import generator_state
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
-from warpvec.fit.state_form import Integer, check_fields
+from warpvec.fit.state_form import check_fields, integer
 from warpvec.fit.target import opaque_colors
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.scene import Scene
@@ -65,7 +65,7 @@ ERROR_MIN = 0.05
 """Squared errors, summed over the channels, below this count as none."""
 
 LEVEL_QUANTILES = 200
-"""Number of quantiles that separate the levels into which errors are sorted."""
+"""number of quantiles that separate the levels into which errors are sorted."""
 
 LEVELS_BELOW, LEVELS_ABOVE = 1, 3
 """A region's pixels are from this many levels below to this many above the weightiest level."""
@@ -128,9 +128,9 @@ class Replacement:
         check_fields(
             "policy",
             state,
-            generator=GeneratorState(self._config.seed),
-            generation=Integer(0, iteration),
-            missing=Integer(0, self._config.curves - path_count),
+            generator=generator_state(self._config.seed),
+            generation=integer(0, iteration),
+            missing=integer(0, self._config.curves - path_count),
         )
         return int(state["generation"])
 

@@ -7,6 +7,8 @@ Aggregation, section 3.2). Detached, they are those of Bezier Splatting.
 
 from __future__ import annotations
 
+from typing import Any
+
 import torch
 import warp as wp
 from torch import Tensor
@@ -30,9 +32,9 @@ class SplatRenderer(TileRenderer):
     Args:
         samples: Gaussians along each side and along each line between them, at least 2.
         lines: lines between the sides, at least 1.
-        degree: degree of the pieces.
         interior_gradient: whether the Gaussians of the lines are attached to the control points.
         covariance_gradient: whether the covariances of attached Gaussians are attached as well as their centers.
+        transmittance_min, machine: as every `TileRenderer` has them.
     """
 
     def __init__(
@@ -40,22 +42,18 @@ class SplatRenderer(TileRenderer):
         height: int,
         width: int,
         *,
-        device: str = "cpu",
-        threads: int | None = None,
-        dtype: torch.dtype = torch.float32,
-        lane_width: int | None = None,
-        transmittance_min: float = TRANSMITTANCE_MIN,
         samples: int = 64,
         lines: int = 40,
-        degree: int = 3,
         interior_gradient: bool = True,
         covariance_gradient: bool = False,
+        transmittance_min: float = TRANSMITTANCE_MIN,
+        **machine: Any,
     ) -> None:
-        super().__init__(height, width, degree, device, threads, dtype, lane_width, transmittance_min)
-        launch, lanes = self._launch, self._lanes
-        self._splatting = Splatting(launch, lanes, samples, lines, degree, interior_gradient, covariance_gradient)
+        super().__init__(height, width, transmittance_min=transmittance_min, **machine)
+        launch, lanes, covariance = self._launch, self._lanes, covariance_gradient
+        self._splatting = Splatting(launch, lanes, samples, lines, self.degree, interior_gradient, covariance)
         self._binning = SplatBinning(launch, lanes, self.grid, samples)
-        self._coverage = SplatCoverage(launch, lanes, self.grid, covariance_gradient, transmittance_min)
+        self._coverage = SplatCoverage(launch, lanes, self.grid, covariance, transmittance_min)
         self._buffers = launch.make_buffers()
         self._ones = torch.ones(0)
 

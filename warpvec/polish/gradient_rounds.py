@@ -7,9 +7,8 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.loop import single_torch_thread
-from warpvec.fit.ramps import Ramps, best_ramps, with_ramps
+from warpvec.fit.ramps import Ramps, best_ramps, flat_paths, wanted_count, with_ramps
 from warpvec.fit.target import Target
-from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene
 from warpvec.polish.rounds import Rounds
 from warpvec.rendering.streams import on_warps_stream
@@ -53,18 +52,11 @@ def with_gradients(scene: Scene, target: Target, config: FitConfig, locked: Tens
         here = scene.to(device)
         ramps = Ramps(*(each.cpu() for each in best_ramps(here, target)))
         loss = float(target.squared_error(here).sum()) * target.error_scale
-    is_flat = torch.ones(len(scene), dtype=torch.bool) if scene.gradients is None else scene.gradients.kind == FLAT
+    is_flat = flat_paths(scene)
     pays = (ramps.gain > GAIN_MIN * loss) & (2.0 * ramps.change.abs().amax(1) > CHANGE_MIN) & is_flat
     if locked is not None:
         pays &= ~locked.cpu()
-    count = min(_wanted(config.gradients or 0.0, len(scene)) - int((~is_flat).sum()), int(pays.sum()))
+    count = min(wanted_count(config, len(scene)) - int((~is_flat).sum()), int(pays.sum()))
     if count <= 0:
         return scene
     return with_ramps(scene, ramps.gain.masked_fill(~pays, -1.0).topk(count).indices.sort().values, ramps)
-
-
-def _wanted(gradients: float | str, path_count: int) -> int:
-    """Return how many of the paths may have a gradient; with "auto" all for which it pays."""
-    if isinstance(gradients, str):
-        return path_count
-    return round(gradients * path_count if gradients <= 1.0 else gradients)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import torch
 import warp as wp
@@ -10,7 +11,7 @@ from torch import Tensor
 
 from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
-from warpvec.kernels.constants import COLUMNS, PARTIAL, TILE, TRANSMITTANCE_MIN
+from warpvec.kernels.constants import COLUMNS, PARTIAL, TILE
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.outline_adjoint import OutlineAdjoint
 from warpvec.rendering.stages.binning import Binning
@@ -21,28 +22,17 @@ from warpvec.rendering.tile_renderer import Adjoints, Hits, TileRenderer
 
 
 class ExactRenderer(TileRenderer):
-    """Renderer of scenes of cubics.
+    """Renderer of scenes of cubics; its arguments are those of every `TileRenderer`.
 
     Raises:
         InputError: ``degree`` is not 3.
     """
 
-    def __init__(
-        self,
-        height: int,
-        width: int,
-        *,
-        device: str = "cpu",
-        threads: int | None = None,
-        dtype: torch.dtype = torch.float32,
-        degree: int = 3,
-        lane_width: int | None = None,
-        transmittance_min: float = TRANSMITTANCE_MIN,
-    ) -> None:
-        if degree != 3:
+    def __init__(self, height: int, width: int, **machine: Any) -> None:
+        super().__init__(height, width, **machine)
+        if self.degree != 3:
             remedy = "convert it with warpvec.geometry.cubics.to_cubics"
-            raise InputError("scene", "must have degree 3 for the renderer exact", str(degree), remedy)
-        super().__init__(height, width, degree, device, threads, dtype, lane_width, transmittance_min)
+            raise InputError("scene", "must have degree 3 for the renderer exact", str(self.degree), remedy)
         self._flattening = Flattening(self._launch, self._lanes)
         self._binning = Binning(self._launch, self._lanes, self.grid)
         self._coverage = Coverage(self._launch, self._lanes)

@@ -16,12 +16,7 @@ from pathlib import Path
 import warp as wp
 
 from warpvec.errors import InputError
-from warpvec.temporary_files import at_abrupt_end
-
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
+from warpvec.temporary_files import at_abrupt_end, lock_file
 
 _ROOM_BYTES = 2**20
 """What the folder must have room for: more than the largest compiled kernel."""
@@ -104,15 +99,13 @@ def _remove_if_dead(folder: Path) -> None:
 
 def _lock(folder: str | Path) -> int | None:
     """Return an open handle that locks ``folder``; None if another has the lock or the system has no such locks."""
-    if fcntl is None:
+    if os.name == "nt":  # it opens no folders
         return None
     handle = os.open(folder, os.O_RDONLY | os.O_NOFOLLOW)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(handle)
-        return None
-    return handle
+    if lock_file(handle):
+        return handle
+    os.close(handle)
+    return None
 
 
 def _link_kernels(folder: Path, temporary: Path) -> bool:

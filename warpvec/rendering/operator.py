@@ -76,22 +76,13 @@ def render(
             empty; ``threads`` is not from 1 to 4096; or the tensors differ in dtype or device or have one without a
             renderer.
     """
-    return _image(_render, scene, height, width, renderer, alpha, threads, settings)
+    return _image(_render, scene, height, width, renderer=renderer, alpha=alpha, threads=threads, **settings)
 
 
-def draw(
-    scene: Scene,
-    height: int,
-    width: int,
-    *,
-    renderer: str = "exact",
-    alpha: bool = False,
-    threads: int | None = None,
-    **settings: Any,
-) -> Tensor:
+def draw(scene: Scene, height: int, width: int, **options: Any) -> Tensor:
     """Return the image of `render` without a gradient; avoids the half second of a torch operator's first call."""
     with torch.no_grad():
-        return _image(_draw, scene, height, width, renderer, alpha, threads, settings)
+        return _image(_draw, scene, height, width, **options)
 
 
 def draw_adjoint(
@@ -130,10 +121,11 @@ def _image(
     scene: Scene,
     height: int,
     width: int,
-    renderer: str,
-    alpha: bool,
-    threads: int | None,
-    settings: dict[str, Any],
+    *,
+    renderer: str = "exact",
+    alpha: bool = False,
+    threads: int | None = None,
+    **settings: Any,
 ) -> Tensor:
     height, width = check_count("height", height, 1), check_count("width", width, 1)
     thread_count = 0 if threads is None else check_count("threads", threads, 1, MAX_THREADS)

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from warpvec.geometry.scene import Scene
 from warpvec.kernels.compositing_adjoint import CANVAS_TERMS
-from warpvec.kernels.constants import TILE
+from warpvec.kernels.constants import TILE, TRANSMITTANCE_MIN
 from warpvec.kernels.lanes import make_lanes
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.launch import Launcher, start_warp
@@ -71,12 +71,13 @@ class TileRenderer(ABC):
         self,
         height: int,
         width: int,
-        degree: int,
-        device: str,
-        threads: int | None,
-        dtype: torch.dtype,
-        lane_width: int | None,
-        transmittance_min: float,
+        *,
+        degree: int = 3,
+        device: str = "cpu",
+        threads: int | None = None,
+        dtype: torch.dtype = torch.float32,
+        lane_width: int | None = None,
+        transmittance_min: float = TRANSMITTANCE_MIN,
     ) -> None:
         start_warp()
         self.grid, self.degree = TileGrid(height, width), degree

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 from typing import Any
 
 import torch
 from torch import Tensor
 
-from warpvec.fit.state_form import Array, require
+from warpvec.fit.state_form import Form, array, require
 
 _WORDS = 624
-"""Number of words that a Mersenne Twister computes at once, to hand them out later."""
+"""number of words that a Mersenne Twister computes at once, to hand them out later."""
 
 _HEAD = struct.Struct("=QiiQ")
 """How a state begins: the seed, the words left plus one, whether it is seeded, and the index of the next word."""
@@ -21,19 +20,15 @@ _TAIL = _HEAD.size + 8 * _WORDS
 """Where the words end. What follows is the state of normal numbers, which no fit draws."""
 
 
-@dataclass(frozen=True)
-class GeneratorState:
-    """The state of a `torch.Generator` with this ``seed`` after some draws of uniform numbers."""
+def generator_state(seed: int) -> Form:
+    """Return the form of the state of a `torch.Generator` with this ``seed`` after some draws of uniform numbers.
 
-    seed: int
+    `torch.Generator.set_state` accepts an index beyond the words, and would then read foreign memory.
+    """
 
-    def check(self, name: str, value: Any) -> None:
-        """Raise the error of `damaged` unless ``value`` is such a state.
-
-        `torch.Generator.set_state` accepts an index beyond the words, and would then read foreign memory.
-        """
-        fresh = torch.Generator().manual_seed(self.seed).get_state()
-        Array(torch.uint8, tuple(fresh.shape), 0, 255).check(name, value)
+    def check(name: str, value: Any) -> None:
+        fresh = torch.Generator().manual_seed(seed).get_state()
+        array(torch.uint8, tuple(fresh.shape), 0, 255)(name, value)
         problem = "is not the state of the random generator of this fit"
         start, head = _head(fresh), _head(value)
         require((head[0], head[2]) == (start[0], start[2]), name, problem)
@@ -41,6 +36,8 @@ class GeneratorState:
         is_fresh = (left, following) == (start[1], start[3])
         require(is_fresh or (1 <= left <= _WORDS and left + following == _WORDS + 1), name, problem)
         require(torch.equal(value[_TAIL:], fresh[_TAIL:]), name, problem)
+
+    return check
 
 
 def _head(state: Tensor) -> tuple[Any, ...]:

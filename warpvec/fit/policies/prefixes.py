@@ -19,7 +19,7 @@ from warpvec.fit import schedule
 from warpvec.fit.policies.scaffolding import Scaffolding
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
-from warpvec.fit.state_form import Form, Integer
+from warpvec.fit.state_form import Form, integer
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.tile_renderer import Adjoints
@@ -79,7 +79,7 @@ class PrefixScaffolding(Scaffolding):
         return {**super().state(), "turn": self._turn}
 
     def _forms(self, iteration: int) -> dict[str, Form]:
-        return {**super()._forms(iteration), "turn": Integer(0, iteration)}
+        return {**super()._forms(iteration), "turn": integer(0, iteration)}
 
     def restore(self, state: State) -> None:
         """Continue from ``state``, which :meth:`check` has accepted."""

@@ -17,7 +17,7 @@ from warpvec.fit.path_models import path_model
 from warpvec.fit.policies.base import Policy
 from warpvec.fit.policies.prefixes import PrefixScaffolding
 from warpvec.fit.policies.scaffolding import Scaffolding
-from warpvec.fit.state_form import FieldSet, Integer, damaged, same_settings
+from warpvec.fit.state_form import damaged, field_set, integer, same_settings
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 
@@ -81,13 +81,13 @@ def config_from_state(config: FitConfig, state: Any, height: int, width: int) ->
     Raises:
         InputError: ``state`` holds other settings.
     """
-    FieldSet().check("", state)
+    field_set("", state)
     saved = state.get("config")
-    FieldSet().check("config", saved)
+    field_set("config", saved)
     plain = {**FitConfig().to_dict(), **with_new_names(saved)}
     candidates = [config]
     if config.policy == "scaffolding":
-        Integer(1, _START_MAX).check("config.initial_curves", plain["initial_curves"])
+        integer(1, _START_MAX)("config.initial_curves", plain["initial_curves"])
         candidates.append(schedule.grow_from(config, plain["initial_curves"], height, width))
     for candidate in candidates:
         expected = candidate.to_dict()

@@ -14,10 +14,10 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit import schedule
 from warpvec.fit.placement import colors_at, new_paths, sample_positions
-from warpvec.fit.policies.generator import GeneratorState
+from warpvec.fit.policies.generator import generator_state
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
-from warpvec.fit.state_form import Form, Integer, check_fields, require
+from warpvec.fit.state_form import Form, check_fields, integer, require
 from warpvec.fit.target import blank_error, opaque_colors
 from warpvec.geometry.scene import Scene
 
@@ -97,9 +97,9 @@ class Scaffolding:
 
     def _forms(self, iteration: int) -> dict[str, Form]:
         return {
-            "generator": GeneratorState(self._config.seed),
-            "generation": Integer(0, schedule.inflation_count(self._config) + 1),  # recycled paths are the last one
-            "first_generation": Integer(0, GENERATION_MAX),
+            "generator": generator_state(self._config.seed),
+            "generation": integer(0, schedule.inflation_count(self._config) + 1),  # recycled paths are the last one
+            "first_generation": integer(0, GENERATION_MAX),
         }
 
     def restore(self, state: State) -> None:

@@ -182,7 +182,7 @@ class Compositing:
         if lanes.tile_threads > 1:
             return 0, 0, *self._stack_of_all(binning)
         chunk = self._launch.chunk_items(count)
-        depth = 1 + _max_hits(binning.tile_first_hit.numpy()[: count + 1])
+        depth = 1 + int(np.diff(binning.tile_first_hit.numpy()[: count + 1]).max())
         size = -(-count // chunk) * depth * 3 * lanes.tile_vectors
         return chunk, depth, self._buffers.get("stack", size, lanes.vector), [_TileRange(0, count, 0)]
 
@@ -238,8 +238,3 @@ def _hits(binning: Binning, tile_first_visible: wp.array) -> list[Any]:
 
 def _lane_array(tiles: Tensor, lanes: Lanes) -> Any:
     return as_warp(tiles.reshape(-1) if lanes.width == 1 else tiles.reshape(-1, lanes.width), lanes.vector)
-
-
-def _max_hits(first_hit: np.ndarray[Any, Any]) -> int:
-    """Return the number of hits of the tile with the most."""
-    return int(np.diff(first_hit).max())
