@@ -149,23 +149,11 @@ def _scalar_functions(lanes: SimpleNamespace) -> dict[str, Any]:
         return a * b + c
 
     @wp.func
-    def where_whole_less(a: int, b: int, c: int, d: int):
+    def choose(a: Any, b: Any, c: Any, d: Any):
         return wp.where(a < b, c, d)
 
     @wp.func
-    def whole_where_less(a: dtype, b: dtype, c: int, d: int):
-        return wp.where(a < b, c, d)
-
-    @wp.func
-    def where_index_less(a: int, b: int, c: dtype, d: dtype):
-        return wp.where(a < b, c, d)
-
-    @wp.func
-    def any_less(a: dtype, b: dtype):
-        return a < b
-
-    @wp.func
-    def any_whole_less(a: int, b: int):
+    def is_less(a: Any, b: Any):
         return a < b
 
     @wp.func
@@ -220,13 +208,12 @@ def _scalar_functions(lanes: SimpleNamespace) -> dict[str, Any]:
         if a != 0:
             values[k] = values[k] + a
 
-    builtins = {
+    shared = {
         "whole_add": wp.add, "whole_min": wp.min, "whole_max": wp.max, "whole_shift": wp.rshift,
-        "whole_and": wp.bit_and,
+        "whole_and": wp.bit_and, "where_whole_less": choose, "whole_where_less": choose, "where_index_less": choose,
+        "any_less": is_less, "any_whole_less": is_less, "lane_numbers": own, "spread_whole": own,
     }  # fmt: skip
-    functions = named(
-        whole_fma, where_whole_less, whole_where_less, where_index_less, any_less, any_whole_less, floor_whole, real_of,
-        gather_whole, gather_box, gather_x, gather_y, gather_value, scatter_vec4, scatter_add, mark_places, mark_ranges,
-        scatter_steps,
+    return shared | named(
+        whole_fma, floor_whole, real_of, gather_whole, gather_box, gather_x, gather_y, gather_value, scatter_vec4,
+        scatter_add, mark_places, mark_ranges, scatter_steps,
     )  # fmt: skip
-    return functions | builtins | {"lane_numbers": own, "spread_whole": own}

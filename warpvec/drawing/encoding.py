@@ -11,7 +11,6 @@ import torch
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.stated import stated_settings
 from warpvec.drawing.file_options import DEFAULT_FILE_OPTIONS, FileOptions
-from warpvec.files import text_bytes
 from warpvec.geometry.rounding import round_nodes
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.trim import trim
@@ -170,14 +169,6 @@ class Encoding:
             scene, columns, rows, precision=self.precision, title=self.title, metadata=metadata,
             sides=self.sides if size is None else sides_of(size, columns, rows), layer_names=self.layer_names,
         )  # fmt: skip
-
-    def byte_count(self, scene: Scene, *, gzip: bool = False) -> int:
-        """Return the bytes of the file of ``scene``, after gzip if asked."""
-        return text_bytes(self.text(scene), gzip=gzip)
-
-    def psnr(self, scene: Scene) -> float:
-        """Return the PSNR in dB of the file of ``scene`` against the picture, as resvg draws it."""
-        return self.text_psnr(self.text(scene))
 
     def text_psnr(self, text: str) -> float:
         """Return the PSNR in dB of the SVG ``text`` against the picture, as resvg draws it."""

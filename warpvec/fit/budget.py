@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-import torch
 from torch import Tensor
 
 from warpvec.fit.population import Population
@@ -166,7 +165,5 @@ def remove_cheapest(population: Population, removal_cost: Tensor, count: int) ->
     count = min(count, len(population.live) - 1)
     if count < 1:
         return False
-    keep = torch.ones(len(removal_cost), dtype=torch.bool, device=removal_cost.device)
-    keep[removal_cost.topk(count, largest=False).indices] = False
-    population.keep(keep)
+    population.remove(removal_cost.topk(count, largest=False).indices)
     return True

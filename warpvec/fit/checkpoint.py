@@ -173,10 +173,8 @@ def _to_checkpoint(header: dict[str, Any], arrays: dict[str, Any]) -> Checkpoint
     Raises:
         InputError: a setting is wrong or unknown, or the header is not as `write_checkpoint` makes it.
     """
-    names = ("format", "version", "warpvec", "config", "target_digest", "state")
-    texts = dict.fromkeys(("format", "warpvec", "target_digest"), text)
-    forms = {name: texts.get(name, field_set) for name in names if name != "version"}
-    check_fields("header", {name: value for name, value in header.items() if name != "version"}, **forms)
+    del header["version"]
+    check_fields("header", header, format=text, warpvec=text, config=field_set, target_digest=text, state=field_set)
     state = _from_plain(header["state"], arrays)
     require(not arrays, "state", "leaves arrays unused")
     return Checkpoint(FitConfig(**with_new_names(header["config"])), header["target_digest"], state)
@@ -231,10 +229,8 @@ def _read_array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, limit: int) -
         found = _DESCRIPTION.fullmatch(stream.read(int.from_bytes(start[8:], "little")))
         if found is None or found["type"].decode() not in _TYPES:
             raise ValueError("not an array of numbers")
-        dtype, shape = (
-            np.dtype(found["type"].decode()),
-            [int(size) for size in found["shape"].split(b",") if size.strip()],
-        )
+        dtype = np.dtype(found["type"].decode())
+        shape = [int(size) for size in found["shape"].split(b",") if size.strip()]
         if math.prod(shape) * dtype.itemsize > limit:
             raise ValueError(f"more than {limit} bytes")
         is_transposed = found["transposed"] == b"True"

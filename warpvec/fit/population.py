@@ -219,6 +219,10 @@ class Population:
             self._gradients.keep(rows)
         self._set_live(self.live.select(rows))
 
+    def remove(self, rows: Tensor) -> None:
+        """Remove the paths ``rows`` (indices)."""
+        self.keep(torch.ones_like(self.serial, dtype=torch.bool).index_fill(0, rows, False))
+
     def sort_by_area(self) -> None:
         """Sort the paths by the area of their bounding boxes, the smallest on top."""
         self.before_use()

@@ -39,10 +39,8 @@ class Similarity:
         """Return the shift [h, w] of the target for an ``image`` [h, w, 3], with the weight w."""
         gray = image.mean(2)
         mean, variance, covariance = self._moments(gray)
-        luminance, luminance_scale = (
-            2.0 * mean * self._mean + SSIM_C1,
-            mean.square() + self._mean.square() + SSIM_C1,
-        )
+        luminance = 2.0 * mean * self._mean + SSIM_C1
+        luminance_scale = mean.square() + self._mean.square() + SSIM_C1
         structure = 2.0 * self._unbiased * covariance + SSIM_C2
         structure_scale = self._unbiased * (variance + self._variance) + SSIM_C2
         scale = luminance_scale * structure_scale

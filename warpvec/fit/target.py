@@ -73,13 +73,10 @@ class Target:
 
         The next step overwrites the memory of all but the loss.
         """
-        adjoints = _mean_adjoints(
-            [
-                self._take(step, _over(scene, matte), prepared, want_removal_cost)
-                for step, (prepared, matte) in zip(self._steps, self._prepared, strict=True)
-            ]
+        parts = zip(self._steps, self._prepared, strict=True)
+        return _mean_adjoints(
+            [self._take(step, _over(scene, matte), prepared, want_removal_cost) for step, (prepared, matte) in parts]
         )
-        return replace(adjoints, canvas_sums=adjoints.canvas_sums.clone())
 
     def removal_costs(self, scene: Scene) -> Tensor:
         """Return how the loss of ``scene`` rises without each path [N]."""
@@ -115,7 +112,7 @@ class Target:
         adjoints = _mean_adjoints(parts)
         contrast = adjoints.contrast(scene.opacity)
         outline = OutlineStep(reduce(OutlineAdjoint.averaged, outlines), contrast.cpu().double())
-        return replace(adjoints, canvas_sums=adjoints.canvas_sums.clone()), outline
+        return adjoints, outline
 
     def _take(self, step: RecordedStep, scene: Scene, prepared: Tensor, want_removal_cost: bool) -> Adjoints:
         adjoints = step.take(scene, prepared, want_removal_cost)
@@ -149,8 +146,7 @@ class Target:
         """
         ones = torch.ones_like(self._views[0][0])
         adjoints = self._renderer.adjoint(scene, ones)
-        red = adjoints.color[:, 0] if adjoints.end_color is None else adjoints.color[:, 0] + adjoints.end_color[:, 0]
-        return torch.cat([red, adjoints.background[:1]])
+        return torch.cat([adjoints.whole_color[:, 0], adjoints.background[:1]])
 
     def random_adjoints(self, scene: Scene, generator: torch.Generator) -> Iterator[Adjoints]:
         """Yield the adjoints of ``scene`` for an image of random signs, over each matte if there are any.
@@ -223,7 +219,7 @@ class Target:
         probe = replace(scene, gradients=Gradients(kind, geometry.contiguous(), scene.color.clone()))
         adjoints = self._renderer.adjoint(probe, adj_image)
         assert adjoints.end_color is not None
-        total = adjoints.color + adjoints.end_color
+        total = adjoints.whole_color
         return total, low[:, None] * total + (high - low)[:, None] * adjoints.end_color
 
     def _residual(self, scene: Scene) -> Tensor:
@@ -277,8 +273,9 @@ def _views(image: Tensor) -> Iterator[tuple[Tensor, Tensor | None]]:
 
 
 def _mean_adjoints(adjoints: list[Adjoints]) -> Adjoints:
+    """Return the mean of ``adjoints``; the next step leaves its loss alone."""
     if len(adjoints) == 1:
-        return adjoints[0]
+        return replace(adjoints[0], canvas_sums=adjoints[0].canvas_sums.clone())
     names = [name for name, value in vars(adjoints[0]).items() if value is not None]
     return replace(adjoints[0], **{n: torch.stack([getattr(a, n) for a in adjoints]).mean(0) for n in names})
 

@@ -44,9 +44,7 @@ def visible_areas(scene: Scene, height: int, width: int, threads: int | None = N
     # This is the derivative of the sum of the image's reds with respect to all reds of each path.
     adj_image = scene.segments.new_zeros((height, width, 3))
     adj_image[..., 0] = 1.0
-    adjoints = draw_adjoint(scene, adj_image, threads=threads)
-    # A gradient divides each pixel between its two colours.
-    return adjoints.color[:, 0] if adjoints.end_color is None else adjoints.color[:, 0] + adjoints.end_color[:, 0]
+    return draw_adjoint(scene, adj_image, threads=threads).whole_color[:, 0]
 
 
 def canvas_areas(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:

@@ -17,6 +17,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.config.limits import MAX_COUNT
 from warpvec.config.presets import MINIFIED
 from warpvec.drawing.drawing import Drawing
+from warpvec.files import text_bytes
 from warpvec.fit.budget import Budget, ByteBudget, QualityBudget
 from warpvec.geometry.cubics import to_cubics
 from warpvec.geometry.scene import Scene
@@ -28,14 +29,9 @@ from warpvec.modes.request import Request
 if TYPE_CHECKING:  # a photo is drawn by this knob
     from warpvec.modes.photo import PhotoFits
 
-HEAD_BYTES, LONG_HEAD_BYTES = 170, 1300
-"""Bytes of a file besides its paths, minified and with its settings."""
-
-PATH_BYTES, NUMBER_BYTES = 40.0, 2.8
-"""Bytes of a minified path besides the numbers of its cubics, and of each number."""
-
-LONG_PATH_BYTES, LONG_NUMBER_BYTES = 66.0, 3.8
-"""The same for paths in the long form with two decimals."""
+SHORT_BYTES, LONG_BYTES = (170, 40.0, 2.8), (1300, 66.0, 3.8)
+"""Bytes of a file besides its paths, of a path besides the numbers of its cubics, and of each number: minified, and in
+the long form with its settings and two decimals."""
 
 GZIP_SHARE = 0.42
 """Bytes of the paths after gzip over the bytes before."""
@@ -193,7 +189,7 @@ class PathCount:
         assert self._goal.limit is not None
 
         def count_bytes(scene: Scene) -> int:
-            return encoding.byte_count(scene.scaled(*picture.enlargement), gzip=gzip)
+            return text_bytes(encoding.text(scene.scaled(*picture.enlargement)), gzip=gzip)
 
         return ByteBudget(int(self._goal.limit[1]), count_bytes, self._config.curves)
 
@@ -258,11 +254,7 @@ def settings_for_size(goal: Goal, config: FitConfig, pixel_count: int) -> FitCon
 def first_count(goal: Goal, config: FitConfig) -> int:
     """Return a guess at the number of paths, which the fit corrects."""
     assert goal.limit is not None
-    head, path, number = (
-        (HEAD_BYTES, PATH_BYTES, NUMBER_BYTES)
-        if config.minify
-        else (LONG_HEAD_BYTES, LONG_PATH_BYTES, LONG_NUMBER_BYTES)
-    )
+    head, path, number = SHORT_BYTES if config.minify else LONG_BYTES
     share = GZIP_SHARE if goal.gzip else 1.0
     count = (goal.limit[1] / share - head) / (path + 6 * config.segments * number)
     return max(1, min(round(count), config.curves))

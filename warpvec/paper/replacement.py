@@ -142,9 +142,7 @@ class Replacement:
     def _remove(self, population: Population, progress: float) -> None:
         oldest_first = population.serial.argsort()
         removed = removable(population.scene.select(oldest_first), self._height, self._width, progress)
-        keep = torch.ones_like(removed)
-        keep[oldest_first[removed]] = False
-        population.keep(keep)
+        population.remove(oldest_first[removed])
         self._missing += int(removed.sum())
 
     def _add(self, population: Population, error: Tensor) -> None:

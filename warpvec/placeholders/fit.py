@@ -89,9 +89,10 @@ class _Fit:
         self._count = math.ceil(SURPLUS * room)
         self._radius = RADIUS * max(canvas.height, canvas.width) / math.sqrt(self._count)
         self._residual = canvas.target - background
-        self._means = [torch.zeros_like(each) for each in self.shapes]
-        self._squares = [torch.zeros_like(each) for each in self.shapes]
-        self._ages = [torch.zeros(len(self.shapes.corners)), torch.zeros(0), torch.zeros(1)]
+        # Mean of the adjoint, that of its square, and steps taken, of each of the corners, colours and background.
+        self._states = [
+            [torch.zeros_like(each), torch.zeros_like(each), torch.zeros(len(each))] for each in self.shapes
+        ]
 
     def change(self, iteration: int) -> None:
         """Add or remove shapes before ``iteration`` if it is time."""
@@ -110,7 +111,8 @@ class _Fit:
             count = min(len(self.shapes.corners), max(1, round((size - max_bytes) / each)))
             rows = self._canvas.removal_cost(self.shapes).argsort(stable=True)[count:].sort().values
             self.shapes = self.shapes.select(rows)
-            self._keep(rows)
+            for states in self._states[:2]:
+                states[:] = [each[rows] for each in states]
 
     def step(self, iteration: int) -> None:
         """Take a step of Adam."""
@@ -118,8 +120,7 @@ class _Fit:
         adjoints, self._residual = self._canvas.step(rounded(self.shapes) if is_rounded else self.shapes)
         wave = 0.5 * (1.0 + math.cos(math.pi * iteration / ITERATIONS))
         factor = RATE_END + (1.0 - RATE_END) * wave
-        states = zip(self.shapes, adjoints, RATES, self._means, self._squares, self._ages, strict=True)
-        for value, adjoint, rate, mean, square, age in states:
+        for value, adjoint, rate, (mean, square, age) in zip(self.shapes, adjoints, RATES, self._states, strict=True):
             age += 1.0
             shape = (-1,) + (1,) * (value.ndim - 1)
             mean.lerp_(adjoint, 1.0 - BETAS[0])
@@ -142,16 +143,8 @@ class _Fit:
         self.shapes = Shapes(
             torch.cat([self.shapes.corners, corners]), torch.cat([self.shapes.color, color]), self.shapes.background
         )
-        for states in (self._means, self._squares):
-            states[0] = torch.cat([states[0], torch.zeros_like(corners)])
-            states[1] = torch.cat([states[1], torch.zeros_like(color)])
-        for index in (0, 1):
-            self._ages[index] = torch.cat([self._ages[index], torch.zeros(count)])
-
-    def _keep(self, rows: Tensor) -> None:
-        for states in (self._means, self._squares, self._ages):
-            for index in (0, 1):
-                states[index] = states[index][rows]
+        for states in self._states[:2]:
+            states[:] = [torch.cat([each, each.new_zeros(count, *each.shape[1:])]) for each in states]
 
 
 def _squares_at(target: Tensor, residual: Tensor, count: int, radius: float) -> tuple[Tensor, Tensor]:

@@ -91,10 +91,8 @@ class ExactRenderer(TileRenderer):
 
     def _slot_places(self, binning: Binning, path: Tensor, x: Tensor, y: Tensor) -> tuple[Tensor, Tensor]:
         """Return where the winding of ``path`` at each pixel lies in ``slot_winding``, and whether it lies there."""
-        box, first, kinds, slots = (
-            wp.to_torch(each).long()
-            for each in (binning.path_tile_box, binning.path_first_pair, binning.pair_class, binning.pair_slot)
-        )
+        arrays = (binning.path_tile_box, binning.path_first_pair, binning.pair_class, binning.pair_slot)
+        box, first, kinds, slots = (wp.to_torch(each).long() for each in arrays)
         left, top, right, bottom = box[path].unbind(1)
         column, row = x.div(TILE, rounding_mode="floor"), y.div(TILE, rounding_mode="floor")
         is_inside = (column >= left) & (column < right) & (row >= top) & (row < bottom)

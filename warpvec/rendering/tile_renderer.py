@@ -42,6 +42,11 @@ class Adjoints:
     geometry: Tensor | None = None
 
     @property
+    def whole_color(self) -> Tensor:
+        """Adjoint of the colour of each path [N, 3]; a gradient divides each pixel between its two colours."""
+        return self.color if self.end_color is None else self.color + self.end_color
+
+    @property
     def background(self) -> Tensor:
         """Adjoint of the canvas colour [3]."""
         return self.canvas_sums[:3]

@@ -50,8 +50,10 @@ class Watch:
     """The watch over one run. While it is open as a context, it defers Ctrl-C.
 
     Args:
-        on_progress: called after every iteration.
         time_budget: longest time of the run in seconds; None for any time.
+
+    Attributes:
+        on_progress: called after every iteration; None for nothing.
         listener: receives the wish to end the run; by default Ctrl-C, if the main thread opens the watch.
     """
 
@@ -61,28 +63,28 @@ class Watch:
         time_budget: float | None = None,
         listener: Listener | None = None,
     ) -> None:
-        self._on_progress, self._time_budget = on_progress, time_budget
-        self._listener: Listener = CtrlC() if listener is None else listener
+        self.on_progress, self._time_budget = on_progress, time_budget
+        self.listener: Listener = CtrlC() if listener is None else listener
         self._open_count = 0
         self._start = time.perf_counter()
         self._parts: list[Part] = []
 
     def __enter__(self) -> Watch:
         self._open_count += 1
-        if isinstance(self._listener, CtrlC) and self._open_count == 1:
-            self._listener.open()
+        if isinstance(self.listener, CtrlC) and self._open_count == 1:
+            self.listener.open()
         return self
 
     def __exit__(self, *error: object) -> None:
         self._open_count -= 1
-        if isinstance(self._listener, CtrlC) and self._open_count == 0:
-            self._listener.close()
+        if isinstance(self.listener, CtrlC) and self._open_count == 0:
+            self.listener.close()
 
     # Stop and clock
 
     def is_stopped(self) -> bool:
         """Return whether the user has asked for the best result so far."""
-        return self._listener.has_signal()
+        return self.listener.has_signal()
 
     def is_over(self) -> bool:
         """Return whether the run is to end: the user asks for it, or the time is up."""
@@ -137,13 +139,6 @@ class Watch:
         if self._time_budget is None:
             return None
         return max(min(self.seconds_left(), share * self._time_budget), SECONDS_LEAST)
-
-    def _show(self, progress: Progress) -> None:
-        if self._on_progress is not None:
-            self._on_progress(progress)
-
-    def _hold(self) -> None:
-        self._listener.hold()
 
 
 class Part:
@@ -203,15 +198,15 @@ class Part:
     def report(self, progress: Progress, *, is_entry: bool = False) -> None:
         """Show an iteration, and add it to the history if it ``is_entry``. The iteration has a result worth saving."""
         self.iterations = progress.iteration
-        self._watch._hold()
+        self._watch.listener.hold()
         if is_entry:
             self.history.append(history_entry(progress))
-        if not self._is_shown:
+        if not self._is_shown or self._watch.on_progress is None:
             return
         if self._planned is not None:
             number, seconds = self._iterations_before + progress.iteration, self._begin + progress.seconds
             progress = replace(progress, iteration=number, iteration_count=self._planned, seconds=seconds)
-        self._watch._show(progress)
+        self._watch.on_progress(progress)
 
     def result(self, scene: Scene, device: str) -> FitResult:
         """Return ``scene`` as the result of the part, whose fit ran on ``device``."""

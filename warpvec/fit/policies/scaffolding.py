@@ -126,9 +126,7 @@ class Scaffolding:
     def _recycle(self, population: Population, removal_cost: Tensor, squared_error: Callable[[Scene], Tensor]) -> None:
         """Move the paths with the lowest removal cost to where the residual is large."""
         count = max(int(len(population) * self._config.recycle_share), -self._added)
-        keep = torch.ones(len(removal_cost), dtype=torch.bool, device=removal_cost.device)
-        keep[removal_cost.topk(count, largest=False).indices] = False
-        population.keep(keep)
+        population.remove(removal_cost.topk(count, largest=False).indices)
         self._generation = schedule.inflation_count(self._config) + 1
         radius = schedule.recycling_radius(self._config, self._height, self._width)
         self._append(population, count + self._added, radius, squared_error)
