@@ -37,8 +37,8 @@ def test_the_host_waits_once_more_than_two_steps_are_not_done(monkeypatch: pytes
         queue.add()
     names = [("launched", 0), ("launched", 1), ("launched", 2), ("done", 0), ("launched", 3), ("done", 1)]
     assert FakeEvent.log == names
-    queue.drain()
-    queue.drain()
+    queue.wait()
+    queue.wait()
     assert FakeEvent.log[len(names) :] == [("done", 2), ("done", 3)]
 
 
@@ -51,7 +51,7 @@ def test_on_the_cpu_no_step_waits_and_no_stream_changes(monkeypatch: pytest.Monk
     queue = StepQueue("cpu")
     with on_warps_stream("cpu"):
         queue.add()
-        queue.drain()
+        queue.wait()
 
 
 def test_torch_joins_warp_between_the_callers_work(device: str) -> None:

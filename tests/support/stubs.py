@@ -38,7 +38,7 @@ def stub_fit(
     for iteration in range(1, config.iterations + 1):
         part.report(progress_at(iteration, config.iterations, scene), is_entry=True)
     if interrupted:
-        part.interrupt()
+        part.interrupted = True
     return part.result(scene, "cpu")
 
 

@@ -13,12 +13,7 @@ from torch import Tensor
 from warpvec.drawing.encoding import Encoding
 from warpvec.drawing.file_options import FileOptions
 from warpvec.fit.target import Target
-from warpvec.fit.visibility import (
-    canvas_areas,
-    removal_changes,
-    visible_areas,
-    without_invisible,
-)
+from warpvec.fit.visibility import canvas_areas, removal_changes, visible_areas, without_invisible
 from warpvec.geometry.cubics import to_cubics
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw

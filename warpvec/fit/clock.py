@@ -18,10 +18,6 @@ class Clock:
         self.first_seconds = 0.0
         self._queue = StepQueue(device)
 
-    def resume(self, first_seconds: float) -> None:
-        """Go on as if the first iteration had taken ``first_seconds``."""
-        self.first_seconds = first_seconds
-
     def planned_iterations(self, iteration: int) -> int:
         """Return the iterations that are wanted, or fewer if the time budget allows no more at the pace so far.
 
@@ -32,7 +28,7 @@ class Clock:
             return self._wanted
         self._queue.add()
         if iteration == 1:
-            self._queue.drain()
+            self._queue.wait()
             self.first_seconds = self._part.seconds()
             return self._wanted if self.first_seconds < budget else 1
         seconds = self._part.seconds()

@@ -81,7 +81,7 @@ def fit(
         try:
             run.iterate()
         except KeyboardInterrupt:
-            part.interrupt()
+            part.interrupted = True
         return part.result(run.scene(), device)
 
 
@@ -160,7 +160,7 @@ class _Fit:
             wants_removal_cost = self._policy.wants_removal_cost(self._iteration + 1, self._iteration_count)
             wants_removal_cost = wants_removal_cost or self._is_trimming()
             self._outlines = None
-            wants_outlines = self._nodes.is_due(self._iteration + 1, self._iteration_count)
+            wants_outlines = schedule.is_exchanging_nodes(self._iteration + 1, self._config, self._iteration_count)
             removal_cost = self._step(self._iteration, wants_removal_cost, wants_outlines)
             self._iteration += 1
             self._iteration_count = self._clock.planned_iterations(self._iteration)
@@ -292,7 +292,7 @@ class _Fit:
         """Continue from ``state``, which :meth:`check` has accepted."""
         self._iteration, self._iteration_count = state["iteration"], state["iteration_count"]
         self._part.resume(state["seconds"], self._iteration, state["history"])
-        self._clock.resume(state["first_seconds"])
+        self._clock.first_seconds = state["first_seconds"]
         self._loss = state["loss"].to(self._device)
         if state["followed"] is not None:
             self._followed = Scene.from_dict(state["followed"]).to(self._device)

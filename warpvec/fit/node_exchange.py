@@ -9,7 +9,6 @@ import torch
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit import schedule
 from warpvec.fit.node_gains import merge_costs, node_values
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
@@ -53,10 +52,6 @@ class NodeExchange:
         self._surplus = 0
         if start is not None:
             self._surplus = max(curve_count(start.structure) - config.segments * len(start), 0)
-
-    def is_due(self, iteration: int, iterations: int) -> bool:
-        """Return whether an exchange follows ``iteration`` (the first is 1) of ``iterations``."""
-        return schedule.is_exchanging_nodes(iteration, self._config, iterations)
 
     def state(self) -> State:
         """Return everything that :meth:`restore` needs to continue to the same bits."""

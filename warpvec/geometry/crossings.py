@@ -31,10 +31,13 @@ Rows = NDArray[np.int64]
 
 def self_crossings(scene: Scene) -> Tensor:
     """Return how often the outline of each path, drawn as chords, crosses itself or another loop of the path [N]."""
-    structure = scene.structure
-    found = crossings_of_rows(scene)
-    total = torch.zeros(len(scene), dtype=torch.int64, device=found.device)
-    return total.index_add_(0, structure.segment_path.long(), found) // 2
+    return sums_of_paths(scene, crossings_of_rows(scene)) // 2
+
+
+def sums_of_paths(scene: Scene, row_count: Tensor) -> Tensor:
+    """Return the sum of a number of each segment [R] over each path [N]."""
+    total = torch.zeros(len(scene), dtype=row_count.dtype, device=row_count.device)
+    return total.index_add_(0, scene.structure.segment_path.long(), row_count)
 
 
 def crossings_of_rows(scene: Scene, is_counted: Tensor | None = None) -> Tensor:

@@ -13,6 +13,13 @@ from warpvec.geometry.paints.kind import GradientKind
 from warpvec.geometry.paints.registry import FLAT, KINDS, unknown_kind
 
 
+def check_shape(name: str, tensor: Tensor, shape: tuple[int, ...], count: int) -> None:
+    """Raise InputError unless a ``tensor`` of ``count`` paths has this ``shape``."""
+    if tuple(tensor.shape) != shape:
+        rule = f"must have shape {list(shape)} for {count} paths"
+        raise InputError(name, rule, str(list(tensor.shape)), "reshape it")
+
+
 @dataclass(frozen=True)
 class Gradients:
     """What N paths have beside the colour of the scene, which is that of their first stop.
@@ -36,10 +43,7 @@ class Gradients:
     def __post_init__(self) -> None:
         count = len(self.kind)
         for name, shape in {"kind": (count,), "geometry": (count, 4), "end_color": (count, 3)}.items():
-            got = tuple(getattr(self, name).shape)
-            if got != shape:
-                rule = f"must have shape {list(shape)} for {count} paths"
-                raise InputError(f"gradients.{name}", rule, str(list(got)), "reshape it")
+            check_shape(f"gradients.{name}", getattr(self, name), shape, count)
 
     def check_kinds(self) -> None:
         """Refuse a kind that is not in the registry. It is not looked for on a GPU: that would wait for its work.

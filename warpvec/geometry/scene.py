@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from warpvec.errors import InputError
-from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.gradients import Gradients, check_shape
 from warpvec.geometry.lines import thirds
 from warpvec.geometry.structure import Structure
 
@@ -57,10 +57,7 @@ class Scene:
         count = self.structure.path_count
         expected = {"color": (count, 3), "opacity": (count,), "background": (3,), "generation": (count,)}
         for name, wanted in expected.items():
-            got = tuple(getattr(self, name).shape)
-            if got != wanted:
-                rule = f"must have shape {list(wanted)} for {count} paths"
-                raise InputError(name, rule, str(list(got)), "reshape it")
+            check_shape(name, getattr(self, name), wanted, count)
         if self.gradients is not None and len(self.gradients) != count:
             raise InputError("gradients", f"must have {count} entries", str(len(self.gradients)), "give one a path")
 

@@ -37,8 +37,17 @@ class Structure:
     check: InitVar[bool] = True
 
     def __post_init__(self, check: bool) -> None:
-        if check:
-            check_structure(self)
+        if not check:
+            return
+        segments, loops, count = self.loop_first_segment, self.path_first_loop, self.uniform_count
+        _check_starts("loop_first_segment", segments)
+        _check_starts("path_first_loop", loops)
+        if int(loops[-1]) != len(segments) - 1:
+            rule = f"must end with the number of loops, {len(segments) - 1}"
+            raise InputError("path_first_loop", rule, str(int(loops[-1])), "check its last entry")
+        _check_mask(self.is_line, int(segments[-1]))
+        if count is not None and not bool((segments.diff() == count).all() & (loops.diff() == 1).all()):
+            raise InputError("uniform_count", "must be that of the one loop of every path", str(count), "leave it out")
 
     @staticmethod
     def uniform(path_count: int, segment_count: int, device: torch.device | str = "cpu") -> Structure:
@@ -166,24 +175,6 @@ class Structure:
         """Return which of the consecutive ranges that start at ``first`` [K + 1] each row belongs to [R] (int32)."""
         numbers = torch.arange(len(first) - 1, dtype=torch.int32, device=first.device)
         return numbers.repeat_interleave(first.diff().long(), output_size=self.segment_count)
-
-
-def check_structure(structure: Structure) -> None:
-    """Refuse a structure that its own arrays do not make.
-
-    Raises:
-        InputError: see `Structure`.
-    """
-    segments, loops = structure.loop_first_segment, structure.path_first_loop
-    _check_starts("loop_first_segment", segments)
-    _check_starts("path_first_loop", loops)
-    if int(loops[-1]) != len(segments) - 1:
-        rule = f"must end with the number of loops, {len(segments) - 1}"
-        raise InputError("path_first_loop", rule, str(int(loops[-1])), "check its last entry")
-    _check_mask(structure.is_line, int(segments[-1]))
-    count = structure.uniform_count
-    if count is not None and not bool((segments.diff() == count).all() & (loops.diff() == 1).all()):
-        raise InputError("uniform_count", "must be that of the one loop of every path", str(count), "leave it out")
 
 
 def _check_starts(name: str, first: Tensor) -> None:

@@ -45,7 +45,10 @@ def trim(scene: Scene, height: int, width: int) -> Scene:
     outside: NDArray[np.bool_] = np.any((segments < 0.0) | (segments > size), (1, 2))
     if not outside.any():
         return scene
-    loops = [_trimmed_loop(loop, size) for loop in _loops(scene, segments, outside)]
+    is_line, loops = scene.structure.lines.cpu().numpy(), []
+    for start, stop in pairwise(scene.structure.loop_first_segment.tolist()):
+        loop = segments[start:stop], is_line[start:stop]
+        loops.append(_trimmed_loop(*loop, size) if outside[start:stop].any() else loop)
     first = scene.structure.path_first_loop.tolist()
     paths = [[loop for loop in loops[start:stop] if len(loop[0])] for start, stop in pairwise(first)]
     rows = [row for row, path in enumerate(paths) if path]
@@ -60,34 +63,19 @@ def trim(scene: Scene, height: int, width: int) -> Scene:
     return replace(scene.select(chosen), segments=torch.from_numpy(points).to(scene.segments), structure=structure)
 
 
-def _loops(
-    scene: Scene, segments: NDArray[np.float64], outside: NDArray[np.bool_]
-) -> Iterator[tuple[NDArray[np.float64], NDArray[np.bool_], bool]]:
-    """Yield the control points [S, 3, 2] of each loop, which of its rows are lines [S], and whether it must be cut."""
-    structure = scene.structure
-    is_line = structure.lines.cpu().numpy()
-    for start, stop in pairwise(structure.loop_first_segment.tolist()):
-        yield segments[start:stop], is_line[start:stop], bool(outside[start:stop].any())
-
-
 def _trimmed_loop(
-    loop: tuple[NDArray[np.float64], NDArray[np.bool_], bool], size: NDArray[np.float64]
+    points: NDArray[np.float64], is_line: NDArray[np.bool_], size: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the control points [K, 3, 2] of a loop within the canvas, and which of its rows are lines [K]."""
-    points, is_line, must_cut = loop
-    if not must_cut:
-        return points, is_line
+    """Return the control points [K, 3, 2] of a loop within the canvas, and which of its rows are lines [K].
+
+    New lines run along an edge of the canvas.
+    """
     cut = _trimmed(points.reshape(-1, 2), size).reshape(-1, 3, 2)
     start, end = cut[:, 0], np.roll(cut[:, 0], -1, 0)
     off = cut[:, 1:] - np.stack(thirds(start, end), 1)
     straight: NDArray[np.bool_] = np.all(np.abs(off) < _STRAIGHT, (1, 2))
-    return cut, straight & (is_line.any() | _on_edge(start, end, size))
-
-
-def _on_edge(start: NDArray[np.float64], end: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which lines [K] from ``start`` to ``end`` [K, 2] run along an edge of the canvas."""
-    same: NDArray[np.bool_] = np.any((start == end) & ((start == 0.0) | (start == size)), 1)
-    return same
+    on_edge: NDArray[np.bool_] = np.any((start == end) & ((start == 0.0) | (start == size)), 1)
+    return cut, straight & (is_line.any() | on_edge)
 
 
 def _trimmed(path: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from warpvec.geometry.crossings import crossings_of_rows, overlapping_pairs
+from warpvec.geometry.crossings import crossings_of_rows, overlapping_pairs, sums_of_paths
 from warpvec.geometry.rounding import round_nodes
 from warpvec.geometry.scene import Scene
 from warpvec.polish.variables import Variables
@@ -39,7 +39,7 @@ class FoldGuard:
         # The start of a later part may cross itself only until its file is rounded, which allows no crossing.
         as_written = crossings_of_rows(self._written(start), self._is_guarded)
         self._crossings = torch.minimum(crossings_of_rows(start, self._is_guarded), as_written)
-        self._is_guarded &= _sums_of_paths(start, self._crossings) <= 2 * CROSSINGS_GUARDED_MAX
+        self._is_guarded &= sums_of_paths(start, self._crossings) <= 2 * CROSSINGS_GUARDED_MAX
         self._safe = variables.start
 
     def folds(self, x: Tensor) -> Tensor:
@@ -81,9 +81,3 @@ class FoldGuard:
     def _written(self, scene: Scene) -> Scene:
         """Return ``scene`` with its nodes as a file rounds them."""
         return scene if scene.is_uniform else round_nodes(scene, self._precision)
-
-
-def _sums_of_paths(scene: Scene, row_count: Tensor) -> Tensor:
-    """Return the sum of a number of each segment [R] over each path [N]."""
-    total = torch.zeros(len(scene), dtype=row_count.dtype, device=row_count.device)
-    return total.index_add_(0, scene.structure.segment_path.long(), row_count)

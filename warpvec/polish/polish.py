@@ -79,7 +79,7 @@ def polish(
         try:
             run.take(VALUES_EXACT_MAX if values_exact_max is None else values_exact_max)
         except KeyboardInterrupt:
-            part.interrupt()
+            part.interrupted = True
         except _OutOfTime:
             pass
         return part.result(run.scene(), device)

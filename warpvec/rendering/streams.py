@@ -59,12 +59,9 @@ class StepQueue:
             end: Any = torch.cuda.Event()  # type: ignore[no-untyped-call]
             end.record()
             self._ends.append(end)
-            self._wait(STEPS_AHEAD)
+            self.wait(STEPS_AHEAD)
 
-    def drain(self) -> None:
-        """Wait until all steps are done."""
-        self._wait(0)
-
-    def _wait(self, left: int) -> None:
+    def wait(self, left: int = 0) -> None:
+        """Wait until at most ``left`` steps are not done."""
         while len(self._ends) > left:
             self._ends.popleft().synchronize()

@@ -191,10 +191,6 @@ class Part:
         self._watch.resume(self._begin + seconds)
         self.iterations, self.history = iterations, list(history)
 
-    def interrupt(self) -> None:
-        """Note that the user has ended the part early."""
-        self.interrupted = True
-
     def report(self, progress: Progress, *, is_entry: bool = False) -> None:
         """Show an iteration, and add it to the history if it ``is_entry``. The iteration has a result worth saving."""
         self.iterations = progress.iteration
