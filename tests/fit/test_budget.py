@@ -21,8 +21,8 @@ class Paths:
     def __init__(self, count: int) -> None:
         self.live = circles(32, 48, count)
 
-    def keep(self, mask: Tensor) -> None:
-        self.live = self.live.select(mask)
+    def remove(self, rows: Tensor) -> None:
+        self.live = self.live.select(torch.ones(len(self.live), dtype=torch.bool).index_fill(0, rows, False))
 
 
 def _loss(decibels: float) -> float:
