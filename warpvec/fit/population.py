@@ -147,7 +147,8 @@ class Population:
 
     def use_palette(self, palette: Palette, visible_area: Tensor) -> None:
         """Take all fills from ``palette`` from now on; ``visible_area`` [N + 1] is that of the paths and the canvas."""
-        palette.start(self._free_colors(), visible_area, self.live.transparent)
+        free = self._parameters.to_color(torch.cat([self._rows[1][0], self._background[0]]))
+        palette.start(free, visible_area, self.live.transparent)
         self._palette = palette
         self._constrain()
         self._copy = None
@@ -291,10 +292,6 @@ class Population:
                 self.live.background.copy_(color[-1])
         if self._grid is not None:
             self._grid.round_in_place(self.live)
-
-    def _free_colors(self) -> Tensor:
-        """Return the colours [N + 1, 3] that the paths and, last, the background would have without a palette."""
-        return self._parameters.to_color(torch.cat([self._rows[1][0], self._background[0]]))
 
 
 def do_nothing() -> None:

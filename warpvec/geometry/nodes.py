@@ -65,7 +65,7 @@ def split(scene: Scene, rows: Tensor, t: Tensor | float = 0.5) -> Edit:
     start[added], stop[added - 1] = t, t
     structure = _restructured(scene.structure, piece_counts, source)
     is_fresh = (piece_counts > 1)[source]
-    segments = _pieces(_control(scene, source), start, stop).to(scene.segments.dtype)
+    segments = _pieces(whole_curves(scene)[source].double(), start, stop).to(scene.segments.dtype)
     new = _changed(scene, source, is_fresh, segments, structure)
     weights = torch.where(is_fresh[:, None, None], _split_weights(start, stop, structure.lines), _identity(source))
     return Edit(new, torch.stack([source, source], 1), is_fresh, _first_of_two(weights))
@@ -124,11 +124,6 @@ def _checked_rows(scene: Scene, rows: Tensor) -> Tensor:
 
 def _listed(rows: Tensor) -> str:
     return ", ".join(map(str, rows[:5].tolist())) + (", ..." if len(rows) > 5 else "")
-
-
-def _control(scene: Scene, rows: Tensor) -> Tensor:
-    """Return the four control points [K, 4, 2] of ``rows`` (float64)."""
-    return whole_curves(scene)[rows].double().detach()
 
 
 def _restructured(structure: Structure, counts: Tensor, source: Tensor) -> Structure:

@@ -106,7 +106,8 @@ class Structure:
     @cached_property
     def segment_path(self) -> Tensor:
         """Path of each row [R] (int32)."""
-        return self._owners(self.path_first_segment)
+        paths = torch.arange(self.path_count, dtype=torch.int32, device=self.path_first_loop.device)
+        return paths.repeat_interleave(self.path_first_segment.diff().long(), output_size=self.segment_count)
 
     @cached_property
     def segment_next(self) -> Tensor:
@@ -170,11 +171,6 @@ class Structure:
         has_lines = self.is_line is not None or other.is_line is not None
         is_line = torch.cat([self.lines, other.lines]) if has_lines else None
         return Structure(segments, loops, is_line, check=False)
-
-    def _owners(self, first: Tensor) -> Tensor:
-        """Return which of the consecutive ranges that start at ``first`` [K + 1] each row belongs to [R] (int32)."""
-        numbers = torch.arange(len(first) - 1, dtype=torch.int32, device=first.device)
-        return numbers.repeat_interleave(first.diff().long(), output_size=self.segment_count)
 
 
 def _check_starts(name: str, first: Tensor) -> None:

@@ -49,7 +49,7 @@ def polish(
     *,
     iterations: int,
     free: bool = False,
-    values_exact_max: int | None = None,
+    values_exact_max: int = VALUES_EXACT_MAX,
     locked: Tensor | None = None,
 ) -> FitResult:
     """Fit ``start`` to ``target`` and keep its structure; the loss of the result is at most its own.
@@ -65,7 +65,7 @@ def polish(
         part: the part of a run that this fit is; None for a run of its own.
         iterations: most evaluations of the loss; 0 returns ``start``. It ends earlier once nothing improves any more.
         free: let smooth nodes become corners, opaque paths translucent, and paths cross themselves.
-        values_exact_max: most values that are fitted by Gauss-Newton steps; None is ``VALUES_EXACT_MAX``.
+        values_exact_max: most values that are fitted by Gauss-Newton steps.
         locked: paths [N] (bool) that keep their form and paint; None for none.
 
     Raises:
@@ -77,7 +77,7 @@ def polish(
         locked = None if locked is None else locked.to(device)
         run = _Polish(target, start.to(device), config, part, iterations, free, locked)
         try:
-            run.take(VALUES_EXACT_MAX if values_exact_max is None else values_exact_max)
+            run.take(values_exact_max)
         except KeyboardInterrupt:
             part.interrupted = True
         except _OutOfTime:

@@ -160,7 +160,8 @@ class Variables:
         """
         points = x[: self._bounds[3]].detach().requires_grad_()
         with torch.enable_grad():
-            segments = self.joints.segments(*self._of_points(points))
+            parts = zip(points.chunk(3), self._shapes, strict=False)
+            segments = self.joints.segments(*(part.view(shape) for part, shape in parts))
         scene, (color, opacity, background, *paints) = self._memory, self._of(self.limited(x))[3:]
         shown = [(scene.segments, segments.detach()), (scene.color, color), (scene.opacity, opacity)]
         shown.append((scene.background, background))
@@ -170,9 +171,6 @@ class Variables:
             memory.copy_(values)
         self._points = points
         return scene, segments
-
-    def _of_points(self, points: Tensor) -> list[Tensor]:
-        return [part.view(shape) for part, shape in zip(points.chunk(3), self._shapes[:3], strict=True)]
 
     def _gradient(self, segments: Tensor, adjoints: Any, *, keep: bool = False) -> Tensor:
         with torch.enable_grad():  # a sum, as gradients of tensors make torch import sympy, which takes 0.4 s
