@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from warpvec.config.cross_rules import require_scaffolding
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.limits import MAX_COUNT
 from warpvec.config.presets import MINIFIED
 from warpvec.drawing.drawing import Drawing
+from warpvec.drawing.encoding import Encoding
 from warpvec.files import text_bytes
 from warpvec.fit.budget import Budget, ByteBudget, QualityBudget
 from warpvec.geometry.cubics import to_cubics
@@ -25,9 +26,7 @@ from warpvec.goals.goal import Goal
 from warpvec.goals.search import Attempt, Trial
 from warpvec.modes import next_count
 from warpvec.modes.request import Request
-
-if TYPE_CHECKING:  # a photo is drawn by this knob
-    from warpvec.modes.photo import PhotoFits
+from warpvec.watch.watch import Part
 
 SHORT_BYTES, LONG_BYTES = (170, 40.0, 2.8), (1300, 66.0, 3.8)
 """Bytes of a file besides its paths, of a path besides the numbers of its cubics, and of each number: minified, and in
@@ -72,6 +71,16 @@ FIRST_SLOPE = 7.0
 paths follows its quality. Too few paths cost less than too many, as the fit adds them soon."""
 
 
+class Fits(Protocol):
+    """What makes the fits of a photo; see `warpvec.modes.photo.PhotoFits`."""
+
+    def encoding(self, settings: FitConfig) -> Encoding:
+        """Return the encoding of the file of a fit with ``settings``."""
+
+    def once(self, settings: FitConfig, start: Scene | None, part: Part, budget: Budget | None = None) -> Drawing:
+        """Fit once with ``settings``, and return the drawing."""
+
+
 class PathCount:
     """The knob of one photo.
 
@@ -84,7 +93,7 @@ class PathCount:
     cuts_smallest = False
     refusal: tuple[str, str] | None = None
 
-    def __init__(self, request: Request, fits: PhotoFits, start: Scene | None) -> None:
+    def __init__(self, request: Request, fits: Fits, start: Scene | None) -> None:
         require_scaffolding(request.settings.policy, "to meet a goal")
         self._goal, self._config, self._watch = request.goal, request.settings, request.watch
         self._picture, self._fits, self._start = request.picture, fits, start
