@@ -38,7 +38,9 @@ class Similarity:
     def shift(self, image: Tensor, weight: Tensor) -> Tensor:
         """Return the shift [h, w] of the target for an ``image`` [h, w, 3], with the weight w."""
         gray = image.mean(2)
-        mean, variance, covariance = self._moments(gray)
+        mean = self._means(gray)
+        variance = self._means(gray.square()) - mean.square()
+        covariance = self._means(gray * self._target) - mean * self._mean
         luminance = 2.0 * mean * self._mean + SSIM_C1
         luminance_scale = mean.square() + self._mean.square() + SSIM_C1
         structure = 2.0 * self._unbiased * covariance + SSIM_C2
@@ -51,12 +53,6 @@ class Similarity:
         constant = by_mean - 2.0 * mean * by_variance - self._mean * by_covariance
         spread = [self._spread(values) for values in (constant, by_variance, by_covariance)]
         return (0.5 * weight / self._area) * (spread[0] + 2.0 * gray * spread[1] + self._target * spread[2])
-
-    def _moments(self, gray: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Return mean and variance of ``gray`` in each window, and its covariance with the target."""
-        mean = self._means(gray)
-        variance = self._means(gray.square()) - mean.square()
-        return mean, variance, self._means(gray * self._target) - mean * self._mean
 
     def _means(self, values: Tensor) -> Tensor:
         """Return the mean of ``values`` [h, w] in each window inside the image."""

@@ -112,7 +112,10 @@ class PaintSlopes:
         if self._kind[path] == FLAT or self._ends is None:
             return None
         y, x = np.divmod(pixels, self._width)
-        return _ramp(int(self._kind[path]), self._ends[path], x + 0.5, y + 0.5)
+        paint, place = kind_of(int(self._kind[path])), (self._ends[path], x + 0.5, y + 0.5)
+        share, slopes = paint.share(*place), paint.slopes(*place)
+        slopes[:, (share <= 0.0) | (share >= 1.0)] = 0.0
+        return _Ramp(share.clip(0.0, 1.0), slopes)
 
 
 class _Ramp(NamedTuple):
@@ -120,11 +123,3 @@ class _Ramp(NamedTuple):
 
     place: Values
     slopes: Values
-
-
-def _ramp(kind: int, ends: Values, x: Values, y: Values) -> _Ramp:
-    """Return the ramp of a gradient at the places ``x``, ``y`` [M]."""
-    paint = kind_of(kind)
-    share, slopes = paint.share(ends, x, y), paint.slopes(ends, x, y)
-    slopes[:, (share <= 0.0) | (share >= 1.0)] = 0.0
-    return _Ramp(share.clip(0.0, 1.0), slopes)
