@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import warpvec
-from warpvec.cli.value_types import ValueOf
+from warpvec.cli.settings_command import ValueOf
 from warpvec.config.fit_config import SETTINGS
 from warpvec.geometry.crossings import self_crossings
 from warpvec.geometry.joints import Joints, with_lines

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,18 +13,28 @@ from warpvec.cli.streams import check_stdout, read_stdin, write_stdout
 from warpvec.errors import InputError
 from warpvec.files import check_writable, naming_errors, write_atomic
 from warpvec.inputs import read_file
-from warpvec.writers.registry import SVG_SUFFIXES, WRITERS, check_suffix, encode, listed
+from warpvec.writers.registry import SVG_SUFFIXES, WRITERS, encode, listed, writer_of
 from warpvec.writers.writer import Canvas
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-preset_option = click.option("--preset", default="default", metavar="NAME", help="Named settings to start from.")
+_preset_option = click.option("--preset", default="default", metavar="NAME", help="Named settings to start from.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Report as one JSON object (infinity as null).")
 background_option = click.option("--background", metavar="COLOR", help="Fill transparent parts with this colour.")
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Show no progress and no summary.")
-verbose_option = click.option("-v", "--verbose", is_flag=True, help="Add the PSNR inside the fit to the summary.")
+_verbose_option = click.option("-v", "--verbose", is_flag=True, help="Add the PSNR inside the fit to the summary.")
+
+
+def start_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add what a fit begins with to ``command``: the preset and the background."""
+    return _preset_option(background_option(command))
+
+
+def report_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add what is shown of a fit to ``command``."""
+    return json_option(_verbose_option(quiet_option(command)))
 
 
 _OWN_METADATA = b'<metadata>{"generator": "warpvec '
@@ -73,8 +83,7 @@ def check_out(out: str, name: str = "OUT", *, any_kind: bool = False) -> None:
         return
     suffixes = tuple(WRITERS) if any_kind else SVG_SUFFIXES
     _check_file(out, name, suffixes, f"must end in {listed(suffixes)}, or be - for stdout")
-    if Path(out).suffix.lower() in suffixes:  # not a device
-        check_suffix(out, name, suffixes)
+    writer_of(out).check(out, name)
 
 
 def check_page(page: str) -> None:

@@ -6,7 +6,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,15 +16,13 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.config.modes import is_outlined
 from warpvec.errors import InputError
 from warpvec.files import make_folder
+from warpvec.geometry.scene import Scene
 from warpvec.image.picture import fitted_size
 from warpvec.image.video import Video, check_video
 from warpvec.image.write import write_png
 from warpvec.rendering.draw import draw_pixels
+from warpvec.result import Result
 from warpvec.watch.progress import OnProgress, Progress
-
-if TYPE_CHECKING:
-    from warpvec.geometry.scene import Scene
-    from warpvec.result import Result
 
 TakeFrame = Callable[[int, NDArray[np.float32]], None]
 """Receives the number of the iteration and an image [h, w, 3 or 4]."""

@@ -12,8 +12,7 @@ from click.core import ParameterSource
 from warpvec.cli.arguments import check_one_stdin, default_out
 from warpvec.cli.options import OPTION_NAMES, OPTIONS, OTHER_DEFAULTS, RARE, REFUSED, SECTIONS, SIZE_GOAL
 from warpvec.cli.paths import check_distinct_files
-from warpvec.cli.value_types import ValueOf
-from warpvec.config.kinds import Flag
+from warpvec.config.kinds import Flag, Kind
 from warpvec.config.presets import PRESETS
 from warpvec.config.setting import Setting
 from warpvec.config.toml_file import read_settings
@@ -31,6 +30,10 @@ _OUTPUTS = {
     "write_config": "--write-config",
 }
 """Parameter of a command -> the file's name on the command line."""
+
+
+_FULL = "warpvec.full_help"
+"""Key in the context of a command whose whole help is asked for."""
 
 
 class SettingsCommand(click.Command):
@@ -67,52 +70,40 @@ class SettingsCommand(click.Command):
         return super().invoke(ctx)
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the first paragraph of the description."""
-        _write_paragraphs(formatter, self._paragraphs()[:1])
+        """Write the description, or its first paragraph."""
+        paragraphs = inspect.cleandoc(self.help or "").split("\n\n")
+        formatter.write_paragraph()
+        with formatter.indentation():
+            formatter.write_text("\n\n".join(paragraphs if _FULL in ctx.meta else paragraphs[:1]))
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the presets and the options of daily use."""
-        daily = [name for section in SECTIONS.values() for name in section if OPTIONS[name].is_daily]
-        others = [name for name in self._own_options(ctx) if name not in RARE]
-        self._write_sections(ctx, formatter, {"Settings": daily, "Options": others}, full=False)
-
-    def full_help(self, ctx: click.Context) -> str:
-        """Return the help with all options."""
-        formatter = ctx.make_formatter()
-        self.format_usage(ctx, formatter)
-        _write_paragraphs(formatter, self._paragraphs())
-        sections = {"Options": self._own_options(ctx)} | SECTIONS
-        self._write_sections(ctx, formatter, sections, full=True)
-        return formatter.getvalue().rstrip("\n")
-
-    def _paragraphs(self) -> list[str]:
-        return inspect.cleandoc(self.help or "").split("\n\n")
-
-    def _own_options(self, ctx: click.Context) -> list[str]:
-        """Return the options that are not in `OPTIONS`; the presets have a section of their own."""
-        placed = {*OPTIONS, "preset"}
-        options = [str(option.name) for option in self.get_params(ctx) if isinstance(option, click.Option)]
-        return [name for name in options if name not in placed]
-
-    def _write_sections(
-        self, ctx: click.Context, formatter: click.HelpFormatter, sections: dict[str, list[str]], *, full: bool
-    ) -> None:
-        options = {option.name: option for option in self.get_params(ctx)}
+        """Write the presets and all options, or those of daily use."""
+        options = {str(each.name): each for each in self.get_params(ctx) if isinstance(each, click.Option)}
+        own = [name for name in options if name not in (*OPTIONS, "preset")]  # the presets have a section
+        sections = {"Options": own} | SECTIONS
+        if _FULL not in ctx.meta:
+            daily = [name for section in SECTIONS.values() for name in section if OPTIONS[name].is_daily]
+            sections = {"Settings": daily, "Options": [name for name in own if name not in RARE]}
         with formatter.section("Presets, for --preset NAME"):
             formatter.write_dl([(name, preset.sentence) for name, preset in PRESETS.items()])
         for title, names in sections.items():
-            records = (options[name].get_help_record(ctx) for name in names)
-            rows = [record for record in records if record]
-            if not rows:
-                continue
-            with formatter.section(title):
-                formatter.write_dl(rows if full else [(flags.partition(" / ")[0], text) for flags, text in rows])
+            rows = [record for name in names if (record := options[name].get_help_record(ctx))]
+            if _FULL not in ctx.meta:
+                rows = [(flags.partition(" / ")[0], text) for flags, text in rows]
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
 
 
-def _write_paragraphs(formatter: click.HelpFormatter, paragraphs: list[str]) -> None:
-    formatter.write_paragraph()
-    with formatter.indentation():
-        formatter.write_text("\n\n".join(paragraphs))
+class ValueOf(click.ParamType):
+    """A value of the option ``option``, of a `Kind`."""
+
+    def __init__(self, option: str, kind: Kind) -> None:
+        self.name, self._option, self._kind = kind.metavar, option, kind
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the value that a text stands for."""
+        return self._kind.parse(self._option, value) if isinstance(value, str) else value
 
 
 class SettingsOption(click.Option):
@@ -163,8 +154,9 @@ def _general_options() -> list[click.Option]:
 
 
 def _show_full_help(ctx: click.Context, _: click.Parameter, value: bool) -> None:
-    if value and not ctx.resilient_parsing and isinstance(ctx.command, SettingsCommand):
-        click.echo(ctx.command.full_help(ctx))
+    if value and not ctx.resilient_parsing:
+        ctx.meta[_FULL] = True
+        click.echo(ctx.get_help())
         ctx.exit()
 
 

@@ -20,7 +20,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from types import FrameType
 
 from warpvec.cli.streams import prepare_streams
@@ -54,17 +54,12 @@ def run_command(command: Callable[[], None]) -> None:
     sys.exit(code)
 
 
-@contextmanager
-def raised_interrupts() -> Iterator[None]:
+def raised_interrupts() -> AbstractContextManager[None]:
     """Raise KeyboardInterrupt at the first signal in this block, whichever it is. It does nothing without a listener.
 
     This is for work that waits for other processes, whose end a flag would not bring about.
     """
-    if _Listener.current is None:
-        yield
-        return
-    with _Listener.current.raising():
-        yield
+    return nullcontext() if _Listener.current is None else _Listener.current.raising()
 
 
 def listener() -> Listener | None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warpvec.checks import in_one_line
-from warpvec.cli.arguments import background_option, json_option, preset_option, quiet_option
+from warpvec.cli.arguments import json_option, quiet_option, start_options
 from warpvec.cli.options import OPTION_NAMES, file_options, requested
 from warpvec.cli.settings_command import SettingsCommand
 from warpvec.cli.side_files import write_config
@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 @click.command(cls=SettingsCommand, short_help="Turn a folder of images into a folder of SVGs.")
 @click.argument("source", metavar="IN_DIR")
 @click.argument("target", metavar="OUT_DIR")
-@preset_option
-@background_option
+@start_options
 @click.option("--recursive", is_flag=True, help="Include the images in folders of IN_DIR.")
 @click.option("--jobs", type=click.IntRange(min=1), metavar="N", help="Images at a time. [one per GPU, else per core]")
 @click.option("--skip-existing", is_flag=True, help="Skip every image that has an SVG of any settings.")

@@ -3,22 +3,13 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import Any
 
 import click
 
 from warpvec.checks import in_one_line
-from warpvec.cli.arguments import (
-    background_option,
-    check_out,
-    json_option,
-    preset_option,
-    quiet_option,
-    read_source,
-    read_svg_bytes,
-    verbose_option,
-    write_drawing,
-)
+from warpvec.cli.arguments import check_out, read_photo, read_svg_bytes, report_options, start_options, write_drawing
 from warpvec.cli.loading import quick_loading
 from warpvec.cli.options import file_options, given_options
 from warpvec.cli.settings_command import SettingsCommand
@@ -34,11 +25,8 @@ DECIDED = ("mode", "curves", "iterations", "precision", "recycle_gap", "segments
 @click.argument("source", metavar="IN")
 @click.argument("out", metavar="OUT")
 @click.option("--from", "drawing", metavar="SVG", required=True, help="SVG file to begin with.")
-@preset_option
-@background_option
-@json_option
-@verbose_option
-@quiet_option
+@start_options
+@report_options
 @click.option("--free", is_flag=True, help="Let corners, lines, opacities and crossings change too.")
 @click.pass_context
 def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: bool, **options: Any) -> None:
@@ -60,7 +48,6 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     """
     check_out(out, any_kind=True)
     with quick_loading():
-        from warpvec.api import title_of
         from warpvec.drawing.given import place_on_picture, read_drawing
         from warpvec.modes.refine import Refine, refine_settings
         from warpvec.modes.request import Request
@@ -71,18 +58,17 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     for text in loaded.omitted:
         click.echo(in_one_line(f"warpvec: {drawing}: {text}"), err=True)
     from warpvec.cli.progress import show_progress
-    from warpvec.image.read import read_image
     from warpvec.rendering.launch import resolve_device
     from warpvec.result import Result
     from warpvec.watch.watch import Watch
 
     resolve_device(config.device)
-    image = read_source(source, "IN")
-    pixels = read_image(image, options["background"], name="IN")
+    pixels = read_photo(source, options["background"], "IN")
+    title = None if source == "-" else Path(source).stem
     mode = Refine(loaded, data, iterations, free, name="--from")
     with show_progress(sys.stderr, quiet=options["quiet"]) as show:
         watch = Watch(show, config.time_budget, listener())
-        request = Request.of(pixels, config, goal, title=title_of(image), options=file_options(options), watch=watch)
+        request = Request.of(pixels, config, goal, title=title, options=file_options(options), watch=watch)
         place_on_picture(loaded, request.picture, "--from")  # report a wrong picture before anything is written
         write_config(options, config, undecided=[name for name in DECIDED if options[name] is None])
         result = Result(mode.draw(request), watch.facts())

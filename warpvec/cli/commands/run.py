@@ -8,17 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from warpvec.cli.arguments import (
-    background_option,
-    check_out,
-    check_page,
-    json_option,
-    preset_option,
-    quiet_option,
-    read_source,
-    verbose_option,
-    write_drawing,
-)
+from warpvec.cli.arguments import check_out, check_page, read_photo, report_options, start_options, write_drawing
 from warpvec.cli.loading import quick_loading
 from warpvec.cli.options import file_options, options_of_mode, requested
 from warpvec.cli.settings_command import SettingsCommand
@@ -41,8 +31,7 @@ if TYPE_CHECKING:
 @click.command(cls=SettingsCommand, short_help="Turn an image into an SVG.")
 @click.argument("source", metavar="IN")
 @click.argument("out", metavar="[OUT]", required=False)
-@preset_option
-@background_option
+@start_options
 @click.option("--report", "page", metavar="FILE", help="Write an HTML page to inspect and edit the result.")
 @click.option("--video", metavar="FILE", help="Record the fit as .mp4, .gif or .webp.")
 @click.option("--save-frames", metavar="DIR", help="Record the fit as PNG files in a folder.")
@@ -53,9 +42,7 @@ if TYPE_CHECKING:
     help="Iterations between frames (in shorter fits every iteration is one) and checkpoints. [50]",
 )  # fmt: skip
 @click.option("--placeholder", is_flag=True, help="Print a rough drawing of 1000 bytes as a data URI.")
-@json_option
-@verbose_option
-@quiet_option
+@report_options
 @click.pass_context
 def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
     """Turn the image IN (PNG, JPEG, WebP, TIFF, BMP, GIF; - for stdin) into the file OUT: {suffixes},
@@ -140,12 +127,9 @@ def _fit(
     Raises:
         OSError: the SVG cannot be written. What else cannot is a warning: it is worth less than the fit.
     """
-    from warpvec.image.read import read_image
-
-    image = read_source(source, "IN")
-    photo = read_image(image, options["background"], name="IN")
+    photo = read_photo(source, options["background"], "IN")
+    title = None if source == "-" else Path(source).stem
     with quick_loading():  # These imports take a second. By now most mistakes have been reported.
-        from warpvec.api import title_of
         from warpvec.cli.frames import recorded
         from warpvec.fit.checkpoint import saving_to
         from warpvec.modes.choice import draw_picture
@@ -161,7 +145,7 @@ def _fit(
     with recorded(photo, config, frames, video, every, quiet=options["quiet"]) as recorder:
         write_config(options, config)
         watch = Watch(recorder, config.time_budget, listener())
-        request = Request.of(photo, config, goal, title=title_of(image), options=file_options(options), watch=watch)
+        request = Request.of(photo, config, goal, title=title, options=file_options(options), watch=watch)
         photo_mode, path = Photo(resume=checkpoint), options["checkpoint"]
         if path is not None:  # saving may fail without ending the fit
             warn = SideFile("--checkpoint").fail
@@ -176,9 +160,8 @@ def _fit(
     if options["page"] is not None:
         from warpvec.viewer.page import write_page
 
-        side, svg, name = SideFile("--report"), result.svg().encode(), None if out == "-" else Path(out).stem
-        photo, history = result.picture.pixels, result.history
-        side.attempt(write_page, options["page"], svg, photo=photo, history=history, name=name)
+        svg, history, name = result.svg().encode(), result.history, None if out == "-" else Path(out).stem
+        SideFile("--report").attempt(write_page, options["page"], svg, photo=photo, history=history, name=name)
     if failure is not None:  # only now, so that the video and the page are there
         raise failure
     return result
