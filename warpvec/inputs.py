@@ -27,6 +27,8 @@ def read_file(path: str | os.PathLike[str], limit: int, name: str, kind: str = "
     label = repr(os.fspath(path))
     try:
         with Path(path).open("rb") as stream:
+            if os.fstat(stream.fileno()).st_size > limit:
+                raise too_long(limit, name, label)
             return read_stream(stream, limit, name, label)
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from functools import cached_property
 from io import UnsupportedOperation
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from warpvec.errors import InputError
 from warpvec.files import make_folder, naming_errors, write_atomic
@@ -28,11 +28,15 @@ _LASTING_NUMBERS = (errno.ELOOP, errno.ENAMETOOLONG)
 """Errors of a file that another attempt would not mend; ELOOP is that of links that lead to each other."""
 
 
-class Folder(Protocol):
-    """A folder that can be pickled. Errors other than InputError may be temporary, such as a lost connection."""
+class LocalFolder:
+    """A folder on this machine. Errors other than InputError may be temporary."""
 
-    can_append: bool
-    """True if :meth:`append` works; object stores have no such operation."""
+    can_append = True
+    """Whether :meth:`append` works; object stores have no such operation."""
+
+    def __init__(self, path: str | os.PathLike[str], name: str = "IN_DIR") -> None:
+        # Absolute, because a worker of a cluster has another current folder.
+        self._path, self._given, self._name = Path(os.path.abspath(path)), os.fspath(path), name
 
     def names(self, recursive: bool) -> list[str]:
         """Return the names of the files, sorted; those in its folders too if ``recursive``.
@@ -42,57 +46,6 @@ class Folder(Protocol):
         Raises:
             InputError: there is no such folder.
         """
-
-    def exists(self, name: str) -> bool:
-        """Return whether there is a file ``name``."""
-
-    def read(self, name: str, limit: int = MAX_FILE_BYTES) -> bytes:
-        """Return the bytes of a file.
-
-        Raises:
-            InputError: it does not exist, may not be read, or has more than ``limit`` bytes.
-        """
-
-    def write(self, name: str, data: bytes) -> None:
-        """Write a file, whole or not at all, and create the folders it is in.
-
-        Raises:
-            InputError: no file of that name may be written.
-        """
-
-    def append(self, name: str, data: bytes) -> None:
-        """Append ``data`` to a file in one write, which is on the disk when this returns."""
-
-    def lock(self) -> Any:
-        """Create the folder and return a context in which no other process can lock it.
-
-        Raises:
-            InputError: it cannot be created or written, or another process has locked it.
-        """
-
-
-def open_folder(address: str, name: str) -> Folder:
-    """Return the folder at ``address``: a path, or an address such as s3://bucket/photos; messages call it ``name``.
-
-    Raises:
-        InputError: the address is empty, or the library that reads such addresses is not installed.
-    """
-    if not address:  # pathlib would take this for the current folder
-        raise InputError(name, "must be a folder", "''", "give . for the current one")
-    return RemoteFolder(address, name) if "://" in address else LocalFolder(address, name)
-
-
-class LocalFolder:
-    """A folder on this machine."""
-
-    can_append = True
-
-    def __init__(self, path: str | os.PathLike[str], name: str = "IN_DIR") -> None:
-        # Absolute, because a worker of a cluster has another current folder.
-        self._path, self._given, self._name = Path(os.path.abspath(path)), os.fspath(path), name
-
-    def names(self, recursive: bool) -> list[str]:
-        """Return the names of the files, with those of inner folders if ``recursive``."""
         if not self._path.is_dir():
             raise InputError(self._name, "must be a folder", repr(self._given), "check the path")
         found = []
@@ -107,7 +60,11 @@ class LocalFolder:
         return os.path.isfile(self._path / name)  # unlike pathlib, it takes a name that is too long
 
     def read(self, name: str, limit: int = MAX_FILE_BYTES) -> bytes:
-        """Return the bytes of the file ``name``."""
+        """Return the bytes of the file ``name``.
+
+        Raises:
+            InputError: it does not exist, may not be read, or has more than ``limit`` bytes.
+        """
         path = self._path / name
         with _as_input_error(name):
             # A pipe would wait for ever, and a device may have no end.
@@ -117,28 +74,36 @@ class LocalFolder:
                 return read_stream(stream, limit, name, "it")
 
     def write(self, name: str, data: bytes) -> None:
-        """Write the file ``name``, whole or not at all."""
-        path = self._path / name
-        self._check_is_no_folder(name)
+        """Write the file ``name``, whole or not at all, and create the folders it is in.
+
+        Raises:
+            InputError: no file of that name may be written.
+        """
+        path = self._writable(name)
         with _as_input_error(name, "write"):
             path.parent.mkdir(parents=True, exist_ok=True)
             write_atomic(path, data)
 
     def append(self, name: str, data: bytes) -> None:
-        """Add ``data`` to the end of the file ``name``."""
-        self._check_is_no_folder(name)
-        path = self._path / name
+        """Append ``data`` to a file in one write, which is on the disk when this returns."""
+        path = self._writable(name)
         with naming_errors(path), path.open("ab", buffering=0) as file:
             file.write(data)
             os.fsync(file.fileno())
 
-    def _check_is_no_folder(self, name: str) -> None:
-        if os.path.isdir(self._path / name):
+    def _writable(self, name: str) -> Path:
+        path = self._path / name
+        if os.path.isdir(path):
             raise InputError(self._name, "must let a file be written", f"a folder named {name!r}", "move it away")
+        return path
 
     @contextmanager
     def lock(self) -> Iterator[None]:
-        """Keep other batches out of the folder in this block."""
+        """Create the folder, and keep other batches out of it in this block.
+
+        Raises:
+            InputError: it cannot be created or written, or another process has locked it.
+        """
         make_folder(self._path, self._name, self._given)
         handle = os.open(self._path, os.O_RDONLY)
         try:
@@ -153,7 +118,7 @@ class LocalFolder:
 
 
 class RemoteFolder:
-    """A folder at an address with "://", on a file system that fsspec can open."""
+    """A folder at an address with "://", on a file system that fsspec can open; its methods are as in `LocalFolder`."""
 
     can_append = False
 
@@ -222,6 +187,21 @@ class RemoteFolder:
     def lock(self) -> Iterator[None]:
         """Do nothing: stores have no locks."""
         yield
+
+
+Folder = LocalFolder | RemoteFolder
+"""A folder that can be pickled."""
+
+
+def open_folder(address: str, name: str) -> Folder:
+    """Return the folder at ``address``: a path, or an address such as s3://bucket/photos; messages call it ``name``.
+
+    Raises:
+        InputError: the address is empty, or the library that reads such addresses is not installed.
+    """
+    if not address:  # pathlib would take this for the current folder
+        raise InputError(name, "must be a folder", "''", "give . for the current one")
+    return RemoteFolder(address, name) if "://" in address else LocalFolder(address, name)
 
 
 @contextmanager

@@ -155,11 +155,8 @@ class Vectorize:
         return Record(
             input=job.input,
             output=job.output,
-            mode=metrics["mode"],
-            curves=metrics["curves"],
-            bytes=metrics["bytes"],
+            **{figure: metrics[figure] for figure in ("mode", "curves", "bytes", "ssim")},
             psnr=metrics["psnr"] if math.isfinite(metrics["psnr"]) else None,
-            ssim=metrics["ssim"],
             seconds=round(time.perf_counter() - start, 3),
             key=self.key(data),
             settings=self.settings,

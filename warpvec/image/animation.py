@@ -24,7 +24,7 @@ _GIF_HEAD_BYTES = 13
 _WEBP_HEAD_BYTES = 12
 
 
-class _PartWriter(ABC):
+class PartWriter(ABC):
     """Writes frames, each shown for ``duration`` milliseconds, and encodes ``PART_FRAMES`` of them at a time."""
 
     _FORMAT: str
@@ -67,7 +67,7 @@ class _PartWriter(ABC):
         """Write the end of the file."""
 
 
-class GifWriter(_PartWriter):
+class GifWriter(PartWriter):
     """Writes a GIF that repeats for ever."""
 
     _FORMAT = "GIF"
@@ -82,7 +82,7 @@ class GifWriter(_PartWriter):
         self._stream.write(b";")
 
 
-class WebpWriter(_PartWriter):
+class WebpWriter(PartWriter):
     """Writes a WebP file that repeats for ever."""
 
     _FORMAT = "WEBP"

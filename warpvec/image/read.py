@@ -10,12 +10,10 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-import stat
 import threading
 import warnings
 from collections.abc import Iterator
 from io import BytesIO
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias, cast
 
 import numpy as np
@@ -26,7 +24,7 @@ from warpvec.errors import InputError
 from warpvec.image.colors import parse_color
 from warpvec.image.icc import to_srgb
 from warpvec.image.tiff import check_tiles, silent_libtiff
-from warpvec.inputs import read_stream, too_long
+from warpvec.inputs import read_file, too_long
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -103,8 +101,8 @@ def _load(source: ImageSource, name: str) -> NDArray[Any]:
             raise too_long(MAX_IMAGE_BYTES, name, f"these {len(source)} bytes")
         return _decode_stream(BytesIO(source), f"these {len(source)} bytes", name)
     if isinstance(source, str | os.PathLike):
-        with _open_file(source, name) as stream:
-            return _decode_stream(stream, repr(os.fspath(source)), name)
+        data = read_file(source, MAX_IMAGE_BYTES, name, "an image file")
+        return _decode_stream(BytesIO(data), repr(os.fspath(source)), name)
     rule = "must be a path, bytes, a PIL image, a numpy array or a torch tensor"
     raise InputError(name, rule, type(source).__name__, "convert it")
 
@@ -123,26 +121,6 @@ def _tensor_samples(tensor: Tensor, name: str) -> NDArray[Any]:
         rule = "must be a tensor that can be converted to a numpy array"
         raise InputError(name, rule, f"an error ({_reason(error)})", "convert it first") from error
     return samples
-
-
-def _open_file(source: str | os.PathLike[str], name: str) -> BinaryIO:
-    """Open a file of at most ``MAX_IMAGE_BYTES``, or read a pipe or a device as a whole."""
-    path = Path(source)
-    label = repr(str(path))
-    try:
-        stream = path.open("rb")
-        status = os.fstat(stream.fileno())
-        if not stat.S_ISREG(status.st_mode):
-            with stream:
-                return BytesIO(read_stream(stream, MAX_IMAGE_BYTES, name, label))
-    except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(name, "must be an image file", f"{label} ({_reason(error)})", "check the path") from error
-    if status.st_size > MAX_IMAGE_BYTES:
-        stream.close()
-        raise too_long(MAX_IMAGE_BYTES, name, label)
-    return stream
 
 
 def _decode_stream(stream: BinaryIO, label: str, name: str) -> NDArray[Any]:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from warpvec.errors import InputError
 from warpvec.files import check_writable
 from warpvec.image.alpha import is_transparent, over
-from warpvec.image.animation import GifWriter, WebpWriter
+from warpvec.image.animation import GifWriter, PartWriter, WebpWriter
 from warpvec.image.write import to_8_bits
 from warpvec.temporary_files import at_abrupt_end, temporary_file
 
@@ -52,7 +52,7 @@ class Video(AbstractContextManager["Video"]):
 
     def __init__(self, path: str) -> None:
         self._path = Path(path)
-        self._writer: _Writer | None = None
+        self._writer: PartWriter | _Mp4Writer | None = None
         self._files = ExitStack()
 
     def add(self, image: NDArray[np.float32]) -> None:
@@ -81,16 +81,8 @@ class Video(AbstractContextManager["Video"]):
             self._files.close()
 
 
-class _Writer(Protocol):
-    def add(self, frame: NDArray[np.uint8]) -> None:
-        """Append ``frame`` [h, w, 3]."""
-
-    def finish(self) -> None:
-        """Write what is left."""
-
-
 @contextmanager
-def _open_writer(path: Path) -> Iterator[_Writer]:
+def _open_writer(path: Path) -> Iterator[PartWriter | _Mp4Writer]:
     if path.suffix == ".mp4":
         with closing(_Mp4Writer(path)) as writer:
             yield writer
@@ -109,6 +101,7 @@ class _Mp4Writer:
         self._ends = ExitStack()
 
     def add(self, frame: NDArray[np.uint8]) -> None:
+        """Append ``frame`` [h, w, 3]."""
         # Players expect colour at half the resolution, so an odd side repeats its last row or column.
         height, width = frame.shape[:2]
         padded = np.pad(frame, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
@@ -120,6 +113,7 @@ class _Mp4Writer:
             raise OSError(_FFMPEG_FAILED) from error
 
     def finish(self) -> None:
+        """Write what is left."""
         self.close()
         if self._process is not None and self._process.returncode != 0:
             raise OSError(_FFMPEG_FAILED)

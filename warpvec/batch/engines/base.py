@@ -11,8 +11,6 @@ from warpvec.errors import InputError
 
 J = TypeVar("J")
 R = TypeVar("R")
-J_contra = TypeVar("J_contra", contravariant=True)
-R_co = TypeVar("R_co", covariant=True)
 
 Report = Callable[[str], None]
 """Called by the work with a few words on the progress of its job."""
@@ -34,14 +32,11 @@ class WorkerShare:
     threads: int
 
 
-class Work(Protocol[J_contra, R_co]):
-    """The function that is called for each job. It can be pickled.
+Work = Callable[[J, WorkerShare, Report], R]
+"""The function that is called for each job. It can be pickled, and so can its result.
 
-    An InputError is the fault of the job, which is then not tried again.
-    """
-
-    def __call__(self, job: J_contra, share: WorkerShare, report: Report, /) -> R_co:
-        """Return the result of ``job``, which can be pickled too."""
+An InputError is the fault of the job, which is then not tried again.
+"""
 
 
 @dataclass(frozen=True)
