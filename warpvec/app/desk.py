@@ -89,7 +89,7 @@ class Desk:
         stream.put("hello", {"ready": self.is_ready, "pictures": [p.facts() for p in own]})
         for picture in own:
             for kind, facts in picture.last.items():
-                stream.put(kind, {"id": picture.identifier, **facts}, replaces=f"{kind} {picture.identifier}")
+                stream.put(kind, {"id": picture.identifier, **facts})
             self._set_status(picture, picture.status)  # after the drawing, as always
         self._tell_queue()
         return stream
@@ -155,7 +155,7 @@ class Desk:
         if report.kind == "ready":
             self.is_ready = True
             for page in self.pages:
-                self.pages.send(page, "ready", {}, "ready")
+                self.pages.send(page, "ready", {})
             self._start_next()
             return
         if report.kind == "died":
@@ -169,8 +169,11 @@ class Desk:
         picture = self._running
         if picture is None or picture.job is None or picture.job.number != report.number:
             return
+        if report.kind == "frame":
+            iteration, count = report.facts["iteration"], report.facts["iterations"]
+            picture.share = picture.job.done_share + (1.0 - picture.job.done_share) * iteration / max(count, 1)
         if report.kind in ("mode", "frame"):
-            self._note(picture, report)
+            self._tell(picture, report.kind, report.facts)
         else:
             self._end_running(report.kind, report.facts)
 
@@ -185,13 +188,6 @@ class Desk:
         while self._waiting:
             self._running = self._waiting.pop(0)
             self._end_running("failed", facts)
-
-    def _note(self, picture: PagePicture, report: Report) -> None:
-        if report.kind == "frame":
-            iteration, count = report.facts["iteration"], report.facts["iterations"]
-            assert picture.job is not None
-            picture.share = picture.job.done_share + (1.0 - picture.job.done_share) * iteration / max(count, 1)
-        self._tell(picture, report.kind, report.facts)
 
     def _end_running(self, kind: str, facts: dict[str, Any]) -> None:
         picture = self._running
@@ -259,18 +255,16 @@ class Desk:
 
     def _set_status(self, picture: PagePicture, status: str) -> None:
         picture.status = status
-        identifier = picture.identifier
-        self.pages.send(picture.page, "status", {"id": identifier, "status": status}, f"status {identifier}")
+        self.pages.send(picture.page, "status", {"id": picture.identifier, "status": status})
 
     def _tell(self, picture: PagePicture, kind: str, facts: dict[str, Any]) -> None:
         assert picture.job is not None
         picture.last[kind] = {"fit": picture.job.number, **facts}
-        event = {"id": picture.identifier, "at": time.time(), **picture.last[kind]}
-        self.pages.send(picture.page, kind, event, f"{kind} {picture.identifier}")
+        self.pages.send(picture.page, kind, {"id": picture.identifier, "at": time.time(), **picture.last[kind]})
 
     def _tell_queue(self) -> None:
         """Tell each page how many fits are before each of its own."""
         busy = self._running is not None
         for page in self.pages:
             places = {p.identifier: i + busy for i, p in enumerate(self._waiting) if p.page == page}
-            self.pages.send(page, "queue", {"places": places}, "queue")
+            self.pages.send(page, "queue", {"places": places})

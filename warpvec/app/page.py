@@ -6,12 +6,11 @@ See `warpvec/viewer/README.md`.
 from __future__ import annotations
 
 import secrets
-from importlib.resources import files
 
 from warpvec import __version__
 from warpvec.app.controls import controls_data, controls_markup
 from warpvec.viewer import page as viewer
-from warpvec.viewer.modules import module_scripts, module_texts
+from warpvec.viewer.modules import asset, module_scripts, module_texts
 from warpvec.writers.png import SIDE_MAX
 
 NONCE_BYTES = 18
@@ -23,7 +22,7 @@ def page_text() -> tuple[str, str]:
 
     The policy allows scripts with a nonce, this style, images that the page makes, and requests to the server.
     """
-    style = viewer.style() + _asset("desk.css")
+    style = asset("viewer", "page.css") + asset("app", "desk.css")
     nonce = secrets.token_urlsafe(NONCE_BYTES)
     text = f"""<!DOCTYPE html>
 <html lang="en">
@@ -36,7 +35,7 @@ def page_text() -> tuple[str, str]:
 <style>{style}</style>
 </head>
 <body class="desk" data-photo-side="{viewer.PAGE_PHOTO_SIDE}">
-{_panel()}{viewer.markup()}
+{_panel()}{asset("viewer", "page.html")}
 <script type="application/json" id="controls">{controls_data()}</script>
 <script type="application/json" id="data">{viewer.embedded_data({"name": "warpvec"})}</script>
 {module_scripts("app/main.js", nonce, module_texts("viewer", "app"))}
@@ -49,9 +48,5 @@ def page_text() -> tuple[str, str]:
 
 def _panel() -> str:
     """Return the elements of the panel that makes drawings."""
-    panel = _asset("desk.html").replace("<!-- controls -->", controls_markup())
+    panel = asset("app", "desk.html").replace("<!-- controls -->", controls_markup())
     return panel.replace("<!-- widest png -->", str(SIDE_MAX))
-
-
-def _asset(name: str) -> str:
-    return (files("warpvec.app") / "assets" / name).read_text(encoding="utf-8")

@@ -64,10 +64,10 @@ class Pages:
         if page in self._timers:
             self._forget_after(page, FORGET_SECONDS)
 
-    def send(self, page: str, kind: str, facts: dict[str, Any], replaces: str) -> None:
+    def send(self, page: str, kind: str, facts: dict[str, Any]) -> None:
         """Send an event to ``page``; see `Stream.put`."""
         for stream in self._streams.get(page, ()):
-            stream.put(kind, facts, replaces=replaces)
+            stream.put(kind, facts)
 
     def _forget_after(self, page: str, seconds: float) -> None:
         self._stop_timer(page)

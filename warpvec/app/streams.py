@@ -21,9 +21,9 @@ class Stream:
         self._events: dict[str, tuple[str, dict[str, Any]]] = {}
         self._news = asyncio.Event()
 
-    def put(self, kind: str, facts: dict[str, Any], replaces: str | None = None) -> None:
-        """Add an event; one of the same ``replaces``, by default its kind, that has not been sent is left out."""
-        key = replaces or kind
+    def put(self, kind: str, facts: dict[str, Any]) -> None:
+        """Add an event; one of the same kind and picture that has not been sent is left out."""
+        key = f"{kind} {facts.get('id')}"
         self._events.pop(key, None)  # the new one goes to the end
         self._events[key] = (kind, facts)
         self._news.set()

@@ -36,9 +36,7 @@ def stated_size(root: dict[str, str]) -> tuple[float, float]:
         InputError: the root states no size.
     """
     sides = view_box(root)[2:]
-    width, height = (
-        parse_length(root.get(name, ""), side) for name, side in zip(("width", "height"), sides, strict=True)
-    )
+    width, height = parse_length(root.get("width", ""), sides[0]), parse_length(root.get("height", ""), sides[1])
     if any(sides):
         scale = max((width or sides[0]) / sides[0], (height or sides[1]) / sides[1])
         width, height = width or sides[0] * scale, height or sides[1] * scale

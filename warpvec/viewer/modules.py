@@ -18,6 +18,11 @@ _KEPT = " !\"$&'()*+,/:;<=>?@[\\]^`{|}"
 """Characters that a data: URL may hold as they are, besides letters and digits: all but control characters, % and #."""
 
 
+def asset(room: str, name: str) -> str:
+    """Return the text of the file ``name`` in the assets of ``room``."""
+    return (files(f"warpvec.{room}") / "assets" / name).read_text(encoding="utf-8")
+
+
 def module_texts(*rooms: str) -> dict[str, str]:
     """Return the text of every module of ``rooms`` by its name."""
     found: dict[str, str] = {}

@@ -18,7 +18,6 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +32,7 @@ from warpvec.image.read import ImageSource, read_image
 from warpvec.image.write import png_bytes, to_8_bits
 from warpvec.svg.measure import file_facts, file_quality
 from warpvec.svg.sanitize import sanitize
-from warpvec.viewer.modules import module_scripts, module_texts
+from warpvec.viewer.modules import asset, module_scripts, module_texts
 
 PAGE_PHOTO_SIDE = 2048
 """Longest side of the image in the page in pixels: enough for a screen, and fast to compare with."""
@@ -114,7 +113,7 @@ def _data_url(pixels: NDArray[np.float32]) -> str:
 
 
 def _page(data: dict[str, Any]) -> str:
-    sheet, embedded = style(), embedded_data(data)
+    sheet, embedded = asset("viewer", "page.css"), embedded_data(data)
     # Whoever made the SVG cannot state this nonce in it, as it depends on the whole SVG.
     nonce = hashlib.sha256(embedded.encode()).hexdigest()
     return f"""<!DOCTYPE html>
@@ -128,21 +127,11 @@ def _page(data: dict[str, Any]) -> str:
 <style>{sheet}</style>
 </head>
 <body>
-{markup()}<script type="application/json" id="data">{embedded}</script>
+{asset("viewer", "page.html")}<script type="application/json" id="data">{embedded}</script>
 {module_scripts("viewer/main.js", nonce, module_texts("viewer"))}
 </body>
 </html>
 """
-
-
-def markup() -> str:
-    """Return the elements of the body. A script element of the identifier "data" must follow: see `embedded_data`."""
-    return _page_file("page.html")
-
-
-def style() -> str:
-    """Return the style sheet of the page."""
-    return _page_file("page.css")
 
 
 def embedded_data(data: dict[str, Any]) -> str:
@@ -164,7 +153,3 @@ def policy(nonce: str, style: str, images: str = "data:") -> str:
 def _hash_source(text: str) -> str:
     """Return the source of a content security policy that allows an inline style of this text."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
-
-
-def _page_file(name: str) -> str:
-    return (files("warpvec.viewer") / "assets" / name).read_text(encoding="utf-8")

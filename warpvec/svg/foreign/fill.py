@@ -127,9 +127,8 @@ class Fills:
         for element in chain(gradient, self._by_id):
             stops = [child for child in element if local_name(child.tag) == "stop"]
             if len(stops) > MAX_STOPS:
-                raise InputError(
-                    "SVG", f"must have at most {MAX_STOPS} stops a gradient", str(len(stops)), "simplify it"
-                )
+                rule = f"must have at most {MAX_STOPS} stops a gradient"
+                raise InputError("SVG", rule, str(len(stops)), "simplify it")
             if stops:
                 if element not in self._stops_of:
                     self._stops_of[element] = [self._stop(stop) for stop in stops]

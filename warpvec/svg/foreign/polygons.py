@@ -42,8 +42,7 @@ def winding(polygon: Points, point: Points) -> int:
 
 def windings(polygons: list[Points], points: Points) -> NDArray[np.int64]:
     """Return how often ``polygons`` together run around each of ``points`` [P, 2]."""
-    start = np.concatenate(polygons)
-    end = np.concatenate([np.roll(polygon, -1, axis=0) for polygon in polygons])
+    start, end = _edges(polygons)
     (x0, y0), (x1, y1) = (np.moveaxis(ends - points[:, None], -1, 0) for ends in (start, end))
     side = x0 * y1 - x1 * y0
     turns: NDArray[np.int64] = ((y0 <= 0) & (y1 > 0) & (side > 0)).sum(1) - ((y0 > 0) & (y1 <= 0) & (side < 0)).sum(1)
@@ -60,8 +59,7 @@ def distance(polygon: Points, point: Points) -> float:
 
 def crossing_count(polygons: list[Points]) -> int:
     """Return how many pairs of edges cross. Those that only touch do not count."""
-    start = np.concatenate(polygons)
-    end = np.concatenate([np.roll(polygon, -1, axis=0) for polygon in polygons])
+    start, end = _edges(polygons)
     rows = max(_CHUNK // len(start), 1)
     count = 0
     for first in range(0, len(start), rows):
@@ -70,6 +68,11 @@ def crossing_count(polygons: list[Points]) -> int:
         is_split = _side(start[None], end[None], a) * _side(start[None], end[None], b) < 0.0
         count += int((splits & is_split).sum())
     return count // 2
+
+
+def _edges(polygons: list[Points]) -> tuple[Points, Points]:
+    """Return the starts and the ends of all edges [K, 2]."""
+    return np.concatenate(polygons), np.concatenate([np.roll(polygon, -1, axis=0) for polygon in polygons])
 
 
 def _side(a: Points, b: Points, point: Points) -> Points:

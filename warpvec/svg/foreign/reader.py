@@ -44,7 +44,6 @@ _OMITTED_ELEMENTS = {
     "canvas": "canvas", "iframe": "frame", "animate": "animation", "animateTransform": "animation",
     "animateMotion": "animation", "set": "animation",
 }  # fmt: skip
-_EFFECTS = {"mask": "mask", "filter": "filter"}
 _REMARKS = {
     "group opacity": "given to each of its paths, which shows where they overlap",
     "self-crossing even-odd fill": "filled by the non-zero rule",
@@ -121,8 +120,8 @@ class ForeignReader:
         properties = self._sheet.properties(element, above.properties)
         if properties["display"] == "none":
             return
-        for effect, what in _EFFECTS.items():
-            self._omitted[what] += properties[effect] != "none"
+        for effect in ("mask", "filter"):
+            self._omitted[effect] += properties[effect] != "none"
         self._omitted["blend mode"] += properties["mix-blend-mode"] != "normal"
         state = replace(
             above,

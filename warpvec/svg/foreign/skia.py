@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.svg.foreign.budget import WorkBudget
 from warpvec.svg.foreign.polygons import crossing_count, polygon_of, windings
 from warpvec.svg.foreign.shapes import Cubic, Loop, Subpath, closed_loop
 
@@ -80,17 +81,16 @@ class Combiner:
 
     def __init__(self) -> None:
         self.skia = load_skia()
-        self._effort_left = MAX_EFFORT
+        self._budget = WorkBudget(MAX_EFFORT)
 
     def crossing_count(self, loops: Sequence[Loop]) -> int | None:
         """Return how many pairs of pieces of ``loops`` cross; None if there are too many pieces to tell."""
         polygons = [polygon_of(loop) for loop in loops]
         piece_count = sum(map(len, polygons))
-        if piece_count > _PIECES_MAX or piece_count**2 > self._effort_left:
+        if piece_count > _PIECES_MAX or not all(np.isfinite(polygon).all() for polygon in polygons):
             return None
-        if not all(np.isfinite(polygon).all() for polygon in polygons):
+        if not self._budget.takes(piece_count**2):
             return None
-        self._effort_left -= piece_count**2
         return crossing_count(polygons)
 
     def even_odd(self, loops: list[Loop]) -> list[Loop] | None:
@@ -117,10 +117,10 @@ class Combiner:
         if self.skia is None or not loops:
             return None
         count = self.crossing_count(loops)
-        effort = _CALL_EFFORT + _CROSSING_EFFORT * (count or 0)
-        if count is None or count > _CROSSINGS_MAX or effort > self._effort_left:
+        if count is None or count > _CROSSINGS_MAX:
             return None
-        self._effort_left -= effort
+        if not self._budget.takes(_CALL_EFFORT + _CROSSING_EFFORT * count):
+            return None
         points = np.concatenate([loop.points for loop in loops])
         low, scale = points.min(0), _SPAN / max(float(np.ptp(points, axis=0).max()), 1e-9)
         paths = [skia_path([_scaled(loop, low, scale) for loop in shape], self.skia) for shape in shapes]

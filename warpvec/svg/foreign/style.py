@@ -59,13 +59,10 @@ class StyleSheet:
             selectors, brace, body = rule.partition("{")
             declarations = _declarations(body)  # once: a rule may have thousands of selectors
             for selector in selectors.split(",") if brace else ():
-                self._declare(selector.strip(), declarations)
-
-    def _declare(self, selector: str, declarations: Properties) -> None:
-        if _KNOWN_SELECTOR.fullmatch(selector):
-            self._rules.setdefault(selector, {}).update(declarations)
-        else:
-            self.unknown.append(selector)
+                if _KNOWN_SELECTOR.fullmatch(selector.strip()):
+                    self._rules.setdefault(selector.strip(), {}).update(declarations)
+                else:
+                    self.unknown.append(selector.strip())
 
     def _from_rules(self, element: Element) -> Properties:
         """Return the declarations of all rules for ``element``; more specific selectors win (CSS 2.1, 6.4.3)."""
