@@ -208,7 +208,7 @@ class _Parser:
         self._depth = self._element_count = self._attribute_count = 0
         self._stops_left = 0  # stops that the gradient may still have
         self._root_start = 0
-        self._group: tuple[int, str | None, int] | None = None  # start, id, and painted elements before it
+        self._group: tuple[int, int, int] | None = None  # level, start, and painted elements before it
         self._names: dict[str, tuple[str, str]] = {}  # a name in expat's form -> "{namespace}name", local SVG name
         self._expat = self._make_expat()
 
@@ -245,7 +245,8 @@ class _Parser:
             _check_root(local)
             self.document.root, self._root_start = attributes, self._expat.CurrentByteIndex
         elif self._depth == 1 and local == "g":
-            self._group = self._expat.CurrentByteIndex, attributes.get("id"), self.document.painted.count
+            level = layer_level(attributes.get("id"), len(self.document.groups))
+            self._group = level, self._expat.CurrentByteIndex, self.document.painted.count
         elif self._depth == MAX_DEPTH:
             raise InputError("SVG", f"must nest at most {MAX_DEPTH} elements", "deeper ones", "ungroup it")
         self._element_count += 1
@@ -295,9 +296,8 @@ class _Parser:
         if local in _GRADIENTS:
             self._stops_left = 0
         if self._depth == 1 and self._group is not None:
-            start, identifier, painted_before = self._group
+            level, start, painted_before = self._group
             painted_count = self.document.painted.count - painted_before
-            level = layer_level(identifier, len(self.document.groups))
             self.document.groups.append(Group(level, start, self._element_stop(start), painted_count))
             self._group = None
         elif self._depth == 0:

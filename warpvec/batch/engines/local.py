@@ -83,8 +83,9 @@ class _Worker(Generic[J, R]):
         if self.is_busy or (following := queue.pop()) is None:
             return
         self._attempt = following
-        process = self._process or self._start_process()
-        self._notify(following.job, f"attempt {following.number} in process {process.pid}")
+        if self._process is None:
+            self._process, self.connection = spawn(_serve, *self._arguments)
+        self._notify(following.job, f"attempt {following.number} in process {self._process.pid}")
         with suppress(OSError):  # the process died while idle; `receive` reports that
             self.connection.send(following.job)
 
@@ -120,10 +121,6 @@ class _Worker(Generic[J, R]):
         self._process.kill()
         self._process.join()
         self._process = None
-
-    def _start_process(self) -> SpawnProcess:
-        self._process, self.connection = spawn(_serve, *self._arguments)
-        return self._process
 
     def _death(self) -> Failure:
         """Return the failure of a process that died."""
