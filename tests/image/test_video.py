@@ -24,7 +24,7 @@ from warpvec.image import video
 from warpvec.image.video import EXTENSIONS, FRAMES_PER_SECOND, Video, check_video
 from warpvec.modes import photo as photo_mode
 from warpvec.watch.progress import Progress
-from warpvec.watch.watch import FitResult, Part, Watch
+from warpvec.watch.watch import FitResult, Part
 
 KINDS = [
     pytest.param(extension, marks=pytest.mark.skipif(missing, reason="needs imageio-ffmpeg, the extra video"))
@@ -207,14 +207,14 @@ def test_run_films_the_fit(extension: str, photo: Path) -> None:
 
 
 def test_an_interrupted_fit_leaves_its_video_so_far(photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = Watch._show
+    real = Part.report
 
-    def interrupt_at_six(watch: Watch, progress: Progress) -> None:
-        real(watch, progress)
+    def interrupt_at_six(part: Part, progress: Progress, **options: bool) -> None:
+        real(part, progress, **options)
         if progress.iteration == 6:
             signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(Watch, "_show", interrupt_at_six)
+    monkeypatch.setattr(Part, "report", interrupt_at_six)
     path, out = photo.with_name("fit.gif"), photo.with_name("out.svg")
     result = invoke("run", photo, out, "--curves", "8", "--iterations", "50", "--every", "2", "--video", path)
     assert result.exit_code == 130
