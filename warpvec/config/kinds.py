@@ -37,6 +37,36 @@ class Kind(Protocol):
         """
 
 
+def parse_whole(name: str, text: str) -> int:
+    """Return the whole number in ``text``.
+
+    Raises:
+        InputError: there is none; messages call the setting ``name``.
+    """
+    try:
+        return int(text)
+    except ValueError:
+        raise InputError(name, "must be a whole number", repr(text)) from None
+
+
+def parse_real(name: str, text: str) -> float:
+    """Return the number in ``text``.
+
+    Raises:
+        InputError: there is none; messages call the setting ``name``.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(name, "must be a number", repr(text)) from None
+
+
+def parse_text(name: str, text: str) -> str:
+    """Return ``text``."""
+    del name
+    return text
+
+
 @dataclass(frozen=True)
 class Whole:
     """Whole numbers from ``low`` to ``high``; also None if it is ``optional``."""
@@ -55,9 +85,7 @@ class Whole:
         """Return ``value`` as a Python integer."""
         return None if value is None and self.optional else check_count(name, value, self.low, self.high)
 
-    def parse(self, name: str, text: str) -> int:
-        """Return the number in ``text``."""
-        return parse_whole(name, text)
+    parse = staticmethod(parse_whole)
 
 
 @dataclass(frozen=True)
@@ -77,9 +105,7 @@ class Real:
         """Return ``value`` as a Python float."""
         return check_number(name, value, self.low, self.high)
 
-    def parse(self, name: str, text: str) -> float:
-        """Return the number in ``text``."""
-        return parse_real(name, text)
+    parse = staticmethod(parse_real)
 
 
 @dataclass(frozen=True)
@@ -111,9 +137,7 @@ class Positive:
             raise InputError(name, self.rule, show(value), self.remedy)
         return number
 
-    def parse(self, name: str, text: str) -> float:
-        """Return the number in ``text``."""
-        return parse_real(name, text)
+    parse = staticmethod(parse_real)
 
 
 @dataclass(frozen=True)
@@ -150,9 +174,7 @@ class Choice:
         check_choice(name, value, self.names)
         return str(value)
 
-    def parse(self, name: str, text: str) -> str:
-        """Return ``text``."""
-        return text
+    parse = staticmethod(parse_text)
 
 
 @dataclass(frozen=True)
@@ -170,36 +192,6 @@ class Custom:
     parse: Callable[[str, str], Any]
     metavar: str
     limits: str
-
-
-def parse_whole(name: str, text: str) -> int:
-    """Return the whole number in ``text``.
-
-    Raises:
-        InputError: there is none; messages call the setting ``name``.
-    """
-    try:
-        return int(text)
-    except ValueError:
-        raise InputError(name, "must be a whole number", repr(text)) from None
-
-
-def parse_real(name: str, text: str) -> float:
-    """Return the number in ``text``.
-
-    Raises:
-        InputError: there is none; messages call the setting ``name``.
-    """
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(name, "must be a number", repr(text)) from None
-
-
-def parse_text(name: str, text: str) -> str:
-    """Return ``text``."""
-    del name
-    return text
 
 
 def or_auto(parse: Callable[[str, str], Any], rule: str) -> Callable[[str, str], Any]:

@@ -12,13 +12,11 @@ from functools import cache
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageFilter
 
+from warpvec.arrays import Mask
 from warpvec.flat.constants.mode_choice import MODE_CHOICE
 
 Levels = NDArray[np.int16]
-Mask = NDArray[np.bool_]
 
 
 class ModeChoice(NamedTuple):

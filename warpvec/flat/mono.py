@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats
 from warpvec.errors import InputError
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.mono import MONO
@@ -17,8 +18,6 @@ from warpvec.flat.curves.curve_fitting import fit_loops
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.watch.watch import UNWATCHED, Watch
-
-Floats = NDArray[np.float64]
 
 Curves = tuple[Floats, NDArray[np.bool_]]
 """The control points [n, 3, 2] of a loop, and a mask of its lines [n]."""

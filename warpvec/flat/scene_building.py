@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.curves.curve_fitting import fit_loops
@@ -19,8 +20,6 @@ from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.watch.watch import UNWATCHED, Watch
-
-Floats = NDArray[np.float64]
 
 
 def scene_of(regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch = UNWATCHED) -> Scene:

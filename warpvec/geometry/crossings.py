@@ -9,6 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from warpvec.arrays import Floats
 from warpvec.geometry.bezier import bernstein, whole_curves
 from warpvec.geometry.scene import Scene
 
@@ -25,7 +26,6 @@ FOLD_WIDTH = 0.05
 _PAIRS_AT_ONCE = 2**12
 """Pairs of segments whose chords are compared at once, which bounds the memory."""
 
-Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 

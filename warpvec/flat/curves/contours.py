@@ -7,11 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.curves import CURVES
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 _LOOP_MIN = 3
 

@@ -6,17 +6,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cycle_search import cheapest_cycle
 from warpvec.flat.curves.outline_nodes import find_nodes, roughness, sample_loops
 from warpvec.flat.curves.piece_joining import Pieces, join_pieces
 from warpvec.flat.curves.span_costs import span_costs
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Integers = NDArray[np.int64]
 
 
 def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance) -> list[tuple[Floats, Mask]]:

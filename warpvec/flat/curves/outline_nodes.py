@@ -8,14 +8,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.stroke_ends import stroke_ends
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 
 class Samples(NamedTuple):

@@ -6,16 +6,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cubic_fitting import fit_cubics, fit_lengths
 from warpvec.flat.curves.outline_nodes import Nodes, Samples
 from warpvec.flat.curves.span_costs import places_between, typical_distance
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 
 class Pieces(NamedTuple):

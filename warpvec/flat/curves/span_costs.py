@@ -6,15 +6,11 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cubic_fitting import fit_cubics
 from warpvec.flat.curves.outline_nodes import Nodes, Samples
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 
 class SpanCosts(NamedTuple):

@@ -7,11 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats, Integers
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.planar_map import PlanarMap
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 _SAME_T = 1e-7
 """Two parameters of a curve that differ by less are the same place."""

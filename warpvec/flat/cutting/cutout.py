@@ -14,6 +14,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from warpvec.arrays import Floats, Integers
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.cut_edges import CurvePart, CutEdges
 from warpvec.flat.cutting.noding import chords_of, noded
@@ -23,9 +24,6 @@ from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

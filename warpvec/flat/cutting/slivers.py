@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats, Integers
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.planar_map import PlanarMap
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 def without_slivers(mapped: PlanarMap, owners: Integers, path_of_edge: Integers) -> tuple[Integers, int]:

@@ -6,13 +6,10 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.regions.regions import Regions
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _NEIGHBOURS = np.ones((3, 3), bool)
 

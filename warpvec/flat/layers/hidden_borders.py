@@ -5,15 +5,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.layers.covering import Cover
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 
 def with_simple_hidden_borders(loop: Floats, is_hidden: Mask, cover: Cover) -> Floats:

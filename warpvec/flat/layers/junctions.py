@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.curves.contours import contours_of
 from warpvec.flat.curves.outline_nodes import sample_loops, sides_of, turns_of
 from warpvec.flat.regions.regions import Regions
 
-Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 
 NO_NEIGHBOUR = -1

@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.layers.junctions import Junctions
 from warpvec.flat.regions.regions import Regions
 from warpvec.geometry.paints.registry import FLAT
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 
 def alike(regions: Regions, first: int, others: Integers) -> Mask:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.curves.contours import contours_of
@@ -14,8 +14,6 @@ from warpvec.flat.layers.covering import cover_of
 from warpvec.flat.layers.hidden_borders import is_in, with_simple_hidden_borders
 from warpvec.flat.layers.stacking import StackedLayer
 from warpvec.flat.regions.regions import Regions
-
-Floats = NDArray[np.float64]
 
 
 def outlines(regions: Regions, layer: StackedLayer) -> list[Floats]:

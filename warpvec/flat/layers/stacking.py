@@ -8,14 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.layers.junctions import border_shares, evidence_above, find_junctions
 from warpvec.flat.layers.merging import alike, interrupted_pairs
 from warpvec.flat.regions.regions import Regions
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

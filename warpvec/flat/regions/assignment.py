@@ -5,17 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats32, Integers32, Mask, Places
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import NONE, grow_by_paint
 from warpvec.flat.regions.unmixing import Candidates, Mixes, best_mixes, explain_by_three, nearest_labels
-
-Floats = NDArray[np.float32]
-Integers = NDArray[np.int32]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,12 +27,12 @@ class Assignment:
         residual: difference that the mix does not explain [h, w].
     """
 
-    anchors: Integers
+    anchors: Integers32
     is_pure: Mask
-    label: Integers
-    other: Integers
-    share: Floats
-    residual: Floats
+    label: Integers32
+    other: Integers32
+    share: Floats32
+    residual: Floats32
 
     def copy(self) -> Assignment:
         """Return a copy of all arrays."""
@@ -48,7 +44,9 @@ class Assignment:
             getattr(self, field.name)[where] = getattr(other, field.name)[where]
 
 
-def assign(picture: Floats, seeds: Integers, paints: Paints, tolerances: Tolerances, canvas: int | None) -> Assignment:
+def assign(
+    picture: Floats32, seeds: Integers32, paints: Paints, tolerances: Tolerances, canvas: int | None
+) -> Assignment:
     """Grow the areas ``seeds`` [h, w] over the pixels of their paints, and unmix the pixels that remain."""
     anywhere = np.ones(seeds.shape, bool)
     anchors = grow_by_paint(seeds, anywhere, picture, paints, tolerances.metric, tolerances.paint)
@@ -61,7 +59,7 @@ def assign(picture: Floats, seeds: Integers, paints: Paints, tolerances: Toleran
     return assignment
 
 
-def _accept_loosely(assignment: Assignment, picture: Floats, paints: Paints, tolerances: Tolerances) -> None:
+def _accept_loosely(assignment: Assignment, picture: Floats32, paints: Paints, tolerances: Tolerances) -> None:
     """Give unexplained pixels to the regions beside them whose paint they show roughly."""
     limit = REGIONS.loose * tolerances.paint
     grown = grow_by_paint(assignment.anchors, ~assignment.is_pure, picture, paints, tolerances.metric, limit)
@@ -73,7 +71,7 @@ def _accept_loosely(assignment: Assignment, picture: Floats, paints: Paints, tol
 
 
 def unmix(
-    assignment: Assignment, where: Mask, picture: Floats, paints: Paints, tolerances: Tolerances, canvas: int | None,
+    assignment: Assignment, where: Mask, picture: Floats32, paints: Paints, tolerances: Tolerances, canvas: int | None,
     radius: int | None = None, wider: bool = False,
 ) -> None:  # fmt: skip
     """Write the best mixes of the pixels ``where`` [h, w] of anchors within ``radius`` into ``assignment``.
@@ -99,8 +97,8 @@ def unmix(
 
 
 def colors_of(
-    label: Integers, rows: Integers, columns: Integers, picture: Floats, paints: Paints, metric: Floats
-) -> tuple[Floats, Floats]:
+    label: Integers32, rows: Integers32, columns: Integers32, picture: Floats32, paints: Paints, metric: Floats32
+) -> tuple[Floats32, Floats32]:
     """Return the colours of N pixels [N, D] and of the regions ``label`` [N, C] there [N, C, D], seen by ``metric``."""
     x, y = (place.astype(np.float32)[:, None] + np.float32(0.5) for place in (columns, rows))
     shape = label.shape
@@ -108,7 +106,7 @@ def colors_of(
     return picture[rows, columns] @ metric, values @ metric
 
 
-def _with_fallback(candidates: Candidates, anchors: Integers, rows: Integers, columns: Integers) -> Candidates:
+def _with_fallback(candidates: Candidates, anchors: Integers32, rows: Integers32, columns: Integers32) -> Candidates:
     """Return the candidates with the nearest region at any distance where none is near."""
     from scipy import ndimage
 
@@ -121,7 +119,7 @@ def _with_fallback(candidates: Candidates, anchors: Integers, rows: Integers, co
 
 
 def _search_wider(
-    mixes: Mixes, hard: NDArray[np.intp], anchors: Integers, rows: Integers, columns: Integers, picture: Floats,
+    mixes: Mixes, hard: Places, anchors: Integers32, rows: Integers32, columns: Integers32, picture: Floats32,
     paints: Paints, tolerances: Tolerances,
 ) -> None:  # fmt: skip
     """Replace the mixes ``hard`` by those of regions within the reach of ringing where these leave less."""
@@ -137,7 +135,7 @@ def _search_wider(
 
 
 def _with_canvas(
-    candidates: Candidates, canvas: int | None, rows: Integers, columns: Integers, shape: tuple[int, ...]
+    candidates: Candidates, canvas: int | None, rows: Integers32, columns: Integers32, shape: tuple[int, ...]
 ) -> Candidates:
     """Return the candidates with the canvas last where the picture ends: it goes on beyond."""
     if canvas is None:
@@ -154,7 +152,7 @@ def _with_canvas(
 
 
 def _explain_hard(
-    mixes: Mixes, hard: NDArray[np.intp], candidates: Candidates, rows: Integers, columns: Integers, picture: Floats,
+    mixes: Mixes, hard: Places, candidates: Candidates, rows: Integers32, columns: Integers32, picture: Floats32,
     paints: Paints, tolerances: Tolerances, canvas: int | None,
 ) -> None:  # fmt: skip
     """Replace the mixes ``hard`` by mixes of three regions, one of which may be the canvas, where these are better."""

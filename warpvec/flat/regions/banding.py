@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats32, Places
 from warpvec.flat.constants.regions import REGIONS
 
-Floats = NDArray[np.float32]
-Places = NDArray[np.intp]
 
-
-def band_numbers(colors: Floats) -> NDArray[np.int32]:
+def band_numbers(colors: Floats32) -> NDArray[np.int32]:
     """Return the bands [N], from 0, of premultiplied colours [N, 4] along the line on which these vary most."""
     offset = colors - colors.mean(0)
     axis = np.linalg.eigh(np.einsum("ni,nj->ij", offset, offset))[1][:, -1]
@@ -22,7 +20,7 @@ def band_numbers(colors: Floats) -> NDArray[np.int32]:
     return np.minimum(scaled.astype(np.int32), count - 1)
 
 
-def split_into_bands(areas: list[Places], colors: Floats, errors: list[float], noise: float) -> list[Places]:
+def split_into_bands(areas: list[Places], colors: Floats32, errors: list[float], noise: float) -> list[Places]:
     """Return ``areas``, with those whose paint leaves too large an error divided into bands.
 
     The first band takes the place of the area; the others come at the end.

@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from warpvec.arrays import Floats, Integers
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.regions import Regions
 from warpvec.geometry.paints.registry import FLAT
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 def with_colors(regions: Regions, count: int) -> Regions:

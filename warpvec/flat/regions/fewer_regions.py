@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats
 from warpvec.flat.regions.regions import Regions, find_canvas
-
-Floats = NDArray[np.float64]
 
 
 def with_fewer_regions(regions: Regions, count: int) -> Regions:

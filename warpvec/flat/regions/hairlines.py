@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Places
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
-
-Mask = NDArray[np.bool_]
 
 
 def keep_hairlines(assignment: Assignment, is_noisy: bool) -> None:
@@ -48,8 +47,8 @@ def _raise_shares(label: NDArray[Any], other: NDArray[Any], share: NDArray[Any],
 
 
 def _share_of(
-    name: NDArray[Any], label: NDArray[Any], other: NDArray[Any], share: NDArray[Any], rows: NDArray[np.intp],
-    columns: NDArray[np.intp],
+    name: NDArray[Any], label: NDArray[Any], other: NDArray[Any], share: NDArray[Any], rows: Places,
+    columns: Places,
 ) -> NDArray[Any]:  # fmt: skip
     """Return the share of the regions ``name`` [N] in pixels."""
     part = share[rows, columns]

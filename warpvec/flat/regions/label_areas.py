@@ -7,16 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats32, Integers32
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.region_growing import linked_areas
 
-Floats = NDArray[np.float32]
-Integers = NDArray[np.int32]
-Mask = NDArray[np.bool_]
 
-
-def areas_of(assignment: Assignment) -> Integers:
+def areas_of(assignment: Assignment) -> Integers32:
     """Return the connected areas [h, w] of one label: by pixel sides, and thin ones by corners."""
     label = assignment.label
     right, below = label[:, 1:] == label[:, :-1], label[1:] == label[:-1]
@@ -25,7 +22,7 @@ def areas_of(assignment: Assignment) -> Integers:
     return _joined(areas, pairs) if len(pairs) else areas
 
 
-def _corner_links(assignment: Assignment, areas: Integers, is_mirrored: bool) -> Integers:
+def _corner_links(assignment: Assignment, areas: Integers32, is_mirrored: bool) -> Integers32:
     """Return the pairs of areas [P, 2] that a line of one label joins at the corner of two pixels.
 
     A line passes a corner if its label has enough of the four pixels around. Where the other label could pass too,
@@ -55,18 +52,18 @@ def _corners(values: NDArray[Any]) -> tuple[NDArray[Any], ...]:
     return values[:-1, :-1], values[1:, 1:], values[:-1, 1:], values[1:, :-1]
 
 
-def _joined(areas: Integers, pairs: Integers) -> Integers:
+def _joined(areas: Integers32, pairs: Integers32) -> Integers32:
     """Return ``areas`` [h, w] numbered anew, with ``pairs`` [P, 2] of them as one."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     count = int(areas.max()) + 1
     links = coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), (count, count))
-    number: Integers = connected_components(links, directed=False)[1].astype(np.int32)
+    number: Integers32 = connected_components(links, directed=False)[1].astype(np.int32)
     return number[areas]
 
 
-def most_contact(areas: Integers, label: Integers) -> Floats:
+def most_contact(areas: Integers32, label: Integers32) -> Floats32:
     """Return for each area the largest part of its border that one label has on the other side."""
     rows = [
         (areas[:, :-1], label[:, 1:]),
@@ -82,5 +79,5 @@ def most_contact(areas: Integers, label: Integers) -> Floats:
     most, total = np.zeros(areas.max() + 1), np.zeros(areas.max() + 1)
     np.maximum.at(most, pair // width, count)
     np.add.at(total, pair // width, count)
-    contact: Floats = (most / np.maximum(total, 1)).astype(np.float32)
+    contact: Floats32 = (most / np.maximum(total, 1)).astype(np.float32)
     return contact

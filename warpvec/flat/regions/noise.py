@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats32
 from warpvec.flat.constants.regions import REGIONS
-
-Floats = NDArray[np.float32]
 
 LUMA = np.array([0.299, 0.587, 0.114], np.float32)
 """Weights of red, green and blue in the brightness that JPEG stores at full resolution."""
@@ -35,9 +33,9 @@ class Tolerances:
     mix: float
     pool: float
     reach: int
-    metric: Floats
+    metric: Floats32
 
-    def thin_metric(self) -> Floats:
+    def thin_metric(self) -> Floats32:
         """Return the metric [4, 4] for thin parts: in noisy pictures, these lose more of their colour than others."""
         weights = np.array(
             [1, REGIONS.thin_chroma, REGIONS.thin_chroma, 1] if self.noise > 0 else [1, 1, 1, 1], np.float32
@@ -45,7 +43,7 @@ class Tolerances:
         return self.metric * weights
 
 
-def measure_tolerances(picture: Floats) -> Tolerances:
+def measure_tolerances(picture: Floats32) -> Tolerances:
     """Return the tolerances for a picture [h, w, 4] of premultiplied RGBA."""
     noise = min(measure_noise(picture), REGIONS.noise_max)
     metric = luma_and_color() if noise else np.eye(4, dtype=np.float32)
@@ -58,7 +56,7 @@ def measure_tolerances(picture: Floats) -> Tolerances:
     return Tolerances(noise, step, paint, mix, pool, measure_reach(picture), metric)
 
 
-def luma_and_color() -> Floats:
+def luma_and_color() -> Floats32:
     """Return the matrix [4, 4] from premultiplied RGBA to brightness, two weighted colour differences and alpha."""
     metric = np.zeros((4, 4), np.float32)
     metric[:3, 0] = LUMA
@@ -68,7 +66,7 @@ def luma_and_color() -> Floats:
     return metric
 
 
-def measure_noise(picture: Floats) -> float:
+def measure_noise(picture: Floats32) -> float:
     """Return the noise of a picture [h, w, 4] of premultiplied RGBA over white, or 0 if it is clean."""
     from scipy import ndimage
 
@@ -92,13 +90,13 @@ def measure_noise(picture: Floats) -> float:
     return float(loud) if is_noisy and loud > REGIONS.noise_min else 0.0
 
 
-def luma_over_white(picture: Floats) -> Floats:
+def luma_over_white(picture: Floats32) -> Floats32:
     """Return the brightness [h, w] of a picture [h, w, 4] of premultiplied RGBA over white."""
-    luma: Floats = picture[..., :3] @ LUMA + 1 - picture[..., 3]
+    luma: Floats32 = picture[..., :3] @ LUMA + 1 - picture[..., 3]
     return luma
 
 
-def measure_reach(picture: Floats) -> int:
+def measure_reach(picture: Floats32) -> int:
     """Return how far regions reach into the edges of a picture [h, w, 4]: farther if it is blurred or enlarged."""
     luma = luma_over_white(picture)[:-1, :-1]
     if luma.size == 0:
@@ -112,7 +110,7 @@ def measure_reach(picture: Floats) -> int:
     return min(int(np.ceil(2 * np.median(widths))), REGIONS.reach_max)
 
 
-def _edge_widths(luma: Floats, along: Floats, across: Floats, axis: int) -> Floats:
+def _edge_widths(luma: Floats32, along: Floats32, across: Floats32, axis: int) -> Floats32:
     """Return the widths [N] in pixels, rise over slope, of the edges that are steepest ``along`` the axis."""
     from scipy import ndimage
 
@@ -121,11 +119,11 @@ def _edge_widths(luma: Floats, along: Floats, across: Floats, axis: int) -> Floa
     rise = ndimage.maximum_filter(luma, size) - ndimage.minimum_filter(luma, size)
     is_top = (along == ndimage.maximum_filter(along, size)) & (along >= across)
     chosen = is_top & (along > REGIONS.edge_slope_min) & (rise > REGIONS.edge_rise_min)
-    widths: Floats = rise[chosen] / along[chosen]
+    widths: Floats32 = rise[chosen] / along[chosen]
     return widths
 
 
-def second_difference(luma: Floats) -> Floats:
+def second_difference(luma: Floats32) -> Floats32:
     """Return the larger of the second differences along the two axes [h, w]; 0 at the border."""
     result = np.zeros_like(luma)
     result[:, 1:-1] = np.abs(np.diff(luma, 2, axis=1))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats32, Integers32, Places
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.banding import split_into_bands
@@ -17,10 +18,6 @@ from warpvec.flat.regions.ramp_directions import Direction
 from warpvec.flat.regions.ramp_fitting import Ramp, fit_ramp
 from warpvec.flat.regions.region_growing import pixels_of
 from warpvec.watch.watch import UNWATCHED, Watch
-
-Floats = NDArray[np.float32]
-Integers = NDArray[np.int32]
-Places = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +47,14 @@ class FittedPaints:
         errors: root mean square that the paint of each area leaves.
     """
 
-    values: list[Floats]
+    values: list[Floats32]
     ramps: dict[int, Ramp]
     errors: list[float]
 
 
 def fit_paints(
-    image: Floats, labels: Integers, tolerances: Tolerances, watch: Watch = UNWATCHED
-) -> tuple[Paints, Integers, list[Seam]]:
+    image: Floats32, labels: Integers32, tolerances: Tolerances, watch: Watch = UNWATCHED
+) -> tuple[Paints, Integers32, list[Seam]]:
     """Fit the paints of the areas ``labels`` [h, w] of ``image`` [h, w, 4], sRGB with straight alpha.
 
     Once the ``watch`` is over, the areas that are left get flat paints.
@@ -79,7 +76,7 @@ def fit_paints(
 
 
 def fit_areas(
-    areas: list[Places], colors: Floats, width: int, tolerances: Tolerances, watch: Watch = UNWATCHED
+    areas: list[Places], colors: Floats32, width: int, tolerances: Tolerances, watch: Watch = UNWATCHED
 ) -> FittedPaints:
     """Fit paints to areas of pixels, numbered by rows of ``width``, whose ``colors`` are sRGB with straight alpha.
 
@@ -94,7 +91,7 @@ def fit_areas(
     return FittedPaints(values, ramps, errors)
 
 
-def _error_of(colors: Floats, value: Floats, ramp: Ramp | None) -> float:
+def _error_of(colors: Floats32, value: Floats32, ramp: Ramp | None) -> float:
     """Return the root mean square that the paint of an area leaves of its colours [N, 4]: of these or of opacity."""
     color, opacity = (float(np.sqrt((part**2).mean())) for part in np.split(colors - value, [3], 1))
     if value[3] == 0:
@@ -107,7 +104,7 @@ def _few(pixels: Places) -> Places:
 
 
 def _find_ramps(
-    areas: list[Places], colors: Floats, values: list[Floats], width: int, tolerances: Tolerances,
+    areas: list[Places], colors: Floats32, values: list[Floats32], width: int, tolerances: Tolerances,
     watch: Watch,
 ) -> dict[int, Ramp]:  # fmt: skip
     """Return the ramps of the areas that are not flat, the largest first. Parts of one ramp get the same one."""
@@ -131,7 +128,7 @@ def _find_ramps(
 
 
 def _shared_ramp(
-    ramps: dict[int, Ramp], pixels: Places, colors: Floats, width: int, error_max: float, limit: float
+    ramps: dict[int, Ramp], pixels: Places, colors: Floats32, width: int, error_max: float, limit: float
 ) -> Ramp | None:
     """Return the first of ``ramps`` that shows ``pixels`` with less than ``error_max`` and about as well as its own."""
     points, shown = _points(pixels, width), colors[pixels, :3].astype(np.float64)
@@ -146,14 +143,14 @@ def _points(pixels: Places, width: int) -> NDArray[np.floating[Any]]:
     return np.stack([pixels % width, pixels // width], 1) + 0.5
 
 
-def _ramp_of(pixels: Places, colors: Floats, width: int, tolerance: float) -> Ramp | None:
+def _ramp_of(pixels: Places, colors: Floats32, width: int, tolerance: float) -> Ramp | None:
     sample = slice(None, None, -(-len(pixels) // REGIONS.paint_samples_max))
     return fit_ramp(_points(pixels, width), colors[pixels, :3].astype(np.float64), tolerance, sample)
 
 
 def _with_ramps(
-    paints: Paints, labels: Integers, areas: list[Places], ramps: dict[int, Ramp]
-) -> tuple[Paints, Integers, list[Seam]]:
+    paints: Paints, labels: Integers32, areas: list[Places], ramps: dict[int, Ramp]
+) -> tuple[Paints, Integers32, list[Seam]]:
     """Replace flat paints by ramps, and split the areas of ramps of several pieces."""
     seams: list[Seam] = []
     flat_labels = labels.reshape(-1)
@@ -184,7 +181,7 @@ def smooth_seams(assignment: Assignment, seams: list[Seam]) -> None:
         assignment.share[rows, columns] = share
 
 
-def flat_paints(values: Floats) -> Paints:
+def flat_paints(values: Floats32) -> Paints:
     """Return flat paints of sRGB and straight alpha [K, 4], rounded to 8 bits."""
     values = np.round(values * 255).astype(np.float32) / np.float32(255)
     values[values[:, 3] == 0] = 0

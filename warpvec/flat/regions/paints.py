@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats32, Integers32
 from warpvec.geometry.paints.registry import FLAT, kind_of
-
-Floats = NDArray[np.float32]
-Integers = NDArray[np.int32]
 
 FIELDS = ("color", "opacity", "kind", "geometry", "end_color")
 """Arrays of paints, one row a paint."""
@@ -28,11 +25,11 @@ class Paints:
         end_color: sRGB-encoded colour of the last stop [K, 3].
     """
 
-    color: Floats
-    opacity: Floats
-    kind: Integers
-    geometry: Floats
-    end_color: Floats
+    color: Floats32
+    opacity: Floats32
+    kind: Integers32
+    geometry: Floats32
+    end_color: Floats32
 
     def __len__(self) -> int:
         return len(self.color)
@@ -41,7 +38,7 @@ class Paints:
         """Return these paints and those of ``other``."""
         return Paints(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in FIELDS))
 
-    def select(self, index: Integers) -> Paints:
+    def select(self, index: Integers32) -> Paints:
         """Return the paints ``index`` [N]."""
         return Paints(*(getattr(self, name)[index] for name in FIELDS))
 
@@ -52,7 +49,7 @@ class Paints:
             array[index] = getattr(paint, name)[0]
         return Paints(*arrays)
 
-    def at(self, index: Integers, x: Floats, y: Floats) -> Floats:
+    def at(self, index: Integers32, x: Floats32, y: Floats32) -> Floats32:
         """Return premultiplied sRGB and alpha [..., 4] of the paints ``index`` [...] at places ``x``, ``y`` [...]."""
         color = self.color[index]
         is_ramp = self.kind[index] != FLAT
@@ -63,7 +60,7 @@ class Paints:
         opacity = self.opacity[index][..., None]
         return np.concatenate([color * opacity, opacity], -1)
 
-    def position(self, index: Integers, x: Floats, y: Floats) -> Floats:
+    def position(self, index: Integers32, x: Floats32, y: Floats32) -> Floats32:
         """Return the place between the two stops, in [0, 1], of the gradients ``index`` [N] at ``x``, ``y`` [N]."""
         share = np.zeros(len(index), np.float32)
         for number in np.unique(self.kind[index]):

@@ -5,14 +5,10 @@ from __future__ import annotations
 from functools import reduce
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats32, Integers32, Mask, Places
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.paints import Paints
-
-Floats = NDArray[np.float32]
-Integers = NDArray[np.int32]
-Mask = NDArray[np.bool_]
 
 NONE = -1
 """Label of a pixel that belongs to no region yet."""
@@ -21,7 +17,7 @@ SIDES = ((-1, 0), (0, -1), (0, 1), (1, 0))
 """Steps to the four neighbours of a pixel, in rows and columns."""
 
 
-def grow_seeds(picture: Floats, step: float, width: int, with_ramps: bool = False) -> Integers:
+def grow_seeds(picture: Floats32, step: float, width: int, with_ramps: bool = False) -> Integers32:
     """Return connected areas of pure pixels [h, w], numbered from 0, and ``NONE`` elsewhere.
 
     A pixel is pure if it lies in a square of ``width`` pixels in which no neighbours differ by more than ``step``. The
@@ -37,7 +33,7 @@ def grow_seeds(picture: Floats, step: float, width: int, with_ramps: bool = Fals
     return linked_areas(pure, right, below)
 
 
-def _is_steady(difference: Floats, axis: int) -> Mask:
+def _is_steady(difference: Floats32, axis: int) -> Mask:
     """Return where differences of neighbours along ``axis`` are as those before and behind: on a ramp, not an edge."""
     if difference.size == 0:
         return np.zeros(difference.shape[:2], bool)
@@ -50,7 +46,7 @@ def _is_steady(difference: Floats, axis: int) -> Mask:
     return steady
 
 
-def _largest(difference: Floats) -> Floats:
+def _largest(difference: Floats32) -> Floats32:
     """Return the largest absolute value of the few channels in each pixel; `max` takes twenty times as long."""
     channels = np.moveaxis(np.abs(difference), -1, 0)
     return reduce(np.maximum, channels[1:], channels[0])
@@ -81,7 +77,7 @@ def _windows(mask: Mask, height: int, width: int) -> Mask:
     return result
 
 
-def linked_areas(pure: Mask, right: Mask, below: Mask) -> Integers:
+def linked_areas(pure: Mask, right: Mask, below: Mask) -> Integers32:
     """Number the areas of pixels that links connect: on a grid of twice the resolution, links are pixels too."""
     grid = np.zeros((2 * pure.shape[0] - 1, 2 * pure.shape[1] - 1), bool)
     grid[::2, ::2] = pure
@@ -90,7 +86,7 @@ def linked_areas(pure: Mask, right: Mask, below: Mask) -> Integers:
     return connected_areas(grid)[::2, ::2]
 
 
-def connected_areas(mask: Mask, diagonal: bool = False) -> Integers:
+def connected_areas(mask: Mask, diagonal: bool = False) -> Integers32:
     """Return numbers from 0 of the connected areas of ``mask`` [h, w], and ``NONE`` elsewhere."""
     from scipy import ndimage
 
@@ -98,14 +94,14 @@ def connected_areas(mask: Mask, diagonal: bool = False) -> Integers:
     return (labels - 1).astype(np.int32)
 
 
-def pixels_of(labels: Integers) -> list[NDArray[np.intp]]:
+def pixels_of(labels: Integers32) -> list[Places]:
     """Return the pixels of each area of ``labels`` [h, w], from 0, numbered by rows."""
     order = np.argsort(labels.ravel(), kind="stable")
     count = np.bincount(labels.ravel() + 1)
     return np.split(order, np.cumsum(count)[:-1])[1:] if len(count) > 1 else []
 
 
-def without_small(labels: Integers, area_min: float) -> Integers:
+def without_small(labels: Integers32, area_min: float) -> Integers32:
     """Return ``labels`` [h, w], numbered anew, without the areas of fewer than ``area_min`` pixels."""
     area = np.bincount(labels[labels >= 0], minlength=labels.max() + 1)
     is_kept = area >= area_min
@@ -114,8 +110,8 @@ def without_small(labels: Integers, area_min: float) -> Integers:
 
 
 def grow_by_paint(
-    labels: Integers, where: Mask, picture: Floats, paints: Paints, metric: Floats, tolerance: float
-) -> Integers:
+    labels: Integers32, where: Mask, picture: Floats32, paints: Paints, metric: Floats32, tolerance: float
+) -> Integers32:
     """Return ``labels`` [h, w] with each area grown over the pixels ``where`` [h, w] beside it that show its paint."""
     labels = labels.copy()
     height, width = labels.shape
@@ -148,7 +144,12 @@ def _beside(mask: Mask) -> Mask:
 
 
 def _difference(
-    label: Integers, rows: NDArray[np.intp], columns: NDArray[np.intp], picture: Floats, paints: Paints, metric: Floats
-) -> Floats:
+    label: Integers32,
+    rows: Places,
+    columns: Places,
+    picture: Floats32,
+    paints: Paints,
+    metric: Floats32,
+) -> Floats32:
     x, y = (place.astype(np.float32) + np.float32(0.5) for place in (columns, rows))
     return np.abs((picture[rows, columns] - paints.at(np.maximum(label, 0), x, y)) @ metric).max(-1)

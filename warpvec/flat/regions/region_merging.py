@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats32, Integers32, Mask, Places
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment, colors_of, unmix
 from warpvec.flat.regions.hairlines import keep_hairlines
@@ -17,17 +17,13 @@ from warpvec.flat.regions.unmixing import triple_shares
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.watch.watch import UNWATCHED, Watch
 
-Floats = NDArray[np.float32]
-Integers = NDArray[np.int32]
-Mask = NDArray[np.bool_]
-
 
 def small_area(tolerances: Tolerances) -> int:
     """Return the area in pixels below which an area is less certain."""
     return REGIONS.noisy_small_area if tolerances.noise > 0 else REGIONS.small_area
 
 
-def pool_paints(paints: Paints, area: NDArray[np.intp], tolerances: Tolerances) -> Integers:
+def pool_paints(paints: Paints, area: Places, tolerances: Tolerances) -> Integers32:
     """Return for each of K paints the number of the paint that it is drawn with: that of the largest area alike."""
     values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity]).astype(np.float32)
     seen = values @ tolerances.metric
@@ -48,7 +44,7 @@ def pool_paints(paints: Paints, area: NDArray[np.intp], tolerances: Tolerances) 
     return pool
 
 
-def _equal_ramps(paints: Paints) -> Integers:
+def _equal_ramps(paints: Paints) -> Integers32:
     """Return for each of K paints the number of the first that is the same ramp, or its own."""
     rows = np.column_stack([paints.color, paints.opacity, paints.kind, paints.geometry, paints.end_color])
     _, first, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
@@ -57,7 +53,7 @@ def _equal_ramps(paints: Paints) -> Integers:
 
 
 def merge_regions(
-    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
+    picture: Floats32, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
     canvas: int | None, watch: Watch = UNWATCHED,
 ) -> tuple[Assignment, Paints]:  # fmt: skip
     """Return regions that are connected, no specks by ``limits``, and of other paints than their neighbours.
@@ -79,7 +75,7 @@ def merge_regions(
 
 
 def _drop_redundant(
-    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, only_new: bool
+    picture: Floats32, assignment: Assignment, paints: Paints, tolerances: Tolerances, only_new: bool
 ) -> None:
     """Drop small areas that a mix of the regions around explains: slivers along edges, seams, and noise.
 
@@ -106,7 +102,7 @@ def _drop_redundant(
 
 
 def _shines_through(
-    picture: Floats, assignment: Assignment, trial: Assignment, where: Mask, paints: Paints, tolerances: Tolerances
+    picture: Floats32, assignment: Assignment, trial: Assignment, where: Mask, paints: Paints, tolerances: Tolerances
 ) -> Mask:
     """Return which of the pixels ``where`` [h, w] are a seam of two regions of ``trial``.
 
@@ -120,7 +116,7 @@ def _shines_through(
 
 
 def _drop_specks(
-    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
+    picture: Floats32, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
     canvas: int | None,
 ) -> None:  # fmt: skip
     """Give the pixels of specks to the regions around, first to those in reach."""
@@ -182,13 +178,13 @@ def _split(assignment: Assignment, paints: Paints, reach: int) -> tuple[Assignme
 
 
 def _nearest_area(
-    areas: Integers,
-    label: Integers,
-    rows: NDArray[np.intp],
-    columns: NDArray[np.intp],
-    wanted: Integers,
+    areas: Integers32,
+    label: Integers32,
+    rows: Places,
+    columns: Places,
+    wanted: Integers32,
     reach: int,
-) -> Integers:
+) -> Integers32:
     """Return the area [N] of the label ``wanted`` [N] nearest to each pixel, or the largest of it if none is near."""
     steps = np.arange(-reach, reach + 1)
     dy, dx = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
@@ -202,7 +198,7 @@ def _nearest_area(
     return np.where(fits.any(1), nearest, elsewhere).astype(np.int32)
 
 
-def _largest_areas(areas: Integers, label: Integers, paint_count: int) -> Integers:
+def _largest_areas(areas: Integers32, label: Integers32, paint_count: int) -> Integers32:
     """Return the largest area of each label, with ``NONE`` for those without one and at the end."""
     size = np.bincount(areas.ravel())
     order = np.argsort(size, kind="stable")

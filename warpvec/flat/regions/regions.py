@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats32, Integers32
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import assign
 from warpvec.flat.regions.noise import Tolerances, measure_tolerances
@@ -19,9 +20,6 @@ from warpvec.flat.regions.specks import SpeckLimits
 from warpvec.flat.regions.thin_parts import add_thin_parts
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.watch.watch import UNWATCHED, Watch
-
-Floats = NDArray[np.float32]
-Integers = NDArray[np.int32]
 
 
 class NotFlatArtError(Exception):
@@ -62,14 +60,14 @@ class Regions:
         """The paints of the regions."""
         return Paints(self.color, self.opacity, self.kind, self.geometry, self.end_color)
 
-    def mixed(self) -> Floats:
+    def mixed(self) -> Floats32:
         """Return the picture that the regions, their paints and shares state: premultiplied RGBA [h, w, 4]."""
         y, x = np.indices(self.label.shape, np.float32) + np.float32(0.5)
         share = self.share[..., None]
         return share * self.paints.at(self.label, x, y) + (1 - share) * self.paints.at(self.other, x, y)
 
 
-def find_regions(image: Floats, min_area: float = 0.0, watch: Watch = UNWATCHED, may_refuse: bool = False) -> Regions:
+def find_regions(image: Floats32, min_area: float = 0.0, watch: Watch = UNWATCHED, may_refuse: bool = False) -> Regions:
     """Return the regions of flat art.
 
     Args:
@@ -103,7 +101,7 @@ def find_regions(image: Floats, min_area: float = 0.0, watch: Watch = UNWATCHED,
     )  # fmt: skip
 
 
-def _require_flat_art(seeds: Integers) -> None:
+def _require_flat_art(seeds: Integers32) -> None:
     count = int(seeds.max()) + 1
     if count == 0:
         raise NotFlatArtError("it has no areas of one colour")
@@ -121,21 +119,21 @@ def _speck_limits(min_area: float, shape: tuple[int, ...], tolerances: Tolerance
     return SpeckLimits(max(min_area, least), max(min_area, clear))
 
 
-def with_alpha(image: Floats) -> Floats:
+def with_alpha(image: Floats32) -> Floats32:
     """Return ``image`` [h, w, 3 or 4] with an alpha channel [h, w, 4]."""
     if image.shape[-1] == 4:
         return image.astype(np.float32)
     return np.concatenate([image, np.ones((*image.shape[:2], 1), np.float32)], -1).astype(np.float32)
 
 
-def premultiplied(image: Floats) -> Floats:
+def premultiplied(image: Floats32) -> Floats32:
     """Return ``image`` [h, w, 3 or 4] as premultiplied RGBA [h, w, 4]."""
     result = with_alpha(image)
     result[..., :3] *= result[..., 3:]
     return result
 
 
-def find_canvas(label: Integers, paints: Paints) -> int | None:
+def find_canvas(label: Integers32, paints: Paints) -> int | None:
     """Return the region of the map ``label`` [h, w] behind all others, or None.
 
     It is the longest at the border of those whose paint is clear or, if none is, has most of the border and is flat.

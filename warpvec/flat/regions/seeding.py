@@ -5,17 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats32, Integers32
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paint_fitting import fit_areas
 from warpvec.flat.regions.region_growing import NONE, grow_seeds, pixels_of, without_small
 from warpvec.watch.watch import UNWATCHED, Watch
 
-Floats = NDArray[np.float32]
-Integers = NDArray[np.int32]
 
-
-def find_seeds(picture: Floats, image: Floats, tolerances: Tolerances, watch: Watch = UNWATCHED) -> Integers:
+def find_seeds(picture: Floats32, image: Floats32, tolerances: Tolerances, watch: Watch = UNWATCHED) -> Integers32:
     """Return the areas of pure pixels [h, w], ``NONE`` elsewhere. Noise has none.
 
     Args:
@@ -38,7 +36,9 @@ def find_seeds(picture: Floats, image: Floats, tolerances: Tolerances, watch: Wa
     return without_small(seeds, 1)
 
 
-def _without_edges(image: Floats, flat: Integers, steep: Integers, tolerances: Tolerances, watch: Watch) -> Integers:
+def _without_edges(
+    image: Floats32, flat: Integers32, steep: Integers32, tolerances: Tolerances, watch: Watch
+) -> Integers32:
     """Return the areas ``steep`` [h, w], with the areas ``flat`` in place of those that no paint explains."""
     flat_numbers = flat.ravel()
     areas = [pixels for pixels in pixels_of(steep) if np.ptp(flat_numbers[pixels]) > 0 or flat_numbers[pixels[0]] < 0]
@@ -51,7 +51,7 @@ def _without_edges(image: Floats, flat: Integers, steep: Integers, tolerances: T
     return seeds
 
 
-def _is_tip(seeds: Integers, alpha: Floats) -> NDArray[np.bool_]:
+def _is_tip(seeds: Integers32, alpha: Floats32) -> NDArray[np.bool_]:
     """Return the pixels [h, w] of small areas that look translucent, but are the tips of opaque shapes."""
     count = np.bincount(seeds[seeds != NONE], minlength=seeds.max() + 1)
     is_small = np.append(count < REGIONS.translucent_area_min, False)  # The last is for the pixels of no area.

@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats32, Mask
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.label_areas import areas_of
 from warpvec.flat.regions.paints import Paints
-
-Floats = NDArray[np.float32]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -30,7 +28,7 @@ class SpeckLimits:
     clear_area: float
 
 
-def specks_of(assignment: Assignment, paints: Paints, metric: Floats, limits: SpeckLimits) -> Mask:
+def specks_of(assignment: Assignment, paints: Paints, metric: Floats32, limits: SpeckLimits) -> Mask:
     """Return the pixels [h, w] in connected areas of one label that are specks; ``metric`` [4, 4] compares colours."""
     areas = areas_of(assignment)
     size = np.bincount(areas.ravel())
@@ -42,7 +40,7 @@ def specks_of(assignment: Assignment, paints: Paints, metric: Floats, limits: Sp
 
 
 def _contrasts(
-    areas: NDArray[Any], is_asked: Mask, assignment: Assignment, paints: Paints, metric: Floats
+    areas: NDArray[Any], is_asked: Mask, assignment: Assignment, paints: Paints, metric: Floats32
 ) -> NDArray[Any]:
     """Return the least difference of each area from what touches it; infinity for areas not asked for."""
     least = np.full(len(is_asked), np.inf)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from warpvec.arrays import Floats32, Mask, Places
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment, unmix
 from warpvec.flat.regions.noise import Tolerances
@@ -17,23 +17,19 @@ from warpvec.flat.regions.specks import SpeckLimits
 from warpvec.flat.regions.unmixing import pair_shares, triple_shares
 from warpvec.watch.watch import UNWATCHED, Watch
 
-Floats = NDArray[np.float32]
-Integers = NDArray[np.int32]
-Mask = NDArray[np.bool_]
-
 
 @dataclass(frozen=True, eq=False)
 class _Shares:
     """Shares of M paints in N pixels [N, M], and what is left [N, M]: of the best mix, and of that of all three."""
 
-    share: Floats
-    rest: Floats
-    third: Floats
-    third_rest: Floats
+    share: Floats32
+    rest: Floats32
+    third: Floats32
+    third_rest: Floats32
 
 
 def add_thin_parts(
-    picture: Floats, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
+    picture: Floats32, assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits,
     canvas: int | None, watch: Watch = UNWATCHED,
 ) -> Paints:  # fmt: skip
     """Add regions for what ``assignment`` does not explain, until the ``watch`` is over, and return all paints."""
@@ -72,7 +68,7 @@ def _grown(mask: Mask, distance: int) -> Mask:
 
 
 def _explain(
-    rows: NDArray[np.intp], columns: NDArray[np.intp], picture: Floats, assignment: Assignment, paints: Paints,
+    rows: Places, columns: Places, picture: Floats32, assignment: Assignment, paints: Paints,
     tolerances: Tolerances, limits: SpeckLimits,
 ) -> tuple[Paints, Mask] | None:  # fmt: skip
     """Return the paint of an unexplained area and the pixels of it that belong to it, or None for a speck."""
@@ -94,7 +90,7 @@ def _explain(
     return (_paint_of(value), is_anchor) if share[is_anchor].sum() >= least else None
 
 
-def _own_colors(color: Floats, residual: Floats) -> Floats:
+def _own_colors(color: Floats32, residual: Floats32) -> Floats32:
     """Return colours [C, 4] of an area's pixels [N, 4] that it may be drawn in, the most likely one first.
 
     The median of the pixels that are explained worst comes first. An area of several colours may have others.
@@ -105,12 +101,12 @@ def _own_colors(color: Floats, residual: Floats) -> Floats:
     return np.concatenate([worst[None], color[picked]]).astype(np.float32)
 
 
-def _paint_of(value: Floats) -> Paints:
+def _paint_of(value: Floats32) -> Paints:
     color = value[:3] / max(float(value[3]), 1.0e-6)
     return flat_paints(np.append(np.clip(color, 0, 1), value[3])[None].astype(np.float32))
 
 
-def _known_colors(paints: Paints) -> Floats:
+def _known_colors(paints: Paints) -> Floats32:
     """Return the different premultiplied colours [M, 4] of flat paints."""
     flat = paints.kind == 0
     values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity])[flat]
@@ -118,8 +114,8 @@ def _known_colors(paints: Paints) -> Floats:
 
 
 def _shares_of(
-    values: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp], picture: Floats, assignment: Assignment,
-    paints: Paints, metric: Floats,
+    values: Floats32, rows: Places, columns: Places, picture: Floats32, assignment: Assignment,
+    paints: Paints, metric: Floats32,
 ) -> _Shares:  # fmt: skip
     """Return how each of ``values`` [M, 4] explains N pixels beside their one region, or both."""
     x, y = ((place + 0.5).astype(np.float32) for place in (columns, rows))
@@ -142,7 +138,7 @@ def _shares_of(
 
 
 def _is_seam(
-    shares: _Shares, known_count: int, rows: NDArray[np.intp], columns: NDArray[np.intp], assignment: Assignment,
+    shares: _Shares, known_count: int, rows: Places, columns: Places, assignment: Assignment,
     tolerances: Tolerances,
 ) -> bool:  # fmt: skip
     """Return whether an area lies between two regions, and what is behind both shines through the seam."""
@@ -154,7 +150,7 @@ def _is_seam(
 
 
 def _best_paint(
-    values: Floats, known_count: int, shares: _Shares, color: Floats, size: int, tolerances: Tolerances
+    values: Floats32, known_count: int, shares: _Shares, color: Floats32, size: int, tolerances: Tolerances
 ) -> int:
     """Return which of ``values`` [M, 4] explains most of an area: a known paint, or else one of its own colours.
 

@@ -8,11 +8,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats32, Integers32
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.region_growing import NONE
-
-Floats = NDArray[np.float32]
-Integers = NDArray[np.int32]
 
 TINY = 1.0e-9
 
@@ -28,10 +26,10 @@ class Mixes:
         residual: root of the mean square of what the mix does not explain [N].
     """
 
-    label: Integers
-    other: Integers
-    share: Floats
-    residual: Floats
+    label: Integers32
+    other: Integers32
+    share: Floats32
+    residual: Floats32
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +41,11 @@ class Candidates:
         squared: squared distances in pixels [N, C].
     """
 
-    label: Integers
-    squared: Floats
+    label: Integers32
+    squared: Floats32
 
 
-def nearest_labels(labels: Integers, rows: Integers, columns: Integers, radius: int) -> Candidates:
+def nearest_labels(labels: Integers32, rows: Integers32, columns: Integers32, radius: int) -> Candidates:
     """Return the ``candidate_count`` nearest different labels of the map ``labels`` [h, w] to N pixels."""
     steps = np.arange(-radius, radius + 1)
     dy, dx = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
@@ -66,7 +64,7 @@ def nearest_labels(labels: Integers, rows: Integers, columns: Integers, radius: 
     return Candidates(label, distance)
 
 
-def best_mixes(color: Floats, values: Floats, candidates: Candidates) -> Mixes:
+def best_mixes(color: Floats32, values: Floats32, candidates: Candidates) -> Mixes:
     """Return the mix of two candidates that comes closest to each of N pixels, by least squares.
 
     Args:
@@ -93,7 +91,7 @@ def best_mixes(color: Floats, values: Floats, candidates: Candidates) -> Mixes:
     return _larger_first(first_best, second_best, share, residual)
 
 
-def pair_shares(color: Floats, one: Floats, two: Floats) -> tuple[Floats, Floats]:
+def pair_shares(color: Floats32, one: Floats32, two: Floats32) -> tuple[Floats32, Floats32]:
     """Return the share of ``one`` [...] in [0, 1] and the residual [...] of the best mix of two colours [..., D]."""
     difference = one - two
     squared = np.maximum((difference**2).sum(-1), TINY)
@@ -102,7 +100,7 @@ def pair_shares(color: Floats, one: Floats, two: Floats) -> tuple[Floats, Floats
 
 
 def explain_by_three(
-    mixes: Mixes, color: Floats, values: Floats, candidates: Candidates, far: NDArray[np.bool_]
+    mixes: Mixes, color: Floats32, values: Floats32, candidates: Candidates, far: NDArray[np.bool_]
 ) -> Mixes:
     """Return ``mixes`` with those replaced that a mix of three candidates explains better.
 
@@ -128,7 +126,7 @@ def explain_by_three(
     return _larger_first(label, other, share, residual)
 
 
-def triple_shares(color: Floats, values: Floats) -> tuple[Floats, Floats]:
+def triple_shares(color: Floats32, values: Floats32) -> tuple[Floats32, Floats32]:
     """Return the shares [N, 3], with sum 1, of three colours [N, 3, D] in ``color`` [N, D], and the residual [N]."""
     one, two = values[:, 0] - values[:, 2], values[:, 1] - values[:, 2]
     rest = color - values[:, 2]
@@ -144,12 +142,12 @@ def triple_shares(color: Floats, values: Floats) -> tuple[Floats, Floats]:
     return shares, residual
 
 
-def _rms(values: Floats) -> Floats:
-    squares: Floats = np.sqrt((values**2).mean(-1))
+def _rms(values: Floats32) -> Floats32:
+    squares: Floats32 = np.sqrt((values**2).mean(-1))
     return squares
 
 
-def _larger_first(first: Integers, second: Integers, share: Floats, residual: Floats) -> Mixes:
+def _larger_first(first: Integers32, second: Integers32, share: Floats32, residual: Floats32) -> Mixes:
     """Return the mixes with the larger share named first."""
     swap = share < 0.5
     label, other = np.where(swap, second, first), np.where(swap, first, second)

@@ -9,10 +9,11 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes, errors_near
-from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples, control_points
+from warpvec.flat.simplification.outline_samples import OutlineSamples, control_points
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure

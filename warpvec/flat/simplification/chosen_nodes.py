@@ -10,6 +10,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from warpvec.arrays import Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.fewest_spans import ChosenSpans
 from warpvec.flat.simplification.span_candidates import Outlines
@@ -18,7 +19,6 @@ from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 
 Rows = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 
 def chosen_scene(scene: Scene, choice: ChosenSpans, is_smooth: Mask) -> Scene:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
-from warpvec.flat.simplification.outline_samples import Floats
 
 QUARTER_HANDLE = 4.0 / 3.0 * math.tan(math.pi / 8.0)
 """Length of the handles of a quarter of a circle of radius 1."""

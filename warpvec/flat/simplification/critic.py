@@ -10,9 +10,10 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from warpvec.arrays import Floats
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
-from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples, sample_outlines
+from warpvec.flat.simplification.outline_samples import OutlineSamples, sample_outlines
 from warpvec.geometry.scene import Scene
 
 

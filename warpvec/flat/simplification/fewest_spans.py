@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
-from warpvec.flat.simplification.outline_samples import Floats
 from warpvec.flat.simplification.span_candidates import Outlines, span_candidates
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
-from warpvec.flat.simplification.outline_samples import Floats, cubic_points
+from warpvec.flat.simplification.outline_samples import cubic_points
 
 
 def errors_near(control: Floats, error: NDArray[np.float32]) -> Floats:

@@ -9,6 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.nodes import split
@@ -16,8 +17,6 @@ from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import MATTES
 from warpvec.rendering.draw import draw_exactly
 from warpvec.rendering.operator import draw_adjoint
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,10 +8,10 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes
-from warpvec.flat.simplification.outline_samples import Floats
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.watch.watch import Watch

@@ -8,9 +8,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.chosen_nodes import (
-    Mask,
     chosen_scene,
     members,
     nearly_smooth,
@@ -21,7 +21,7 @@ from warpvec.flat.simplification.chosen_nodes import (
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.fewest_spans import ChosenSpans, fewest_spans
 from warpvec.flat.simplification.local_error import errors_near
-from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples, control_points
+from warpvec.flat.simplification.outline_samples import OutlineSamples, control_points
 from warpvec.flat.simplification.span_candidates import Outlines
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene

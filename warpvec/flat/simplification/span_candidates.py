@@ -9,8 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
-from warpvec.flat.simplification.outline_samples import Floats, OutlineSamples
+from warpvec.flat.simplification.outline_samples import OutlineSamples
 from warpvec.flat.simplification.span_fitting import Ends, FittedSpans, Span, fit_cubics, fit_lines, spans_of
 
 

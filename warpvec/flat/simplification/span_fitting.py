@@ -7,14 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
-from warpvec.flat.simplification.outline_samples import (
-    Floats,
-    OutlineSamples,
-    cubic_points,
-    cubic_slopes,
-    cubic_weights,
-)
+from warpvec.flat.simplification.outline_samples import OutlineSamples, cubic_points, cubic_slopes, cubic_weights
 
 _TINY = 1e-12
 

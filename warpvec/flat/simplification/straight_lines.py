@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
-from warpvec.flat.simplification.outline_samples import Floats
 
 _Rows = NDArray[np.int64]
 _Mask = NDArray[np.bool_]
