@@ -27,9 +27,11 @@ BRACKET_SHARES = (0.3, 0.7)
 """Bounds of an interpolated try inside a bracket, as shares of its (logarithmic) width. If the tries so far have not
 halved the bracket each, the PSNR has a step, as in flat art, and the next try is in the middle."""
 
-SLOPE, SLOPE_MIN, SLOPE_MAX = 2.3, 0.8, 4.0
-"""Decibels gained by doubling the paths: the first guess (the Kodak photos gain 1.7 to 2.6), and the bounds of an
-estimate from two fits, which may differ by little."""
+SLOPE = 2.3
+"""First guess of the decibels gained by doubling the paths. The Kodak photos gain 1.7 to 2.6."""
+
+SLOPE_MIN, SLOPE_MAX = 0.8, 4.0
+"""Bounds of an estimate of these from two fits, which may differ by little."""
 
 STEP_UP_MAX, STEP_DOWN_MAX = 16.0, 4.0
 """Largest factors by which one step raises or, outside a bracket, lowers the number of paths: a fit of few paths says
@@ -40,9 +42,11 @@ PROBE_STEP_UP_MAX = 8.0
 more than the probe's slope promises: an emoji with 64 paths has 34 dB after 100 iterations and 42 dB after 400. With 4,
 kodim07 took a whole fit more to 28 dB, at 330 paths."""
 
-AUTO_GAIN, AUTO_CURVES_MAX = 1.0, 2048
-"""Without a number of paths, the search doubles them while that gains at least these decibels, up to this number, at
-which the file of a photo has some 350 KB."""
+AUTO_GAIN = 1.0
+"""Without a number of paths, the search doubles them while that gains at least these decibels."""
+
+AUTO_CURVES_MAX = 2048
+"""Most paths of such a search; the file of a photo then has some 350 KB."""
 
 AUTO_PSNR_MAX = 40.0
 """Decibels above this do not count as a gain of a doubling: no difference is visible any more. Flat art gains 1 to 2 dB

@@ -19,8 +19,11 @@ ITERATIONS = 300
 GROWTH_END, ADDITIONS = 0.35, 5
 """Share of the iterations in which shapes are added, in so many equal parts."""
 
-REMOVAL_START, REMOVAL_END, REMOVAL_GAP = 0.4, 0.75, 10
-"""Shares of the iterations between which shapes are removed, and iterations between two removals."""
+REMOVAL_START, REMOVAL_END = 0.4, 0.75
+"""Shares of the iterations between which shapes are removed."""
+
+REMOVAL_GAP = 10
+"""Iterations between two removals."""
 
 SURPLUS = 1.33
 """Shapes that are added for each that fits in. Without a surplus it loses 0.1 dB; with 1.6 it gains nothing."""
@@ -31,9 +34,11 @@ SHAPE_BYTES = 46
 ROUNDED_FROM = 0.8
 """Share of the iterations from which the error is that of the rounded shapes."""
 
-RADIUS, RADIUS_FACTOR = 1.2, 0.8
-"""Radius of the first shapes, as a share of the longest side over the root of the number of shapes, and the factor by
-which each addition shrinks it, the first one too."""
+RADIUS = 1.2
+"""Radius of the first shapes before `RADIUS_FACTOR`, as a share of the longest side over the root of their number."""
+
+RADIUS_FACTOR = 0.8
+"""Factor by which each addition shrinks the radius, the first one too."""
 
 RESIDUAL_BLUR = 3.0
 """Standard deviation in units of the blur of the residual, where shapes are added."""

@@ -18,29 +18,53 @@ MOMENTUM_SHARE = 0.6
 """Share of the iterations with momentum. On seven tracings the mean PSNR of the files is 41.6 dB with 0.3, 42.0 with
 0.6, 41.8 with 0.8 and 41.6 with 1."""
 
-RATE, RATE_FINAL, MOMENTUM = 0.2, 0.05, 0.97
-"""Share of its error by which a value moves in the first step, that in the last one as a share of the first, and the
-share of the last move that each move repeats. A rate of 0.1 loses 0.3 dB in 500 iterations, 0.4 loses 1 dB."""
+RATE = 0.2
+"""Share of its error by which a value moves in the first step. 0.1 loses 0.3 dB in 500 iterations, 0.4 loses 1 dB."""
 
-MOMENTUM_FIRST, WARM_UP = 0.9, 0.2
-"""The momentum of the first step, and the share of the steps in which it rises: far moves would overshoot and fold."""
+RATE_FINAL = 0.05
+"""Rate of the last step, as a share of that of the first."""
 
-PROBES, PROBES_AGAIN, PROBE_GAP = 8, 4, 25
-"""Random images from which the strengths are estimated first, and at every so many iterations. The later estimates are
-averaged with those before."""
+MOMENTUM = 0.97
+"""Share of the last move that each move repeats."""
+
+MOMENTUM_FIRST = 0.9
+"""Momentum of the first step: with more, far moves would overshoot and fold."""
+
+WARM_UP = 0.2
+"""Share of the steps in which the momentum rises."""
+
+PROBES = 8
+"""Random images from which the strengths are estimated first."""
+
+PROBE_GAP = 25
+"""Iterations from one estimate of the strengths to the next."""
+
+PROBES_AGAIN = 4
+"""Random images of a later estimate, which is averaged with those before."""
 
 MOVE_MAX = 1.0
 """Largest move of a point in pixels that a step with momentum adds, before ``RATE``."""
 
-PACE_DOWN, PACE_UP, PACE_MIN = 0.5, 1.1, 0.1
-"""Factors of the steps of values that are taken back, of all values at a look that finds them right, and the least."""
+PACE_DOWN = 0.5
+"""Factor of the steps of values that are taken back."""
+
+PACE_UP = 1.1
+"""Factor of the steps of all values when a look finds them right."""
+
+PACE_MIN = 0.1
+"""Smallest factor of the steps of a value."""
 
 MEMORY = 20
 """Pairs of moves and changes of the gradient that L-BFGS keeps."""
 
-LINE_MOVE_MAX, SHRINK_MIN, SHRINK_MAX, SUFFICIENT = 2.0, 0.1, 0.5, 1e-4
-"""Largest move of a point in pixels in a step of L-BFGS, the bounds by which a step is shortened, and the share of the
-expected decrease that is enough."""
+LINE_MOVE_MAX = 2.0
+"""Largest move of a point in pixels in a step of L-BFGS."""
+
+SHRINK_MIN, SHRINK_MAX = 0.1, 0.5
+"""Least and largest factor by which a step of L-BFGS is shortened."""
+
+SUFFICIENT = 1e-4
+"""Share of the expected decrease that is enough for a step of L-BFGS."""
 
 FIRST_STEP = 0.3
 """Length of the first step of L-BFGS, in steps by the strengths alone, which overlook that neighbours move together."""

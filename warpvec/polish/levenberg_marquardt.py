@@ -32,13 +32,21 @@ MOVE_MAX, MOVE_SHARE = 1.5, 0.25
 """Largest move of a point in a step: so many pixels, or this share of the shorter line to a neighbouring node. Farther
 from an edge its pixels do not tell where it should be."""
 
-LIMIT_ROUNDS, EXCESS_MAX, EXCESS_DAMPING = 4, 1.1, 2.0
-"""Times that the damping of points that move too far is raised before their moves are cut, how much too far may be cut
-at once, and the factor of the damping of a point that moves as far as it may."""
+LIMIT_ROUNDS = 4
+"""Times that the damping of points that move too far is raised before their moves are cut."""
 
-FOLD_DAMPING, FOLD_RELEASE = 3.0, 27.0
-"""Factors of the damping of folding segments, at each fold, and of its return to normal with each step. With 16 and 4 a
-thin part that closes stops its neighbours for good, and the mean PSNR of four tracings is 1.9 dB lower."""
+EXCESS_MAX = 1.1
+"""Moves of at most this many times the limit are cut at once."""
+
+EXCESS_DAMPING = 2.0
+"""Factor of the damping of a point that moves as far as it may."""
+
+FOLD_DAMPING = 3.0
+"""Factor of the damping of folding segments, at each fold. With 16 here and 4 below, a thin part that closes stops its
+neighbours for good, and the mean PSNR of four tracings is 1.9 dB lower."""
+
+FOLD_RELEASE = 27.0
+"""Factor of the return of this damping to normal, with each step."""
 
 FOLD_ROUNDS = 8
 """Times that folding segments are damped before they are held; from then on more and more of their neighbours are."""
@@ -49,8 +57,11 @@ HOLD_ROUNDS = 4
 WHOLE_ROUNDS = 8
 """Times that whole paths are held: a path may fold only once its neighbours stay."""
 
-GAIN_MIN, GAIN_STEPS = 0.01, 5
-"""The fit ends once the last so many steps have gained less than this share of the loss, which is 0.04 dB."""
+GAIN_MIN = 0.01
+"""The fit ends once the last steps have gained less than this share of the loss, which is 0.04 dB."""
+
+GAIN_STEPS = 5
+"""Number of these last steps."""
 
 STEPS_MAX = 60
 """Most matrices that are made, each of which takes as long as some fifteen evaluations."""
