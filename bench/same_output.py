@@ -230,7 +230,7 @@ def _run_page_jobs(folder: Path) -> dict[str, Any]:
         print(f"job of the page: {name}", file=sys.stderr)
         texts = {key: (folder / fields[key]).read_text() for key in ("start", "erased", "filled") if key in fields}
         plain = {key: fields[key] for key in ("locked", "keeps_paths", "done_share") if key in fields}
-        picture, settings = (folder / fields["picture"]).read_bytes(), FitSettings(**fields["settings"])
+        picture, settings = (folder / fields["picture"]).read_bytes(), FitSettings(fields["settings"])
         found = worker.do(FitJob(1, picture, fields["picture"], settings, **texts, **plain))
         mode = [report.facts for report in reports if report.kind == "mode"][-1]
         drawing = {"files": {"drawing.svg": _svg_content(found.pop("svg").encode())}}
