@@ -105,8 +105,7 @@ def _changes(levels: Levels) -> Levels:
         places = [(slice(None),) * axis + (part,) for part in parts]
         highest = np.maximum(np.maximum(highest[places[0]], highest[places[1]]), highest[places[2]])
         lowest = np.minimum(np.minimum(lowest[places[0]], lowest[places[1]]), lowest[places[2]])
-    change: Levels = (highest - lowest).max(2)
-    return change
+    return (highest - lowest).max(2)
 
 
 def _widened(mask: Mask, reach: int) -> Mask:

@@ -87,8 +87,7 @@ def _rows(points: Floats) -> Floats:
 def _on_cubics(a: Floats, b: Floats, c: Floats, d: Floats, u: Floats) -> Floats:
     first, second = 3.0 * (b - a), 3.0 * (a - 2.0 * b + c)
     third = d - a - 3.0 * (c - b)
-    result: Floats = ((third * u + second) * u + first) * u + a
-    return result
+    return ((third * u + second) * u + first) * u + a
 
 
 def _least_squares(a: Floats, d: Floats, points: Floats, u: Floats) -> tuple[Floats, Floats]:

@@ -142,8 +142,7 @@ def sides_of(xy: Floats) -> tuple[Side, Side]:
 
 def turns_of(ahead: Side, behind: Side) -> Floats:
     """Return by how much a loop turns at each sample [n], in radians."""
-    turns: Floats = np.arccos(np.clip(-(ahead.away * behind.away).sum(1), -1.0, 1.0))
-    return turns
+    return np.arccos(np.clip(-(ahead.away * behind.away).sum(1), -1.0, 1.0))
 
 
 def _where_sharp(turn: Floats, chosen: Integers, far: Side, near: Side) -> Side:
@@ -213,8 +212,7 @@ def _smooth_nodes(xy: Floats, step: float, corners: Integers) -> Nodes:
 
 def _parabola(offsets: Integers) -> Floats:
     """Return the matrix [3, n] that gives the parabola closest to values at ``offsets`` [n], lowest power first."""
-    inverse: Floats = np.linalg.pinv(np.stack([offsets**0, offsets, offsets**2], 1).astype(np.float64))
-    return inverse
+    return np.linalg.pinv(np.stack([offsets**0, offsets, offsets**2], 1).astype(np.float64))
 
 
 def _distance_on_cycle(places: Integers, corners: Integers, count: int) -> Integers:

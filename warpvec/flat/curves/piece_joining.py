@@ -145,8 +145,7 @@ def _turns(pieces: Pieces, segments: Floats) -> Floats:
     """Return by how many degrees the outline turns at the start of each piece [R]."""
     leaving, arriving = _directions(pieces, segments)
     cosine = np.clip((leaving * arriving[pieces.before]).sum(1), -1.0, 1.0)
-    turns: Floats = np.degrees(np.arccos(cosine))
-    return turns
+    return np.degrees(np.arccos(cosine))
 
 
 def _smoothed(pieces: Pieces, segments: Floats, is_smooth: Mask) -> Floats:

@@ -89,8 +89,7 @@ def _from_out(inside: Mask, at_border: tuple[tuple[bool, bool], tuple[bool, bool
     distance = ndimage.distance_transform_edt(padded)
     height, width = inside.shape
     (top, _), (left, _) = padding
-    found: Floats = distance[top : top + height, left : left + width]
-    return found
+    return distance[top : top + height, left : left + width]
 
 
 def _hidden(visible: Mask, above: Mask, from_out: Floats, depth: float) -> Mask:
@@ -128,5 +127,4 @@ def _connected(mask: Mask, seeds: Mask) -> Mask:
 def _dilated(mask: Mask) -> Mask:
     from scipy import ndimage
 
-    found: Mask = ndimage.binary_dilation(mask, _NEIGHBOURS)
-    return found
+    return ndimage.binary_dilation(mask, _NEIGHBOURS)

@@ -164,5 +164,4 @@ def is_in(mask: Mask, points: Floats) -> Mask:
     x, y = np.floor(points).astype(np.int64).T
     height, width = mask.shape
     inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-    found: Mask = inside & mask[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)]
-    return found
+    return inside & mask[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)]

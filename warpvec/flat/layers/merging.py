@@ -18,8 +18,7 @@ def alike(regions: Regions, first: int, others: Integers) -> Mask:
     color = np.abs(regions.color[others] - regions.color[first]).max(1)
     apart = np.maximum(color, np.abs(regions.opacity[others] - regions.opacity[first]))
     is_flat = (regions.kind[others] == FLAT) & (regions.kind[first] == FLAT)
-    found: Mask = (others == first) | (is_flat & (apart <= LAYERS.paints_apart))
-    return found
+    return (others == first) | (is_flat & (apart <= LAYERS.paints_apart))
 
 
 def interrupted_pairs(regions: Regions, junctions: Junctions, order: list[int]) -> Iterator[tuple[int, int]]:
@@ -97,5 +96,4 @@ def _is_hidden(regions: Regions, start: Floats, end: Floats, above: Mask, other:
     x, y = np.floor(start[:, None] * (1.0 - share) + end[:, None] * share).astype(np.int64).reshape(-1, 2).T
     height, width = regions.label.shape
     label = regions.label[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)].reshape(-1, LAYERS.way_samples)
-    hidden: Mask = (above[label] & (label != other[:, None])).mean(1) > 0.9
-    return hidden
+    return (above[label] & (label != other[:, None])).mean(1) > 0.9

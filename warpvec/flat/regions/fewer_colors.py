@@ -96,5 +96,4 @@ def _joined(regions: Regions, paint: Integers) -> Integers:
     first, second = (np.concatenate([pair[k].ravel() for pair in pairs]) for k in (0, 1))
     is_same = (first != second) & (paint[first] == paint[second])
     edges = np.ones(int(is_same.sum()), bool), (first[is_same], second[is_same])
-    group: Integers = connected_components(coo_array(edges, (len(regions), len(regions))), directed=False)[1]
-    return group
+    return connected_components(coo_array(edges, (len(regions), len(regions))), directed=False)[1]

@@ -79,5 +79,4 @@ def most_contact(areas: Integers32, label: Integers32) -> Floats32:
     most, total = np.zeros(areas.max() + 1), np.zeros(areas.max() + 1)
     np.maximum.at(most, pair // width, count)
     np.add.at(total, pair // width, count)
-    contact: Floats32 = (most / np.maximum(total, 1)).astype(np.float32)
-    return contact
+    return (most / np.maximum(total, 1)).astype(np.float32)

@@ -92,8 +92,7 @@ def measure_noise(picture: Floats32) -> float:
 
 def luma_over_white(picture: Floats32) -> Floats32:
     """Return the brightness [h, w] of a picture [h, w, 4] of premultiplied RGBA over white."""
-    luma: Floats32 = picture[..., :3] @ LUMA + 1 - picture[..., 3]
-    return luma
+    return picture[..., :3] @ LUMA + 1 - picture[..., 3]
 
 
 def measure_reach(picture: Floats32) -> int:
@@ -119,8 +118,7 @@ def _edge_widths(luma: Floats32, along: Floats32, across: Floats32, axis: int) -
     rise = ndimage.maximum_filter(luma, size) - ndimage.minimum_filter(luma, size)
     is_top = (along == ndimage.maximum_filter(along, size)) & (along >= across)
     chosen = is_top & (along > REGIONS.edge_slope_min) & (rise > REGIONS.edge_rise_min)
-    widths: Floats32 = rise[chosen] / along[chosen]
-    return widths
+    return rise[chosen] / along[chosen]
 
 
 def second_difference(luma: Floats32) -> Floats32:

@@ -56,14 +56,12 @@ class LineDirection(Direction):
 
     def places(self, points: Floats) -> Floats:
         """Return the distances [N] of ``points`` [N, 2]."""
-        places: Floats = (points - self.origin) @ self.along
-        return places
+        return (points - self.origin) @ self.along
 
     def changes(self, points: Floats, places: Floats) -> Floats:
         """Return how the places change with the angle [N, 1]."""
         across = np.array([-self.along[1], self.along[0]])
-        changes: Floats = ((points - self.origin) @ across)[:, None]
-        return changes
+        return ((points - self.origin) @ across)[:, None]
 
     def moved(self, step: Floats) -> Direction:
         """Return the direction turned by the angle ``step`` [1], but by at most half a radian."""
@@ -90,8 +88,7 @@ class CenterDirection(Direction):
 
     def changes(self, points: Floats, places: Floats) -> Floats:
         """Return how the places change with the centre [N, 2]."""
-        changes: Floats = -(points - self.origin) / np.maximum(places, 1.0)[:, None]
-        return changes
+        return -(points - self.origin) / np.maximum(places, 1.0)[:, None]
 
     def moved(self, step: Floats) -> Direction:
         """Return the direction with its centre moved by ``step`` [2]."""
@@ -152,8 +149,7 @@ def _center(centers: Floats, slopes: Floats) -> Floats | None:
     matrix = (rows[:, :, None] * rows[:, None, :]).sum(0)
     if np.linalg.cond(matrix) > 1.0e6:
         return None
-    center: Floats = np.linalg.solve(matrix, (rows * values[:, None]).sum(0))
-    return center
+    return np.linalg.solve(matrix, (rows * values[:, None]).sum(0))
 
 
 def refined(direction: Direction, points: Floats, colors: Floats) -> Direction:
@@ -171,8 +167,7 @@ def _least_squares(rows: Floats, values: Floats) -> Floats:
     """Solve ``rows`` [N, P] x = ``values`` [N] by sums of NumPy, which are the same for any number of threads."""
     matrix = (rows[:, :, None] * rows[:, None, :]).sum(0)
     matrix += 1.0e-9 * np.trace(matrix) * np.eye(len(matrix)) + 1.0e-12 * np.eye(len(matrix))
-    solution: Floats = np.linalg.solve(matrix, (rows * values[:, None]).sum(0))
-    return solution
+    return np.linalg.solve(matrix, (rows * values[:, None]).sum(0))
 
 
 def _profile(places: Floats, colors: Floats) -> tuple[Floats, Floats]:

@@ -42,8 +42,7 @@ def _is_steady(difference: Floats32, axis: int) -> Mask:
     ends[axis] = (1, 1)
     padded = np.pad(change, ends, constant_values=True)
     before, behind = (np.take(padded, range(start, start + difference.shape[axis]), axis) for start in (0, 1))
-    steady: Mask = (_largest(difference) <= REGIONS.steep_ramp_step) & before & behind
-    return steady
+    return (_largest(difference) <= REGIONS.steep_ramp_step) & before & behind
 
 
 def _largest(difference: Floats32) -> Floats32:

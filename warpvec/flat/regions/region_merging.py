@@ -111,8 +111,7 @@ def _shines_through(
     rows, columns = (place.astype(np.int32) for place in np.nonzero(where))
     names = np.stack([side[rows, columns] for side in (assignment.label, trial.label, trial.other)], 1)
     shares, rest = triple_shares(*colors_of(names, rows, columns, picture, paints, tolerances.metric))
-    seam: Mask = (shares >= 0).all(1) & (shares[:, 0] <= REGIONS.far_share_max) & (rest <= tolerances.mix)
-    return seam
+    return (shares >= 0).all(1) & (shares[:, 0] <= REGIONS.far_share_max) & (rest <= tolerances.mix)
 
 
 def _drop_specks(

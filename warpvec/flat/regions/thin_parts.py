@@ -63,8 +63,7 @@ def add_thin_parts(
 def _grown(mask: Mask, distance: int) -> Mask:
     from scipy import ndimage
 
-    grown: Mask = ndimage.maximum_filter(mask, 2 * distance + 1)
-    return grown
+    return ndimage.maximum_filter(mask, 2 * distance + 1)
 
 
 def _explain(

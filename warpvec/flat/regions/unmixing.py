@@ -143,8 +143,7 @@ def triple_shares(color: Floats32, values: Floats32) -> tuple[Floats32, Floats32
 
 
 def _rms(values: Floats32) -> Floats32:
-    squares: Floats32 = np.sqrt((values**2).mean(-1))
-    return squares
+    return np.sqrt((values**2).mean(-1))
 
 
 def _larger_first(first: Integers32, second: Integers32, share: Floats32, residual: Floats32) -> Mixes:

@@ -74,8 +74,7 @@ def nearly_smooth(scene: Scene) -> Mask:
         joints.is_line, other, torch.where(joints.is_line[preceding], one, one * other / (one + other))
     )
     is_near = (turn < math.radians(SIMPLIFICATION.smooth_node_degrees)) & (move < SIMPLIFICATION.smooth_node_move)
-    found: Mask = (is_near & ~joints.is_smooth & ~(joints.is_line & joints.is_line[preceding])).numpy()
-    return found
+    return (is_near & ~joints.is_smooth & ~(joints.is_line & joints.is_line[preceding])).numpy()
 
 
 def wrong_segments(
@@ -118,10 +117,7 @@ def _moved_along(
     start_shift = now - before[choice.first, 0]
     shifts = start_shift[source], start_shift[following[source]]
     share = (place[:, None] + np.array([0.0, 1 / 3, 2 / 3])) / choice.size[source][:, None]
-    moved: NDArray[np.float64] = (
-        before[row] + (1.0 - share[..., None]) * shifts[0][:, None] + share[..., None] * shifts[1][:, None]
-    )
-    return moved
+    return before[row] + (1.0 - share[..., None]) * shifts[0][:, None] + share[..., None] * shifts[1][:, None]
 
 
 def _structure(scene: Scene, counts: Rows, is_line: Tensor) -> Structure:
@@ -130,5 +126,4 @@ def _structure(scene: Scene, counts: Rows, is_line: Tensor) -> Structure:
 
 
 def _lines(scene: Scene) -> Mask:
-    found: Mask = Joints.of(scene, keep=False).is_line.numpy()
-    return found
+    return Joints.of(scene, keep=False).is_line.numpy()

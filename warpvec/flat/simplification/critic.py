@@ -36,8 +36,7 @@ class Critic:
 
     def error(self, scene: Scene) -> NDArray[np.float32]:
         """Return the squared error of ``scene`` in each pixel [h, w], summed over the channels."""
-        found: NDArray[np.float32] = self.target.squared_error(scene).numpy()
-        return found
+        return self.target.squared_error(scene).numpy()
 
     def removal_costs(self, scene: Scene) -> Floats:
         """Return the rise of the squared error, summed over pixels and channels, without each path [N]."""

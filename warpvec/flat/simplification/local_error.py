@@ -49,5 +49,4 @@ def errors_in_boxes(error: NDArray[np.float32], low: Floats, high: Floats) -> Fl
     (left, top), (right, bottom) = (
         np.clip(each, 0, size).astype(np.int64).T for each in (np.floor(low) - 1, np.ceil(high) + 1)
     )
-    found: Floats = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
-    return found
+    return sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]

@@ -43,8 +43,7 @@ class OutlineSamples:
     @property
     def worth(self) -> Floats:
         """Rise of the squared error for each segment [R] if its outline moves by one pixel."""
-        found: Floats = (self.contrast * self.lengths).sum(1)
-        return found
+        return (self.contrast * self.lengths).sum(1)
 
     @property
     def visibility(self) -> Floats:
@@ -57,8 +56,7 @@ class OutlineSamples:
         x, y = (np.floor(points[..., k]) for k in (0, 1))
         outside = (x < 0) | (y < 0) | (x >= width) | (y >= height)
         column, row = (np.clip(v, 0, n - 1).astype(np.int64) for v, n in ((x, width), (y, height)))
-        hidden: NDArray[np.bool_] = outside | (self.top[row, column] > path[:, None])
-        return hidden
+        return outside | (self.top[row, column] > path[:, None])
 
 
 def sample_outlines(scene: Scene, height: int, width: int, threads: int | None = None) -> OutlineSamples:
@@ -78,8 +76,7 @@ def sample_outlines(scene: Scene, height: int, width: int, threads: int | None =
 
 def control_points(scene: Scene) -> Floats:
     """Return the four control points [R, 4, 2] of each segment."""
-    control: Floats = whole_curves(scene).double().numpy()
-    return control
+    return whole_curves(scene).double().numpy()
 
 
 def cubic_points(control: Floats, t: Floats) -> Floats:
@@ -143,5 +140,4 @@ def _top_paths(scene: Scene, height: int, width: int, threads: int | None) -> ND
     top = (drawn[..., 0] * len(scene)).round().long().clamp(0, len(scene))
     known = torch.cat([torch.zeros(1, 3), color.float()])[top]
     is_pure = ((drawn - known).abs() < SIMPLIFICATION.pure_color_error / max(len(scene), 1)).all(-1)
-    found: NDArray[np.int64] = torch.where(is_pure, top - 1, -1).numpy()
-    return found
+    return torch.where(is_pure, top - 1, -1).numpy()

@@ -79,10 +79,7 @@ def _alike(radius: Floats, loop: _Rows) -> Floats:
 
 
 def _is_along(handle: Floats, direction: Floats) -> NDArray[np.bool_]:
-    found: NDArray[np.bool_] = (_unit(handle) * direction).sum(1) > np.cos(
-        np.radians(SIMPLIFICATION.arc_smooth_degrees)
-    )
-    return found
+    return (_unit(handle) * direction).sum(1) > np.cos(np.radians(SIMPLIFICATION.arc_smooth_degrees))
 
 
 def _unit(vectors: Floats) -> Floats:

@@ -174,5 +174,4 @@ def _tangents(scene: Scene, joints: Joints) -> NDArray[np.float64]:
     ahead, behind = joints.ahead_and_behind(*joints.values(scene))
     mean = torch.where(joints.is_line[:, None], ahead, ahead + behind)
     mean = torch.where(joints.is_line[joints.preceding][:, None], behind, mean)
-    found: NDArray[np.float64] = torch.nn.functional.normalize(mean.double(), dim=1, eps=1e-12).numpy()
-    return found
+    return torch.nn.functional.normalize(mean.double(), dim=1, eps=1e-12).numpy()

@@ -92,8 +92,7 @@ def _corners(outlines: Outlines) -> NDArray[np.bool_]:
     product = np.linalg.norm(ahead, axis=1) * np.linalg.norm(behind, axis=1)
     is_turned = (ahead * behind).sum(1) < np.cos(np.radians(SIMPLIFICATION.corner_degrees)) * product
     seen = (samples.visibility * samples.lengths).sum(1)
-    found: NDArray[np.bool_] = is_turned & (np.minimum(seen, seen[preceding]) >= SIMPLIFICATION.corner_leg)
-    return found
+    return is_turned & (np.minimum(seen, seen[preceding]) >= SIMPLIFICATION.corner_leg)
 
 
 def _fitted(
@@ -153,8 +152,7 @@ def _stays_hidden(
     spreads = after > 2.0 * before + 1.0
     is_seen[:, 1:] |= spreads
     is_seen[:, :-1] |= spreads
-    found: NDArray[np.bool_] = ~(is_seen & moves).any(1)
-    return found
+    return ~(is_seen & moves).any(1)
 
 
 def _is_turned(ends: Ends, handles: tuple[Floats, Floats]) -> NDArray[np.bool_]:

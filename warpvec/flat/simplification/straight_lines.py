@@ -74,10 +74,9 @@ def _directions(lines: Lines) -> tuple[Floats, _Mask]:
 
 
 def _may_turn(degrees: Floats, length: Floats) -> _Mask:
-    found: _Mask = (np.abs(degrees) <= SIMPLIFICATION.line_turn_max) & (
+    return (np.abs(degrees) <= SIMPLIFICATION.line_turn_max) & (
         np.radians(np.abs(degrees)) * length / 2.0 <= SIMPLIFICATION.line_move_max
     )
-    return found
 
 
 def _groups(values: Floats, gap: float) -> list[_Rows]:
