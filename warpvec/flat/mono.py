@@ -8,6 +8,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from warpvec.arrays import Floats
 from warpvec.errors import InputError
@@ -66,10 +67,8 @@ def mono_tracing(
     levels = find_levels(gray, None if threshold == "auto" else threshold / 255.0)
     coverage = np.clip(0.5 + (levels.threshold - gray) / (levels.paper - levels.ink), 0.0, 1.0)
     if has_two_levels(coverage):
-        from scipy.ndimage import gaussian_filter
-
         tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
-        outlines = _interpolated(gaussian_filter(coverage, MONO.staircase_blur))
+        outlines = _interpolated(ndimage.gaussian_filter(coverage, MONO.staircase_blur))
     else:
         tolerance = (
             max(CURVES.tolerance, MONO.noise_deviations * _noise(coverage) / MONO.edge_slope)
@@ -101,9 +100,7 @@ def find_levels(gray: Floats, threshold: float | None = None) -> Levels:
     is_ink = gray < parting
     if is_ink.all() or not is_ink.any():
         return Levels(parting - 0.5, parting + 0.5, parting)
-    from scipy.ndimage import binary_erosion
-
-    solid = binary_erosion(is_ink)
+    solid = ndimage.binary_erosion(is_ink)
     darkest = float(np.quantile(gray[is_ink], MONO.thin_quantile))
     ink = float(np.median(gray[solid])) if solid.sum() >= MONO.solid_count else darkest
     paper = max(float(np.median(gray[~is_ink])), ink + 1.0 / 255.0)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.arrays import Floats, Integers
+from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.noding import Chords
 
@@ -96,10 +97,10 @@ def _following(vertex: Integers, tail: Integers) -> Integers:
 
 def _faces(vertex: Integers, tail: Integers, following: Integers, delta: Integers) -> tuple[Integers, Integers]:
     """Return the face of each half-edge [2 E], and the winding of each path around each face [F, N]."""
-    orbit = _cycles(following)
+    orbit = connected_parts(np.arange(len(following)), following, len(following))
     orbit_count = int(orbit.max()) + 1 if len(orbit) else 0
     area = np.bincount(orbit, _twice_areas(vertex, tail), orbit_count)
-    part = _parts(tail, len(vertex))[tail]
+    part = connected_parts(tail[::2], tail[1::2], len(vertex))[tail]
     part_of_orbit = np.zeros(orbit_count, np.int64)
     part_of_orbit[orbit] = part
     # Each connected part has one orbit around its outside, whose area is negative.
@@ -158,27 +159,3 @@ def _twice_areas(vertex: Integers, tail: Integers) -> Floats:
     a = vertex[tail].astype(np.float64)
     b = a.reshape(-1, 2, 2)[:, ::-1].reshape(-1, 2)
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-
-
-def _cycles(following: Integers) -> Integers:
-    """Return the number of the cycle of the permutation ``following`` that each entry is in."""
-    number = np.full(len(following), -1, np.int64)
-    steps, count = following.tolist(), 0
-    for start in range(len(steps)):
-        if number[start] < 0:
-            row = start
-            while number[row] < 0:
-                number[row] = count
-                row = steps[row]
-            count += 1
-    return number
-
-
-def _parts(tail: Integers, vertex_count: int) -> Integers:
-    """Return the number of the connected part that each vertex is in."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    ends = tail.reshape(-1, 2)
-    links = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(vertex_count, vertex_count))
-    return connected_components(links, directed=False)[1].astype(np.int64)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from warpvec.arrays import Floats, Integers
+from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.planar_map import PlanarMap
 
@@ -55,10 +56,6 @@ def _neighbour(across: Integers, path: Integers, length: Floats) -> int | None:
 
 def _regions(mapped: PlanarMap, owners: Integers) -> Integers:
     """Return the number of the connected part of one owner that each face is in [F]."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     sides = mapped.face.reshape(-1, 2)
     same = sides[owners[sides[:, 0]] == owners[sides[:, 1]]]
-    links = coo_array((np.ones(len(same)), (same[:, 0], same[:, 1])), shape=(len(owners), len(owners)))
-    return connected_components(links, directed=False)[1].astype(np.int64)
+    return connected_parts(same[:, 0], same[:, 1], len(owners))

@@ -6,6 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 
 from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.layers import LAYERS
@@ -80,8 +81,6 @@ def _box(mask: Mask, margin: int) -> tuple[int, int, int, int]:
 
 def _from_out(inside: Mask, at_border: tuple[tuple[bool, bool], tuple[bool, bool]]) -> Floats:
     """Return the distance from what is not ``inside``; beyond the border of the picture, nothing is."""
-    from scipy import ndimage
-
     padding = [[int(side) for side in sides] for sides in at_border]
     padded = np.pad(inside, padding)
     if padded.all():
@@ -94,8 +93,6 @@ def _from_out(inside: Mask, at_border: tuple[tuple[bool, bool], tuple[bool, bool
 
 def _hidden(visible: Mask, above: Mask, from_out: Floats, depth: float) -> Mask:
     """Return the pixels that a layer covers beneath others."""
-    from scipy import ndimage
-
     from_visible = ndimage.distance_transform_edt(~visible)
     margin = np.minimum(LAYERS.cover_margin, 1.0 + LAYERS.cover_taper * (from_visible - 1.0))
     hidden = above & (from_out >= margin) & (from_visible <= depth)
@@ -105,8 +102,6 @@ def _hidden(visible: Mask, above: Mask, from_out: Floats, depth: float) -> Mask:
 
 def _holes(mask: Mask, out: Mask) -> Mask:
     """Return what ``mask`` surrounds, except for holes with anything ``out``."""
-    from scipy import ndimage
-
     parts, count = ndimage.label(ndimage.binary_fill_holes(mask) & ~mask)
     keep = np.ones(count + 1, bool)
     keep[parts[out]] = False
@@ -116,8 +111,6 @@ def _holes(mask: Mask, out: Mask) -> Mask:
 
 def _connected(mask: Mask, seeds: Mask) -> Mask:
     """Return the parts of ``mask`` that hold one of ``seeds``."""
-    from scipy import ndimage
-
     parts, count = ndimage.label(mask)
     keep = np.zeros(count + 1, bool)
     keep[parts[seeds]] = True
@@ -125,6 +118,4 @@ def _connected(mask: Mask, seeds: Mask) -> Mask:
 
 
 def _dilated(mask: Mask) -> Mask:
-    from scipy import ndimage
-
     return ndimage.binary_dilation(mask, _NEIGHBOURS)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from warpvec.arrays import Floats
 from warpvec.flat.constants.layers import LAYERS
@@ -110,8 +111,6 @@ def _junctions_of(
 
 def boxes_of(regions: Regions) -> list[tuple[slice, slice] | None]:
     """Return the rows and columns around the pixels of each region [K], also the mixed ones; None if there are none."""
-    from scipy import ndimage
-
     first, second = (ndimage.find_objects(part + 1, len(regions)) for part in (regions.label, regions.other))
     return [_joined(a, b) if a and b else a or b for a, b in zip(first, second, strict=True)]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 import numpy as np
+from scipy import ndimage
 
 from warpvec.arrays import Floats
 from warpvec.flat.constants.curves import CURVES
@@ -22,8 +23,6 @@ def outlines(regions: Regions, layer: StackedLayer) -> list[Floats]:
 
 
 def _outlines_of_part(regions: Regions, members: Collection[int], above: Collection[int]) -> list[Floats]:
-    from scipy import ndimage
-
     cover = cover_of(regions, members, above)
     loops = contours_of(cover.coverage)
     is_tiny = max((abs(signed_area(loop)) for loop in loops), default=0.0) < LAYERS.loop_area_min

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.layers import LAYERS
@@ -161,8 +162,6 @@ def filled_areas(label: NDArray[np.int32], count: int) -> tuple[Integers, Mask]:
 
     A region is surrounded if most of its pixels are.
     """
-    from scipy import ndimage
-
     area, surrounds = np.zeros(count, np.int64), np.zeros((count, count), bool)
     pixels = np.bincount(label.ravel(), minlength=count)
     for region, box in enumerate(ndimage.find_objects(label + 1, count)):

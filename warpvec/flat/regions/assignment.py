@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
+from scipy import ndimage
 
 from warpvec.arrays import Floats32, Integers32, Mask, Places
 from warpvec.flat.constants.regions import REGIONS
@@ -108,8 +109,6 @@ def colors_of(
 
 def _with_fallback(candidates: Candidates, anchors: Integers32, rows: Integers32, columns: Integers32) -> Candidates:
     """Return the candidates with the nearest region at any distance where none is near."""
-    from scipy import ndimage
-
     missing = candidates.label[:, 0] == NONE
     if missing.any():
         nearest = ndimage.distance_transform_edt(anchors == NONE, return_distances=False, return_indices=True)

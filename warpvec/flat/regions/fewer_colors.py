@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from warpvec.arrays import Floats, Integers
+from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.regions import Regions
 from warpvec.geometry.paints.registry import FLAT
@@ -95,5 +94,4 @@ def _joined(regions: Regions, paint: Integers) -> Integers:
     pairs = [(label, regions.other), (label[:, 1:], label[:, :-1]), (label[1:], label[:-1])]
     first, second = (np.concatenate([pair[k].ravel() for pair in pairs]) for k in (0, 1))
     is_same = (first != second) & (paint[first] == paint[second])
-    edges = np.ones(int(is_same.sum()), bool), (first[is_same], second[is_same])
-    return connected_components(coo_array(edges, (len(regions), len(regions))), directed=False)[1]
+    return connected_parts(first[is_same], second[is_same], len(regions))

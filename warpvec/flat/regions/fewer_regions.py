@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy import ndimage
 
 from warpvec.arrays import Floats
 from warpvec.flat.regions.regions import Regions, find_canvas
@@ -17,8 +18,6 @@ def with_fewer_regions(regions: Regions, count: int) -> Regions:
     """
     if len(regions) <= count:
         return regions
-    from scipy import ndimage
-
     keep = np.zeros(len(regions), bool)
     keep[np.argsort(-_prominence(regions), kind="stable")[:count]] = True
     number = (np.cumsum(keep) - 1).astype(np.int32)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.arrays import Floats32, Integers32
+from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.region_growing import linked_areas
@@ -19,7 +20,7 @@ def areas_of(assignment: Assignment) -> Integers32:
     right, below = label[:, 1:] == label[:, :-1], label[1:] == label[:-1]
     areas = linked_areas(np.ones(label.shape, bool), right, below)
     pairs = np.concatenate([_corner_links(assignment, areas, is_mirrored) for is_mirrored in (False, True)])
-    return _joined(areas, pairs) if len(pairs) else areas
+    return connected_parts(pairs[:, 0], pairs[:, 1], int(areas.max()) + 1).astype(np.int32)[areas]
 
 
 def _corner_links(assignment: Assignment, areas: Integers32, is_mirrored: bool) -> Integers32:
@@ -52,27 +53,11 @@ def _corners(values: NDArray[Any]) -> tuple[NDArray[Any], ...]:
     return values[:-1, :-1], values[1:, 1:], values[:-1, 1:], values[1:, :-1]
 
 
-def _joined(areas: Integers32, pairs: Integers32) -> Integers32:
-    """Return ``areas`` [h, w] numbered anew, with ``pairs`` [P, 2] of them as one."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    count = int(areas.max()) + 1
-    links = coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), (count, count))
-    number: Integers32 = connected_components(links, directed=False)[1].astype(np.int32)
-    return number[areas]
-
-
 def most_contact(areas: Integers32, label: Integers32) -> Floats32:
     """Return for each area the largest part of its border that one label has on the other side."""
-    rows = [
-        (areas[:, :-1], label[:, 1:]),
-        (areas[:, 1:], label[:, :-1]),
-        (areas[:-1], label[1:]),
-        (areas[1:], label[:-1]),
-    ]
-    area, beyond = (np.concatenate([row[side].ravel() for row in rows]) for side in (0, 1))
-    own = np.concatenate([label[:, :-1].ravel(), label[:, 1:].ravel(), label[:-1].ravel(), label[1:].ravel()])
+    left, right, upper, lower = np.s_[:, :-1], np.s_[:, 1:], np.s_[:-1], np.s_[1:]
+    area, own = (np.concatenate([a[side].ravel() for side in (left, right, upper, lower)]) for a in (areas, label))
+    beyond = np.concatenate([label[side].ravel() for side in (right, left, lower, upper)])
     crossing = own != beyond
     width = int(label.max()) + 1
     pair, count = np.unique(area[crossing].astype(np.int64) * width + beyond[crossing], return_counts=True)

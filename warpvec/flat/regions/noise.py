@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 
 from warpvec.arrays import Floats32
 from warpvec.flat.constants.regions import REGIONS
@@ -68,8 +69,6 @@ def luma_and_color() -> Floats32:
 
 def measure_noise(picture: Floats32) -> float:
     """Return the noise of a picture [h, w, 4] of premultiplied RGBA over white, or 0 if it is clean."""
-    from scipy import ndimage
-
     luma = luma_over_white(picture)
     edge = np.zeros(luma.shape, bool)
     edge[:, 1:] |= np.abs(np.diff(luma, axis=1)) > REGIONS.noise_edge_step
@@ -111,8 +110,6 @@ def measure_reach(picture: Floats32) -> int:
 
 def _edge_widths(luma: Floats32, along: Floats32, across: Floats32, axis: int) -> Floats32:
     """Return the widths [N] in pixels, rise over slope, of the edges that are steepest ``along`` the axis."""
-    from scipy import ndimage
-
     size = [1, 1]
     size[axis] = REGIONS.edge_window
     rise = ndimage.maximum_filter(luma, size) - ndimage.minimum_filter(luma, size)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import reduce
 
 import numpy as np
+from scipy import ndimage
 
 from warpvec.arrays import Floats32, Integers32, Mask, Places
 from warpvec.flat.constants.regions import REGIONS
@@ -53,8 +54,6 @@ def _largest(difference: Floats32) -> Floats32:
 
 def _pure(right: Mask, below: Mask, width: int) -> Mask:
     """Return the pixels [h, w] of the squares in which all links to the right and below hold."""
-    from scipy import ndimage
-
     height, row_length = below.shape[0] + 1, right.shape[1] + 1
     if min(height, row_length) < width:
         return np.zeros((height, row_length), bool)
@@ -69,11 +68,9 @@ def _pure(right: Mask, below: Mask, width: int) -> Mask:
 def _windows(mask: Mask, height: int, width: int) -> Mask:
     """Return whether ``mask`` holds in each window of ``height`` x ``width``."""
     rows, columns = mask.shape[0] - height + 1, mask.shape[1] - width + 1
-    result = np.ones((rows, columns), bool)
-    for row in range(height):
-        for column in range(width):
-            result &= mask[row : row + rows, column : column + columns]
-    return result
+    return np.logical_and.reduce(
+        [mask[row : row + rows, column : column + columns] for row in range(height) for column in range(width)]
+    )
 
 
 def linked_areas(pure: Mask, right: Mask, below: Mask) -> Integers32:
@@ -87,8 +84,6 @@ def linked_areas(pure: Mask, right: Mask, below: Mask) -> Integers32:
 
 def connected_areas(mask: Mask, diagonal: bool = False) -> Integers32:
     """Return numbers from 0 of the connected areas of ``mask`` [h, w], and ``NONE`` elsewhere."""
-    from scipy import ndimage
-
     labels, _ = ndimage.label(mask, np.ones((3, 3)) if diagonal else None)
     return (labels - 1).astype(np.int32)
 
@@ -143,12 +138,7 @@ def _beside(mask: Mask) -> Mask:
 
 
 def _difference(
-    label: Integers32,
-    rows: Places,
-    columns: Places,
-    picture: Floats32,
-    paints: Paints,
-    metric: Floats32,
+    label: Integers32, rows: Places, columns: Places, picture: Floats32, paints: Paints, metric: Floats32
 ) -> Floats32:
     x, y = (place.astype(np.float32) + np.float32(0.5) for place in (columns, rows))
     return np.abs((picture[rows, columns] - paints.at(np.maximum(label, 0), x, y)) @ metric).max(-1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy import ndimage
 
 from warpvec.arrays import Floats32, Integers32, Mask, Places
 from warpvec.flat.constants.regions import REGIONS
@@ -148,8 +149,6 @@ def _flip_halves(assignment: Assignment) -> None:
 
 def _join_nearest(assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits) -> None:
     """Give pixels of specks the label of the nearest pixel that is in none."""
-    from scipy import ndimage
-
     speck = specks_of(assignment, paints, tolerances.metric, limits)
     if speck.all() or not speck.any():
         return

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 
 from warpvec.arrays import Floats32, Mask, Places
 from warpvec.flat.constants.regions import REGIONS
@@ -61,8 +62,6 @@ def add_thin_parts(
 
 
 def _grown(mask: Mask, distance: int) -> Mask:
-    from scipy import ndimage
-
     return ndimage.maximum_filter(mask, 2 * distance + 1)
 
 
