@@ -32,8 +32,8 @@ def test_the_regions_that_show_most_stay() -> None:
     fewer = with_fewer_regions(regions, 9)
     assert len(regions) == 65 and len(fewer) == 9
     assert sorted(np.unique(fewer.label)) == list(range(9)) and fewer.canvas is not None
-    assert np.allclose(fewer.color[fewer.canvas], 1.0)
-    assert np.delete(fewer.color[:, 0], fewer.canvas).max() < 0.15
+    assert np.allclose(fewer.paints.color[fewer.canvas], 1.0)
+    assert np.delete(fewer.paints.color[:, 0], fewer.canvas).max() < 0.15
     removed, kept = fewer.mixed()[5, 5], fewer.mixed()[110, 110]
     assert np.allclose(removed, 1.0) and kept[0] < 0.1
 
@@ -70,8 +70,8 @@ def test_late_regions_lack_thin_parts() -> None:
 def test_late_regions_have_flat_paints() -> None:
     image = np.ones((64, 64, 3), np.float32)
     image[8:56, 8:56] = np.round(np.linspace(40, 200, 48))[:, None] / 255
-    assert find_regions(image).kind.any()
-    assert not find_regions(image, watch=OVER).kind.any()
+    assert find_regions(image).paints.kind.any()
+    assert not find_regions(image, watch=OVER).paints.kind.any()
 
 
 def test_an_outline_that_shows_at_one_point_is_no_ellipse() -> None:

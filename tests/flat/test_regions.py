@@ -44,8 +44,8 @@ def error(image: Floats, regions: Regions) -> float:
 
 def colors(regions: Regions) -> set[str]:
     """Return the colours of flat regions that are seen, as "rrggbb"."""
-    chosen = (regions.kind == FLAT) & (regions.opacity > 0)
-    return {bytes(np.round(color * 255).astype(np.uint8)).hex() for color in regions.color[chosen]}
+    chosen = (regions.paints.kind == FLAT) & (regions.paints.opacity > 0)
+    return {bytes(np.round(color * 255).astype(np.uint8)).hex() for color in regions.paints.color[chosen]}
 
 
 def test_shares_are_the_coverage_of_a_disc() -> None:
@@ -125,7 +125,7 @@ def test_holes_and_surroundings_are_clear_regions() -> None:
     assert len(regions) == 3
     surroundings, hole, shape = (int(regions.label[place]) for place in ((0, 0), (55, 55), (90, 90)))
     assert len({surroundings, hole, shape}) == 3
-    np.testing.assert_array_equal(regions.opacity[[surroundings, hole, shape]], [0, 0, 1])
+    np.testing.assert_array_equal(regions.paints.opacity[[surroundings, hole, shape]], [0, 0, 1])
     assert regions.canvas == surroundings
 
 
@@ -134,8 +134,8 @@ def test_translucent_areas_keep_color_and_opacity() -> None:
     regions = find_regions(image)
     shape = int(regions.label[60, 60])
     assert len(regions) == 2
-    np.testing.assert_allclose(regions.opacity[shape], 0.6, atol=1 / 255)
-    np.testing.assert_allclose(regions.color[shape] * 255, [0x3E, 0x71, 0x7A], atol=1.5)
+    np.testing.assert_allclose(regions.paints.opacity[shape], 0.6, atol=1 / 255)
+    np.testing.assert_allclose(regions.paints.color[shape] * 255, [0x3E, 0x71, 0x7A], atol=1.5)
 
 
 def test_a_shape_cut_by_the_end_of_the_picture_has_no_region_along_it() -> None:
@@ -151,8 +151,8 @@ def test_a_linear_gradient_is_one_region_with_its_stops() -> None:
     regions = find_regions(image)
     shape = int(regions.label[100, 64])
     assert len(regions) == 3
-    assert regions.kind[shape] == LINEAR
-    stops = np.array([regions.color[shape], regions.end_color[shape]]) * 255
+    assert regions.paints.kind[shape] == LINEAR
+    stops = np.array([regions.paints.color[shape], regions.paints.end_color[shape]]) * 255
     np.testing.assert_allclose(sorted(stops.tolist()), [[160, 50, 110], [255, 204, 0]], atol=3)
     assert error(image, regions) < 0.7
 
@@ -165,8 +165,8 @@ def test_a_radial_gradient_is_one_region_with_its_center() -> None:
     regions = find_regions(image)
     shape = int(regions.label[60, 60])
     assert len(regions) == 2
-    assert regions.kind[shape] == RADIAL
-    np.testing.assert_allclose(regions.geometry[shape, :3], [50, 60, 62], atol=0.7)
+    assert regions.paints.kind[shape] == RADIAL
+    np.testing.assert_allclose(regions.paints.geometry[shape, :3], [50, 60, 62], atol=0.7)
     assert error(image, regions) < 0.7
 
 
@@ -190,7 +190,7 @@ def test_parts_of_one_gradient_share_it() -> None:
     regions = find_regions(image)
     left, right = int(regions.label[60, 10]), int(regions.label[60, 110])
     assert left != right
-    np.testing.assert_array_equal(regions.geometry[left], regions.geometry[right])
+    np.testing.assert_array_equal(regions.paints.geometry[left], regions.paints.geometry[right])
 
 
 def test_ramps_of_opacity_become_bands() -> None:

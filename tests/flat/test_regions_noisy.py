@@ -45,7 +45,7 @@ def enlarged(pixels: NDArray[np.uint8]) -> Floats:
 def is_close(regions: Regions, names: set[str], limit: int) -> bool:
     """Return whether the flat colours are ``names``, within ``limit`` levels."""
     wanted = [list(bytes.fromhex(name)) for name in sorted(names)]
-    found = np.unique(np.round(regions.color[regions.kind == FLAT] * 255), axis=0)
+    found = np.unique(np.round(regions.paints.color[regions.paints.kind == FLAT] * 255), axis=0)
     distance = np.abs(found[:, None] - np.array(wanted)[None]).max(2)
     return len(found) == len(wanted) and bool((distance.min(1) <= limit).all())
 
@@ -85,7 +85,7 @@ def test_a_gradient_in_jpeg_is_one_region() -> None:
     )
     regions = find_regions(as_jpeg(pixels, 80))
     shape = int(regions.label[128, 128])
-    assert regions.kind[shape] == LINEAR
+    assert regions.paints.kind[shape] == LINEAR
     # The corners of the picture are four more.
     assert len(regions) <= 5
     assert abs(regions.paints.at(np.array([shape]), np.array([128.0]), np.array([20.0]))[0, 2] * 255 - 0xE8) < 4

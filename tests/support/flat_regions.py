@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.regions import Regions
 
 Floats = NDArray[np.float64]
@@ -63,23 +64,13 @@ def regions_of(
     share = np.where(is_pure, 1.0, most / (most + next_most))
     paints = np.array([canvas, *(paint for _, paint in shapes)], np.float32)
     kind, geometry = np.zeros(len(paints), np.int32), np.zeros((len(paints), 4), np.float32)
-    return Regions(
-        first.astype(np.int32),
-        second.astype(np.int32),
-        share.astype(np.float32),
-        paints[:, :3],
-        paints[:, 3],
-        kind,
-        geometry,
-        paints[:, :3],
-        0,
-    )
+    labels = (first.astype(np.int32), second.astype(np.int32))
+    values = Paints(paints[:, :3], paints[:, 3], kind, geometry, paints[:, :3])
+    return Regions(*labels, share.astype(np.float32), values, 0)
 
 
 def split_regions(regions: Regions) -> Regions:
     """Return ``regions`` with a region for each connected part, in order of the first pixel, the canvas first."""
-    from dataclasses import replace
-
     from scipy import ndimage
 
     label, rows = np.zeros_like(regions.label), []
@@ -94,5 +85,5 @@ def split_regions(regions: Regions) -> Regions:
         _, nearest = ndimage.distance_transform_edt(regions.label != region, return_indices=True)
         mixed = (regions.other == region) & (regions.label != region)
         other[mixed] = label[tuple(nearest)][mixed]
-    values = {name: getattr(regions, name)[old] for name in ("color", "opacity", "kind", "geometry", "end_color")}
-    return replace(regions, label=label.astype(np.int32), other=other.astype(np.int32), canvas=0, **values)
+    labels = (label.astype(np.int32), other.astype(np.int32))
+    return Regions(*labels, regions.share, regions.paints.select(old), 0)

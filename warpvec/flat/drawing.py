@@ -135,7 +135,8 @@ class FlatDrawing:
 
     def _repainted(self, regions: Regions) -> Regions:
         if self.config.opacity == "opaque":
-            regions = replace(regions, opacity=np.where(regions.opacity >= 0.5, 1.0, 0.0).astype(np.float32))
+            opacity = np.where(regions.paints.opacity >= 0.5, 1.0, 0.0).astype(np.float32)
+            regions = replace(regions, paints=replace(regions.paints, opacity=opacity))
         if self.config.palette is not None:
             palette = np.array([parse_color(name) for name in self.config.palette.split(",")], np.float64)
             return with_palette(regions, palette)

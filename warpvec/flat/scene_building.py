@@ -65,15 +65,15 @@ def _fitted(
 
 
 def _painted(regions: Regions, layers: Sequence[StackedLayer], segments: torch.Tensor, structure: Structure) -> Scene:
-    rows = [layer.members[0] for layer in layers]
+    rows, paints = [layer.members[0] for layer in layers], regions.paints
     color, opacity, geometry, end_color = (
         torch.from_numpy(values[rows]).float()
-        for values in (regions.color, regions.opacity, regions.geometry, regions.end_color)
+        for values in (paints.color, paints.opacity, paints.geometry, paints.end_color)
     )
-    kind = torch.from_numpy(regions.kind[rows]).int()
+    kind = torch.from_numpy(paints.kind[rows]).int()
     gradients = Gradients(kind, geometry, end_color) if bool(kind.any()) else None
     canvas = regions.canvas
-    is_opaque = canvas is not None and regions.opacity[canvas] > 0
-    background = torch.from_numpy(regions.color[canvas]).float() if is_opaque else torch.zeros(3)
+    is_opaque = canvas is not None and paints.opacity[canvas] > 0
+    background = torch.from_numpy(paints.color[canvas]).float() if is_opaque else torch.zeros(3)
     generation = torch.zeros(len(rows), dtype=torch.int64)
     return Scene(segments, structure, color, opacity, background, generation, not is_opaque, gradients)

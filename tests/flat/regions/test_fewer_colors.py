@@ -22,7 +22,7 @@ def _regions():
 def test_the_two_colours_whose_difference_shows_least_become_that_of_the_larger_area() -> None:
     three = with_colors(_regions(), 3)
     assert len(three) == 3  # the blue and the navy square touch
-    colors = {tuple(round(value, 2) for value in color) for color in three.color.tolist()}
+    colors = {tuple(round(value, 2) for value in color) for color in three.paints.color.tolist()}
     assert colors == {WHITE[:3], BLUE[:3], RED[:3]}
     assert len(np.unique(three.label[5:19, 5:27])) == 1
 
@@ -30,18 +30,23 @@ def test_the_two_colours_whose_difference_shows_least_become_that_of_the_larger_
 def test_a_palette_gives_each_region_its_nearest_colour() -> None:
     found = with_palette(_regions(), np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [1.0, 0.0, 0.0]]))
     label = found.label
-    assert [found.color[label[place]].tolist() for place in ((0, 0), (10, 10), (10, 24), (27, 8))] == [
+    assert [found.paints.color[label[place]].tolist() for place in ((0, 0), (10, 10), (10, 24), (27, 8))] == [
         [1, 1, 1], [0, 0, 0], [0, 0, 0], [1, 0, 0],
     ]  # fmt: skip
 
 
 def test_a_ramp_becomes_its_mean_colour() -> None:
     regions = _regions()
-    kind, geometry, end_color = regions.kind.copy(), regions.geometry.copy(), regions.end_color.copy()
+    kind, geometry, end_color = (
+        regions.paints.kind.copy(),
+        regions.paints.geometry.copy(),
+        regions.paints.end_color.copy(),
+    )
     kind[1], geometry[1], end_color[1] = LINEAR, (4, 0, 20, 0), (0.0, 0.0, 0.1)
-    ramp = replace(regions, kind=kind, geometry=geometry, end_color=end_color)
+    paints = replace(regions.paints, kind=kind, geometry=geometry, end_color=end_color)
+    ramp = replace(regions, paints=paints)
     color, area = flat_colors(ramp)
     np.testing.assert_allclose(color[1], [0, 0, 0.5], atol=1e-3)
     assert area[1] == 16 * 16
     flat = with_flat_paints(ramp)
-    assert not flat.kind.any() and with_flat_paints(regions) is regions
+    assert not flat.paints.kind.any() and with_flat_paints(regions) is regions

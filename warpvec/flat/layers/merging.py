@@ -15,9 +15,10 @@ from warpvec.geometry.paints.registry import FLAT
 
 def alike(regions: Regions, first: int, others: Integers) -> Mask:
     """Return which regions ``others`` [n] have the flat paint of ``first``, within ``paints_apart``, or are it."""
-    color = np.abs(regions.color[others] - regions.color[first]).max(1)
-    apart = np.maximum(color, np.abs(regions.opacity[others] - regions.opacity[first]))
-    is_flat = (regions.kind[others] == FLAT) & (regions.kind[first] == FLAT)
+    paints = regions.paints
+    color = np.abs(paints.color[others] - paints.color[first]).max(1)
+    apart = np.maximum(color, np.abs(paints.opacity[others] - paints.opacity[first]))
+    is_flat = (paints.kind[others] == FLAT) & (paints.kind[first] == FLAT)
     return (others == first) | (is_flat & (apart <= LAYERS.paints_apart))
 
 
@@ -31,7 +32,7 @@ def interrupted_pairs(regions: Regions, junctions: Junctions, order: list[int]) 
     """
     place = np.full(len(regions) + 1, -1)
     place[order] = np.arange(len(order))
-    hides = np.append(regions.opacity >= 1.0, False)
+    hides = np.append(regions.paints.opacity >= 1.0, False)
     # The last entry stands for what lies beyond the picture.
     goes_under = hides[junctions.after] & (place[junctions.after] > place[junctions.region])
     comes_out = hides[junctions.before] & (place[junctions.before] > place[junctions.region])

@@ -119,7 +119,7 @@ def _is_free(above: Floats, between: list[int], group: tuple[int, ...]) -> bool:
 
 
 def _layers(regions: Regions, paths: list[list[tuple[int, ...]]]) -> list[StackedLayer]:
-    hides = regions.opacity >= 1.0
+    hides = regions.paints.opacity >= 1.0
     layers: list[StackedLayer] = []
     above: list[int] = []
     for shapes in reversed(paths):
@@ -130,7 +130,7 @@ def _layers(regions: Regions, paths: list[list[tuple[int, ...]]]) -> list[Stacke
 
 def is_outside(regions: Regions) -> Mask:
     """Return which regions [K] (bool) no layer shows: the canvas, those of its paint, and transparent ones."""
-    outside = regions.opacity <= 0.0
+    outside = regions.paints.opacity <= 0.0
     if regions.canvas is not None and not outside[regions.canvas]:
         outside = outside | alike(regions, regions.canvas, np.arange(len(regions)))
     return outside

@@ -31,7 +31,7 @@ def with_palette(regions: Regions, palette: Floats) -> Regions:
 
 def with_flat_paints(regions: Regions) -> Regions:
     """Return ``regions`` without gradients: each has its mean colour."""
-    if (regions.kind == FLAT).all():
+    if (regions.paints.kind == FLAT).all():
         return regions
     return _painted(regions, flat_colors(regions)[0])
 
@@ -47,8 +47,8 @@ def flat_colors(regions: Regions) -> tuple[Floats, Floats]:
     cover = np.bincount(label, weight, minlength=len(regions))
     sums = [np.bincount(label, paint[..., c].ravel(), minlength=len(regions)) for c in range(3)]
     mean = np.stack(sums, 1) / np.maximum(cover, 1e-9)[:, None]
-    is_ramp = (regions.kind != FLAT) & (cover > 0)
-    return np.where(is_ramp[:, None], mean, regions.color.astype(np.float64)), area * regions.opacity
+    is_ramp = (regions.paints.kind != FLAT) & (cover > 0)
+    return np.where(is_ramp[:, None], mean, regions.paints.color.astype(np.float64)), area * regions.paints.opacity
 
 
 def _merged(color: Floats, area: Floats, count: int) -> Floats:
@@ -74,18 +74,16 @@ def _merged(color: Floats, area: Floats, count: int) -> Floats:
 
 def _painted(regions: Regions, color: Floats) -> Regions:
     """Return flat ``regions`` of ``color`` [K, 3], with neighbours of one paint joined."""
-    paint = np.column_stack([color, np.where(regions.opacity >= REGIONS.opaque, 1.0, regions.opacity)])
-    paint[regions.opacity <= 0.0] = 0.0
+    paint = np.column_stack([color, np.where(regions.paints.opacity >= REGIONS.opaque, 1.0, regions.paints.opacity)])
+    paint[regions.paints.opacity <= 0.0] = 0.0
     group = _joined(regions, np.unique(paint, axis=0, return_inverse=True)[1].ravel())
     first = np.unique(group, return_index=True)[1]
     label, other = (group[values].astype(np.int32) for values in (regions.label, regions.other))
     share = np.where(label == other, np.float32(1.0), regions.share)
     canvas = None if regions.canvas is None else int(group[regions.canvas])
     kept = color[first].astype(np.float32)
-    return replace(
-        regions, label=label, other=other, share=share, color=kept, end_color=kept, opacity=regions.opacity[first],
-        kind=np.full(len(first), FLAT, np.int32), geometry=regions.geometry[first], canvas=canvas,
-    )  # fmt: skip
+    flat = replace(regions.paints.select(first), color=kept, end_color=kept, kind=np.full(len(first), FLAT, np.int32))
+    return Regions(label, other, share, flat, canvas)
 
 
 def _joined(regions: Regions, paint: Integers) -> Integers:

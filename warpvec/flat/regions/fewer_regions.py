@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy import ndimage
 
@@ -26,9 +24,8 @@ def with_fewer_regions(regions: Regions, count: int) -> Regions:
     # A share stays in pixels that both of their regions keep.
     other = np.where(keep[regions.label] & keep[regions.other], regions.other, label)
     share = np.where(other == label, np.float32(1), regions.share)
-    chosen = {name: getattr(regions, name)[keep] for name in ("color", "opacity", "kind", "geometry", "end_color")}
-    fewer = replace(regions, label=number[label], other=number[other], share=share, canvas=None, **chosen)
-    return replace(fewer, canvas=find_canvas(fewer.label, fewer.paints))
+    paints, label = regions.paints.select(np.flatnonzero(keep)), number[label]
+    return Regions(label, number[other], share, paints, find_canvas(label, paints))
 
 
 def _prominence(regions: Regions) -> Floats:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpvec.arrays import Floats32, Integers32
+from warpvec.arrays import Floats32, Integers32, Places
 from warpvec.geometry.paints.registry import FLAT, kind_of
 
 FIELDS = ("color", "opacity", "kind", "geometry", "end_color")
@@ -38,7 +38,7 @@ class Paints:
         """Return these paints and those of ``other``."""
         return Paints(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in FIELDS))
 
-    def select(self, index: Integers32) -> Paints:
+    def select(self, index: Integers32 | Places) -> Paints:
         """Return the paints ``index`` [N]."""
         return Paints(*(getattr(self, name)[index] for name in FIELDS))
 

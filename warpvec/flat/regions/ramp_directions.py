@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,34 +14,8 @@ from warpvec.geometry.paints.registry import LINEAR, RADIAL
 Floats = NDArray[np.floating[Any]]
 
 
-class Direction(ABC):
-    """A field of places along a ramp, in pixels.
-
-    Attributes:
-        kind: number of the kind of gradient that shows it; see `warpvec.geometry.paints.registry`.
-    """
-
-    kind: int
-
-    @abstractmethod
-    def places(self, points: Floats) -> Floats:
-        """Return the places [N] of ``points`` [N, 2]."""
-
-    @abstractmethod
-    def changes(self, points: Floats, places: Floats) -> Floats:
-        """Return how the ``places`` [N] of ``points`` change with the parameters of the direction [N, P]."""
-
-    @abstractmethod
-    def moved(self, step: Floats) -> Direction:
-        """Return the direction with its parameters changed by ``step`` [P]."""
-
-    @abstractmethod
-    def geometry(self, start: float, end: float) -> Floats:
-        """Return the geometry [4] of a gradient between two places; without a free start it begins at place 0."""
-
-
 @dataclass(frozen=True, eq=False)
-class LineDirection(Direction):
+class LineDirection:
     """Distances from a line.
 
     Attributes:
@@ -69,13 +42,13 @@ class LineDirection(Direction):
         return LineDirection(self.origin, np.array([np.cos(angle), np.sin(angle)]))
 
     def geometry(self, start: float, end: float) -> Floats:
-        """Return x1, y1, x2, y2."""
+        """Return x1, y1, x2, y2 of the gradient between two places."""
         ends: Floats = self.origin + np.array([start, end])[:, None] * self.along
         return ends.ravel()
 
 
 @dataclass(frozen=True, eq=False)
-class CenterDirection(Direction):
+class CenterDirection:
     """Distances from a centre, the ``origin`` x, y [2]."""
 
     origin: Floats
@@ -95,9 +68,12 @@ class CenterDirection(Direction):
         return CenterDirection(self.origin + step)
 
     def geometry(self, start: float, end: float) -> Floats:
-        """Return cx, cy, r, 0."""
-        del start
+        """Return cx, cy, r, 0 of the gradient to the place ``end``; ``start`` does not count, as it begins at 0."""
         return np.append(self.origin, [end, 0.0])
+
+
+Direction = LineDirection | CenterDirection
+"""A field of places along a ramp, in pixels. Its ``kind`` is that of the gradient that shows it."""
 
 
 def directions_of(points: Floats, colors: Floats) -> list[Direction]:

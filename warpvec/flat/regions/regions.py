@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warpvec.arrays import Floats32, Integers32
 from warpvec.flat.constants.regions import REGIONS
@@ -34,31 +33,18 @@ class Regions:
         label: region with the largest share of each pixel [h, w] (int32).
         other: region that has the rest of each pixel [h, w] (int32); equal to ``label`` in pure pixels.
         share: share of ``label`` in each pixel [h, w] (float32), in [0.5, 1].
-        color: sRGB-encoded fill [K, 3] (float32) in [0, 1]; of a gradient, that of the first stop.
-        opacity: opacity [K] (float32) in [0, 1]; 0 for regions where the picture is transparent.
-        kind: as in `warpvec.geometry.gradients.Gradients` [K] (int32).
-        geometry: the numbers that the kind has, in pixels [K, 4] (float32).
-        end_color: fill of the last stop [K, 3] (float32).
+        paints: paints of the regions [K]; the opacity is 0 where the picture is transparent.
         canvas: region that fills the canvas behind all others; None if the picture has no such region.
     """
 
-    label: NDArray[np.int32]
-    other: NDArray[np.int32]
-    share: NDArray[np.float32]
-    color: NDArray[np.float32]
-    opacity: NDArray[np.float32]
-    kind: NDArray[np.int32]
-    geometry: NDArray[np.float32]
-    end_color: NDArray[np.float32]
+    label: Integers32
+    other: Integers32
+    share: Floats32
+    paints: Paints
     canvas: int | None = None
 
     def __len__(self) -> int:
-        return len(self.color)
-
-    @property
-    def paints(self) -> Paints:
-        """The paints of the regions."""
-        return Paints(self.color, self.opacity, self.kind, self.geometry, self.end_color)
+        return len(self.paints)
 
     def mixed(self) -> Floats32:
         """Return the picture that the regions, their paints and shares state: premultiplied RGBA [h, w, 4]."""
@@ -94,11 +80,8 @@ def find_regions(image: Floats32, min_area: float = 0.0, watch: Watch = UNWATCHE
     smooth_seams(assignment, seams)
     paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas, watch)
     assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, watch)
-    canvas = find_canvas(assignment.label, paints)
-    return Regions(
-        assignment.label, assignment.other, assignment.share, paints.color, paints.opacity, paints.kind,
-        paints.geometry, paints.end_color, canvas,
-    )  # fmt: skip
+    label, other, share = assignment.label, assignment.other, assignment.share
+    return Regions(label, other, share, paints, find_canvas(label, paints))
 
 
 def _require_flat_art(seeds: Integers32) -> None:
