@@ -8,7 +8,8 @@ import torch
 from flat_regions import box, disc, regions_of, split_regions
 from numpy.typing import NDArray
 
-from warpvec.flat.layers.outlines import outlines, signed_area
+from warpvec.flat.curves.contours import signed_area
+from warpvec.flat.layers.outlines import outlines
 from warpvec.flat.layers.stacking import stack
 from warpvec.flat.regions.regions import Regions
 from warpvec.flat.scene_building import scene_of

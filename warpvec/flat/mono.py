@@ -14,7 +14,7 @@ from warpvec.arrays import Floats
 from warpvec.errors import InputError
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.mono import MONO
-from warpvec.flat.curves.contours import contours_of
+from warpvec.flat.curves.contours import contours_of, signed_area
 from warpvec.flat.curves.curve_fitting import fit_loops
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
@@ -70,14 +70,11 @@ def mono_tracing(
         tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
         outlines = _interpolated(ndimage.gaussian_filter(coverage, MONO.staircase_blur))
     else:
-        tolerance = (
-            max(CURVES.tolerance, MONO.noise_deviations * _noise(coverage) / MONO.edge_slope)
-            if tolerance is None
-            else tolerance
-        )
+        if tolerance is None:
+            tolerance = max(CURVES.tolerance, MONO.noise_deviations * _noise(coverage) / MONO.edge_slope)
         outlines = contours_of(coverage) if _sharpness(coverage) >= MONO.sharp_edge else _interpolated(coverage)
-    by_area = sorted(outlines, key=lambda outline: -abs(_area(outline)))
-    kept = [outline for outline in by_area[: MONO.outlines_max] if abs(_area(outline)) >= min_area]
+    by_area = sorted(outlines, key=lambda outline: -abs(signed_area(outline)))
+    kept = [outline for outline in by_area[: MONO.outlines_max] if abs(signed_area(outline)) >= min_area]
     fitted = _fitted(kept, tolerance, watch)
     return MonoTracing(_scene(fitted), 255.0 * levels.threshold, len(outlines) - len(fitted))
 
@@ -169,11 +166,6 @@ def _noise(coverage: Floats) -> float:
     # Where four pixels are of one class, their mixed second difference has four times the variance.
     mixed = coverage[1:, 1:] - coverage[1:, :-1] - coverage[:-1, 1:] + coverage[:-1, :-1]
     return float(1.4826 * np.median(np.abs(mixed)) / 2)
-
-
-def _area(outline: Floats) -> float:
-    x, y = outline.T
-    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()) / 2
 
 
 def _fitted(outlines: list[Floats], tolerance: float, watch: Watch) -> list[Curves]:

@@ -33,6 +33,12 @@ def contours_of(coverage: NDArray[Any]) -> list[Floats]:
     return [np.clip(loop + (0.5 - margin), 0.0, limit) for loop in found]
 
 
+def signed_area(loop: Floats) -> float:
+    """Return the area in square pixels that a polyline [n, 2] encloses; its sign says which way it runs."""
+    following = np.roll(loop, -1, axis=0)
+    return float((loop[:, 0] * following[:, 1] - loop[:, 1] * following[:, 0]).sum() / 2.0)
+
+
 def _refined(field: Floats, loop: Floats) -> Floats:
     """Return the vertices [m, 2] of a ``loop`` [n, 2] that count, in their precise places, in pixel centres."""
     whole = loop == np.floor(loop)

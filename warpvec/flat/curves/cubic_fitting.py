@@ -56,20 +56,16 @@ def fit_lengths(start: Floats, end: Floats, directions: Floats, points: Floats, 
 
 
 def _fitted(
-    a: Floats,
-    d: Floats,
-    points: Floats,
-    u: Floats,
-    plan: tuple[int, float],
+    a: Floats, d: Floats, points: Floats, u: Floats, plan: tuple[int, float],
     fit: Callable[[Floats], tuple[Floats, Floats]],
-) -> Cubics:
+) -> Cubics:  # fmt: skip
     rounds, factor = plan
     for _ in range(rounds - 1):
         b, c = fit(u)
         u = _closer(a, b, c, d, points, u, factor)
     b, c = fit(u)
     u = _closer(a, b, c, d, points, u, 1.0)
-    offset = _on_cubics(a, b, c, d, u) - points
+    offset = _on_cubics(a, b, c, d, u)[0] - points
     square = offset[0] ** 2 + offset[1] ** 2
     return Cubics(np.stack([b[..., 0].T, c[..., 0].T], 1), np.sqrt(square.max(1)), square.mean(1))
 
@@ -84,10 +80,11 @@ def _rows(points: Floats) -> Floats:
     return np.ascontiguousarray(np.moveaxis(points, -1, 0))
 
 
-def _on_cubics(a: Floats, b: Floats, c: Floats, d: Floats, u: Floats) -> Floats:
+def _on_cubics(a: Floats, b: Floats, c: Floats, d: Floats, u: Floats) -> tuple[Floats, Floats]:
+    """Return the points of cubics and their derivatives [2, B, S] at the parameters ``u`` [B, S]."""
     first, second = 3.0 * (b - a), 3.0 * (a - 2.0 * b + c)
     third = d - a - 3.0 * (c - b)
-    return ((third * u + second) * u + first) * u + a
+    return ((third * u + second) * u + first) * u + a, (3.0 * third * u + 2.0 * second) * u + first
 
 
 def _least_squares(a: Floats, d: Floats, points: Floats, u: Floats) -> tuple[Floats, Floats]:
@@ -124,9 +121,7 @@ def _along(a: Floats, d: Floats, directions: tuple[Floats, Floats], points: Floa
 
 def _closer(a: Floats, b: Floats, c: Floats, d: Floats, points: Floats, u: Floats, factor: float) -> Floats:
     """Return the parameters [B, S] after ``factor`` steps to where the cubics are closest."""
-    first, second = 3.0 * (b - a), 3.0 * (a - 2.0 * b + c)
-    third = d - a - 3.0 * (c - b)
-    offset = ((third * u + second) * u + first) * u + a - points
-    slope = (3.0 * third * u + 2.0 * second) * u + first
+    place, slope = _on_cubics(a, b, c, d, u)
+    offset = place - points
     step = (offset * slope).sum(0) / ((slope * slope).sum(0) + _TINY)
     return np.clip(u - factor * step, 0.0, 1.0)

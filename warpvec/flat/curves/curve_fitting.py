@@ -28,9 +28,7 @@ def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance) -> l
     nodes = find_nodes(samples)
     allowed = np.maximum(tolerance, np.minimum(CURVES.noise_factor * roughness(samples), CURVES.noise_tolerance_max))
     spans = span_costs(samples, nodes, allowed)
-    cycles = []
-    for first, stop in pairwise(nodes.first):
-        cycles.append(first + np.array(cheapest_cycle(spans.cost[first:stop])))
+    cycles = [first + np.array(cheapest_cycle(spans.cost[first:stop])) for first, stop in pairwise(nodes.first)]
     pieces = _pieces(nodes.first, cycles, spans.is_line)
     segments = join_pieces(samples, nodes, pieces, allowed)
     stops = np.cumsum([len(cycle) for cycle in cycles])[:-1]
@@ -38,12 +36,10 @@ def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance) -> l
 
 
 def _pieces(first_node: Integers, cycles: Sequence[Integers], is_line: Mask) -> Pieces:
-    ends = [np.roll(cycle, -1) for cycle in cycles]
-    start, end = np.concatenate(cycles), np.concatenate(ends)
-    first = np.cumsum([0, *(len(cycle) for cycle in cycles)])
-    rows = [np.arange(a, b) for a, b in pairwise(first)]
-    before = np.concatenate([np.roll(row, 1) for row in rows])
-    after = np.concatenate([np.roll(row, -1) for row in rows])
+    start = np.concatenate(cycles)
+    rows = np.split(np.arange(len(start)), np.cumsum([len(cycle) for cycle in cycles])[:-1])
+    before, after = (np.concatenate([np.roll(row, shift) for row in rows]) for shift in (1, -1))
+    end = start[after]
     loop = np.searchsorted(first_node, start, side="right") - 1
     steps = (end - start) % np.diff(first_node)[loop]
     return Pieces(start, end, is_line[start, steps - 1], before, after)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.curves import CURVES
@@ -51,6 +52,10 @@ class Nodes:
     doubt: Floats
 
 
+_LoopNodes = tuple[NDArray[Any], ...]
+"""The fields of `Nodes` of one loop, but ``first``."""
+
+
 def sample_loops(loops: Sequence[Floats]) -> Samples:
     """Return even samples of closed polylines [n, 2], at least three different points each."""
     parts, steps = [], []
@@ -88,18 +93,15 @@ def find_nodes(samples: Samples) -> Nodes:
         _nodes_of_loop(samples.xy[start:stop], float(step))
         for (start, stop), step in zip(pairwise(samples.first), samples.step, strict=True)
     ]
-    first = np.concatenate([[0], np.cumsum([len(nodes.sample) for nodes in found])]).astype(np.int64)
-    names = ("sample", "point", "direction", "is_corner", "trim", "doubt")
-    return Nodes(first, *(np.concatenate([getattr(nodes, name) for nodes in found]) for name in names))
+    first = np.concatenate([[0], np.cumsum([len(sample) for sample, *_ in found])]).astype(np.int64)
+    return Nodes(first, *(np.concatenate(values) for values in zip(*found, strict=True)))
 
 
-def _nodes_of_loop(xy: Floats, step: float) -> Nodes:
+def _nodes_of_loop(xy: Floats, step: float) -> _LoopNodes:
     corners = _corners(xy, step)
-    smooth = _smooth_nodes(xy, step, corners.sample)
-    order = np.argsort(np.concatenate([corners.sample, smooth.sample]), kind="stable")
-    names = ("sample", "point", "direction", "is_corner", "trim", "doubt")
-    joined = (np.concatenate([getattr(corners, name), getattr(smooth, name)])[order] for name in names)
-    return Nodes(np.zeros(1, np.int64), *joined)
+    smooth = _smooth_nodes(xy, step, corners[0])
+    order = np.argsort(np.concatenate([corners[0], smooth[0]]), kind="stable")
+    return tuple(np.concatenate(values)[order] for values in zip(corners, smooth, strict=True))
 
 
 class Side(NamedTuple):
@@ -109,7 +111,7 @@ class Side(NamedTuple):
     away: Floats
 
 
-def _corners(xy: Floats, step: float) -> Nodes:
+def _corners(xy: Floats, step: float) -> _LoopNodes:
     ahead, behind = sides_of(xy)
     turn = turns_of(ahead, behind)
     chosen = np.nonzero(_is_peak(turn) & (turn > CURVES.corner_turn_min))[0]
@@ -123,16 +125,14 @@ def _corners(xy: Floats, step: float) -> Nodes:
     point = _intersections(xy, ahead, behind, chosen, reach)
     half = np.maximum((np.pi - turn) / 2.0, 0.05)
     trim = np.clip(CURVES.trim_min * (0.7 + 0.3 / np.tan(half)), CURVES.trim_min, CURVES.trim_max) / step
-    direction = _unit(ahead.away - behind.away)
+    direction = unit(ahead.away - behind.away)
     ends = stroke_ends(xy, step, chosen, turn)
     chosen = np.concatenate([chosen[ends.is_kept], ends.sample.ravel()])
     point = np.concatenate([point[ends.is_kept], ends.point.reshape(-1, 2)])
     direction = np.concatenate([direction[ends.is_kept], ends.direction.reshape(-1, 2)])
     trim = np.concatenate([trim[ends.is_kept], np.full(ends.sample.size, CURVES.trim_min / step)])
     ones = np.ones(len(chosen))
-    return Nodes(
-        np.zeros(1, np.int64), chosen, point, direction, ones.astype(bool), np.rint(trim).astype(np.int64), ones
-    )
+    return chosen, point, direction, ones.astype(bool), np.rint(trim).astype(np.int64), ones
 
 
 def sides_of(xy: Floats) -> tuple[Side, Side]:
@@ -164,7 +164,7 @@ def _side(xy: Floats, sign: int, gap: int) -> Side:
     line = np.einsum("kl,cln->ckn", np.linalg.pinv(basis[: CURVES.short_side, :2]), near[:, : CURVES.short_side])
     is_bent = np.sqrt((residual**2).sum(0).mean(0)) > CURVES.parabola_residual_max
     point, away = np.where(is_bent, line, parabola[:, :2]).transpose(1, 2, 0)
-    return Side(np.ascontiguousarray(point), _unit(away))
+    return Side(np.ascontiguousarray(point), unit(away))
 
 
 def _is_peak(values: Floats) -> Mask:
@@ -188,7 +188,7 @@ def _intersections(xy: Floats, ahead: Side, behind: Side, chosen: Integers, reac
     return xy[chosen] + away * np.minimum(1.0, reach / np.maximum(distance, 1e-9))
 
 
-def _smooth_nodes(xy: Floats, step: float, corners: Integers) -> Nodes:
+def _smooth_nodes(xy: Floats, step: float, corners: Integers) -> _LoopNodes:
     count = len(xy)
     length = count * step
     spacing = np.clip(
@@ -204,10 +204,7 @@ def _smooth_nodes(xy: Floats, step: float, corners: Integers) -> Nodes:
     is_near = distance <= reach
     point = np.where(is_near[:, None], xy[places], parabola[:, 0])
     zeros = np.zeros(len(places), np.int64)
-    return Nodes(
-        np.zeros(1, np.int64), places, point, _unit(parabola[:, 1]), zeros.astype(bool), zeros,
-        np.where(is_near, 3.0, 1.0),
-    )  # fmt: skip
+    return places, point, unit(parabola[:, 1]), zeros.astype(bool), zeros, np.where(is_near, 3.0, 1.0)
 
 
 def _parabola(offsets: Integers) -> Floats:
@@ -222,5 +219,6 @@ def _distance_on_cycle(places: Integers, corners: Integers, count: int) -> Integ
     return np.minimum(apart, count - apart).min(1)
 
 
-def _unit(vectors: Floats) -> Floats:
+def unit(vectors: Floats) -> Floats:
+    """Return ``vectors`` [..., 2] with the length 1."""
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)

@@ -10,7 +10,7 @@ import numpy as np
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cubic_fitting import fit_cubics, fit_lengths
-from warpvec.flat.curves.outline_nodes import Nodes, Samples
+from warpvec.flat.curves.outline_nodes import Nodes, Samples, unit
 from warpvec.flat.curves.span_costs import places_between, typical_distance
 
 
@@ -93,8 +93,8 @@ def _anchors(nodes: Nodes, pieces: Pieces, points: Floats, parameters: Floats) -
     cubics = fit_cubics(node, nodes.point[pieces.end], points, parameters, CURVES.precise_plan)
     center = points.mean(1)
     along = _main_direction(points - center[:, None])
-    leaving = np.where(is_line[:, None], along, _unit(cubics.handles[:, 0] - node))
-    arriving = np.where(is_line[:, None], along, _unit(nodes.point[pieces.end] - cubics.handles[:, 1]))
+    leaving = np.where(is_line[:, None], along, unit(cubics.handles[:, 0] - node))
+    arriving = np.where(is_line[:, None], along, unit(nodes.point[pieces.end] - cubics.handles[:, 1]))
     # A line passes through its centre, a cubic's tangent through the node.
     on_next = np.where(is_line[:, None], center, node)
     on_last = np.where(is_line[before][:, None], center[before], node)
@@ -138,7 +138,7 @@ def _crossings(a: Floats, along_a: Floats, b: Floats, along_b: Floats) -> tuple[
 def _directions(pieces: Pieces, segments: Floats) -> tuple[Floats, Floats]:
     """Return the unit vectors [R, 2] along which pieces leave their start and arrive at their end."""
     end = segments[pieces.after, 0]
-    return _unit(segments[:, 1] - segments[:, 0]), _unit(end - segments[:, 2])
+    return unit(segments[:, 1] - segments[:, 0]), unit(end - segments[:, 2])
 
 
 def _turns(pieces: Pieces, segments: Floats) -> Floats:
@@ -152,13 +152,9 @@ def _smoothed(pieces: Pieces, segments: Floats, is_smooth: Mask) -> Floats:
     """Return the directions [R, 2, 2] of the handles, the same on both sides of smooth joints."""
     leaving, arriving = _directions(pieces, segments)
     before, is_line = pieces.before, pieces.is_line
-    common = _unit(leaving + arriving[before])
+    common = unit(leaving + arriving[before])
     common = np.where(is_line[:, None], leaving, np.where(is_line[before][:, None], arriving[before], common))
     leaving = np.where(is_smooth[:, None], common, leaving)
     after = pieces.after
     arriving = np.where(is_smooth[after][:, None], common[after], arriving)
     return np.stack([leaving, -arriving], 1)
-
-
-def _unit(vectors: Floats) -> Floats:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)

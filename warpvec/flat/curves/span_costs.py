@@ -87,14 +87,9 @@ def places_between(samples: Samples, nodes: Nodes, start: Integers, end: Integer
 
 
 def _try(
-    samples: Samples,
-    nodes: Nodes,
-    loop: Integers,
-    start: Integers,
-    steps: Integers,
-    tolerance: Floats,
+    samples: Samples, nodes: Nodes, loop: Integers, start: Integers, steps: Integers, tolerance: Floats,
     spans: SpanCosts,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """Enter the costs of the pieces from ``start`` that are ``steps`` nodes long, and return their distances."""
     first, count = nodes.first[loop[start]], np.diff(nodes.first)[loop[start]]
     end = first + (start - first + steps) % count

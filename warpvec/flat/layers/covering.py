@@ -12,8 +12,6 @@ from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.regions.regions import Regions
 
-_NEIGHBOURS = np.ones((3, 3), bool)
-
 
 @dataclass(frozen=True)
 class Cover:
@@ -53,7 +51,7 @@ def cover_of(regions: Regions, members: Collection[int], above: Collection[int])
     at_border = ((top == 0, bottom == height), (left == 0, right == width))
     from_out = _from_out(hides | visible, at_border)
     hidden = _hidden(visible, hides, from_out, depth)
-    beside = visible & _dilated(hidden)
+    beside = visible & ndimage.binary_dilation(hidden, np.ones((3, 3), bool))
     coverage = np.where(hidden | beside, shown + mixed(part, is_above), shown)
     return Cover(coverage, shown, hides, from_out, corner)
 
@@ -102,11 +100,8 @@ def _hidden(visible: Mask, above: Mask, from_out: Floats, depth: float) -> Mask:
 
 def _holes(mask: Mask, out: Mask) -> Mask:
     """Return what ``mask`` surrounds, except for holes with anything ``out``."""
-    parts, count = ndimage.label(ndimage.binary_fill_holes(mask) & ~mask)
-    keep = np.ones(count + 1, bool)
-    keep[parts[out]] = False
-    keep[0] = False
-    return keep[parts]
+    holes = ndimage.binary_fill_holes(mask) & ~mask
+    return holes & ~_connected(holes, out)
 
 
 def _connected(mask: Mask, seeds: Mask) -> Mask:
@@ -115,7 +110,3 @@ def _connected(mask: Mask, seeds: Mask) -> Mask:
     keep = np.zeros(count + 1, bool)
     keep[parts[seeds]] = True
     return keep[parts] & mask
-
-
-def _dilated(mask: Mask) -> Mask:
-    return ndimage.binary_dilation(mask, _NEIGHBOURS)

@@ -19,22 +19,15 @@ def with_simple_hidden_borders(loop: Floats, is_hidden: Mask, cover: Cover) -> F
         return loop
     if len(runs) == 1 and runs[0][1] - runs[0][0] >= len(loop):
         return _smoothed(np.concatenate([loop, loop[:1]]))[:-1]
-    parts = []
-    for (_, begin), (end, _), (start, stop) in zip(runs, [*runs[1:], _shifted(runs[0], len(loop))], runs, strict=True):
-        hidden = loop[np.arange(start - 1, stop + 1) % len(loop)]
-        shown = loop[np.arange(begin, end) % len(loop)]
-        parts.append((hidden, shown))
-    extended = [_extended(shown, cover) for _, shown in parts]
+    shown = []
+    for (_, start), stop in zip(runs, [*(first for first, _ in runs[1:]), runs[0][0] + len(loop)], strict=True):
+        shown.append(_extended(loop[np.arange(start, stop) % len(loop)], cover))
     pieces = []
-    for index, (hidden, _) in enumerate(parts):
-        last, following = extended[index - 1], extended[index]
-        border = _border(np.concatenate([last[-1:], hidden[1:-1], following[:1]]), cover)
-        pieces += [border[1:-1], following]
+    for index, (start, stop) in enumerate(runs):
+        hidden = loop[np.arange(start, stop) % len(loop)]
+        border = _border(np.concatenate([shown[index - 1][-1:], hidden, shown[index][:1]]), cover)
+        pieces += [border[1:-1], shown[index]]
     return np.concatenate(pieces)
-
-
-def _shifted(run: tuple[int, int], count: int) -> tuple[int, int]:
-    return run[0] + count, run[1] + count
 
 
 def _hidden_runs(loop: Floats, is_hidden: Mask) -> list[tuple[int, int]]:
@@ -83,16 +76,12 @@ def _border(path: Floats, cover: Cover) -> Floats:
 
 def _smoothed(path: Floats) -> Floats:
     """Return ``path`` [n, 2] without the steps of pixels; its ends stay."""
-    ends = [np.repeat(path[place][None], LAYERS.border_smoothing // 2, 0) for place in (0, -1)]
+    window = LAYERS.border_smoothing
+    ends = [np.repeat(path[place][None], window // 2, 0) for place in (0, -1)]
     padded = np.concatenate([ends[0], path, ends[1]])
     sums = np.cumsum(np.concatenate([np.zeros((1, 2)), padded]), 0)
-    return np.concatenate(
-        [
-            path[:1],
-            ((sums[LAYERS.border_smoothing :] - sums[: -LAYERS.border_smoothing]) / LAYERS.border_smoothing)[1:-1],
-            path[-1:],
-        ]
-    )
+    means = (sums[window:] - sums[:-window]) / window
+    return np.concatenate([path[:1], means[1:-1], path[-1:]])
 
 
 def _fewest_links(path: Floats, cover: Cover) -> Floats:

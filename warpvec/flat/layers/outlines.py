@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-import numpy as np
 from scipy import ndimage
 
 from warpvec.arrays import Floats
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.layers import LAYERS
-from warpvec.flat.curves.contours import contours_of
+from warpvec.flat.curves.contours import contours_of, signed_area
 from warpvec.flat.layers.covering import cover_of
 from warpvec.flat.layers.hidden_borders import is_in, with_simple_hidden_borders
 from warpvec.flat.layers.stacking import StackedLayer
@@ -32,9 +31,3 @@ def _outlines_of_part(regions: Regions, members: Collection[int], above: Collect
         shows = ndimage.maximum_filter(cover.shown, 3) >= CURVES.contour_level
         loops = [with_simple_hidden_borders(loop, ~is_in(shows, loop), cover) for loop in loops]
     return [loop + cover.corner for loop in loops if abs(signed_area(loop)) >= area_min]
-
-
-def signed_area(loop: Floats) -> float:
-    """Return the area in square pixels that a polyline [n, 2] encloses; its sign says which way it runs."""
-    following = np.roll(loop, -1, axis=0)
-    return float((loop[:, 0] * following[:, 1] - loop[:, 1] * following[:, 0]).sum() / 2.0)
