@@ -94,11 +94,12 @@ class FlatDrawing:
         """
         scene, watch, left_out = self.outlines.fitted, self.watch, dict[str, int]()
         if not watch.is_over():
-            removal = remove_paths(scene, self.critic, watch, detail)
-            scene, left_out = removal.scene, {"path": removal.path_count, "loop": removal.loop_count}
+            fewer, loop_count = remove_paths(scene, self.critic, watch, detail)
+            scene, left_out = fewer, {"path": len(scene) - len(fewer), "loop": loop_count}
         if len(scene) and not watch.is_over():
-            simplified = simplify(scene, self.critic, watch, detail, SIMPLIFICATION.choice_iterations)
-            scene, left_out["node"] = simplified.scene, simplified.dropped
+            count = len(scene.segments)
+            scene = simplify(scene, self.critic, watch, detail)
+            left_out["node"] = count - len(scene.segments)
             scene = self._polished(scene, DRAWING.last_iterations)
             # Last, as a fit would undo exact circles and level lines.
             scene = regularize(scene, self.critic, watch, detail)
@@ -125,13 +126,9 @@ class FlatDrawing:
             planned=max(DRAWING.first_iterations + DRAWING.last_iterations, self.watch.iterations + count)
         )
         return polish(
-            self.critic.target,
-            scene,
-            self.config,
-            part,
-            iterations=count,
+            self.critic.target, scene, self.config, part, iterations=count,
             values_exact_max=SIMPLIFICATION.values_exact_max,
-        ).scene
+        ).scene  # fmt: skip
 
     def _repainted(self, regions: Regions) -> Regions:
         if self.config.opacity == "opaque":

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.simplification.chosen_nodes import with_counts
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes, errors_near
-from warpvec.flat.simplification.outline_samples import OutlineSamples, control_points
+from warpvec.flat.simplification.outline_samples import OutlineSamples, control_points, segment_loops
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
-from warpvec.geometry.structure import Structure
 
 _Mask = NDArray[np.bool_]
 
@@ -26,11 +26,8 @@ def accepted_nodes(old: Scene, new: Scene, critic: Critic, samples: OutlineSampl
 
     Both have the same structure. ``samples`` are those of ``old``. ``detail`` is as in `Critic.allowed`.
     """
-    before, allowed, joints = (
-        critic.error(old),
-        critic.allowed(samples.worth, detail, SIMPLIFICATION.noise),
-        Joints.of(old),
-    )
+    before, allowed = critic.error(old), critic.allowed(samples.worth, detail, SIMPLIFICATION.noise)
+    joints = Joints.of(old)
     previous, current = joints.values(old), joints.values(new)
     changes = torch.stack([(a != b).any(1) for a, b in zip(previous, current, strict=True)]).any(0).numpy()
     for attempt in range(SIMPLIFICATION.take_back_tries):
@@ -65,16 +62,13 @@ def accepted_loops(
     It may rise far from both curves: a hole that the old curve surrounded can lie outside of the new one.
     """
     before, allowed = critic.error(old), critic.allowed(samples.worth, detail, SIMPLIFICATION.noise)
-    sizes = old.structure.loop_first_segment.diff().long().numpy()
-    owner = np.repeat(np.arange(len(sizes)), sizes)
+    count = old.structure.loop_count
+    limit = np.bincount(segment_loops(old), allowed, count).astype(np.float64)
     while loops:
         new = with_loops(old, loops)
         rise = critic.error(new) - before
-        new_sizes = new.structure.loop_first_segment.diff().long().numpy()
-        new_owner = np.repeat(np.arange(len(sizes)), new_sizes)
-        outlines = ((owner, control_points(old)), (new_owner, control_points(new)))
-        limit: Floats = np.bincount(owner, allowed, len(sizes)).astype(np.float64)
-        costs = [np.bincount(each, errors_near(control, rise), len(sizes)) for each, control in outlines]
+        outlines = [(segment_loops(scene), control_points(scene)) for scene in (old, new)]
+        costs = [np.bincount(owner, errors_near(control, rise), count) for owner, control in outlines]
         wrong = np.maximum(*costs) > limit
         if not wrong[list(loops)].any():
             wrong = _is_worse_inside(outlines, rise, limit, list(loops))
@@ -106,20 +100,10 @@ def _is_worse_inside(
 
 def with_loops(scene: Scene, loops: dict[int, Floats]) -> Scene:
     """Return ``scene`` with the curves [K, 3, 2] for the loops of these numbers."""
-    structure = scene.structure
-    first = structure.loop_first_segment.tolist()
-    is_line = Joints.of(scene, keep=False).is_line
-    parts, lines, counts = [], [], []
-    for loop in range(structure.loop_count):
-        rows = slice(first[loop], first[loop + 1])
-        if loop in loops:
-            parts.append(torch.from_numpy(loops[loop]).to(scene.segments))
-            lines.append(torch.zeros(len(loops[loop]), dtype=torch.bool))
-        else:
-            parts.append(scene.segments[rows])
-            lines.append(is_line[rows])
-        counts.append(len(parts[-1]))
-    starts = torch.tensor([0, *np.cumsum(counts).tolist()], dtype=torch.int32)
-    mask = torch.cat(lines)
-    changed = Structure(starts, structure.path_first_loop, mask if mask.any() else None)
-    return replace(scene.detach(), segments=torch.cat(parts), structure=changed)
+    sizes = scene.structure.loop_first_segment.diff().tolist()
+    parts, lines = (list(torch.split(values, sizes)) for values in (scene.segments, scene.structure.lines))
+    for loop, curves in loops.items():
+        parts[loop] = torch.from_numpy(curves).to(scene.segments)
+        lines[loop] = torch.zeros(len(curves), dtype=torch.bool)
+    structure = with_counts(scene, np.array([len(part) for part in parts]), torch.cat(lines))
+    return replace(scene.detach(), segments=torch.cat(parts), structure=structure)

@@ -26,7 +26,7 @@ def chosen_scene(scene: Scene, choice: ChosenSpans, is_smooth: Mask) -> Scene:
     first = torch.from_numpy(choice.first)
     handles = torch.from_numpy(choice.handles).to(scene.segments.dtype)
     segments = torch.cat([scene.segments[first, :1], handles], 1)
-    structure = _structure(scene, choice.counts, torch.from_numpy(choice.is_line))
+    structure = with_counts(scene, choice.counts, torch.from_numpy(choice.is_line))
     return smoothed(replace(scene.detach(), segments=segments, structure=structure), torch.from_numpy(is_smooth))
 
 
@@ -50,10 +50,10 @@ def with_spans_back(simple: Scene, old: Scene, choice: ChosenSpans, wrong: Mask,
     is_back = wrong[source]
     segments = np.where(is_back[:, None, None], _moved_along(simple, old, choice, source, place, row), 0.0)
     segments[~is_back] = simple.segments.numpy()[source[~is_back]]
-    is_line = np.where(is_back, _lines(old)[row], _lines(simple)[source])
+    is_line = np.where(is_back, old.structure.lines.numpy()[row], simple.structure.lines.numpy()[source])
     loop = np.repeat(np.arange(len(choice.counts)), choice.counts)
     counts = np.bincount(loop[source], minlength=len(choice.counts)).astype(np.int64)
-    structure = _structure(simple, counts, torch.from_numpy(is_line))
+    structure = with_counts(simple, counts, torch.from_numpy(is_line))
     now_smooth = Joints.of(simple).is_smooth.numpy() & ~corner
     is_smooth = np.where(is_back & (place > 0), Joints.of(old).is_smooth.numpy()[row], now_smooth[source])
     tensor = torch.from_numpy(segments).to(simple.segments.dtype)
@@ -120,10 +120,7 @@ def _moved_along(
     return before[row] + (1.0 - share[..., None]) * shifts[0][:, None] + share[..., None] * shifts[1][:, None]
 
 
-def _structure(scene: Scene, counts: Rows, is_line: Tensor) -> Structure:
+def with_counts(scene: Scene, counts: Rows, is_line: Tensor) -> Structure:
+    """Return the structure of ``scene`` with loops of so many segments [L], of which some are lines [R]."""
     starts = torch.from_numpy(np.concatenate([[0], np.cumsum(counts)])).int()
     return Structure(starts, scene.structure.path_first_loop, is_line if is_line.any() else None)
-
-
-def _lines(scene: Scene) -> Mask:
-    return Joints.of(scene, keep=False).is_line.numpy()

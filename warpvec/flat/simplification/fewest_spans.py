@@ -40,9 +40,8 @@ def fewest_spans(outlines: Outlines, detail: Floats, price: float) -> ChosenSpan
         detail: largest root mean square of the visible distance of what replaces each segment [R], in pixels.
         price: error that a curve less may cost, in cubic pixels.
     """
-    candidates = list(span_candidates(outlines, detail))
-    table: dict[int, list[tuple[int, Floats, Floats]]] = {}
-    for spans in candidates:
+    table: _Table = {}
+    for spans in span_candidates(outlines, detail):
         for first, cost, handles in zip(spans.first.tolist(), spans.cost, spans.handles, strict=True):
             table.setdefault(first, []).append((spans.size, cost, handles))
     chosen, counts = [], []

@@ -79,6 +79,12 @@ def control_points(scene: Scene) -> Floats:
     return whole_curves(scene).double().numpy()
 
 
+def segment_loops(scene: Scene) -> NDArray[np.int64]:
+    """Return the loop of each segment [R]."""
+    sizes = scene.structure.loop_first_segment.diff().long().numpy()
+    return np.repeat(np.arange(len(sizes)), sizes)
+
+
 def cubic_points(control: Floats, t: Floats) -> Floats:
     """Return the points [..., S, 2] of cubics [..., 4, 2] at the parameters ``t`` [S] or [..., S]."""
     return cubic_weights(t) @ control
@@ -105,9 +111,8 @@ def _contrast(scene: Scene, height: int, width: int, threads: int | None) -> Flo
     """
     count = len(scene.segments)
     t = (torch.arange(SIMPLIFICATION.segment_samples, dtype=torch.float64) + 0.5) / SIMPLIFICATION.segment_samples
-    pieces = split(
-        scene, torch.arange(count).repeat_interleave(SIMPLIFICATION.segment_samples), t.repeat(count)
-    ).scene.moved(*SIMPLIFICATION.off_grid)
+    rows = torch.arange(count).repeat_interleave(SIMPLIFICATION.segment_samples)
+    pieces = split(scene, rows, t.repeat(count)).scene.moved(*SIMPLIFICATION.off_grid)
     control = control_points(pieces).reshape(count, SIMPLIFICATION.segment_samples + 1, 4, 2)
     reach = np.linalg.norm(control[:, :, 3] - control[:, :, 0], axis=-1)
     along = control[:, 1:, 3] - control[:, :-1, 0]

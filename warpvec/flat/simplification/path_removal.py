@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import torch
@@ -12,6 +13,7 @@ from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes
+from warpvec.flat.simplification.outline_samples import segment_loops
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.watch.watch import Watch
@@ -19,17 +21,12 @@ from warpvec.watch.watch import Watch
 _Mask = NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
-class Removal:
-    """A scene with fewer paths, and the number of paths and of loops of other paths that are gone."""
-
-    scene: Scene
-    path_count: int
-    loop_count: int
-
-
-def remove_paths(scene: Scene, critic: Critic, watch: Watch, detail: float = SIMPLIFICATION.detail) -> Removal:
+def remove_paths(
+    scene: Scene, critic: Critic, watch: Watch, detail: float = SIMPLIFICATION.detail
+) -> tuple[Scene, int]:
     """Remove the paths and loops that raise the squared error by no more than a move of their outline by ``detail``.
+
+    Returns the scene, and the number of loops that are gone of paths that are left.
 
     Args:
         scene: a scene of cubics, fitted to the image.
@@ -37,23 +34,18 @@ def remove_paths(scene: Scene, critic: Critic, watch: Watch, detail: float = SIM
         watch: the watch over the run. When it is over, what is removed so far must do.
         detail: root mean square in pixels by which an outline may move.
     """
-    count = len(scene)
     for _ in range(SIMPLIFICATION.removal_rounds):
         keep = _needed(scene, critic, detail)
         scene = scene.select(torch.from_numpy(keep))
         if keep.all() or watch.is_over():
             break
-    path_count = count - len(scene)
-    if watch.is_over():
-        return Removal(scene, path_count, 0)
-    scene, loop_count = _without_loops(scene, critic, detail)
-    return Removal(scene, path_count, loop_count)
+    return (scene, 0) if watch.is_over() else _without_loops(scene, critic, detail)
 
 
 def _needed(scene: Scene, critic: Critic, detail: float) -> _Mask:
     """Return which paths [N] stay: those that cost more, and those that overlap with one that goes."""
     cost, samples = critic.removal_costs(scene), critic.samples(scene)
-    worth: Floats = np.bincount(samples.path, samples.worth, len(scene)).astype(np.float64)
+    worth = np.bincount(samples.path, samples.worth, len(scene)).astype(np.float64)
     order = np.argsort(cost, kind="stable")
     low, high = boxes_of(samples.control, samples.path, len(scene))
     keep = np.ones(len(scene), np.bool_)
@@ -66,12 +58,11 @@ def _needed(scene: Scene, critic: Critic, detail: float) -> _Mask:
 def _without_loops(scene: Scene, critic: Critic, detail: float) -> tuple[Scene, int]:
     """Return ``scene`` without loops that show as little, of paths that have others, and the number of these loops."""
     structure, samples = scene.structure, critic.samples(scene)
-    sizes = structure.loop_first_segment.diff().long().numpy()
-    loop = np.repeat(np.arange(len(sizes)), sizes)
-    worth: Floats = np.bincount(loop, samples.worth, len(sizes)).astype(np.float64)
-    length = np.bincount(loop, samples.lengths.sum(1), len(sizes))
+    loop, count = segment_loops(scene), structure.loop_count
+    worth = np.bincount(loop, samples.worth, count).astype(np.float64)
+    length = np.bincount(loop, samples.lengths.sum(1), count)
     allowed = critic.allowed(worth, detail, SIMPLIFICATION.whole_noise)
-    cost = np.abs(loop_areas(samples.control, loop, len(sizes))) * worth / np.maximum(length, 1e-9)
+    cost = np.abs(loop_areas(samples.control, loop, count)) * worth / np.maximum(length, 1e-9)
     per_path = structure.path_first_loop.diff().long().numpy()
     has_others = np.repeat(per_path > 1, per_path)
     gone = (cost <= allowed) & has_others
@@ -79,7 +70,7 @@ def _without_loops(scene: Scene, critic: Critic, detail: float) -> tuple[Scene, 
     gone[first] &= np.add.reduceat(~gone, first) > 0 if len(first) else False  # a path keeps one
     if not gone.any():
         return scene, 0
-    before, box = critic.error(scene), boxes_of(samples.control, loop, len(sizes))
+    before, box = critic.error(scene), boxes_of(samples.control, loop, count)
     gone &= errors_in_boxes(critic.error(without_loops(scene, gone)) - before, *box) <= allowed
     fewer = without_loops(scene, gone)
     if float((critic.error(fewer) - before).sum()) > allowed[gone].sum():
@@ -101,9 +92,7 @@ def without_loops(scene: Scene, gone: _Mask) -> Scene:
     structure = scene.structure
     sizes = structure.loop_first_segment.diff().long().numpy()
     rows = torch.from_numpy(np.repeat(~gone, sizes))
-    path_of_loop = np.repeat(np.arange(len(scene)), structure.path_first_loop.diff().long().numpy())
-    counts: list[list[int]] = [[] for _ in range(len(scene))]
-    for path, size in zip(path_of_loop[~gone].tolist(), sizes[~gone].tolist(), strict=True):
-        counts[path].append(size)
+    loops = pairwise(structure.path_first_loop.tolist())
+    counts = [sizes[start:stop][~gone[start:stop]].tolist() for start, stop in loops]
     is_line = None if structure.is_line is None else structure.is_line[rows]
     return replace(scene, segments=scene.segments[rows], structure=Structure.of_loops(counts, is_line))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import torch
@@ -11,7 +12,7 @@ from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.accepted_changes import accepted_loops, accepted_nodes
 from warpvec.flat.simplification.circles import ellipse_of
 from warpvec.flat.simplification.critic import Critic
-from warpvec.flat.simplification.outline_samples import OutlineSamples
+from warpvec.flat.simplification.outline_samples import OutlineSamples, segment_loops
 from warpvec.flat.simplification.path_removal import loop_areas
 from warpvec.flat.simplification.rounded_corners import rounded_corners
 from warpvec.flat.simplification.straight_lines import Lines, regular_anchors
@@ -50,16 +51,11 @@ def regularize(scene: Scene, critic: Critic, watch: Watch, detail: float = SIMPL
 def _ellipses(scene: Scene, samples: OutlineSamples) -> dict[int, np.ndarray]:
     """Return the four curves [4, 3, 2] of each loop that is an ellipse."""
     first = scene.structure.loop_first_segment.tolist()
-    sizes = np.diff(first)
-    owner = np.repeat(np.arange(len(sizes)), sizes)
-    areas = loop_areas(samples.control, owner, len(sizes))
-    weights, found = (
-        np.where(samples.visibility < SIMPLIFICATION.hidden_visibility, 0.0, samples.visibility * samples.lengths),
-        {},
-    )
-    for loop, area in enumerate(areas.tolist()):
-        rows = slice(first[loop], first[loop + 1])
-        ellipse = ellipse_of(samples.points[rows].reshape(-1, 2), weights[rows].reshape(-1))
+    areas = loop_areas(samples.control, segment_loops(scene), len(first) - 1)
+    seen, found = samples.visibility, {}
+    weights = np.where(seen < SIMPLIFICATION.hidden_visibility, 0.0, seen * samples.lengths)
+    for loop, (area, (start, stop)) in enumerate(zip(areas.tolist(), pairwise(first), strict=True)):
+        ellipse = ellipse_of(samples.points[start:stop].reshape(-1, 2), weights[start:stop].reshape(-1))
         if ellipse is not None:
             found[loop] = ellipse.segments(area > 0.0)
     return found
@@ -78,8 +74,7 @@ def _with_regular_lines(scene: Scene, samples: OutlineSamples) -> Scene:
 
 
 def _with_rounded_corners(scene: Scene, samples: OutlineSamples) -> Scene:
-    joints, structure = Joints.of(scene), scene.structure
-    loop = np.repeat(np.arange(structure.loop_count), structure.loop_first_segment.diff().long().numpy())
+    joints, loop = Joints.of(scene), segment_loops(scene)
     following, preceding = joints.following.numpy(), joints.preceding.numpy()
     *values, arcs = rounded_corners(samples.control, joints.is_line.numpy(), following, preceding, loop)
     mask = torch.from_numpy(arcs | arcs[preceding])[:, None]

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.simplification.straight_lines import groups
 
 _Rows = NDArray[np.int64]
 
@@ -71,10 +72,8 @@ def _alike(radius: Floats, loop: _Rows) -> Floats:
     result = radius.copy()
     for each in np.unique(loop):
         rows = np.flatnonzero(loop == each)
-        order = rows[np.argsort(radius[rows], kind="stable")]
-        cuts = np.flatnonzero(np.diff(radius[order]) > SIMPLIFICATION.arc_radii_alike) + 1
-        for group in np.split(order, cuts):
-            result[group] = radius[group].mean()
+        for group in groups(radius[rows], SIMPLIFICATION.arc_radii_alike):
+            result[rows[group]] = radius[rows[group]].mean()
     return result
 
 

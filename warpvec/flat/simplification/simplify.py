@@ -29,28 +29,10 @@ from warpvec.polish.polish import polish
 from warpvec.watch.watch import Watch
 
 
-@dataclass(frozen=True)
-class Simplified:
-    """A scene with fewer nodes.
-
-    Attributes:
-        scene: the result.
-        dropped: the number of segments that are gone.
-        put_back: the number of segments that were replaced and are back, because the error had risen too much.
-    """
-
-    scene: Scene
-    dropped: int
-    put_back: int
-
-
 def simplify(
-    scene: Scene,
-    critic: Critic,
-    watch: Watch,
-    detail: float = SIMPLIFICATION.detail,
+    scene: Scene, critic: Critic, watch: Watch, detail: float = SIMPLIFICATION.detail,
     iterations: int = SIMPLIFICATION.choice_iterations,
-) -> Simplified:
+) -> Scene:  # fmt: skip
     """Return ``scene`` with fewer nodes and more lines, fitted to the image again.
 
     Nodes are dropped in rounds. Each round chooses the nodes of all outlines, fits the scene for ``iterations`` and
@@ -65,19 +47,17 @@ def simplify(
         iterations: of the fit of each round; 0 chooses nodes by their distances alone.
     """
     if not len(scene):
-        return Simplified(scene, 0, 0)
-    work = _Work(critic, watch, detail, iterations)
-    count, put_back, state = len(scene.segments), 0, _State.of(scene)
-    before = critic.error(scene)
+        return scene
+    work, before = _Work(critic, watch, detail, iterations), critic.error(scene)
+    state = _State(scene, np.ones(len(scene.segments)), np.ones(len(scene.segments), np.bool_))
     for _ in range(SIMPLIFICATION.choice_rounds):
         changed = work.changed(state, before)
         if changed is None:
             break
-        state, back_count = changed
-        put_back += back_count
+        state = changed
         if watch.is_over():
             break
-    return Simplified(state.scene, count - len(state.scene.segments), put_back)
+    return state.scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +73,6 @@ class _State:
     share: NDArray[np.float64]
     may_smooth: Mask
 
-    @staticmethod
-    def of(scene: Scene) -> _State:
-        count = len(scene.segments)
-        return _State(scene, np.ones(count), np.ones(count, np.bool_))
-
 
 @dataclass(frozen=True, eq=False)
 class _Work:
@@ -106,8 +81,8 @@ class _Work:
     detail: float
     iterations: int
 
-    def changed(self, state: _State, before: NDArray[np.float32]) -> tuple[_State, int] | None:
-        """Return the scene after a round, and how many segments were put back; None if there is nothing to drop."""
+    def changed(self, state: _State, before: NDArray[np.float32]) -> _State | None:
+        """Return the scene after a round; None if there is nothing to drop."""
         scene = state.scene
         outlines = outlines_of(scene, self.critic.samples(scene))
         price = SIMPLIFICATION.price_length * (SIMPLIFICATION.refit * self.detail) ** 2
@@ -137,7 +112,7 @@ class _Work:
 
     def _put_back(
         self, state: _State, simple: Scene, choice: ChosenSpans, wrong: Mask, corner: Mask, error_max: float
-    ) -> tuple[_State, int]:
+    ) -> _State:
         """Return the scene ``simple`` with what was ``wrong`` [S] as before.
 
         If that is worse than ``simple``, which is good enough, nothing is put back. If it is no good, all is.
@@ -146,15 +121,13 @@ class _Work:
         scene, row = with_spans_back(simple, state.scene, choice, wrong, corner)
         error, error_without = (float(self.critic.error(each).sum()) for each in (scene, simple))
         if error_without <= min(error, error_max):  # what is put back may no longer fit what has moved
-            return _State(simple, state.share[choice.first], state.may_smooth[choice.first]), 0
+            return _State(simple, state.share[choice.first], state.may_smooth[choice.first])
         if error > error_max:
-            return _State(state.scene, state.share * SIMPLIFICATION.share_again, np.zeros_like(state.may_smooth)), len(
-                wrong
-            )
+            return _State(state.scene, state.share * SIMPLIFICATION.share_again, np.zeros_like(state.may_smooth))
         share = state.share[row] * np.where(np.repeat(wrong, sizes), SIMPLIFICATION.share_again, 1.0)
         may_smooth = state.may_smooth[row]
         may_smooth[np.cumsum(sizes) - sizes] &= ~corner
-        return _State(scene, share, may_smooth), int(choice.size[wrong].sum())
+        return _State(scene, share, may_smooth)
 
 
 def outlines_of(scene: Scene, samples: OutlineSamples) -> Outlines:

@@ -59,7 +59,7 @@ def _directions(lines: Lines) -> tuple[Floats, _Mask]:
     target = rest.copy()
     for path in np.unique(lines.path):
         rows = np.flatnonzero(lines.path == path)
-        for group in _groups(rest[rows], SIMPLIFICATION.parallel_degrees):
+        for group in groups(rest[rows], SIMPLIFICATION.parallel_degrees):
             members = rows[group]
             weight = lines.weight[members] * np.square(length[members]) + 1e-9
             offset = (rest[members] - rest[members[0]] + 45.0) % 90.0 - 45.0
@@ -79,7 +79,7 @@ def _may_turn(degrees: Floats, length: Floats) -> _Mask:
     )
 
 
-def _groups(values: Floats, gap: float) -> list[_Rows]:
+def groups(values: Floats, gap: float) -> list[_Rows]:
     """Return the indices of ``values`` in groups within which sorted neighbours are at most ``gap`` apart."""
     order = np.argsort(values, kind="stable")
     cuts = np.flatnonzero(np.diff(values[order]) > gap) + 1
@@ -91,7 +91,7 @@ def _aligned_middles(lines: Lines, direction: Floats, is_axis: _Mask) -> Floats:
     middle = (lines.start + lines.end) / 2.0
     for axis in (0, 1):
         rows = np.flatnonzero(is_axis & (direction[:, axis] == 0.0))
-        for group in _groups(middle[rows, axis], SIMPLIFICATION.aligned_distance):
+        for group in groups(middle[rows, axis], SIMPLIFICATION.aligned_distance):
             members = rows[group]
             values = middle[members, axis]
             if np.ptp(values) <= SIMPLIFICATION.line_move_max:
