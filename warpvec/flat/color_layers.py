@@ -7,7 +7,7 @@ deep a shape lies in others is in the order of the paths already.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -19,16 +19,8 @@ from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
 
 
-@dataclass(frozen=True)
-class Layered:
-    """A scene whose generations are its layers, and the name of each layer."""
-
-    scene: Scene
-    names: dict[int, str]
-
-
-def layered(scene: Scene) -> Layered:
-    """Return ``scene`` with its paths in layers of one paint each.
+def layered(scene: Scene) -> tuple[Scene, dict[int, str]]:
+    """Return ``scene`` with its paths in layers of one paint each, which are its generations, and the layers' names.
 
     A path joins the highest layer of its paint if its box overlaps none of the paths above that layer, so that the
     picture stays the same.
@@ -46,14 +38,15 @@ def layered(scene: Scene) -> Layered:
     order = torch.tensor([path for layer in layers for path in layer], dtype=torch.int64)
     generation = torch.tensor([place for place, layer in enumerate(layers) for _ in layer], dtype=torch.int64)
     names = _unique([paints[layer[0]] for layer in layers])
-    return Layered(replace(scene.select(order), generation=generation), dict(enumerate(names)))
+    return replace(scene.select(order), generation=generation), dict(enumerate(names))
 
 
 def color_name(color: Floats) -> str:
     """Return the CSS name of the colour that looks most like ``color`` [3] in [0, 1], and its code: "red #e4002b"."""
     names, places = _css_colors()
     nearest = int(np.square(places - _oklab(color[None])).sum(1).argmin())
-    return f"{names[nearest]} {_code(color)}"
+    code = bytes(np.rint(255.0 * color.clip(0.0, 1.0)).astype(np.uint8)).hex()
+    return f"{names[nearest]} #{code}"
 
 
 def path_boxes(scene: Scene) -> Floats:
@@ -91,10 +84,6 @@ def _unique(names: list[str]) -> list[str]:
         seen[name] += 1
         found.append(name if seen[name] == 1 else f"{name} ({seen[name]})")
     return found
-
-
-def _code(color: Floats) -> str:
-    return "#" + bytes(np.rint(255.0 * color.clip(0.0, 1.0)).astype(np.uint8)).hex()
 
 
 @cache

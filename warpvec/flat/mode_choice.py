@@ -161,16 +161,10 @@ def _is_black_and_white(levels: Levels, change: Levels) -> bool:
     is_far = ~_widened(is_strong, MODE_CHOICE.edge_reach)
     is_scan = bool(is_far.any()) and float(np.median(change[is_far])) >= MODE_CHOICE.scan_noise
     is_shade = np.minimum(np.abs(grey - black), np.abs(grey - white)) > MODE_CHOICE.shade_levels
-    third = (
-        (is_far & (change > MODE_CHOICE.shade_step)).mean() > MODE_CHOICE.shade_step_share_max
-        if is_scan
-        else (is_far & is_shade).mean() > MODE_CHOICE.shade_share_max
-    )
-    if third:
-        return False
-    darkest, lightest = (
-        (MODE_CHOICE.scanned_black, MODE_CHOICE.scanned_white)
-        if is_scan
-        else (MODE_CHOICE.clean_black, MODE_CHOICE.clean_white)
-    )
-    return black <= darkest and white >= lightest
+    if is_scan:
+        is_shaded = (is_far & (change > MODE_CHOICE.shade_step)).mean() > MODE_CHOICE.shade_step_share_max
+        darkest, lightest = MODE_CHOICE.scanned_black, MODE_CHOICE.scanned_white
+    else:
+        is_shaded = (is_far & is_shade).mean() > MODE_CHOICE.shade_share_max
+        darkest, lightest = MODE_CHOICE.clean_black, MODE_CHOICE.clean_white
+    return not is_shaded and black <= darkest and white >= lightest

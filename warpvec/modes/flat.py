@@ -91,10 +91,10 @@ def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, 
     if request.settings.cutout:
         scene, more = _without_overlaps(scene, encoding)
         left_out |= more
-    found = layered(scene)
+    scene, names = layered(scene)
     settings = replace(request.settings, detail=detail)
-    encoding = replace(encoding, settings=settings, layer_names=found.names)
-    return Drawing.of(found.scene, encoding, "cpu", left_out=left_out)
+    encoding = replace(encoding, settings=settings, layer_names=names)
+    return Drawing.of(scene, encoding, "cpu", left_out=left_out)
 
 
 def _without_overlaps(scene: Scene, encoding: Encoding) -> tuple[Scene, dict[str, int]]:

@@ -97,8 +97,8 @@ def _square(left: float, top: float) -> torch.Tensor:
 @pytest.mark.parametrize(("left", "count"), [(40.0, 2), (15.0, 3)])
 def test_a_path_joins_the_layer_of_its_colour_unless_it_covers_what_lies_between(left: float, count: int) -> None:
     scene = drawing((RED, [_square(2, 2)]), (BLUE, [_square(20, 2)]), (RED, [_square(left, 2)]))
-    found = layered(scene)
-    assert len(found.names) == count == len(set(found.names.values()))
+    found, names = layered(scene)
+    assert len(names) == count == len(set(names.values()))
     assert path_boxes(scene)[0].tolist() == [2.0, 2.0, 12.0, 12.0]
-    order = found.scene.color[:, 0].tolist()
+    order = found.color[:, 0].tolist()
     assert order == pytest.approx([RED[0], RED[0], BLUE[0]] if count == 2 else [RED[0], BLUE[0], RED[0]])

@@ -71,13 +71,7 @@ class CutEdges:
         """Return the pieces of a closed ``loop`` of half-edges."""
         tail = self._mapped.tail
         breaks = [k for k, half_edge in enumerate(loop) if self._is_break[tail[half_edge]]]
-        loop = loop[breaks[0] :] + loop[: breaks[0]]
-        stops = [*[k for k, half_edge in enumerate(loop) if self._is_break[tail[half_edge]]][1:], len(loop)]
-        pieces, first = [], 0
-        for stop in stops:
-            pieces.append(self._piece(loop[first], loop[stop - 1]))
-            first = stop
-        return pieces
+        return [self._piece(loop[k], loop[stop - 1]) for k, stop in zip(breaks, breaks[1:] + breaks[:1], strict=True)]
 
     def _piece(self, first: int, last: int) -> CurvePart:
         """Return the piece from the tail of the half-edge ``first`` to the head of ``last``."""
@@ -107,37 +101,21 @@ class CutEdges:
         """Return the vertices [V] where a piece ends: junctions, and where one curve follows another."""
         mapped = self._mapped
         cut = np.flatnonzero(self._is_cut)
-        tails = mapped.tail[cut]
-        degree = np.bincount(tails, minlength=len(mapped.vertex))
-        curve, t = mapped.curve[cut // 2], mapped.t[cut // 2, cut % 2]
-        low_curve, high_curve, low_t, high_t = (
-            _extreme(tails, values, len(mapped.vertex), take)
-            for values, take in ((curve, np.minimum), (curve, np.maximum), (t, np.minimum), (t, np.maximum))
-        )
-        return (degree != 2) | (low_curve != high_curve) | (high_t - low_t > _SAME_T)
-
-
-def _extreme(rows: Integers, values: NDArray[np.generic], count: int, take: np.ufunc) -> Floats:
-    """Return the least or the largest of ``values`` of each row [count]."""
-    result = np.full(count, np.inf if take is np.minimum else -np.inf)
-    take.at(result, rows, values.astype(np.float64))
-    return result
+        cut = cut[np.argsort(mapped.tail[cut], kind="stable")]
+        tail, curve, t = mapped.tail[cut], mapped.curve[cut // 2], mapped.t[cut // 2, cut % 2]
+        is_break = np.bincount(tail, minlength=len(mapped.vertex)) != 2
+        differs = (curve[1:] != curve[:-1]) | (np.abs(np.diff(t)) > _SAME_T)
+        is_break[tail[1:][differs & (tail[1:] == tail[:-1])]] = True
+        return is_break
 
 
 def _between(cubic: Floats, first: float, last: float) -> Floats:
     """Return the control points [4, 2] of the part of ``cubic`` from the parameter ``first`` to ``last``."""
 
-    def blossom(r: float, s: float, t: float) -> Floats:
+    def blossom(*parameters: float) -> Floats:
         points = cubic
-        for u in (r, s, t):
+        for u in parameters:
             points = points[:-1] + u * (points[1:] - points[:-1])
         return points[0]
 
-    return np.stack(
-        [
-            blossom(first, first, first),
-            blossom(first, first, last),
-            blossom(first, last, last),
-            blossom(last, last, last),
-        ]
-    )
+    return np.stack([blossom(*[first] * (3 - k), *[last] * k) for k in range(4)])

@@ -138,28 +138,22 @@ def _scene(stacked: Scene, stacks: list[_Stack], loops: list[list[list[CurvePart
     is_line = torch.tensor([piece.is_line for piece in pieces], dtype=torch.bool)
     structure = Structure.of_loops([[len(loop) for loop in path] for path in loops], is_line)
     paints = [_blended(stacked, stack) for stack in stacks]
-    rows = torch.tensor([paint.row for paint in paints], dtype=torch.int64)
-    color = torch.stack([paint.color for paint in paints]) if paints else torch.zeros(0, 3)
-    end_color = torch.stack([paint.end_color for paint in paints]) if paints else torch.zeros(0, 3)
+    rows = torch.tensor([row for row, *_ in paints], dtype=torch.int64)
+    color, end_color = (
+        torch.stack([stops[k] for _, stops, _ in paints]) if paints else torch.zeros(0, 3) for k in (0, 1)
+    )
     paths = stacked.gradients
     gradients = None if paths is None else Gradients(paths.kind[rows], paths.geometry[rows], end_color)
-    opacity = torch.tensor([paint.opacity for paint in paints])
+    opacity = torch.tensor([opacity for *_, opacity in paints])
     generation = stacked.generation[torch.tensor([stack[0] for stack in stacks], dtype=torch.int64)]
     return Scene(segments, structure, color, opacity, torch.zeros(3), generation, transparent=True, gradients=gradients)
 
 
-@dataclass(frozen=True)
-class _Paint:
-    """Colours of the two stops, opacity, and the path whose gradient counts."""
+def _blended(scene: Scene, stack: _Stack) -> tuple[int, list[Tensor], float]:
+    """Return the paint that the paths of ``stack`` show together.
 
-    row: int
-    color: Tensor
-    end_color: Tensor
-    opacity: float
-
-
-def _blended(scene: Scene, stack: _Stack) -> _Paint:
-    """Return the paint that the paths of ``stack`` show together."""
+    It is the path whose gradient counts, the colours of the two stops, and the opacity.
+    """
     paints = Gradients.flat(scene.color) if scene.gradients is None else scene.gradients
     end_colors = torch.where((paints.kind == FLAT)[:, None], scene.color, paints.end_color)
     row, opacity = stack[0], float(scene.opacity[stack[0]])
@@ -177,4 +171,4 @@ def _blended(scene: Scene, stack: _Stack) -> _Paint:
             for new, old in zip(added, stops, strict=True)
         ]
         opacity = whole
-    return _Paint(row, stops[0], stops[1], opacity)
+    return row, stops, opacity

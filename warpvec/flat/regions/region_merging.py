@@ -176,12 +176,7 @@ def _split(assignment: Assignment, paints: Paints, reach: int) -> tuple[Assignme
 
 
 def _nearest_area(
-    areas: Integers32,
-    label: Integers32,
-    rows: Places,
-    columns: Places,
-    wanted: Integers32,
-    reach: int,
+    areas: Integers32, label: Integers32, rows: Places, columns: Places, wanted: Integers32, reach: int
 ) -> Integers32:
     """Return the area [N] of the label ``wanted`` [N] nearest to each pixel, or the largest of it if none is near."""
     steps = np.arange(-reach, reach + 1)

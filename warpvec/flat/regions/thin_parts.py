@@ -55,14 +55,11 @@ def add_thin_parts(
             paints = paints.joined(paint)
         if areas.max() < 0:
             break
-        unmix(assignment, _grown(new, tolerances.reach) & ~assignment.is_pure, picture, paints, tolerances, canvas)
+        is_near = ndimage.maximum_filter(new, 2 * tolerances.reach + 1)
+        unmix(assignment, is_near & ~assignment.is_pure, picture, paints, tolerances, canvas)
     unexplained = assignment.residual > tolerances.mix
     unmix(assignment, unexplained, picture, paints, tolerances, canvas, wider=True)
     return paints
-
-
-def _grown(mask: Mask, distance: int) -> Mask:
-    return ndimage.maximum_filter(mask, 2 * distance + 1)
 
 
 def _explain(

@@ -105,9 +105,8 @@ def _fitted(
     line = fit_lines(span.points, ends)
     line_cost, line_excess = _allowed(line, span, samples, detail)
     control, before = samples.control, outlines.preceding[first]
-    line_cost[_is_turned(ends, (control[before, 3] - control[before, 2], control[after, 1] - control[after, 0]))] = (
-        np.inf
-    )
+    handles = control[before, 3] - control[before, 2], control[after, 1] - control[after, 0]
+    line_cost[_is_turned(ends, handles)] = np.inf
     if members.shape[1] == 1:
         old, is_line = samples.control[first, 1:3], outlines.is_line[first]
         cost = np.stack([np.where(is_line, np.inf, 0.0), np.where(is_line, 0.0, line_cost)], 1)
