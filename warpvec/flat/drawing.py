@@ -122,11 +122,9 @@ class FlatDrawing:
             iterations //= 2
         steps = iterations if is_small else DRAWING.gradient_steps * iterations
         count = min(steps, self.config.iterations)
-        part = self.watch.part(
-            planned=max(DRAWING.first_iterations + DRAWING.last_iterations, self.watch.iterations + count)
-        )
+        planned = max(DRAWING.first_iterations + DRAWING.last_iterations, self.watch.iterations + count)
         return polish(
-            self.critic.target, scene, self.config, part, iterations=count,
+            self.critic.target, scene, self.config, self.watch.part(planned=planned), iterations=count,
             values_exact_max=SIMPLIFICATION.values_exact_max,
         ).scene  # fmt: skip
 

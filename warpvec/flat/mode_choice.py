@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageFilter
 
-from warpvec.arrays import Mask
+from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.flat.constants.mode_choice import MODE_CHOICE
 
 Levels = NDArray[np.int16]
@@ -42,7 +42,7 @@ class Shares(NamedTuple):
     lonely: float
 
 
-def choose_mode(image: NDArray[np.float32]) -> ModeChoice:
+def choose_mode(image: Floats32) -> ModeChoice:
     """Return the mode for ``image`` [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha or none.
 
     Transparent parts are seen over white, and pictures with some are not taken for black and white art.
@@ -84,7 +84,7 @@ def shares_of(levels: Levels, change: Levels) -> Shares:
     return Shares(weak, _between(levels), shading, float(is_lonely.sum() / max((is_lonely | is_strong).sum(), 1)))
 
 
-def _copy_of(image: NDArray[np.float32]) -> Levels:
+def _copy_of(image: Floats32) -> Levels:
     """Return the levels in [0, 255] of a copy of at most ``side`` pixels, over white, without single wrong pixels."""
     colors: NDArray[np.floating[Any]] = image[..., :3]
     if image.shape[2] == 4:
@@ -144,7 +144,7 @@ def _is_black_and_white(levels: Levels, change: Levels) -> bool:
     """Return whether the picture has nothing but dark ink on light paper, with strong edges."""
     if ((levels.max(2) - levels.min(2)) > MODE_CHOICE.grey_max).mean() > MODE_CHOICE.colored_max:
         return False
-    grey: NDArray[np.float64] = levels.sum(2) / 3.0
+    grey: Floats = levels.sum(2) / 3.0
     is_ink = grey < grey.min() + (grey.max() - grey.min()) / 2
     is_still, is_strong = change <= MODE_CHOICE.still_change, change > MODE_CHOICE.strong_change
     ink, paper = grey[is_ink & ~is_strong], grey[~is_ink & ~is_strong]

@@ -15,13 +15,10 @@ from warpvec.errors import InputError
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.mono import MONO
 from warpvec.flat.curves.contours import contours_of, signed_area
-from warpvec.flat.curves.curve_fitting import fit_loops
+from warpvec.flat.curves.curve_fitting import Curves, fit_loops
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.watch.watch import UNWATCHED, Watch
-
-Curves = tuple[Floats, NDArray[np.bool_]]
-"""The control points [n, 3, 2] of a loop, and a mask of its lines [n]."""
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from warpvec.arrays import Floats
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
-from warpvec.flat.curves.curve_fitting import fit_loops
+from warpvec.flat.curves.curve_fitting import Curves, fit_loops
 from warpvec.flat.layers.outlines import outlines
 from warpvec.flat.layers.stacking import StackedLayer, stack
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
@@ -50,11 +49,9 @@ def scene_of(regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch
     return _painted(regions, layers[: len(fits)], torch.from_numpy(segments).float(), structure)
 
 
-def _fitted(
-    loops: Sequence[Sequence[Floats]], tolerance: float, watch: Watch
-) -> list[list[tuple[Floats, NDArray[np.bool_]]]]:
+def _fitted(loops: Sequence[Sequence[Floats]], tolerance: float, watch: Watch) -> list[list[Curves]]:
     """Return the curves of the ``loops`` of each layer, or of the lowest layers once the ``watch`` is over."""
-    fits: list[list[tuple[Floats, NDArray[np.bool_]]]] = []
+    fits: list[list[Curves]] = []
     for first in range(0, len(loops), DRAWING.layers_at_once):
         if watch.is_over() and len(fits) >= DRAWING.layers_min:
             break

@@ -14,9 +14,12 @@ from warpvec.flat.curves.outline_nodes import find_nodes, roughness, sample_loop
 from warpvec.flat.curves.piece_joining import Pieces, join_pieces
 from warpvec.flat.curves.span_costs import span_costs
 
+Curves = tuple[Floats, Mask]
+"""The control points [n, 3, 2] of a loop, and a mask of its lines [n]."""
 
-def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance) -> list[tuple[Floats, Mask]]:
-    """Return the control points [n, 3, 2] and a mask of the lines [n] for each closed polyline [m, 2].
+
+def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance) -> list[Curves]:
+    """Return the curves for each closed polyline [m, 2].
 
     The pieces of a loop are those of the cheapest cycle through nodes along it (`find_nodes`): few pieces, lines
     rather than cubics, each within ``tolerance`` pixels of the outline, and few kinks where it is smooth. A rough

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats, Integers
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.planar_map import PlanarMap
 
@@ -33,7 +32,7 @@ class CutEdges:
         mapped: PlanarMap,
         owners: Integers,
         cubics: Floats,
-        is_line: NDArray[np.bool_],
+        is_line: Mask,
         tick: tuple[float, float] | None = None,
     ) -> None:
         self._mapped = mapped
@@ -97,7 +96,7 @@ class CutEdges:
     def _rounded(self, points: Floats) -> Floats:
         return points if self._tick is None else np.rint(points / self._tick) * self._tick
 
-    def _breaks(self) -> NDArray[np.bool_]:
+    def _breaks(self) -> Mask:
         """Return the vertices [V] where a piece ends: junctions, and where one curve follows another."""
         mapped = self._mapped
         cut = np.flatnonzero(self._is_cut)

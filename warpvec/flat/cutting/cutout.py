@@ -11,10 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
-from warpvec.arrays import Floats, Integers
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.cut_edges import CurvePart, CutEdges
 from warpvec.flat.cutting.noding import chords_of, noded
@@ -91,7 +90,7 @@ def _with_background(scene: Scene, width: int, height: int) -> Scene:
     return sheet.joined(replace(scene, transparent=True, background=torch.zeros(3)))
 
 
-def _curves(scene: Scene, width: int, height: int) -> tuple[Floats, NDArray[np.bool_], Integers]:
+def _curves(scene: Scene, width: int, height: int) -> tuple[Floats, Mask, Integers]:
     """Return all curves [R, 4, 2], which of them are lines [R], and their paths [R]; the canvas is one more path."""
     structure = scene.structure
     rows = scene.segments.double().numpy()
@@ -111,7 +110,7 @@ _Stack = tuple[int, ...]
 """Paths that show in a face: an opaque one, or none, and the translucent ones above it."""
 
 
-def _visible_stacks(is_covered: NDArray[np.bool_], is_opaque: NDArray[np.bool_]) -> list[_Stack]:
+def _visible_stacks(is_covered: Mask, is_opaque: Mask) -> list[_Stack]:
     """Return the paths that show in each face, which ``is_covered`` [F, N + 1] by paths and, last, by the canvas."""
     stacks = []
     for face in is_covered:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats, Integers
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.noding import Chords
@@ -118,7 +117,7 @@ def _faces(vertex: Integers, tail: Integers, following: Integers, delta: Integer
     return face_of_orbit[orbit], winding
 
 
-def _around(vertex: Integers, tail: Integers, half_edge: int, counts: NDArray[np.bool_]) -> Integers:
+def _around(vertex: Integers, tail: Integers, half_edge: int, counts: Mask) -> Integers:
     """Return how often each half-edge [2 E] that ``counts`` passes a ray to the right of that half-edge's tail.
 
     It is 1 where the winding number on the ray's side of it is larger, and -1 for its twin.

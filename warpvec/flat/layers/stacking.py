@@ -6,10 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Integers, Integers32, Mask
 from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.layers.junctions import border_shares, evidence_above, find_junctions
 from warpvec.flat.layers.merging import alike, interrupted_pairs
@@ -157,7 +156,7 @@ def best_order(above: Floats, start: Sequence[int]) -> list[int]:
     return [int(entry) for entry in order]
 
 
-def filled_areas(label: NDArray[np.int32], count: int) -> tuple[Integers, Mask]:
+def filled_areas(label: Integers32, count: int) -> tuple[Integers, Mask]:
     """Return the area in pixels of each of ``count`` regions with what it surrounds [K], and what that is [K, K].
 
     A region is surrounded if most of its pixels are.

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats32, Places
+from warpvec.arrays import Floats32, Integers32, Places
 from warpvec.flat.constants.regions import REGIONS
 
 
-def band_numbers(colors: Floats32) -> NDArray[np.int32]:
+def band_numbers(colors: Floats32) -> Integers32:
     """Return the bands [N], from 0, of premultiplied colours [N, 4] along the line on which these vary most."""
     offset = colors - colors.mean(0)
     axis = np.linalg.eigh(np.einsum("ni,nj->ij", offset, offset))[1][:, -1]

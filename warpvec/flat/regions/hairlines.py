@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.arrays import Places
+from warpvec.arrays import Floats32, Integers32, Places
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
 
 
 def keep_hairlines(assignment: Assignment, is_noisy: bool) -> None:
     """Give pixels to lines that have less than half of each of two pixels side by side, but enough of both."""
-    for is_turned in (False, True):
-        label, other, share = (
-            values.T if is_turned else values for values in (assignment.label, assignment.other, assignment.share)
-        )
-        _raise_shares(label, other, share, REGIONS.noisy_hairline_width_min if is_noisy else REGIONS.hairline_width_min)
+    label, other, share = assignment.label, assignment.other, assignment.share
+    width_min = REGIONS.noisy_hairline_width_min if is_noisy else REGIONS.hairline_width_min
+    _raise_shares(label, other, share, width_min)
+    _raise_shares(label.T, other.T, share.T, width_min)
 
 
-def _raise_shares(label: NDArray[Any], other: NDArray[Any], share: NDArray[Any], width_min: float) -> None:
+def _raise_shares(label: Integers32, other: Integers32, share: Floats32, width_min: float) -> None:
     """Change the arrays [h, w] where lines of ``width_min`` run between two pixels of a row."""
     middle, left_side, right_side = slice(1, -1), slice(1, -2), slice(2, -1)
     line = other[middle, left_side]
@@ -47,9 +43,8 @@ def _raise_shares(label: NDArray[Any], other: NDArray[Any], share: NDArray[Any],
 
 
 def _share_of(
-    name: NDArray[Any], label: NDArray[Any], other: NDArray[Any], share: NDArray[Any], rows: Places,
-    columns: Places,
-) -> NDArray[Any]:  # fmt: skip
+    name: Integers32, label: Integers32, other: Integers32, share: Floats32, rows: Places, columns: Places
+) -> Floats32:
     """Return the share of the regions ``name`` [N] in pixels."""
     part = share[rows, columns]
     rest = np.where(other[rows, columns] == name, 1 - part, 0)

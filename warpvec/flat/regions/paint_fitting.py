@@ -121,7 +121,8 @@ def _find_ramps(
         gain = REGIONS.shared_gain if len(pixels) >= REGIONS.shared_small * area_min else REGIONS.shared_small_gain
         ramp = _shared_ramp(ramps, few, colors, width, gain * deviation, limit)
         if ramp is None and len(pixels) >= area_min and deviation > limit:
-            ramp = _ramp_of(pixels, colors, width, limit)
+            sample = slice(None, None, -(-len(pixels) // REGIONS.paint_samples_max))
+            ramp = fit_ramp(_points(pixels, width), colors[pixels, :3].astype(np.float64), limit, sample)
         if ramp is not None and ramp.contrast(tolerances.metric) >= REGIONS.ramp_contrast + tolerances.noise:
             ramps[index] = ramp
     return ramps
@@ -141,11 +142,6 @@ def _shared_ramp(
 def _points(pixels: Places, width: int) -> NDArray[np.floating[Any]]:
     """Return the centres x, y [N, 2] of pixels numbered by rows."""
     return np.stack([pixels % width, pixels // width], 1) + 0.5
-
-
-def _ramp_of(pixels: Places, colors: Floats32, width: int, tolerance: float) -> Ramp | None:
-    sample = slice(None, None, -(-len(pixels) // REGIONS.paint_samples_max))
-    return fit_ramp(_points(pixels, width), colors[pixels, :3].astype(np.float64), tolerance, sample)
 
 
 def _with_ramps(

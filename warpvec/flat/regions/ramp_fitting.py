@@ -52,10 +52,9 @@ class Ramp:
         rows = [self._piece(index) for index in range(len(self.knots) - 1)]
         kind, color, end_color, geometry = (np.array(values) for values in zip(*rows, strict=True))
         alpha = np.full(len(rows), opacity, np.float32)
-        stops = (
+        first, last = (
             np.round(np.clip(values, 0, 1) * 255).astype(np.float32) / np.float32(255) for values in (color, end_color)
         )
-        first, last = stops
         return Paints(first, alpha, kind.astype(np.int32), geometry.astype(np.float32), last)
 
     def _piece(self, index: int) -> tuple[int, Floats, Floats, Floats]:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats32, Integers32
+from warpvec.arrays import Floats32, Integers32, Mask
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paint_fitting import fit_areas
@@ -51,7 +50,7 @@ def _without_edges(
     return seeds
 
 
-def _is_tip(seeds: Integers32, alpha: Floats32) -> NDArray[np.bool_]:
+def _is_tip(seeds: Integers32, alpha: Floats32) -> Mask:
     """Return the pixels [h, w] of small areas that look translucent, but are the tips of opaque shapes."""
     count = np.bincount(seeds[seeds != NONE], minlength=seeds.max() + 1)
     is_small = np.append(count < REGIONS.translucent_area_min, False)  # The last is for the pixels of no area.

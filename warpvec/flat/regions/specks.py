@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats32, Mask
+from warpvec.arrays import Floats, Floats32, Integers32, Mask
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.label_areas import areas_of
@@ -39,9 +37,7 @@ def specks_of(assignment: Assignment, paints: Paints, metric: Floats32, limits: 
     return is_speck[areas]
 
 
-def _contrasts(
-    areas: NDArray[Any], is_asked: Mask, assignment: Assignment, paints: Paints, metric: Floats32
-) -> NDArray[Any]:
+def _contrasts(areas: Integers32, is_asked: Mask, assignment: Assignment, paints: Paints, metric: Floats32) -> Floats:
     """Return the least difference of each area from what touches it; infinity for areas not asked for."""
     least = np.full(len(is_asked), np.inf)
     label = assignment.label

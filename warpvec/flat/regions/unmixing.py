@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats32, Integers32
+from warpvec.arrays import Floats32, Integers32, Mask
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.region_growing import NONE
 
@@ -99,9 +98,7 @@ def pair_shares(color: Floats32, one: Floats32, two: Floats32) -> tuple[Floats32
     return share, _rms(color - two - share[..., None] * difference)
 
 
-def explain_by_three(
-    mixes: Mixes, color: Floats32, values: Floats32, candidates: Candidates, far: NDArray[np.bool_]
-) -> Mixes:
+def explain_by_three(mixes: Mixes, color: Floats32, values: Floats32, candidates: Candidates, far: Mask) -> Mixes:
     """Return ``mixes`` with those replaced that a mix of three candidates explains better.
 
     The two larger of the three shares are kept. ``far`` [N, C] are candidates that may have the least share only.

@@ -7,9 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Floats32, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.chosen_nodes import with_counts
 from warpvec.flat.simplification.critic import Critic
@@ -17,8 +16,6 @@ from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes, e
 from warpvec.flat.simplification.outline_samples import OutlineSamples, control_points, segment_loops
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
-
-_Mask = NDArray[np.bool_]
 
 
 def accepted_nodes(old: Scene, new: Scene, critic: Critic, samples: OutlineSamples, detail: float) -> Scene:
@@ -45,7 +42,7 @@ def accepted_nodes(old: Scene, new: Scene, critic: Critic, samples: OutlineSampl
     return old
 
 
-def _nodes_around(segments: _Mask, nodes: _Mask, joints: Joints, reach: int) -> _Mask:
+def _nodes_around(segments: Mask, nodes: Mask, joints: Joints, reach: int) -> Mask:
     """Return the ``nodes`` [R] at the ends of the ``segments`` [R], and as many neighbours of these as ``reach``."""
     following, preceding = joints.following.numpy(), joints.preceding.numpy()
     found = segments | segments[preceding]
@@ -80,8 +77,8 @@ def accepted_loops(
 
 
 def _is_worse_inside(
-    outlines: Iterable[tuple[NDArray[np.int64], Floats]], rise: NDArray[np.float32], limit: Floats, changed: list[int]
-) -> _Mask:
+    outlines: Iterable[tuple[Integers, Floats]], rise: Floats32, limit: Floats, changed: list[int]
+) -> Mask:
     """Return which loops [L] have more ``rise`` [h, w] in their box than all ``changed`` ones there may cause.
 
     Args:

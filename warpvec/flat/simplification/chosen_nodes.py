@@ -7,18 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
-from warpvec.arrays import Mask
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.fewest_spans import ChosenSpans
 from warpvec.flat.simplification.span_candidates import Outlines
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
-
-Rows = NDArray[np.int64]
 
 
 def chosen_scene(scene: Scene, choice: ChosenSpans, is_smooth: Mask) -> Scene:
@@ -37,7 +34,9 @@ def smoothed(scene: Scene, is_smooth: Tensor) -> Scene:
     return replace(scene, segments=joints.segments(*joints.values(scene)))
 
 
-def with_spans_back(simple: Scene, old: Scene, choice: ChosenSpans, wrong: Mask, corner: Mask) -> tuple[Scene, Rows]:
+def with_spans_back(
+    simple: Scene, old: Scene, choice: ChosenSpans, wrong: Mask, corner: Mask
+) -> tuple[Scene, Integers]:
     """Return the scene ``simple`` with the segments of ``old`` where those of ``choice`` were ``wrong`` [S].
 
     The nodes of ``simple`` may have moved since the choice; what is put back moves along. The nodes ``corner`` [S] are
@@ -98,7 +97,7 @@ def wrong_segments(
         wrong = grown
 
 
-def members(choice: ChosenSpans, sizes: Rows, old: Scene) -> tuple[Rows, Rows, Rows]:
+def members(choice: ChosenSpans, sizes: Integers, old: Scene) -> tuple[Integers, Integers, Integers]:
     """List the old segments of each new one, ``sizes`` [S] of them: its number, their place in it and their row [M]."""
     source = np.repeat(np.arange(len(sizes)), sizes)
     place = np.arange(len(source)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
@@ -109,8 +108,8 @@ def members(choice: ChosenSpans, sizes: Rows, old: Scene) -> tuple[Rows, Rows, R
 
 
 def _moved_along(
-    simple: Scene, old: Scene, choice: ChosenSpans, source: Rows, place: Rows, row: Rows
-) -> NDArray[np.float64]:
+    simple: Scene, old: Scene, choice: ChosenSpans, source: Integers, place: Integers, row: Integers
+) -> Floats:
     """Return the old segments ``row`` [S', 3, 2], moved as the ends of the new segments ``source`` have."""
     before, now = old.segments.double().numpy(), simple.segments.double().numpy()[:, 0]
     following = simple.structure.segment_next.long().numpy()
@@ -120,7 +119,7 @@ def _moved_along(
     return before[row] + (1.0 - share[..., None]) * shifts[0][:, None] + share[..., None] * shifts[1][:, None]
 
 
-def with_counts(scene: Scene, counts: Rows, is_line: Tensor) -> Structure:
+def with_counts(scene: Scene, counts: Integers, is_line: Tensor) -> Structure:
     """Return the structure of ``scene`` with loops of so many segments [L], of which some are lines [R]."""
     starts = torch.from_numpy(np.concatenate([[0], np.cumsum(counts)])).int()
     return Structure(starts, scene.structure.path_first_loop, is_line if is_line.any() else None)

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Floats32
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
 from warpvec.flat.simplification.outline_samples import OutlineSamples, sample_outlines
@@ -34,7 +32,7 @@ class Critic:
         """The picture with its exact renderer."""
         return Target(self.image, self.config, "cpu")
 
-    def error(self, scene: Scene) -> NDArray[np.float32]:
+    def error(self, scene: Scene) -> Floats32:
         """Return the squared error of ``scene`` in each pixel [h, w], summed over the channels."""
         return self.target.squared_error(scene).numpy()
 

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.span_candidates import Outlines, span_candidates
 
@@ -25,11 +24,11 @@ class ChosenSpans:
         counts: segments of each loop [L].
     """
 
-    first: NDArray[np.int64]
-    size: NDArray[np.int64]
-    is_line: NDArray[np.bool_]
+    first: Integers
+    size: Integers
+    is_line: Mask
     handles: Floats
-    counts: NDArray[np.int64]
+    counts: Integers
 
 
 def fewest_spans(outlines: Outlines, detail: Floats, price: float) -> ChosenSpans:

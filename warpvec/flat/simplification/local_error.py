@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Floats32, Integers
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.outline_samples import cubic_points
 
 
-def errors_near(control: Floats, error: NDArray[np.float32]) -> Floats:
+def errors_near(control: Floats, error: Floats32) -> Floats:
     """Return the sum of ``error`` [h, w] over the pixels that each segment [R, 4, 2] passes, and those beside them.
 
     A pixel near several segments counts for each of them.
@@ -33,7 +32,7 @@ def errors_near(control: Floats, error: NDArray[np.float32]) -> Floats:
     return np.bincount(owner, error.reshape(-1)[pixel].astype(np.float64), len(control)).astype(np.float64)
 
 
-def boxes_of(control: Floats, owner: NDArray[np.int64], count: int) -> tuple[Floats, Floats]:
+def boxes_of(control: Floats, owner: Integers, count: int) -> tuple[Floats, Floats]:
     """Return the least and the greatest coordinates [count, 2] of the segments [R, 4, 2] of each ``owner`` [R]."""
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
     np.minimum.at(low, owner, control.min(1))
@@ -41,7 +40,7 @@ def boxes_of(control: Floats, owner: NDArray[np.int64], count: int) -> tuple[Flo
     return low, high
 
 
-def errors_in_boxes(error: NDArray[np.float32], low: Floats, high: Floats) -> Floats:
+def errors_in_boxes(error: Floats32, low: Floats, high: Floats) -> Floats:
     """Return the sum of ``error`` [h, w] in the pixels of each box [K] and those beside it."""
     height, width = error.shape
     sums = np.pad(error.astype(np.float64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))

@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.nodes import split
@@ -34,11 +33,11 @@ class OutlineSamples:
     """
 
     control: Floats
-    path: NDArray[np.int64]
+    path: Integers
     points: Floats
     lengths: Floats
     contrast: Floats
-    top: NDArray[np.int64]
+    top: Integers
 
     @property
     def worth(self) -> Floats:
@@ -50,7 +49,7 @@ class OutlineSamples:
         """How well the picture shows the outline at each point [R, S], from 0 (hidden) to 1."""
         return self.contrast / (self.contrast + SIMPLIFICATION.contrast_half)
 
-    def is_hidden(self, path: NDArray[np.int64], points: Floats) -> NDArray[np.bool_]:
+    def is_hidden(self, path: Integers, points: Floats) -> Mask:
         """Return which ``points`` [K, M, 2] lie in pixels that show nothing of ``path`` [K] nor of what is below."""
         height, width = self.top.shape
         x, y = (np.floor(points[..., k]) for k in (0, 1))
@@ -79,7 +78,7 @@ def control_points(scene: Scene) -> Floats:
     return whole_curves(scene).double().numpy()
 
 
-def segment_loops(scene: Scene) -> NDArray[np.int64]:
+def segment_loops(scene: Scene) -> Integers:
     """Return the loop of each segment [R]."""
     sizes = scene.structure.loop_first_segment.diff().long().numpy()
     return np.repeat(np.arange(len(sizes)), sizes)
@@ -132,7 +131,7 @@ def _contrast(scene: Scene, height: int, width: int, threads: int | None) -> Flo
     return np.where(length > 1e-6, total, 0.0) / len(backgrounds)
 
 
-def _top_paths(scene: Scene, height: int, width: int, threads: int | None) -> NDArray[np.int64]:
+def _top_paths(scene: Scene, height: int, width: int, threads: int | None) -> Integers:
     """Return the topmost path in each pixel [h, w], where that is all that the pixel shows; else -1.
 
     Each path is painted in its number and in two colours that are far from those of its neighbours, so that a mix of

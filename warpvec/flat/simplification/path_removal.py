@@ -7,9 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes
@@ -17,8 +16,6 @@ from warpvec.flat.simplification.outline_samples import segment_loops
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.watch.watch import Watch
-
-_Mask = NDArray[np.bool_]
 
 
 def remove_paths(
@@ -42,7 +39,7 @@ def remove_paths(
     return (scene, 0) if watch.is_over() else _without_loops(scene, critic, detail)
 
 
-def _needed(scene: Scene, critic: Critic, detail: float) -> _Mask:
+def _needed(scene: Scene, critic: Critic, detail: float) -> Mask:
     """Return which paths [N] stay: those that cost more, and those that overlap with one that goes."""
     cost, samples = critic.removal_costs(scene), critic.samples(scene)
     worth = np.bincount(samples.path, samples.worth, len(scene)).astype(np.float64)
@@ -78,7 +75,7 @@ def _without_loops(scene: Scene, critic: Critic, detail: float) -> tuple[Scene, 
     return fewer, int(gone.sum())
 
 
-def loop_areas(control: Floats, loop: NDArray[np.int64], count: int) -> Floats:
+def loop_areas(control: Floats, loop: Integers, count: int) -> Floats:
     """Return the signed area of each of ``count`` loops of cubics ``control`` [R, 4, 2], of ``loop`` [R]."""
     pairs = ((0, 1, 6.0), (0, 2, 3.0), (0, 3, 1.0), (1, 2, 3.0), (1, 3, 3.0), (2, 3, 6.0))
     area = np.zeros(len(control))
@@ -87,7 +84,7 @@ def loop_areas(control: Floats, loop: NDArray[np.int64], count: int) -> Floats:
     return np.bincount(loop, area, count).astype(np.float64)
 
 
-def without_loops(scene: Scene, gone: _Mask) -> Scene:
+def without_loops(scene: Scene, gone: Mask) -> Scene:
     """Return ``scene`` without the loops ``gone`` [L]; every path must keep one."""
     structure = scene.structure
     sizes = structure.loop_first_segment.diff().long().numpy()

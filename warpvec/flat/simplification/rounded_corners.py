@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.straight_lines import groups
 
-_Rows = NDArray[np.int64]
-
 
 def rounded_corners(
-    control: Floats, is_line: NDArray[np.bool_], following: _Rows, preceding: _Rows, loop: _Rows
-) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
+    control: Floats, is_line: Mask, following: Integers, preceding: Integers, loop: Integers
+) -> tuple[Floats, Floats, Floats, Mask]:
     """Return anchors, leaving and arriving handles [R, 2] of a scene with true arcs between lines, and which arcs [R].
 
     Args:
@@ -37,8 +34,8 @@ def rounded_corners(
 
 
 def _arcs(
-    control: Floats, is_line: NDArray[np.bool_], following: _Rows, preceding: _Rows
-) -> tuple[_Rows, Floats, Floats, Floats, Floats, Floats]:
+    control: Floats, is_line: Mask, following: Integers, preceding: Integers
+) -> tuple[Integers, Floats, Floats, Floats, Floats, Floats]:
     """Return the curves between two lines that are nearly arcs.
 
     Returns:
@@ -67,7 +64,7 @@ def _arcs(
     return rows[is_arc], corner[is_arc], u[is_arc], v[is_arc], turn[is_arc], reach[is_arc]
 
 
-def _alike(radius: Floats, loop: _Rows) -> Floats:
+def _alike(radius: Floats, loop: Integers) -> Floats:
     """Return the radii [K] with nearly equal ones of a ``loop`` [K] equal."""
     result = radius.copy()
     for each in np.unique(loop):
@@ -77,7 +74,7 @@ def _alike(radius: Floats, loop: _Rows) -> Floats:
     return result
 
 
-def _is_along(handle: Floats, direction: Floats) -> NDArray[np.bool_]:
+def _is_along(handle: Floats, direction: Floats) -> Mask:
     return (_unit(handle) * direction).sum(1) > np.cos(np.radians(SIMPLIFICATION.arc_smooth_degrees))
 
 

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats, Mask
+from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.chosen_nodes import (
     chosen_scene,
@@ -70,7 +69,7 @@ class _State:
     """
 
     scene: Scene
-    share: NDArray[np.float64]
+    share: Floats
     may_smooth: Mask
 
 
@@ -81,7 +80,7 @@ class _Work:
     detail: float
     iterations: int
 
-    def changed(self, state: _State, before: NDArray[np.float32]) -> _State | None:
+    def changed(self, state: _State, before: Floats32) -> _State | None:
         """Return the scene after a round; None if there is nothing to drop."""
         scene = state.scene
         outlines = outlines_of(scene, self.critic.samples(scene))
@@ -142,7 +141,7 @@ def outlines_of(scene: Scene, samples: OutlineSamples) -> Outlines:
     )
 
 
-def _tangents(scene: Scene, joints: Joints) -> NDArray[np.float64]:
+def _tangents(scene: Scene, joints: Joints) -> Floats:
     """Return the unit direction of the outline at each node [R, 2]."""
     ahead, behind = joints.ahead_and_behind(*joints.values(scene))
     mean = torch.where(joints.is_line[:, None], ahead, ahead + behind)

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.outline_samples import OutlineSamples
 from warpvec.flat.simplification.span_fitting import Ends, FittedSpans, Span, fit_cubics, fit_lines, spans_of
@@ -28,13 +27,13 @@ class Outlines:
     """
 
     samples: OutlineSamples
-    is_line: NDArray[np.bool_]
-    is_smooth: NDArray[np.bool_]
+    is_line: Mask
+    is_smooth: Mask
     tangents: Floats
-    loop_first: NDArray[np.int64]
+    loop_first: Integers
 
     @cached_property
-    def preceding(self) -> NDArray[np.int64]:
+    def preceding(self) -> Integers:
         """Row before each in its loop [R]."""
         found = np.arange(-1, len(self.is_line) - 1)
         sizes = np.diff(self.loop_first)
@@ -49,7 +48,7 @@ class CandidateSpans:
     ``cost`` [K, 2] is that of the cubic and of the line, infinite where it is not allowed; ``handles`` [K, 2, 2, 2].
     """
 
-    first: NDArray[np.int64]
+    first: Integers
     size: int
     cost: Floats
     handles: Floats
@@ -84,7 +83,7 @@ def span_candidates(outlines: Outlines, detail: Floats) -> Iterator[CandidateSpa
         is_open = hopeful | hopeful[following] if size > 1 else np.ones(len(rows), np.bool_)
 
 
-def _corners(outlines: Outlines) -> NDArray[np.bool_]:
+def _corners(outlines: Outlines) -> Mask:
     """Return which nodes [R] are clear corners."""
     samples, preceding = outlines.samples, outlines.preceding
     ahead = samples.points[:, 0] - samples.control[:, 0]
@@ -95,9 +94,7 @@ def _corners(outlines: Outlines) -> NDArray[np.bool_]:
     return is_turned & (np.minimum(seen, seen[preceding]) >= SIMPLIFICATION.corner_leg)
 
 
-def _fitted(
-    outlines: Outlines, members: NDArray[np.int64], after: NDArray[np.int64], detail: Floats
-) -> tuple[CandidateSpans, Floats]:
+def _fitted(outlines: Outlines, members: Integers, after: Integers, detail: Floats) -> tuple[CandidateSpans, Floats]:
     """Return the spans of ``members`` [K, k], and the least error of each in what is allowed."""
     samples, first, last = outlines.samples, members[:, 0], members[:, -1]
     ends = Ends(samples.control[first, 0], samples.control[last, 3], outlines.tangents[first], outlines.tangents[after])
@@ -137,9 +134,7 @@ def _allowed(fits: FittedSpans, span: Span, samples: OutlineSamples, detail: Flo
     return np.where(is_allowed, cost, np.inf), excess
 
 
-def _stays_hidden(
-    places: Floats, span: Span, samples: OutlineSamples, some: NDArray[np.int64], moves: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
+def _stays_hidden(places: Floats, span: Span, samples: OutlineSamples, some: Integers, moves: Mask) -> Mask:
     """Return which of the spans ``some`` [K] stay hidden on the way to ``places`` [K, M, 2] where each ``moves``."""
     points, path = span.points[some], span.path[some]
     offset = places - points
@@ -154,7 +149,7 @@ def _stays_hidden(
     return ~(is_seen & moves).any(1)
 
 
-def _is_turned(ends: Ends, handles: tuple[Floats, Floats]) -> NDArray[np.bool_]:
+def _is_turned(ends: Ends, handles: tuple[Floats, Floats]) -> Mask:
     """Return which lines turn away from the tangent at one of their ends, beyond which there are ``handles`` [K, 2]."""
     chord = ends.end - ends.start
     unit = chord / np.maximum(np.linalg.norm(chord, axis=1), 1e-9)[:, None]

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Integers
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.outline_samples import OutlineSamples, cubic_points, cubic_slopes, cubic_weights
 
@@ -51,10 +50,10 @@ class Span:
     points: Floats
     lengths: Floats
     visibility: Floats
-    path: NDArray[np.int64]
+    path: Integers
 
 
-def spans_of(samples: OutlineSamples, rows: NDArray[np.int64]) -> Span:
+def spans_of(samples: OutlineSamples, rows: Integers) -> Span:
     """Return the spans of the segments ``rows`` [K, k]."""
     count = len(rows)
     points = samples.points[rows].reshape(count, -1, 2)
@@ -95,10 +94,7 @@ def fit_lines(points: Floats, ends: Ends) -> FittedSpans:
 def _price(handles: Floats, ends: Ends, weight: Floats, total: Floats) -> Floats:
     """Return the price of turned tangents [K], infinite where a handle is too long or points backwards."""
     price, is_wrong = np.zeros(len(total)), np.zeros(len(total), np.bool_)
-    for handle, tangent in (
-        (handles[:, 0] - ends.start, ends.leaving),
-        (ends.end - handles[:, 1], ends.arriving),
-    ):
+    for handle, tangent in ((handles[:, 0] - ends.start, ends.leaving), (ends.end - handles[:, 1], ends.arriving)):
         off = handle[:, 0] * tangent[:, 1] - handle[:, 1] * tangent[:, 0]
         price += SIMPLIFICATION.turn_price * weight * np.square(off)
         is_wrong |= (handle * tangent).sum(1) < 0.0

@@ -5,13 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
-
-_Rows = NDArray[np.int64]
-_Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,14 +21,14 @@ class Lines:
         weight: how much of it the picture shows [K], in pixels.
     """
 
-    row: _Rows
-    path: _Rows
+    row: Integers
+    path: Integers
     start: Floats
     end: Floats
     weight: Floats
 
 
-def regular_anchors(lines: Lines, anchor: Floats, preceding: _Rows) -> Floats:
+def regular_anchors(lines: Lines, anchor: Floats, preceding: Integers) -> Floats:
     """Return the anchors [R, 2] of a scene whose ``lines`` are regular; nodes that would move far stay.
 
     Args:
@@ -47,7 +43,7 @@ def regular_anchors(lines: Lines, anchor: Floats, preceding: _Rows) -> Floats:
     return _moved(lines, direction, place, anchor, preceding)
 
 
-def _directions(lines: Lines) -> tuple[Floats, _Mask]:
+def _directions(lines: Lines) -> tuple[Floats, Mask]:
     """Return the unit direction of each line [K, 2] after turning, and which lines are level or upright [K].
 
     Angles count without multiples of 90 degrees, so that right angles and parallels are one thing.
@@ -73,20 +69,20 @@ def _directions(lines: Lines) -> tuple[Floats, _Mask]:
     return np.where(is_axis[:, None], np.round(direction), direction), is_axis
 
 
-def _may_turn(degrees: Floats, length: Floats) -> _Mask:
+def _may_turn(degrees: Floats, length: Floats) -> Mask:
     return (np.abs(degrees) <= SIMPLIFICATION.line_turn_max) & (
         np.radians(np.abs(degrees)) * length / 2.0 <= SIMPLIFICATION.line_move_max
     )
 
 
-def groups(values: Floats, gap: float) -> list[_Rows]:
+def groups(values: Floats, gap: float) -> list[Integers]:
     """Return the indices of ``values`` in groups within which sorted neighbours are at most ``gap`` apart."""
     order = np.argsort(values, kind="stable")
     cuts = np.flatnonzero(np.diff(values[order]) > gap) + 1
     return [group for group in np.split(order, cuts) if len(group)]
 
 
-def _aligned_middles(lines: Lines, direction: Floats, is_axis: _Mask) -> Floats:
+def _aligned_middles(lines: Lines, direction: Floats, is_axis: Mask) -> Floats:
     """Return a point of each line [K, 2]: its middle, moved onto the common place of lines that are in line."""
     middle = (lines.start + lines.end) / 2.0
     for axis in (0, 1):
@@ -99,7 +95,7 @@ def _aligned_middles(lines: Lines, direction: Floats, is_axis: _Mask) -> Floats:
     return middle
 
 
-def _moved(lines: Lines, direction: Floats, place: Floats, anchor: Floats, preceding: _Rows) -> Floats:
+def _moved(lines: Lines, direction: Floats, place: Floats, anchor: Floats, preceding: Integers) -> Floats:
     """Return the anchors [R, 2] on the lines beside them, and in the corner of two."""
     number = np.full(len(anchor), -1)
     number[lines.row] = np.arange(len(lines.row))
@@ -121,7 +117,7 @@ def _projected(points: Floats, place: Floats, direction: Floats) -> Floats:
     return np.where(direction == 0.0, place, on_line)
 
 
-def _crossing(points: Floats, place: Floats, direction: Floats, first: _Rows, second: _Rows) -> Floats:
+def _crossing(points: Floats, place: Floats, direction: Floats, first: Integers, second: Integers) -> Floats:
     """Return where the lines ``first`` and ``second`` [K] cross, or near ``points`` if they are almost parallel."""
     u, v = direction[first], direction[second]
     sine = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
