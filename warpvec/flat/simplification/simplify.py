@@ -137,6 +137,7 @@ def outlines_of(scene: Scene, samples: OutlineSamples) -> Outlines:
         joints.is_line.numpy(),
         joints.is_smooth.numpy(),
         np.where(joints.is_smooth.numpy()[:, None], _tangents(scene, joints), 0.0),
+        joints.preceding.numpy(),
         scene.structure.loop_first_segment.long().numpy(),
     )
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -23,6 +22,7 @@ class Outlines:
         is_line: which segments are lines [R].
         is_smooth: which segments start at a smooth node [R].
         tangents: unit direction of the outline at the start of each segment [R, 2]; 0 at corners.
+        preceding: row before each in its loop [R].
         loop_first: first row of each loop, and R last [L + 1].
     """
 
@@ -30,15 +30,8 @@ class Outlines:
     is_line: Mask
     is_smooth: Mask
     tangents: Floats
+    preceding: Integers
     loop_first: Integers
-
-    @cached_property
-    def preceding(self) -> Integers:
-        """Row before each in its loop [R]."""
-        found = np.arange(-1, len(self.is_line) - 1)
-        sizes = np.diff(self.loop_first)
-        found[self.loop_first[:-1][sizes > 0]] = self.loop_first[1:][sizes > 0] - 1
-        return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -48,15 +48,6 @@ def installed_command() -> list[str]:
     return [str(word) for word in command]
 
 
-def ask(*arguments: str) -> Any:
-    """Return the JSON that a quick command of warpvec prints.
-
-    Raises:
-        Refusal: it fails; the message is that of warpvec.
-    """
-    return fit(*arguments, title=None)
-
-
 def fit(*arguments: str, title: str | None) -> Any:
     """Return the JSON that warpvec prints with ``arguments``, and show its progress under a ``title``, None for not.
 

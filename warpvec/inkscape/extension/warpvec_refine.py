@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import inkex
-from warpvec_command import ask, fit
+from warpvec_command import fit
 from warpvec_effect import WarpvecEffect, read_drawing
 from warpvec_images import SVG, box_of, chosen, drawn, image_file, name_of
 from warpvec_paths import SHAPES, draft_of, element_matrix, replace_shape
@@ -33,7 +33,7 @@ class RefineEffect(WarpvecEffect):
             raise Refusal("Select paths with a fill and without a stroke, then try again.")
         image = self._image_under(selected[0])
         source = image_file(image, self.link_folders(), folder)
-        pixels = Size(*ask("inkscape", "size", source))
+        pixels = Size(*fit("inkscape", "size", source, title=None))
         matrix, _ = place_pixels(box_of(image, pixels), pixels, image.get("preserveAspectRatio"))
         to_root = compose(element_matrix(image), matrix)
         shapes = _drawn_above(image, self.svg, selected)
