@@ -79,7 +79,8 @@ class Subject:
 
 def _regions(subject: Subject) -> list[Any]:
     found = find_regions(subject.pixels)
-    return [found.label, found.other, found.share.round(2), found.color.round(3), found.opacity.round(3), found.kind]
+    paints = found.paints
+    return [found.label, found.other, found.share.round(2), paints.color.round(3), paints.opacity.round(3), paints.kind]
 
 
 def _traced(subject: Subject) -> list[Any]:
