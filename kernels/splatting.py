@@ -49,18 +49,18 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         points: wp.array2d(dtype=dtype),
         path: int,
         point_count: int,
+        axis: int,
         basis: wp.array(dtype=vector),
         part: int,
         block: int,
         block_count: int,
     ):
-        """Return x and y of a linear combination of the control points, for the samples of a block."""
-        x, y = v.spread(zero), v.spread(zero)
+        """Return one coordinate of a linear combination of the control points, for the samples of a block."""
+        value = v.spread(zero)
         for j in range(point_count):
             weight = basis[(part * point_count + j) * block_count + block]
-            x = v.fma(weight, v.spread(points[path * point_count + j, 0]), x)
-            y = v.fma(weight, v.spread(points[path * point_count + j, 1]), y)
-        return x, y
+            value = v.fma(weight, v.spread(points[path * point_count + j, axis]), value)
+        return value
 
     @wp.func
     def blend(a: vector, b: vector, w: dtype):
@@ -139,12 +139,18 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         item = first + wp.tid()
         path = item // block_count
         block = item % block_count
-        ax, ay = sides.combine(points, path, point_count, basis, 0, block, block_count)
-        bx, by = sides.combine(points, path, point_count, basis, 1, block, block_count)
-        asx, asy = sides.combine(points, path, point_count, basis, 2, block, block_count)
-        bsx, bsy = sides.combine(points, path, point_count, basis, 3, block, block_count)
-        atx, aty = sides.combine(points, path, point_count, basis, 4, block, block_count)
-        btx, bty = sides.combine(points, path, point_count, basis, 5, block, block_count)
+        ax = sides.combine(points, path, point_count, 0, basis, 0, block, block_count)
+        ay = sides.combine(points, path, point_count, 1, basis, 0, block, block_count)
+        bx = sides.combine(points, path, point_count, 0, basis, 1, block, block_count)
+        by = sides.combine(points, path, point_count, 1, basis, 1, block, block_count)
+        asx = sides.combine(points, path, point_count, 0, basis, 2, block, block_count)
+        asy = sides.combine(points, path, point_count, 1, basis, 2, block, block_count)
+        bsx = sides.combine(points, path, point_count, 0, basis, 3, block, block_count)
+        bsy = sides.combine(points, path, point_count, 1, basis, 3, block, block_count)
+        atx = sides.combine(points, path, point_count, 0, basis, 4, block, block_count)
+        aty = sides.combine(points, path, point_count, 1, basis, 4, block, block_count)
+        btx = sides.combine(points, path, point_count, 0, basis, 5, block, block_count)
+        bty = sides.combine(points, path, point_count, 1, basis, 5, block, block_count)
         gap = v.mul(v.spread(across), sides.norm(v.sub(bx, ax), v.sub(by, ay)))
         # The Gaussian is dropped where q > reach2.
         reach2 = two * wp.log(wp.max(opacity[path] / alpha_min, one))

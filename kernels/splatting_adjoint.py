@@ -180,13 +180,22 @@ def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
         item = first + wp.tid()
         path = item // block_count
         block = item % block_count
-        ax, ay = sides.combine(points, path, point_count, basis, 0, block, block_count)
-        bx, by = sides.combine(points, path, point_count, basis, 1, block, block_count)
-        gap_x, gap_y = v.sub(bx, ax), v.sub(by, ay)
-        a_step_x, a_step_y = sides.combine(points, path, point_count, basis, 2, block, block_count)
-        b_step_x, b_step_y = sides.combine(points, path, point_count, basis, 3, block, block_count)
-        a_tangent_x, a_tangent_y = sides.combine(points, path, point_count, basis, 4, block, block_count)
-        b_tangent_x, b_tangent_y = sides.combine(points, path, point_count, basis, 5, block, block_count)
+        gap_x = v.sub(
+            sides.combine(points, path, point_count, 0, basis, 1, block, block_count),
+            sides.combine(points, path, point_count, 0, basis, 0, block, block_count),
+        )
+        gap_y = v.sub(
+            sides.combine(points, path, point_count, 1, basis, 1, block, block_count),
+            sides.combine(points, path, point_count, 1, basis, 0, block, block_count),
+        )
+        a_step_x = sides.combine(points, path, point_count, 0, basis, 2, block, block_count)
+        a_step_y = sides.combine(points, path, point_count, 1, basis, 2, block, block_count)
+        b_step_x = sides.combine(points, path, point_count, 0, basis, 3, block, block_count)
+        b_step_y = sides.combine(points, path, point_count, 1, basis, 3, block, block_count)
+        a_tangent_x = sides.combine(points, path, point_count, 0, basis, 4, block, block_count)
+        a_tangent_y = sides.combine(points, path, point_count, 1, basis, 4, block, block_count)
+        b_tangent_x = sides.combine(points, path, point_count, 0, basis, 5, block, block_count)
+        b_tangent_y = sides.combine(points, path, point_count, 1, basis, 5, block, block_count)
         gap = sides.norm(gap_x, gap_y)
         factor = spacing_factor[block]
         adj_gap = v.spread(zero)

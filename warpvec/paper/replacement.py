@@ -65,7 +65,7 @@ ERROR_MIN = 0.05
 """Squared errors, summed over the channels, below this count as none."""
 
 LEVEL_QUANTILES = 200
-"""number of quantiles that separate the levels into which errors are sorted."""
+"""Number of quantiles that separate the levels into which errors are sorted."""
 
 LEVELS_BELOW, LEVELS_ABOVE = 1, 3
 """A region's pixels are from this many levels below to this many above the weightiest level."""

@@ -11,7 +11,7 @@ from torch import Tensor
 from warpvec.fit.state_form import Form, array, require
 
 _WORDS = 624
-"""number of words that a Mersenne Twister computes at once, to hand them out later."""
+"""Number of words that a Mersenne Twister computes at once, to hand them out later."""
 
 _HEAD = struct.Struct("=QiiQ")
 """How a state begins: the seed, the words left plus one, whether it is seeded, and the index of the next word."""
