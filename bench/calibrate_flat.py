@@ -69,7 +69,7 @@ class Subject:
         request = Request.of(read_image(path), replace(CONFIG, fit_size=size))
         image = torch.from_numpy(request.picture.reduced)
         work = FlatDrawing(image, request.settings)
-        return Subject(path.stem, request, work, find_regions(image.numpy()), work.draw(SIMPLIFICATION.detail)[0])
+        return Subject(path.stem, request, work, find_regions(image.numpy()), work.draw(FitConfig.detail)[0])
 
     @property
     def pixels(self) -> NDArray[np.float32]:
@@ -89,11 +89,11 @@ def _traced(subject: Subject) -> list[Any]:
 
 def _simplified(subject: Subject) -> list[Any]:
     work = subject.work
-    return _values(FlatDrawing(work.image, work.config, known=work.outlines).draw(SIMPLIFICATION.detail)[0])
+    return _values(FlatDrawing(work.image, work.config, known=work.outlines).draw(FitConfig.detail)[0])
 
 
 def _drawn(subject: Subject) -> list[Any]:
-    return _values(FlatDrawing(subject.work.image, subject.work.config).draw(SIMPLIFICATION.detail)[0])
+    return _values(FlatDrawing(subject.work.image, subject.work.config).draw(FitConfig.detail)[0])
 
 
 def _parts(subject: Subject) -> list[Any]:

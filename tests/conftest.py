@@ -39,11 +39,15 @@ def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
         yield
 
 
-@pytest.hookimpl(trylast=True)  # after the fixtures, which may end their processes in order
-def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
-    """After the last test of a file, kill the processes that failed tests have left."""
-    if nextitem is None or nextitem.path != item.path:
-        kill_all()
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> Iterator[None]:
+    """Let the end of a fixture fail that hangs. After the last test of a file, kill what failed tests have left."""
+    try:
+        with no_hang():
+            yield
+    finally:
+        if nextitem is None or nextitem.path != item.path:
+            kill_all()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

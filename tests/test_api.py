@@ -68,6 +68,8 @@ def test_on_progress_is_called_after_every_iteration(photo: Photo) -> None:
         ({"max_bytes": 10**400}, "max_bytes must be"),
         ({"preset": "fast"}, "preset must be one of"),
         ({"tempo": 1}, "tempo is not a setting"),
+        ({"target_psn": 30}, "target_psn is not a setting; did you mean target_psnr?"),
+        ({"flat": True, "one_generation": False}, "one_generation must not be given with its former name flat"),
         ({"device": "gpu"}, "device must be .*, got 'gpu'"),
         ({"device": "cuda:x"}, "device must be .*, got 'cuda:x'"),
         ({"device": "cuda:99"}, "device must be .* on this machine, got 'cuda:99'"),

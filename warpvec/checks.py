@@ -42,7 +42,7 @@ def check_number(name: str, value: object, low: float, high: float) -> float:
     """
     number = as_float(value)
     if not low <= number <= high:
-        rule = f"be finite and at least {low:g}" if high == math.inf else f"lie between {low:g} and {high:g}"
+        rule = f"be finite and at least {low:g}" if high == math.inf else f"be from {low:g} to {high:g}"
         raise InputError(name, f"must {rule}", show(value), "give a number in that range")
     return number
 

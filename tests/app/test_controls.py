@@ -70,6 +70,8 @@ def test_settings_reach_only_the_modes_that_use_them() -> None:
         ({"detail": 0}, "detail must be above 0"),
         ({"detail": None}, "detail"),
         ({"gradients": 1.5}, "gradients must be at most 1"),
+        ({"gradients": "auto"}, "gradients must be a value that the page offers"),
+        ({"opacity": "common"}, "opacity must be a value that the page offers"),
         ({"cutout": 1}, "cutout"),
         ({"threads": 1}, "settings must be an object of known settings"),
         ([], "settings must be an object of known settings"),

@@ -89,10 +89,10 @@ def test_a_file_that_no_batch_made_gives_no_figures(work: Vectorize, tmp_path: P
 
 def test_a_setting_in_an_error_has_the_name_of_its_option(work: Vectorize, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
-        raise InputError("max_bytes", "must be enough for a path", "9")
+        raise InputError("max_bytes", "is too small for one path", "9")
 
     monkeypatch.setattr(Vectorize, "_vectorize", fail)
-    with pytest.raises(InputError, match="^--max-bytes must be enough for a path, got 9$"):
+    with pytest.raises(InputError, match="^--max-bytes is too small for one path, got 9$"):
         replace(work, option_names=OPTION_NAMES)(PhotoJob("a.png", "a.svg"), WorkerShare("cpu", 1), print)
 
 

@@ -16,7 +16,7 @@ from warpvec.errors import InputError
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.kind import GradientKind
 from warpvec.geometry.paints.linear import Linear
-from warpvec.geometry.paints.registry import FLAT, KINDS, kind_of
+from warpvec.geometry.paints.registry import FLAT, KINDS, LINEAR, kind_of
 from warpvec.geometry.scene import Scene
 from warpvec.kernels import gradients as kernel_gradients
 from warpvec.kernels.lanes import make_lanes
@@ -118,9 +118,10 @@ def test_a_gradient_too_far_to_be_written_becomes_flat(number: int) -> None:
 
 @kinds
 def test_a_gradient_without_extent_is_not_drawn(number: int) -> None:
-    geometry = torch.tensor([GEOMETRY.tolist(), [11.3, 7.1, 11.3, 7.1], [np.nan] * 4, [np.inf] * 4])
-    assert KINDS[number].is_drawn(geometry).tolist()[0]
-    assert not KINDS[number].is_drawn(geometry)[2:].any()
+    drawn = torch.tensor(GEOMETRY.tolist())
+    is_point = drawn[:2].repeat(2) if number == LINEAR else torch.tensor([*drawn[:2].tolist(), 0.0, 0.0])
+    geometry = torch.stack([drawn, is_point, torch.full((4,), torch.nan), torch.full((4,), torch.inf)])
+    assert KINDS[number].is_drawn(geometry).tolist() == [True, False, False, False]
 
 
 def test_flat_is_no_kind_of_gradient() -> None:

@@ -102,7 +102,7 @@ def test_paths_go_when_the_coarsest_detail_has_too_many_bytes() -> None:
     assert max(details) <= SEARCHED_DETAIL_MAX
     assert found.removed > 0
     assert found.trial().bytes <= 500
-    with pytest.raises(InputError, match="max_bytes must be enough for a path, got 50; give at least 160"):
+    with pytest.raises(InputError, match="max_bytes is too small for one path, got 50; give at least 160"):
         search(max_bytes=50)
 
 

@@ -180,7 +180,7 @@ def test_too_many_bytes_are_cut_from_the_paths_that_are_missed_least() -> None:
 
 def test_less_than_one_path_is_refused_in_a_line() -> None:
     with pytest.raises(
-        InputError, match="^max_bytes must be enough for a path, got 300; give at least [0-9]+"
+        InputError, match="^max_bytes is too small for one path, got 300; give at least [0-9]+"
     ) as caught:
         _run(Fits(), make_goal(max_bytes=300))
     assert "\n" not in str(caught.value)

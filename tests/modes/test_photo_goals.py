@@ -170,7 +170,7 @@ def test_a_perfect_file_is_reported_as_json_too(tmp_path: Path) -> None:
 
 def test_a_file_size_too_small_for_one_path_is_refused(file: Path) -> None:
     out = file.with_name("out.svg")
-    assert_refused(invoke("run", file, out, "--max-bytes", "200", "-q", *OPTIONS), "must be enough for a path")
+    assert_refused(invoke("run", file, out, "--max-bytes", "200", "-q", *OPTIONS), "is too small for one path")
     assert not out.exists()
 
 

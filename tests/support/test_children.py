@@ -59,7 +59,7 @@ def test_a_test_that_waits_too_long_fails_where_it_waits(monkeypatch: pytest.Mon
 
 
 def test_time_in_which_a_test_works_is_no_hang(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(hangs, "_work", hangs.time.monotonic)  # a core of its own
+    monkeypatch.setattr(hangs, "_work", hangs.monotonic)  # a core of its own
     monkeypatch.setattr(hangs, "PERIOD", 0.1)
     end = time.monotonic() + 0.6
     with hangs.no_hang(0.2):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from html import escape
@@ -39,13 +38,17 @@ class Offer:
         """Return ``value`` in its normal form.
 
         Raises:
-            InputError: it has the wrong type, or is out of the range of the setting or above that of the page.
+            InputError: it has the wrong type, is out of the range of the setting, above that of the page, or no number
+                that the page does not offer.
         """
         if value is None and self.default is None:
             return None
         value = self.kind.check(self.name, value)
-        most = max((step.value for step in self.control.steps if isinstance(step.value, int | float)), default=math.inf)
-        if isinstance(value, int | float) and value > most:
+        steps: list[Any] = [step.value for step in self.control.steps]
+        if self.control.form != "slider" or isinstance(value, str):
+            if value not in steps:
+                raise InputError(self.name, "must be a value that the page offers", str(value), "reload the page")
+        elif value > (most := max(step for step in steps if step is not None)):
             raise InputError(self.name, f"must be at most {most} on the page", str(value), "move its slider")
         return value
 

@@ -105,7 +105,7 @@ class _Connection(H11Protocol):
             self._wait_for_request()
 
     def _wait_for_request(self) -> None:
-        """Give the connection some time, of which more pieces of a request make no more."""
+        """Start the time limit. More pieces of the same request do not extend it."""
         if self._patience is not None:
             if self._patience_since is self.cycle:
                 return

@@ -128,13 +128,13 @@ class CoreSettings:
     """"auto": the picture decides. "photo": fit paths. "flat": outline the regions of a logo, an icon or a drawing.
     "mono": outline the dark areas by one black path. A setting that only one mode has selects that mode."""
     detail: float = setting(
-        0.1, _DETAIL, "Drawings: how far outlines may move, in pixels.", KIND, is_daily=True,
+        0.1, _DETAIL, "Flat and mono: how far outlines may move, in pixels.", KIND, is_daily=True,
         modes=("flat", "mono"),
         page=slider("Detail", _DETAIL_TOOLTIP, doublings(3.2, DETAIL_STEPS, -4), lambda pixels: f"{pixels:.2f} px"),
     )  # fmt: skip
     """Root mean square of the distance in pixels by which outlines of flat and mono may move to save nodes."""
     cutout: bool = setting(
-        False, Flag(), "Drawings: make no overlaps, for cutters and plotters.", KIND, is_daily=True, modes=("flat",),
+        False, Flag(), "Flat: make no overlaps, for cutters and plotters.", KIND, is_daily=True, modes=("flat",),
         is_binding=True, ignored_by=("mono",), page=tick("Cut out, without overlaps", _CUTOUT_TOOLTIP),
     )  # fmt: skip
     """Cut the paths of flat art out of the paths below, so that none overlap."""
@@ -145,7 +145,7 @@ class CoreSettings:
     """Level from "0" to "255" below which mono is dark, or "auto" for Otsu's."""
 
     curves: int = setting(
-        512, _CURVES, "Number of paths, or auto for as many as pay. With a goal, and in drawings: the most to use.",
+        512, _CURVES, "Number of paths; auto: as many as clearly help. With a goal, and in flat art: the most.",
         GOAL, is_daily=True,
         page=slider(
             "Detail", _DETAIL_TOOLTIP, map(round, doublings(16, DETAIL_STEPS)), lambda count: f"{count:,} paths",
@@ -175,7 +175,7 @@ class CoreSettings:
     """"free": each path has its own opacity. "common": all paths have one opacity, so that the file states it once.
     "opaque": every path has opacity 1."""
     gradients: float | str | None = photo_setting(
-        None, _GRADIENTS, "Paths with a gradient: 40, 0.5 (half), auto or 0.", RESULT, is_daily=True,
+        None, _GRADIENTS, "Paths with a gradient: 40, a share (0.5), auto or 0.", RESULT, is_daily=True,
         is_binding=True, stated="if used",
         page=slider("Gradients", _GRADIENTS_TOOLTIP, (n / 20 for n in range(21)), lambda share: f"{100 * share:.0f} %"),
     )  # fmt: skip
@@ -270,7 +270,7 @@ class CoreSettings:
     initial_curves: int = photo_setting(16, _GAP, "Number of paths at the start, N0.", SCAFFOLDING)
     """N0, the number of paths at the start."""
     growth: float = photo_setting(
-        2.0, Real(1.0, MAX_GROWTH), "Factor of the number of paths at an inflation, r_num: 1, or 1.01 and more.",
+        2.0, Real(1.0, MAX_GROWTH), "Each inflation multiplies the paths by this, r_num: 1, or at least 1.01.",
         SCAFFOLDING,
     )  # fmt: skip
     """r_num: after k inflations there are min(N0 * growth**k, N) paths."""
@@ -286,7 +286,7 @@ class CoreSettings:
     )
     """Radius of the first generation, in units of half the longer side."""
     radius_decay: float = photo_setting(
-        0.5, _SHARE, "Ratio of the radii of a generation and of the generation before, r_rad.", SCAFFOLDING
+        0.5, _SHARE, "Radius of new paths, as a share of the generation before, r_rad.", SCAFFOLDING
     )
     """r_rad, the radius of a generation divided by that of the generation before."""
     prune_opacity: float = photo_setting(

@@ -61,7 +61,14 @@ def make_config(preset: str = "default", **settings: Any) -> FitConfig:
 
 
 def with_new_names(settings: dict[str, Any]) -> dict[str, Any]:
-    """Return ``settings`` with former names replaced by the present ones."""
+    """Return ``settings`` with former names replaced by the present ones.
+
+    Raises:
+        InputError: a setting is given by both names.
+    """
+    for old, name in OLD_NAMES.items():
+        if old in settings and name in settings:
+            raise InputError(name, f"must not be given with its former name {old}", remedy=f"leave {old} out")
     return {OLD_NAMES.get(name, name): value for name, value in settings.items()}
 
 

@@ -63,7 +63,7 @@ class Drawing:
     def with_fitted(self, fitted: Scene) -> Drawing:
         """Return the drawing of another ``fitted`` scene, otherwise like this one."""
         made = Drawing.of(fitted, self.encoding, self.device)
-        return replace(self, fitted=fitted, scene=made.scene, conversion_px=made.conversion_px)
+        return replace(self, fitted=fitted, scene=made.scene, conversion_px=made.conversion_px, given=None)
 
     def without(self, count: int) -> Drawing:
         """Return the drawing without the ``count`` paths of lowest removal cost; the others stay as they are."""

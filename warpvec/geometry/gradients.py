@@ -52,9 +52,9 @@ class Gradients:
             InputError: there is one.
         """
         if len(self.kind) and self.kind.device.type == "cpu":
-            low, high = (int(value) for value in self.kind.aminmax())
-            if low < FLAT or high > max(KINDS):
-                raise unknown_kind(low if low < FLAT else high)
+            unknown = self.kind[~torch.isin(self.kind, torch.tensor([FLAT, *KINDS]))]
+            if len(unknown):
+                raise unknown_kind(int(unknown[0]))
 
     @staticmethod
     def flat(color: Tensor) -> Gradients:

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from warpvec.checks import check_flag
-from warpvec.config.fit_config import FitConfig
+from warpvec.checks import check_flag, suggest_name
+from warpvec.config.fit_config import SETTINGS, FitConfig
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
 from warpvec.goals.quantity import Quantity
@@ -116,6 +116,9 @@ def settings_and_goal(preset: str, options: Mapping[str, Any]) -> tuple[FitConfi
     """
     bounds = {name: options[name] for name in QUANTITIES if name in options}
     settings = {name: value for name, value in options.items() if name not in (*bounds, "gzip")}
+    for name in settings:
+        if name not in SETTINGS and (remedy := suggest_name(name, (*QUANTITIES, "gzip"))):
+            raise InputError(name, "is not a setting", remedy=remedy)
     curves = settings.pop("curves", None)
     goal = make_goal(gzip=options.get("gzip", False), auto=is_auto(curves), **bounds)
     config = make_config(preset, **with_curves(settings, curves, goal))

@@ -161,8 +161,7 @@ def _cut(drawing: Drawing, trial: Trial, goal: Goal, knob: Knob, trials: list[Tr
         raise InputError(quantity.name, rule, str(most), f"give at least {trial.size}, {remedy}")
     while not fits(goal, trial):
         if trial.curves <= 1:
-            remedy = f"give at least {trial.size}, the size of this file with one path"
-            raise InputError(quantity.name, "must be enough for a path", str(most), remedy)
+            raise InputError(quantity.name, "is too small for one path", str(most), f"give at least {trial.size}")
         excess = max(1, round(trial.curves * (trial.size - most) / trial.size))
         drawing = drawing.without(min(excess, trial.curves - 1))
         trial = trial_of(drawing, goal)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import torch
 
+from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.fit.loop import single_torch_thread
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.mono import MONO
-from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.mono import mono_tracing
 from warpvec.modes.flat import drawn, finished, reduced_settings
 from warpvec.modes.request import Request
@@ -31,9 +31,7 @@ class Mono:
             tracing = mono_tracing(
                 request.picture.reduced,
                 "auto" if threshold == "auto" else float(threshold),
-                tolerance=None
-                if detail == SIMPLIFICATION.detail
-                else CURVES.tolerance * detail / SIMPLIFICATION.detail,
+                tolerance=None if detail == FitConfig.detail else CURVES.tolerance * detail / FitConfig.detail,
                 min_area=max(MONO.area_min, settings.min_area),
                 watch=request.watch,
             )

@@ -95,8 +95,7 @@ class Refine:
         if not request.goal:
             rate = CORRECTION_RATE * request.settings.lr_scale
             request = request.with_settings(replace(request.settings, lr_scale=rate))
-        with request.watch:
-            return Photo(start=start).draw(request)
+        return Photo(start=start).draw(request)
 
     def _must_change(self, request: Request) -> bool:
         """Return whether an option asks for another file than the given one.

@@ -45,7 +45,7 @@ class PaperSettings:
     )
     """Differentiate the sizes and directions of the Gaussians too, not only their positions."""
     replace_gap: int = photo_setting(
-        500, Whole(1, MAX_COUNT), "Iterations between a removal and the addition of as many paths, and back.",
+        500, Whole(1, MAX_COUNT), "Iterations from removing paths to adding as many, and until the next removal.",
         REPLACEMENT,
     )  # fmt: skip
     """Iterations from removing paths to adding as many, and from the addition to the next removal."""
@@ -63,5 +63,5 @@ def check(settings: Mapping[str, Any]) -> None:
         raise InputError("path_model", rule, "'sides'", "give segments, or the renderer splat")
     curves, samples, lines = settings["curves"], settings["samples"], settings["lines"]
     if settings["renderer"] == "splat" and curves * samples * (lines + 2) > MAX_GAUSSIANS:
-        rule = f"times lines and curves must be at most {MAX_GAUSSIANS} Gaussians"
+        rule = f"times lines + 2 times curves must be at most {MAX_GAUSSIANS} Gaussians"
         raise InputError("samples", rule, f"{samples} times {lines + 2} times {curves}", "give fewer of any")

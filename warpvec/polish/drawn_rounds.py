@@ -25,7 +25,7 @@ ROUNDS, ITERATIONS = 3, 12
 def polish_as_drawn(drawing: Drawing, rounds: Rounds) -> Drawing:
     """Return the best file of some rounds after ``drawing``, or ``drawing`` if it is better than theirs.
 
-    There is no round if its fit has taken all iterations, or is of a reduced or transparent picture.
+    It does nothing if no iterations are left, or if the picture was reduced or is transparent.
     """
     picture = drawing.encoding.picture
     if picture.reduced.shape != picture.pixels.shape or picture.is_transparent:

@@ -30,7 +30,7 @@ def polish_drawing(
     free: bool = False,
     locked: Tensor | None = None,
 ) -> Drawing:
-    """Fit ``start``, in pixels of the picture, and return the better drawing, with the PSNR of ``start``.
+    """Fit ``start``, in pixels of the picture, and return it or what was fitted, whichever is better.
 
     If the settings ask for opaque paths, ``start`` is made opaque before; the file may then be worse than the drawing
     was.
@@ -45,16 +45,14 @@ def polish_drawing(
     """
     settings, picture = encoding.settings, encoding.picture
     device = resolve_device(settings.device)
-    given = _on_canvas(start.scaled(*picture.reduction), picture.is_transparent)
-    begun = _with_opacity(given, settings.opacity)
+    begun = _with_opacity(_on_canvas(start.scaled(*picture.reduction), picture.is_transparent), settings.opacity)
     with watch:
         target = Target(torch.from_numpy(picture.reduced), settings, device)
         rounds = Rounds(target, settings, watch, iterations, free, locked)
         fitted = polish_with_gradients(begun, rounds) if settings.gradients else rounds.polished(begun)
         drawing = polish_as_drawn(Drawing.of(fitted, encoding, device), rounds)
     first = Drawing.of(begun, encoding, device)
-    before = first.psnr if begun is given else Drawing.of(given, encoding, device).psnr
-    return replace(drawing if drawing.psnr >= first.psnr else first, start_psnr=before)
+    return drawing if drawing.psnr >= first.psnr else first
 
 
 def drawing_as_read(start: Scene, encoding: Encoding) -> Drawing:
@@ -66,8 +64,7 @@ def drawing_as_read(start: Scene, encoding: Encoding) -> Drawing:
     encoding = replace(encoding, picture=replace(picture, reduced=picture.pixels))
     if encoding.metadata is None:
         encoding = replace(encoding, options=replace(encoding.options, no_metadata=True))
-    drawing = Drawing.of(_with_opacity(start, encoding.settings.opacity), encoding, device)
-    return replace(drawing, start_psnr=Drawing.of(start, encoding, device).psnr)
+    return Drawing.of(_with_opacity(start, encoding.settings.opacity), encoding, device)
 
 
 def _on_canvas(scene: Scene, transparent: bool) -> Scene:

@@ -218,4 +218,4 @@ class Part:
 
 
 UNWATCHED = Watch()
-"""The watch over work without progress, limit of time or listener. Open it never: runs have watches of their own."""
+"""The watch over work without progress, limit of time or listener. Never open it: each run makes its own."""

@@ -27,16 +27,16 @@ def writer_of(path: str | os.PathLike[str]) -> Writer:
     return WRITERS.get(Path(path).suffix.lower(), svg.WRITER)
 
 
-def check_suffix(path: str | os.PathLike[str], name: str, suffixes: tuple[str, ...] = tuple(WRITERS)) -> None:
+def check_suffix(path: str | os.PathLike[str], name: str) -> None:
     """Check that a drawing can be saved as ``path``.
 
     Raises:
-        InputError: the suffix of ``path`` is none of the ``suffixes``, or what its writer needs is missing; ``name`` is
-            for the message.
+        InputError: no writer has the suffix of ``path``, or what its writer needs is missing; ``name`` is for the
+            message.
     """
     given = os.fspath(path)
-    if Path(path).suffix.lower() not in suffixes:
-        raise InputError(name, f"must end in {listed(suffixes)}", repr(given), "rename it")
+    if Path(path).suffix.lower() not in WRITERS:
+        raise InputError(name, f"must end in {listed(tuple(WRITERS))}", repr(given), "rename it")
     writer_of(path).check(given, name)
 
 

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 @click.option("--resume", metavar="FILE", help="Continue from a checkpoint, with its settings.")
 @click.option(
     "--every", type=click.IntRange(min=1), default=50, metavar="N",
-    help="Iterations between frames (in shorter fits every iteration is one) and checkpoints. [50]",
+    help="Iterations from one frame or checkpoint to the next. In shorter fits every iteration is a frame. [50]",
 )  # fmt: skip
 @click.option("--placeholder", is_flag=True, help="Print a rough drawing of 1000 bytes as a data URI.")
 @report_options

@@ -11,9 +11,6 @@ class SimplificationConstants:
 
     # How much error nobody sees (simplification/critic.py)
 
-    detail: float = 0.1
-    """Root mean square in pixels by which an outline may move, as the picture shows it."""
-
     noise: float = 0.02
     """Squared error, summed over channels, that never counts near an outline: that of a few pixels rounded to 8
     bits."""

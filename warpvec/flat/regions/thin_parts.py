@@ -16,6 +16,7 @@ from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import connected_areas, pixels_of
 from warpvec.flat.regions.specks import SpeckLimits
 from warpvec.flat.regions.unmixing import pair_shares, triple_shares
+from warpvec.geometry.paints.registry import FLAT
 from warpvec.watch.watch import UNWATCHED, Watch
 
 
@@ -103,7 +104,7 @@ def _paint_of(value: Floats32) -> Paints:
 
 def _known_colors(paints: Paints) -> Floats32:
     """Return the different premultiplied colours [M, 4] of flat paints."""
-    flat = paints.kind == 0
+    flat = paints.kind == FLAT
     values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity])[flat]
     return np.unique(values, axis=0)
 

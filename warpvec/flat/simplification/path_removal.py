@@ -9,6 +9,7 @@ import numpy as np
 import torch
 
 from warpvec.arrays import Floats, Integers, Mask
+from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes
@@ -18,9 +19,7 @@ from warpvec.geometry.structure import Structure
 from warpvec.watch.watch import Watch
 
 
-def remove_paths(
-    scene: Scene, critic: Critic, watch: Watch, detail: float = SIMPLIFICATION.detail
-) -> tuple[Scene, int]:
+def remove_paths(scene: Scene, critic: Critic, watch: Watch, detail: float = FitConfig.detail) -> tuple[Scene, int]:
     """Remove the paths and loops that raise the squared error by no more than a move of their outline by ``detail``.
 
     Returns the scene, and the number of loops that are gone of paths that are left.

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import torch
 
+from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.accepted_changes import accepted_loops, accepted_nodes
 from warpvec.flat.simplification.circles import ellipse_of
@@ -21,7 +22,7 @@ from warpvec.geometry.scene import Scene
 from warpvec.watch.watch import Watch
 
 
-def regularize(scene: Scene, critic: Critic, watch: Watch, detail: float = SIMPLIFICATION.detail) -> Scene:
+def regularize(scene: Scene, critic: Critic, watch: Watch, detail: float = FitConfig.detail) -> Scene:
     """Return ``scene`` with regular forms where the exact error hardly rises.
 
     Circles and ellipses become four arcs. Lines become level, upright, parallel and aligned, and their corners right.

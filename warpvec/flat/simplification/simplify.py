@@ -8,6 +8,7 @@ import numpy as np
 import torch
 
 from warpvec.arrays import Floats, Floats32, Mask
+from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.chosen_nodes import (
     chosen_scene,
@@ -29,7 +30,7 @@ from warpvec.watch.watch import Watch
 
 
 def simplify(
-    scene: Scene, critic: Critic, watch: Watch, detail: float = SIMPLIFICATION.detail,
+    scene: Scene, critic: Critic, watch: Watch, detail: float = FitConfig.detail,
     iterations: int = SIMPLIFICATION.choice_iterations,
 ) -> Scene:  # fmt: skip
     """Return ``scene`` with fewer nodes and more lines, fitted to the image again.
