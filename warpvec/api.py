@@ -58,8 +58,9 @@ def vectorize(
     config, goal = settings_and_goal(preset, _given(curves, options))
     file_options = _file_options(metadata, trim, size)
     resolve_device(config.device)  # report an unknown device before reading the image
+    title = title_of(image)
     pixels, watch = read_image(image, background, name="image"), Watch(on_progress, config.time_budget)
-    request = Request.of(pixels, config, goal, title=title_of(image), options=file_options, watch=watch)
+    request = Request.of(pixels, config, goal, title=title, options=file_options, watch=watch)
     return Result(draw_picture(request), watch.facts())
 
 
