@@ -38,7 +38,7 @@ from warpvec.config.limits import (
 )
 from warpvec.config.modes import MODES
 from warpvec.config.palette import check_palette, parse_palette_or_file
-from warpvec.config.rooms import added_names, added_settings
+from warpvec.config.rooms import added_names, added_settings, with_added_names
 from warpvec.config.setting import PHOTO, Setting, photo_setting, setting, settings_of
 from warpvec.errors import InputError
 
@@ -206,7 +206,7 @@ class CoreSettings:
     point."""
     path_model: str = photo_setting(
         "segments", Choice(("segments", *added_names("path_models"))),
-        "Shape of a path: segments (a loop of cubics) or sides (two curves, for splat).", RESULT, is_binding=True,
+        with_added_names("Shape of a path: segments (a loop of cubics)", "path_models"), RESULT, is_binding=True,
     )  # fmt: skip
     """"segments": a path is a loop of cubics. "sides": a path is two curves with common ends, as in the paper; only the
     renderer "splat" draws these, and the file approximates them by cubics."""
@@ -237,7 +237,7 @@ class CoreSettings:
     """Start of the random number generators, which take a signed 64-bit seed."""
     renderer: str = photo_setting(
         "exact", Choice(("exact", *added_names("renderers"))),
-        "Renderer: exact (areas, as SVG viewers draw them) or splat (the paper's Gaussians).", RUN, is_binding=True,
+        with_added_names("Renderer: exact (areas, as SVG viewers draw them)", "renderers"), RUN, is_binding=True,
     )  # fmt: skip
     """"exact": a path covers its exact area. "splat": a path is Gaussians along its outline and through its interior,
     as in the paper."""
@@ -256,8 +256,7 @@ class CoreSettings:
 
     policy: str = photo_setting(
         "scaffolding", Choice(("scaffolding", *added_names("policies"))),
-        "Policy: scaffolding (Algorithm 1 of the paper) or replacement (Bezier Splatting's).", POPULATION,
-        is_binding=True,
+        with_added_names("Policy: scaffolding (Algorithm 1 of the paper)", "policies"), POPULATION, is_binding=True,
     )  # fmt: skip
     """"scaffolding": Algorithm 1 of the paper, with recycling. "replacement": Bezier Splatting's, with all N paths from
     the start."""
@@ -277,7 +276,7 @@ class CoreSettings:
     inflation_gap: int = photo_setting(30, _GAP, "Iterations between inflations, dT.", SCAFFOLDING)
     """dT, the number of iterations between inflations."""
     shorten_gap: bool = photo_setting(
-        True, Flag(), "Shorten --inflation-gap and --replace-gap if the run is too short for them.", SCAFFOLDING
+        True, Flag(), "Shorten the gaps between inflations, and between removals, if the run is too short.", SCAFFOLDING
     )
     """Shorten dT if the last inflation would come after half of the run, and ``replace_gap`` to 5 % of the run.
     Otherwise a short run ends with fewer than N paths, as in the paper, or never replaces any."""

@@ -29,6 +29,7 @@ class Room:
         renderers: name of a renderer -> its class, a subclass of `warpvec.rendering.tile_renderer.TileRenderer`.
         path_models: name of a path model -> its class, a `warpvec.fit.path_models.PathModel`.
         policies: name of a policy -> its class; see `warpvec.fit.policies.base.Policy`.
+        words: one of these names -> what it is, for the help.
         short_fits: settings of fits that use every kernel of the room, for `warpvec.fit.precompile`.
     """
 
@@ -38,6 +39,7 @@ class Room:
     renderers: Mapping[str, str] = field(default_factory=dict)
     path_models: Mapping[str, str] = field(default_factory=dict)
     policies: Mapping[str, str] = field(default_factory=dict)
+    words: Mapping[str, str] = field(default_factory=dict)
     short_fits: tuple[Mapping[str, Any], ...] = ()
 
 
@@ -55,6 +57,13 @@ def added_settings() -> tuple[type, ...]:
 def added_names(kind: str) -> tuple[str, ...]:
     """Return the names that the rooms add to a registry: "renderers", "path_models" or "policies"."""
     return tuple(name for room in rooms() for name in getattr(room, kind))
+
+
+def with_added_names(text: str, kind: str) -> str:
+    """Return the help ``text`` about the names of a registry, with those that the rooms add, as a sentence."""
+    return "".join(
+        [text, *(f" or {name} ({room.words[name]})" for room in rooms() for name in getattr(room, kind)), "."]
+    )
 
 
 def load(kind: str, name: str) -> Any:

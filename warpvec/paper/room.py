@@ -58,6 +58,11 @@ ROOM = Room(
     renderers={"splat": "warpvec.paper.splat:SplatRenderer"},
     path_models={"sides": "warpvec.paper.sides:Sides"},
     policies={"replacement": "warpvec.paper.replacement:Replacement"},
+    words={
+        "splat": "the paper's Gaussians",
+        "sides": "two curves, for splat",
+        "replacement": "Bezier Splatting's",
+    },
     short_fits=(
         {"preset": "paper", "samples": 2, "lines": 1},
         {"preset": "paper", "samples": 2, "lines": 1, "covariance_gradient": True},
