@@ -103,7 +103,10 @@ def compare(case: Case, count: int, seed: int) -> list[Pairs]:
     divided = torch.randperm(len(case.gain), generator=generator)[:count]
     gains = [base - case.fitted(nodes.split(case.scene, row[None]).scene) for row in divided]
     dropped = can_go[torch.randperm(len(can_go), generator=generator)[:count]]
-    scenes = [nodes.merge(case.scene, row[None]).scene for row in dropped]
+    found = quick_merges(case.scene)
+    scenes = [
+        nodes.merge(case.scene, row[None], found.handles[row][None], found.share[row][None]).scene for row in dropped
+    ]
     at_once = [case.immediate(scene) - case.loss for scene in scenes]
     return [
         Pairs("gain of a new node", case.gain[divided], torch.tensor(gains)),

@@ -135,9 +135,9 @@ def test_opcheck(dtype: torch.dtype, path_count: int) -> None:
     splats = '{"degree": 3, "lines": 3, "samples": 8}'
     for renderer, settings, counts in (("exact", "{}", (4, 0)), ("splat", splats, (4,))):
         for count in counts:  # of segments per path; 0 if the structure alone tells
-            leaves = (*(value.clone().requires_grad_() for value in plain[:4]), *plain[4:])
-            torch.library.opcheck(operators.render.default, (*leaves, count, HEIGHT, WIDTH, renderer, 1, settings))
-            torch.library.opcheck(operators.render_adjoint.default, (*plain, image, count, renderer, 1, settings))
+            leaves = [*(value.clone().requires_grad_() for value in plain[:4]), *plain[4:]]
+            torch.library.opcheck(operators.render.default, (leaves, count, HEIGHT, WIDTH, renderer, 1, settings))
+            torch.library.opcheck(operators.render_adjoint.default, (plain, image, count, renderer, 1, settings))
 
 
 # inductor itself imports what torch has deprecated.

@@ -55,9 +55,7 @@ class RecordedStep:
     def __init__(self, renderer: TileRenderer, record: bool | None = None) -> None:
         self._renderer = renderer
         self._device = wp.device_from_torch(renderer.device)
-        if record is None:  # sums and sorts need scratch memory, which a graph takes from the memory pool
-            record = bool(self._device.is_cuda and wp.is_mempool_enabled(self._device))
-        self._record = self.may_drop = record
+        self._record = self.may_drop = _can_record(self._device) if record is None else record
         self._is_checked = self.is_paused = False
         self._out: Adjoints | None = None
         self._counted: tuple[_Addresses, Counts] | None = None
@@ -157,6 +155,11 @@ def _addresses(scene: Scene, prepared_target: Tensor) -> _Addresses:
     gradients = () if scene.gradients is None else tuple(vars(scene.gradients).values())
     tensors = (*values, *gradients, structure.loop_first_segment, structure.path_first_loop, prepared_target)
     return tuple((tensor.data_ptr(), tensor.shape) for tensor in tensors)
+
+
+def _can_record(device: Any) -> bool:
+    # Sums and sorts need scratch memory, which a graph takes from the memory pool.
+    return bool(device.is_cuda and wp.is_mempool_enabled(device))
 
 
 def _tensors(adjoints: Adjoints) -> list[Tensor]:
