@@ -30,7 +30,7 @@ def write_photo(path: Path, side: int = 400) -> Path:
 def test_the_page_says_that_the_server_has_ended_and_goes_on_with_a_new_one(browser, tmp_path: Path) -> None:
     server = DeskServer(tmp_path)
     desk = DeskPage(browser, server, tmp_path)
-    desk.slide("set-detail", 12)
+    desk.slide("set-detail", 24)  # so that the fit does not end before it is stopped
     desk.page.locator("#set-mode label").nth(1).click()
     desk.drop(write_photo(tmp_path / "photo.png"))
     desk.wait_for_frame(12.0)
