@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from children import limit, runs, start, wait_for
 
-from warpvec.cli.signals import SIGNALS
+from warpvec.watch.interrupt import SIGNALS
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no signals to send to a process")
 

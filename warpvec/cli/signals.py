@@ -25,10 +25,7 @@ from types import FrameType
 
 from warpvec.cli.streams import prepare_streams
 from warpvec.temporary_files import remove_live_files
-from warpvec.watch.interrupt import Listener
-
-SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""The signals that end a command. Windows has no SIGHUP."""
+from warpvec.watch.interrupt import SIGNALS, Listener, blocked_signals
 
 INTERRUPTED = 130
 """Exit code of a command that ended itself after Ctrl-C: 128 + SIGINT."""
@@ -86,7 +83,7 @@ class _Listener:
         if os.name != "nt":
             os.set_blocking(self._pipe[1], False)
         self._thread = threading.Thread(target=self._listen, name="warpvec-signals", daemon=True)
-        with _blocked_signals():  # the thread inherits that: the system gives signals to the main thread
+        with blocked_signals():  # the thread inherits that: the system gives signals to the main thread
             self._thread.start()
         signal.set_wakeup_fd(self._pipe[1], warn_on_full_buffer=False)
         self._install()
@@ -163,15 +160,3 @@ def _end_now(code: int) -> None:
 
 def _is_default(number: int) -> bool:
     return signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler)
-
-
-@contextmanager
-def _blocked_signals() -> Iterator[None]:
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from warpvec.checks import as_float, check_choice, check_count, check_flag, check_number, show
 from warpvec.errors import InputError
+
+Number = TypeVar("Number", int, float)
 
 
 class Kind(Protocol):
@@ -43,10 +45,7 @@ def parse_whole(name: str, text: str) -> int:
     Raises:
         InputError: there is none; messages call the setting ``name``.
     """
-    try:
-        return int(text)
-    except ValueError:
-        raise InputError(name, "must be a whole number", repr(text)) from None
+    return _parsed(int, name, text, "must be a whole number")
 
 
 def parse_real(name: str, text: str) -> float:
@@ -55,10 +54,14 @@ def parse_real(name: str, text: str) -> float:
     Raises:
         InputError: there is none; messages call the setting ``name``.
     """
+    return _parsed(float, name, text, "must be a number")
+
+
+def _parsed(convert: Callable[[str], Number], name: str, text: str, rule: str) -> Number:
     try:
-        return float(text)
+        return convert(text)
     except ValueError:
-        raise InputError(name, "must be a number", repr(text)) from None
+        raise InputError(name, rule, repr(text)) from None
 
 
 def parse_text(name: str, text: str) -> str:
