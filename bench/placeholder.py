@@ -1,6 +1,6 @@
 """Compare placeholders of the same bytes: warpvec's, SQIP's, and small WebP and AVIF pictures, scaled up.
 
-Bytes are those of what a page contains: the whole data URI. SQIP counts its SVG text without it, which favours it. PSNR
+Bytes are those of what a page contains: the whole data URI. SQIP counts its SVG text alone, an advantage for SQIP. PSNR
 and SSIM are of the picture at full size. SQIP (npm install sqip) runs with its defaults; its shapes are random. The
 small pictures have the side and the quality that give the highest PSNR within the bytes, and are scaled by a bicubic
 filter, smoother than browsers do it.

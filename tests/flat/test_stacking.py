@@ -1,4 +1,4 @@
-"""Tests of warpvec.flat.layers.stacking: which region lies above which, and which are one shape."""
+"""Tests of warpvec.flat.layers.stacking: the order of regions, and parts of one shape."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of ``warpvec view`` as a file: its content, its safety, and the command that writes it."""
+"""The page of ``warpvec view`` as a file: content, safety, and the command."""
 
 from __future__ import annotations
 

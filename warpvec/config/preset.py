@@ -1,4 +1,4 @@
-"""What a preset is."""
+"""A preset is a named set of settings; the table is in `warpvec.config.presets`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a writer is: it turns the text of an SVG into the bytes of a file."""
+"""A writer turns the text of an SVG into the bytes of a file."""
 
 from __future__ import annotations
 

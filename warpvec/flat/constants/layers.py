@@ -47,8 +47,8 @@ class LayerConstants:
     border_evidence: float = 0.8
     area_evidence: float = 0.1
     surrounding_evidence: float = 100.0
-    """Evidence beside that of junctions, at most 1: that a region lies above one that it has its whole border with;
-    that the smaller of two lies above; and that a region lies above one that surrounds it."""
+    """Evidence about the order of two regions, beside that of junctions, which is at most 1. The first: a region lies
+    above its only neighbour. The second: the smaller region lies above. The third: a surrounded region lies above."""
 
     clear_evidence: float = 0.3
     """Evidence that keeps a region from moving below another one, to be one layer with others."""

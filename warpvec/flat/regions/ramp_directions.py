@@ -73,7 +73,7 @@ class CenterDirection:
 
 
 Direction = LineDirection | CenterDirection
-"""A field of places along a ramp, in pixels. Its ``kind`` is that of the gradient that shows it."""
+"""A field of places along a ramp, in pixels. A gradient of its ``kind`` shows it."""
 
 
 def directions_of(points: Floats, colors: Floats) -> list[Direction]:

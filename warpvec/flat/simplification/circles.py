@@ -47,7 +47,7 @@ class Ellipse(NamedTuple):
 
 
 def ellipse_of(points: Floats, weights: Floats) -> Ellipse | None:
-    """Return the simplest ellipse that an outline is: a circle, else a level one, else a tilted one; or None.
+    """Return the ellipse that an outline is, or None. A circle is preferred to a level ellipse, that to a tilted one.
 
     Args:
         points: points along the outline [K, 2].

@@ -39,7 +39,7 @@ def remove_paths(scene: Scene, critic: Critic, watch: Watch, detail: float = Fit
 
 
 def _needed(scene: Scene, critic: Critic, detail: float) -> Mask:
-    """Return which paths [N] stay: those that cost more, and those that overlap with one that goes."""
+    """Return which paths [N] stay. A path goes if it costs little and overlaps with no other that goes."""
     cost, samples = critic.removal_costs(scene), critic.samples(scene)
     worth = np.bincount(samples.path, samples.worth, len(scene)).astype(np.float64)
     order = np.argsort(cost, kind="stable")

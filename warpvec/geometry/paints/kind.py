@@ -1,4 +1,4 @@
-"""What a kind of gradient is: the share t of its end colour at each place, and the derivative of t by its geometry."""
+"""A kind of gradient states the share t of its end colour at each place, and the derivative of t by its geometry."""
 
 from __future__ import annotations
 
