@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import gate_measures
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -37,6 +38,7 @@ RUNS = {
         "| 80x48 |",
     ),
     "flat art": (["flat", "LOGOS", "--sizes", "32", "--methods", "auto,bicubic", "--svgo", "none"], "| bicubic |"),
+    "the icon gate": (["gate", "FAMILIES", "--size", "32", "--json", "OUT/gate.json"], "| auto | logos | 1 |"),
     "cutting": (["cutout", "LOGOS", "--size", "64"], "| logo |"),
     "placeholders": (["placeholder", "PHOTOS", "--limit", "1"], "warpvec"),
     "quality over bytes": (
@@ -71,7 +73,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def run(folder: Path, out: Path, words: list[str]) -> str:
     """Run a benchmark, and return what it wrote to stdout."""
-    places = {"PHOTOS": folder / "photos", "PHOTO": folder / "photos" / "kodim07.png", "LOGOS": folder / "logos"}
+    places = {"PHOTOS": folder / "photos", "PHOTO": folder / "photos" / "kodim07.png", "LOGOS": folder / "logos",
+              "FAMILIES": folder}  # fmt: skip
     name, *given = [str(places.get(word, word.replace("OUT", str(out), 1))) for word in words]
     result = CliRunner().invoke(import_module(name).main, given, catch_exceptions=False)
     assert result.exit_code == 0, result.output
@@ -91,6 +94,19 @@ def test_a_second_run_takes_its_results_from_the_file(folder: Path, tmp_path: Pa
         patch.setattr("kodak.vectorize", lambda *_, **__: pytest.fail("measured again"))
         again = run(folder, tmp_path, words)
     assert again.split("preset")[0] == first.split("preset")[0]
+
+
+def test_two_runs_of_the_gate_are_compared(folder: Path, tmp_path: Path) -> None:
+    rows = tmp_path / "gate.json"
+    run(folder, tmp_path, ["gate", "FAMILIES", "--size", "32", "--json", str(rows)])
+    assert "| logos/logo | auto |" in run(folder, tmp_path, ["gate", str(rows), "--compare", str(rows)])
+
+
+def test_the_words_of_a_file_are_counted_as_the_gate_says() -> None:
+    path = "M1,1 2,2h3V4zm1 1q1 1 2 2t3 3C1 1 2 2 3 3s1-1.5.5-.25a1 1 0 012 2 1 1 0 1 0 1 1"
+    shapes = f'<path d="{path}"/><circle r="1"/><rect width="9" height="9"/><polygon points="0,0 1,0 .5-1"/>'
+    words = gate_measures.count_words(f'<svg xmlns="http://www.w3.org/2000/svg">{shapes}</svg>')
+    assert words == (6 + 8 + 12 + 14 + 3 + 6 + 6, 4)
 
 
 def test_goals_are_measured(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,104 @@
+"""Measures of the icon gate: colour difference, parameters, elements and turning of an SVG.
+
+The protocol is that of a rival's gate, so that figures can be laid beside its printed ones.
+"""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+from typing import NamedTuple
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+import numpy as np
+from flat_corners import scene_of
+from flat_originals import Pixels
+from numpy.typing import NDArray
+from skimage.color import deltaE_ciede2000, rgb2lab
+
+from warpvec.geometry.scene import Scene
+from warpvec.svg.document import local_name
+
+_FORM_PARAMETERS = {"circle": 3, "ellipse": 4, "rect": 6, "line": 4, "use": 6}
+_STEP_PARAMETERS = {"l": 2, "h": 2, "v": 2, "q": 4, "t": 4, "c": 6, "s": 6, "a": 7}
+_STEP_NUMBERS = {"m": 2, "l": 2, "h": 1, "v": 1, "q": 4, "t": 2, "c": 6, "s": 4, "a": 7}
+_COMMAND = re.compile(r"([MLHVCSQTAZmlhvcsqtaz])([^MLHVCSQTAZmlhvcsqtaz]*)")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_ARC = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?[\s,]*){3}[01][\s,]*[01][\s,]*"
+                  r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?[\s,]*){2}")  # fmt: skip
+"""The flags of an arc may stand without a space between them and the next number."""
+
+_CHORDS = 16
+"""Chords of a cubic whose turns are added."""
+
+
+class Words(NamedTuple):
+    """What a file says: the numbers that shape its outlines, and its shapes."""
+
+    parameters: int
+    elements: int
+
+
+def count_words(svg: str) -> Words:
+    """Count the parameters and the shapes of ``svg``, those in definitions included, for somebody drew them."""
+    counts = [found for element in ElementTree.fromstring(svg).iter() if (found := _parameters(element)) is not None]
+    return Words(sum(counts), len(counts))
+
+
+def _parameters(element: Element) -> int | None:
+    """Return the parameters of a shape, None for an element that is none."""
+    name = local_name(element.tag)
+    if name == "path":
+        return _path_parameters(element.get("d", ""))
+    if name in ("polygon", "polyline"):
+        return len(_NUMBER.findall(element.get("points", "")))
+    return _FORM_PARAMETERS.get(name)
+
+
+def _path_parameters(data: str) -> int:
+    """Return the parameters of path data: moves and closes are free, but the lines after a move are not."""
+    total = 0
+    for command, numbers in _COMMAND.findall(data):
+        kind = command.lower()
+        if kind == "z":
+            continue
+        steps = (
+            len(list(_ARC.finditer(numbers))) if kind == "a" else len(_NUMBER.findall(numbers)) // _STEP_NUMBERS[kind]
+        )
+        total += (steps - 1) * _STEP_PARAMETERS["l"] if kind == "m" else steps * _STEP_PARAMETERS[kind]
+    return total
+
+
+def color_difference(drawn: Pixels, truth: Pixels) -> float:
+    """Return the mean CIEDE2000 between two pictures [h, w, 3] in sRGB."""
+    differs = (drawn != truth).any(2)  # the others are 0, and most of the time of the formula
+    if not differs.any():
+        return 0.0
+    distances = deltaE_ciede2000(rgb2lab(drawn[differs]), rgb2lab(truth[differs]))
+    return float(distances.sum() / differs.size)
+
+
+def turning(svg: str, width: int, height: int) -> float:
+    """Return the absolute turning of all outlines of ``svg`` over their length, in radians a px of that drawing."""
+    scene = scene_of(svg, width, height)
+    turned, length = 0.0, 0.0
+    first = scene.structure.loop_first_segment.tolist()
+    for start, stop in pairwise(first):
+        steps = _steps(scene, start, stop)
+        following = np.roll(steps, -1, axis=0)
+        cross = steps[:, 0] * following[:, 1] - steps[:, 1] * following[:, 0]
+        turned += float(np.abs(np.arctan2(cross, (steps * following).sum(1))).sum())
+        length += float(np.hypot(*steps.T).sum())
+    return turned / length if length else 0.0
+
+
+def _steps(scene: Scene, start: int, stop: int) -> NDArray[np.float64]:
+    """Return the chords [n, 2] of a loop, without those of no length."""
+    rows = scene.segments[start:stop].double().numpy()
+    cubics = np.concatenate([rows, np.roll(rows[:, :1], -1, axis=0)], 1)
+    t = (np.arange(_CHORDS) / _CHORDS)[:, None]
+    a, b, c, d = np.moveaxis(cubics, 1, 0)[:, :, None]
+    points = ((1 - t) ** 3 * a + 3 * (1 - t) ** 2 * t * b + 3 * (1 - t) * t**2 * c + t**3 * d).reshape(-1, 2)
+    steps = np.roll(points, -1, axis=0) - points
+    return steps[np.hypot(*steps.T) > 1e-9]
