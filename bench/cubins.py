@@ -36,6 +36,7 @@ FACTORY_ARGUMENTS = {
     "compositing_adjoint": [
         (fused, curvature, gradients) for fused in _BOTH for curvature in _BOTH for gradients in _BOTH
     ],
+    "coverage": [(linked,) for linked in _BOTH],
     "splat_coverage_adjoint": [(covariance,) for covariance in _BOTH],
     "splatting_adjoint": [(covariance,) for covariance in _BOTH],
 }

@@ -14,6 +14,16 @@ many chords and leaves the gap between the internal image and resvg's as it is (
 SEGMENT_CHORDS_MAX = 256
 """Maximum number of chords per cubic: enough for 25,000 px at CHORD_TOLERANCE. It bounds the cost of one wild path."""
 
+ARC_CHORDS_MAX = 256
+"""Maximum number of chords of a round cap or join, and of a side of a stroke because of its turns."""
+
+TURN_SAMPLES = 32
+"""Equal steps of t in which a row of a stroke is looked at for the fastest turn of its tangent."""
+
+JOIN_ANGLE_MIN = 1.0e-4
+"""Angle in radians below which the rows of a stroke meet without a join: at a width of 1,000 px its sides are then
+0.05 px apart."""
+
 COORDINATE_MAX = 1.0e7
 """Vertices farther out than this, in pixels, count as not finite: beyond it float32 cannot tell neighbouring pixels
 apart, and integer tile indices could overflow."""

@@ -24,9 +24,13 @@ from warpvec.kernels.lanes import Lanes, stage_module
 
 
 @cache
-def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """Return ``accumulate_winding``."""
-    return SimpleNamespace(accumulate_winding=_of_rows(lanes) if lanes.width == 1 else _of_paths(lanes))
+def make_kernels(lanes: Lanes, is_linked: bool = False) -> SimpleNamespace:
+    """Return ``accumulate_winding``; ``is_linked`` is for strokes, whose edges do not follow one another in a loop.
+
+    It makes a difference on scalar lanes only, which save a look at ``edge_end`` without it.
+    """
+    kernel = _of_rows(lanes, is_linked) if lanes.width == 1 else _of_paths(lanes)
+    return SimpleNamespace(accumulate_winding=kernel)
 
 
 def _of_paths(lanes: Lanes) -> Any:
@@ -153,15 +157,16 @@ def _of_paths(lanes: Lanes) -> Any:
     return accumulate_winding
 
 
-def _of_rows(lanes: Lanes) -> Any:
+def _of_rows(lanes: Lanes, is_linked: bool) -> Any:
     dtype, vec2 = lanes.dtype, lanes.vec2
     walk = edges.make_functions(lanes)
     zero, half, one = wp.constant(dtype(0.0)), wp.constant(dtype(0.5)), wp.constant(dtype(1.0))
 
-    @wp.kernel(module=stage_module("coverage", lanes))
+    @wp.kernel(module=stage_module(f"coverage{'_linked' * is_linked}", lanes))
     def accumulate_winding(
         first: int,
         vertices: wp.array(dtype=vec2),  # [V] px
+        edge_end: wp.array(dtype=int),  # [V] read only if ``is_linked``
         segment_first_vertex: wp.array(dtype=int),  # [R + 1]
         loop_first_segment: wp.array(dtype=int),  # [L + 1]
         path_first_loop: wp.array(dtype=int),  # [N + 1]
@@ -198,6 +203,9 @@ def _of_rows(lanes: Lanes) -> Any:
             v0 = vertices[end - 1]
             for v in range(start, end):
                 v1 = vertices[v]
+                if wp.static(is_linked):
+                    v0 = v1
+                    v1 = vertices[edge_end[v]]
                 dy = v1[1] - v0[1]
                 if dy != zero and wp.max(v0[1], v1[1]) > top and wp.min(v0[1], v1[1]) < bottom:
                     first_column, last_column = walk.column_range(v0[0], v0[1], v1[0], v1[1], top, bottom)

@@ -12,9 +12,13 @@ from warpvec.rendering.launch import start_warp
 REGISTERS_MAX = 64
 """64 registers let four blocks of 256 threads share a multiprocessor's 65,536."""
 
-REGISTERS_ALLOWED = {"covariance_adjoint": 80}
-"""Kernels that may take more registers. With 76, three blocks of 256 threads share a multiprocessor. That is enough for
-a kernel that only an ablation runs, once per step, with one thread per sample."""
+REGISTERS_ALLOWED = {"covariance_adjoint": 80, "gather_rows_adjoint": 80}
+"""Kernels that may take more registers. With 80, three blocks of 256 threads share a multiprocessor. That is enough for
+a kernel that only an ablation runs, once per step, with one thread per sample, and for one with a thread per row of a
+stroke."""
+
+TRIGONOMETRY_FRAME = 32
+"""Bytes of local memory that a sine or cosine takes to reduce huge angles. Strokes turn normals by angles."""
 
 GRADIENT_REGISTERS = 80
 """Registers that the compositing adjoint may take in scenes with gradients, whose terms it keeps too (72 are taken)."""
@@ -35,7 +39,8 @@ def test_kernels_compile_ahead_of_time(stage: str, variant: tuple[bool, ...]) ->
     for name, resources in cubins.stage_resources(stage, variant).items():
         print(f"{name}: {resources}, {resources.blocks} blocks")
         assert 0 < resources.registers <= REGISTERS_ALLOWED.get(name, most), name
-        assert resources.local == resources.stack == 0, f"{name} spills, or has local arrays"
+        frame = TRIGONOMETRY_FRAME if stage.startswith("stroking") else 0
+        assert max(resources.local, resources.stack) <= frame, f"{name} spills, or has local arrays"
         assert resources.shared <= SHARED_MAX, name
 
 

@@ -246,7 +246,7 @@ class Population:
         if self._palette is not None:
             self._palette.append(scene.color)
         if self._gradients is not None:
-            self._gradients.append(added.gradients or Gradients.flat(added.color))
+            self._gradients.append(added.gradients or Gradients.none(added.color))
         self._set_live(self.live.joined(added))
 
     def split(self, rows: Tensor, t: Tensor | float = 0.5) -> None:

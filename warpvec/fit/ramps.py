@@ -98,7 +98,7 @@ def wanted_count(config: FitConfig, path_count: int) -> int:
 
 def with_ramps(scene: Scene, rows: Tensor, ramps: Ramps) -> Scene:
     """Return ``scene`` with the linear gradients ``ramps`` on its paths ``rows`` (indices)."""
-    gradients = scene.gradients or Gradients.flat(scene.color)
+    gradients = scene.gradients or Gradients.none(scene.color)
     kind, geometry, end_color = (value.clone() for value in vars(gradients).values())
     color = scene.color.clone()
     kind[rows] = LINEAR

@@ -57,7 +57,7 @@ class Gradients:
                 raise unknown_kind(int(unknown[0]))
 
     @staticmethod
-    def flat(color: Tensor) -> Gradients:
+    def none(color: Tensor) -> Gradients:
         """Return the paints of flat paths of ``color`` [N, 3]."""
         kind = torch.full((len(color),), FLAT, dtype=torch.int32, device=color.device)
         return Gradients(kind, color.new_zeros(len(color), 4), color.detach().clone())

@@ -12,6 +12,7 @@ from torch import Tensor
 from warpvec.errors import InputError
 from warpvec.geometry.gradients import Gradients, check_shape
 from warpvec.geometry.lines import thirds
+from warpvec.geometry.strokes import Strokes
 from warpvec.geometry.structure import Structure
 
 
@@ -33,6 +34,7 @@ class Scene:
         transparent: whether the scene has no background. ``background`` is then black, over which an image is
             premultiplied.
         gradients: the paints of paths that are not flat; None if all are flat. ``color`` is that of the first stop.
+        strokes: the widths, caps and joins of stroked paths; None if all are filled.
 
     Raises:
         InputError: the shapes do not agree.
@@ -46,6 +48,7 @@ class Scene:
     generation: Tensor
     transparent: bool = False
     gradients: Gradients | None = None
+    strokes: Strokes | None = None
 
     def __post_init__(self) -> None:
         if self.structure.loop_first_segment.device != self.segments.device:
@@ -58,8 +61,10 @@ class Scene:
         expected = {"color": (count, 3), "opacity": (count,), "background": (3,), "generation": (count,)}
         for name, wanted in expected.items():
             check_shape(name, getattr(self, name), wanted, count)
-        if self.gradients is not None and len(self.gradients) != count:
-            raise InputError("gradients", f"must have {count} entries", str(len(self.gradients)), "give one a path")
+        for name in _GROUPS:
+            group = getattr(self, name)
+            if group is not None and len(group) != count:
+                raise InputError(name, f"must have {count} entries", str(len(group)), "give one a path")
 
     @staticmethod
     def uniform(
@@ -140,13 +145,13 @@ class Scene:
     def scaled(self, x_factor: float, y_factor: float | None = None) -> Scene:
         """Return the scene scaled by ``x_factor`` horizontally and ``y_factor`` (default: the same) vertically."""
         factors = (x_factor, x_factor if y_factor is None else y_factor)
-        gradients = None if self.gradients is None else self.gradients.scaled(*factors)
-        return replace(self, segments=self.segments * self.segments.new_tensor(factors), gradients=gradients)
+        groups = self._groups(lambda group: group.scaled(*factors))
+        return replace(self, segments=self.segments * self.segments.new_tensor(factors), **groups)
 
     def moved(self, x: float, y: float) -> Scene:
         """Return the scene moved by ``x`` and ``y`` pixels."""
-        gradients = None if self.gradients is None else self.gradients.moved(x, y)
-        return replace(self, segments=self.segments + self.segments.new_tensor([x, y]), gradients=gradients)
+        groups = self._groups(lambda group: group.moved(x, y))
+        return replace(self, segments=self.segments + self.segments.new_tensor([x, y]), **groups)
 
     def select(self, rows: Tensor) -> Scene:
         """Return the paths ``rows`` (indices or a mask [N]), in that order, over the same background."""
@@ -164,12 +169,13 @@ class Scene:
         names = ("segments", "color", "opacity", "generation")
         tensors: dict[str, Any] = {name: torch.cat([getattr(self, name), getattr(other, name)]) for name in names}
         structure = self.structure.joined(other.structure)
-        return replace(self, structure=structure, gradients=self._joined_gradients(other), **tensors)
+        return replace(self, structure=structure, **self._joined_groups(other), **tensors)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the scene as tensors, numbers and None by name; `from_dict` takes it back.
 
-        The values are not copied. Numbers of rows are int64, as files have them, and masks uint8.
+        The values are not copied. Numbers of rows are int64, as files have them, and masks uint8. Strokes are not
+        among them: no fit of a photo has any.
         """
         structure, gradients = self.structure, self.gradients
         loops = None if self.is_uniform else structure.loop_first_segment.long()
@@ -200,21 +206,26 @@ class Scene:
     def _mapped(self, change: Callable[[Tensor], Tensor]) -> Scene:
         """Return the scene with what ``change`` makes of each tensor; the structure follows to another device."""
         tensors: dict[str, Any] = {name: change(getattr(self, name)) for name in _TENSORS}
-        return replace(self, gradients=self._map_gradients(change), **tensors)
+        return replace(self, **self._groups(lambda group: group.map(change)), **tensors)
 
     def _with_paths(self, structure: Structure, segments: Tensor, change: Callable[[Tensor], Tensor]) -> Scene:
         """Return the scene with the outlines of other paths, and what ``change`` makes of the values of each path."""
         paths: dict[str, Any] = {name: change(getattr(self, name)) for name in ("color", "opacity", "generation")}
-        return replace(self, segments=segments, structure=structure, gradients=self._map_gradients(change), **paths)
+        groups = self._groups(lambda group: group.map(change))
+        return replace(self, segments=segments, structure=structure, **groups, **paths)
 
-    def _map_gradients(self, change: Callable[[Tensor], Tensor]) -> Gradients | None:
-        return None if self.gradients is None else self.gradients.map(change)
+    def _groups(self, change: Callable[[Any], Any]) -> dict[str, Any]:
+        """Return what ``change`` makes of each group of values that only some scenes have, by name."""
+        values = {name: getattr(self, name) for name in _GROUPS}
+        return {name: None if value is None else change(value) for name, value in values.items()}
 
-    def _joined_gradients(self, other: Scene) -> Gradients | None:
-        if self.gradients is None and other.gradients is None:
-            return None
-        first, second = (s.gradients or Gradients.flat(s.color) for s in (self, other))
-        return first.joined(second)
+    def _joined_groups(self, other: Scene) -> dict[str, Any]:
+        joined: dict[str, Any] = {}
+        for name, group in _GROUPS.items():
+            own, others = getattr(self, name), getattr(other, name)
+            if own is not None or others is not None:
+                joined[name] = (own or group.none(self.color)).joined(others or group.none(other.color))
+        return joined
 
 
 def over_white(scene: Scene) -> Scene:
@@ -234,3 +245,7 @@ def straightened(segments: Tensor, structure: Structure) -> Tensor:
 
 
 _TENSORS = ("segments", "color", "opacity", "background", "generation")
+
+_GROUPS: dict[str, Any] = {"gradients": Gradients, "strokes": Strokes}
+"""Values of each path that only some scenes have: a field of the scene -> its class. Each class has ``none``, ``map``,
+``joined``, ``scaled`` and ``moved``."""

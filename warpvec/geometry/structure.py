@@ -23,6 +23,8 @@ class Structure:
         loop_first_segment: first row of each loop [L + 1] (int32); the last entry is R.
         path_first_loop: first loop of each path [N + 1] (int32); the last entry is L.
         is_line: rows that are straight lines [R] (bool), whose handles lie at thirds; None if there are none.
+        is_open: loops that are open lines [L] (bool), of which the last row is only the end; None if there are none.
+            Only stroked paths have any.
         uniform_count: S if every path is one loop of S curved segments, else None. It saves reading device memory.
         check: whether to check the values, which reads device memory; False is for those that must be right.
 
@@ -34,6 +36,7 @@ class Structure:
     path_first_loop: Tensor
     is_line: Tensor | None = None
     uniform_count: int | None = None
+    is_open: Tensor | None = None
     check: InitVar[bool] = True
 
     def __post_init__(self, check: bool) -> None:
@@ -45,7 +48,8 @@ class Structure:
         if int(loops[-1]) != len(segments) - 1:
             rule = f"must end with the number of loops, {len(segments) - 1}"
             raise InputError("path_first_loop", rule, str(int(loops[-1])), "check its last entry")
-        _check_mask(self.is_line, int(segments[-1]))
+        _check_mask("is_line", self.is_line, int(segments[-1]), "segment")
+        _check_mask("is_open", self.is_open, len(segments) - 1, "loop")
         if count is not None and not bool((segments.diff() == count).all() & (loops.diff() == 1).all()):
             raise InputError("uniform_count", "must be that of the one loop of every path", str(count), "leave it out")
 
@@ -56,20 +60,21 @@ class Structure:
         return Structure(loops * segment_count, loops, None, segment_count, check=False)
 
     @staticmethod
-    def of_loops(segment_counts: Sequence[Sequence[int]], is_line: Tensor | None = None) -> Structure:
+    def of_loops(
+        segment_counts: Sequence[Sequence[int]], is_line: Tensor | None = None, is_open: Tensor | None = None
+    ) -> Structure:
         """Return the structure of paths whose loops have these numbers of segments.
 
         Raises:
-            InputError: a path has no loop, a loop has no segment, or ``is_line`` has another length.
+            InputError: a path has no loop, a loop has no segment, or a mask has another length.
         """
         counts = [count for path in segment_counts for count in path]
         if not all(segment_counts) or min(counts, default=1) < 1:
             raise InputError("structure", "must have a loop in each path and a segment in each loop", str(counts))
-        if is_line is not None and len(is_line) != sum(counts):
-            found = f"{len(is_line)} for {sum(counts)} segments"
-            raise InputError("is_line", "must have an entry for each segment", found, "check its length")
+        _check_length("is_line", is_line, sum(counts), "segment")
+        _check_length("is_open", is_open, len(counts), "loop")
         loops = _starts(torch.tensor([len(path) for path in segment_counts], dtype=torch.int64))
-        return Structure(_starts(torch.tensor(counts, dtype=torch.int64)), loops, is_line, check=False)
+        return Structure(_starts(torch.tensor(counts, dtype=torch.int64)), loops, is_line, None, is_open, check=False)
 
     @property
     def path_count(self) -> int:
@@ -127,9 +132,9 @@ class Structure:
         """Return the structure in the memory of ``device``."""
         if self.loop_first_segment.device == torch.device(device):
             return self
-        is_line = None if self.is_line is None else self.is_line.to(device)
+        is_line, is_open = (None if mask is None else mask.to(device) for mask in (self.is_line, self.is_open))
         arrays = (self.loop_first_segment.to(device), self.path_first_loop.to(device), is_line)
-        moved = Structure(*arrays, self.uniform_count, check=False)
+        moved = Structure(*arrays, self.uniform_count, is_open, check=False)
         vars(moved)["_last_segment"] = self.segment_count  # it need not be read there
         return moved
 
@@ -147,8 +152,8 @@ class Structure:
         loops = _ranges(self.path_first_loop[:-1].long()[rows], loop_counts)
         segment_counts = self.loop_first_segment.diff().long()[loops]
         segments = _ranges(self.loop_first_segment[:-1].long()[loops], segment_counts)
-        is_line = None if self.is_line is None else self.is_line[segments]
-        return Structure(_starts(segment_counts), _starts(loop_counts), is_line, check=False), segments
+        is_line, is_open = _chosen(self.is_line, segments), _chosen(self.is_open, loops)
+        return Structure(_starts(segment_counts), _starts(loop_counts), is_line, None, is_open, check=False), segments
 
     def prefix(self, count: int) -> Structure:
         """Return the structure of the first ``count`` paths; equal counts give the same object."""
@@ -168,9 +173,9 @@ class Structure:
             return Structure.uniform(self.path_count + other.path_count, self.uniform_count, device)
         segments = torch.cat([self.loop_first_segment, other.loop_first_segment[1:] + self.segment_count])
         loops = torch.cat([self.path_first_loop, other.path_first_loop[1:] + self.loop_count])
-        has_lines = self.is_line is not None or other.is_line is not None
-        is_line = torch.cat([self.lines, other.lines]) if has_lines else None
-        return Structure(segments, loops, is_line, check=False)
+        is_line = _both(self.is_line, other.is_line, (self.segment_count, other.segment_count))
+        is_open = _both(self.is_open, other.is_open, (self.loop_count, other.loop_count))
+        return Structure(segments, loops, is_line, None, is_open, check=False)
 
 
 def _check_starts(name: str, first: Tensor) -> None:
@@ -183,10 +188,30 @@ def _check_starts(name: str, first: Tensor) -> None:
         raise InputError(name, "must begin with 0 and increase", listed, "check the lengths of its ranges")
 
 
-def _check_mask(is_line: Tensor | None, segment_count: int) -> None:
-    if is_line is not None and (is_line.dtype != torch.bool or tuple(is_line.shape) != (segment_count,)):
-        found = f"{list(is_line.shape)} of {str(is_line.dtype).removeprefix('torch.')}"
-        raise InputError("is_line", f"must be {segment_count} entries of bool", found, "make it one entry a segment")
+def _check_mask(name: str, mask: Tensor | None, count: int, owner: str) -> None:
+    if mask is not None and (mask.dtype != torch.bool or tuple(mask.shape) != (count,)):
+        found = f"{list(mask.shape)} of {str(mask.dtype).removeprefix('torch.')}"
+        raise InputError(name, f"must be {count} entries of bool", found, f"make it one entry a {owner}")
+
+
+def _check_length(name: str, mask: Tensor | None, count: int, owner: str) -> None:
+    if mask is not None and len(mask) != count:
+        found = f"{len(mask)} for {count} {owner}s"
+        raise InputError(name, f"must have an entry for each {owner}", found, "check its length")
+
+
+def _chosen(mask: Tensor | None, rows: Tensor) -> Tensor | None:
+    return None if mask is None else mask[rows]
+
+
+def _both(first: Tensor | None, second: Tensor | None, counts: tuple[int, int]) -> Tensor | None:
+    """Return two masks of ``counts`` entries as one; None stands for a mask of False."""
+    if first is None and second is None:
+        return None
+    device = next(mask.device for mask in (first, second) if mask is not None)
+    masks = zip((first, second), counts, strict=True)
+    empty = (torch.zeros(n, dtype=torch.bool, device=device) if mask is None else mask for mask, n in masks)
+    return torch.cat(list(empty))
 
 
 def _starts(counts: Tensor) -> Tensor:

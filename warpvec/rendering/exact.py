@@ -38,7 +38,7 @@ class ExactRenderer(TileRenderer):
         self._coverage = Coverage(self._launch, self._lanes)
 
     def _cover(self, scene: Scene) -> Hits:
-        self._flattening.run(scene.segments, scene.structure)
+        self._flattening.run(scene.segments, scene.structure, scene.strokes)
         self._binning.run(self._flattening, len(scene))
         self._coverage.run(self._flattening, self._binning)
         paint = Paint(scene.color, scene.opacity, scene.background, self._lanes, scene.gradients)
@@ -48,6 +48,8 @@ class ExactRenderer(TileRenderer):
     def _collect(self, scene: Scene, adjoints: Adjoints) -> None:
         adj_edges = self._coverage.adjoint(self._flattening, self._binning, len(scene.segments))
         self._flattening.adjoint(adj_edges, adjoints.segments)
+        if adjoints.width is not None:
+            self._flattening.widths_adjoint(adjoints.width)
         self._adj_edges = adj_edges
 
     def outline_adjoint(self, scene: Scene) -> OutlineAdjoint:

@@ -72,7 +72,8 @@ class RecordedStep:
         inputs = (scene, prepared_target)
         if want_removal_cost:
             return self._renderer.fit_step(*inputs, want_removal_cost)
-        if self.is_paused or not self._record:
+        # A step with strokes makes tensors of its own, whose memory a graph would not keep.
+        if self.is_paused or not self._record or scene.strokes is not None:
             return self._renderer.fit_step(*inputs, out=self._out_for(scene))
         addresses = _addresses(scene, prepared_target)
         recording = self._recording
@@ -146,6 +147,7 @@ class RecordedStep:
 def _fits(out: Adjoints, scene: Scene) -> bool:
     """Return whether the adjoints of ``scene`` have the shapes of ``out``."""
     same_paints = (out.end_color is None) == (scene.gradients is None)
+    same_paints = same_paints and (out.width is None) == (scene.strokes is None)
     return same_paints and out.segments.shape == scene.segments.shape and len(out.color) == len(scene)
 
 

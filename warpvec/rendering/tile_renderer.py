@@ -31,6 +31,7 @@ class Adjoints:
         canvas_sums: sums over the canvas [4]: dL/d(background), and the mean squared error of a fused step.
         removal_cost: rise of that error when a path is removed [N], if it was asked for.
         end_color, geometry: adjoints of the gradients, if the scene has some.
+        width: adjoint of the widths of strokes [N], if the scene has some.
     """
 
     segments: Tensor
@@ -40,6 +41,7 @@ class Adjoints:
     removal_cost: Tensor | None = None
     end_color: Tensor | None = None
     geometry: Tensor | None = None
+    width: Tensor | None = None
 
     @property
     def whole_color(self) -> Tensor:
@@ -126,6 +128,8 @@ class TileRenderer(ABC):
         count = len(scene)
         make = partial(torch.empty, dtype=self.dtype, device=self.device)
         adjoints = Adjoints(make(scene.segments.shape), make((count, 3)), make(count), make(CANVAS_TERMS))
+        if scene.strokes is not None:
+            adjoints = replace(adjoints, width=make(count))
         if scene.gradients is None:
             return adjoints
         return replace(adjoints, end_color=make((count, 3)), geometry=make((count, 4)))

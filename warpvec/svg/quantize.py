@@ -149,7 +149,7 @@ def _with_needed_gradients(scene: Scene) -> Scene:
     is_flat = is_flat | shows_end | (gradients.end_color == color).all(1)
     if is_flat.all():
         return replace(scene, color=color, gradients=None)
-    flat = Gradients.flat(color)
+    flat = Gradients.none(color)
     kept = [
         torch.where(is_flat if none.ndim == 1 else is_flat[:, None], none, own)
         for none, own in zip(vars(flat).values(), vars(gradients).values(), strict=True)

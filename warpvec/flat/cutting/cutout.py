@@ -153,7 +153,7 @@ def _blended(scene: Scene, stack: _Stack) -> tuple[int, list[Tensor], float]:
 
     It is the path whose gradient counts, the colours of the two stops, and the opacity.
     """
-    paints = Gradients.flat(scene.color) if scene.gradients is None else scene.gradients
+    paints = Gradients.none(scene.color) if scene.gradients is None else scene.gradients
     end_colors = torch.where((paints.kind == FLAT)[:, None], scene.color, paints.end_color)
     row, opacity = stack[0], float(scene.opacity[stack[0]])
     stops = [scene.color[row], end_colors[row]]

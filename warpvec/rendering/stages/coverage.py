@@ -24,7 +24,6 @@ class Coverage:
 
     def __init__(self, launch: Launcher, lanes: Lanes) -> None:
         self._launch, self._lanes = launch, lanes
-        self._forward = kernels.make_kernels(lanes)
         self._adjoint = adjoint_kernels.make_kernels(lanes)
         self._buffers = launch.make_buffers()
 
@@ -40,9 +39,9 @@ class Coverage:
         else:
             counts, item_count = [binning.strip_path, binning.pair_slot], binning.strip_count * TILE
         vertices, *rows = flattening.polylines
-        ends = [flattening.edge_end] * is_by_path
-        arguments = [vertices, *ends, *rows, *boxes, *counts, self.slot_winding]
-        self._launch.shared(self._forward.accumulate_winding, item_count, arguments)
+        arguments = [vertices, flattening.edge_end, *rows, *boxes, *counts, self.slot_winding]
+        kernel = kernels.make_kernels(self._lanes, flattening.has_strokes and not is_by_path).accumulate_winding
+        self._launch.shared(kernel, item_count, arguments)
 
     def adjoint(self, flattening: Flattening, binning: Binning, segment_count: int) -> wp.array:
         """Return dL/d(start), dL/d(end) of every edge [V] of vec4; ``slot_winding`` must hold dL/d(winding)."""

@@ -5,28 +5,33 @@ from __future__ import annotations
 import warp as wp
 from torch import Tensor
 
+from warpvec.geometry.strokes import Strokes
 from warpvec.geometry.structure import Structure
 from warpvec.kernels import capacity as capacity_kernels
 from warpvec.kernels import flattening as kernels
 from warpvec.kernels.constants import SEGMENT_CHORDS_MAX
 from warpvec.kernels.lanes import Lanes
+from warpvec.kernels.stroking import ROW_VERTICES_MAX
 from warpvec.rendering.launch import Launcher, as_warp, check_total, exclusive_scan, read_total
+from warpvec.rendering.stages.stroking import Stroking
 
 
 class Flattening:
-    """The vertices of a scene's paths.
+    """The vertices of a scene's paths. Those of strokes are made by `warpvec.rendering.stages.stroking.Stroking`.
 
     Attributes:
         vertices: [V] px.
         segment_first_vertex: [R + 1], index of each segment's first vertex.
         vertex_count: V, or the capacity if V is not read back.
         structure: that of the flattened segments; the arrays below are its arrays, as Warp arrays.
+        has_strokes: whether the edges of a loop are not in the order of its vertices.
     """
 
     vertices: wp.array
     segment_first_vertex: wp.array
     vertex_count: int
     structure: Structure | None = None
+    has_strokes = False
     loop_first_segment: wp.array
     path_first_loop: wp.array
     segment_path: wp.array
@@ -37,13 +42,19 @@ class Flattening:
         self._launch, self._lanes = launch, lanes
         self._kernels = kernels.make_kernels(lanes)
         self._buffers = launch.make_buffers()
+        self._stroking: Stroking | None = None
 
-    def run(self, segments: Tensor, structure: Structure) -> None:
-        """Flatten ``segments`` [R, 3, 2] px."""
+    def run(self, segments: Tensor, structure: Structure, strokes: Strokes | None = None) -> None:
+        """Flatten ``segments`` [R, 3, 2] px, of which ``strokes`` tells the stroked paths."""
         self._follow(structure)
         total, points = structure.segment_count, self._flat(segments)
         chord_count = self._buffers.get("segment_chord_count", total + 1, wp.int32)
         self._launch(self._kernels.count_chords, total, [points, self.segment_next, chord_count])
+        self.has_strokes = strokes is not None
+        if strokes is not None:
+            self._stroking = self._stroking or Stroking(self._launch, self._lanes)
+            self._stroking.begin(points, structure, strokes)
+            self._stroking.count(chord_count)
         self._number_vertices(chord_count, total)
         self.vertices = self._buffers.get("vertices", self.vertex_count, self._lanes.vec2)
         self.edge_end = self._buffers.get("edge_end", self.vertex_count, wp.int32)
@@ -51,6 +62,9 @@ class Flattening:
         rows = [self.segment_next, self.segment_path, self.segment_first_vertex]
         arguments = [points, *rows, self.vertices, self.edge_end, self.edge_path]
         self._launch(self._kernels.emit_vertices, total, arguments)
+        if self.has_strokes:
+            assert self._stroking is not None
+            self._stroking.emit(self.segment_first_vertex, self.vertices, self.edge_end, self.edge_path)
 
     @property
     def path_count(self) -> int:
@@ -77,7 +91,8 @@ class Flattening:
 
     def _number_vertices(self, chord_count: wp.array, total: int) -> None:
         limit = self._launch.capacity.limit
-        check_total("vertices", chord_count, total, SEGMENT_CHORDS_MAX, limit is None)
+        row_max = ROW_VERTICES_MAX if self.has_strokes else SEGMENT_CHORDS_MAX
+        check_total("vertices", chord_count, total, row_max, limit is None)
         if limit is None:
             self.segment_first_vertex = exclusive_scan(self._buffers, "segment_first_vertex", chord_count, total)
             self.vertex_count = read_total(self.segment_first_vertex, total)
@@ -94,4 +109,14 @@ class Flattening:
         adj_ends = self._buffers.get("adj_ends", total, self._lanes.vec2)
         arguments = [self.segment_first_vertex, adj_edges, adj_points, adj_ends]
         self._launch.shared(self._kernels.gather_segments_adjoint, total, arguments)
+        if self.has_strokes:
+            assert self._stroking is not None
+            self._stroking.adjoint(
+                self.segment_first_vertex, self.edge_end, self.vertex_count, adj_edges, adj_points, adj_ends
+            )
         self._launch(self._kernels.add_arriving_adjoint, total, [self.segment_previous, adj_ends, adj_points])
+
+    def widths_adjoint(self, adj_width: Tensor) -> None:
+        """Overwrite ``adj_width`` [N] with the adjoint of the widths of strokes; `adjoint` must have run."""
+        assert self._stroking is not None
+        self._stroking.widths_adjoint(adj_width)
