@@ -124,7 +124,7 @@ def test_an_uneven_scale_makes_ellipses_of_circles_and_outlines_of_tilted_forms(
 
 def test_a_wrong_form_is_refused() -> None:
     forms, _ = forms_of_all()
-    with pytest.raises(InputError, match="one loop of 4 rows for a circle"):
+    with pytest.raises(InputError, match="one closed loop of 4 rows for a circle"):
         forms.check(Structure.of_loops([[5], [4], [4], [8], [1]]))
     with pytest.raises(InputError, match=r"must be 0 \(outline\), 1 \(circle\)"):
         list(Forms(torch.tensor([9], dtype=torch.int32), torch.zeros(1, 6)).groups())

@@ -117,4 +117,4 @@ def _photo(job: FitJob, pixels: NDArray[np.float32], threads: int | None, watch:
         rate = CORRECTION_RATE if is_late else 1.0
         config = replace(config, iterations=left, lr_scale=rate * config.lr_scale)
     request = _request(job, pixels, config, watch)
-    return draw_picture(request, Photo(start=place_on_picture(drawing, request.picture)))
+    return draw_picture(request, Photo(start=place_on_picture(drawing, request.picture).outlined()))

@@ -43,11 +43,14 @@ def with_lines(scene: Scene) -> Scene:
     thirds = [start + (end - start) * share for share in (1 / 3, 2 / 3)]
     off = torch.stack([(segments[:, k + 1] - thirds[k]).norm(dim=1) for k in (0, 1)]).amax(0)
     is_line = (off < STRAIGHT) | structure.lines
+    if scene.forms is not None:  # a form knows its lines
+        is_line = torch.where(scene.forms.is_form[structure.segment_path.long()], structure.lines, is_line)
     return replace(scene, structure=replace(structure, is_line=is_line if is_line.any() else None))
 
 
 def without_kinds(scene: Scene) -> Scene:
-    """Return ``scene`` with lines as curves that happen to be straight."""
+    """Return ``scene`` with lines as curves that happen to be straight, and forms as outlines."""
+    scene = scene.outlined()
     return scene if scene.is_uniform else replace(scene, structure=replace(scene.structure, is_line=None))
 
 

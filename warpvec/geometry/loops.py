@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from warpvec.errors import InputError
+from warpvec.geometry.forms.form import PARAMETERS
+from warpvec.geometry.forms.registry import OUTLINE, form_of
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.registry import FLAT
+from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.scene import Scene, straightened
 from warpvec.geometry.structure import Structure
 
@@ -38,6 +41,17 @@ class OutlineGradient(NamedTuple):
     end_color: Color
 
 
+class OutlineForm(NamedTuple):
+    """The form of an outline.
+
+    Attributes:
+        kind, parameters: as in `warpvec.geometry.path_forms.Forms`, in pixels.
+    """
+
+    kind: int
+    parameters: tuple[float, ...]
+
+
 @dataclass(frozen=True)
 class Outline:
     """A filled path of one or more closed loops of cubics.
@@ -51,6 +65,7 @@ class Outline:
         segment_counts: cubics of each loop; None for a single loop.
         is_line: the cubics that are straight lines [k]; None if there are none.
         gradient: None for a flat fill.
+        form: None unless the outline is a circle, an ellipse or a rectangle.
     """
 
     points: NDArray[np.float64]
@@ -60,6 +75,14 @@ class Outline:
     segment_counts: tuple[int, ...] | None = None
     is_line: NDArray[np.bool_] | None = None
     gradient: OutlineGradient | None = None
+    form: OutlineForm | None = None
+
+    @staticmethod
+    def of_form(form: OutlineForm, color: Color, opacity: float, generation: int) -> Outline:
+        """Return the outline of a ``form``."""
+        kind = form_of(form.kind)
+        points = kind.segments(torch.tensor([form.parameters], dtype=torch.float64)).reshape(-1, 2).numpy()
+        return Outline(points, color, opacity, generation, None, np.array(kind.is_line), form=form)
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -83,7 +106,7 @@ def make_scene(outlines: Sequence[Outline], background: Color | None) -> Scene:
     segments = straightened(torch.from_numpy(points).reshape(-1, 3, 2), structure).float()
     if not segments.isfinite().all():
         raise InputError("SVG", "must have coordinates below 3e38", "larger ones", "scale it down")
-    return Scene(
+    scene = Scene(
         segments=segments,
         structure=structure,
         color=_colors([outline.color for outline in outlines]),
@@ -93,6 +116,7 @@ def make_scene(outlines: Sequence[Outline], background: Color | None) -> Scene:
         transparent=background is None,
         gradients=_gradients_of(outlines),
     )
+    return scene.with_forms(_forms_of(outlines))
 
 
 def _structure_of(outlines: Sequence[Outline]) -> Structure:
@@ -112,6 +136,15 @@ def _gradients_of(outlines: Sequence[Outline]) -> Gradients | None:
     kind = torch.tensor([paint.kind for paint in paints], dtype=torch.int32)
     geometry = torch.tensor([paint.geometry for paint in paints], dtype=torch.float64).float()
     return Gradients(kind, geometry, _colors([paint.end_color for paint in paints]))
+
+
+def _forms_of(outlines: Sequence[Outline]) -> Forms | None:
+    if all(outline.form is None for outline in outlines):
+        return None
+    none = OutlineForm(OUTLINE, (0.0,) * PARAMETERS)
+    forms = [outline.form or none for outline in outlines]
+    kind = torch.tensor([form.kind for form in forms], dtype=torch.int32)
+    return Forms(kind, torch.tensor([form.parameters for form in forms], dtype=torch.float64).float())
 
 
 def _colors(colors: Sequence[Color]) -> Tensor:

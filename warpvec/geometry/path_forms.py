@@ -38,10 +38,10 @@ class Forms:
         check_shape("forms.parameters", self.parameters, (len(self.kind), PARAMETERS), len(self.kind))
 
     @staticmethod
-    def outlines(count: int, device: torch.device | str = "cpu") -> Forms:
-        """Return the forms of ``count`` paths that have none."""
-        kind = torch.full((count,), OUTLINE, dtype=torch.int32, device=device)
-        return Forms(kind, torch.zeros(count, PARAMETERS, device=device))
+    def none(color: Tensor) -> Forms:
+        """Return the forms of paths of ``color`` [N, 3] that have none."""
+        kind = torch.full((len(color),), OUTLINE, dtype=torch.int32, device=color.device)
+        return Forms(kind, color.new_zeros(len(color), PARAMETERS))
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -71,8 +71,11 @@ class Forms:
             raise InputError("forms", rule, str(len(self)), "give one a path")
         rows, loops = structure.path_first_segment.diff(), structure.path_first_loop.diff()
         for _, form, paths in self.groups():
-            if not bool(((rows[paths] == form.row_count) & (loops[paths] == 1)).all()):
-                rule = f"must have one loop of {form.row_count} rows for a {form.name}"
+            is_right = (rows[paths] == form.row_count) & (loops[paths] == 1)
+            if structure.is_open is not None:
+                is_right &= ~structure.is_open[structure.path_first_loop.long()[paths]]
+            if not bool(is_right.all()):
+                rule = f"must have one closed loop of {form.row_count} rows for a {form.name}"
                 raise InputError("structure", rule, "other rows", "make it an outline")
 
     def placed(self, segments: Tensor, structure: Structure) -> Tensor:

@@ -23,7 +23,7 @@ def round_nodes(scene: Scene, precision: int) -> Scene:
     """Return the cubic ``scene`` with its anchors and the handles of curves at whole ticks of ``10**-precision``.
 
     The handles of a smooth node point along its direction before, or along the rounded line beside it, within
-    ``TURN_MAX`` where ``REACH`` allows it.
+    ``TURN_MAX`` where ``REACH`` allows it. The rows of forms stay.
     """
     joints = Joints.of(scene)
     ticks = scene.segments.double() * 10**precision
@@ -35,7 +35,7 @@ def round_nodes(scene: Scene, precision: int) -> Scene:
     leaving[smooth], arriving[smooth] = _turned(exact[0], along[smooth]), -_turned(-exact[1], along[smooth])
     following = joints.following
     segments = torch.stack([anchor, anchor + leaving, anchor[following] + arriving[following]], 1)
-    return replace(scene, segments=(segments / 10**precision).to(scene.segments.dtype))
+    return replace(scene, segments=(segments / 10**precision).to(scene.segments.dtype)).with_forms(scene.forms)
 
 
 def _turned(handle: Tensor, direction: Tensor) -> Tensor:

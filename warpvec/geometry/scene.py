@@ -12,6 +12,7 @@ from torch import Tensor
 from warpvec.errors import InputError
 from warpvec.geometry.gradients import Gradients, check_shape
 from warpvec.geometry.lines import thirds
+from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.strokes import Strokes
 from warpvec.geometry.structure import Structure
 
@@ -35,6 +36,8 @@ class Scene:
             premultiplied.
         gradients: the paints of paths that are not flat; None if all are flat. ``color`` is that of the first stop.
         strokes: the widths, caps and joins of stroked paths; None if all are filled.
+        forms: the paths that are a circle, an ellipse or a rectangle; None if there are none. Their rows always are
+            those of their parameters. `outlined` drops the forms, for code that moves rows.
 
     Raises:
         InputError: the shapes do not agree.
@@ -49,6 +52,7 @@ class Scene:
     transparent: bool = False
     gradients: Gradients | None = None
     strokes: Strokes | None = None
+    forms: Forms | None = None
 
     def __post_init__(self) -> None:
         if self.structure.loop_first_segment.device != self.segments.device:
@@ -65,6 +69,8 @@ class Scene:
             group = getattr(self, name)
             if group is not None and len(group) != count:
                 raise InputError(name, f"must have {count} entries", str(len(group)), "give one a path")
+        if self.forms is not None and not self.segments.is_cuda:  # there it would wait for the work of the GPU
+            self.forms.check(self.structure)
 
     @staticmethod
     def uniform(
@@ -146,12 +152,30 @@ class Scene:
         """Return the scene scaled by ``x_factor`` horizontally and ``y_factor`` (default: the same) vertically."""
         factors = (x_factor, x_factor if y_factor is None else y_factor)
         groups = self._groups(lambda group: group.scaled(*factors))
-        return replace(self, segments=self.segments * self.segments.new_tensor(factors), **groups)
+        return replace(self, segments=self.segments * self.segments.new_tensor(factors), **groups)._with_form_rows()
 
     def moved(self, x: float, y: float) -> Scene:
         """Return the scene moved by ``x`` and ``y`` pixels."""
         groups = self._groups(lambda group: group.moved(x, y))
-        return replace(self, segments=self.segments + self.segments.new_tensor([x, y]), **groups)
+        return replace(self, segments=self.segments + self.segments.new_tensor([x, y]), **groups)._with_form_rows()
+
+    def with_forms(self, forms: Forms | None) -> Scene:
+        """Return the scene with these ``forms``, and their rows; the other rows stay.
+
+        Raises:
+            InputError: a path with a form has another number of rows or loops.
+        """
+        return replace(self, forms=forms)._with_form_rows()
+
+    def outlined(self) -> Scene:
+        """Return the scene with outlines in place of forms. It looks the same."""
+        return self if self.forms is None else replace(self, forms=None)
+
+    def _with_form_rows(self) -> Scene:
+        """Return the scene with the rows of forms as their parameters give them."""
+        if self.forms is None:
+            return self
+        return replace(self, segments=self.forms.placed(self.segments, self.structure))
 
     def select(self, rows: Tensor) -> Scene:
         """Return the paths ``rows`` (indices or a mask [N]), in that order, over the same background."""
@@ -177,7 +201,7 @@ class Scene:
         The values are not copied. Numbers of rows are int64, as files have them, and masks uint8. Strokes are not
         among them: no fit of a photo has any.
         """
-        structure, gradients = self.structure, self.gradients
+        structure, gradients, forms = self.structure, self.gradients, self.forms
         loops = None if self.is_uniform else structure.loop_first_segment.long()
         return {
             **{name: getattr(self, name) for name in _TENSORS},
@@ -187,6 +211,7 @@ class Scene:
             "is_line": None if structure.is_line is None else structure.is_line.byte(),
             "transparent": self.transparent,
             "gradients": None if gradients is None else {**vars(gradients), "kind": gradients.kind.long()},
+            **({} if forms is None else {"forms": {**vars(forms), "kind": forms.kind.long()}}),
         }
 
     @staticmethod
@@ -201,7 +226,9 @@ class Scene:
             structure = Structure(values["loop_first_segment"].int(), values["path_first_loop"].int(), is_line)
         paints = values["gradients"]
         gradients = None if paints is None else Gradients(**{**paints, "kind": paints["kind"].int()})
-        return Scene(**own, structure=structure, transparent=values["transparent"], gradients=gradients)
+        found = values.get("forms")
+        forms = None if found is None else Forms(**{**found, "kind": found["kind"].int()})
+        return Scene(**own, structure=structure, transparent=values["transparent"], gradients=gradients, forms=forms)
 
     def _mapped(self, change: Callable[[Tensor], Tensor]) -> Scene:
         """Return the scene with what ``change`` makes of each tensor; the structure follows to another device."""
@@ -212,6 +239,8 @@ class Scene:
         """Return the scene with the outlines of other paths, and what ``change`` makes of the values of each path."""
         paths: dict[str, Any] = {name: change(getattr(self, name)) for name in ("color", "opacity", "generation")}
         groups = self._groups(lambda group: group.map(change))
+        if self.forms is not None:
+            groups["forms"] = groups["forms"].or_none()
         return replace(self, segments=segments, structure=structure, **groups, **paths)
 
     def _groups(self, change: Callable[[Any], Any]) -> dict[str, Any]:
@@ -246,6 +275,6 @@ def straightened(segments: Tensor, structure: Structure) -> Tensor:
 
 _TENSORS = ("segments", "color", "opacity", "background", "generation")
 
-_GROUPS: dict[str, Any] = {"gradients": Gradients, "strokes": Strokes}
+_GROUPS: dict[str, Any] = {"gradients": Gradients, "strokes": Strokes, "forms": Forms}
 """Values of each path that only some scenes have: a field of the scene -> its class. Each class has ``none``, ``map``,
 ``joined``, ``scaled`` and ``moved``."""

@@ -60,6 +60,9 @@ def trim(scene: Scene, height: int, width: int) -> Scene:
     ).to(scene.segments.device)
     points = np.concatenate([np.zeros((0, 3, 2)), *(points for points, _ in kept)])
     chosen = torch.tensor(rows, dtype=torch.int64, device=scene.segments.device)
+    if scene.forms is not None:
+        cut = np.unique(scene.structure.segment_path.cpu().numpy()[outside])
+        scene = replace(scene, forms=scene.forms.without(torch.from_numpy(cut).long()))
     return replace(scene.select(chosen), segments=torch.from_numpy(points).to(scene.segments), structure=structure)
 
 

@@ -89,7 +89,11 @@ class Refine:
         return polish_drawing(start, encoding, request.watch, count, free=self.free)
 
     def _fitted_on(self, request: Request, start: Scene) -> Drawing:
-        """Return the drawing that a fit of a photo makes from ``start``. A goal's search sets the steps by itself."""
+        """Return the drawing that a fit of a photo makes from ``start``. A goal's search sets the steps by itself.
+
+        Forms become outlines: the fit gives nodes to paths and takes them away.
+        """
+        start = start.outlined()
         if not request.picture.is_transparent:
             start = over_white(start)
         if not request.goal:

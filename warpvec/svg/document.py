@@ -59,11 +59,15 @@ _REFERENCES = {
 # filters, masks and strokes can ask for any amount of time and memory in a few bytes. So can a style sheet that names
 # them.
 _GRADIENTS = frozenset({"linearGradient", "radialGradient"})
-_PLAIN_ELEMENTS = frozenset({"svg", "g", "path", "rect", "title", "desc", "metadata", "defs", "stop"}) | _GRADIENTS
+_FORMS = {"rect": ("x", "y", "width", "height"), "circle": ("cx", "cy", "r", "r"), "ellipse": ("cx", "cy", "rx", "ry")}
+_PLAIN_ELEMENTS = frozenset({"svg", "g", "path", "title", "desc", "metadata", "defs", "stop", *_FORMS}) | _GRADIENTS
 _PLAIN_ATTRIBUTES = frozenset(
     {"id", "version", "width", "height", "viewBox", "x", "y", "d", "fill", "fill-opacity"}
-    | {"gradientUnits", "x1", "y1", "x2", "y2", "cx", "cy", "r", "offset", "stop-color"}
+    | {"gradientUnits", "x1", "y1", "x2", "y2", "cx", "cy", "r", "rx", "ry", "offset", "stop-color"}
 )
+
+_TURN = re.compile(r"rotate\(-?[\d.]{1,20} (-?[\d.]{1,20}) (-?[\d.]{1,20})\)", re.ASCII)
+"""A turn about a point, the one transform that a plain form may have."""
 
 _PLAIN_STOPS = 2
 """Most stops of a plain gradient. A pixel takes the longer the more there are: with two, four times a flat pixel, with
@@ -112,9 +116,10 @@ class Document:
         root_range: start and stop of the root element in the UTF-8 text, in bytes.
         groups: the <g> elements directly inside the root, in the order of the file.
         path_data: the ``d`` attribute of each <path>.
-        rectangles: position and size of each <rect>, as text.
+        forms: position and size of each <rect>, <circle> and <ellipse>, and the point that it is turned about, as
+            text.
         painted: the elements that paint something.
-        plain: True if the file holds only paths, rectangles and groups with flat fills, and gradients of two stops that
+        plain: True if the file holds only paths, forms and groups with flat fills, and gradients of two stops that
             refer to nothing, so that drawing it is cheap.
     """
 
@@ -123,16 +128,16 @@ class Document:
     root_range: tuple[int, int] = (0, 0)
     groups: list[Group] = field(default_factory=list)
     path_data: list[str] = field(default_factory=list)
-    rectangles: list[str] = field(default_factory=list)
+    forms: list[str] = field(default_factory=list)
     painted: PaintedCounter = field(default_factory=PaintedCounter)
     plain: bool = True
 
     def reach(self) -> float:
-        """Return an upper bound of the distance from the origin to any point of a path or rectangle, in user units.
+        """Return an upper bound of the distance from the origin to any point of a path or form, in user units.
 
-        The bound of a shape is the sum of the absolute values of its numbers.
+        The bound of a shape is the sum of the absolute values of its numbers, those of a point to turn about twice.
         """
-        shapes = (_NUMBER.finditer(numbers) for numbers in (*self.path_data, *self.rectangles))
+        shapes = (_NUMBER.finditer(numbers) for numbers in (*self.path_data, *self.forms))
         return max((math.fsum(abs(float(match[0])) for match in shape) for shape in shapes), default=0.0)
 
 
@@ -276,8 +281,8 @@ class _Parser:
         document.painted.start(name, attributes)
         if name == "path":
             document.path_data.append(attributes.get("d", ""))
-        elif name == "rect":
-            document.rectangles.append(" ".join(attributes.get(side, "0") for side in ("x", "y", "width", "height")))
+        elif name in _FORMS:
+            document.forms.append(_form_numbers(name, attributes))
         elif name in _REFERENCES:
             _check_references(name, attributes)
         elif name in _GRADIENTS:
@@ -327,7 +332,16 @@ def _clark(name: str) -> str:
 def _is_plain(element: str, attributes: dict[str, str]) -> bool:
     # Attributes of a namespace have a space in their name; those of most namespaces mean nothing to a renderer.
     names = {name for name in attributes if " " not in name or name.startswith(_DRAWN_NAMESPACES)}
+    if element in _FORMS and _TURN.fullmatch(attributes.get("transform", "")):
+        names.remove("transform")
     return element in _PLAIN_ELEMENTS and names <= _PLAIN_ATTRIBUTES
+
+
+def _form_numbers(element: str, attributes: dict[str, str]) -> str:
+    """Return place and sizes of a form, and twice the point that it is turned about."""
+    turn = _TURN.fullmatch(attributes.get("transform", ""))
+    sides = [attributes.get(side, "0") for side in _FORMS[element]]
+    return " ".join([*sides, *(turn.groups() * 2 if turn else ())])
 
 
 def _check_root(element: str) -> None:

@@ -39,6 +39,11 @@ _NUMBERS = re.compile(NUMBER)
 
 _OWN_DATA = re.compile(r"M[^A-Za-z]*+c[^A-Za-z]*+z")
 
+_OWN_SIZES = re.compile(r"(?:-?(?:\d{1,15}(?:\.\d{1,7})?|\.\d{1,7})(?: |\Z)){4,8}", re.ASCII)
+
+_FORM_EDGES = 8
+"""Most segments of a form: those of a rectangle with round corners."""
+
 _CLOSED_AGAIN = re.compile(r"[zZ][\s,]*+[zZ]")
 """resvg calls itself for each of these and ends the process when its stack overflows, at some 10,000."""
 
@@ -66,7 +71,8 @@ def file_facts(svg: SvgSource) -> dict[str, int]:
     """Count what is in an SVG. The sizes are the same if ``svg`` is gzipped.
 
     Keys: ``paths`` (painted elements), ``gradients`` (those with one), ``segments``, ``bytes``, and ``gzip_bytes``.
-    A segment is one curve, line or arc of a path. The line that closes a path counts if it has a length.
+    A segment is one curve, line or arc of a path. The line that closes a path counts if it has a length. A circle, an
+    ellipse or a rectangle has four, a rectangle with round corners eight.
 
     Raises:
         InputError: ``svg`` is not an SVG, is refused as unsafe, or has more than ``MAX_COMMANDS`` commands.
@@ -78,7 +84,7 @@ def file_facts(svg: SvgSource) -> dict[str, int]:
     return {
         "paths": document.painted.count,
         "gradients": document.painted.gradient_count,
-        "segments": sum(map(count_segments, path_data)),
+        "segments": sum(map(count_segments, path_data)) + document.painted.form_segment_count,
         "bytes": len(data),
         "gzip_bytes": len(gzip_bytes(data)),
     }
@@ -185,11 +191,11 @@ def _is_harmless(document: Document, width: float, height: float) -> bool:
 
 
 def _cost(document: Document, width: float, height: float, scale: float) -> float:
-    """Return an upper bound of what it costs to draw the paths and rectangles, in painted pixels.
+    """Return an upper bound of what it costs to draw the paths and forms, in painted pixels.
 
-    A shape that is not of the form of warpvec's own paths counts as large as the rendering.
+    A shape that is not like warpvec's own ones counts as large as the rendering.
     """
-    cost = len(document.rectangles) * width * height
+    cost = sum(_form_cost(numbers, width, height, scale) for numbers in document.forms)
     for numbers in document.path_data:
         points = _own_points(numbers)
         if points is None:
@@ -198,6 +204,17 @@ def _cost(document: Document, width: float, height: float, scale: float) -> floa
             across, down = np.minimum(np.ptp(points, axis=0) * scale + 2, (width, height))
             cost += down * (across + EDGE_COST * len(points) / 3)
     return float(cost)
+
+
+def _form_cost(numbers: str, width: float, height: float, scale: float) -> float:
+    """Return the cost of a form by its position, its sizes and, if it is turned, a point."""
+    if not _OWN_SIZES.fullmatch(numbers):
+        return width * height
+    first, second, *turn = (float(number) for number in numbers.split()[2:])
+    if turn:
+        first = second = first + second
+    across, down = min(2 * first * scale + 2, width), min(2 * second * scale + 2, height)
+    return down * (across + EDGE_COST * _FORM_EDGES)
 
 
 def _own_points(path_data: str) -> NDArray[np.float64] | None:

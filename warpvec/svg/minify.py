@@ -1,8 +1,8 @@
 """Write a scene as the shortest SVG text that editors still open at its true size.
 
 The coordinates are whole numbers in a viewBox that is finer than the pixels; ``width`` and ``height`` state the true
-size. There are no line ends, layers, ids, title or settings. The most common opacity is stated once, on the group of
-the paths. `warpvec.svg.read` reads such files back exactly.
+size. There are no line ends, layers, ids, title or settings. A form is a path where that is shorter. The most common
+opacity is stated once, on the group of the paths. `warpvec.svg.read` reads such files back exactly.
 """
 
 from __future__ import annotations
@@ -12,7 +12,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from warpvec.geometry.forms.form import ANGLE
+from warpvec.geometry.forms.registry import RECT
 from warpvec.geometry.scene import Scene
+from warpvec.svg.form_elements import Shape, form_shapes
 from warpvec.svg.path_data import format_closed_curves
 from warpvec.svg.quantize import quantize, ticks_of
 from warpvec.svg.write import (
@@ -22,8 +25,9 @@ from warpvec.svg.write import (
     fills_of,
     opacity_attribute,
     path_data,
-    path_element,
+    path_shape,
     runs_of,
+    shape_element,
 )
 
 _GROUP = '<g fill-opacity=""></g>'
@@ -55,21 +59,21 @@ def write_minified(
         *definitions,
         *background_of(scene, width, height),
     ]
-    elements = list(zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), _data(scene, precision), strict=True))
+    elements = list(zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), _shapes(scene, precision), strict=True))
     generation = scene.generation.numpy()
     for start, stop in runs_of(generation if keeps_layers else np.zeros_like(generation)):
         parts += _group(elements[start:stop], keeps_layers)
     return "".join([*parts, "</svg>"])
 
 
-def _group(elements: list[tuple[str, int, str]], is_layer: bool) -> Iterator[str]:
-    """Yield the text of paths, each given by its fill, its opacity in ticks and its data."""
+def _group(elements: list[tuple[str, int, Shape]], is_layer: bool) -> Iterator[str]:
+    """Yield the text of shapes, each given with its fill and its opacity in ticks."""
     common = _common_opacity([opacity for _, opacity, _ in elements])
     has_group = is_layer or common != OPAQUE
     if has_group:
         yield "<g>" if common == OPAQUE else f"<g{opacity_attribute(common)}>"
-    for fill, opacity, data in elements:
-        yield path_element(fill, opacity, data, common)
+    for fill, opacity, shape in elements:
+        yield shape_element(fill, opacity, shape, common)
     if has_group:
         yield "</g>"
 
@@ -82,6 +86,20 @@ def _common_opacity(opacity: list[int]) -> int:
     gains = {t: counts[t] * lengths[t] - counts[OPAQUE] * lengths.get(OPAQUE, 0) - len(_GROUP) for t in counts}
     gains[OPAQUE] = 0
     return max(gains, key=lambda ticks: (gains[ticks], ticks))
+
+
+def _shapes(scene: Scene, precision: int) -> list[Shape]:
+    """Return the shape of each path: the shorter one of its form and, where it draws the same, its outline."""
+    forms = scene.forms
+    if forms is None:
+        return list(map(path_shape, _data(scene, precision)))
+    shapes = form_shapes(forms, precision)
+    is_same = (forms.kind == RECT) & (forms.parameters[:, ANGLE] == 0.0)  # of others, the outline has other ticks
+    others = (~forms.is_form | is_same).nonzero().flatten()
+    for path, data in zip(others.tolist(), _data(scene.select(others).outlined(), precision), strict=True):
+        shape = path_shape(data)
+        shapes[path] = min(shapes.get(path, shape), shape, key=lambda each: len(each.element) + len(each.attributes))
+    return [shapes[path] for path in range(len(scene))]
 
 
 def _data(scene: Scene, precision: int) -> list[str]:

@@ -6,6 +6,12 @@ _PAINTED = frozenset(
     {"path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text", "image", "use", "foreignObject"}
 )
 
+_FORM_SIZES = {"circle": "r", "ellipse": "rx", "rect": "width"}
+"""The attribute without which a form is nothing."""
+
+_FORM_SEGMENTS = 4
+"""Lines or arcs of a form; the corners of a round rectangle count beside."""
+
 _DEFINITIONS = frozenset(
     {"defs", "symbol", "clipPath", "mask", "pattern", "marker", "filter", "linearGradient", "radialGradient"}
 )
@@ -21,10 +27,11 @@ class PaintedCounter:
     Attributes:
         count: the elements so far.
         gradient_count: those of them whose own fill refers to a gradient or a pattern.
+        form_segment_count: lines and arcs of all circles, ellipses and rectangles among them.
     """
 
     def __init__(self) -> None:
-        self.count = self.gradient_count = self._depth = 0
+        self.count = self.gradient_count = self.form_segment_count = self._depth = 0
         self._view_box = ""
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
@@ -35,6 +42,9 @@ class PaintedCounter:
         if name in _PAINTED and not self._depth and not self._is_canvas(name, attributes):
             self.count += 1
             self.gradient_count += _has_gradient(attributes)
+            has_corners = name == "rect" and ("rx" in attributes or "ry" in attributes)
+            if _FORM_SIZES.get(name) in attributes:
+                self.form_segment_count += _FORM_SEGMENTS * (1 + has_corners)
 
     def _is_canvas(self, name: str, attributes: dict[str, str]) -> bool:
         """Return whether an element is the canvas of a file of warpvec, whose short form has no names."""

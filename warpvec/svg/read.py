@@ -21,6 +21,7 @@ from warpvec.geometry.paints.kind import GradientKind
 from warpvec.geometry.paints.registry import KINDS
 from warpvec.geometry.scene import Scene
 from warpvec.svg.document import layer_level, local_name, parse_svg, read_text
+from warpvec.svg.form_elements import FORM_ATTRIBUTES, FORM_ELEMENTS, form_decimals, read_form
 from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops
 from warpvec.svg.quantize import COLOR_LEVELS, MAX_TICKS
 from warpvec.svg.units import check_pixels, stated_size
@@ -36,6 +37,8 @@ _OWN_COLOR = re.compile(r"#(?>[0-9a-f]{6}|[0-9a-f]{3})")
 _OWN_BOX = re.compile(r"0 0 ([1-9]\d{0,8}) ([1-9]\d{0,8})", re.ASCII)
 _OWN_SIDE = re.compile(r"\d{1,9}(\.\d{1,9})?(mm|cm|in|pt)?", re.ASCII)
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
+_SHAPES = FORM_ELEMENTS | {"path"}
+_OWN_ATTRIBUTES = {"path": ("d",), **dict.fromkeys(FORM_ELEMENTS, tuple(FORM_ATTRIBUTES))}
 _UNDRAWN = frozenset({"title", "desc", "metadata"})
 
 
@@ -100,10 +103,10 @@ def _read_own(root: Element) -> LoadedSvg:
     width, height = box.groups()
     children = [child for child in root if local_name(child.tag) not in ("", *_UNDRAWN)]
     gradients = _own_gradients(children.pop(0)) if children and local_name(children[0].tag) == "defs" else {}
-    has_background = bool(children) and local_name(children[0].tag) == "rect"
+    has_background = bool(children) and local_name(children[0].tag) == "rect" and "x" not in children[0].attrib
     background = _read_background(children.pop(0), width, height) if has_background else None
     elements = list(_own_paths(children))
-    decimals = max((decimals_of(_own_data(path.element)) for path in elements), default=0)
+    decimals = max((_own_decimals(path.element) for path in elements), default=0)
     outlines = [_own_outline(path, decimals, gradients) for path in elements]
     return LoadedSvg(
         make_scene(outlines, background),
@@ -149,7 +152,7 @@ class _OwnPath(NamedTuple):
 
 def _own_paths(children: Sequence[Element]) -> Iterator[_OwnPath]:
     """Yield each path. All paths are in groups, and no group in another; or there are no groups."""
-    if children and all(local_name(child.tag) == "path" for child in children):
+    if children and all(local_name(child.tag) in _SHAPES for child in children):
         yield from (_own_path(path, 0, "1") for path in children)
         return
     for index, group in enumerate(children):
@@ -160,8 +163,8 @@ def _own_paths(children: Sequence[Element]) -> Iterator[_OwnPath]:
 
 
 def _own_path(path: Element, generation: int, opacity: str) -> _OwnPath:
-    _expect(local_name(path.tag) == "path" and len(path) == 0)
-    _expect_attributes(path, ("id", "fill", "fill-opacity", "d"))
+    _expect(local_name(path.tag) in _SHAPES and len(path) == 0)
+    _expect_attributes(path, ("id", "fill", "fill-opacity", *_OWN_ATTRIBUTES[local_name(path.tag)]))
     return _OwnPath(path, generation, path.get("fill-opacity", opacity))
 
 
@@ -169,7 +172,8 @@ def _is_minified(text: str, root: Element) -> bool:
     """Return whether warpvec's own file has one line, and neither names nor settings."""
     children = [local_name(child.tag) for child in root]
     has_names = any(child.get("id") for child in root) or any(name in _UNDRAWN for name in children)
-    return "\n" not in text.strip() and not has_names and bool({"g", "path"} & set(children))
+    has_shapes = bool({"g", *(_SHAPES - {"rect"})} & set(children)) or any("x" in child.attrib for child in root)
+    return "\n" not in text.strip() and not has_names and has_shapes
 
 
 def _own_layer_names(groups: Sequence[Element]) -> dict[int, str] | None:
@@ -182,13 +186,22 @@ def _own_layer_names(groups: Sequence[Element]) -> dict[int, str] | None:
 def _own_outline(path: _OwnPath, decimals: int, gradients: dict[str, _Paint]) -> Outline:
     fill = path.element.get("fill", "")
     color, gradient = gradients[fill] if fill in gradients else (_own_color(path.element), None)
+    _expect(_OWN_OPACITY.fullmatch(path.opacity) is not None)
+    if local_name(path.element.tag) != "path":
+        form = read_form(local_name(path.element.tag), path.element.attrib, decimals)
+        if form is None:
+            raise _NotOurs
+        return replace(Outline.of_form(form, color, float(path.opacity), path.generation), gradient=gradient)
     loops = read_loops(_own_data(path.element), decimals)
     _expect(all(bool((np.abs(ticks) < MAX_TICKS).all()) for ticks, _ in loops))
     points = np.concatenate([ticks.reshape(-1, 2) for ticks, _ in loops]) / 10**decimals
     is_line = np.concatenate([mask for _, mask in loops])
     counts = tuple(len(ticks) for ticks, _ in loops)
-    _expect(_OWN_OPACITY.fullmatch(path.opacity) is not None)
     return Outline(points, color, float(path.opacity), path.generation, counts, is_line, gradient)
+
+
+def _own_decimals(shape: Element) -> int:
+    return decimals_of(_own_data(shape)) if local_name(shape.tag) == "path" else form_decimals(shape.attrib)
 
 
 def _own_gradients(definitions: Element) -> dict[str, _Paint]:

@@ -16,6 +16,7 @@ from torch import Tensor
 from warpvec import __version__
 from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
+from warpvec.svg.form_elements import Shape, form_shapes
 from warpvec.svg.path_data import format_curves, format_number, format_path
 from warpvec.svg.quantize import COLOR_LEVELS, GRADIENT_DECIMALS, OPACITY_DECIMALS, quantize, ticks_of
 
@@ -40,11 +41,11 @@ def write_svg(
     """Return the SVG text of ``quantize(scene)`` on a canvas of ``width`` x ``height`` user units.
 
     The text has a background rectangle unless the scene is transparent, then one group per run of equal generation (a
-    layer in Inkscape, a named group in other editors), with one path per line. Cubics of no length are left out, such
-    as those that pad a path to the segment count of another. Gradients stand before the background. ``metadata`` is
-    stored as JSON with the version of warpvec; None leaves out that element. ``sides`` are the attributes width and
-    height with their units, None for pixels. ``layer_names`` maps a generation to its name; a name must not occur
-    twice. The text depends on the arguments alone: it has no dates and no file paths.
+    layer in Inkscape, a named group in other editors), with one path or form per line. Cubics of no length are left
+    out, such as those that pad a path to the segment count of another. Gradients stand before the background.
+    ``metadata`` is stored as JSON with the version of warpvec; None leaves out that element. ``sides`` are the
+    attributes width and height with their units, None for pixels. ``layer_names`` maps a generation to its name; a name
+    must not occur twice. The text depends on the arguments alone: it has no dates and no file paths.
 
     Raises:
         ValueError: as `quantize`, or ``metadata`` cannot be written as JSON.
@@ -53,7 +54,7 @@ def write_svg(
     fills, definitions = fills_of(scene)
     sides = sides or (str(width), str(height))
     opacity = ticks_of(scene.opacity, OPAQUE).tolist()
-    elements = list(map(path_element, fills, opacity, path_data(scene, precision)))
+    elements = list(map(shape_element, fills, opacity, shapes_of(scene, precision)))
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
@@ -108,14 +109,31 @@ def layer_id(name: str) -> str:
     return re.sub(r"[^a-zA-Z0-9]+", "-", name).strip("-")
 
 
-def path_element(fill: str, opacity: int, data: str, shared: int = OPAQUE) -> str:
-    """Return the element of a path; its ``opacity``, in ticks, is left out if its group states it as ``shared``."""
-    return f'<path fill="{fill}"{"" if opacity == shared else opacity_attribute(opacity)} d="{data}"/>'
+def shape_element(fill: str, opacity: int, shape: Shape, shared: int = OPAQUE) -> str:
+    """Return the element of a shape; its ``opacity``, in ticks, is left out if its group states it as ``shared``."""
+    stated = "" if opacity == shared else opacity_attribute(opacity)
+    return f'<{shape.element} fill="{fill}"{stated}{shape.attributes}/>'
 
 
 def opacity_attribute(ticks: int) -> str:
     """Return the attribute, with the space before it, that states an opacity."""
     return f' fill-opacity="{format_number(ticks, OPACITY_DECIMALS)}"'
+
+
+def shapes_of(scene: Scene, precision: int) -> list[Shape]:
+    """Return the shape of each path: its form, or the data of its outline."""
+    if scene.forms is None:
+        return list(map(path_shape, path_data(scene, precision)))
+    shapes = form_shapes(scene.forms, precision)
+    outlines = (~scene.forms.is_form).nonzero().flatten()
+    data = path_data(scene.select(outlines), precision)
+    shapes |= {path: path_shape(each) for path, each in zip(outlines.tolist(), data, strict=True)}
+    return [shapes[path] for path in range(len(scene))]
+
+
+def path_shape(data: str) -> Shape:
+    """Return the shape of a path with ``data``."""
+    return Shape("path", f' d="{data}"')
 
 
 def path_data(scene: Scene, precision: int) -> list[str]:

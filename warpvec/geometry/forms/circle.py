@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import torch
 from torch import Tensor
 
-from warpvec.geometry.circles import circle_points
 from warpvec.geometry.forms.form import FIRST, Floats, Form, X, Y
 
-QUARTERS = circle_points(torch.zeros(1, 2, dtype=torch.float64), torch.ones(1, dtype=torch.float64), 4)[0]
-"""Control points [12, 2] of the circle of radius 1 about 0."""
+QUARTER_HANDLE = 4.0 / 3.0 * math.tan(math.pi / 8.0)
+"""Length of the handles of a quarter of a circle of radius 1."""
+
+_ENDS = torch.tensor([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]], dtype=torch.float64)
+_NEXT = _ENDS.roll(-1, 0)
+
+QUARTERS = torch.stack([_ENDS, _ENDS + QUARTER_HANDLE * _NEXT, _NEXT + QUARTER_HANDLE * _ENDS], 1)
+"""Control points [4, 3, 2] of the circle of radius 1 about 0, from the right on."""
 
 
 class Circle(Form):
@@ -20,7 +27,7 @@ class Circle(Form):
     turns = False
     free = (X, Y, FIRST)
     is_line = (False,) * 4
-    basis = torch.stack([QUARTERS, 0 * QUARTERS, 0 * QUARTERS]).reshape(3, 4, 3, 2)
+    basis = torch.stack([QUARTERS, 0 * QUARTERS, 0 * QUARTERS])
 
     def numbers(self, parameters: Tensor) -> Tensor:
         """Return cx, cy and r [K, 3]."""

@@ -23,7 +23,6 @@ class Ellipse(Form):
     free = (X, Y, FIRST, SECOND, ANGLE)
     is_line = (False,) * 4
     basis = torch.stack([QUARTERS * torch.tensor([1.0, 0.0]), QUARTERS * torch.tensor([0.0, 1.0]), 0 * QUARTERS])
-    basis = basis.reshape(3, 4, 3, 2)
 
     def numbers(self, parameters: Tensor) -> Tensor:
         """Return cx, cy, rx and ry [K, 4]."""

@@ -103,6 +103,11 @@ class Form(ABC):
     def parameters(self, numbers: Tensor, angle: Tensor) -> Tensor:
         """Return the parameters [K, 6] with these values of ``sides`` [K, sides] and ``angle`` [K] in radians."""
 
+    def drawable(self, numbers: Tensor, step: float) -> Tensor:
+        """Return ``numbers`` [K, sides], which are multiples of ``step``, as renderers take them."""
+        del step
+        return numbers
+
     # Fits
 
     @abstractmethod

@@ -14,6 +14,9 @@ from warpvec.geometry.lines import thirds
 
 _CORNERS = torch.tensor([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]], dtype=torch.float64)
 
+ROUNDING = 1e-6
+"""Share of a step by which a quotient of float64 may miss a whole number."""
+
 _TILTS = 30
 """Angles below a right one that are tried for the smallest rectangle around the points, which is the guess of a fit."""
 
@@ -90,6 +93,11 @@ class RoundRect(Rect):
         """Return x, y, width, height and rx [K, 5]."""
         return torch.cat([super().numbers(parameters), parameters[:, CORNER:]], 1)
 
+    def drawable(self, numbers: Tensor, step: float) -> Tensor:
+        """Return ``numbers`` [K, 5] with a radius of at most half a side: renderers draw no more."""
+        room = (numbers[:, 2:4].amin(1) / (2 * step) + ROUNDING).floor() * step
+        return torch.cat([numbers[:, :4], torch.minimum(numbers[:, 4], room)[:, None]], 1)
+
     def _first_radius(self, sides: Floats) -> float:
         return float(sides.min()) / 4  # any; a half would be at the bound
 
@@ -106,7 +114,7 @@ def _rounded(factors: Tensor, radius: float) -> Tensor:
     first, last = starts + radius * along, ends - radius * along
     lines = torch.stack([first, *thirds(first, last)], 1)
     inner = ends - radius * (along - along.roll(-1, 0))  # centres of the corners
-    quarters = QUARTERS.reshape(4, 3, 2).roll(1, 0)  # the first one follows the top
+    quarters = QUARTERS.roll(1, 0)  # the first one follows the top
     return torch.stack([lines, inner[:, None] + radius * quarters], 1).reshape(8, 3, 2)
 
 

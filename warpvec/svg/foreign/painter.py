@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.errors import InputError
 from warpvec.geometry import loops as loop_limits
-from warpvec.geometry.loops import Color, Outline
+from warpvec.geometry.loops import Color, Outline, OutlineForm
 from warpvec.svg.foreign.fill import Fill, Fills, fraction
 from warpvec.svg.foreign.fill_rule import to_nonzero
+from warpvec.svg.foreign.forms import shape_form
 from warpvec.svg.foreign.gradients import Space
 from warpvec.svg.foreign.shapes import (
     Loop,
@@ -77,7 +79,8 @@ class Painter:
         for role in ("stroke", "fill") if is_below else ("fill", "stroke"):
             before = len(self.outlines)
             if role == "fill" and fill is not None:
-                self._add_fill(name, subpaths, fill, space, state)
+                form = shape_form(name, attributes, state.viewport, state.matrix)
+                self._add_fill(name, subpaths, form, fill, space, state)
             elif role == "stroke" and stroke is not None:
                 self._add_stroke(subpaths, *stroke, space, state)
             drawn += len(self.outlines) > before
@@ -110,7 +113,9 @@ class Painter:
         self._count(sum(len(subpath.is_line) for subpath in subpaths))
         return subpaths
 
-    def _add_fill(self, name: str, subpaths: list[Subpath], fill: Fill, space: Space, state: State) -> None:
+    def _add_fill(
+        self, name: str, subpaths: list[Subpath], form: OutlineForm | None, fill: Fill, space: Space, state: State
+    ) -> None:
         loops = closed_loops(subpaths)
         points = apply(state.matrix, np.concatenate([np.zeros((0, 2)), *(loop.points for loop in loops)]))
         opacity = fill.opacity * state.opacity
@@ -122,7 +127,7 @@ class Painter:
             if state.properties["fill-rule"] == "evenodd":
                 loops, is_same = to_nonzero(loops, self._combiner)
                 self.omitted["self-crossing even-odd fill"] += not is_same
-            self._add(moved(loops, state.matrix), fill, space, state)
+            self._add(moved(loops, state.matrix), fill, space, state, form)
 
     def _add_stroke(self, subpaths: list[Subpath], stroke: Stroke, paint: Fill, space: Space, state: State) -> None:
         dashes = dash_count(subpaths, stroke)
@@ -154,14 +159,17 @@ class Painter:
             raise ValueError("matrix is flat")
         return float(large * RESOLUTION / max(self._size))
 
-    def _add(self, loops: list[Loop], paint: Fill, space: Space, state: State) -> None:
+    def _add(self, loops: list[Loop], paint: Fill, space: Space, state: State, form: OutlineForm | None = None) -> None:
         opacity = paint.opacity * state.opacity
         for part in self._fills.placed(paint, loops, opacity >= 1.0, space, self._combiner, self.omitted):
             points = np.concatenate([loop.points for loop in part.loops])
             is_line = np.concatenate([loop.is_line for loop in part.loops])
             counts = tuple(len(loop.is_line) for loop in part.loops)
             self._count(len(is_line))
-            self.outlines.append(Outline(points, part.color, opacity, state.generation, counts, is_line, part.gradient))
+            outline = Outline(points, part.color, opacity, state.generation, counts, is_line, part.gradient)
+            if form is not None and part.loops is loops:
+                outline = replace(Outline.of_form(form, part.color, opacity, state.generation), gradient=part.gradient)
+            self.outlines.append(outline)
 
     def _count(self, curves: int) -> None:
         """Count curves that are read and curves that are drawn.

@@ -106,17 +106,22 @@ def shape_data(name: str, attributes: Mapping[str, str], width: float, height: f
         return attributes.get("d", "")
     if name in ("polygon", "polyline"):
         return f"M{attributes.get('points', '')}{'z' if name == 'polygon' else ''}"
-    wholes = dict.fromkeys(("x", "cx", "rx", "width", "x1", "x2"), width)
-    wholes["r"] = math.hypot(width, height) / math.sqrt(2)
-    sizes = {key: parse_length(attributes.get(key, ""), wholes.get(key, height)) for key in _LENGTHS}
-    # A missing radius is that of the other axis.
-    sizes |= {key: sizes[other] for key, other in (("rx", "ry"), ("ry", "rx")) if not attributes.get(key)}
+    sizes = shape_sizes(attributes, width, height)
     if name == "rect":
         return _rectangle(**{key: sizes[key] for key in ("x", "y", "width", "height", "rx", "ry")})
     if name in ("circle", "ellipse"):
         rx, ry = (sizes["r"], sizes["r"]) if name == "circle" else (sizes["rx"], sizes["ry"])
         return _ellipse(sizes["cx"], sizes["cy"], rx, ry)
     return f"M{sizes['x1']!r},{sizes['y1']!r}L{sizes['x2']!r},{sizes['y2']!r}"
+
+
+def shape_sizes(attributes: Mapping[str, str], width: float, height: float) -> dict[str, float]:
+    """Return the lengths that ``attributes`` of a shape state in a viewport of ``width`` x ``height``; 0 without."""
+    wholes = dict.fromkeys(("x", "cx", "rx", "width", "x1", "x2"), width)
+    wholes["r"] = math.hypot(width, height) / math.sqrt(2)
+    sizes = {key: parse_length(attributes.get(key, ""), wholes.get(key, height)) for key in _LENGTHS}
+    # A missing radius is that of the other axis.
+    return sizes | {key: sizes[other] for key, other in (("rx", "ry"), ("ry", "rx")) if not attributes.get(key)}
 
 
 def read_subpaths(data: str) -> tuple[list[Subpath], bool]:
