@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from warpvec.errors import InputError
-from warpvec.geometry.forms.form import ANGLE, FIRST, PARAMETERS, SECOND, Form
+from warpvec.geometry.forms.form import ANGLE, CORNER, FIRST, PARAMETERS, SECOND, Form
 from warpvec.geometry.forms.registry import CIRCLE, ELLIPSE, FORMS, OUTLINE, ROUND_RECT, form_of
 from warpvec.geometry.gradients import check_shape
 from warpvec.geometry.structure import Structure
@@ -17,6 +17,9 @@ from warpvec.geometry.structure import Structure
 UNEVEN_MAX = 0.02
 """Largest distance in pixels by which a form may miss what it would be after a scale that differs across and down: a
 picture that is reduced to whole pixels has such a scale. Beyond it a form becomes another one or an outline."""
+
+SIZE_MIN = 0.1
+"""Smallest size of a form in pixels that a fit may give it: one of no size has no outline."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,15 @@ class Forms:
             rows = form_rows(structure, paths, form)
             segments[rows] = form.segments(self.parameters[paths].double()).to(segments.dtype)
         return segments
+
+    def bounded(self) -> Forms:
+        """Return the forms with sizes of at least ``SIZE_MIN`` and corners that have room."""
+        parameters = self.parameters.clone()
+        sizes = parameters[:, FIRST : SECOND + 1]
+        sizes.clamp_(min=SIZE_MIN)
+        corner = parameters[:, CORNER].clamp_min(0.0)
+        parameters[:, CORNER] = torch.minimum(corner, sizes.amin(1) / 2)
+        return replace(self, parameters=torch.where(is_used(parameters, self.kind), parameters, 0.0))
 
     def without(self, paths: Tensor) -> Forms | None:
         """Return the forms with ``paths`` (indices or a mask [N]) as outlines; None if none is left."""

@@ -150,7 +150,7 @@ class Descent:
         points = step[:bound].view(-1, 2)
         lengths = points.norm(dim=1, keepdim=True).clamp_min(1e-9)
         step = torch.cat([(points * (point_max / lengths).clamp_max(1.0)).flatten(), step[bound:]])
-        return step * self._variables.is_free
+        return self._variables.with_bounded_forms(step, point_max) * self._variables.is_free
 
 
 class _Curvature:

@@ -1,8 +1,8 @@
 """The Gauss-Newton matrix of a drawing: how the pixels change with each pair of its values.
 
 With J the derivative of all pixels by all values, it is J^T J in the scale of the loss. Few values meet in one pixel,
-so J is sparse. Its columns of points follow from samples of the outlines, those of paints from the visible share of
-each path. Opacities are left to `Variables.strength`.
+so J is sparse. Its columns of points and forms follow from samples of the outlines, those of paints from the visible
+share of each path. Opacities are left to `Variables.strength`.
 """
 
 from __future__ import annotations
@@ -33,11 +33,13 @@ def gauss_newton(variables: Variables, x: Tensor, held: Tensor) -> sparse.csc_ma
     paints = PaintSlopes(scene, width, pixels)
     for shares in variables.target.shares(scene):
         paints.add(shares.float().cpu().numpy().reshape(3, -1))
-    by_points = variables.point_derivative(x, held)
-    total = sparse.block_diag([sparse.csr_matrix((by_points.shape[1],) * 2), paints.elsewhere()], "csr")
+    by_points, by_forms = variables.point_derivative(x, held), variables.form_derivative(x)
+    forms = [] if by_forms is None else [by_forms]
+    empty = [sparse.csr_matrix((each.shape[1],) * 2) for each in (by_points, *forms)]
+    total = sparse.block_diag([empty[0], paints.elsewhere(), *empty[1:]], "csr")
     for channel, slopes in enumerate(_slopes(variables, scene, crossed, place, len(pixels))):
         by_paints = paints.at_pixels(channel) if channel < 3 else paints.nothing()
-        both = sparse.hstack([slopes @ by_points, by_paints], "csr")
+        both = sparse.hstack([slopes @ by_points, by_paints, *(slopes @ each for each in forms)], "csr")
         total = total + both.T @ both
     return (2.0 * variables.target.error_scale * total).tocsc()
 

@@ -158,6 +158,7 @@ class LevenbergMarquardt:
                 break
             extra = torch.where(excess > 1.0, extra * EXCESS_DAMPING * excess**1.5, extra)
         step[:bound] /= excess.clamp_min(1.0).repeat_interleave(2)
+        step = self._variables.with_bounded_forms(step, MOVE_MAX * self._scale)
         return step.to(self._here.x.dtype)
 
     def _limits(self) -> Tensor:
@@ -171,7 +172,9 @@ class LevenbergMarquardt:
     def _system(self) -> _System:
         held, gradient = self._variables.held(self._here)
         matrix = gauss_newton(self._variables, self._here.x, held)
-        system = _System(matrix, self._strength, gradient, self._free, 2 * self._variables.point_count, self._order)
+        floor = self._variables.form_floor(torch.from_numpy(matrix.diagonal()).to(gradient.device)).cpu().numpy()
+        bound = 2 * self._variables.point_count
+        system = _System(matrix, self._strength, gradient, self._free, bound, floor, self._order)
         self._order = system.order
         return system
 
@@ -204,12 +207,14 @@ class _System:
         gradient: Tensor,
         free: NDArray[np.int64],
         point_bound: int,
+        floor: NDArray[np.float64],
         order: NDArray[np.int64] | None = None,
     ) -> None:
         self._gradient, self._free, self._count = gradient, free, len(strength)
         self._matrix = (matrix + sparse.diags(strength, format="csc"))[free][:, free].tocsc()
         diagonal = matrix.diagonal() + strength
         diagonal[:point_bound] += POINT_FLOOR * diagonal[:point_bound].mean()
+        diagonal += floor
         self._diagonal = np.maximum(diagonal[free], 1e-12)
         self._slope = gradient.double().cpu().numpy()[free]
         least = self._matrix + sparse.diags(DAMPING_MIN * self._diagonal, format="csc")  # with a whole diagonal

@@ -5,7 +5,7 @@ The drawing keeps its structure: paths, loops, kinds of segments and nodes, and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 from typing import Any
 
@@ -15,8 +15,11 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
+from warpvec.geometry.form_slopes import form_derivative
+from warpvec.geometry.forms.form import ANGLE, CORNER, FIRST, SECOND
 from warpvec.geometry.joint_slopes import curve_derivative
 from warpvec.geometry.joints import Joints
+from warpvec.geometry.path_forms import is_used
 from warpvec.geometry.scene import Scene
 
 OPAQUE = 1.0 - 1e-3
@@ -40,9 +43,10 @@ class Evaluation:
 
 
 class Variables:
-    """The free values of ``scene``: one vector of anchors, handles, colours, opacities, background and gradients.
+    """The free values of ``scene``: a vector of anchors, handles, colours, opacities, background, gradients and forms.
 
-    ``locked`` paths [N] (bool) keep all their values.
+    The points of a path with a form are not free: they follow from its parameters. ``locked`` paths [N] (bool) keep all
+    their values.
 
     Attributes:
         start: the values of ``scene`` [K].
@@ -59,6 +63,8 @@ class Variables:
         parts = [*self.joints.values(scene), scene.color, scene.opacity, scene.background]
         if scene.gradients is not None:
             parts += [scene.gradients.end_color, scene.gradients.geometry]
+        if scene.forms is not None:
+            parts.append(scene.forms.parameters)
         self._shapes = [part.shape for part in parts]
         self._bounds = [0, *accumulate(part.numel() for part in parts)]
         self.start = torch.cat([part.flatten() for part in parts])
@@ -68,6 +74,10 @@ class Variables:
         is_translucent = torch.full_like(scene.opacity, config.opacity == "free", dtype=torch.bool)
         self._of(self.is_free)[4].copy_(is_translucent & ((scene.opacity < OPAQUE) | free))
         self._of(self.is_free)[5].fill_(config.backdrop != "white" and not scene.transparent)
+        if scene.forms is not None:
+            own = scene.forms.is_form
+            self.is_free &= ~self.points_of(own[scene.structure.segment_path.long()])
+            self._of(self.is_free)[-1].copy_(is_used(scene.forms.parameters, scene.forms.kind))
         self._locked = None if locked is None else self._values_of(locked)
         if self._locked is not None:
             self.is_free &= ~self._locked
@@ -97,13 +107,44 @@ class Variables:
             for adjoints in self.target.random_adjoints(scene, generator):
                 total += self._gradient(segments, adjoints, keep=True).square()
         total *= 2.0 * self.target.error_scale / probes
-        for part in self._of(total):
+        parts = self._of(total)
+        for part in parts if self._scene.forms is None else parts[:-1]:
             part += STRENGTH_MIN * part.mean() + 1e-12
-        return total
+        return total + self.form_floor(total) if self._scene.forms is not None else total
+
+    def form_floor(self, diagonal: Tensor) -> Tensor:
+        """Return what must be added to a ``diagonal`` [K] of a matrix so that no number of a form takes endless steps.
+
+        An angle shows far more than a place, so each number is compared with those of its kind.
+        """
+        floor = torch.zeros_like(diagonal)
+        if self._scene.forms is not None:
+            part, own = self._of(diagonal)[-1], self._of(self.is_free)[-1]
+            mean = (part * own).sum(0) / own.sum(0).clamp_min(1)
+            self._of(floor)[-1].copy_(STRENGTH_MIN * mean + 1e-12)
+        return floor
 
     def point_derivative(self, x: Tensor, held: Tensor) -> sparse.csr_matrix:
         """Return the derivative of the curves by the points [8 R, 6 R]; see `curve_derivative`."""
         return curve_derivative(self.joints, self._of(x)[:3], held)
+
+    def form_derivative(self, x: Tensor) -> sparse.csr_matrix | None:
+        """Return the derivative of the curves by the parameters of forms [8 R, 6 N]; None without forms."""
+        forms = self._scene.forms
+        if forms is None:
+            return None
+        return form_derivative(replace(forms, parameters=self._of(x)[-1]), self._scene.structure)
+
+    def with_bounded_forms(self, step: Tensor, most: float) -> Tensor:
+        """Return ``step`` [K] with each form moving by at most ``most`` pixels."""
+        if self._scene.forms is None:
+            return step
+        step = step.clone()
+        moves, parameters = self._of(step)[-1], self._of(self.start)[-1]
+        reach = parameters[:, FIRST : SECOND + 1].abs().amax(1)
+        sizes = moves[:, :2].norm(dim=1) + moves[:, FIRST : SECOND + 1].abs().amax(1) + moves[:, CORNER].abs()
+        moves *= (most / (sizes + moves[:, ANGLE].abs() * reach).clamp_min(1e-9)).clamp_max(1.0)[:, None]
+        return step
 
     def held(self, found: Evaluation) -> tuple[Tensor, Tensor]:
         """Return which handles [R, 2] must not move along themselves, and the gradient [K] without such moves."""
@@ -121,8 +162,11 @@ class Variables:
         anchor, leaving, arriving, color, opacity, background, *paints = self._of(x)
         for part, aligned in zip((leaving, arriving), self.joints.aligned(anchor, leaving, arriving), strict=True):
             part.copy_(aligned)
-        for part in (color, background, *paints[:1]):
+        end_color = paints[:1] if self._scene.gradients is not None else []
+        for part in (color, background, *end_color):
             part.clamp_(0.0, 1.0)
+        if self._scene.forms is not None:
+            paints[-1].copy_(replace(self._scene.forms, parameters=paints[-1]).bounded().parameters)
         opacity.copy_(torch.where(self._of(self.is_free)[4], opacity.clamp(OPACITY_MIN, 1.0), opacity))
         return x if self._locked is None else torch.where(self._locked, self.start, x)
 
@@ -162,21 +206,28 @@ class Variables:
         with torch.enable_grad():
             parts = zip(points.chunk(3), self._shapes, strict=False)
             segments = self.joints.segments(*(part.view(shape) for part, shape in parts))
+            self._leaves = [points]
+            if self._scene.forms is not None:
+                numbers = self._of(x)[-1].detach().clone().requires_grad_()
+                segments = replace(self._scene.forms, parameters=numbers).placed(segments, self._scene.structure)
+                self._leaves.append(numbers)
         scene, (color, opacity, background, *paints) = self._memory, self._of(self.limited(x))[3:]
         shown = [(scene.segments, segments.detach()), (scene.color, color), (scene.opacity, opacity)]
         shown.append((scene.background, background))
         if scene.gradients is not None:
-            shown += zip((scene.gradients.end_color, scene.gradients.geometry), paints, strict=True)
+            shown += zip((scene.gradients.end_color, scene.gradients.geometry), paints[:2], strict=True)
+        if scene.forms is not None:
+            shown.append((scene.forms.parameters, paints[-1]))
         for memory, values in shown:
             memory.copy_(values)
-        self._points = points
         return scene, segments
 
     def _gradient(self, segments: Tensor, adjoints: Any, *, keep: bool = False) -> Tensor:
         with torch.enable_grad():  # a sum, as gradients of tensors make torch import sympy, which takes 0.4 s
             along = (segments * adjoints.segments).sum()
-        adj_points = torch.autograd.grad(along, self._points, retain_graph=keep)[0]
+        adj_points, *adj_forms = torch.autograd.grad(along, self._leaves, retain_graph=keep)
         parts = [adj_points, adjoints.color.flatten(), adjoints.opacity, adjoints.background]
         if self._scene.gradients is not None:
             parts += [adjoints.end_color.flatten(), adjoints.geometry.flatten()]
+        parts += [adjoint.flatten() for adjoint in adj_forms]
         return torch.cat(parts) * self.is_free

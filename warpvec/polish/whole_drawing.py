@@ -45,7 +45,6 @@ def polish_drawing(
     """
     settings, picture = encoding.settings, encoding.picture
     device = resolve_device(settings.device)
-    start = start.outlined()  # the variables of a fit know no forms yet
     begun = _with_opacity(_on_canvas(start.scaled(*picture.reduction), picture.is_transparent), settings.opacity)
     with watch:
         target = Target(torch.from_numpy(picture.reduced), settings, device)
