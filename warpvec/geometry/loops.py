@@ -18,6 +18,7 @@ from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.scene import Scene, straightened
+from warpvec.geometry.strokes import BUTT, MITER, MITER_LIMIT, Strokes
 from warpvec.geometry.structure import Structure
 
 MAX_CUBICS = 2**22
@@ -52,9 +53,18 @@ class OutlineForm(NamedTuple):
     parameters: tuple[float, ...]
 
 
+class OutlineStroke(NamedTuple):
+    """How an outline is stroked; the fields are those of `warpvec.geometry.strokes.Strokes`, the width in pixels."""
+
+    width: float
+    cap: int
+    join: int
+    miter_limit: float
+
+
 @dataclass(frozen=True)
 class Outline:
-    """A filled path of one or more closed loops of cubics.
+    """A path of one or more loops of cubics, filled or stroked.
 
     Attributes:
         points: control points [3 k, 2] in pixels (float64) of the k cubics of all loops, three a cubic: its anchor and
@@ -66,6 +76,8 @@ class Outline:
         is_line: the cubics that are straight lines [k]; None if there are none.
         gradient: None for a flat fill.
         form: None unless the outline is a circle, an ellipse or a rectangle.
+        stroke: None for a fill.
+        is_open: the loops that are open lines, of which the last cubic is only the end; None if there are none.
     """
 
     points: NDArray[np.float64]
@@ -76,6 +88,8 @@ class Outline:
     is_line: NDArray[np.bool_] | None = None
     gradient: OutlineGradient | None = None
     form: OutlineForm | None = None
+    stroke: OutlineStroke | None = None
+    is_open: tuple[bool, ...] | None = None
 
     @staticmethod
     def of_form(form: OutlineForm, color: Color, opacity: float, generation: int) -> Outline:
@@ -115,6 +129,7 @@ def make_scene(outlines: Sequence[Outline], background: Color | None) -> Scene:
         generation=torch.tensor([outline.generation for outline in outlines], dtype=torch.int64),
         transparent=background is None,
         gradients=_gradients_of(outlines),
+        strokes=_strokes_of(outlines),
     )
     return scene.with_forms(_forms_of(outlines))
 
@@ -122,10 +137,13 @@ def make_scene(outlines: Sequence[Outline], background: Color | None) -> Scene:
 def _structure_of(outlines: Sequence[Outline]) -> Structure:
     counts = [outline.counts for outline in outlines]
     has_lines = any(outline.is_line is not None and outline.is_line.any() for outline in outlines)
-    if not has_lines and len(set(counts)) <= 1 and all(len(each) == 1 for each in counts):
+    has_ends = any(outline.is_open is not None and any(outline.is_open) for outline in outlines)
+    if not has_lines and not has_ends and len(set(counts)) <= 1 and all(len(each) == 1 for each in counts):
         return Structure.uniform(len(outlines), counts[0][0] if counts else 1)
     masks = [np.zeros(len(o.points) // 3, np.bool_) if o.is_line is None else o.is_line for o in outlines]
-    return Structure.of_loops(counts, torch.from_numpy(np.concatenate(masks)) if has_lines else None)
+    is_line = torch.from_numpy(np.concatenate(masks)) if has_lines else None
+    opened = [end for outline in outlines for end in outline.is_open or [False] * len(outline.counts)]
+    return Structure.of_loops(counts, is_line, torch.tensor(opened) if has_ends else None)
 
 
 def _gradients_of(outlines: Sequence[Outline]) -> Gradients | None:
@@ -145,6 +163,21 @@ def _forms_of(outlines: Sequence[Outline]) -> Forms | None:
     forms = [outline.form or none for outline in outlines]
     kind = torch.tensor([form.kind for form in forms], dtype=torch.int32)
     return Forms(kind, torch.tensor([form.parameters for form in forms], dtype=torch.float64).float())
+
+
+def _strokes_of(outlines: Sequence[Outline]) -> Strokes | None:
+    if all(outline.stroke is None for outline in outlines):
+        return None
+    fill = OutlineStroke(0.0, BUTT, MITER, MITER_LIMIT)
+    strokes = [outline.stroke or fill for outline in outlines]
+    width, limit = (
+        torch.tensor([getattr(stroke, name) for stroke in strokes], dtype=torch.float64).float()
+        for name in ("width", "miter_limit")
+    )
+    cap, join = (
+        torch.tensor([getattr(stroke, name) for stroke in strokes], dtype=torch.int32) for name in ("cap", "join")
+    )
+    return Strokes(width, cap, join, limit)
 
 
 def _colors(colors: Sequence[Color]) -> Tensor:

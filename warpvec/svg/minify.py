@@ -7,6 +7,7 @@ opacity is stated once, on the group of the paths. `warpvec.svg.read` reads such
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Iterator
 
@@ -20,6 +21,7 @@ from warpvec.svg.path_data import format_closed_curves
 from warpvec.svg.quantize import quantize, ticks_of
 from warpvec.svg.write import (
     OPAQUE,
+    Look,
     background_of,
     closes_by_lines,
     fills_of,
@@ -28,6 +30,7 @@ from warpvec.svg.write import (
     path_shape,
     runs_of,
     shape_element,
+    strokes_of,
 )
 
 _GROUP = '<g fill-opacity=""></g>'
@@ -59,21 +62,22 @@ def write_minified(
         *definitions,
         *background_of(scene, width, height),
     ]
-    elements = list(zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), _shapes(scene, precision), strict=True))
+    looks = zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), strokes_of(scene, precision), strict=True)
+    elements = list(zip(itertools.starmap(Look, looks), _shapes(scene, precision), strict=True))
     generation = scene.generation.numpy()
     for start, stop in runs_of(generation if keeps_layers else np.zeros_like(generation)):
         parts += _group(elements[start:stop], keeps_layers)
     return "".join([*parts, "</svg>"])
 
 
-def _group(elements: list[tuple[str, int, Shape]], is_layer: bool) -> Iterator[str]:
-    """Yield the text of shapes, each given with its fill and its opacity in ticks."""
-    common = _common_opacity([opacity for _, opacity, _ in elements])
+def _group(elements: list[tuple[Look, Shape]], is_layer: bool) -> Iterator[str]:
+    """Yield the text of shapes, each given with its look."""
+    common = _common_opacity([look.opacity for look, _ in elements if look.stroke is None])
     has_group = is_layer or common != OPAQUE
     if has_group:
         yield "<g>" if common == OPAQUE else f"<g{opacity_attribute(common)}>"
-    for fill, opacity, shape in elements:
-        yield shape_element(fill, opacity, shape, common)
+    for look, shape in elements:
+        yield shape_element(look, shape, common)
     if has_group:
         yield "</g>"
 

@@ -1,13 +1,15 @@
 """Path data of warpvec's own files: written in few characters, and read back exactly.
 
 A path has its loops one after another, the first one with an absolute start, the others relative to the start of the
-loop before. Numbers are whole *ticks*, units of the last decimal: differences of rounded positions and not rounded
-differences, so that a reader's sums are exact.
+loop before, or to its end if it is open. Numbers are whole *ticks*, units of the last decimal: differences of rounded
+positions and not rounded differences, so that a reader's sums are exact.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +19,9 @@ Ticks = NDArray[np.int64]
 _NUMBER = r"(?>-?(?>\d{1,15}(?>\.\d{1,6})?|\.\d{1,6}))"
 _ARGUMENTS = {"c": 6, "s": 4, "l": 2, "h": 1, "v": 1}
 _COMMANDS = "|".join(rf"{letter}(?>(?>[ ]?{_NUMBER}){{{count}}})+" for letter, count in _ARGUMENTS.items())
-_LOOP = rf"(?>[ ]?{_NUMBER}){{2}}(?>{_COMMANDS})*z"
-_OWN_DATA = re.compile(rf"M{_LOOP}(?>m{_LOOP})*", re.ASCII)
+_LINE = rf"(?>[ ]?{_NUMBER}){{2}}(?>{_COMMANDS})*"
+_OWN_DATA = re.compile(rf"M{_LINE}z(?>m{_LINE}z)*", re.ASCII)
+_OWN_STROKE_DATA = re.compile(rf"M{_LINE}z?(?>m{_LINE}z?)*", re.ASCII)
 _COMMAND = re.compile(rf"([Mmcslhvz])((?>[ ]?{_NUMBER})*)", re.ASCII)
 OWN_NUMBER = re.compile(_NUMBER, re.ASCII)
 """A number as warpvec writes it."""
@@ -80,7 +83,7 @@ def format_closed_curves(
             data[path] = min(data[path], other[path], key=lambda text: (len(text), text))
     for path in _with_implied_handles(ticks, first, is_closing):
         rows = slice(first[path], first[path + 1])
-        data[path] = format_path([(ticks[rows], is_closing[rows])], decimals)
+        data[path] = format_path([Loop(ticks[rows], is_closing[rows])], decimals)
     return data
 
 
@@ -108,24 +111,38 @@ def _with_implied_handles(ticks: Ticks, first: NDArray[np.int64], is_closing: ND
     return np.unique(found).tolist()
 
 
-def format_path(loops: list[tuple[Ticks, NDArray[np.bool_]]], decimals: int) -> str:
-    """Return the data of one path from the control points [S, 3, 2] of each of its loops, and which rows are lines [S].
+class Loop(NamedTuple):
+    """A loop of path data.
+
+    Attributes:
+        ticks: control points [S, 3, 2] of its rows, in ticks.
+        is_line: which rows are lines [S].
+        is_open: whether it is an open line, of which the last row is only the end.
+    """
+
+    ticks: Ticks
+    is_line: NDArray[np.bool_]
+    is_open: bool = False
+
+
+def format_path(loops: Sequence[Loop], decimals: int) -> str:
+    """Return the data of one path from its loops.
 
     Cubics of no length are left out, and so is a line that closing the loop draws. Handles that mirror the one before
     are implied ("s").
     """
     text, at = [], None
-    for ticks, is_line in loops:
-        start = ticks[0, 0]
+    for loop in loops:
+        start = loop.ticks[0, 0]
         text.append(("M" if at is None else "m") + _numbers(start if at is None else start - at, decimals))
-        text.append(_loop_commands(ticks, is_line, decimals))
-        at = start
+        text.append(_line_commands(loop, decimals) if loop.is_open else _loop_commands(loop, decimals))
+        at = loop.ticks[-1, 0] if loop.is_open else start
     return "".join(text)
 
 
-def is_own_data(data: str) -> bool:
-    """Return whether ``data`` has only what this module writes."""
-    return _OWN_DATA.fullmatch(data) is not None
+def is_own_data(data: str, is_stroke: bool = False) -> bool:
+    """Return whether ``data`` has only what this module writes; that of a stroke may have open lines."""
+    return (_OWN_STROKE_DATA if is_stroke else _OWN_DATA).fullmatch(data) is not None
 
 
 def decimals_of(data: str) -> int:
@@ -133,31 +150,36 @@ def decimals_of(data: str) -> int:
     return max((len(word.rpartition(".")[2]) for word in OWN_NUMBER.findall(data) if "." in word), default=0)
 
 
-def read_loops(data: str, decimals: int) -> list[tuple[Ticks, NDArray[np.bool_]]]:
-    """Return the control points [S, 3, 2] in ticks of each loop of own ``data``, and which of its rows are lines [S].
+def read_loops(data: str, decimals: int) -> list[Loop]:
+    """Return the loops of own ``data``.
 
-    The handles of lines are those of `line_handles`, but rounded down to ticks; only the anchors of a line count.
+    The handles of lines are at thirds, but rounded down to ticks; only the anchors of a line count.
     """
-    loops: list[tuple[Ticks, NDArray[np.bool_]]] = []
-    start = np.zeros(2, np.int64)
-    reader = _LoopReader(start)
+    loops: list[Loop] = []
+    at, reader = np.zeros(2, np.int64), None
     for letter, numbers in _COMMAND.findall(data):
         values = _ticks_of(numbers, decimals)
         if letter in "Mm":
-            start = start + values if letter == "m" else values
-            reader = _LoopReader(start)
+            if reader is not None:
+                at = reader.at
+                loops.append(reader.opened())
+            at = at + values if letter == "m" else values
+            reader = _LoopReader(at)
         elif letter == "z":
+            assert reader is not None
             loops.append(reader.closed())
+            at, reader = reader.at, None
         else:
+            assert reader is not None
             reader.draw(letter, values.reshape(-1, _ARGUMENTS[letter]))
-    return loops
+    return loops if reader is None else [*loops, reader.opened()]
 
 
 class _LoopReader:
-    """Adds up the commands of one loop."""
+    """Adds up the commands of one loop, and knows where it is ``at``."""
 
     def __init__(self, start: Ticks) -> None:
-        self._start = self._at = start
+        self._start = self.at = start
         self._mirrored = start  # where the leaving handle of an "s" lies
         self._rows: list[tuple[Ticks, Ticks, Ticks]] = []
         self._is_line: list[bool] = []
@@ -166,33 +188,57 @@ class _LoopReader:
         """Add the segments of a command with ``values`` [K, its number of arguments]."""
         for row in values:
             if letter in "cs":
-                leaving = self._at + row[:2] if letter == "c" else self._mirrored
-                self._add(leaving, self._at + row[-4:-2], self._at + row[-2:], False)
+                leaving = self.at + row[:2] if letter == "c" else self._mirrored
+                self._add(leaving, self.at + row[-4:-2], self.at + row[-2:], False)
             else:
                 step = {"l": row, "h": np.array([*row, 0]), "v": np.array([0, *row])}[letter]
-                self._add(self._at + step // 3, self._at + 2 * step // 3, self._at + step, True)
+                self._add(self.at + step // 3, self.at + 2 * step // 3, self.at + step, True)
 
-    def closed(self) -> tuple[Ticks, NDArray[np.bool_]]:
-        """Return the rows of the loop, with a line to its start if it does not end there."""
-        if (self._at != self._start).any() or not self._rows:
-            self.draw("l", (self._start - self._at)[None])
-        return np.stack([np.stack(row) for row in self._rows]), np.array(self._is_line)
+    def closed(self) -> Loop:
+        """Return the loop, with a line to its start if it does not end there."""
+        if (self.at != self._start).any() or not self._rows:
+            self.draw("l", (self._start - self.at)[None])
+        return Loop(np.stack([np.stack(row) for row in self._rows]), np.array(self._is_line))
+
+    def opened(self) -> Loop:
+        """Return the open line; a line back to its start is the row of its end."""
+        self.draw("l", (self._start - self.at)[None])
+        return Loop(np.stack([np.stack(row) for row in self._rows]), np.array(self._is_line), is_open=True)
 
     def _add(self, leaving: Ticks, arriving: Ticks, end: Ticks, is_line: bool) -> None:
-        self._rows.append((self._at, leaving, arriving))
+        self._rows.append((self.at, leaving, arriving))
         self._is_line.append(is_line)
         self._mirrored = end if is_line else 2 * end - arriving
-        self._at = end
+        self.at = end
 
 
-def _loop_commands(ticks: Ticks, is_line: NDArray[np.bool_], decimals: int) -> str:
+def _relative(ticks: Ticks) -> Ticks:
+    """Return the handles and the end of each row of a loop, relative to its anchor [S, 3, 2]."""
     ends = np.roll(ticks[:, 0], -1, axis=0)
-    relative = np.concatenate([ticks[:, 1:] - ticks[:, :1], (ends - ticks[:, 0])[:, None]], 1)  # [S, 3, 2]
-    rows = [row for row in range(len(ticks)) if (relative[row, 2] if is_line[row] else relative[row]).any()]
+    return np.concatenate([ticks[:, 1:] - ticks[:, :1], (ends - ticks[:, 0])[:, None]], 1)
+
+
+def _drawn_rows(relative: Ticks, is_line: NDArray[np.bool_]) -> list[int]:
+    return [row for row in range(len(relative)) if (relative[row, 2] if is_line[row] else relative[row]).any()]
+
+
+def _loop_commands(loop: Loop, decimals: int) -> str:
+    relative, is_line = _relative(loop.ticks), loop.is_line
+    rows = _drawn_rows(relative, is_line)
     if rows and is_line[rows[-1]]:
         rows.pop()  # "z" draws it
     if not rows:  # a single point, or a line there and back
         return ("c" + _numbers(relative[0].ravel(), decimals) if not is_line[0] else "") + "z"
+    return _commands(relative, is_line, rows, decimals) + "z"
+
+
+def _line_commands(loop: Loop, decimals: int) -> str:
+    """Return the commands of an open line; a point is a line of no length, which renderers give its caps."""
+    relative, is_line = _relative(loop.ticks)[:-1], loop.is_line[:-1]
+    return _commands(relative, is_line, _drawn_rows(relative, is_line), decimals) or "h0"
+
+
+def _commands(relative: Ticks, is_line: NDArray[np.bool_], rows: list[int], decimals: int) -> str:
     text, last = [], ""
     mirrored = np.zeros(2, np.int64)
     for row in rows:
@@ -202,7 +248,7 @@ def _loop_commands(ticks: Ticks, is_line: NDArray[np.bool_], decimals: int) -> s
         # A repeated letter is left out; the number after it then needs something that separates it.
         text.append(letter + words if letter != last else words if words[0] == "-" else " " + words)
         last = letter
-    return "".join(text) + "z"
+    return "".join(text)
 
 
 def _command(relative: Ticks, is_line: bool, mirrored: Ticks) -> tuple[str, Ticks]:

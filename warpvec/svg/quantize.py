@@ -12,6 +12,7 @@ from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.registry import FLAT, KINDS, kind_of
 from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.scene import Scene, straightened
+from warpvec.geometry.strokes import MITER, MITER_LIMIT, MITER_LIMIT_MAX, Strokes
 from warpvec.geometry.structure import Structure
 
 GRADIENT_DECIMALS = 1
@@ -24,6 +25,12 @@ OPACITY_DECIMALS = 2
 
 ANGLE_DECIMALS = 3
 """Decimals of the angles of forms in degrees: half a step moves a point that is 500 px away by 0.004 px."""
+
+MITER_DECIMALS = 2
+"""Decimals of the limits of miters, which only decide between two forms of a corner."""
+
+MIN_WIDTH_DECIMALS = 2
+"""Fewest decimals of the widths of strokes. Zeros at the end are not written."""
 
 MIN_HANDLE_DECIMALS = 1
 """Fewest decimals of handles, which have one fewer than anchors: see `quantize`."""
@@ -47,8 +54,8 @@ def quantize(scene: Scene, precision: int) -> Scene:
     Handles are rounded more coarsely than anchors (to 0.1 px at two decimals), relative to the start of their segment.
     This saves 9 % of the file at 512 paths and costs 0.003 dB: a handle moves its curve by at most 4/9 of its own move.
     A path whose points all have ``precision`` decimals already keeps them. Handles of lines are at thirds. Of a path
-    with a form, the numbers of the form are rounded, and its rows follow. Paths whose opacity rounds to 0 are removed,
-    as in the file. Quantizing twice changes nothing more. Device and dtype are kept,
+    with a form, the numbers of the form are rounded, and its rows follow. Paths whose opacity rounds to 0, and strokes
+    whose width does, are removed, as in the file. Quantizing twice changes nothing more. Device and dtype are kept,
     derivatives are not.
 
     Raises:
@@ -64,8 +71,12 @@ def quantize(scene: Scene, precision: int) -> Scene:
         color=_rounded(scene.color.clamp(0, 1), COLOR_LEVELS),
         opacity=_rounded(scene.opacity.clamp(0, 1), 10**OPACITY_DECIMALS),
         background=_rounded(scene.background.clamp(0, 1), COLOR_LEVELS),
+        strokes=_rounded_strokes(scene.strokes, precision),
     ).with_forms(_rounded_forms(scene.forms, precision))
-    return _with_needed_gradients(quantized.select(quantized.opacity > 0))
+    is_visible = quantized.opacity > 0
+    if scene.strokes is not None and quantized.strokes is not None:
+        is_visible &= quantized.strokes.is_stroked | ~scene.strokes.is_stroked
+    return _with_needed_strokes(_with_needed_gradients(quantized.select(is_visible)))
 
 
 def _check(scene: Scene, precision: int) -> None:
@@ -79,6 +90,10 @@ def _check(scene: Scene, precision: int) -> None:
         raise ValueError(f"points must be within 2**53 steps of 1e-{precision} of the origin to be written")
     if scene.forms is not None and not torch.isfinite(scene.forms.parameters).all():
         raise ValueError("parameters of forms must be finite to be written; check what made them")
+    if scene.strokes is not None:
+        for name in ("width", "miter_limit"):
+            if not torch.isfinite(getattr(scene.strokes, name)).all():
+                raise ValueError(f"{name} of strokes must be finite to be written; check what made it")
     if scene.gradients is not None and not torch.isfinite(scene.gradients.end_color).all():
         raise ValueError("end colours of gradients must be finite to be written; check what made them")
 
@@ -159,6 +174,27 @@ def _rounded_gradients(gradients: Gradients | None) -> Gradients | None:
     for number, paint in KINDS.items():
         geometry[gradients.kind == number, len(paint.sides) :] = 0.0  # unused, and not in the file
     return replace(gradients, geometry=geometry, end_color=_rounded(gradients.end_color.clamp(0, 1), COLOR_LEVELS))
+
+
+def width_decimals(precision: int) -> int:
+    """Return the decimals of the widths of strokes in a file whose anchors have ``precision`` decimals."""
+    return max(precision, MIN_WIDTH_DECIMALS)
+
+
+def _rounded_strokes(strokes: Strokes | None, precision: int) -> Strokes | None:
+    if strokes is None:
+        return None
+    width = _rounded(strokes.width.clamp_min(0.0), 10 ** width_decimals(precision))
+    limit = _rounded(strokes.miter_limit.clamp(1.0, MITER_LIMIT_MAX), 10**MITER_DECIMALS)
+    # A file states no limit where the join is no miter.
+    return replace(strokes, width=width, miter_limit=torch.where(strokes.join == MITER, limit, MITER_LIMIT))
+
+
+def _with_needed_strokes(scene: Scene) -> Scene:
+    """Return ``scene`` without strokes if all of its paths are filled."""
+    if scene.strokes is None or scene.strokes.is_stroked.any():
+        return scene
+    return replace(scene, strokes=None)
 
 
 def _with_needed_gradients(scene: Scene) -> Scene:

@@ -7,7 +7,7 @@ have further limits.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -16,14 +16,15 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from warpvec.errors import InputError
-from warpvec.geometry.loops import Color, Outline, OutlineGradient, make_scene
+from warpvec.geometry.loops import Color, Outline, OutlineGradient, OutlineStroke, make_scene
 from warpvec.geometry.paints.kind import GradientKind
 from warpvec.geometry.paints.registry import KINDS
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.strokes import BUTT, CAPS, JOINS, MITER, MITER_LIMIT, MITER_LIMIT_MAX
 from warpvec.svg.document import layer_level, local_name, parse_svg, read_text
 from warpvec.svg.form_elements import FORM_ATTRIBUTES, FORM_ELEMENTS, form_decimals, read_form
 from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops
-from warpvec.svg.quantize import COLOR_LEVELS, MAX_TICKS
+from warpvec.svg.quantize import COLOR_LEVELS, MAX_TICKS, MIN_WIDTH_DECIMALS
 from warpvec.svg.units import check_pixels, stated_size
 from warpvec.svg.write import layer_id
 
@@ -36,6 +37,7 @@ _OWN_OPACITY = re.compile(r"0|1|\.\d{1,6}|0\.\d{1,6}", re.ASCII)
 _OWN_COLOR = re.compile(r"#(?>[0-9a-f]{6}|[0-9a-f]{3})")
 _OWN_BOX = re.compile(r"0 0 ([1-9]\d{0,8}) ([1-9]\d{0,8})", re.ASCII)
 _OWN_SIDE = re.compile(r"\d{1,9}(\.\d{1,9})?(mm|cm|in|pt)?", re.ASCII)
+_OWN_STROKE = ("stroke-width", "stroke-linecap", "stroke-linejoin", "stroke-miterlimit")
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _SHAPES = FORM_ELEMENTS | {"path"}
 _OWN_ATTRIBUTES = {"path": ("d",), **dict.fromkeys(FORM_ELEMENTS, tuple(FORM_ATTRIBUTES))}
@@ -163,8 +165,13 @@ def _own_paths(children: Sequence[Element]) -> Iterator[_OwnPath]:
 
 
 def _own_path(path: Element, generation: int, opacity: str) -> _OwnPath:
-    _expect(local_name(path.tag) in _SHAPES and len(path) == 0)
-    _expect_attributes(path, ("id", "fill", "fill-opacity", *_OWN_ATTRIBUTES[local_name(path.tag)]))
+    name = local_name(path.tag)
+    _expect(name in _SHAPES and len(path) == 0)
+    if "stroke" in path.attrib:
+        _expect_attributes(path, ("id", "fill", "stroke", "stroke-opacity", *_OWN_STROKE, *_OWN_ATTRIBUTES[name]))
+        _expect(path.get("fill") == "none")
+        return _OwnPath(path, generation, path.get("stroke-opacity", "1"))
+    _expect_attributes(path, ("id", "fill", "fill-opacity", *_OWN_ATTRIBUTES[name]))
     return _OwnPath(path, generation, path.get("fill-opacity", opacity))
 
 
@@ -184,24 +191,44 @@ def _own_layer_names(groups: Sequence[Element]) -> dict[int, str] | None:
 
 
 def _own_outline(path: _OwnPath, decimals: int, gradients: dict[str, _Paint]) -> Outline:
-    fill = path.element.get("fill", "")
-    color, gradient = gradients[fill] if fill in gradients else (_own_color(path.element), None)
+    stroke, name = _own_stroke(path.element), local_name(path.element.tag)
+    role = "fill" if stroke is None else "stroke"
+    paint = path.element.get(role, "")
+    color, gradient = gradients[paint] if paint in gradients else (_own_color(path.element, role), None)
     _expect(_OWN_OPACITY.fullmatch(path.opacity) is not None)
-    if local_name(path.element.tag) != "path":
-        form = read_form(local_name(path.element.tag), path.element.attrib, decimals)
-        if form is None:
-            raise _NotOurs
-        return replace(Outline.of_form(form, color, float(path.opacity), path.generation), gradient=gradient)
+    if name == "path":
+        return replace(_own_loops(path, color, decimals), gradient=gradient, stroke=stroke)
+    form = read_form(name, path.element.attrib, decimals)
+    if form is None:
+        raise _NotOurs
+    outline = Outline.of_form(form, color, float(path.opacity), path.generation)
+    return replace(outline, gradient=gradient, stroke=stroke)
+
+
+def _own_loops(path: _OwnPath, color: Color, decimals: int) -> Outline:
+    """Return the outline of a path without its gradient and stroke."""
     loops = read_loops(_own_data(path.element), decimals)
-    _expect(all(bool((np.abs(ticks) < MAX_TICKS).all()) for ticks, _ in loops))
-    points = np.concatenate([ticks.reshape(-1, 2) for ticks, _ in loops]) / 10**decimals
-    is_line = np.concatenate([mask for _, mask in loops])
-    counts = tuple(len(ticks) for ticks, _ in loops)
-    return Outline(points, color, float(path.opacity), path.generation, counts, is_line, gradient)
+    _expect(all(bool((np.abs(loop.ticks) < MAX_TICKS).all()) for loop in loops))
+    points = np.concatenate([loop.ticks.reshape(-1, 2) for loop in loops]) / 10**decimals
+    is_line = np.concatenate([loop.is_line for loop in loops])
+    counts, is_open = tuple(len(loop.ticks) for loop in loops), tuple(loop.is_open for loop in loops)
+    return Outline(points, color, float(path.opacity), path.generation, counts, is_line, is_open=is_open)
 
 
-def _own_decimals(shape: Element) -> int:
-    return decimals_of(_own_data(shape)) if local_name(shape.tag) == "path" else form_decimals(shape.attrib)
+def _own_stroke(path: Element) -> OutlineStroke | None:
+    """Return how a path is stroked; None if it is filled."""
+    if "stroke" not in path.attrib:
+        return None
+    width, limit = path.get("stroke-width", ""), path.get("stroke-miterlimit", str(MITER_LIMIT))
+    _expect(all(OWN_NUMBER.fullmatch(text) for text in (width, limit)))
+    _expect(0.0 < float(width) < MAX_TICKS and 1.0 <= float(limit) <= MITER_LIMIT_MAX)
+    cap, join = path.get("stroke-linecap", CAPS[BUTT]), path.get("stroke-linejoin", JOINS[MITER])
+    _expect(cap in CAPS.values() and join in JOINS.values())
+    return OutlineStroke(float(width), _number_of(cap, CAPS), _number_of(join, JOINS), float(limit))
+
+
+def _number_of(word: str, words: Mapping[int, str]) -> int:
+    return next(number for number, known in words.items() if known == word)
 
 
 def _own_gradients(definitions: Element) -> dict[str, _Paint]:
@@ -243,7 +270,14 @@ def _own_color(element: Element, attribute: str = "fill") -> Color:
     return red, green, blue
 
 
+def _own_decimals(path: Element) -> int:
+    """Return the most decimals of a path's numbers; the width of a stroke has some in files of whole numbers too."""
+    of_width = decimals_of(path.get("stroke-width", ""))
+    own = decimals_of(_own_data(path)) if local_name(path.tag) == "path" else form_decimals(path.attrib)
+    return max(own, of_width if of_width > MIN_WIDTH_DECIMALS else 0)
+
+
 def _own_data(path: Element) -> str:
     data = path.get("d", "")
-    _expect(is_own_data(data))
+    _expect(is_own_data(data, is_stroke="stroke" in path.attrib))
     return data

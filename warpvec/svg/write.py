@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
@@ -16,9 +16,18 @@ from torch import Tensor
 from warpvec import __version__
 from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.strokes import BUTT, CAPS, JOINS, MITER, MITER_LIMIT
 from warpvec.svg.form_elements import Shape, form_shapes
-from warpvec.svg.path_data import format_curves, format_number, format_path
-from warpvec.svg.quantize import COLOR_LEVELS, GRADIENT_DECIMALS, OPACITY_DECIMALS, quantize, ticks_of
+from warpvec.svg.path_data import Loop, format_curves, format_number, format_path
+from warpvec.svg.quantize import (
+    COLOR_LEVELS,
+    GRADIENT_DECIMALS,
+    MITER_DECIMALS,
+    OPACITY_DECIMALS,
+    quantize,
+    ticks_of,
+    width_decimals,
+)
 
 OPAQUE = 10**OPACITY_DECIMALS
 """The opacity 1 in ticks, units of the last decimal."""
@@ -53,8 +62,9 @@ def write_svg(
     scene = quantize(scene, precision).cpu()
     fills, definitions = fills_of(scene)
     sides = sides or (str(width), str(height))
-    opacity = ticks_of(scene.opacity, OPAQUE).tolist()
-    elements = list(map(shape_element, fills, opacity, shapes_of(scene, precision)))
+    looks = zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), strokes_of(scene, precision), strict=True)
+    shapes = shapes_of(scene, precision)
+    elements = [shape_element(Look(*look), shape) for look, shape in zip(looks, shapes, strict=True)]
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
@@ -109,15 +119,53 @@ def layer_id(name: str) -> str:
     return re.sub(r"[^a-zA-Z0-9]+", "-", name).strip("-")
 
 
-def shape_element(fill: str, opacity: int, shape: Shape, shared: int = OPAQUE) -> str:
-    """Return the element of a shape; its ``opacity``, in ticks, is left out if its group states it as ``shared``."""
-    stated = "" if opacity == shared else opacity_attribute(opacity)
-    return f'<{shape.element} fill="{fill}"{stated}{shape.attributes}/>'
+class Look(NamedTuple):
+    """How a path is painted.
+
+    Attributes:
+        paint: the colour of its fill or stroke, or a reference to a gradient.
+        opacity: of the fill or stroke, in ticks.
+        stroke: the attributes of a stroke but for its paint, each with a space before it; None for a fill.
+    """
+
+    paint: str
+    opacity: int
+    stroke: str | None
 
 
-def opacity_attribute(ticks: int) -> str:
-    """Return the attribute, with the space before it, that states an opacity."""
-    return f' fill-opacity="{format_number(ticks, OPACITY_DECIMALS)}"'
+def shape_element(look: Look, shape: Shape, shared: int = OPAQUE) -> str:
+    """Return the element of a shape; the opacity of a fill is left out if its group states it as ``shared``."""
+    if look.stroke is not None:
+        opacity = "" if look.opacity == OPAQUE else opacity_attribute(look.opacity, "stroke")
+        return f'<{shape.element} fill="none" stroke="{look.paint}"{look.stroke}{opacity}{shape.attributes}/>'
+    opacity = "" if look.opacity == shared else opacity_attribute(look.opacity)
+    return f'<{shape.element} fill="{look.paint}"{opacity}{shape.attributes}/>'
+
+
+def opacity_attribute(ticks: int, role: str = "fill") -> str:
+    """Return the attribute, with the space before it, that states an opacity of "fill" or "stroke"."""
+    return f' {role}-opacity="{format_number(ticks, OPACITY_DECIMALS)}"'
+
+
+def strokes_of(scene: Scene, precision: int) -> list[str | None]:
+    """Return the attributes of each stroke but for its paint, each with a space before it; None for fills."""
+    strokes = scene.strokes
+    if strokes is None:
+        return [None] * len(scene)
+    decimals = width_decimals(precision)
+    widths = ticks_of(strokes.width, 10**decimals).tolist()
+    limits = ticks_of(strokes.miter_limit, 10**MITER_DECIMALS).tolist()
+    rows = zip(widths, strokes.cap.tolist(), strokes.join.tolist(), limits, strict=True)
+    return [_stroke_attributes(*row, decimals) if row[0] else None for row in rows]
+
+
+def _stroke_attributes(width: int, cap: int, join: int, limit: int, decimals: int) -> str:
+    text = f' stroke-width="{format_number(width, decimals)}"'
+    text += "" if cap == BUTT else f' stroke-linecap="{CAPS[cap]}"'
+    if join != MITER:
+        return text + f' stroke-linejoin="{JOINS[join]}"'
+    usual = round(MITER_LIMIT * 10**MITER_DECIMALS)
+    return text + ("" if limit == usual else f' stroke-miterlimit="{format_number(limit, MITER_DECIMALS)}"')
 
 
 def shapes_of(scene: Scene, precision: int) -> list[Shape]:
@@ -145,20 +193,22 @@ def path_data(scene: Scene, precision: int) -> list[str]:
     ticks, structure = ticks_of(scene.segments, 10**precision).numpy(), scene.structure
     is_line = _line_rows(scene)
     has_lines = (is_line & (ticks[structure.segment_next.numpy(), 0] != ticks[:, 0]).any(1)).any()
-    if structure.loop_count == len(scene) and not has_lines:
+    if structure.loop_count == len(scene) and not has_lines and structure.is_open is None:
         return format_curves(ticks, structure.loop_first_segment.numpy().astype(np.int64), precision)
     rows, loops = structure.loop_first_segment.tolist(), structure.path_first_loop.tolist()
-    parts = [(ticks[start:stop], is_line[start:stop]) for start, stop in pairwise(rows)]
+    is_open = [False] * structure.loop_count if structure.is_open is None else structure.is_open.tolist()
+    spans = zip(pairwise(rows), is_open, strict=True)
+    parts = [Loop(ticks[start:stop], is_line[start:stop], opened) for (start, stop), opened in spans]
     return [format_path(parts[start:stop], precision) for start, stop in pairwise(loops)]
 
 
 def closes_by_lines(scene: Scene) -> NDArray[np.bool_] | None:
-    """Return the rows [R] that are the line which closes a path; None if a path has several loops or other lines.
+    """Return the rows [R] that are the line which closes a path; None if any has several loops, other lines or ends.
 
     ``scene`` has whole numbers of ticks, as those of its file.
     """
     structure = scene.structure
-    if structure.loop_count != len(scene):
+    if structure.loop_count != len(scene) or structure.is_open is not None:
         return None
     is_line = _line_rows(scene)
     is_last = np.zeros_like(is_line)

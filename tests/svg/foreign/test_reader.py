@@ -105,7 +105,7 @@ OMITTED = {
     '<path d="M0 0h9v9z" stroke="red" vector-effect="non-scaling-stroke"/>':
     "1 non-scaling stroke: scaled with the drawing",
     '<path d="M0 0h9v9z" fill="none" stroke="red" stroke-dasharray="1" pathLength="5"/>':
-    "1 stated length of a path: ignored",
+    "1 stated length of a path: ignored, 1 dashed stroke: drawn as its outline",
     '<path d="M0 0h9v9z" stroke="red" transform="scale(1,0)"/>': "1 stroke out of reach: left out",
     '<path d="M0 0h6v6z" opacity=".5" stroke="red"/>':
     "1 group opacity: given to each of its paths, which shows where they overlap",

@@ -84,7 +84,9 @@ class Clips:
     def _visible_box(self, outlines: Sequence[Outline]) -> tuple[float, float, float, float]:
         curves = np.concatenate([curves_of(loop) for outline in outlines for loop in _loops(outline)])
         left, top, right, bottom = bounding_box(curves)
-        return max(left, 0.0), max(top, 0.0), min(right, self._size[0]), min(bottom, self._size[1])
+        reach = max((outline.stroke.width / 2 for outline in outlines if outline.stroke is not None), default=0.0)
+        low, high = (max(left - reach, 0.0), max(top - reach, 0.0)), (right + reach, bottom + reach)
+        return *low, min(high[0], self._size[0]), min(high[1], self._size[1])
 
     def _shapes(self, clip: Element, state: State) -> list[list[Loop]]:
         """Return the loops in pixels of each shape in ``clip``.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from warpvec.errors import InputError
 from warpvec.geometry import loops as loop_limits
-from warpvec.geometry.loops import Color, Outline, OutlineForm
+from warpvec.geometry.loops import Color, Outline, OutlineForm, OutlineStroke
 from warpvec.svg.foreign.fill import Fill, Fills, fraction
 from warpvec.svg.foreign.fill_rule import to_nonzero
 from warpvec.svg.foreign.forms import shape_form
@@ -29,7 +29,16 @@ from warpvec.svg.foreign.shapes import (
 )
 from warpvec.svg.foreign.skia import Combiner
 from warpvec.svg.foreign.state import State
-from warpvec.svg.foreign.stroke import MAX_DASHES, RESOLUTION, Stroke, dash_count, outline, read_stroke
+from warpvec.svg.foreign.stroke import (
+    MAX_DASHES,
+    RESOLUTION,
+    Stroke,
+    dash_count,
+    outline,
+    read_stroke,
+    similarity_scale,
+    stroked_loop,
+)
 
 MAX_REACH = 2.0**24
 """Largest distance of a point from the origin in pixels; up to it float32 tells neighbouring pixels apart."""
@@ -97,9 +106,6 @@ class Painter:
         paint = self._visible(paint, state)
         if stroke is None or paint is None:
             return None
-        if self._combiner.skia is None:
-            self.omitted["stroke"] += 1
-            return None
         self.omitted["non-scaling stroke"] += state.properties["vector-effect"] == "non-scaling-stroke"
         self.omitted["stated length of a path"] += "pathLength" in attributes and bool(stroke.dashes)
         return stroke, paint
@@ -130,13 +136,53 @@ class Painter:
             self._add(moved(loops, state.matrix), fill, space, state, form)
 
     def _add_stroke(self, subpaths: list[Subpath], stroke: Stroke, paint: Fill, space: Space, state: State) -> None:
+        scale = similarity_scale(state.matrix)
+        if stroke.dashes:
+            self._add_stroke_outline("dashed stroke", subpaths, stroke, paint, space, state)
+        elif scale is None:
+            self._add_stroke_outline("unevenly scaled stroke", subpaths, stroke, paint, space, state)
+        elif paint.gradient is not None:
+            self._add_stroke_outline("stroke with a gradient", subpaths, stroke, paint, space, state)
+        else:
+            self._keep_stroke(subpaths, stroke, scale, paint, state)
+
+    def _keep_stroke(self, subpaths: list[Subpath], stroke: Stroke, scale: float, paint: Fill, state: State) -> None:
+        """Add a stroke that a scene can have."""
+        loops = [stroked_loop(subpath) for subpath in subpaths]
+        points = apply(state.matrix, np.concatenate([loop.points for loop in loops]))
+        if not ((np.abs(points) <= MAX_REACH).all() and scale * stroke.width <= MAX_REACH):
+            self.omitted["stroke out of reach"] += 1
+            return
+        counts, is_open = tuple(len(loop.is_line) for loop in loops), tuple(not s.is_closed for s in subpaths)
+        is_line = np.concatenate([loop.is_line for loop in loops])
+        self._count(len(is_line))
+        look = OutlineStroke(scale * stroke.width, stroke.cap, stroke.join, stroke.miter_limit)
+        self.outlines.append(
+            Outline(
+                points,
+                paint.color,
+                paint.opacity * state.opacity,
+                state.generation,
+                counts,
+                is_line,
+                stroke=look,
+                is_open=is_open,
+            )
+        )
+
+    def _add_stroke_outline(
+        self, kind: str, subpaths: list[Subpath], stroke: Stroke, paint: Fill, space: Space, state: State
+    ) -> None:
+        """Add the outline of a stroke as a fill, and count its ``kind``."""
+        if self._combiner.skia is None:
+            self.omitted["stroke"] += 1
+            return
         dashes = dash_count(subpaths, stroke)
         self._dash_count += dashes if dashes <= MAX_DASHES else 0.0
         if not (dashes <= MAX_DASHES and self._dash_count <= MAX_DASHES):
             self.omitted["too finely dashed stroke"] += 1
             return
         try:
-            assert self._combiner.skia is not None
             loops = moved(outline(subpaths, stroke, self._resolution(state.matrix), self._combiner.skia), state.matrix)
         except ValueError:
             self.omitted["stroke out of reach"] += 1
@@ -144,7 +190,9 @@ class Painter:
         if not all(bool((np.abs(loop.points) <= MAX_REACH).all()) for loop in loops):
             self.omitted["stroke out of reach"] += 1
         elif loops:
+            before = len(self.outlines)
             self._add(loops, paint, space, state)
+            self.omitted[kind] += len(self.outlines) > before
 
     def _resolution(self, matrix: NDArray[np.float64]) -> float:
         """Return the units in which strokes are made per unit of user space.

@@ -147,13 +147,13 @@ def read_subpaths(data: str) -> tuple[list[Subpath], bool]:
 
 def closed_loops(subpaths: list[Subpath]) -> list[Loop]:
     """Return the loops that a fill of ``subpaths`` has: open ones are closed, those without an inside are left out."""
-    loops = [_loop(subpath) for subpath in subpaths]
+    loops = [loop_of(subpath) for subpath in subpaths]
     return [loop for loop in loops if _has_inside(loop)]
 
 
 def closed_loop(cubics: list[Cubic]) -> Loop:
     """Return the loop of consecutive ``cubics``."""
-    return _loop(_subpath(cubics, True))
+    return loop_of(_subpath(cubics, True))
 
 
 def reversed_loop(loop: Loop) -> Loop:
@@ -330,8 +330,8 @@ def _subpath(cubics: list[Cubic], is_closed: bool) -> Subpath:
     return Subpath(np.stack([kept.real, kept.imag], -1), is_line[rows], is_closed)
 
 
-def _loop(subpath: Subpath) -> Loop:
-    """Return ``subpath`` with a closing line if one is missing."""
+def loop_of(subpath: Subpath) -> Loop:
+    """Return the loop of ``subpath``, with a closing line if one is missing."""
     points, end, is_line = subpath.points[:-1], subpath.points[-1], subpath.is_line
     with np.errstate(all="ignore"):  # the reader checks the points
         is_open = np.hypot(*(end - points[0])) > _SAME * np.abs(subpath.points).max()

@@ -1,4 +1,4 @@
-"""Turn strokes into filled loops, with the help of Skia."""
+"""Read strokes, and turn those that a scene cannot have into filled loops, with the help of Skia."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from types import ModuleType
 
 import numpy as np
+from numpy.typing import NDArray
 
-from warpvec.svg.foreign.shapes import Loop, Subpath
+from warpvec.geometry.strokes import BUTT, CAPS, JOINS, MITER, MITER_LIMIT, MITER_LIMIT_MAX
+from warpvec.svg.foreign.shapes import Loop, Subpath, loop_of
 from warpvec.svg.foreign.skia import read_path, skia_path
 from warpvec.svg.foreign.style import Properties
 from warpvec.svg.units import parse_length
@@ -26,9 +28,12 @@ MAX_DASH_ENTRIES = 256
 _EXTENT_MAX = 2.0**20
 """Largest extent of a path in those units; float32 keeps a sixteenth of a unit there."""
 
-_CAPS = {"butt": "BUTT_CAP", "round": "ROUND_CAP", "square": "SQUARE_CAP"}
-_JOINS = {"miter": "MITER_JOIN", "miter-clip": "MITER_JOIN", "arcs": "MITER_JOIN", "round": "ROUND_JOIN"}
-_JOINS["bevel"] = "BEVEL_JOIN"
+_SIMILARITY = 1e-4
+"""Largest share by which the scales of a transform may differ, and sine of the angle by which its axes may lean,
+for a stroke to keep one width."""
+
+_CAPS = {name: number for number, name in CAPS.items()}
+_JOINS = {name: number for number, name in JOINS.items()} | {"miter-clip": MITER, "arcs": MITER}
 
 
 @dataclass(frozen=True)
@@ -37,15 +42,15 @@ class Stroke:
 
     Attributes:
         width: its width, above 0.
-        cap, join: names of Skia.
+        cap, join: as in `warpvec.geometry.strokes.Strokes`.
         miter_limit: at least 1.
         dashes: lengths of dashes and gaps in turn, an even number of them; () for a solid line.
         dash_offset: where in the pattern the line starts.
     """
 
     width: float
-    cap: str
-    join: str
+    cap: int
+    join: int
     miter_limit: float
     dashes: tuple[float, ...]
     dash_offset: float
@@ -61,12 +66,31 @@ def read_stroke(properties: Properties, viewport: tuple[float, float]) -> Stroke
     limit, offset = parse_length(properties["stroke-miterlimit"], 1.0), properties["stroke-dashoffset"]
     return Stroke(
         width,
-        _CAPS.get(properties["stroke-linecap"], "BUTT_CAP"),
-        _JOINS.get(properties["stroke-linejoin"], "MITER_JOIN"),
-        min(max(limit, 1.0), 1e6) if limit > 0.0 else 4.0,
+        _CAPS.get(properties["stroke-linecap"], BUTT),
+        _JOINS.get(properties["stroke-linejoin"], MITER),
+        min(max(limit, 1.0), MITER_LIMIT_MAX) if limit > 0.0 else MITER_LIMIT,
         _dashes(properties["stroke-dasharray"], diagonal),
         parse_length(offset, diagonal),
     )
+
+
+def similarity_scale(matrix: NDArray[np.float64]) -> float | None:
+    """Return the scale of a matrix [2, 3] that turns, mirrors, moves and scales evenly; None for any other."""
+    across, down = matrix[:, 0], matrix[:, 1]
+    if not np.isfinite(matrix).all():
+        return None
+    scale, other = float(np.hypot(*across)), float(np.hypot(*down))
+    if scale <= 0.0 or abs(scale - other) > _SIMILARITY * scale:
+        return None
+    return scale if abs(float(across @ down)) <= _SIMILARITY * scale * other else None
+
+
+def stroked_loop(subpath: Subpath) -> Loop:
+    """Return the rows of a line that is stroked; the last row of an open one is only its end."""
+    if subpath.is_closed:
+        return loop_of(subpath)
+    end = subpath.points[-1]
+    return Loop(np.concatenate([subpath.points, [end, end]]), np.append(subpath.is_line, True))
 
 
 def dash_count(subpaths: list[Subpath], stroke: Stroke) -> float:
@@ -103,7 +127,7 @@ def outline(subpaths: list[Subpath], stroke: Stroke, scale: float, skia: ModuleT
     dashes, offset = [scale * length for length in stroke.dashes], 0.0
     if dashes:
         offset = math.fmod(scale * stroke.dash_offset, sum(dashes))
-    cap, join = skia.LineCap[stroke.cap], skia.LineJoin[stroke.join]
+    cap, join = skia.LineCap[f"{CAPS[stroke.cap]}_cap".upper()], skia.LineJoin[f"{JOINS[stroke.join]}_join".upper()]
     path.stroke(width, cap, join, stroke.miter_limit, dashes or None, offset)
     return [Loop(loop.points / scale + center, loop.is_line) for loop in read_path(path)]
 
