@@ -27,14 +27,15 @@ ARCHITECTURE = 90
 """Compute capability 9.0, that of H100 and H200."""
 
 _BOTH = (False, True)
+_PAINTS = ((False, False), (True, False), (False, True))  # flat, gradients of two stops, gradients of several
 _FOLDER = Path(warpvec.kernels.__file__).parent
 
 STAGES = sorted(path.stem for path in _FOLDER.glob("*.py") if "\ndef make_kernels(" in path.read_text())
 
 FACTORY_ARGUMENTS = {
-    "compositing": [(gradients,) for gradients in _BOTH],
+    "compositing": list(_PAINTS),
     "compositing_adjoint": [
-        (fused, curvature, gradients) for fused in _BOTH for curvature in _BOTH for gradients in _BOTH
+        (fused, curvature, *paints) for fused in _BOTH for curvature in _BOTH for paints in _PAINTS
     ],
     "coverage": [(linked,) for linked in _BOTH],
     "splat_coverage_adjoint": [(covariance,) for covariance in _BOTH],

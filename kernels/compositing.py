@@ -1,7 +1,8 @@
 """Stage 4, compositing: windings, colours and opacities -> the image.
 
 Paths are blended over one another, back to front: C <- C + a (c - C) with a = opacity * coverage. The colour c of a
-path is flat or a gradient (``gradients.py``). A scene without gradients is drawn by kernels that know of none.
+path is flat or a gradient (``gradients.py``). A scene without gradients is drawn by kernels that know of none, and one
+whose gradients are all of two opaque stops by kernels that know of no others (``stops.py``).
 """
 
 from functools import cache
@@ -10,7 +11,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warpvec.geometry.paints.registry import FLAT
-from warpvec.kernels import gradients
+from warpvec.kernels import gradients, stops
 from warpvec.kernels.constants import COLUMNS, FULL, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
@@ -53,17 +54,21 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
 
 @cache
-def make_kernels(lanes: Lanes, with_gradients: bool = False) -> SimpleNamespace:
-    """Return ``find_visible`` and ``composite``; ``with_gradients`` is for scenes that have some."""
+def make_kernels(lanes: Lanes, with_gradients: bool = False, with_stops: bool = False) -> SimpleNamespace:
+    """Return ``find_visible`` and ``composite``.
+
+    ``with_gradients`` is for scenes whose gradients all have two opaque stops, ``with_stops`` for all others.
+    """
     dtype, vec3, vec4, vector = lanes.dtype, lanes.vec3, lanes.vec4, lanes.vector
     v = lanes.functions
     pixels = make_functions(lanes)
-    paint = gradients.make_functions(lanes)
+    paint, shade = gradients.make_functions(lanes), stops.make_functions(lanes)
+    vec5, vec8 = shade.vec5, shade.vec8
     one = wp.constant(dtype(1.0))
     tile_vectors = wp.constant(lanes.tile_vectors)
     tile_threads = wp.constant(lanes.tile_threads)
     tile_size = wp.constant(lanes.tile_vectors * lanes.tile_threads)
-    module = stage_module(f"compositing{'_gradients' * with_gradients}", lanes)
+    module = stage_module(f"compositing{'_gradients' * with_gradients}{'_stops' * with_stops}", lanes)
 
     @wp.kernel(module=module)
     def find_visible(
@@ -105,6 +110,10 @@ def make_kernels(lanes: Lanes, with_gradients: bool = False) -> SimpleNamespace:
         paint_kind: wp.array(dtype=int),  # [N] this and the next two: ``with_gradients`` only
         paint_geometry: wp.array(dtype=vec4),  # [N] px
         end_color: wp.array(dtype=vec3),  # [N]
+        stop_count: wp.array(dtype=int),  # [N] this and the next three: ``with_stops`` only
+        place_kind: wp.array(dtype=int),  # [N]
+        place_form: wp.array(dtype=vec5),  # [N]
+        stop_ramps: wp.array2d(dtype=vec8),  # [N, STOPS_MAX]
         tile_columns: int,
         # outputs
         tile_image: wp.array(dtype=vector),  # [tiles, 3, TILE TILE / width]
@@ -140,6 +149,10 @@ def make_kernels(lanes: Lanes, with_gradients: bool = False) -> SimpleNamespace:
                         r = v.fma(t, v.spread(e[0] - c[0]), r)
                         g = v.fma(t, v.spread(e[1] - c[1]), g)
                         b = v.fma(t, v.spread(e[2] - c[2]), b)
+                if wp.static(with_stops):
+                    t = shade.place_in(place_form[path], stop_count[path], place_kind[path], tile, part, tile_columns)
+                    r, g, b, a = shade.color_at(t, path, stop_count[path], stop_ramps)
+                    alpha = v.mul(alpha, a)
                 red = v.fma(alpha, v.sub(r, red), red)
                 green = v.fma(alpha, v.sub(g, green), green)
                 blue = v.fma(alpha, v.sub(b, blue), blue)

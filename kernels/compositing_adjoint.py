@@ -18,22 +18,29 @@ from types import SimpleNamespace
 import warp as wp
 
 from warpvec.geometry.paints.registry import FLAT
-from warpvec.kernels import compositing, gradients
+from warpvec.kernels import compositing, gradients, stops
 from warpvec.kernels.constants import EMPTY, FULL, PARTIAL, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
 TERMS = 5
 """Number of sums. A pair has five: dL/d(red), dL/d(green), dL/d(blue), dL/d(opacity), opacity curvature. A tile uses
 the first CANVAS_TERMS for the sums over the canvas; its fifth is unused. A scene with gradients has
-``gradients.GRADIENT_TERMS`` more."""
+``gradients.GRADIENT_TERMS`` more, one with gradients of several stops ``stops.STOP_TERMS`` more."""
+
+FIRST_STOP_TERM = TERMS + stops.WHOLE_TERMS
+"""The first of the sums of a pair for its second stop."""
 
 CANVAS_TERMS = 4
 """Number of sums over the canvas, and of those that a tile uses: three of dL/d(background), and the squared error."""
 
 
 @cache
-def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients: bool = False) -> SimpleNamespace:
+def make_kernels(
+    lanes: Lanes, fused: bool, with_curvature: bool, with_gradients: bool = False, with_stops: bool = False
+) -> SimpleNamespace:
     """Return ``composite_adjoint``, ``gather_paths_adjoint``, ``gather_tiles`` and ``gather_canvas``.
+
+    ``with_stops`` adds ``gather_stops``.
 
     Args:
         lanes: width and precision.
@@ -41,22 +48,25 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
             dL/d(image).
         with_curvature: whether to fill the fifth sum of each pair.
         with_gradients: whether the scene has gradients; if not, their arrays are not touched.
+        with_stops: whether it has gradients of several or translucent stops; ``with_gradients`` is then False.
     """
     dtype, vec3, vec4, vector = lanes.dtype, lanes.vec3, lanes.vec4, lanes.vector
     v = lanes.functions
     pixels = compositing.make_functions(lanes)
-    paint = gradients.make_functions(lanes)
+    paint, shade = gradients.make_functions(lanes), stops.make_functions(lanes)
+    vec5, vec8 = shade.vec5, shade.vec8
     tile_vectors = wp.constant(lanes.tile_vectors)
     tile_threads = wp.constant(lanes.tile_threads)
     tile_size = wp.constant(lanes.tile_vectors * lanes.tile_threads)
-    pair_terms = TERMS + gradients.GRADIENT_TERMS * with_gradients
+    pair_terms = TERMS + gradients.GRADIENT_TERMS * with_gradients + stops.STOP_TERMS * with_stops
     reducers, terms, canvas_terms = wp.constant(lanes.reducers), wp.constant(pair_terms), wp.constant(CANVAS_TERMS)
     canvas_threads, canvas_reducers = wp.constant(lanes.canvas_threads), wp.constant(lanes.canvas_reducers)
-    gathered_terms = wp.constant(pair_terms if with_gradients else TERMS if with_curvature else TERMS - 1)
-    sums_type = wp.types.vector(pair_terms, dtype=dtype)
+    path_terms = TERMS + gradients.GRADIENT_TERMS * with_gradients
+    gathered_terms = wp.constant(path_terms if with_gradients else TERMS if with_curvature else TERMS - 1)
+    sums_type = wp.types.vector(path_terms, dtype=dtype)
     local_array = lanes.tile_vectors > 1
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
-    suffix = "_fused" * fused + "_curvature" * with_curvature + "_gradients" * with_gradients
+    suffix = "_fused" * fused + "_curvature" * with_curvature + "_gradients" * with_gradients + "_stops" * with_stops
     module = stage_module(f"compositing_adjoint{suffix}", lanes)
 
     @wp.func
@@ -96,6 +106,10 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
         paint_kind: wp.array(dtype=int),  # [N] this and the next two: ``with_gradients`` only
         paint_geometry: wp.array(dtype=vec4),  # [N] px
         end_color: wp.array(dtype=vec3),  # [N]
+        stop_count: wp.array(dtype=int),  # [N] this and the next three: ``with_stops`` only
+        place_kind: wp.array(dtype=int),  # [N]
+        place_form: wp.array(dtype=vec5),  # [N]
+        stop_ramps: wp.array2d(dtype=vec8),  # [N, STOPS_MAX]
         tile_columns: int,
         height: int,
         width_px: int,
@@ -145,6 +159,8 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
                 kind, geometry, e = int(paint_kind[path]), vec4(paint_geometry[path]), vec3(end_color[path])
                 slope = paint.slopes(kind, geometry)
                 kind = paint.shown_kind(kind, slope)
+            if wp.static(with_stops):
+                stop_number, form = int(stop_count[path]), vec5(place_form[path])
             # Windings lie anywhere in memory. These are of this tile, or of the next one.
             v.prefetch(slot_winding, pixels.winding_index(pair_slot[hit_pair[wp.min(hit + 2, last_hit)]], 0))
             behind = above
@@ -161,6 +177,10 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
                         blue = v.fma(ramp, v.spread(e[2] - c[2]), v.spread(c[2]))
                 if not is_full:
                     alpha = v.mul(full_alpha, pixels.coverage(v.load(slot_winding, winding0 + i)))
+                if wp.static(with_stops):
+                    place = shade.place_in(form, stop_number, place_kind[path], tile, part0 + i, tile_columns)
+                    red, green, blue, stop_alpha = shade.color_at(place, path, stop_number, stop_ramps)
+                    alpha = v.mul(alpha, stop_alpha)
                 b0 = v.load(stack, behind + i)
                 b1 = v.load(stack, behind + i + tile_size)
                 b2 = v.load(stack, behind + i + 2 * tile_size)
@@ -173,11 +193,23 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
             g0 = wp.zeros(shape=(tile_vectors,), dtype=vector)
             g1 = wp.zeros(shape=(tile_vectors,), dtype=vector)
             g2 = wp.zeros(shape=(tile_vectors,), dtype=vector)
+            if wp.static(with_stops):
+                places = wp.zeros(shape=(tile_vectors,), dtype=vector)
+                seen0 = wp.zeros(shape=(tile_vectors,), dtype=vector)
+                seen1 = wp.zeros(shape=(tile_vectors,), dtype=vector)
+                seen2 = wp.zeros(shape=(tile_vectors,), dtype=vector)
+                seen3 = wp.zeros(shape=(tile_vectors,), dtype=vector)
         else:
             transmittance = v.spread(one)
             g0 = v.spread(zero)
             g1 = v.spread(zero)
             g2 = v.spread(zero)
+            if wp.static(with_stops):
+                places = v.spread(zero)
+                seen0 = v.spread(zero)
+                seen1 = v.spread(zero)
+                seen2 = v.spread(zero)
+                seen3 = v.spread(zero)
         squared_error = v.spread(zero)
         reference0 = tile * reference_planes * tile_size + part0
         for i in range(tile_vectors):
@@ -218,6 +250,11 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
                 kind = paint.shown_kind(kind, slope)
                 end_red, end_green, end_blue = v.spread(zero), v.spread(zero), v.spread(zero)
                 moment0, moment1, moment2 = v.spread(zero), v.spread(zero), v.spread(zero)
+            if wp.static(with_stops):
+                stop_number, form = int(stop_count[path]), vec5(place_form[path])
+                adj_stop_alpha = v.spread(zero)
+                moment0, moment1, moment2 = v.spread(zero), v.spread(zero), v.spread(zero)
+                moment3, moment4, moment5 = v.spread(zero), v.spread(zero), v.spread(zero)
             for i in range(tile_vectors):
                 t = v.get(transmittance, i)
                 a0, a1, a2 = v.get(g0, i), v.get(g1, i), v.get(g2, i)
@@ -230,6 +267,9 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
                         red = v.fma(ramp, v.spread(e[0] - c[0]), v.spread(c[0]))
                         green = v.fma(ramp, v.spread(e[1] - c[1]), v.spread(c[1]))
                         blue = v.fma(ramp, v.spread(e[2] - c[2]), v.spread(c[2]))
+                if wp.static(with_stops):
+                    place = shade.place_in(form, stop_number, place_kind[path], tile, part0 + i, tile_columns)
+                    red, green, blue, stop_alpha = shade.color_at(place, path, stop_number, stop_ramps)
                 d0 = v.sub(red, v.load(stack, above + i))
                 d1 = v.sub(green, v.load(stack, above + i + tile_size))
                 d2 = v.sub(blue, v.load(stack, above + i + 2 * tile_size))
@@ -238,9 +278,13 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
                 if not is_full:
                     winding = v.load(slot_winding, winding0 + i)
                     covered = pixels.coverage(winding)
-                    v.store(
-                        slot_winding, winding0 + i, v.mul(v.mul(adj_alpha, full_alpha), pixels.coverage_slope(winding))
-                    )
+                    adj_covered = v.mul(adj_alpha, full_alpha)
+                    if wp.static(with_stops):
+                        adj_covered = v.mul(adj_covered, stop_alpha)
+                    v.store(slot_winding, winding0 + i, v.mul(adj_covered, pixels.coverage_slope(winding)))
+                if wp.static(with_stops):
+                    seen_alpha = v.mul(v.mul(adj_alpha, full_alpha), covered)
+                    covered = v.mul(covered, stop_alpha)
                 visible = v.mul(t, v.mul(full_alpha, covered))
                 adj_red = v.fma(visible, a0, adj_red)
                 adj_green = v.fma(visible, a1, adj_green)
@@ -262,6 +306,25 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
                         moment0 = v.fma(adj_share, paint.share_weight(kind, ramp), moment0)
                         moment1 = v.fma(along, v.spread(qx), moment1)
                         moment2 = v.fma(along, qy, moment2)
+                if wp.static(with_stops):
+                    adj_stop_alpha = v.add(adj_stop_alpha, seen_alpha)
+                    if stop_number > 1:
+                        r0, r1, r2 = v.mul(visible, a0), v.mul(visible, a1), v.mul(visible, a2)
+                        v.put(places, i, place)
+                        v.put(seen0, i, r0)
+                        v.put(seen1, i, r1)
+                        v.put(seen2, i, r2)
+                        v.put(seen3, i, seen_alpha)
+                        adj_place = shade.adj_place(place, r0, r1, r2, seen_alpha, path, stop_number, stop_ramps)
+                        along = v.mul(adj_place, shade.offset_weight(place_kind[path], place))
+                        qx = shade.offset_x(form, tile, part0 + i, tile_columns)
+                        qy = shade.offset_y(form, tile, part0 + i, tile_columns)
+                        along_x, along_y = v.mul(along, v.spread(qx)), v.mul(along, qy)
+                        moment0 = v.add(moment0, adj_place)
+                        moment1, moment2 = v.add(moment1, along_x), v.add(moment2, along_y)
+                        moment3 = v.fma(along_x, v.spread(qx), moment3)
+                        moment4 = v.fma(along_x, qy, moment4)
+                        moment5 = v.fma(along_y, qy, moment5)
                 if wp.static(with_curvature):
                     change = v.mul(t, covered)  # of the colour, by the opacity, per unit of c - B
                     mask = pixels.on_canvas(tile, part0 + i, tile_columns, height, width_px)
@@ -281,6 +344,34 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
                 v.reduce_tile(pair_sums, pair, 8, moment0, lane)
                 v.reduce_tile(pair_sums, pair, 9, moment1, lane)
                 v.reduce_tile(pair_sums, pair, 10, moment2, lane)
+            if wp.static(with_stops):
+                v.reduce_tile(pair_sums, pair, 5, adj_stop_alpha, lane)
+                v.reduce_tile(pair_sums, pair, 6, moment0, lane)
+                v.reduce_tile(pair_sums, pair, 7, moment1, lane)
+                v.reduce_tile(pair_sums, pair, 8, moment2, lane)
+                v.reduce_tile(pair_sums, pair, 9, moment3, lane)
+                v.reduce_tile(pair_sums, pair, 10, moment4, lane)
+                v.reduce_tile(pair_sums, pair, 11, moment5, lane)
+                for stop in range(1, stop_number):
+                    row = stop_ramps[path, stop]
+                    sum0, sum1, sum2 = v.spread(zero), v.spread(zero), v.spread(zero)
+                    sum3, sum4, sum5 = v.spread(zero), v.spread(zero), v.spread(zero)
+                    for i in range(tile_vectors):
+                        place = v.get(places, i)
+                        r0, r1, r2 = v.get(seen0, i), v.get(seen1, i), v.get(seen2, i)
+                        seen_alpha = v.get(seen3, i)
+                        part = shade.share(place, row)
+                        sum0, sum1 = v.fma(r0, part, sum0), v.fma(r1, part, sum1)
+                        sum2, sum3 = v.fma(r2, part, sum2), v.fma(seen_alpha, part, sum3)
+                        steep = shade.steepness(place, row, r0, r1, r2, seen_alpha)
+                        sum4, sum5 = v.add(sum4, steep), v.fma(steep, part, sum5)
+                    term0 = wp.static(FIRST_STOP_TERM) + (stop - 1) * wp.static(stops.SEGMENT_TERMS)
+                    v.reduce_tile(pair_sums, pair, term0, sum0, lane)
+                    v.reduce_tile(pair_sums, pair, term0 + 1, sum1, lane)
+                    v.reduce_tile(pair_sums, pair, term0 + 2, sum2, lane)
+                    v.reduce_tile(pair_sums, pair, term0 + 3, sum3, lane)
+                    v.reduce_tile(pair_sums, pair, term0 + 4, sum4, lane)
+                    v.reduce_tile(pair_sums, pair, term0 + 5, sum5, lane)
 
         adj_red, adj_green, adj_blue = v.spread(zero), v.spread(zero), v.spread(zero)
         for i in range(tile_vectors):
@@ -326,6 +417,27 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
         adj_opacity[path] = total[3]
         if wp.static(with_curvature):
             opacity_curvature[path] = total[4]
+
+    @wp.kernel(module=module)
+    def gather_stops(
+        first: int,
+        path_first_pair: wp.array(dtype=int),  # [N + 1]
+        pair_class: wp.array(dtype=int),  # [K]
+        pair_sums: wp.array2d(dtype=dtype),  # [K reducers, terms]
+        stop_count: wp.array(dtype=int),  # [N]
+        # outputs
+        stop_sums: wp.array2d(dtype=dtype),  # [N, STOP_TERMS]
+    ):
+        """Add one of the sums of a path for its stops over its pairs, in their fixed order."""
+        item = first + wp.tid()
+        path, term = item // wp.static(stops.STOP_TERMS), item % wp.static(stops.STOP_TERMS)
+        total = dtype(0.0)
+        if term < wp.static(stops.WHOLE_TERMS) + (stop_count[path] - 1) * wp.static(stops.SEGMENT_TERMS):
+            for pair in range(path_first_pair[path], path_first_pair[path + 1]):
+                if pair_class[pair] != EMPTY:
+                    for row in range(pair * reducers, (pair + 1) * reducers):
+                        total = total + pair_sums[row, wp.static(TERMS) + term]
+        stop_sums[path, term] = total
 
     @wp.kernel(module=module)
     def gather_tiles(
@@ -374,4 +486,5 @@ def make_kernels(lanes: Lanes, fused: bool, with_curvature: bool, with_gradients
             else:
                 canvas_sums[term] = sum_here * error_scale
 
-    return bundle(composite_adjoint, gather_paths_adjoint, gather_tiles, gather_canvas)
+    own = (gather_stops,) if with_stops else ()
+    return bundle(composite_adjoint, gather_paths_adjoint, *own, gather_tiles, gather_canvas)

@@ -4,7 +4,8 @@ The colour of a path with a gradient is (1 - t) color + t end_color, evaluated a
 renderers do. t is clamped to [0, 1] ("pad"). A gradient whose ends are equal, whose radius is not positive, or which is
 not finite shows its end colour (the rule of SVG 2, section 14.2.2) and has no derivative.
 
-Each kind of paint of ``warpvec/geometry/paints/`` has a row in ``KNOWN``: a factory of its functions. With q the vector
+These are the gradients of two opaque stops; ``stops.py`` draws all others. Each kind of paint of
+``warpvec/geometry/paints/`` that needs no stops has a row in ``KNOWN``: a factory of its functions. With q the vector
 from the first two numbers of the geometry to the pixel, these are
 
 - ``slopes(geometry)``: three numbers that the other functions use, and that are not all 0 unless it is degenerate;
@@ -195,7 +196,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     Raises:
         NotImplementedError: a kind in the registry has no functions in ``KNOWN``.
     """
-    if missing := [kind.name for number, kind in KINDS.items() if number not in KNOWN]:
+    if missing := [kind.name for number, kind in KINDS.items() if not (number in KNOWN or kind.needs_stops)]:
         raise NotImplementedError(f"kernels/gradients.py has no functions for gradients of the kind {missing[0]!r}")
     dtype, vec3, vec4, vector = lanes.dtype, lanes.vec3, lanes.vec4, lanes.vector
     v = lanes.functions

@@ -27,7 +27,7 @@ def take_step(parameters: GradientParameters, seed: int, fits: float, device: st
 
 
 def tensors(parameters: GradientParameters) -> dict[str, torch.Tensor]:
-    found: dict[str, torch.Tensor] = dict(vars(parameters.live))
+    found: dict[str, torch.Tensor] = {name: value for name, value in vars(parameters.live).items() if value is not None}
     parts: dict[str, Any] = parameters.state()
     for part, state in parts.items():
         found |= {f"{part}.{name}": value for name, value in {"value": state["value"], **state["steps"]}.items()}

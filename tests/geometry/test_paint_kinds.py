@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from warpvec.geometry.paints.kind import GradientKind
 from warpvec.geometry.paints.linear import Linear
 from warpvec.geometry.paints.registry import FLAT, KINDS, LINEAR, kind_of
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.stops import Stops
 from warpvec.kernels import gradients as kernel_gradients
 from warpvec.kernels.lanes import make_lanes
 from warpvec.polish.paint_slopes import PaintSlopes
@@ -28,8 +30,8 @@ from warpvec.svg.write import write_svg
 
 UNKNOWN = 77
 
-GEOMETRY = np.array([11.3, 7.1, 25.2, 19.7])
-"""A gradient of any kind: two points, or a centre and one or two radii."""
+GEOMETRY = np.array([11.3, 7.1, 25.2, 19.7, 8.4])
+"""A gradient of any kind: two points, a centre and a radius, or a centre, an axis and a radius."""
 
 kinds = pytest.mark.parametrize("number", KINDS, ids=[kind.name for kind in KINDS.values()])
 
@@ -41,11 +43,11 @@ def places(count: int = 50) -> NDArray[np.float64]:
 def scene_with(number: int, geometry: NDArray[np.float64] = GEOMETRY) -> Scene:
     """Return a scene of one path with a gradient, in float32."""
     scene = scene_of_loops([[circle(20.0, 16.0, 12.0)]])
-    paints = Gradients(
-        torch.tensor([number], dtype=torch.int32),
-        torch.from_numpy(geometry)[None].to(scene.segments),
-        torch.tensor([[0.2, 0.6, 0.8]]).to(scene.segments),
-    )
+    numbers = torch.from_numpy(geometry)[None].to(scene.segments)
+    end_color = torch.tensor([[0.2, 0.6, 0.8]]).to(scene.segments)
+    needs_stops = number in KINDS and KINDS[number].needs_stops
+    stops = replace(Stops.two(end_color), breadth=numbers[:, 4]) if needs_stops else None
+    paints = Gradients(torch.tensor([number], dtype=torch.int32), numbers[:, :4], end_color, stops)
     return Scene(**{**vars(scene), "gradients": paints})
 
 
@@ -54,10 +56,10 @@ def test_the_slopes_are_those_of_finite_differences(number: int) -> None:
     kind, (x, y), step = KINDS[number], places(), 1e-6
     want = [
         (kind.share(GEOMETRY + change, x, y) - kind.share(GEOMETRY - change, x, y)) / (2 * step)
-        for change in step * np.eye(4)
+        for change in step * np.eye(5)
     ]
     np.testing.assert_allclose(kind.slopes(GEOMETRY, x, y), want, rtol=1e-6, atol=1e-8)
-    assert np.abs(want).max(1).min(initial=1.0, where=np.arange(4) < len(kind.sides)) > 1e-3
+    assert np.abs(want).max(1).min(initial=1.0, where=np.arange(5) < kind.number_count) > 1e-3
 
 
 @kinds
@@ -101,14 +103,16 @@ def test_a_file_states_the_gradient_that_is_read_from_it(number: int) -> None:
     scene = quantize(scene_with(number), 2)
     got = read_svg(write_svg(scene, 40, 32)).scene
     assert got.gradients is not None and got.gradients.kind.tolist() == [number]
-    torch.testing.assert_close(got.gradients.geometry, scene.gradients.geometry.float(), rtol=0, atol=0)
+    want = scene.gradients.whole_geometry.float()
+    torch.testing.assert_close(got.gradients.whole_geometry, want, rtol=0, atol=0)
+    assert write_svg(got, 40, 32) == write_svg(scene, 40, 32)
 
 
 @kinds
 def test_a_gradient_too_far_to_be_written_becomes_flat(number: int) -> None:
     far = GEOMETRY.copy()
     far[:2] -= 5e15
-    far[2:] += 5e15
+    far[2:4] += 5e15
     shown = quantize(scene_with(number, far), 2)
     assert shown.gradients is None
     share = kind_of(number).share(far, *scene_with(number).segments[0, 0].double().numpy()[:, None]).clip(0, 1)[0]
@@ -119,8 +123,9 @@ def test_a_gradient_too_far_to_be_written_becomes_flat(number: int) -> None:
 @kinds
 def test_a_gradient_without_extent_is_not_drawn(number: int) -> None:
     drawn = torch.tensor(GEOMETRY.tolist())
-    is_point = drawn[:2].repeat(2) if number == LINEAR else torch.tensor([*drawn[:2].tolist(), 0.0, 0.0])
-    geometry = torch.stack([drawn, is_point, torch.full((4,), torch.nan), torch.full((4,), torch.inf)])
+    place = drawn[:2].tolist()
+    is_point = torch.tensor([*place, *place, 0.0] if number == LINEAR else [*place, 0.0, 0.0, 0.0])
+    geometry = torch.stack([drawn, is_point, torch.full((5,), torch.nan), torch.full((5,), torch.inf)])
     assert KINDS[number].is_drawn(geometry).tolist() == [True, False, False, False]
 
 
@@ -164,4 +169,18 @@ def test_a_kind_without_device_functions_is_refused(monkeypatch: pytest.MonkeyPa
 
 @kinds
 def test_the_registry_and_the_kernels_know_the_same_kinds(number: int) -> None:
-    assert number in kernel_gradients.KNOWN and len(kernel_gradients.KNOWN) == len(KINDS)
+    assert (number in kernel_gradients.KNOWN) != KINDS[number].needs_stops
+    assert set(kernel_gradients.KNOWN) <= set(KINDS)
+
+
+@kinds
+def test_the_form_gives_the_share_and_its_adjoint(number: int) -> None:
+    kind, (x, y) = KINDS[number], places()
+    geometry = torch.from_numpy(GEOMETRY)[None].requires_grad_()
+    origin_x, origin_y, a, b, c = kind.form(geometry)[0]
+    qx, qy = torch.from_numpy(x) - origin_x, torch.from_numpy(y) - origin_y
+    share = (a * qx**2 + 2 * b * qx * qy + c * qy**2).sqrt() if kind.is_root else a * qx + b * qy
+    np.testing.assert_allclose(share.detach().numpy(), kind.share(GEOMETRY, x, y), rtol=1e-12, atol=1e-12)
+    adj_form = torch.randn(1, 5, dtype=torch.float64)
+    (want,) = torch.autograd.grad(kind.form(geometry), geometry, adj_form)
+    torch.testing.assert_close(kind.form_adjoint(geometry.detach(), adj_form), want)

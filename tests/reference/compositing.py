@@ -11,7 +11,7 @@ def composite(coverage: Tensor, color: Tensor, opacity: Tensor, background: Tens
     Args:
         coverage: area of each path in each pixel [N, h, w], in [0, 1].
         color: fill [N, 3], or in each pixel [N, h, w, 3].
-        opacity: fill opacity [N].
+        opacity: fill opacity [N], or in each pixel [N, h, w].
         background: background colour [3].
     """
     image = background.expand(*coverage.shape[1:], 3)

@@ -90,8 +90,10 @@ STOPS = '<stop stop-color="#fff"/><stop offset="1" stop-color="#00f"/>'
 ENDS = 'id="g1" gradientUnits="userSpaceOnUse" cx="1" cy="2" r="3"'
 
 
-def test_gradients_of_two_stops_are_drawn_here():
-    gradient = f"<defs><radialGradient {ENDS}>{STOPS}</radialGradient></defs>"
+@pytest.mark.parametrize("matrix", ["", 'gradientTransform="matrix(3 1 -.5 1.5 2 3)"'])
+@pytest.mark.parametrize("times", [1, 4])
+def test_gradients_of_few_stops_are_drawn_here(times, matrix):
+    gradient = f"<defs><radialGradient {ENDS} {matrix}>{times * STOPS}</radialGradient></defs>"
     assert parse_svg(svg_file(f'{gradient}<path fill="url(#g1)" d="M1 1c1 2 3 4 4 5z"/>')).plain
 
 
@@ -102,7 +104,8 @@ def test_gradients_of_two_stops_are_drawn_here():
         f'<radialGradient {ENDS} n:href="#g2" xmlns:n="http://www.w3.org/1999/xlink">{STOPS}</radialGradient>',
         f'<radialGradient {ENDS} gradientTransform="scale(0)">{STOPS}</radialGradient>',
         f'<radialGradient {ENDS} spreadMethod="repeat">{STOPS}</radialGradient>',
-        f"<radialGradient {ENDS}>{STOPS}{STOPS}</radialGradient>",
+        f'<radialGradient {ENDS} gradientTransform="matrix(1 0 0 1 0)">{STOPS}</radialGradient>',
+        f"<radialGradient {ENDS}>{STOPS}{4 * STOPS}</radialGradient>",
         f'<radialGradient {ENDS}><linearGradient id="g2">{STOPS}</linearGradient>{STOPS}</radialGradient>',
         f'<pattern id="g1" width="1" height="1">{STOPS}</pattern>',
     ],

@@ -18,8 +18,9 @@ from scenes import SceneTensors
 
 from warpvec.geometry.circles import circle_points
 from warpvec.geometry.gradients import Gradients
-from warpvec.geometry.paints.registry import FLAT, RADIAL
+from warpvec.geometry.paints.registry import ELLIPTIC, FLAT, RADIAL
 from warpvec.geometry.scene import Scene, straightened
+from warpvec.geometry.stops import STOPS_MAX, Stops
 from warpvec.geometry.structure import Structure
 from warpvec.svg.quantize import quantize
 from warpvec.svg.read import read_svg
@@ -110,6 +111,15 @@ def test_our_reader_gives_back_the_quantized_scene(scene, precision):
 
 
 @st.composite
+def stops_of(draw: st.DrawFn, count: int) -> Stops:
+    """Draw the stops of paths, with offsets out of order and beyond [0, 1], and any breadth."""
+    number = torch.tensor(draw(st.lists(st.integers(2, STOPS_MAX), min_size=count, max_size=count)), dtype=torch.int32)
+    offset, opacity = floats(draw, (count, STOPS_MAX), shares), floats(draw, (count, STOPS_MAX), shares)
+    inner = floats(draw, (count, STOPS_MAX - 2, 3), shares)
+    return Stops(number, offset, inner, opacity, floats(draw, (count,), st.one_of(coordinates, ends)))
+
+
+@st.composite
 def scenes_of_loops(draw: st.DrawFn) -> Scene:
     """Draw scenes of up to four paths with several loops, lines and paints; some rows, lines and gradients degenerate.
 
@@ -123,9 +133,12 @@ def scenes_of_loops(draw: st.DrawFn) -> Scene:
     count, rows = len(counts), sum(map(sum, counts))
     is_line = None if is_simple else torch.tensor(draw(st.lists(st.booleans(), min_size=rows, max_size=rows))).bool()
     structure = Structure.of_loops(counts, is_line)
-    kind = torch.tensor(draw(st.lists(st.integers(FLAT, RADIAL), min_size=count, max_size=count)), dtype=torch.int32)
+    has_stops = draw(st.booleans())
+    kinds = st.lists(st.integers(FLAT, ELLIPTIC if has_stops else RADIAL), min_size=count, max_size=count)
+    kind = torch.tensor(draw(kinds), dtype=torch.int32)
     geometry = floats(draw, (count, 4), st.one_of(coordinates, ends))
-    gradients = draw(st.sampled_from([None, Gradients(kind, geometry, floats(draw, (count, 3), shares))]))
+    stops = draw(stops_of(count)) if has_stops else None
+    gradients = draw(st.sampled_from([None, Gradients(kind, geometry, floats(draw, (count, 3), shares), stops)]))
     return Scene(
         segments=straightened(floats(draw, (rows, 3, 2), coordinates), structure),
         structure=structure,
@@ -152,6 +165,15 @@ def drawn_rows(scene: Scene) -> list[list[tuple[NDArray[np.float64], list[bool]]
     return [[(loop[:, :4].numpy(), loop[:, 4, 0].bool().tolist()) for loop in path] for path in drawn]
 
 
+def paints_of(scene: Scene) -> dict[str, torch.Tensor]:
+    """Return the tensors of the gradients by name; those of flat paths are 0."""
+    values = scene.gradients.to_dict()
+    values |= values.pop("stops", {})
+    is_flat = scene.gradients.kind == FLAT
+    shapes = {name: (-1, *[1] * (value.ndim - 1)) for name, value in values.items()}
+    return {name: torch.where(is_flat.view(shapes[name]), 0, value) for name, value in values.items()}
+
+
 @any_scene
 @given(scenes_of_loops(), st.integers(0, 4))
 def test_loops_lines_and_gradients_are_read_back_and_written_to_the_same_bytes(scene, precision):
@@ -166,8 +188,9 @@ def test_loops_lines_and_gradients_are_read_back_and_written_to_the_same_bytes(s
             assert np.array_equal(got, want) and got_lines == want_lines
     assert (read.gradients is None) == (quantized.gradients is None)
     if read.gradients is not None and quantized.gradients is not None:
-        for name, value in vars(quantized.gradients).items():
-            assert torch.equal(getattr(read.gradients, name), value), name
+        got_paints, want_paints = (paints_of(scene) for scene in (read, quantized))
+        for name, value in want_paints.items():
+            assert torch.equal(got_paints[name], value), name
         assert not quantized.gradients.is_degenerate().any()
     assert write_svg(read, SIZE, SIZE, precision=precision) == text
     again = quantize(quantized, precision)

@@ -152,7 +152,7 @@ def check_scene(name: str, value: Any, like: Scene, path_count: int, generation_
     is_uniform = like.is_uniform and loops == 0
     count = like.structure.uniform_count
     gradients = fields(
-        kind=wholes(path_count, high=max(KINDS)),
+        kind=wholes(path_count, high=max(number for number, kind in KINDS.items() if not kind.needs_stops)),
         geometry=floats(path_count, 4, low=-POINT_MAX, high=POINT_MAX),
         end_color=floats(path_count, 3, **_UNIT),
     )

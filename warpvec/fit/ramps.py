@@ -99,13 +99,14 @@ def wanted_count(config: FitConfig, path_count: int) -> int:
 def with_ramps(scene: Scene, rows: Tensor, ramps: Ramps) -> Scene:
     """Return ``scene`` with the linear gradients ``ramps`` on its paths ``rows`` (indices)."""
     gradients = scene.gradients or Gradients.none(scene.color)
-    kind, geometry, end_color = (value.clone() for value in vars(gradients).values())
-    color = scene.color.clone()
-    kind[rows] = LINEAR
-    geometry[rows] = ramps.geometry[rows].to(geometry)
+    paints, color = gradients.map(torch.Tensor.clone), scene.color.clone()
+    paints.kind[rows] = LINEAR
+    paints.geometry[rows] = ramps.geometry[rows].to(color)
     mean, change = color[rows], ramps.change[rows].to(color)
-    color[rows], end_color[rows] = (mean - change).clamp(0.0, 1.0), (mean + change).clamp(0.0, 1.0)
-    return replace(scene, color=color, gradients=Gradients(kind, geometry, end_color))
+    color[rows], paints.end_color[rows] = (mean - change).clamp(0.0, 1.0), (mean + change).clamp(0.0, 1.0)
+    if paints.stops is not None:
+        paints = paints.with_two_stops(rows)
+    return replace(scene, color=color, gradients=paints)
 
 
 def _best_direction(residual: Tensor, spread: Tensor) -> tuple[Tensor, Tensor]:

@@ -16,7 +16,7 @@ from warpvec.fit.path_models import path_model
 from warpvec.fit.similarity import Similarity
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.registry import LINEAR
-from warpvec.geometry.scene import Scene
+from warpvec.geometry.scene import Scene, of_one_color
 from warpvec.image.alpha import ALPHA_MIN, MATTES, is_transparent, over, premultiplied
 from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.graph import RecordedStep
@@ -167,9 +167,7 @@ class Target:
         if self._views[0][1] is None:
             return self._exact.winding_slopes(scene, path, x, y)
         grey = replace(scene, background=torch.full_like(scene.background, sum(MATTES) / 2.0))
-        clear = replace(
-            scene, color=torch.zeros_like(scene.color), background=torch.ones_like(grey.background), gradients=None
-        )
+        clear = replace(of_one_color(scene, torch.zeros_like(scene.color)), background=torch.ones_like(grey.background))
         difference = self._exact.winding_slopes(clear, path, x, y, channels=1)
         return torch.cat([self._exact.winding_slopes(grey, path, x, y), 0.5 * 3.0**0.5 * difference], 1)
 

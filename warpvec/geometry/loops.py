@@ -15,9 +15,11 @@ from warpvec.errors import InputError
 from warpvec.geometry.forms.form import PARAMETERS
 from warpvec.geometry.forms.registry import OUTLINE, form_of
 from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.paints.kind import GEOMETRY_SIZE
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.scene import Scene, straightened
+from warpvec.geometry.stops import Stops
 from warpvec.geometry.strokes import BUTT, MITER, MITER_LIMIT, Strokes
 from warpvec.geometry.structure import Structure
 
@@ -29,17 +31,27 @@ Color = tuple[float, float, float]
 BLACK: Color = (0.0, 0.0, 0.0)
 
 
+class OutlineStop(NamedTuple):
+    """A stop of a gradient: its offset, its sRGB-encoded colour and its opacity, each in [0, 1]."""
+
+    offset: float
+    color: Color
+    opacity: float = 1.0
+
+
 class OutlineGradient(NamedTuple):
     """A gradient of an outline; its first stop has the outline's colour.
 
     Attributes:
-        kind, geometry: as in `warpvec.geometry.gradients.Gradients`, in pixels.
-        end_color: sRGB-encoded, in [0, 1].
+        kind, geometry: as in `warpvec.geometry.gradients.Gradients`, in pixels; five numbers of an elliptic one.
+        end_color: of the last stop, sRGB-encoded, in [0, 1].
+        stops: all stops, at most ``STOPS_MAX``; None for two opaque ones at the ends.
     """
 
     kind: int
-    geometry: tuple[float, float, float, float]
+    geometry: tuple[float, ...]
     end_color: Color
+    stops: tuple[OutlineStop, ...] | None = None
 
 
 class OutlineForm(NamedTuple):
@@ -152,8 +164,25 @@ def _gradients_of(outlines: Sequence[Outline]) -> Gradients | None:
     flat = OutlineGradient(FLAT, (0.0, 0.0, 0.0, 0.0), BLACK)
     paints = [outline.gradient or flat._replace(end_color=outline.color) for outline in outlines]
     kind = torch.tensor([paint.kind for paint in paints], dtype=torch.int32)
-    geometry = torch.tensor([paint.geometry for paint in paints], dtype=torch.float64).float()
-    return Gradients(kind, geometry, _colors([paint.end_color for paint in paints]))
+    geometry = torch.tensor([paint.geometry[:4] for paint in paints], dtype=torch.float64).float()
+    end_color = _colors([paint.end_color for paint in paints])
+    return Gradients(kind, geometry, end_color, _stops_of(paints, end_color)).without_plain_stops()
+
+
+def _stops_of(paints: Sequence[OutlineGradient], end_color: Tensor) -> Stops | None:
+    if all(paint.stops is None and len(paint.geometry) == GEOMETRY_SIZE for paint in paints):
+        return None
+    stops = Stops.two(end_color)
+    for row, paint in enumerate(paints):
+        if len(paint.geometry) > GEOMETRY_SIZE:
+            stops.breadth[row] = paint.geometry[GEOMETRY_SIZE]
+        if paint.stops is not None:
+            count = len(paint.stops)
+            stops.count[row] = count
+            stops.offset[row, :count] = torch.tensor([stop.offset for stop in paint.stops])
+            stops.opacity[row, :count] = torch.tensor([stop.opacity for stop in paint.stops])
+            stops.inner_color[row, : count - 2] = _colors([stop.color for stop in paint.stops[1:-1]])
+    return stops
 
 
 def _forms_of(outlines: Sequence[Outline]) -> Forms | None:

@@ -210,7 +210,7 @@ class Scene:
             "path_first_loop": None if self.is_uniform else structure.path_first_loop.long(),
             "is_line": None if structure.is_line is None else structure.is_line.byte(),
             "transparent": self.transparent,
-            "gradients": None if gradients is None else {**vars(gradients), "kind": gradients.kind.long()},
+            "gradients": None if gradients is None else gradients.to_dict(),
             **({} if forms is None else {"forms": {**vars(forms), "kind": forms.kind.long()}}),
         }
 
@@ -225,7 +225,7 @@ class Scene:
             is_line = None if values["is_line"] is None else values["is_line"].bool()
             structure = Structure(values["loop_first_segment"].int(), values["path_first_loop"].int(), is_line)
         paints = values["gradients"]
-        gradients = None if paints is None else Gradients(**{**paints, "kind": paints["kind"].int()})
+        gradients = None if paints is None else Gradients.from_dict(paints)
         found = values.get("forms")
         forms = None if found is None else Forms(**{**found, "kind": found["kind"].int()})
         return Scene(**own, structure=structure, transparent=values["transparent"], gradients=gradients, forms=forms)
@@ -262,6 +262,12 @@ def over_white(scene: Scene) -> Scene:
     if not scene.transparent:
         return scene
     return replace(scene, background=torch.ones_like(scene.background), transparent=False)
+
+
+def of_one_color(scene: Scene, color: Tensor) -> Scene:
+    """Return ``scene`` with paths of one ``color`` [N, 3] each, which cover as much of each pixel as before."""
+    gradients = None if scene.gradients is None else scene.gradients.of_one_color(color)
+    return replace(scene, color=color, gradients=gradients)
 
 
 def straightened(segments: Tensor, structure: Structure) -> Tensor:

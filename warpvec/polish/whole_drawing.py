@@ -76,6 +76,7 @@ def _on_canvas(scene: Scene, transparent: bool) -> Scene:
 
 def _with_opacity(scene: Scene, opacity: str) -> Scene:
     """Return ``scene`` with opaque paths if the setting ``opacity`` asks for them."""
-    if opacity != "opaque" or bool((scene.opacity == 1.0).all()):
+    if opacity != "opaque":
         return scene
-    return replace(scene, opacity=torch.ones_like(scene.opacity))
+    gradients = None if scene.gradients is None else scene.gradients.opaque()
+    return replace(scene, opacity=torch.ones_like(scene.opacity), gradients=gradients)

@@ -87,7 +87,8 @@ class ExactRenderer(TileRenderer):
             color = torch.zeros_like(scene.color)
             rows = torch.arange(first, min(first + 3, len(scene)), device=self.device)
             color[rows, rows - first] = 1.0
-            paint = Paint(color, scene.opacity, torch.zeros_like(scene.background), self._lanes)
+            gradients = None if scene.gradients is None else scene.gradients.of_one_color(color)
+            paint = Paint(color, scene.opacity, torch.zeros_like(scene.background), self._lanes, gradients)
             self._compositing.run(*hits[:3], paint, tiles)
             yield planes_from_tiles(tiles, self.grid)
 

@@ -72,8 +72,9 @@ class RecordedStep:
         inputs = (scene, prepared_target)
         if want_removal_cost:
             return self._renderer.fit_step(*inputs, want_removal_cost)
-        # A step with strokes makes tensors of its own, whose memory a graph would not keep.
-        if self.is_paused or not self._record or scene.strokes is not None:
+        # A step with strokes or stops makes tensors of its own, whose memory a graph would not keep.
+        has_stops = scene.gradients is not None and scene.gradients.stops is not None
+        if self.is_paused or not self._record or scene.strokes is not None or has_stops:
             return self._renderer.fit_step(*inputs, out=self._out_for(scene))
         addresses = _addresses(scene, prepared_target)
         recording = self._recording
@@ -146,7 +147,9 @@ class RecordedStep:
 
 def _fits(out: Adjoints, scene: Scene) -> bool:
     """Return whether the adjoints of ``scene`` have the shapes of ``out``."""
-    same_paints = (out.end_color is None) == (scene.gradients is None)
+    paints = scene.gradients
+    same_paints = (out.end_color is None) == (paints is None)
+    same_paints &= (out.offset is None) == (paints is None or paints.stops is None)
     same_paints = same_paints and (out.width is None) == (scene.strokes is None)
     return same_paints and out.segments.shape == scene.segments.shape and len(out.color) == len(scene)
 
@@ -154,7 +157,8 @@ def _fits(out: Adjoints, scene: Scene) -> bool:
 def _addresses(scene: Scene, prepared_target: Tensor) -> _Addresses:
     structure = scene.structure
     values = (scene.segments, scene.color, scene.opacity, scene.background)
-    gradients = () if scene.gradients is None else tuple(vars(scene.gradients).values())
+    paints = scene.gradients
+    gradients = () if paints is None else (paints.kind, paints.geometry, paints.end_color)
     tensors = (*values, *gradients, structure.loop_first_segment, structure.path_first_loop, prepared_target)
     return tuple((tensor.data_ptr(), tensor.shape) for tensor in tensors)
 

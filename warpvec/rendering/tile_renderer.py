@@ -11,6 +11,7 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.stops import STOPS_MAX
 from warpvec.kernels.compositing_adjoint import CANVAS_TERMS
 from warpvec.kernels.constants import TILE, TRANSMITTANCE_MIN
 from warpvec.kernels.lanes import make_lanes
@@ -32,6 +33,7 @@ class Adjoints:
         removal_cost: rise of that error when a path is removed [N], if it was asked for.
         end_color, geometry: adjoints of the gradients, if the scene has some.
         width: adjoint of the widths of strokes [N], if the scene has some.
+        inner_color, offset, stop_opacity, breadth: adjoints of their stops, if the scene has those.
     """
 
     segments: Tensor
@@ -42,11 +44,16 @@ class Adjoints:
     end_color: Tensor | None = None
     geometry: Tensor | None = None
     width: Tensor | None = None
+    inner_color: Tensor | None = None
+    offset: Tensor | None = None
+    stop_opacity: Tensor | None = None
+    breadth: Tensor | None = None
 
     @property
     def whole_color(self) -> Tensor:
-        """Adjoint of the colour of each path [N, 3]; a gradient divides each pixel between its two colours."""
-        return self.color if self.end_color is None else self.color + self.end_color
+        """Adjoint of the colour of each path [N, 3]; a gradient divides each pixel between its colours."""
+        ends = self.color if self.end_color is None else self.color + self.end_color
+        return ends if self.inner_color is None else ends + self.inner_color.sum(1)
 
     @property
     def background(self) -> Tensor:
@@ -132,7 +139,11 @@ class TileRenderer(ABC):
             adjoints = replace(adjoints, width=make(count))
         if scene.gradients is None:
             return adjoints
-        return replace(adjoints, end_color=make((count, 3)), geometry=make((count, 4)))
+        adjoints = replace(adjoints, end_color=make((count, 3)), geometry=make((count, 4)))
+        if scene.gradients.stops is None:
+            return adjoints
+        places = {"offset": make((count, STOPS_MAX)), "stop_opacity": make((count, STOPS_MAX))}
+        return replace(adjoints, inner_color=make((count, STOPS_MAX - 2, 3)), breadth=make(count), **places)
 
     def fit_step(
         self,
@@ -184,7 +195,8 @@ class TileRenderer(ABC):
 
     def _paint_adjoints(self, adjoints: Adjoints, curvature: Tensor) -> PaintAdjoints:
         paths = (adjoints.color, adjoints.opacity, curvature)
-        return PaintAdjoints(*paths, adjoints.canvas_sums, adjoints.end_color, adjoints.geometry)
+        stops = (adjoints.inner_color, adjoints.offset, adjoints.stop_opacity, adjoints.breadth)
+        return PaintAdjoints(*paths, adjoints.canvas_sums, adjoints.end_color, adjoints.geometry, *stops)
 
     @abstractmethod
     def _cover(self, scene: Scene) -> Hits:

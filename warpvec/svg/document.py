@@ -63,15 +63,16 @@ _FORMS = {"rect": ("x", "y", "width", "height"), "circle": ("cx", "cy", "r", "r"
 _PLAIN_ELEMENTS = frozenset({"svg", "g", "path", "title", "desc", "metadata", "defs", "stop", *_FORMS}) | _GRADIENTS
 _PLAIN_ATTRIBUTES = frozenset(
     {"id", "version", "width", "height", "viewBox", "x", "y", "d", "fill", "fill-opacity"}
-    | {"gradientUnits", "x1", "y1", "x2", "y2", "cx", "cy", "r", "rx", "ry", "offset", "stop-color"}
+    | {"gradientUnits", "gradientTransform", "x1", "y1", "x2", "y2", "cx", "cy", "r", "rx", "ry"}
+    | {"offset", "stop-color", "stop-opacity"}
 )
 
 _TURN = re.compile(r"rotate\(-?[\d.]{1,20} (-?[\d.]{1,20}) (-?[\d.]{1,20})\)", re.ASCII)
 """A turn about a point, the one transform that a plain form may have."""
 
-_PLAIN_STOPS = 2
-"""Most stops of a plain gradient. A pixel takes the longer the more there are: with two, four times a flat pixel, with
-10,000, a hundred times."""
+_PLAIN_STOPS = 8
+"""Most stops of a plain gradient, as many as a path may have in `warpvec.geometry.stops`, which would load torch. A
+pixel takes the longer the more there are: with two, four times a flat pixel, with 10,000, a hundred times."""
 
 _DRAWN_NAMESPACES = (f"{SVG_NAMESPACE} ", "http://www.w3.org/1999/xlink ", "http://www.w3.org/XML/1998/namespace ")
 """resvg takes an attribute of one of these namespaces, here as expat's names begin, for the one without."""
@@ -119,7 +120,7 @@ class Document:
         forms: position and size of each <rect>, <circle> and <ellipse>, and the point that it is turned about, as
             text.
         painted: the elements that paint something.
-        plain: True if the file holds only paths, forms and groups with flat fills, and gradients of two stops that
+        plain: True if the file holds only paths, forms and groups with flat fills, and gradients of few stops that
             refer to nothing, so that drawing it is cheap.
     """
 
@@ -334,7 +335,13 @@ def _is_plain(element: str, attributes: dict[str, str]) -> bool:
     names = {name for name in attributes if " " not in name or name.startswith(_DRAWN_NAMESPACES)}
     if element in _FORMS and _TURN.fullmatch(attributes.get("transform", "")):
         names.remove("transform")
-    return element in _PLAIN_ELEMENTS and names <= _PLAIN_ATTRIBUTES
+    matrix = attributes.get("gradientTransform")
+    return element in _PLAIN_ELEMENTS and names <= _PLAIN_ATTRIBUTES and (matrix is None or _is_matrix(matrix))
+
+
+def _is_matrix(text: str) -> bool:
+    """Return whether ``text`` is one matrix of six numbers."""
+    return re.fullmatch(rf"matrix\({' '.join([NUMBER] * 6)}\)", text) is not None
 
 
 def _form_numbers(element: str, attributes: dict[str, str]) -> str:

@@ -12,12 +12,19 @@ from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.registry import FLAT, KINDS, kind_of
 from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.scene import Scene, straightened
+from warpvec.geometry.stops import Stops
 from warpvec.geometry.strokes import MITER, MITER_LIMIT, MITER_LIMIT_MAX, Strokes
 from warpvec.geometry.structure import Structure
 
 GRADIENT_DECIMALS = 1
 """Decimals of the ends of gradients: half a step moves a colour by less than a level unless the gradient is shorter
 than 13 px from black to white."""
+
+OFFSET_DECIMALS = 4
+"""Decimals of the offsets of stops: half a step is 0.05 px on a gradient of 1000 px."""
+
+STOP_OPACITY_DECIMALS = 3
+"""Decimals of the opacities of stops, as exact as colours are."""
 
 OPACITY_DECIMALS = 2
 """Decimals of opacities. Half a step changes a blend of black and white by 1.3 of 255 levels; a third decimal costs
@@ -73,10 +80,11 @@ def quantize(scene: Scene, precision: int) -> Scene:
         background=_rounded(scene.background.clamp(0, 1), COLOR_LEVELS),
         strokes=_rounded_strokes(scene.strokes, precision),
     ).with_forms(_rounded_forms(scene.forms, precision))
-    is_visible = quantized.opacity > 0
-    if scene.strokes is not None and quantized.strokes is not None:
-        is_visible &= quantized.strokes.is_stroked | ~scene.strokes.is_stroked
-    return _with_needed_strokes(_with_needed_gradients(quantized.select(is_visible)))
+    shown = _with_needed_gradients(quantized)
+    is_visible = shown.opacity > 0
+    if scene.strokes is not None and shown.strokes is not None:
+        is_visible &= shown.strokes.is_stroked | ~scene.strokes.is_stroked
+    return _with_needed_strokes(_with_needed_gradients(shown.select(is_visible)))
 
 
 def _check(scene: Scene, precision: int) -> None:
@@ -152,28 +160,44 @@ def _without_far_gradients(scene: Scene) -> Scene:
     gradients = scene.gradients
     if gradients is None:
         return scene
-    geometry = gradients.geometry.double()
+    geometry = gradients.whole_geometry.double()
     is_far = geometry.abs().amax(1) * 10**GRADIENT_DECIMALS >= MAX_TICKS
     is_far &= (gradients.kind != FLAT) & ~gradients.is_degenerate()
     if not is_far.any():
         return scene
     anchor = scene.segments[scene.structure.path_first_segment[:-1].long(), 0].double()
-    shown = scene.color.clone()
+    shown, opacity = scene.color.clone(), scene.opacity.clone()
     for row in is_far.nonzero().flatten().tolist():
         paint = kind_of(int(gradients.kind[row]))
         share = paint.share(geometry[row].cpu().numpy(), *anchor[row].cpu().numpy()[:, None]).item()
-        shown[row] = torch.lerp(scene.color[row], gradients.end_color[row], min(max(share, 0.0), 1.0))
+        values = gradients.shown_at(row, scene.color[row], share)
+        shown[row], opacity[row] = values[:3], opacity[row] * values[3]
     kind = torch.where(is_far, FLAT, gradients.kind)
-    return replace(scene, color=shown, gradients=replace(gradients, kind=kind))
+    return replace(scene, color=shown, opacity=opacity, gradients=replace(gradients, kind=kind))
 
 
 def _rounded_gradients(gradients: Gradients | None) -> Gradients | None:
     if gradients is None:
         return None
-    geometry = _rounded(gradients.geometry, 10**GRADIENT_DECIMALS)
+    geometry = _rounded(gradients.whole_geometry, 10**GRADIENT_DECIMALS)
     for number, paint in KINDS.items():
-        geometry[gradients.kind == number, len(paint.sides) :] = 0.0  # unused, and not in the file
-    return replace(gradients, geometry=geometry, end_color=_rounded(gradients.end_color.clamp(0, 1), COLOR_LEVELS))
+        geometry[gradients.kind == number, paint.number_count :] = 0.0  # unused, and not in the file
+    end_color = _rounded(gradients.end_color.clamp(0, 1), COLOR_LEVELS)
+    stops = None if gradients.stops is None else _rounded_stops(gradients.stops, geometry[:, 4].contiguous())
+    return Gradients(gradients.kind, geometry[:, :4].contiguous(), end_color, stops)
+
+
+def _rounded_stops(stops: Stops, breadth: Tensor) -> Stops:
+    """Return the ``stops`` as a file states them; those that no path has are opaque, black and at 1."""
+    is_used = stops.is_used()
+    is_inner = is_used[:, 2:, None]  # a path of k stops has k - 2 between the first and the last
+    return replace(
+        stops,
+        offset=_rounded(stops.shown_offsets(), 10**OFFSET_DECIMALS),
+        inner_color=torch.where(is_inner, _rounded(stops.inner_color.clamp(0, 1), COLOR_LEVELS), 0.0),
+        opacity=torch.where(is_used, _rounded(stops.opacity.clamp(0, 1), 10**STOP_OPACITY_DECIMALS), 1.0),
+        breadth=breadth,
+    )
 
 
 def width_decimals(precision: int) -> int:
@@ -198,18 +222,23 @@ def _with_needed_strokes(scene: Scene) -> Scene:
 
 
 def _with_needed_gradients(scene: Scene) -> Scene:
-    """Return ``scene`` with gradients that show one colour made flat, and without any if all are."""
+    """Return ``scene`` with gradients that show one opaque colour made flat, and without any if all are.
+
+    A gradient that shows its end alone becomes flat too, with the opacity of its last stop.
+    """
     gradients = scene.gradients
     if gradients is None:
         return scene
     is_flat, shows_end = gradients.kind == FLAT, gradients.is_degenerate()
     color = torch.where((shows_end & ~is_flat)[:, None], gradients.end_color, scene.color)
-    is_flat = is_flat | shows_end | (gradients.end_color == color).all(1)
+    last = gradients.last_opacity()
+    opacity = torch.where(shows_end & (last < 1.0), _rounded(scene.opacity * last, 10**OPACITY_DECIMALS), scene.opacity)
+    is_flat = is_flat | shows_end | gradients.is_one_color(color)
     if is_flat.all():
-        return replace(scene, color=color, gradients=None)
+        return replace(scene, color=color, opacity=opacity, gradients=None)
     flat = Gradients.none(color)
-    kept = [
-        torch.where(is_flat if none.ndim == 1 else is_flat[:, None], none, own)
-        for none, own in zip(vars(flat).values(), vars(gradients).values(), strict=True)
-    ]
-    return replace(scene, color=color, gradients=Gradients(*kept))
+    flat = flat if gradients.stops is None else replace(flat, stops=Stops.two(color))
+    own = torch.arange(len(scene), device=color.device)
+    rows = torch.where(is_flat, own + len(scene), own)
+    paints = gradients.joined(flat).map(lambda values: values[rows]).without_plain_stops()
+    return replace(scene, color=color, opacity=opacity, gradients=paints)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import NamedTuple
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -16,10 +17,11 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from warpvec.errors import InputError
-from warpvec.geometry.loops import Color, Outline, OutlineGradient, OutlineStroke, make_scene
+from warpvec.geometry.loops import Color, Outline, OutlineGradient, OutlineStop, OutlineStroke, make_scene
 from warpvec.geometry.paints.kind import GradientKind
 from warpvec.geometry.paints.registry import KINDS
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.stops import STOPS_MAX
 from warpvec.geometry.strokes import BUTT, CAPS, JOINS, MITER, MITER_LIMIT, MITER_LIMIT_MAX
 from warpvec.svg.document import layer_level, local_name, parse_svg, read_text
 from warpvec.svg.form_elements import FORM_ATTRIBUTES, FORM_ELEMENTS, form_decimals, read_form
@@ -238,12 +240,14 @@ def _own_gradients(definitions: Element) -> dict[str, _Paint]:
     for element in definitions:
         number, kind = _own_kind(element)
         _expect_attributes(element, ("id", "gradientUnits", *kind.sides))
-        _expect(element.get("gradientUnits") == "userSpaceOnUse" and len(element) == 2)
+        _expect(element.get("gradientUnits") == "userSpaceOnUse" and 2 <= len(element) <= STOPS_MAX)
         numbers = kind.numbers({side: element.get(side, "") for side in kind.sides})
-        _expect(all(OWN_NUMBER.fullmatch(text) for text in numbers))
-        first, last = (_own_stop(stop, offset) for stop, offset in zip(element, (None, "1"), strict=True))
-        x, y, z, w = (float(text) for text in numbers)
-        paints[f"url(#{element.get('id')})"] = first, OutlineGradient(number, (x, y, z, w), last)
+        _expect(bool(numbers) and all(OWN_NUMBER.fullmatch(text) for text in numbers))
+        stops = tuple(_own_stop(stop) for stop in element)
+        _expect(all(before.offset <= after.offset <= 1.0 for before, after in pairwise(stops)))
+        geometry = tuple(float(text) for text in numbers)
+        paint = OutlineGradient(number, geometry, stops[-1].color, stops)
+        paints[f"url(#{element.get('id')})"] = stops[0].color, paint
     return paints
 
 
@@ -256,10 +260,12 @@ def _own_kind(element: Element) -> tuple[int, GradientKind]:
     raise _NotOurs
 
 
-def _own_stop(stop: Element, offset: str | None) -> Color:
-    _expect(local_name(stop.tag) == "stop" and len(stop) == 0 and stop.get("offset") == offset)
-    _expect_attributes(stop, ("offset", "stop-color"))
-    return _own_color(stop, "stop-color")
+def _own_stop(stop: Element) -> OutlineStop:
+    _expect(local_name(stop.tag) == "stop" and len(stop) == 0)
+    _expect_attributes(stop, ("offset", "stop-color", "stop-opacity"))
+    offset, opacity = stop.get("offset", "0"), stop.get("stop-opacity", "1")
+    _expect(all(_OWN_OPACITY.fullmatch(text) is not None for text in (offset, opacity)))
+    return OutlineStop(float(offset), _own_color(stop, "stop-color"), float(opacity))
 
 
 def _own_color(element: Element, attribute: str = "fill") -> Color:

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from warpvec import __version__
+from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.stops import STOPS_MAX
 from warpvec.geometry.strokes import BUTT, CAPS, JOINS, MITER, MITER_LIMIT
 from warpvec.svg.form_elements import Shape, form_shapes
 from warpvec.svg.path_data import Loop, format_curves, format_number, format_path
@@ -23,7 +25,9 @@ from warpvec.svg.quantize import (
     COLOR_LEVELS,
     GRADIENT_DECIMALS,
     MITER_DECIMALS,
+    OFFSET_DECIMALS,
     OPACITY_DECIMALS,
+    STOP_OPACITY_DECIMALS,
     quantize,
     ticks_of,
     width_decimals,
@@ -228,20 +232,39 @@ def fills_of(scene: Scene) -> tuple[list[str], list[str]]:
     if scene.gradients is None:
         return fills, []
     gradients, names = scene.gradients, dict[str, str]()
-    ends, places = hex_colors(gradients.end_color), ticks_of(gradients.geometry, 10**GRADIENT_DECIMALS).tolist()
+    places = ticks_of(gradients.whole_geometry, 10**GRADIENT_DECIMALS).tolist()
+    stops = _stop_lists(scene.color, gradients)
     for row, kind in enumerate(gradients.kind.tolist()):
         if kind != FLAT:
-            text = _gradient(kind, places[row], fills[row], ends[row])
+            text = _gradient(kind, places[row], stops[row])
             fills[row] = f"url(#{names.setdefault(text, f'g{len(names) + 1}')})"
     lines = [text.replace(" ", f' id="{name}" ', 1) for text, name in names.items()]
     return fills, ["<defs>", *lines, "</defs>"]
 
 
-def _gradient(kind: int, geometry: list[int], start: str, end: str) -> str:
+def _stop_lists(color: Tensor, gradients: Gradients) -> list[str]:
+    """Return the elements of the stops of each path, whose first ones have the ``color`` [N, 3]."""
+    stops, count = gradients.all_stops(), len(color)
+    colors = hex_colors(stops.colors(color, gradients.end_color).reshape(-1, 3))
+    offsets = ticks_of(stops.shown_offsets(), 10**OFFSET_DECIMALS).tolist()
+    opacity = ticks_of(stops.opacity, 10**STOP_OPACITY_DECIMALS).tolist()
+    shades = [colors[start : start + STOPS_MAX] for start in range(0, count * STOPS_MAX, STOPS_MAX)]
+    lists = zip(stops.count.tolist(), offsets, shades, opacity, strict=True)
+    return ["".join(map(_stop, *(each[:number] for each in (a, b, c)))) for number, a, b, c in lists]
+
+
+def _stop(offset: int, color: str, opacity: int) -> str:
+    """Return the element of a stop, whose offset and opacity are in ticks."""
+    place = f' offset="{format_number(offset, OFFSET_DECIMALS)}"' if offset else ""
+    is_opaque = opacity == 10**STOP_OPACITY_DECIMALS
+    shown = "" if is_opaque else f' stop-opacity="{format_number(opacity, STOP_OPACITY_DECIMALS)}"'
+    return f'<stop{place} stop-color="{color}"{shown}/>'
+
+
+def _gradient(kind: int, geometry: list[int], stops: str) -> str:
     paint = kind_of(kind)
     attributes = paint.attributes([format_number(ticks, GRADIENT_DECIMALS) for ticks in geometry])
     places = (f'{side}="{text}"' for side, text in attributes.items())
-    stops = f'<stop stop-color="{start}"/><stop offset="1" stop-color="{end}"/>'
     return f'<{paint.element} gradientUnits="userSpaceOnUse" {" ".join(places)}>{stops}</{paint.element}>'
 
 

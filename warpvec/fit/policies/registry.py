@@ -58,6 +58,9 @@ def config_from_start(config: FitConfig, start: Scene, height: int, width: int) 
         raise InputError("renderer", rule, config.renderer, "give exact, or change path_model or segments")
     if start.gradients is not None:
         _require_free_paints(config)
+        if start.gradients.stops is not None:
+            remedy = "refine it instead, or give its gradients two opaque stops"
+            raise InputError("start", "must have gradients of two opaque stops in a fit", "others", remedy)
     return schedule.grow_from(config, len(start), height, width)
 
 

@@ -22,6 +22,7 @@ from warpvec.flat.cutting.slivers import without_slivers
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.stops import STOPS_MAX
 from warpvec.geometry.structure import Structure
 
 
@@ -58,7 +59,7 @@ def cut_out(scene: Scene, width: int, height: int, tick: tuple[float, float] | N
     chords = noded(chords_of(cubics, is_line))
     # The canvas is the last path: its edges count before all others.
     mapped = planar_map(chords, path, path_count)
-    stacks = _visible_stacks(mapped.winding != 0, stacked.opacity.numpy() >= CUTTING.opaque)
+    stacks = _visible_stacks(mapped.winding != 0, _least_opacity(stacked).numpy() >= CUTTING.opaque)
     owners, keys = _numbered(stacks)
     owners, sliver_count = without_slivers(mapped, owners, path[mapped.curve])
     edges = CutEdges(mapped, owners, cubics, is_line, tick)
@@ -69,7 +70,7 @@ def cut_out(scene: Scene, width: int, height: int, tick: tuple[float, float] | N
         _scene(stacked, [keys[owner] for owner in drawn], [loops[owner] for owner in drawn]),
         hidden_count=len(stacked) - len(used),
         sliver_count=sliver_count,
-        blended_count=sum(1 for row in used if stacked.opacity[row] < CUTTING.opaque),
+        blended_count=sum(1 for row in used if _least_opacity(stacked)[row] < CUTTING.opaque),
     )
 
 
@@ -137,37 +138,55 @@ def _scene(stacked: Scene, stacks: list[_Stack], loops: list[list[list[CurvePart
     is_line = torch.tensor([piece.is_line for piece in pieces], dtype=torch.bool)
     structure = Structure.of_loops([[len(loop) for loop in path] for path in loops], is_line)
     paints = [_blended(stacked, stack) for stack in stacks]
-    rows = torch.tensor([row for row, *_ in paints], dtype=torch.int64)
-    color, end_color = (
-        torch.stack([stops[k] for _, stops, _ in paints]) if paints else torch.zeros(0, 3) for k in (0, 1)
-    )
-    paths = stacked.gradients
-    gradients = None if paths is None else Gradients(paths.kind[rows], paths.geometry[rows], end_color)
-    opacity = torch.tensor([opacity for *_, opacity in paints])
+    rows = torch.tensor([row for row, _ in paints], dtype=torch.int64)
+    values = torch.stack([values for _, values in paints]) if paints else torch.zeros(0, STOPS_MAX, 4)
+    opacity = values[..., 3].amax(1)
+    gradients = None if stacked.gradients is None else _with_stops(stacked.gradients, rows, values)
     generation = stacked.generation[torch.tensor([stack[0] for stack in stacks], dtype=torch.int64)]
-    return Scene(segments, structure, color, opacity, torch.zeros(3), generation, transparent=True, gradients=gradients)
+    background = torch.zeros(3)
+    return Scene(segments, structure, values[:, 0, :3], opacity, background, generation, True, gradients)
 
 
-def _blended(scene: Scene, stack: _Stack) -> tuple[int, list[Tensor], float]:
+def _with_stops(gradients: Gradients, rows: Tensor, values: Tensor) -> Gradients:
+    """Return the gradients of the paths ``rows`` with the colours and opacities ``values`` [N, STOPS_MAX, 4]."""
+    own = gradients.map(lambda each: each[rows])
+    stops, share = own.all_stops(), values[..., 3] / values[..., 3].amax(1, keepdim=True).clamp_min(1e-9)
+    last = (stops.count.long() - 1).view(-1, 1, 1).expand(-1, 1, 4)
+    stops = replace(stops, inner_color=values[:, 1:-1, :3].contiguous(), opacity=share)
+    return replace(own, end_color=values.gather(1, last)[:, 0, :3], stops=stops).without_plain_stops()
+
+
+def _blended(scene: Scene, stack: _Stack) -> tuple[int, Tensor]:
     """Return the paint that the paths of ``stack`` show together.
 
-    It is the path whose gradient counts, the colours of the two stops, and the opacity.
+    It is the path whose gradient counts, and the colours and opacities of its stops [STOPS_MAX, 4].
     """
     paints = Gradients.none(scene.color) if scene.gradients is None else scene.gradients
-    end_colors = torch.where((paints.kind == FLAT)[:, None], scene.color, paints.end_color)
-    row, opacity = stack[0], float(scene.opacity[stack[0]])
-    stops = [scene.color[row], end_colors[row]]
+    row = stack[0]
+    values = _stop_values(scene, paints, row)
     for above in stack[1:]:
-        share = float(scene.opacity[above])
-        whole = share + opacity * (1 - share)
-        added = [scene.color[above], end_colors[above]]
+        added = _stop_values(scene, paints, above)
         if paints.kind[above] != FLAT and paints.kind[row] != FLAT:
-            added = [(added[0] + added[1]) / 2] * 2
+            added = added[: int(paints.all_stops().count[above])].mean(0).expand_as(added)
         elif paints.kind[above] != FLAT:
             row = above
-        stops = [
-            (share * new + opacity * (1 - share) * old) / max(whole, 1e-9)
-            for new, old in zip(added, stops, strict=True)
-        ]
-        opacity = whole
-    return row, stops, opacity
+        share, below = added[:, 3:], values[:, 3:] * (1 - added[:, 3:])
+        color = (share * added[:, :3] + below * values[:, :3]) / (share + below).clamp_min(1e-9)
+        values = torch.cat([color, share + below], 1)
+    return row, values
+
+
+def _stop_values(scene: Scene, paints: Gradients, row: int) -> Tensor:
+    """Return the colour and the opacity of each stop of a path [STOPS_MAX, 4]; all are equal in a flat path."""
+    color = scene.color[row].expand(STOPS_MAX, 3)
+    opacity = scene.opacity[row].expand(STOPS_MAX)
+    if paints.kind[row] != FLAT:
+        stops = paints.all_stops().map(lambda each: each[row : row + 1])
+        color = stops.colors(scene.color[row : row + 1], paints.end_color[row : row + 1])[0]
+        opacity = opacity * torch.where(stops.is_used(), stops.opacity, stops.opacity[:, int(stops.count[0]) - 1])[0]
+    return torch.cat([color, opacity[:, None]], 1)
+
+
+def _least_opacity(scene: Scene) -> Tensor:
+    """Return the opacity of each path [N] where it is most translucent."""
+    return scene.opacity if scene.gradients is None else scene.opacity * scene.gradients.least_opacity()

@@ -12,7 +12,7 @@ from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.nodes import split
-from warpvec.geometry.scene import Scene
+from warpvec.geometry.scene import Scene, of_one_color
 from warpvec.image.alpha import MATTES
 from warpvec.rendering.draw import draw_exactly
 from warpvec.rendering.operator import draw_adjoint
@@ -139,7 +139,7 @@ def _top_paths(scene: Scene, height: int, width: int, threads: int | None) -> In
     """
     number = torch.arange(1, len(scene) + 1, dtype=torch.float64)
     color = torch.stack([number / max(len(scene), 1), (number * 0.6180340) % 1.0, (number * 0.4142136) % 1.0], 1)
-    numbered = replace(scene, color=color.to(scene.color), gradients=None, transparent=False, background=torch.zeros(3))
+    numbered = replace(of_one_color(scene, color.to(scene.color)), transparent=False, background=torch.zeros(3))
     drawn: Tensor = torch.from_numpy(draw_exactly(numbered, height, width, threads))
     top = (drawn[..., 0] * len(scene)).round().long().clamp(0, len(scene))
     known = torch.cat([torch.zeros(1, 3), color.float()])[top]

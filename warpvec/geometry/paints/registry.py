@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from warpvec.errors import InputError
+from warpvec.geometry.paints.elliptic import Elliptic
 from warpvec.geometry.paints.kind import GradientKind
 from warpvec.geometry.paints.linear import Linear
 from warpvec.geometry.paints.radial import Radial
 
-FLAT, LINEAR, RADIAL = range(3)
+FLAT, LINEAR, RADIAL, ELLIPTIC = range(4)
 """Numbers of the kinds of paint in `warpvec.geometry.gradients.Gradients.kind`. Files of checkpoints hold them."""
 
-KINDS: Mapping[int, GradientKind] = {LINEAR: Linear(), RADIAL: Radial()}
-"""Number -> kind of gradient. The kernels have functions of each in ``kernels/gradients.py``."""
+KINDS: Mapping[int, GradientKind] = {LINEAR: Linear(), RADIAL: Radial(), ELLIPTIC: Elliptic()}
+"""Number -> kind of gradient. The kernels have functions of those that need no stops in ``kernels/gradients.py``."""
 
 
 def kind_of(number: int) -> GradientKind:

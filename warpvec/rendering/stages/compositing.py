@@ -20,8 +20,10 @@ from warpvec.kernels.compositing_adjoint import CANVAS_TERMS, TERMS
 from warpvec.kernels.constants import TILE, TRANSMITTANCE_MIN
 from warpvec.kernels.gradients import GRADIENT_TERMS
 from warpvec.kernels.lanes import Lanes
+from warpvec.kernels.stops import STOP_TERMS, make_functions
 from warpvec.rendering.launch import Launcher, as_warp
 from warpvec.rendering.stages.binning import Binning, TileGrid
+from warpvec.rendering.stop_paints import StopAdjoints, StopPaints
 
 
 def to_tiles(image: Tensor, grid: TileGrid) -> Tensor:
@@ -49,7 +51,11 @@ class Paint:
 
     Attributes:
         arrays: colour [N], opacity [N] and background [1].
-        gradients: kind [N], geometry [N] and end colour [N]; None three times if all paths are flat.
+        gradients: kind [N], geometry [N] and end colour [N]; None three times in a scene without gradients of two
+            opaque stops alone.
+        stops: the gradients of a scene with others, and what the kernels take: count, kind of place, form and ramps of
+            each path [N]; None five times in a scene without.
+        hiding: opacity of each path [N] where it is most translucent.
     """
 
     def __init__(
@@ -62,12 +68,28 @@ class Paint:
             as_warp(opacity, lanes.dtype),
             as_warp(background.reshape(1, 3), lanes.vec3),
         ]
-        self.has_gradients = gradients is not None
         self.gradients: list[Any] = [None, None, None]
+        self.stop_arrays: list[Any] = [None, None, None, None]
+        self.hiding = self.arrays[1]
+        self.stops: StopPaints | None = None
         if gradients is not None:
             gradients.check_kinds()
+        if gradients is not None and gradients.stops is not None:
+            self._set_stops(StopPaints(color.detach(), self.opacity, gradients.map(Tensor.detach)), lanes)
+        elif gradients is not None:
             geometry, end_color = as_warp(gradients.geometry, lanes.vec4), as_warp(gradients.end_color, lanes.vec3)
             self.gradients = [as_warp(gradients.kind, wp.int32), geometry, end_color]
+
+    def _set_stops(self, stops: StopPaints, lanes: Lanes) -> None:
+        types = make_functions(lanes)
+        counts = [as_warp(each, wp.int32) for each in (stops.count, stops.place_kind)]
+        self.stop_arrays = [*counts, as_warp(stops.form, types.vec5), as_warp(stops.ramps, types.vec8)]
+        self.hiding, self.stops = as_warp(stops.hiding, lanes.dtype), stops
+
+    @property
+    def variant(self) -> tuple[bool, bool]:
+        """Whether the scene has gradients of two opaque stops alone, and whether it has others."""
+        return self.gradients[0] is not None, self.stops is not None
 
 
 class PaintAdjoints(NamedTuple):
@@ -78,6 +100,7 @@ class PaintAdjoints(NamedTuple):
         opacity_curvature: [N], filled if it is asked for; see ``kernels/compositing_adjoint.py``.
         canvas_sums: [CANVAS_TERMS] adjoint of the background and, last, the squared error times its scale.
         end_color, geometry: adjoints of the gradients [N, 3] and [N, 4]; None if all paths are flat.
+        inner_color, offset, stop_opacity, breadth: adjoints of their stops; None if the scene has no `Stops`.
     """
 
     color: Tensor
@@ -86,6 +109,25 @@ class PaintAdjoints(NamedTuple):
     canvas_sums: Tensor
     end_color: Tensor | None = None
     geometry: Tensor | None = None
+    inner_color: Tensor | None = None
+    offset: Tensor | None = None
+    stop_opacity: Tensor | None = None
+    breadth: Tensor | None = None
+
+    def take(self, found: StopAdjoints) -> None:
+        """Fill in the adjoints of paints with stops."""
+        own = (
+            self.color,
+            self.end_color,
+            self.geometry,
+            self.inner_color,
+            self.offset,
+            self.stop_opacity,
+            self.breadth,
+        )
+        for memory, values in zip(own, found, strict=True):
+            assert memory is not None
+            memory.copy_(values)
 
     def of_paths(self, lanes: Lanes) -> list[Any]:
         """Return the adjoints of the paths as Warp arrays."""
@@ -111,7 +153,7 @@ class Compositing:
         """Return the lowest hit of each tile [tiles] that is not hidden behind the tile's full pairs."""
         visible = self._buffers.get("tile_first_visible", self._grid.count, wp.int32)
         hits = [binning.tile_first_hit, binning.hit_pair, binning.pair_path, binning.pair_class]
-        arguments = [*hits, paint.arrays[1], self._transmittance_min, visible]
+        arguments = [*hits, paint.hiding, self._transmittance_min, visible]
         self._launch(kernels.make_kernels(self._lanes).find_visible, self._grid.count, arguments)
         return visible
 
@@ -120,8 +162,9 @@ class Compositing:
     ) -> None:
         """Composite into ``tile_image`` [tiles, 3, TILE, TILE]."""
         lanes = self._lanes
-        arguments = [*_hits(binning, tile_first_visible), slot_winding, *paint.arrays, *paint.gradients]
-        kernel = kernels.make_kernels(lanes, paint.has_gradients).composite
+        arguments = [*_hits(binning, tile_first_visible), slot_winding, *paint.arrays]
+        arguments += [*paint.gradients, *paint.stop_arrays]
+        kernel = kernels.make_kernels(lanes, *paint.variant).composite
         outputs = [self._grid.columns, _lane_array(tile_image, lanes)]
         self._launch.shared(kernel, self._grid.count * lanes.tile_threads, [*arguments, *outputs])
 
@@ -143,15 +186,16 @@ class Compositing:
         ``want_curvature`` asks for the opacity curvature of the paths.
         """
         lanes, grid, get = self._lanes, self._grid, self._buffers.get
-        stage = adjoint_kernels.make_kernels(lanes, error_scale is not None, want_curvature, paint.has_gradients)
+        stage = adjoint_kernels.make_kernels(lanes, error_scale is not None, want_curvature, *paint.variant)
         chunk, depth, stack, parts = self._stack(binning)
-        terms = TERMS + GRADIENT_TERMS * paint.has_gradients
+        has_gradients, has_stops = paint.variant
+        terms = TERMS + GRADIENT_TERMS * has_gradients + STOP_TERMS * has_stops
         pair_sums = get("pair_sums", (binning.pair_count * lanes.reducers, terms), lanes.dtype)
         tile_sums = get("tile_sums", (grid.count * lanes.reducers, TERMS), lanes.dtype)
         reference = [_lane_array(tile_reference, lanes), tile_reference.shape[1]]
         size = [grid.columns, grid.height, grid.width]
         scale = lanes.dtype(error_scale or 0.0)
-        paints = [*paint.arrays, *paint.gradients]
+        paints = [*paint.arrays, *paint.gradients, *paint.stop_arrays]
         inputs = [*_hits(binning, tile_first_visible), *paints, *size, *reference, scale, chunk, depth]
         outputs = [stack, slot_winding, pair_sums, tile_sums]
         # Chunks are whole tiles, because the scalar lanes of a tile add to the same sums.
@@ -163,6 +207,13 @@ class Compositing:
             )
         sums = [binning.path_first_pair, binning.pair_class, pair_sums, *paint.gradients[:2]]
         self._launch(stage.gather_paths_adjoint, paint.path_count, [*sums, *adjoints.of_paths(lanes)])
+        if paint.stops is not None:
+            stop_sums = torch.empty(
+                (paint.path_count, STOP_TERMS), dtype=adjoints.color.dtype, device=adjoints.color.device
+            )
+            items = [*sums[:3], paint.stop_arrays[0], as_warp(stop_sums, lanes.dtype)]
+            self._launch(stage.gather_stops, stop_sums.numel(), items)
+            adjoints.take(paint.stops.adjoints(adjoints.color, stop_sums))
         self._gather_canvas(stage, tile_sums, scale, as_warp(adjoints.canvas_sums, lanes.dtype))
 
     def _gather_canvas(self, stage: SimpleNamespace, tile_sums: wp.array, scale: Any, canvas_sums: wp.array) -> None:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.geometry.paints.kind import Geometry
 from warpvec.geometry.paints.registry import kind_of
 from warpvec.svg.foreign.shapes import Loop, bounding_box, curves_of
 
@@ -36,7 +37,7 @@ class ColorRamp(NamedTuple):
     """
 
     kind: int
-    geometry: tuple[float, float, float, float]
+    geometry: Geometry
     offsets: Array
     colors: Array
     spread: str = "pad"
