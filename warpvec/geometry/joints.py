@@ -80,7 +80,7 @@ class Joints:
         free = Joints(following, preceding, is_line, torch.zeros_like(is_line), least)
         lengths = torch.stack([handle.norm(dim=1) for handle in free.values(scene)[1:]], 1)
         free = replace(free, least=lengths.clamp_max(HANDLE_MIN))
-        return replace(free, is_smooth=free._smooth(scene)) if keep else free
+        return replace(free, is_smooth=free._smooth(scene) & ~structure.line_ends) if keep else free
 
     def values(self, scene: Scene) -> tuple[Tensor, Tensor, Tensor]:
         """Return the anchors, and the leaving and arriving handles relative to them, each [R, 2]."""

@@ -94,6 +94,20 @@ class Structure:
         return torch.zeros(self.segment_count, dtype=torch.bool, device=self.loop_first_segment.device)
 
     @property
+    def end_rows(self) -> Tensor:
+        """Which rows are only the end of an open line [R] (bool)."""
+        found = torch.zeros(self.segment_count, dtype=torch.bool, device=self.loop_first_segment.device)
+        if self.is_open is not None:
+            found[self.loop_first_segment[1:].long()[self.is_open] - 1] = True
+        return found
+
+    @property
+    def line_ends(self) -> Tensor:
+        """Which nodes are the start or the end of an open line [R] (bool)."""
+        ends = self.end_rows
+        return ends | ends[self.segment_previous.long()]
+
+    @property
     def segment_count(self) -> int:
         """Number of segments of all paths, R."""
         # torch.compile cannot trace a cached property before it has a value.

@@ -36,6 +36,8 @@ class FoldGuard:
     def __init__(self, start: Scene, variables: Variables, precision: int, *, is_on: bool) -> None:
         self._start, self._variables, self._precision = start, variables, precision
         self._is_guarded = (overlapping_pairs(start) <= PAIRS_GUARDED_MAX) & is_on
+        if start.strokes is not None:  # lines may cross
+            self._is_guarded &= ~start.strokes.is_stroked
         # The start of a later part may cross itself only until its file is rounded, which allows no crossing.
         as_written = crossings_of_rows(self._written(start), self._is_guarded)
         self._crossings = torch.minimum(crossings_of_rows(start, self._is_guarded), as_written)

@@ -35,23 +35,29 @@ def gauss_newton(variables: Variables, x: Tensor, held: Tensor) -> sparse.csc_ma
         paints.add(shares.float().cpu().numpy().reshape(3, -1))
     by_points, by_forms = variables.point_derivative(x, held), variables.form_derivative(x)
     forms = [] if by_forms is None else [by_forms]
-    empty = [sparse.csr_matrix((each.shape[1],) * 2) for each in (by_points, *forms)]
+    width_count = 0 if scene.strokes is None else len(scene)
+    sizes = [by_points.shape[1], width_count, *(each.shape[1] for each in forms)]
+    empty = [sparse.csr_matrix((size, size)) for size in sizes]
     total = sparse.block_diag([empty[0], paints.elsewhere(), *empty[1:]], "csr")
-    for channel, slopes in enumerate(_slopes(variables, scene, crossed, place, len(pixels))):
+    for channel, (slopes, by_widths) in enumerate(_slopes(variables, scene, crossed, place, len(pixels))):
         by_paints = paints.at_pixels(channel) if channel < 3 else paints.nothing()
-        both = sparse.hstack([slopes @ by_points, by_paints, *(slopes @ each for each in forms)], "csr")
+        blocks = [slopes @ by_points, by_paints, by_widths[:, :width_count], *(slopes @ each for each in forms)]
+        both = sparse.hstack(blocks, "csr")
         total = total + both.T @ both
     return (2.0 * variables.target.error_scale * total).tocsc()
 
 
 def _slopes(
     variables: Variables, scene: Scene, crossed: CrossedPixels, place: NDArray[np.int64], pixel_count: int
-) -> Iterator[sparse.csr_matrix]:
-    """Yield for each channel how the crossed pixels change with the points of the curves [P, 8 R]."""
+) -> Iterator[tuple[sparse.csr_matrix, sparse.csr_matrix]]:
+    """Yield for each channel how the crossed pixels change with the points of the curves [P, 8 R] and widths [P, N]."""
     device = scene.segments.device
     rows, x, y = (torch.from_numpy(part).to(device) for part in crossed[:3])
     path = scene.structure.segment_path.long()[rows]
     columns = (8 * crossed.row[:, None] + np.arange(8)).ravel()
     where, shape = (np.repeat(place, 8), columns), (pixel_count, 8 * len(scene.segments))
+    width_where, width_shape = (place, path.cpu().numpy()), (pixel_count, len(scene))
     for slopes in variables.target.winding_slopes(scene, path, x, y).double().cpu().numpy().T:
-        yield sparse.csr_matrix(((slopes[:, None] * crossed.slopes).ravel(), where), shape=shape)
+        found = slopes[:, None] * crossed.slopes
+        by_points = sparse.csr_matrix((found[:, :8].ravel(), where), shape=shape)
+        yield by_points, sparse.csr_matrix((found[:, 8], width_where), shape=width_shape)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.scene import Scene
+from warpvec.polish.stroke_samples import stroke_samples
 
 SAMPLE_GAP = 0.35
 """Largest distance of two samples of a curve in pixels, by its control polygon. The matrix that is made of them steers
@@ -24,7 +25,8 @@ class CrossedPixels(NamedTuple):
     Attributes:
         row: the segment [M].
         x, y: the pixel [M].
-        slopes: change of the winding in the pixel with the coordinates of the curve's four points [M, 8].
+        slopes: change of the winding in the pixel with the coordinates of the curve's four points [M, 8], and with the
+            width of its stroke: [M, 9].
     """
 
     row: NDArray[np.int64]
@@ -39,18 +41,49 @@ def crossed_pixels(scene: Scene, height: int, width: int) -> CrossedPixels:
     A move of the curve by (u, v) changes the winding of a pixel by the integral of (x' v - y' u) dt over the part of
     the curve in the pixel, as in ``kernels/coverage_adjoint.py``; here it is summed over samples.
     """
-    curves = whole_curves(scene).double().cpu().numpy()
-    row, gap, weights, tangents = _samples(curves)
-    points = np.einsum("mk,mkd->md", weights, curves[row])
-    slopes = (np.stack([-tangents[:, 1:], tangents[:, :1]], 2) * weights[:, :, None]).reshape(-1, 8) * gap[:, None]
-    x, y = np.floor(points).astype(np.int64).T
+    row, place, slopes = _of_fills(scene)
+    if scene.strokes is not None:
+        parts = zip((row, place, slopes), _of_strokes(scene), strict=True)
+        row, place, slopes = (np.concatenate(both) for both in parts)
+    x, y = np.floor(place).astype(np.int64).T
     kept = (x >= 0) & (x < width) & (y >= 0) & (y < height)
     row, x, y, slopes = row[kept], x[kept], y[kept], slopes[kept]
     if not len(row):
         return CrossedPixels(row, x, y, slopes)
     key = (row * height + y) * width + x
+    if scene.strokes is not None:  # the samples of a row are not side by side
+        order = np.argsort(key, kind="stable")
+        row, x, y, slopes, key = row[order], x[order], y[order], slopes[order], key[order]
     starts = np.flatnonzero(np.diff(key, prepend=key[0] - 1))
     return CrossedPixels(row[starts], x[starts], y[starts], np.add.reduceat(slopes, starts, axis=0))
+
+
+_Slopes = tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]
+"""The segment [M], the place [M, 2] and the slopes [M, 9] of samples."""
+
+
+def _of_fills(scene: Scene) -> _Slopes:
+    curves = whole_curves(scene).double().cpu().numpy()
+    row, gap, weights, tangents = _samples(curves)
+    if scene.strokes is not None:
+        is_fill = (~scene.strokes.is_stroked)[scene.structure.segment_path.long()].cpu().numpy()[row]
+        row, gap, weights, tangents = row[is_fill], gap[is_fill], weights[is_fill], tangents[is_fill]
+    points = np.einsum("mk,mkd->md", weights, curves[row])
+    return row, points, _with_width(weights, gap[:, None] * tangents, np.zeros(len(row)))
+
+
+def _of_strokes(scene: Scene) -> _Slopes:
+    found = stroke_samples(scene)
+    by_width = (found.along[:, 0] * found.outward[:, 1] - found.along[:, 1] * found.outward[:, 0]) / 2.0
+    return found.row, found.place, _with_width(found.weights, found.along, by_width)
+
+
+def _with_width(
+    weights: NDArray[np.float64], along: NDArray[np.float64], by_width: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the slopes [M, 9] of pieces of outlines ``along`` [M, 2] whose points have the ``weights`` [M, 4]."""
+    by_points = (np.stack([-along[:, 1:], along[:, :1]], 2) * weights[:, :, None]).reshape(-1, 8)
+    return np.concatenate([by_points, by_width[:, None]], 1)
 
 
 def _samples(

@@ -28,6 +28,9 @@ OPAQUE = 1.0 - 1e-3
 OPACITY_MIN = 0.01
 """A translucent path stays visible: with less, its file would leave it out."""
 
+WIDTH_MIN = 0.1
+"""Least width of a stroke in pixels. A thinner one can hardly be seen, and one of no width would be filled."""
+
 STRENGTH_MIN = 0.01
 """Smallest strength of a value, as a share of the mean strength of its kind. Without this, values that hardly show,
 such as the points of a hidden path, would take steps without a bound."""
@@ -63,6 +66,9 @@ class Variables:
         parts = [*self.joints.values(scene), scene.color, scene.opacity, scene.background]
         if scene.gradients is not None:
             parts += [scene.gradients.end_color, scene.gradients.geometry]
+        self._width_part = len(parts)
+        if scene.strokes is not None:
+            parts.append(scene.strokes.width)
         if scene.forms is not None:
             parts.append(scene.forms.parameters)
         self._shapes = [part.shape for part in parts]
@@ -74,6 +80,8 @@ class Variables:
         is_translucent = torch.full_like(scene.opacity, config.opacity == "free", dtype=torch.bool)
         self._of(self.is_free)[4].copy_(is_translucent & ((scene.opacity < OPAQUE) | free))
         self._of(self.is_free)[5].fill_(config.backdrop != "white" and not scene.transparent)
+        if scene.strokes is not None:
+            self._of(self.is_free)[self._width_part].copy_(scene.strokes.is_stroked)
         if scene.forms is not None:
             own = scene.forms.is_form
             self.is_free &= ~self.points_of(own[scene.structure.segment_path.long()])
@@ -118,6 +126,9 @@ class Variables:
         An angle shows far more than a place, so each number is compared with those of its kind.
         """
         floor = torch.zeros_like(diagonal)
+        if self._scene.strokes is not None:
+            widths = self._of(diagonal)[self._width_part]
+            self._of(floor)[self._width_part].fill_(STRENGTH_MIN * widths.mean() + 1e-12)
         if self._scene.forms is not None:
             part, own = self._of(diagonal)[-1], self._of(self.is_free)[-1]
             mean = (part * own).sum(0) / own.sum(0).clamp_min(1)
@@ -165,6 +176,9 @@ class Variables:
         end_color = paints[:1] if self._scene.gradients is not None else []
         for part in (color, background, *end_color):
             part.clamp_(0.0, 1.0)
+        if self._scene.strokes is not None:
+            width = self._of(x)[self._width_part]
+            width.copy_(torch.where(self._scene.strokes.is_stroked, width.clamp_min(WIDTH_MIN), 0.0))
         if self._scene.forms is not None:
             paints[-1].copy_(replace(self._scene.forms, parameters=paints[-1]).bounded().parameters)
         opacity.copy_(torch.where(self._of(self.is_free)[4], opacity.clamp(OPACITY_MIN, 1.0), opacity))
@@ -216,6 +230,8 @@ class Variables:
         shown.append((scene.background, background))
         if scene.gradients is not None:
             shown += zip((scene.gradients.end_color, scene.gradients.geometry), paints[:2], strict=True)
+        if scene.strokes is not None:
+            shown.append((scene.strokes.width, self._of(self.limited(x))[self._width_part]))
         if scene.forms is not None:
             shown.append((scene.forms.parameters, paints[-1]))
         for memory, values in shown:
@@ -229,5 +245,7 @@ class Variables:
         parts = [adj_points, adjoints.color.flatten(), adjoints.opacity, adjoints.background]
         if self._scene.gradients is not None:
             parts += [adjoints.end_color.flatten(), adjoints.geometry.flatten()]
+        if self._scene.strokes is not None:
+            parts.append(adjoints.width)
         parts += [adjoint.flatten() for adjoint in adj_forms]
         return torch.cat(parts) * self.is_free
