@@ -10,6 +10,7 @@ import torch
 
 from warpvec.errors import InputError
 from warpvec.geometry.bezier import bernstein
+from warpvec.geometry.form_slopes import form_derivative
 from warpvec.geometry.forms.registry import CIRCLE, ELLIPSE, FORMS, OUTLINE, RECT, ROUND_RECT, form_of
 from warpvec.geometry.path_forms import Forms, is_used
 from warpvec.geometry.structure import Structure
@@ -100,6 +101,20 @@ def forms_of_all() -> tuple[Forms, Structure]:
     parameters = PARAMETERS[0].expand(5, 6).float()
     counts = [[form_of(number).row_count] if number else [3, 2] for number in kind.tolist()]
     return Forms(kind, torch.where(is_used(parameters, kind), parameters, 0.0)), Structure.of_loops(counts)
+
+
+def test_the_curves_follow_the_parameters_as_their_derivative_says() -> None:
+    forms, structure = forms_of_all()
+    forms = Forms(forms.kind, forms.parameters.double())
+
+    def curves(parameters: torch.Tensor) -> torch.Tensor:
+        placed = Forms(forms.kind, parameters).placed(torch.zeros(structure.segment_count, 3, 2).double(), structure)
+        return torch.cat([placed, placed[structure.segment_next.long(), :1]], 1).flatten()
+
+    move = torch.where(is_used(forms.parameters, forms.kind), torch.randn(5, 6, dtype=torch.float64), 0.0)
+    rise = (curves(forms.parameters + 1e-6 * move) - curves(forms.parameters - 1e-6 * move)) / 2e-6
+    slopes = form_derivative(forms, structure) @ move.flatten().numpy()
+    np.testing.assert_allclose(slopes, rise.numpy(), atol=1e-6)
 
 
 def test_rows_follow_a_scale_and_a_move() -> None:

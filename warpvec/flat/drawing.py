@@ -22,6 +22,7 @@ from warpvec.flat.regions.regions import Regions, find_regions
 from warpvec.flat.scene_building import scene_of
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.fewer_paths import with_fewer_paths
+from warpvec.flat.simplification.forms import find_forms
 from warpvec.flat.simplification.path_removal import remove_paths
 from warpvec.flat.simplification.regularity import regularize
 from warpvec.flat.simplification.simplify import simplify
@@ -103,6 +104,7 @@ class FlatDrawing:
             scene = self._polished(scene, DRAWING.last_iterations)
             # Last, as a fit would undo exact circles and level lines.
             scene = regularize(scene, self.critic, watch, detail)
+            scene = find_forms(scene, self.critic, watch, detail)
         return self._snapped(scene), left_out
 
     def _on_canvas(self, scene: Scene) -> Scene:

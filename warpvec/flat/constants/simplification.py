@@ -202,6 +202,26 @@ class SimplificationConstants:
     ellipse_radius_min: float = 1.5
     """Half axis in pixels below which an outline is a dot of any form."""
 
+    # Circles, ellipses and rectangles (simplification/form_candidates.py)
+
+    form_size_min: float = 3.0
+    """Size in pixels below which an outline is a dot or a dash of any form."""
+
+    form_determined: float = 0.05
+    """Least change of the visible outline, as a share of the largest one, by any combination of the numbers of a form.
+    With less, a side that is wholly hidden would be anywhere."""
+
+    form_seen_min: float = 0.35
+    """Share of the outline of a form that must be visible. A disc behind a square whose corner lies at its centre shows
+    three quarters."""
+
+    form_rows_max: int = 24
+    """Most segments of an outline that may be a form: simple ones have 4 to 8, partly hidden ones some more."""
+
+    form_split_min: float = 0.5
+    """Share of the parts of a path that must be forms to become paths of their own: the dot of an "i" stays with its
+    word."""
+
     # Rounded corners (simplification/rounded_corners.py)
 
     arc_turn_min: float = 20.0

@@ -54,7 +54,15 @@ def _nodes_around(segments: Mask, nodes: Mask, joints: Joints, reach: int) -> Ma
 def accepted_loops(
     old: Scene, loops: dict[int, Floats], critic: Critic, samples: OutlineSamples, detail: float
 ) -> Scene:
-    """Return ``old`` with other curves for some ``loops`` [K, 3, 2], where the exact error rises by little.
+    """Return ``old`` with other curves for some ``loops`` [K, 3, 2], where the exact error rises by little."""
+    kept = kept_loops(old, loops, critic, samples, detail)
+    return with_loops(old, kept) if kept else old
+
+
+def kept_loops(
+    old: Scene, loops: dict[int, Floats], critic: Critic, samples: OutlineSamples, detail: float
+) -> dict[int, Floats]:
+    """Return those ``loops`` [K, 3, 2] that may replace the loops of ``old``, as the exact error rises by little.
 
     It may rise far from both curves: a hole that the old curve surrounded can lie outside of the new one.
     """
@@ -71,9 +79,9 @@ def accepted_loops(
             wrong = _is_worse_inside(outlines, rise, limit, list(loops))
         kept = {loop: curves for loop, curves in loops.items() if not wrong[loop]}
         if len(kept) == len(loops):
-            return new
+            break
         loops = kept
-    return old
+    return loops
 
 
 def _is_worse_inside(

@@ -29,6 +29,10 @@ _STEP = 1e-4
 _ROUNDS_MAX = 30
 """Most Gauss-Newton steps of a fit: from the guess, five to ten are enough."""
 
+_HOPELESS = 0.2
+"""Largest distance of a point from a guess, as a share of its size, from which a fit begins. The guess of a rectangle
+whose ends are half circles is a tenth of its smaller side off."""
+
 _MOVE_MIN = 1e-7
 """A fit ends with a step below so many pixels."""
 
@@ -138,10 +142,29 @@ class Form(ABC):
         free = [place for place in self.free if not (is_level and place == ANGLE)]
         if len(points) < len(free):
             return None
-        found = [self._descended(guess, points, weights, free) for guess in self.guesses(points)
-                 if not is_level or guess[ANGLE] == 0.0]  # fmt: skip
+        guesses = [guess for guess in self.guesses(points) if not is_level or guess[ANGLE] == 0.0]
+        guesses = [guess for guess in guesses if self._is_hopeful(guess, points)]
+        found = [self._descended(guess, points, weights, free) for guess in guesses]
         fits = [Fitted(each, float(np.abs(self.distances(each, points)).max())) for each in found if each is not None]
         return min(fits, key=lambda each: each.distance, default=None)
+
+    def determined(self, fitted: Floats, points: Floats, weights: Floats) -> float:
+        """Return how well ``points`` [K, 2] tell all parameters of a form, from 0 to 1.
+
+        It is the smallest singular value over the largest of the derivative of the distances, in pixels.
+        """
+        seen = weights > 0.0
+        steps = _steps_of(fitted, list(self.free))
+        slopes = np.stack([step * self._slope(fitted, points[seen], place, step) for place, step in steps], 1)
+        values = np.linalg.svd(slopes * np.sqrt(weights[seen])[:, None], compute_uv=False)
+        return float(values[-1] / values[0]) if len(values) == len(self.free) and values[0] > 0.0 else 0.0
+
+    def _is_hopeful(self, guess: Floats, points: Floats) -> bool:
+        """Return whether a fit from ``guess`` can come near."""
+        bounded = self.bounded(guess)
+        if bounded is None:
+            return False
+        return bool(np.abs(self.distances(bounded, points)).max() <= _HOPELESS * np.abs(bounded[[FIRST, SECOND]]).max())
 
     def _descended(self, start: Floats, points: Floats, weights: Floats, free: list[int]) -> Floats | None:
         """Return the parameters after Gauss-Newton steps from ``start``."""
