@@ -72,7 +72,8 @@ def test_eval_repeats_the_measures_of_run(photo: Path) -> None:
         metrics = json.loads(invoke("run", photo, out, "--json", *QUICK).stdout)
         again = json.loads(invoke("eval", photo, out, "--json").stdout)
         assert again == {name: metrics[name] for name in again}
-        assert set(again) == {"curves", "gradients", "segments", "bytes", "gzip_bytes", "psnr", "ssim", "transparent"}
+        counts = {"curves", "gradients", "segments", "parameters", "circles", "ellipses", "rects"}
+        assert set(again) == counts | {"bytes", "gzip_bytes", "psnr", "ssim", "transparent"}
 
 
 def test_eval_counts_what_is_painted_and_its_gradients(photo: Path) -> None:

@@ -94,7 +94,10 @@ def test_a_file_with_forms_is_drawn_in_this_process_and_its_segments_count() -> 
     text = write_svg(scene_of_forms(), 120, 100)
     document = parse_svg(text)
     assert document.plain and 120 < document.reach() < 1000
-    assert file_facts(text)["segments"] == 4 * 4 + 8 * 2 + 3 and file_facts(text)["paths"] == 7
+    facts = file_facts(text)
+    assert facts["segments"] == 4 * 4 + 8 * 2 + 3 and facts["paths"] == 7
+    assert (facts["circles"], facts["ellipses"], facts["rects"]) == (1, 1, 4)
+    assert facts["parameters"] == 3 + 4 + 4 * 6 + 4  # the line that closes the path is free
 
 
 @pytest.mark.parametrize(

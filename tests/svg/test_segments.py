@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from warpvec.svg.segments import count_segments
+from warpvec.svg.segments import count_path, count_segments
 
 
 @pytest.mark.parametrize(
@@ -21,6 +21,13 @@ from warpvec.svg.segments import count_segments
 )  # fmt: skip
 def test_segments_of_any_path_data_are_counted(data, count):
     assert count_segments(data) == count
+
+
+def test_parameters_are_those_of_the_segments_without_moves_and_closes():
+    assert (
+        count_path("M1,1 2,2h3V4zm1 1q1 1 2 2t3 3C1 1 2 2 3 3s1-1.5.5-.25a1 1 0 012 2 1 1 0 1 0 1 1").parameters == 40
+    )
+    assert count_path("M1 1 4 5 1 1").parameters == 4
 
 
 def test_counting_segments_is_linear_in_hostile_data():

@@ -70,6 +70,16 @@ def finite(value: object) -> Any:
     return None if value in (math.inf, -math.inf) else value
 
 
+def _forms(metrics: dict[str, Any]) -> str:
+    """Return what was found, such as "3 circles, 2 rects, 4 paths; 148 parameters"; "" without any form."""
+    forms = {name: metrics.get(f"{name}s", 0) for name in ("circle", "ellipse", "rect")}
+    if not any(forms.values()):
+        return ""
+    rest = metrics["curves"] - sum(forms.values())
+    parts = [counted(count, name) for name, count in {**forms, "path": rest}.items() if count]
+    return f"{', '.join(parts)}; {counted(metrics['parameters'], 'parameter')}"
+
+
 def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     backdrops = ", over black and over white" if metrics["transparent"] else ""
     gradients = f" ({metrics['gradients']} with a gradient)" if metrics["gradients"] else ""
@@ -79,6 +89,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         f"{{out}}: {counts}, {{bytes:,}} bytes{as_svg}, {{gzip_bytes:,}} gzipped",
         f"PSNR {{psnr:.2f}} dB, SSIM {{ssim:.3f}} (file drawn by resvg{backdrops})",
     ]
+    if found := _forms(metrics):
+        lines.insert(1, found)
     if metrics.get("start_psnr") is not None:
         lines[-1] += ", before {start_psnr:.2f} dB (the given file)"
     if metrics.get("unchanged"):

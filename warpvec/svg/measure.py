@@ -19,7 +19,7 @@ from warpvec.image.alpha import is_transparent
 from warpvec.image.metrics import psnr, ssim
 from warpvec.svg.document import SVG_NAMESPACE, Document, SvgSource, parse_svg
 from warpvec.svg.resvg import rasterize
-from warpvec.svg.segments import LETTERS, count_segments
+from warpvec.svg.segments import LETTERS, count_path
 from warpvec.svg.units import NUMBER, check_pixels, parse_length, stated_size, view_box
 
 MAX_REACH = 2.0**24
@@ -36,6 +36,9 @@ MAX_STRETCH = 1.05
 """Largest ratio of two sides' scales that counts as rounding: one pixel of a 2 x 1 icon would be half of it."""
 
 _NUMBERS = re.compile(NUMBER)
+
+FORM_COUNTS = {"circles": "circle", "ellipses": "ellipse", "rects": "rect"}
+"""Name of a count of forms -> element of SVG."""
 
 _OWN_DATA = re.compile(r"M[^A-Za-z]*+c[^A-Za-z]*+z")
 
@@ -54,9 +57,8 @@ MAX_COMMANDS = 2**23
 def evaluate(svg: SvgSource, image: NDArray[Any]) -> dict[str, Any]:
     """Return counts, sizes and quality of an SVG, drawn by resvg at the size of ``image`` [h, w, 3 or 4].
 
-    Keys: ``curves`` (the number of painted elements), ``gradients``, ``segments``, ``bytes`` and ``gzip_bytes`` as in
-    `file_facts`, ``psnr`` and ``ssim`` as in `file_quality`, and ``transparent``, which is true if the image has an
-    alpha channel.
+    Keys: ``curves`` (the number of painted elements), the other counts and the sizes of `file_facts`, ``psnr`` and
+    ``ssim`` as in `file_quality`, and ``transparent``, which is true if the image has an alpha channel.
 
     Raises:
         InputError: as `draw`.
@@ -70,9 +72,11 @@ def evaluate(svg: SvgSource, image: NDArray[Any]) -> dict[str, Any]:
 def file_facts(svg: SvgSource) -> dict[str, int]:
     """Count what is in an SVG. The sizes are the same if ``svg`` is gzipped.
 
-    Keys: ``paths`` (painted elements), ``gradients`` (those with one), ``segments``, ``bytes``, and ``gzip_bytes``.
+    Keys: ``paths`` (painted elements), ``gradients`` (those with one), ``segments``, ``parameters`` (the numbers that
+    shape them), ``circles``, ``ellipses`` and ``rects`` (the paths that are one), ``bytes``, and ``gzip_bytes``.
     A segment is one curve, line or arc of a path. The line that closes a path counts if it has a length. A circle, an
-    ellipse or a rectangle has four, a rectangle with round corners eight.
+    ellipse or a rectangle has four, a rectangle with round corners eight. A line has 2 parameters, a quadratic 4, a
+    cubic 6, an arc 7, a circle 3, an ellipse 4, a rectangle 6, moves and closes none.
 
     Raises:
         InputError: ``svg`` is not an SVG, is refused as unsafe, or has more than ``MAX_COMMANDS`` commands.
@@ -81,10 +85,13 @@ def file_facts(svg: SvgSource) -> dict[str, int]:
     data, path_data = document.text.encode(), document.path_data
     if sum(numbers.count(letter) for numbers in path_data for letter in LETTERS) > MAX_COMMANDS:
         raise InputError("SVG", f"must have at most {MAX_COMMANDS} commands in its paths", "more", "simplify it")
+    counts = [count_path(data) for data in path_data]
     return {
         "paths": document.painted.count,
         "gradients": document.painted.gradient_count,
-        "segments": sum(map(count_segments, path_data)) + document.painted.form_segment_count,
+        "segments": sum(count.segments for count in counts) + document.painted.form_segment_count,
+        "parameters": sum(count.parameters for count in counts) + document.painted.form_parameter_count,
+        **{name: document.painted.names[element] for name, element in FORM_COUNTS.items()},
         "bytes": len(data),
         "gzip_bytes": len(gzip_bytes(data)),
     }

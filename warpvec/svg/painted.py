@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
+
+from warpvec.svg.units import NUMBER
+
+_NUMBER = re.compile(NUMBER)
+
 _PAINTED = frozenset(
     {"path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text", "image", "use", "foreignObject"}
 )
@@ -11,6 +18,11 @@ _FORM_SIZES = {"circle": "r", "ellipse": "rx", "rect": "width"}
 
 _FORM_SEGMENTS = 4
 """Lines or arcs of a form; the corners of a round rectangle count beside."""
+
+_FORM_PARAMETERS = {"circle": 3, "ellipse": 4, "rect": 6, "line": 4, "use": 6}
+"""Numbers that shape an element beside paths; a polygon has two a point."""
+
+_POINT_LISTS = frozenset({"polyline", "polygon"})
 
 _DEFINITIONS = frozenset(
     {"defs", "symbol", "clipPath", "mask", "pattern", "marker", "filter", "linearGradient", "radialGradient"}
@@ -28,10 +40,13 @@ class PaintedCounter:
         count: the elements so far.
         gradient_count: those of them whose own fill refers to a gradient or a pattern.
         form_segment_count: lines and arcs of all circles, ellipses and rectangles among them.
+        form_parameter_count: numbers that shape the elements among them that are no paths.
+        names: how many of each element there are.
     """
 
     def __init__(self) -> None:
-        self.count = self.gradient_count = self.form_segment_count = self._depth = 0
+        self.count = self.gradient_count = self.form_segment_count = self.form_parameter_count = self._depth = 0
+        self.names: Counter[str] = Counter()
         self._view_box = ""
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
@@ -42,6 +57,10 @@ class PaintedCounter:
         if name in _PAINTED and not self._depth and not self._is_canvas(name, attributes):
             self.count += 1
             self.gradient_count += _has_gradient(attributes)
+            self.names[name] += 1
+            self.form_parameter_count += _FORM_PARAMETERS.get(name, 0)
+            if name in _POINT_LISTS:
+                self.form_parameter_count += sum(1 for _ in _NUMBER.finditer(attributes.get("points", "")))
             has_corners = name == "rect" and ("rx" in attributes or "ry" in attributes)
             if _FORM_SIZES.get(name) in attributes:
                 self.form_segment_count += _FORM_SEGMENTS * (1 + has_corners)

@@ -1,4 +1,4 @@
-"""Count the segments of path data of any writer, as editors show them."""
+"""Count the segments of path data of any writer, as editors show them, and the numbers that shape them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
+from typing import NamedTuple
 
 from warpvec.svg.units import NUMBER
 
@@ -29,24 +30,45 @@ _COMMAND = re.compile(r"([MLHVCSQTA])([^MLHVCSQTAZ\d]*+\d[^MLHVCSQTAZ]*+)|Z", re
 # Of an arc, the two that `_ARC` keeps.
 _NUMBERS_PER_SEGMENT = {"A": 2, "M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2}
 
+_PARAMETERS_PER_SEGMENT = {"A": 7, "M": 2, "L": 2, "H": 2, "V": 2, "C": 6, "S": 6, "Q": 4, "T": 4}
+
 _NUMBERS_AT_A_TIME = 3072
 """Numbers of a command that are in memory together: there may be millions. All counts of a segment divide this."""
 
 
+class PathCounts(NamedTuple):
+    """Counts of path data.
+
+    Attributes:
+        segments: lines, curves and arcs, and the lines of more than ``CLOSED`` that close a subpath.
+        parameters: 2 for each line, 4 for a quadratic, 6 for a cubic, 7 for an arc; moves and closes are free.
+    """
+
+    segments: int
+    parameters: int
+
+
+def count_path(path_data: str) -> PathCounts:
+    """Count the segments of any SVG path data, and their parameters."""
+    pen = _Pen()
+    segments = sum(pen.draw(match[1], match[2]) for match in _COMMAND.finditer(path_data))
+    return PathCounts(segments, pen.parameters)
+
+
 def count_segments(path_data: str) -> int:
     """Count the lines, curves and arcs of any SVG path data, and the lines of more than ``CLOSED`` that close them."""
-    pen = _Pen()
-    return sum(pen.draw(match[1], match[2]) for match in _COMMAND.finditer(path_data))
+    return count_path(path_data).segments
 
 
 @dataclass
 class _Pen:
-    """The place that path data have reached, and the place where their subpath began."""
+    """The place that path data have reached, the place where their subpath began, and the parameters so far."""
 
     x: float = 0.0
     y: float = 0.0
     start_x: float = 0.0
     start_y: float = 0.0
+    parameters: int = 0
 
     def draw(self, letter: str | None, numbers: str) -> int:
         """Follow a command, None to close the subpath, and return how many segments it has."""
@@ -62,6 +84,7 @@ class _Pen:
                 across, down = across[1:], down[1:]  # the pairs after the first one are lines
             self._go(across, down, is_relative)
             count += len(across or down)
+        self.parameters += _PARAMETERS_PER_SEGMENT[kind] * count
         return count
 
     def _go(self, across: list[float], down: list[float], is_relative: bool) -> None:
