@@ -32,6 +32,7 @@ def vectorize(
     metadata: bool = True,
     trim: bool = False,
     size: str | None = None,
+    plain_paths: bool = False,
     on_progress: OnProgress | None = None,
     **options: Any,
 ) -> Result:
@@ -47,6 +48,7 @@ def vectorize(
         metadata: store the settings in the file.
         trim: cut the paths off at the edges of the canvas.
         size: width of the drawing with its unit, such as "90mm"; also cm, in, pt, px, and % of its pixels.
+        plain_paths: write paths only, no circles, ellipses or rectangles.
         on_progress: called after every iteration; it should be quick.
         options: fields of `warpvec.FitConfig` that replace those of the preset, and goals: ``max_bytes``, the largest
             size of the SVG text, after gzip if ``gzip`` is true; ``target_psnr`` (dB) or ``target_ssim``, which the
@@ -56,7 +58,7 @@ def vectorize(
         InputError: the image cannot be read, or a setting is wrong.
     """
     config, goal = settings_and_goal(preset, _given(curves, options))
-    file_options = _file_options(metadata, trim, size)
+    file_options = _file_options(metadata, trim, size, plain_paths)
     resolve_device(config.device)  # report an unknown device before reading the image
     title = title_of(image)
     pixels, watch = read_image(image, background, name="image"), Watch(on_progress, config.time_budget)
@@ -74,6 +76,7 @@ def refine(
     metadata: bool = True,
     trim: bool = False,
     size: str | None = None,
+    plain_paths: bool = False,
     free: bool = False,
     on_progress: OnProgress | None = None,
     **options: Any,
@@ -90,7 +93,7 @@ def refine(
         curves: number of paths, by default as many as there are. New paths are added where the picture is worst; paths
             with the lowest removal cost are removed. "auto" and goals as in `vectorize`.
         free: let smooth nodes become corners, lines curves, opaque paths translucent, and paths cross themselves.
-        preset, background, metadata, trim, size, on_progress: as in `vectorize`.
+        preset, background, metadata, trim, size, plain_paths, on_progress: as in `vectorize`.
         options: as in `vectorize`. ``recycle_gap`` is 0 by default, ``precision`` that of the file, and ``iterations``
             at most 500 without a goal; 0 writes the drawing as it was read. ``opacity="opaque"`` first makes every path
             opaque, which may make the drawing worse.
@@ -101,7 +104,7 @@ def refine(
     data = _svg_data(svg)
     drawing = read_drawing(data)
     config, goal, iterations = refine_settings(drawing, preset, _given(curves, options))
-    file_options = _file_options(metadata, trim, size)
+    file_options = _file_options(metadata, trim, size, plain_paths)
     resolve_device(config.device)
     pixels, watch = read_image(image, background, name="image"), Watch(on_progress, config.time_budget)
     request = Request.of(pixels, config, goal, title=title_of(image), options=file_options, watch=watch)
@@ -113,9 +116,9 @@ def title_of(image: ImageSource) -> str | None:
     return Path(image).stem if isinstance(image, str | os.PathLike) else None
 
 
-def _file_options(metadata: bool, trim: bool, size: str | None) -> FileOptions:
+def _file_options(metadata: bool, trim: bool, size: str | None, plain_paths: bool) -> FileOptions:
     check_flag("metadata", metadata)
-    return FileOptions(no_metadata=not metadata, trim=trim, size=size)
+    return FileOptions(no_metadata=not metadata, trim=trim, size=size, plain_paths=plain_paths)
 
 
 def _given(curves: int | str | None, options: dict[str, Any]) -> dict[str, Any]:

@@ -39,7 +39,7 @@ def test_help_all_shows_every_option(command: str) -> None:
     result = invoke(command, "--help-all")
     assert result.exit_code == 0
     names = {each.name for each in dataclasses.fields(FitConfig)}
-    assert {*OPTIONS} == {*names, *QUANTITIES, "gzip", "opaque", "size", "trim", "no_metadata"}
+    assert {*OPTIONS} == {*names, *QUANTITIES, "gzip", "opaque", "size", "trim", "plain_paths", "no_metadata"}
     refused = REFUSED.get(command, ())
     for name in {*OPTIONS, "write_config", "background"} - {*refused}:
         assert f"--{name.replace('_', '-')} " in result.stdout

@@ -284,4 +284,4 @@ def test_file_options_come_from_the_command_line_or_a_file(photo: Path, monkeypa
         _run(photo, *options)
     both = FileOptions(no_metadata=True, trim=True, size="3cm")
     assert seen == [FileOptions(), FileOptions(trim=True), FileOptions(no_metadata=True, size="200%"), both]
-    assert file_options({"no_metadata": None, "trim": None, "size": None}) == FileOptions()
+    assert file_options({"no_metadata": None, "trim": None, "size": None, "plain_paths": None}) == FileOptions()

@@ -164,3 +164,22 @@ def test_flat_paths_get_a_gradient_if_asked_for_and_only_where_the_picture_has_o
     assert flat.drawing.fitted.gradients is None
     assert shaded.drawing.fitted.gradients.kind.tolist() == [LINEAR, FLAT]
     assert shaded.metrics["psnr"] > 45 > flat.metrics["psnr"] + 15
+
+
+SHAKEN = """<svg xmlns="http://www.w3.org/2000/svg" width="64" height="64" viewBox="0 0 64 64">
+<rect width="64" height="64" fill="#fff"/><g><circle fill="#c22" cx="20.6" cy="21.3" r="11.4"/>
+<rect fill="#27c" x="33.6" y="28.1" width="22.2" height="26.4" rx="4" transform="rotate(11.5 44.7 41.3)"/></g></svg>"""
+
+
+def test_forms_stay_forms_unless_paths_are_asked_for() -> None:
+    right = SHAKEN.replace('cx="20.6" cy="21.3" r="11.4"', 'cx="20" cy="21" r="12"').replace("11.5", "10")
+    image = draw(right, 64, 64)
+    found = warpvec.refine(image, SHAKEN, threads=1)
+    assert found.scene.forms is not None
+    circle, rect = found.scene.forms.parameters
+    assert circle[:3].tolist() == pytest.approx([20.0, 21.0, 12.0], abs=0.03)
+    assert rect[4:].tolist() == pytest.approx([math.radians(10), 4.0], abs=0.1)
+    assert "<circle" in found.svg() and "rotate(" in found.svg()
+    assert found.metrics["circles"] == found.metrics["rects"] == 1 and found.metrics["psnr"] > 45
+    plain = warpvec.refine(image, found.svg(), iterations=0, plain_paths=True, threads=1)
+    assert plain.svg().count("<path") == 2 and "<circle" not in plain.svg()

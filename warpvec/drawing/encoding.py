@@ -123,6 +123,8 @@ class Encoding:
         """Return ``scene`` with the values that the file states; smooth nodes stay smooth if ``keeps_paths``."""
         across, down = self._units
         scene = scene.scaled(across, down)
+        if self.options.plain_paths:
+            scene = scene.outlined()
         if self.keeps_paths and not scene.is_uniform:
             rounded = round_nodes(scene, self.precision)
             if self.is_minified:  # its ticks are coarse: directions of rounded handles would not stay

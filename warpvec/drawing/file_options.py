@@ -30,6 +30,8 @@ class FileOptions:
     """Width of the drawing with its unit, such as "90mm"; see `warpvec.svg.units.check_size`. None for its pixels."""
     trim: bool = setting(False, Flag(), "Cut the paths off at the edges of the canvas.", RESULT, is_daily=True)
     """Cut the paths off at the edges of the canvas."""
+    plain_paths: bool = setting(False, Flag(), "Write paths only, no circles, ellipses or rectangles.", RESULT)
+    """Write paths in place of forms, for programs that read nothing else."""
     no_metadata: bool = setting(False, Flag(), "Leave the settings (1 KB) out of the file.", RESULT)
     """Leave the settings of the fit, about 1 KB, out of the file."""
 

@@ -109,7 +109,7 @@ class Refine:
         options = request.encoding.options
         drops_metadata = options.no_metadata and "<metadata" in read_text(self.data)
         is_opaque = request.settings.opacity == "opaque"
-        return options.trim or options.size is not None or drops_metadata or is_opaque
+        return options.trim or options.plain_paths or options.size is not None or drops_metadata or is_opaque
 
 
 def keeps_structure(config: FitConfig, start: Scene, goal: Goal) -> bool:
