@@ -86,7 +86,7 @@ def _locked(edited: Edited, count: int) -> Tensor:
     mask = torch.zeros(count, dtype=torch.bool)
     if not edited.locked:
         return mask
-    if edited.locked[-1] >= count or edited.text.count("<path") != count:
+    if edited.locked[-1] >= count or file_facts(edited.text)["paths"] != count:
         remedy = "fit again without locked paths"
         raise InputError("drawing", "must have only filled paths to lock some", "strokes or others", remedy)
     mask[list(edited.locked)] = True

@@ -1,14 +1,25 @@
 /* What has been taken out of a drawing since its last fit: the shapes of deleted paths are filled in by the next one. */
 
 import { emptyDrawing } from "app/picture.js";
+import { pathDataOf } from "viewer/basics.js";
 
-/** Returns the paths of an SVG text in order, as {d, paint, rule, box}; the box is that of the text's user units. */
+const SHAPES = "path, circle, ellipse, rect:not(#background)";
+
+/** Returns whether an SVG text of warpvec has anything but a background. */
+export function hasShapes(text) {
+  return pathsOf(text).length > 0;
+}
+
+/** Returns the paths and forms of an SVG text in order, as {d, turn, paint, rule, box}.
+ *
+ * The box is that of the text's user units, and the turn that of a form about its centre. */
 function pathsOf(text) {
   const parsed = new DOMParser().parseFromString(text, "image/svg+xml");
   const box = boxOf(text);
-  return [...parsed.querySelectorAll("path")].map((element) => {
+  return [...parsed.querySelectorAll(SHAPES)].map((element) => {
     const paint = ["fill", "fill-opacity", "stroke"].map((name) => element.getAttribute(name) ?? "").join(" ");
-    return { d: element.getAttribute("d") ?? "", paint, rule: element.getAttribute("fill-rule"), box };
+    const turn = element.getAttribute("transform") ?? "";
+    return { d: pathDataOf(element) ?? "", turn, paint, rule: element.getAttribute("fill-rule"), box };
   });
 }
 
@@ -43,9 +54,9 @@ export function stillLost(paths, text) {
 /** Returns an SVG text of `paths` for a picture of that size; null without any. */
 export function shapesText(paths, size) {
   if (!paths.length) return null;
-  const lines = paths.map(({ d, rule, box }) => {
+  const lines = paths.map(({ d, turn, rule, box }) => {
     const [x, y, width, height] = box.split(/[\s,]+/).map(Number);
-    const place = `scale(${size.width / width} ${size.height / height}) translate(${-x} ${-y})`;
+    const place = `scale(${size.width / width} ${size.height / height}) translate(${-x} ${-y}) ${turn.replace(/[^-\w.() ]/g, "")}`.trim();
     return `<path${rule ? ` fill-rule="${rule}"` : ""} transform="${place}" d="${d.replace(/[&<"]/g, "")}"/>`;
   });
   return emptyDrawing(size).replace("/>", `>${lines.join("")}</svg>`);

@@ -1,7 +1,7 @@
 /* The drawing in the viewer's page: whose it is, the frames and results of its fits, and what the user has changed. */
 
 import { find } from "viewer/dom.js";
-import { boxOf, lostPaths, shapesText, stillLost } from "app/erased.js";
+import { boxOf, hasShapes, lostPaths, shapesText, stillLost } from "app/erased.js";
 import { setControl } from "app/parts.js";
 import { emptyDrawing } from "app/picture.js";
 
@@ -90,7 +90,7 @@ export class Sheet {
     const lost = isEdited ? lostPaths(this.text, text) : [];
     const known = new Set(lost.map(({ d }) => d));
     picture.erased = [...stillLost(picture.erased, text).filter(({ d }) => !known.has(d)), ...lost];
-    const start = /<path/.test(text) ? text : null;
+    const start = hasShapes(text) ? text : null;
     return { start, erased: shapesText(picture.erased, picture), filled: shapesText(lost, picture) };
   }
 

@@ -1,6 +1,7 @@
 /* Commands that change the selected paths. */
 
 import { multiply, rotation, scaling, translation } from "viewer/basics.js";
+import { transformForm } from "viewer/forms.js";
 import { recolored, transformFill } from "viewer/gradients.js";
 import { boxesMeet, transformShape } from "viewer/paths.js";
 import { IDENTITY, LAYER_ID, newLayer } from "viewer/read.js";
@@ -181,7 +182,8 @@ function freeNumber(layers) {
 export function transformed(item, matrix) {
   const scale = Math.sqrt(Math.abs(matrix[0] * matrix[3] - matrix[1] * matrix[2]));
   const stroke = item.stroke && { ...item.stroke, width: item.stroke.width * scale };
-  return { shape: transformShape(item.shape, matrix), fill: transformFill(item.fill, matrix), stroke };
+  const shape = { ...transformShape(item.shape, matrix), form: transformForm(item.shape.form, matrix) };
+  return { shape, fill: transformFill(item.fill, matrix), stroke };
 }
 
 /** Returns the paint of an item after a change; `fill` is for the first colour of a gradient, `endFill` for its last.

@@ -1,6 +1,6 @@
 /* Path data: reads that of any SVG as cubics, and writes cubics in the short form of warpvec.
  *
- * A shape is {subpaths, d, box, path2d} and is never changed, so that undo can keep it. A subpath is
+ * A shape is {subpaths, d, box, path2d, form} and is never changed, so that undo can keep it. Its form is as in forms.js. A subpath is
  * {points, closed, kinds}; points are 2 * (3 * segments + 1) numbers: x, y of anchor, handle, handle, anchor, ... A kind
  * for each segment says how to write it: "l" a line, "s" a cubic whose handle mirrors the one before, else "c". */
 

@@ -8,6 +8,7 @@
 import { multiply, parseTransform, pathDataOf } from "viewer/basics.js";
 import { clamp01, hexColor } from "viewer/colors.js";
 import { nextVersion } from "viewer/commands.js";
+import { formOf } from "viewer/forms.js";
 import { GradientReader } from "viewer/gradients.js";
 import { parseShape, transformShape } from "viewer/paths.js";
 import { NUMBERS } from "viewer/pen.js";
@@ -111,10 +112,15 @@ class Reader {
     }
     const d = pathDataOf(element);
     if (d === null) this.note(`<${element.getAttribute("name")}>, left out`);
-    else this.addItem(d, context, layer, name === "path");
+    else this.addItem(d, context, layer, name === "path", this.form(element, context, parent));
   }
 
-  addItem(d, context, layer, verbatim) {
+  /** Returns the form of a circle, an ellipse or a rectangle; null for other elements. */
+  form(element, context, parent) {
+    return formOf(element, context.matrix, parent.matrix === IDENTITY ? element.getAttribute("transform") ?? "" : null);
+  }
+
+  addItem(d, context, layer, verbatim, form) {
     const { matrix } = context;
     const moved = matrix !== IDENTITY;
     const plain = parseShape(d);
@@ -125,7 +131,7 @@ class Reader {
     const scale = Math.sqrt(Math.abs(matrix[0] * matrix[3] - matrix[1] * matrix[2]));
     const item = {
       layer,
-      shape: verbatim && !moved ? parsed : { ...parsed, d: null },
+      shape: verbatim && !moved ? parsed : { ...parsed, d: null, form },
       fill,
       opacity: context.opacity * (fill ? context.fillOpacity : context.strokeOpacity),
       rule: context.rule,

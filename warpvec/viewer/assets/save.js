@@ -1,6 +1,7 @@
-/* Writes a drawing as SVG text in the structure of warpvec: background, a group for each layer, a path per line. */
+/* Writes a drawing as SVG text in the structure of warpvec: background, a group for each layer, a path or form per line. */
 
 import { shortColor, writeOpacity } from "viewer/colors.js";
+import { writeForm } from "viewer/forms.js";
 import { isGradient, nameGradients } from "viewer/gradients.js";
 import { formatNumber, writeShape } from "viewer/paths.js";
 import { LAYER_ID, PLAIN_STROKE } from "viewer/read.js";
@@ -61,7 +62,9 @@ function writeItem({ shape, fill, opacity, rule, stroke }, decimals, names) {
   const color = isGradient(fill) ? `url(#${names.get(fill)})` : fill && shortColor(fill);
   const paint = fill ? `fill="${color}"${writeOpacity("fill-opacity", opacity)}` : 'fill="none"';
   const evenOdd = rule === "evenodd" ? ' fill-rule="evenodd"' : "";
-  return `<path ${paint}${evenOdd}${writeStroke(stroke, opacity)} d="${escapeXml(writeShape(shape, decimals))}"/>`;
+  const look = `${paint}${evenOdd}${writeStroke(stroke, opacity)}`;
+  if (shape.form) return `<${shape.form.element} ${look}${writeForm(shape.form, decimals)}/>`;
+  return `<path ${look} d="${escapeXml(writeShape(shape, decimals))}"/>`;
 }
 
 function writeStroke(stroke, opacity) {
