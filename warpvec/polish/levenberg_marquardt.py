@@ -181,10 +181,10 @@ class LevenbergMarquardt:
     def _opacity_strength(self, x: Tensor, seed: int) -> NDArray[np.float64]:
         """Return the diagonal [K] that the matrix leaves out: that of free opacities, elsewhere 0."""
         strength = np.zeros(len(x))
-        first, end = self._variables.opacity_range
-        if bool(self._variables.is_free[first:end].any()):
+        opacities = self._variables.opacity_values
+        if bool(self._variables.is_free[opacities].any()):
             found = self._variables.strength(x, PROBES, torch.Generator().manual_seed(seed))
-            strength[first:end] = found[first:end].double().cpu().numpy()
+            strength[opacities.cpu().numpy()] = found[opacities].double().cpu().numpy()
         return strength
 
 

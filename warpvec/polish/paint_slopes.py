@@ -11,6 +11,9 @@ from scipy import sparse
 from warpvec.geometry.paints.kind import GEOMETRY_SIZE
 from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.stops import STOPS_MAX
+from warpvec.polish.stop_slopes import StopRow, inner_color_index, slopes_of, stop_rows
+from warpvec.polish.stop_variables import stop_parts
 
 Values = NDArray[np.float64]
 
@@ -22,7 +25,8 @@ class PaintSlopes:
     """The derivative of pixels by the paints, in the order of `warpvec.polish.variables.Variables` after the points.
 
     These are colours [N, 3], opacities [N] (always 0 here), background [3], and with gradients their end colours [N, 3]
-    and ends [N, 4]. The visible shares of all paths are added one after another.
+    and ends [N, 4]. `Stops` follow: inner colours [N, 6, 3], offsets [N, 8], opacities [N, 8] (always 0 here), and the
+    breadth [N]. The visible shares of all paths are added one after another.
     """
 
     def __init__(self, scene: Scene, width: int, pixels: NDArray[np.int64]) -> None:
@@ -31,8 +35,10 @@ class PaintSlopes:
         self._kind = np.zeros(len(scene), np.int32) if paints is None else paints.kind.cpu().numpy()
         self._color = scene.color.double().cpu().numpy()
         self._end_color = self._color if paints is None else paints.end_color.double().cpu().numpy()
-        self._ends = None if paints is None else paints.geometry.double().cpu().numpy()
-        self.value_count = 4 * len(scene) + 3 + (0 if paints is None else 7 * len(scene))
+        self._ends = None if paints is None else paints.whole_geometry.double().cpu().numpy()
+        self._stops = None if paints is None or paints.stops is None else stop_rows(scene, paints)
+        per_path = 0 if paints is None else 7 + sum(part[0].numel() for part in stop_parts(paints) if len(part))
+        self.value_count = (4 + per_path) * len(scene) + 3
         self._seen = 0
         self._at_pixels: list[tuple[Values, _Ramp | None]] = []  # the shares and ramps of each path in ``pixels``
         self._covered: Values | None = None
@@ -102,10 +108,30 @@ class PaintSlopes:
         if ramp is None:
             return [(color, share)]
         first_end_color = 4 * self._count + 3
+        if self._stops is not None:
+            return self._stop_columns(path, channel, share, ramp, self._stops[path])
         change = share * (self._end_color - self._color)[path, channel]
         first_end = first_end_color + 3 * self._count + GEOMETRY_SIZE * path
         ends = [(first_end + k, change * slope) for k, slope in enumerate(ramp.slopes)]
         return [(color, share * (1.0 - ramp.place)), (first_end_color + color, share * ramp.place), *ends]
+
+    def _stop_columns(
+        self, path: int, channel: int, share: Values, ramp: _Ramp, row: StopRow
+    ) -> list[tuple[int, Values]]:
+        """Return the same of a gradient of several stops."""
+        count, slopes = self._count, slopes_of(row, ramp.place)
+        end_colors = 4 * count + 3
+        ends = end_colors + 3 * count
+        inner, last = ends + GEOMETRY_SIZE * count, row.size - 1
+        offsets = inner + 3 * (STOPS_MAX - 2) * count
+        places = [3 * path + channel, *(inner + inner_color_index(path, stop, channel) for stop in range(1, last))]
+        places.append(end_colors + 3 * path + channel)
+        found = list(zip(places, share * slopes.weight, strict=True))
+        found += [(offsets + STOPS_MAX * path + k, share * slopes.by_offset[k, :, channel]) for k in range(last + 1)]
+        change = share * slopes.by_place[:, channel]
+        numbers = [*range(ends + GEOMETRY_SIZE * path, ends + GEOMETRY_SIZE * (path + 1))]
+        numbers.append(offsets + 2 * STOPS_MAX * count + path)
+        return found + [(index, change * slope) for index, slope in zip(numbers, ramp.slopes, strict=True)]
 
     def _ramp_of(self, path: int, pixels: NDArray[np.int64]) -> _Ramp | None:
         """Return the ramp of ``path`` in the ``pixels``, or None if the path is flat."""
@@ -114,12 +140,17 @@ class PaintSlopes:
         y, x = np.divmod(pixels, self._width)
         paint, place = kind_of(int(self._kind[path])), (self._ends[path], x + 0.5, y + 0.5)
         share, slopes = paint.share(*place), paint.slopes(*place)
+        if self._stops is not None:
+            return _Ramp(share, slopes)
         slopes[:, (share <= 0.0) | (share >= 1.0)] = 0.0
         return _Ramp(share.clip(0.0, 1.0), slopes)
 
 
 class _Ramp(NamedTuple):
-    """The share of a gradient at each place [M], from 0 to 1, and its derivative by each of the ends [4, M]."""
+    """The share of a gradient at each place [M], from 0 to 1, and its derivative by each of the ends [4, M].
+
+    With `Stops` the share is not limited, and there are five ends.
+    """
 
     place: Values
     slopes: Values

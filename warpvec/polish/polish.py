@@ -107,7 +107,7 @@ class _Polish:
         """Take the iterations; raise KeyboardInterrupt once the user asks for the best result so far."""
         if self._iteration_count == 0:
             return
-        if len(self._variables.start) <= values_exact_max and len(self._start) <= PATHS_EXACT_MAX:
+        if self._variables.value_count <= values_exact_max and len(self._start) <= PATHS_EXACT_MAX:
             self._take_exactly()
         else:
             self._take_by_gradients()

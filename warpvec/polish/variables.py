@@ -21,6 +21,7 @@ from warpvec.geometry.joint_slopes import curve_derivative
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.path_forms import is_used
 from warpvec.geometry.scene import Scene
+from warpvec.polish.stop_variables import bound_stops, free_stops, stop_parts
 
 OPAQUE = 1.0 - 1e-3
 """A path of at least this opacity is opaque and stays so, unless all values are free."""
@@ -65,7 +66,7 @@ class Variables:
         self._scene, self.target, self.joints = scene, target, Joints.of(scene, keep=not free)
         parts = [*self.joints.values(scene), scene.color, scene.opacity, scene.background]
         if scene.gradients is not None:
-            parts += [scene.gradients.end_color, scene.gradients.geometry]
+            parts += [scene.gradients.end_color, scene.gradients.geometry, *stop_parts(scene.gradients)]
         self._width_part = len(parts)
         if scene.strokes is not None:
             parts.append(scene.strokes.width)
@@ -80,6 +81,10 @@ class Variables:
         is_translucent = torch.full_like(scene.opacity, config.opacity == "free", dtype=torch.bool)
         self._of(self.is_free)[4].copy_(is_translucent & ((scene.opacity < OPAQUE) | free))
         self._of(self.is_free)[5].fill_(config.backdrop != "white" and not scene.transparent)
+        if scene.gradients is not None and scene.gradients.stops is not None:
+            masks = free_stops(scene.gradients, are_translucent_free=config.opacity == "free", free=free)
+            for part, mask in zip(self._stops_of(self.is_free), masks, strict=True):
+                part.copy_(mask)
         if scene.strokes is not None:
             self._of(self.is_free)[self._width_part].copy_(scene.strokes.is_stroked)
         if scene.forms is not None:
@@ -116,8 +121,12 @@ class Variables:
                 total += self._gradient(segments, adjoints, keep=True).square()
         total *= 2.0 * self.target.error_scale / probes
         parts = self._of(total)
-        for part in parts if self._scene.forms is None else parts[:-1]:
-            part += STRENGTH_MIN * part.mean() + 1e-12
+        first, last = 8 + len(stop_parts(self._scene.gradients)), len(parts) - (self._scene.forms is not None)
+        for index, part in enumerate(parts[:last]):
+            if not 8 <= index < first:
+                part += STRENGTH_MIN * part.mean() + 1e-12
+        for part, own in zip(self._stops_of(total), self._stops_of(self.is_free), strict=True):
+            part += STRENGTH_MIN * part.sum() / own.sum().clamp_min(1) + 1e-12
         return total + self.form_floor(total) if self._scene.forms is not None else total
 
     def form_floor(self, diagonal: Tensor) -> Tensor:
@@ -181,6 +190,8 @@ class Variables:
             width.copy_(torch.where(self._scene.strokes.is_stroked, width.clamp_min(WIDTH_MIN), 0.0))
         if self._scene.forms is not None:
             paints[-1].copy_(replace(self._scene.forms, parameters=paints[-1]).bounded().parameters)
+        if self._scene.gradients is not None:
+            bound_stops(self._stops_of(x), self._stops_of(self.is_free), self._scene.gradients)
         opacity.copy_(torch.where(self._of(self.is_free)[4], opacity.clamp(OPACITY_MIN, 1.0), opacity))
         return x if self._locked is None else torch.where(self._locked, self.start, x)
 
@@ -206,6 +217,23 @@ class Variables:
         paths[owner[rows]] = True
         return paths[owner]
 
+    @property
+    def opacity_values(self) -> Tensor:
+        """Which values are opacities of paths or of stops: a mask [K]."""
+        mask = torch.zeros_like(self.is_free)
+        for part in (self._of(mask)[4], *self._stops_of(mask)[2:3]):
+            part.fill_(True)
+        return mask
+
+    @property
+    def value_count(self) -> int:
+        """Number of values without those of stops that no path has, or that are fixed."""
+        return len(self.start) - sum(int((~part).sum()) for part in self._stops_of(self.is_free))
+
+    def _stops_of(self, x: Tensor) -> list[Tensor]:
+        """Return the parts of a vector [K] that are values of stops; none in a scene without."""
+        return self._of(x)[8 : 8 + len(stop_parts(self._scene.gradients))]
+
     def _of(self, x: Tensor) -> list[Tensor]:
         """Return the parts of a vector [K] in their shapes; they share its memory."""
         ranges = zip(pairwise(self._bounds), self._shapes, strict=True)
@@ -229,7 +257,8 @@ class Variables:
         shown = [(scene.segments, segments.detach()), (scene.color, color), (scene.opacity, opacity)]
         shown.append((scene.background, background))
         if scene.gradients is not None:
-            shown += zip((scene.gradients.end_color, scene.gradients.geometry), paints[:2], strict=True)
+            own = (scene.gradients.end_color, scene.gradients.geometry, *stop_parts(scene.gradients))
+            shown += zip(own, paints[: len(own)], strict=True)
         if scene.strokes is not None:
             shown.append((scene.strokes.width, self._of(self.limited(x))[self._width_part]))
         if scene.forms is not None:
@@ -245,6 +274,9 @@ class Variables:
         parts = [adj_points, adjoints.color.flatten(), adjoints.opacity, adjoints.background]
         if self._scene.gradients is not None:
             parts += [adjoints.end_color.flatten(), adjoints.geometry.flatten()]
+            if self._scene.gradients.stops is not None:
+                of_stops = (adjoints.inner_color, adjoints.offset, adjoints.stop_opacity, adjoints.breadth)
+                parts += [adjoint.flatten() for adjoint in of_stops]
         if self._scene.strokes is not None:
             parts.append(adjoints.width)
         parts += [adjoint.flatten() for adjoint in adj_forms]

@@ -1,11 +1,10 @@
-"""Gradients of any stops look as resvg draws them, by paths of two stops each."""
+"""Gradients of any stops look as resvg draws them, by paths of up to eight stops each."""
 
 from __future__ import annotations
 
 import pytest
 from svg_files import square_file
 
-from warpvec.geometry.paints.registry import LINEAR
 from warpvec.image.metrics import psnr
 from warpvec.svg.foreign import fill
 from warpvec.svg.measure import draw
@@ -17,11 +16,13 @@ INNER = '<stop offset=".3" stop-color="gold"/><stop offset=".6" stop-color="navy
 COLORS = ("red", "lime", "blue", "gold", "navy")
 FIVE = "".join(f'<stop offset="{i / 4}" stop-color="{c}"/>' for i, c in enumerate(COLORS))
 STEP = '<stop offset=".5" stop-color="red"/><stop offset=".5" stop-color="blue"/>'
-GREYS = "".join(
-    f'<stop offset="{i / 4}" stop-color="#{c}"/>' for i, c in enumerate(("777", "666", "999", "888", "aaa"))
-)
+GREY_DIGITS = ("777", "666", "999", "888", "aaa")
+GREYS = "".join(f'<stop offset="{i / 4}" stop-color="#{c}"/>' for i, c in enumerate(GREY_DIGITS))
 FACE = '<stop offset=".5" stop-color="#FDE030"/><stop offset=".92" stop-color="#F7C02B"/>'
 FACE += '<stop offset="1" stop-color="#F4A223"/>'
+SHEER = '<stop stop-color="red"/><stop offset=".4" stop-color="gold" stop-opacity=".3"/>'
+SHEER += '<stop offset="1" stop-color="navy" stop-opacity=".8"/>'
+FADING = '<stop stop-color="red"/><stop offset="1" stop-color="red" stop-opacity="0"/>'
 SQUARE = '<rect x="8" y="8" width="48" height="48" fill="url(#g)"/>'
 LEAF = '<path d="M4 32Q10 2 32 20T60 30Q50 70 30 50T4 32zM20 30h9v9z" fill="url(#g)"/>'
 TURNED = f'<g transform="translate(32 -12)rotate(40)skewX(20)scale(.9,.7)">{SQUARE}</g>'
@@ -57,16 +58,23 @@ EXACT = {
     "flat stroke": linear('<stop stop-color="red"/>') + '<path d="M9 9h40v40" stroke="url(#g)" fill="none"/>',
 }  # fmt: skip
 
-PARTS = {
-    "five stops": (linear(FIVE) + SQUARE, 4),
-    "five stops across a leaf with a hole": (linear(FIVE, 'x2=".8" y2=".4"') + LEAF, 4),
+KEPT = {
+    "five stops": (linear(FIVE) + SQUARE, 5),
+    "five stops across a leaf with a hole": (linear(FIVE, 'x2=".8" y2=".4"') + LEAF, 5),
     "a step": (linear(STEP) + LEAF, 2),
-    "a turned and skewed shape": (linear(FIVE, 'x1=".2" gradientTransform="rotate(30 .5 .5)"') + TURNED, 4),
-    "repeated": (linear(TWO, 'x2=".5" spreadMethod="repeat"') + SQUARE, 2),
-    "reflected": (linear(TWO, 'x2=".3" spreadMethod="reflect"') + LEAF, 4),
-    "translucent": (linear(FIVE) + SQUARE.replace("fill", 'fill-opacity=".5" fill'), 4),
-    "a face": (radial(FACE, f'{USER} cx="32" cy="32" r="28"') + '<circle cx="32" cy="32" r="29" fill="url(#g)"/>', 7),
-    "round in a corner": (radial(GREYS, f'{USER} cx="10" cy="20" r="60"') + SQUARE, 4),
+    "a turned and skewed shape": (linear(FIVE, 'x1=".2" gradientTransform="rotate(30 .5 .5)"') + TURNED, 5),
+    "repeated": (linear(TWO, 'x2=".5" spreadMethod="repeat"') + SQUARE, 4),
+    "reflected": (linear(TWO, 'x2=".3" spreadMethod="reflect"') + LEAF, 5),
+    "translucent": (linear(FIVE) + SQUARE.replace("fill", 'fill-opacity=".5" fill'), 5),
+    "a face": (radial(FACE, f'{USER} cx="32" cy="32" r="28"') + '<circle cx="32" cy="32" r="29" fill="url(#g)"/>', 3),
+    "round in a corner": (radial(GREYS, f'{USER} cx="10" cy="20" r="60"') + SQUARE, 5),
+    "round and repeated": (radial(TWO, f'{USER} cx="32" cy="32" r="18" spreadMethod="repeat"') + SQUARE, 4),
+    "an ellipse": (radial(FIVE, 'gradientTransform="rotate(20)scale(1,.6)"') + SQUARE, 5),
+    "an ellipse of two stops": (radial(TWO) + '<rect width="60" height="20" fill="url(#g)"/>', 2),
+    "an ellipse in a skewed group": (radial(FIVE) + TURNED, 5),
+    "stops of several opacities": (linear(SHEER) + SQUARE, 3),
+    "one colour that fades": (radial(FADING) + LEAF, 2),
+    "an ellipse that fades": (radial(SHEER, 'gradientTransform="rotate(20)scale(1,.6)"') + SQUARE, 3),
 }
 
 
@@ -83,55 +91,37 @@ def test_a_gradient_of_two_stops_is_read_as_one_path(name):
     assert len(drawing.scene) == 1 and drawing.omitted == []
 
 
-@pytest.mark.parametrize("name", PARTS)
-def test_a_gradient_of_more_stops_is_drawn_in_named_parts(name):
-    pytest.importorskip("pathops")
-    content, count = PARTS[name]
+@pytest.mark.parametrize("name", KEPT)
+def test_the_stops_of_a_gradient_are_kept(name):
+    content, count = KEPT[name]
     decibels, drawing = agreement(square_file(content))
     assert decibels > 45
-    assert len(drawing.scene) == count
-    parts = "parts" if count > 2 else "part"
-    assert drawing.omitted == [f"{count - 1} gradient {parts}: drawn apart, because a path has two stops"]
+    assert len(drawing.scene) == 1 and drawing.omitted == []
+    assert drawing.scene.gradients.stops.count.tolist() == [count]
 
 
-def test_a_round_gradient_too_steep_for_its_paths_is_named():
-    pytest.importorskip("pathops")
-    drawing = read_svg(square_file(radial(STEP.replace('offset=".5"', 'offset=".4"', 1)) + SQUARE))
-    assert drawing.omitted[0] == "1 steep radial gradient: drawn in rings"
-
-
-def test_a_gradient_of_nearly_two_stops_is_reduced_and_named():
-    bent = '<stop stop-color="#000"/><stop offset=".5" stop-color="#818181"/><stop offset="1" stop-color="#fff"/>'
-    decibels, drawing = agreement(square_file(linear(bent) + SQUARE))
-    assert decibels > 45 and len(drawing.scene) == 1
-    assert drawing.omitted == ["1 gradient of several stops: reduced to two"]
+def test_a_gradient_of_more_stops_is_drawn_in_named_parts():
+    many = "".join(f'<stop offset="{i / 9}" stop-color="#{c}"/>' for i, c in enumerate(2 * GREY_DIGITS))
+    decibels, drawing = agreement(square_file(linear(many) + SQUARE))
+    assert decibels > 45 and len(drawing.scene) == 9
+    assert drawing.omitted == ["8 gradient parts: drawn apart, because a path has at most 8 stops"]
 
 
 def test_more_stops_than_paths_are_worth_are_reduced_and_named():
     spectrum = "".join(f'<stop offset="{i / 40}" stop-color="hsl({i * 97 % 360},90%,50%)"/>' for i in range(41))
     drawing = read_svg(square_file(linear(spectrum) + SQUARE + LEAF))
     assert len(drawing.scene) == 2
-    assert drawing.omitted == ["2 gradients of several stops: reduced to two"]
+    assert drawing.omitted == ["2 gradients of many stops: reduced to 8"]
 
 
-@pytest.mark.parametrize(
-    ("effort", "remark"),
-    [
-        (5 + 70, "gradient of several stops: reduced to two"),  # five stops and their fits, no bands
-        (5 + 2, "gradient of several stops: reduced to two"),  # one fit
-        (4, "gradient beyond the limit of stops: given its mean colour"),
-    ],
-)
-def test_work_on_gradients_is_limited_for_the_whole_file(effort, remark, monkeypatch):
-    pytest.importorskip("pathops")
-    plain = linear(TWO).replace('"g"', '"p"') + SQUARE.replace("#g", "#p")
-    bands = 5 + 3 * 10 + 4 * 60
-    monkeypatch.setattr(fill, "RAMP_EFFORT", bands + effort)
-    drawing = read_svg(square_file(linear(FIVE) + 2 * SQUARE + plain))
-    parts = "3 gradient parts: drawn apart, because a path has two stops"
-    assert sorted(drawing.omitted) == sorted([parts, f"1 {remark}"])
-    assert len(drawing.scene) == 4 + 1 + 1
-    assert drawing.scene.gradients.kind[-1] == LINEAR  # two stops cost nothing
+def test_work_on_gradients_is_limited_for_the_whole_file(monkeypatch):
+    monkeypatch.setattr(fill, "RAMP_EFFORT", 30)
+    spectrum = "".join(f'<stop offset="{i / 19}" stop-color="hsl({i * 97 % 360},90%,50%)"/>' for i in range(20))
+    drawing = read_svg(square_file(linear(spectrum) + SQUARE + linear(TWO).replace('"g"', '"p"') + SQUARE))
+    assert sorted(drawing.omitted) == [
+        "1 gradient beyond the limit of stops: given its mean colour",
+        "1 gradient of many stops: reduced to 8",
+    ]
 
 
 def test_stops_count_each_time_that_they_are_repeated(monkeypatch):
@@ -143,11 +133,6 @@ def test_stops_count_each_time_that_they_are_repeated(monkeypatch):
 @pytest.mark.parametrize("attributes", ['fx="0.2"', 'fr="20%"'])
 def test_a_focus_is_named(attributes):
     assert read_svg(square_file(radial(TWO, attributes) + SQUARE)).omitted == ["1 gradient with a focus: centred"]
-
-
-def test_an_ellipse_is_named():
-    wide = '<rect width="60" height="20" fill="url(#g)"/>'
-    assert read_svg(square_file(radial(TWO) + wide)).omitted == ["1 elliptic gradient: made round"]
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,8 @@
-"""Paint shapes with gradients of any stops by paths of two stops each.
+"""Paint shapes with gradients of any stops by paths of up to ``STOPS_MAX`` stops each.
 
-A path has a gradient of two stops. If two stops do not show a linear ramp within a level, the ramp is cut at its
-stops: each band of the shape is a path with the gradient between two stops. A band reaches a little below the next
-band, which is painted over it, so that no seam shows. A radial ramp becomes a stack of discs.
+If a path cannot have as many stops as a ramp needs, the ramp is cut at its stops: each band of the shape is a path with
+the gradient between two stops. A band reaches a little below the next band, which is painted over it, so that no seam
+shows. A radial ramp becomes a stack of discs.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from warpvec.geometry.loops import Color, OutlineGradient
+from warpvec.geometry.loops import Color, OutlineGradient, OutlineStop
 from warpvec.geometry.paints.kind import GradientKind
-from warpvec.geometry.paints.registry import LINEAR, RADIAL, kind_of
+from warpvec.geometry.paints.registry import ELLIPTIC, LINEAR, RADIAL, kind_of
+from warpvec.geometry.stops import STOPS_MAX
 from warpvec.geometry.trim import cut_at
 from warpvec.svg.foreign.budget import WorkBudget
 from warpvec.svg.foreign.color_ramps import (
@@ -30,6 +31,7 @@ from warpvec.svg.foreign.color_ramps import (
     central,
     clipped,
     difference,
+    elliptic_range,
     linear_range,
     merged_pieces,
     radial_range,
@@ -38,6 +40,7 @@ from warpvec.svg.foreign.color_ramps import (
     unrolled,
 )
 from warpvec.svg.foreign.discs import disc_in
+from warpvec.svg.foreign.ramp_stops import RampStop, ramp_stops, reduced_stops
 from warpvec.svg.foreign.shapes import Loop, curves_of
 from warpvec.svg.foreign.skia import Combiner
 
@@ -69,7 +72,7 @@ may each show a ramp of thousands of stops."""
 _FIT_EFFORT, _BAND_EFFORT = 3, 60
 """Stops that take as long as fitting two stops once, and as making a band or a disc: 30 and 600 microseconds."""
 
-_RANGES = {LINEAR: linear_range, RADIAL: radial_range}
+_RANGES = {LINEAR: linear_range, RADIAL: radial_range, ELLIPTIC: elliptic_range}
 """Kind of a gradient of another program's file -> the offsets that the visible part of a shape may show."""
 
 _REACH = 2.0**24
@@ -77,11 +80,12 @@ _REACH = 2.0**24
 
 
 class Painted(NamedTuple):
-    """A part of a shape, in pixels, and its paint: a colour, or a gradient that starts with it."""
+    """A part of a shape, in pixels, and its paint: a colour, or a gradient that starts with it; and its opacity."""
 
     loops: list[Loop]
     color: Color
     gradient: OutlineGradient | None
+    opacity: float = 1.0
 
 
 def painted(
@@ -108,18 +112,25 @@ def painted(
     """
     if not np.isfinite(ramp.geometry).all() or np.abs(ramp.geometry).max() > _REACH:
         omitted["gradient out of reach"] += 1
-        return [Painted(loops, _color(ramp.colors[-1]), None)]
+        return [_flat(loops, ramp.colors[-1])]
     kind = kind_of(ramp.kind)
     if not kind.is_drawn(torch.tensor([ramp.geometry], dtype=torch.float64)).item():
-        return [Painted(loops, _color(ramp.colors[-1]), None)]
+        return [_flat(loops, ramp.colors[-1])]
     low, high = _RANGES[ramp.kind](loops, ramp.geometry, size)
     stop_count = len(ramp.offsets) * max(len(shown_periods(ramp, low, high)), 1)
     if stop_count > 2 and not budget.takes(stop_count):
         return None
     ramp = unrolled(ramp, low, high, omitted)
-    pieces = merged_pieces(straight_pieces(ramp, low, high))
-    if len(pieces) == 1 and _fits_one(kind, pieces[0]):
+    straight = straight_pieces(ramp, low, high)
+    pieces = merged_pieces(straight)
+    is_opaque_ramp = ramp.colors.shape[1] == 3
+    if len(pieces) == 1 and is_opaque_ramp and _fits_one(kind, pieces[0]):
         return [Painted(loops, *_paint(ramp, pieces[0]))]
+    if len(stops := ramp_stops(pieces)) <= STOPS_MAX:
+        return [Painted(loops, *_with_stops(ramp, stops))]
+    if not is_opaque_ramp or ramp.kind == ELLIPTIC:
+        omitted["gradient of many stops"] += 1
+        return [Painted(loops, *_with_stops(ramp, reduced_stops(stops)))]
     fitted, error = _fitted(ramp, low, high, budget)
     parts: list[Painted] | None = None
     band_count = len(pieces) if kind.has_free_start else min(_RINGS_MAX * len(pieces), MAX_BANDS)
@@ -127,11 +138,31 @@ def painted(
         parts = _bands(loops, ramp, pieces, is_opaque, size) if ramp.kind == LINEAR else None
         if ramp.kind == RADIAL and is_opaque:
             parts = _discs(loops, ramp, pieces, combiner, omitted)
-    omitted["gradient of several stops"] += parts is None
+    if parts is None and error > _CLOSE:
+        omitted["gradient of many stops"] += 1
+        return [Painted(loops, *_with_stops(ramp, reduced_stops(stops)))]
     if parts is None:
         return [Painted(loops, *_paint(ramp, fitted))]
     omitted["gradient part"] += len(parts) - 1
     return parts
+
+
+def _flat(loops: list[Loop], color: Array) -> Painted:
+    """Return a shape in a colour [3], or in a colour and an opacity [4]."""
+    return Painted(loops, _color(color[:3]), None, *color[3:].tolist())
+
+
+def _with_stops(ramp: ColorRamp, stops: list[RampStop]) -> tuple[Color, OutlineGradient]:
+    """Return the first colour and the gradient of these stops, whose ends are those of the gradient if they must be."""
+    kind, first, last = kind_of(ramp.kind), stops[0].offset, stops[-1].offset
+    start = min(first, 0.0) if kind.has_free_start else 0.0
+    end = max(last, 1.0)
+    geometry = kind.between(ramp.geometry, start, end)
+    own = tuple(
+        OutlineStop((stop.offset - start) / (end - start), _color(stop.color[:3]), *stop.color[3:].tolist())
+        for stop in stops
+    )
+    return own[0].color, OutlineGradient(ramp.kind, geometry, own[-1].color, own)
 
 
 def _fits_one(kind: GradientKind, piece: RampPiece) -> bool:
@@ -181,7 +212,7 @@ def _bands(
     loops: list[Loop], ramp: ColorRamp, pieces: list[RampPiece], is_opaque: bool, size: tuple[float, float]
 ) -> list[Painted]:
     """Return the bands of a shape between the stops of a linear ramp."""
-    start, along = np.array(ramp.geometry[:2]), np.subtract(ramp.geometry[2:], ramp.geometry[:2])
+    start, along = np.array(ramp.geometry[:2]), np.subtract(ramp.geometry[2:4], ramp.geometry[:2])
     length = float(np.hypot(*along))
     across, down = along / length
     frame = np.array([[across, down], [-down, across]])
@@ -219,7 +250,7 @@ def _discs(
     rings = [_rings(piece) for piece in reversed(pieces)]
     steps = [step for ring, _ in rings for step in ring]
     parts = [Painted(loops, *_paint(ramp, steps[0]))]
-    x, y, radius, _ = ramp.geometry
+    x, y, radius = ramp.geometry[:3]
     for step in steps[1:] if len(steps) <= MAX_BANDS else ():
         disc = disc_in(loops, x, y, radius * step.end, combiner)
         if disc is None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.geometry.paints.kind import Geometry
-from warpvec.geometry.paints.registry import kind_of
+from warpvec.geometry.paints.registry import ELLIPTIC, kind_of
 from warpvec.svg.foreign.shapes import Loop, bounding_box, curves_of
 
 LEVEL = 1.0 / 255.0
@@ -32,7 +32,7 @@ class ColorRamp(NamedTuple):
     Attributes:
         kind, geometry: as in `warpvec.geometry.gradients.Gradients`, in pixels.
         offsets: of its stops [K], not decreasing.
-        colors: sRGB-encoded [K, 3].
+        colors: sRGB-encoded colours [K, 3], or colours and opacities [K, 4].
         spread: "pad", "repeat" or "reflect".
     """
 
@@ -76,7 +76,7 @@ def unrolled(ramp: ColorRamp, low: float, high: float, omitted: Counter[str]) ->
 
 def linear_range(loops: list[Loop], geometry: tuple[float, ...], size: tuple[float, float]) -> tuple[float, float]:
     """Return the least and the largest offset that the visible part of a shape may show."""
-    start, along = np.array(geometry[:2]), np.subtract(geometry[2:], geometry[:2])
+    start, along = np.array(geometry[:2]), np.subtract(geometry[2:4], geometry[:2])
     along = along / (along @ along)
     curves = np.concatenate([curves_of(loop) for loop in loops])
     offsets = (curves - start) @ along
@@ -84,6 +84,15 @@ def linear_range(loops: list[Loop], geometry: tuple[float, ...], size: tuple[flo
     corners = (_corners(0.0, 0.0, *size) - start) @ along
     inner = max(low, float(corners.min())), min(high, float(corners.max()))
     return inner if inner[0] < inner[1] else (low, high)
+
+
+def elliptic_range(loops: list[Loop], geometry: tuple[float, ...], size: tuple[float, float]) -> tuple[float, float]:
+    """Return 0 and the largest offset that the visible part of a shape in an ellipse may show."""
+    left, top, right, bottom = bounding_box(np.concatenate([curves_of(loop) for loop in loops]))
+    box = max(left, 0.0), max(top, 0.0), min(right, size[0]), min(bottom, size[1])
+    seen = box if box[0] < box[2] and box[1] < box[3] else (left, top, right, bottom)
+    x, y = _corners(*seen).T
+    return 0.0, float(kind_of(ELLIPTIC).share(np.array(geometry), x, y).max())
 
 
 def radial_range(loops: list[Loop], geometry: tuple[float, ...], size: tuple[float, float]) -> tuple[float, float]:

@@ -43,6 +43,7 @@ class Fill:
     Attributes:
         color: sRGB-encoded, in [0, 1]; of a gradient its mean.
         opacity: in [0, 1]; of a gradient its mean.
+        scale: opacity without that of the stops of a gradient.
         gradient: the element of a gradient that shows more than one colour.
         stops: its stops.
     """
@@ -51,6 +52,7 @@ class Fill:
     opacity: float
     gradient: Element | None = None
     stops: tuple[GradientStop, ...] = ()
+    scale: float = 1.0
 
 
 class Fills:
@@ -61,7 +63,7 @@ class Fills:
         self._by_id = by_id
         # Thousands of paths may share a gradient.
         self._stops_of: dict[Element, list[GradientStop]] = {}
-        self._gradients: dict[Element, tuple[Fill | None, bool]] = {}
+        self._gradients: dict[Element, Fill | None] = {}
         self._budget = WorkBudget(RAMP_EFFORT)
 
     def read(self, properties: Properties, omitted: Counter[str], role: str = "fill") -> Fill | None:
@@ -78,7 +80,7 @@ class Fills:
         server = self._by_id.get(url[1])
         name = "" if server is None else local_name(server.tag)
         if server is not None and name in GRADIENT_ELEMENTS:
-            return _scaled(self._gradient(server, omitted), opacity)
+            return _scaled(self._gradient(server), opacity)
         omitted[f"pattern {role}" if name == "pattern" else "reference to nothing"] += 1
         return _scaled(self._flat(url[2] or "none", properties), opacity)
 
@@ -90,7 +92,7 @@ class Fills:
     def placed(
         self, fill: Fill, loops: list[Loop], is_opaque: bool, space: Space, combiner: Combiner, omitted: Counter[str]
     ) -> list[Painted]:
-        """Return the parts of a shape, with the paint of each: one part unless a gradient needs several.
+        """Return the parts of a shape, with paint and opacity of each: one part unless a gradient needs several.
 
         Args:
             fill: the paint of the shape.
@@ -101,7 +103,7 @@ class Fills:
             omitted: counts what the result does not show.
         """
         if fill.gradient is None:
-            return [Painted(loops, fill.color, None)]
+            return [Painted(loops, fill.color, None, fill.opacity)]
         if lies_nowhere(fill.gradient, self._by_id, space):
             omitted["gradient on a box without area"] += 1
             return []
@@ -109,18 +111,15 @@ class Fills:
         parts = painted(loops, ramp, is_opaque, space.size, combiner, self._budget, omitted)
         if parts is None:
             omitted["gradient beyond the limit of stops"] += 1
-            return [Painted(loops, fill.color, None)]
-        return parts
+            return [Painted(loops, fill.color, None, fill.opacity)]
+        opacity = fill.scale * (1.0 if ramp.colors.shape[1] > 3 else fill.stops[0].opacity)
+        return [part._replace(opacity=part.opacity * opacity) for part in parts]
 
-    def _gradient(self, gradient: Element, omitted: Counter[str]) -> Fill | None:
+    def _gradient(self, gradient: Element) -> Fill | None:
         """Return a gradient, which is kept because thousands of shapes may have it."""
         if gradient not in self._gradients:
-            stops = self._stops(gradient)
-            is_mixed = len({round(stop.opacity, 3) for stop in stops}) > 1
-            self._gradients[gradient] = _mean(gradient, stops), is_mixed
-        fill, is_mixed = self._gradients[gradient]
-        omitted["gradient with translucent stops"] += is_mixed
-        return fill
+            self._gradients[gradient] = _mean(gradient, self._stops(gradient))
+        return self._gradients[gradient]
 
     def _stops(self, gradient: Element) -> list[GradientStop]:
         """Return the stops of a gradient, or of the gradient it refers to if it has none."""
@@ -146,7 +145,7 @@ def _mean(gradient: Element, stops: list[GradientStop]) -> Fill | None:
     """Return a gradient with the mean over the length of its vector, taken of premultiplied colours."""
     if not stops:
         return None
-    shown = gradient if len({stop.color for stop in stops}) > 1 else None
+    shown = gradient if len({stop[1:] for stop in stops}) > 1 else None
     offsets = np.maximum.accumulate([stop.offset for stop in stops])
     values = np.array([[*(c * stop.opacity for c in stop.color), stop.opacity] for stop in stops])
     spans = np.diff(offsets, prepend=0.0, append=1.0)
@@ -183,4 +182,7 @@ def read_color(text: str) -> Fill | None:
 
 
 def _scaled(fill: Fill | None, opacity: str) -> Fill | None:
-    return None if fill is None else replace(fill, opacity=fill.opacity * fraction(opacity))
+    if fill is None:
+        return None
+    share = fraction(opacity)
+    return replace(fill, opacity=fill.opacity * share, scale=fill.scale * share)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from warpvec.geometry.loops import Color
 from warpvec.geometry.paints.kind import Geometry
-from warpvec.geometry.paints.registry import LINEAR, RADIAL
+from warpvec.geometry.paints.registry import ELLIPTIC, LINEAR, RADIAL
 from warpvec.svg.document import local_name
 from warpvec.svg.foreign.color_ramps import ColorRamp
 from warpvec.svg.foreign.shapes import compose, read_matrix
@@ -107,20 +107,24 @@ def read_gradient(
     spread = given("spreadMethod") or "pad"
     offsets = np.maximum.accumulate([stop.offset for stop in stops])
     colors = np.array([stop.color for stop in stops])
+    if len({stop.opacity for stop in stops}) > 1:
+        colors = np.column_stack([colors, [stop.opacity for stop in stops]])
 
     def length(name: str, default: str, whole: float) -> float:
         return parse_length(given(name) or default, whole)
 
-    kind, geometry_of = GRADIENT_ELEMENTS[local_name(gradient.tag)]
-    return ColorRamp(kind, geometry_of(length, (across, down), matrix, omitted), offsets, colors, spread)
+    kind, geometry = GRADIENT_ELEMENTS[local_name(gradient.tag)](length, (across, down), matrix, omitted)
+    return ColorRamp(kind, geometry, offsets, colors, spread)
 
 
 Length = Callable[[str, str, float], float]
 """Reads the attribute of a name, or a default, as a length; percentages are of the third argument."""
 
 
-def _linear_geometry(length: Length, viewport: tuple[float, float], matrix: Matrix, omitted: Counter[str]) -> Geometry:
-    """Return the ends of a linear gradient in pixels.
+def _linear_geometry(
+    length: Length, viewport: tuple[float, float], matrix: Matrix, omitted: Counter[str]
+) -> tuple[int, Geometry]:
+    """Return the kind and the ends of a linear gradient in pixels.
 
     The lines of equal colour stay straight under the matrix but may lean. The ends in pixels lie across them.
     """
@@ -132,25 +136,33 @@ def _linear_geometry(length: Length, viewport: tuple[float, float], matrix: Matr
     first, last = (matrix[:, :2] @ point + matrix[:, 2] for point in ends)
     determinant = float(np.linalg.det(matrix[:, :2]))
     if determinant == 0.0 or not along.any():
-        return float(first[0]), float(first[1]), float(first[0]), float(first[1])
+        return LINEAR, (float(first[0]), float(first[1]), float(first[0]), float(first[1]))
     leaning = matrix[:, :2] @ np.array([-along[1], along[0]])
     normal = np.array([-leaning[1], leaning[0]])
     step = last - first
     end = first + normal * (step @ normal) / (normal @ normal)
-    return float(first[0]), float(first[1]), float(end[0]), float(end[1])
+    return LINEAR, (float(first[0]), float(first[1]), float(end[0]), float(end[1]))
 
 
-def _radial_geometry(length: Length, viewport: tuple[float, float], matrix: Matrix, omitted: Counter[str]) -> Geometry:
+def _radial_geometry(
+    length: Length, viewport: tuple[float, float], matrix: Matrix, omitted: Counter[str]
+) -> tuple[int, Geometry]:
+    """Return the kind and the geometry of a radial gradient in pixels, which may be an ellipse there."""
     across, down = viewport
     diagonal = math.hypot(across, down) / math.sqrt(2)
     cx, cy, r = length("cx", "50%", across), length("cy", "50%", down), length("r", "50%", diagonal)
     focus = (length("fx", repr(cx), across), length("fy", repr(cy), down), length("fr", "0", diagonal))
     omitted["gradient with a focus"] += max(abs(focus[0] - cx), abs(focus[1] - cy), abs(focus[2])) > _SIMILAR * r
     center = matrix[:, :2] @ np.array([cx, cy]) + matrix[:, 2]
-    axes = np.linalg.svd(matrix[:, :2], compute_uv=False) if np.isfinite(matrix).all() else np.zeros(2)
-    omitted["elliptic gradient"] += bool(axes[0] - axes[1] > _SIMILAR * axes[0])
-    return float(center[0]), float(center[1]), r * math.sqrt(float(axes[0] * axes[1])), 0.0
+    x, y = center.tolist()
+    if not np.isfinite(matrix).all():
+        return RADIAL, (x, y, 0.0, 0.0)
+    turn, axes, _ = np.linalg.svd(matrix[:, :2])
+    if axes[0] - axes[1] <= _SIMILAR * axes[0]:
+        return RADIAL, (x, y, r * math.sqrt(float(axes[0] * axes[1])), 0.0)
+    axis = r * axes[0] * turn[:, 0]
+    return ELLIPTIC, (x, y, float(axis[0]), float(axis[1]), r * float(axes[1]))
 
 
-GRADIENT_ELEMENTS = {"linearGradient": (LINEAR, _linear_geometry), "radialGradient": (RADIAL, _radial_geometry)}
-"""Element of a gradient that is read -> its kind, and the function that reads its geometry."""
+GRADIENT_ELEMENTS = {"linearGradient": _linear_geometry, "radialGradient": _radial_geometry}
+"""Element of a gradient that is read -> the function that reads its kind and geometry."""

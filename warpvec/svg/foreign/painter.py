@@ -208,8 +208,9 @@ class Painter:
         return float(large * RESOLUTION / max(self._size))
 
     def _add(self, loops: list[Loop], paint: Fill, space: Space, state: State, form: OutlineForm | None = None) -> None:
-        opacity = paint.opacity * state.opacity
-        for part in self._fills.placed(paint, loops, opacity >= 1.0, space, self._combiner, self.omitted):
+        is_opaque = paint.opacity * state.opacity >= 1.0
+        for part in self._fills.placed(paint, loops, is_opaque, space, self._combiner, self.omitted):
+            opacity = part.opacity * state.opacity
             points = np.concatenate([loop.points for loop in part.loops])
             is_line = np.concatenate([loop.is_line for loop in part.loops])
             counts = tuple(len(loop.is_line) for loop in part.loops)

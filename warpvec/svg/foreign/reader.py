@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.errors import InputError
+from warpvec.geometry.stops import STOPS_MAX
 from warpvec.svg.document import layer_level, local_name
 from warpvec.svg.foreign.clip import Clips
 from warpvec.svg.foreign.fill import Fills, fraction
@@ -47,9 +48,9 @@ _OMITTED_ELEMENTS = {
 _REMARKS = {
     "group opacity": "given to each of its paths, which shows where they overlap",
     "self-crossing even-odd fill": "filled by the non-zero rule",
-    "gradient of several stops": "reduced to two",
+    "gradient of many stops": f"reduced to {STOPS_MAX}",
     "gradient beyond the limit of stops": "given its mean colour",
-    "gradient part": "drawn apart, because a path has two stops",
+    "gradient part": f"drawn apart, because a path has at most {STOPS_MAX} stops",
     "steep radial gradient": "drawn in rings",
     "gradient out of reach": "its last colour was taken",
     "repeating gradient": "drawn once",
@@ -58,9 +59,7 @@ _REMARKS = {
     "stroke with a gradient": "drawn as its outline",
     "non-scaling stroke": "scaled with the drawing",
     "stated length of a path": "ignored",
-    "gradient with translucent stops": "given the mean opacity",
     "gradient with a focus": "centred",
-    "elliptic gradient": "made round",
     "broken path": "kept as far as it can be read",
 }
 """Kind of omission -> what was done instead. Everything else is left out."""
