@@ -67,7 +67,8 @@ class RefineEffect(WarpvecEffect):
             file.write(draft_of(shapes, self.svg, pixels, to_pixels))
         arguments = ["--iterations", str(self.options.iterations), *(["--free"] if self.options.free else [])]
         title = f"Refining paths against {name_of(image)}"
-        report: dict[str, Any] = fit("refine", source, out, "--from", draft, *arguments, "--json", title=title)
+        arguments += ["--plain-paths", "--json"]  # the outline of a shape is replaced by path data
+        report: dict[str, Any] = fit("refine", source, out, "--from", draft, *arguments, title=title)
         return read_drawing(out), report["unchanged"]
 
     def _replace(self, selected: Sequence[Any], shapes: Sequence[Any], refined: Any, to_root: Matrix) -> int:
