@@ -58,7 +58,7 @@ def candidates(points: Floats, weights: Floats, is_line: Mask, detail: float) ->
         found = Candidate(kind, fitted.parameters)
         distances = form.distances(fitted.parameters, flat)
         is_near = float(np.average(np.square(distances), weights=weight)) <= detail**2
-        if is_near and _is_evident(found, flat, weight):
+        if is_near and _is_evident(found, flat, weight, is_level):
             yield found
 
 
@@ -71,12 +71,12 @@ def _kinds(is_line: Mask, has_hidden: bool) -> set[int]:
     return {ROUND_RECT} | (_ROUND | _SHARP if has_hidden else set())
 
 
-def _is_evident(found: Candidate, points: Floats, weights: Floats) -> bool:
+def _is_evident(found: Candidate, points: Floats, weights: Floats, is_level: bool) -> bool:
     """Return whether the picture shows enough of a form to tell all of its numbers."""
     form, sizes = form_of(found.kind), found.parameters[[FIRST, SECOND]]
     if sizes[sizes > 0.0].min() < SIMPLIFICATION.form_size_min / 2:
         return False
-    if form.determined(found.parameters, points, weights) < SIMPLIFICATION.form_determined:
+    if form.determined(found.parameters, points, weights, is_level=is_level) < SIMPLIFICATION.form_determined:
         return False
     return bool((weights > 0.0).all()) or _seen_share(found, points[weights > 0.0]) >= SIMPLIFICATION.form_seen_min
 

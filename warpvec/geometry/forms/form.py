@@ -139,7 +139,7 @@ class Form(ABC):
         """
         seen = weights > 0.0
         points, weights = points[seen], np.sqrt(weights[seen])
-        free = [place for place in self.free if not (is_level and place == ANGLE)]
+        free = self._free(is_level)
         if len(points) < len(free):
             return None
         guesses = [guess for guess in self.guesses(points) if not is_level or guess[ANGLE] == 0.0]
@@ -148,16 +148,20 @@ class Form(ABC):
         fits = [Fitted(each, float(np.abs(self.distances(each, points)).max())) for each in found if each is not None]
         return min(fits, key=lambda each: each.distance, default=None)
 
-    def determined(self, fitted: Floats, points: Floats, weights: Floats) -> float:
+    def determined(self, fitted: Floats, points: Floats, weights: Floats, *, is_level: bool = False) -> float:
         """Return how well ``points`` [K, 2] tell all parameters of a form, from 0 to 1.
 
-        It is the smallest singular value over the largest of the derivative of the distances, in pixels.
+        It is the smallest singular value over the largest of the derivative of the distances, in pixels. The angle of a
+        form that ``is_level`` is known.
         """
         seen = weights > 0.0
-        steps = _steps_of(fitted, list(self.free))
+        steps = _steps_of(fitted, self._free(is_level))
         slopes = np.stack([step * self._slope(fitted, points[seen], place, step) for place, step in steps], 1)
         values = np.linalg.svd(slopes * np.sqrt(weights[seen])[:, None], compute_uv=False)
-        return float(values[-1] / values[0]) if len(values) == len(self.free) and values[0] > 0.0 else 0.0
+        return float(values[-1] / values[0]) if len(values) == len(steps) and values[0] > 0.0 else 0.0
+
+    def _free(self, is_level: bool) -> list[int]:
+        return [place for place in self.free if not (is_level and place == ANGLE)]
 
     def _is_hopeful(self, guess: Floats, points: Floats) -> bool:
         """Return whether a fit from ``guess`` can come near."""
