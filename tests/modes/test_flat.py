@@ -54,7 +54,7 @@ def test_flat_art_becomes_few_exact_paths_in_layers_of_one_colour(plain: warpvec
     assert plain.metrics["curves"] <= 5
     assert plain.metrics["segments"] <= 24
     text = plain.svg()
-    fills = re.findall(r'<path fill="(#\w+)"', text)
+    fills = re.findall(r'<\w+ fill="(#\w+)"', text)
     assert sorted(set(fills)) == ["#000080", "#dc143c", "#ffd700"]
     assert '<rect id="background" width="64" height="64" fill="#fff"/>' in text
     labels = re.findall(r'<g id="([\w-]+)" inkscape:groupmode="layer" inkscape:label="([^"]+)">', text)
@@ -216,6 +216,6 @@ def test_a_ramp_has_its_mean_colour_when_gradients_are_forbidden() -> None:
     plain, asked = (warpvec.vectorize(picture, threads=1, **given) for given in ({}, {"gradients": 0}))
     assert plain.metrics["mode"] == asked.metrics["mode"] == "flat"
     assert (plain.metrics["gradients"], asked.metrics["gradients"]) == (1, 0)
-    assert [asked.metrics["curves"], re.findall(r'<path fill="(#\w+)"', asked.svg())] == [1, ["#000080"]]
+    assert [asked.metrics["curves"], re.findall(r'<\w+ fill="(#\w+)"', asked.svg())] == [1, ["#000080"]]
     assert make_config(gradients=0).mode == "auto" and make_config(gradients=0.5).mode == "photo"
     assert make_config(mode="photo").gradients == 0.0

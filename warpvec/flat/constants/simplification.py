@@ -209,7 +209,7 @@ class SimplificationConstants:
 
     form_determined: float = 0.02
     """Least change of the visible outline, as a share of the largest one, by any combination of the numbers of a form.
-    With less, a side that is wholly hidden would be anywhere. The ends of a bar of 12 widths say 0.04 of its corners."""
+    With less, a side that is wholly hidden would be anywhere. The corners of a bar of 12 widths have 0.04."""
 
     form_seen_min: float = 0.35
     """Share of the outline of a form that must be visible. A disc behind a square whose corner lies at its centre shows
