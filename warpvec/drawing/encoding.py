@@ -10,6 +10,7 @@ import torch
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.stated import stated_settings
+from warpvec.drawing.arc_rounding import with_arcs
 from warpvec.drawing.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.geometry.rounding import round_nodes
 from warpvec.geometry.scene import Scene
@@ -131,7 +132,7 @@ class Encoding:
                 stays = at_ticks(scene.segments.double() * 10**self.precision, scene.structure)
                 segments = torch.where(stays[:, None, None], scene.segments, rounded.segments)
                 rounded = replace(rounded, segments=segments)
-            scene = rounded
+            scene = with_arcs(rounded, self.precision, min(across, down))
         return quantize(scene, self.precision).scaled(1.0 / across, 1.0 / down)
 
     def trim(self, scene: Scene) -> Scene:

@@ -14,15 +14,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.svg.arcs import ROWS_MAX, Arc, arc_of, arc_rows, runs
+
 Ticks = NDArray[np.int64]
 
 _NUMBER = r"(?>-?(?>\d{1,15}(?>\.\d{1,6})?|\.\d{1,6}))"
-_ARGUMENTS = {"c": 6, "s": 4, "l": 2, "h": 1, "v": 1}
-_COMMANDS = "|".join(rf"{letter}(?>(?>[ ]?{_NUMBER}){{{count}}})+" for letter, count in _ARGUMENTS.items())
+_ARGUMENTS = {"c": 6, "s": 4, "l": 2, "h": 1, "v": 1, "a": 7}
+_ARC = rf"a(?>[ ]?{_NUMBER}){{2}} 0 [01] [01](?>[ ]?{_NUMBER}){{2}}"
+_REPEATED = (rf"{letter}(?>(?>[ ]?{_NUMBER}){{{count}}})+" for letter, count in _ARGUMENTS.items() if letter != "a")
+_COMMANDS = "|".join([*_REPEATED, _ARC])
 _LINE = rf"(?>[ ]?{_NUMBER}){{2}}(?>{_COMMANDS})*"
 _OWN_DATA = re.compile(rf"M{_LINE}z(?>m{_LINE}z)*", re.ASCII)
 _OWN_STROKE_DATA = re.compile(rf"M{_LINE}z?(?>m{_LINE}z?)*", re.ASCII)
-_COMMAND = re.compile(rf"([Mmcslhvz])((?>[ ]?{_NUMBER})*)", re.ASCII)
+_COMMAND = re.compile(rf"([Mmcslhvaz])((?>[ ]?{_NUMBER})*)", re.ASCII)
 OWN_NUMBER = re.compile(_NUMBER, re.ASCII)
 """A number as warpvec writes it."""
 
@@ -129,7 +133,7 @@ def format_path(loops: Sequence[Loop], decimals: int) -> str:
     """Return the data of one path from its loops.
 
     Cubics of no length are left out, and so is a line that closing the loop draws. Handles that mirror the one before
-    are implied ("s").
+    are implied ("s"). Cubics that are those of an arc are stated as that.
     """
     text, at = [], None
     for loop in loops:
@@ -187,12 +191,26 @@ class _LoopReader:
     def draw(self, letter: str, values: Ticks) -> None:
         """Add the segments of a command with ``values`` [K, its number of arguments]."""
         for row in values:
-            if letter in "cs":
+            if letter == "a":
+                self._draw_arc(row)
+            elif letter in "cs":
                 leaving = self.at + row[:2] if letter == "c" else self._mirrored
                 self._add(leaving, self.at + row[-4:-2], self.at + row[-2:], False)
             else:
                 step = {"l": row, "h": np.array([*row, 0]), "v": np.array([0, *row])}[letter]
                 self._add(self.at + step // 3, self.at + 2 * step // 3, self.at + step, True)
+
+    def _draw_arc(self, row: Ticks) -> None:
+        """Add the cubics of an arc; one without a radius or a length is a line."""
+        radius, step = int(row[0]), row[5:]
+        if radius <= 0 or not step.any():
+            self.draw("l", step[None])
+            return
+        start = self.at
+        rows = start + arc_rows(step, Arc(radius, bool(row[3]), bool(row[4])))
+        for leaving, arriving, end in zip(rows[:, 1], rows[:, 2], [*rows[1:, 0], start + step], strict=True):
+            self._add(leaving, arriving, end, False)
+        self._mirrored = self.at
 
     def closed(self) -> Loop:
         """Return the loop, with a line to its start if it does not end there."""
@@ -240,8 +258,15 @@ def _line_commands(loop: Loop, decimals: int) -> str:
 
 def _commands(relative: Ticks, is_line: NDArray[np.bool_], rows: list[int], decimals: int) -> str:
     text, last = [], ""
-    mirrored = np.zeros(2, np.int64)
+    mirrored, arcs, done = np.zeros(2, np.int64), _arcs(relative, is_line), 0
     for row in rows:
+        if row < done:
+            continue
+        if row in arcs:
+            done, step, arc = arcs[row]
+            text.append(_arc_command(step, arc, decimals))
+            mirrored, last = np.zeros(2, np.int64), "a"
+            continue
         letter, values = _command(relative[row], bool(is_line[row]), mirrored)
         mirrored = np.zeros(2, np.int64) if is_line[row] else relative[row, 2] - relative[row, 1]
         words = _numbers(values, decimals)
@@ -249,6 +274,40 @@ def _commands(relative: Ticks, is_line: NDArray[np.bool_], rows: list[int], deci
         text.append(letter + words if letter != last else words if words[0] == "-" else " " + words)
         last = letter
     return "".join(text)
+
+
+def _arcs(relative: Ticks, is_line: NDArray[np.bool_]) -> dict[int, tuple[int, Ticks, Arc]]:
+    """Return by their first row the arcs of a line: the row after the last, the place of the end, and the arc.
+
+    A whole circle is two halves.
+    """
+    found: dict[int, tuple[int, Ticks, Arc]] = {}
+    ends = relative[:, 2].cumsum(0)
+    starts = ends - relative[:, 2]
+    rows = np.concatenate([starts[:, None], starts[:, None] + relative[:, :2]], 1)
+    for first, stop in runs(rows.astype(np.float64), is_line, ends.astype(np.float64)):
+        row = first
+        while row < stop - 1:
+            for last in _stops(row, stop, is_whole=bool((starts[row] == ends[stop - 1]).all())):
+                step = ends[last - 1] - starts[row]
+                arc = arc_of(rows[row:last] - starts[row], step) if step.any() else None
+                if arc is not None:
+                    found[row] = last, step, arc
+                    break
+            row = found[row][0] if row in found else row + 1
+    return found
+
+
+def _stops(row: int, stop: int, is_whole: bool) -> list[int]:
+    """Return the rows before which an arc from ``row`` on may end, the one to be tried first at the beginning."""
+    longest = list(range(min(stop, row + ROWS_MAX), row + 1, -1))
+    return [row + (stop - row) // 2, *longest] if is_whole and stop - row >= 4 else longest
+
+
+def _arc_command(step: Ticks, arc: Arc, decimals: int) -> str:
+    radius, end = format_number(arc.radius, decimals), _numbers(step, decimals)
+    space = "" if end[0] == "-" else " "
+    return f"a{radius} {radius} 0 {int(arc.is_large)} {int(arc.is_clockwise)}{space}{end}"
 
 
 def _command(relative: Ticks, is_line: bool, mirrored: Ticks) -> tuple[str, Ticks]:
