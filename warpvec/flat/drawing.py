@@ -26,6 +26,7 @@ from warpvec.flat.simplification.forms import find_forms
 from warpvec.flat.simplification.path_removal import remove_paths
 from warpvec.flat.simplification.regularity import regularize
 from warpvec.flat.simplification.simplify import simplify
+from warpvec.flat.strokes.recognition import find_strokes, with_strokes
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene
 from warpvec.image.colors import parse_color
@@ -104,7 +105,10 @@ class FlatDrawing:
             scene = self._polished(scene, DRAWING.last_iterations)
             # Last, as a fit would undo exact circles and level lines.
             scene = regularize(scene, self.critic, watch, detail)
-            scene = find_forms(scene, self.critic, watch, detail)
+            # A file of parts without overlaps has outlines only.
+            strokes = {} if self.config.cutout else find_strokes(scene, self.critic, watch, detail)
+            is_stroke = torch.isin(scene.generation, torch.tensor(list(strokes), dtype=torch.int64))
+            scene = with_strokes(find_forms(scene, self.critic, watch, detail, is_stroke.numpy()), strokes)
         return self._snapped(scene), left_out
 
     def _on_canvas(self, scene: Scene) -> Scene:

@@ -27,7 +27,9 @@ from warpvec.geometry.structure import Structure
 from warpvec.watch.watch import Watch
 
 
-def find_forms(scene: Scene, critic: Critic, watch: Watch, detail: float = FitConfig.detail) -> Scene:
+def find_forms(
+    scene: Scene, critic: Critic, watch: Watch, detail: float = FitConfig.detail, left: Mask | None = None
+) -> Scene:
     """Return ``scene`` with forms where the exact error hardly rises.
 
     A part of a path becomes a path of its own if most parts of the path are forms. A stroke whose centre line is a form
@@ -38,11 +40,14 @@ def find_forms(scene: Scene, critic: Critic, watch: Watch, detail: float = FitCo
         critic: judges the changes against the image.
         watch: the watch over the run. When it is over, nothing is looked for.
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
+        left: paths [N] that are left as they are; None for none.
     """
     if not len(scene) or watch.is_over():
         return scene
     samples = critic.samples(scene)
     is_eligible = _separate_loops(scene, samples)
+    if left is not None:
+        is_eligible &= ~np.repeat(left, scene.structure.path_first_loop.diff().long().numpy())
     offered = {loop: list(found) for loop, found in _offers(scene, samples, is_eligible, detail)}
     found: dict[int, Candidate] = {}
     while offered := {loop: each for loop, each in offered.items() if each}:

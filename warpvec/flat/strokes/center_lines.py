@@ -1,0 +1,333 @@
+"""The centre lines of a shape that is a stroke: from its skeleton, as exact as the disks inside its outline."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from warpvec.arrays import Floats, Mask
+from warpvec.flat.constants.strokes import STROKES
+from warpvec.flat.strokes.inner_disks import Boundary, Disks
+from warpvec.flat.strokes.line_fitting import Line, Rows
+from warpvec.flat.strokes.skeleton import Graph, graph_of, thinned
+from warpvec.geometry.strokes import BUTT, MITER, ROUND
+
+_CELLS = 10.0
+"""Cells of the grid of a skeleton across a stroke."""
+
+
+class CenterLines(NamedTuple):
+    """The lines of a component, and their caps."""
+
+    lines: list[Line]
+    cap: int
+
+
+class _Shape(NamedTuple):
+    """A component and what is known of it: its outline, the centres of its stroke [M, 2], and the width in pixels."""
+
+    boundary: Boundary
+    tree: cKDTree
+    centers: cKDTree
+    width: float
+
+    def is_inside(self, places: Floats) -> Mask:
+        """Return which ``places`` [K, 2] lie inside."""
+        _, nearest = self.tree.query(places)
+        away = places - self.boundary.points[nearest]
+        return (away * self.boundary.inward[nearest]).sum(1) > 0.0
+
+
+def center_lines(boundary: Boundary, disks: Disks, has_width: Mask, width: float) -> CenterLines | None:
+    """Return the centre lines of a component; None if it has none."""
+    shape = _Shape(boundary, cKDTree(boundary.points), cKDTree(disks.centers[has_width]), width)
+    graph, scale, origin = _skeleton(shape)
+    places = [_snapped(shape, (branch[:, ::-1] + 0.5) / scale + origin, scale) for branch in graph.branches]
+    junctions = (graph.junctions[:, ::-1] + 0.5) / scale + origin
+    kept = [
+        k for k, ends in enumerate(graph.ends) if len(places[k]) > 1 and not _is_spur(places[k], ends, junctions, width)
+    ]
+    if not kept:
+        return None
+    return _joined(shape, places, [graph.ends[k] for k in kept], kept, junctions)
+
+
+def _skeleton(shape: _Shape) -> tuple[Graph, float, Floats]:
+    """Return the skeleton of the ridge of a shape, the cells of its grid per pixel, and the grid's origin."""
+    scale = _CELLS / shape.width
+    low, high = shape.boundary.points.min(0), shape.boundary.points.max(0)
+    columns, rows = np.ceil((high - low) * scale).astype(int) + 1
+    x, y = (np.arange(columns) + 0.5) / scale + low[0], (np.arange(rows) + 0.5) / scale + low[1]
+    grid = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
+    distance, nearest = shape.tree.query(grid)
+    away = grid - shape.boundary.points[nearest]
+    is_inside = (away * shape.boundary.inward[nearest]).sum(1) > 0.0
+    ridge = is_inside & (distance >= shape.width / 2.0 - STROKES.ridge / scale)
+    return graph_of(thinned(ridge.reshape(rows, columns))), scale, low
+
+
+def _snapped(shape: _Shape, places: Floats, scale: float) -> Floats:
+    """Return the centres nearest to places of a skeleton, without those that have none near and that go back."""
+    distance, nearest = shape.centers.query(places)
+    found = np.asarray(shape.centers.data)[nearest[distance <= 1.6 / scale]]
+    kept: list[Floats] = []
+    for place in found:
+        gap = np.linalg.norm(place - kept[-1]) if kept else np.inf
+        is_back = len(kept) > 1 and (place - kept[-1]) @ (kept[-1] - kept[-2]) <= 0.0
+        if gap >= (2.0 if is_back else 0.5) / scale:
+            kept.append(place)
+    return np.array(kept).reshape(-1, 2)
+
+
+def _is_spur(places: Floats, ends: tuple[int, int] | None, junctions: Floats, width: float) -> bool:
+    """Return whether a branch ends near its only junction."""
+    if ends is None or (ends[0] < 0) == (ends[1] < 0):
+        return False
+    tip, junction = (places[0], ends[1]) if ends[0] < 0 else (places[-1], ends[0])
+    return bool(np.linalg.norm(tip - junctions[junction]) < STROKES.spur * width)
+
+
+class _End(NamedTuple):
+    """An end of a branch at a junction: the branch, whether it is its start, and the direction outwards [2]."""
+
+    branch: int
+    is_start: bool
+    out: Floats
+
+
+def _joined(
+    shape: _Shape, places: list[Floats], ends: list[tuple[int, int] | None], kept: list[int], junctions: Floats
+) -> CenterLines:
+    """Join branches to lines through the junctions, and let the other ends meet there."""
+    reach = STROKES.reach * shape.width
+    at: dict[int, list[_End]] = {}
+    for branch, both in zip(kept, ends, strict=True):
+        for is_start, junction in zip((True, False), both or (), strict=False):
+            if junction >= 0:
+                at.setdefault(junction, []).append(_End(branch, is_start, _direction(places[branch], is_start, reach)))
+    partner: dict[tuple[int, bool], tuple[int, bool]] = {}
+    meeting: dict[tuple[int, bool], Floats] = {}
+    for junction, meet in at.items():
+        pairs = _pairs(meet)
+        for a, b in pairs:
+            partner[a.branch, a.is_start], partner[b.branch, b.is_start] = (
+                (b.branch, b.is_start),
+                (a.branch, a.is_start),
+            )
+        place = _meeting_place(places, meet, pairs, junctions[junction])
+        for end in meet:
+            if (end.branch, end.is_start) not in partner:
+                meeting[end.branch, end.is_start] = place
+    closed = {branch for branch, both in zip(kept, ends, strict=True) if both is None}
+    lines = [Line(_with_corners(places[branch], shape.width, True), True) for branch in kept if branch in closed]
+    chains = _chains([k for k in kept if k not in closed], partner)
+    cap = _cap(shape, places, chains, meeting)
+    for chain, is_ring in chains:
+        lines.append(_line_of(shape, places, chain, is_ring, meeting, cap))
+    lengths = [_length(line.points) for line in lines]
+    is_long = [length >= STROKES.spur * shape.width or length == max(lengths) for length in lengths]
+    return CenterLines([line for line, kept in zip(lines, is_long, strict=True) if kept and len(line.points) > 1], cap)
+
+
+def _length(points: Floats) -> float:
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def _direction(points: Floats, is_start: bool, reach: float) -> Floats:
+    """Return the unit direction in which a line leaves at one of its ends: of a parabola through its last part."""
+    ordered = points if is_start else points[::-1]
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(ordered, axis=0), axis=1))])
+    part = along <= reach
+    part[:2] = True
+    terms = np.stack([along[part], np.square(along[part])], 1)
+    if part.sum() < 5:
+        terms = terms[:, :1]
+    out: Floats = -np.linalg.lstsq(terms, ordered[part] - ordered[0], rcond=None)[0][0]
+    return out / max(float(np.linalg.norm(out)), 1e-9)
+
+
+def _pairs(meet: list[_End]) -> list[tuple[_End, _End]]:
+    """Return the ends that go on into each other, the straightest first; two ends alone always do."""
+    if len(meet) == 2:
+        return [(meet[0], meet[1])]
+    least = -np.cos(np.radians(STROKES.through_degrees))
+    found = [(float(a.out @ b.out), i, j) for i, a in enumerate(meet) for j, b in enumerate(meet) if i < j]
+    pairs, used = [], set[int]()
+    for cosine, i, j in sorted(found):
+        if cosine <= least and not {i, j} & used:
+            pairs.append((meet[i], meet[j]))
+            used |= {i, j}
+    return pairs
+
+
+def _tip(places: list[Floats], end: _End) -> Floats:
+    return places[end.branch][0 if end.is_start else -1]
+
+
+def _meeting_place(places: list[Floats], meet: list[_End], pairs: list[tuple[_End, _End]], near: Floats) -> Floats:
+    """Return where the ends of a junction meet: on the line that goes through, or nearest to all lines."""
+    single = [end for end in meet if not any(end is other for pair in pairs for other in pair)]
+    if pairs and single:
+        a, b = _tip(places, pairs[0][0]), _tip(places, pairs[0][1])
+        return _crossing(a, b - a, _tip(places, single[0]), single[0].out, near)
+    across = [np.eye(2) - np.outer(end.out, end.out) for end in meet]
+    matrix = np.sum(across, 0)
+    right = np.sum([each @ _tip(places, end) for each, end in zip(across, meet, strict=True)], 0)
+    if np.linalg.cond(matrix) > 1e4:
+        return near
+    found: Floats = np.linalg.solve(matrix, right)
+    return found
+
+
+def _crossing(a: Floats, along: Floats, b: Floats, out: Floats, near: Floats) -> Floats:
+    matrix = np.stack([along, -out], 1)
+    if abs(np.linalg.det(matrix)) < 1e-3 * np.linalg.norm(along):
+        return near
+    found: Floats = a + np.linalg.solve(matrix, b - a)[0] * along
+    return found
+
+
+def _chains(
+    branches: list[int], partner: dict[tuple[int, bool], tuple[int, bool]]
+) -> list[tuple[list[tuple[int, bool]], bool]]:
+    """Return lists of branches that follow each other, each with whether it runs forwards, and whether it is a ring."""
+    left, chains = set(branches), []
+    heads = [(k, True) for k in branches if (k, True) not in partner] + [
+        (k, False) for k in branches if (k, False) not in partner
+    ]
+    for branch, forwards in [*heads, *((k, True) for k in branches)]:
+        if branch not in left:
+            continue
+        chain, at = [], (branch, forwards)
+        is_ring = (branch, forwards) in partner
+        while at[0] in left:
+            left.discard(at[0])
+            chain.append(at)
+            after = partner.get((at[0], not at[1]))
+            if after is None:
+                break
+            at = after
+        chains.append((chain, is_ring))
+    return chains
+
+
+def _cap(
+    shape: _Shape,
+    places: list[Floats],
+    chains: list[tuple[list[tuple[int, bool]], bool]],
+    meeting: dict[tuple[int, bool], Floats],
+) -> int:
+    """Return the cap of most free ends: butt if the corners of a square lie inside, else round."""
+    votes = []
+    for chain, is_ring in chains:
+        if is_ring:
+            continue
+        for branch, is_start in (chain[0], (chain[-1][0], not chain[-1][1])):
+            if (branch, is_start) not in meeting:
+                votes.append(_is_square(shape, places[branch] if is_start else places[branch][::-1]))
+    return BUTT if votes and np.mean(votes) > 0.5 else ROUND
+
+
+def _is_square(shape: _Shape, points: Floats) -> bool:
+    """Return whether the shape has corners beyond the start of a line."""
+    out = _direction(points, True, STROKES.reach * shape.width)
+    radius, side = shape.width / 2.0, np.array([-out[1], out[0]])
+    far = points[0] + (_room(shape, points[0], out) - (1.0 - STROKES.cap_probe) * radius) * out
+    corners = np.array([far + STROKES.cap_probe * radius * side, far - STROKES.cap_probe * radius * side])
+    return bool(shape.is_inside(corners).all())
+
+
+def _line_of(
+    shape: _Shape,
+    places: list[Floats],
+    chain: list[tuple[int, bool]],
+    is_ring: bool,
+    meeting: dict[tuple[int, bool], Floats],
+    cap: int,
+) -> Line:
+    points = np.concatenate([places[k] if forwards else places[k][::-1] for k, forwards in chain])
+    points = _with_corners(points, shape.width, is_ring)
+    if is_ring:
+        return Line(points, True)
+    head, tail = chain[0], (chain[-1][0], not chain[-1][1])
+    first, last = meeting.get(head), meeting.get(tail)
+    points = _with_end(shape, points[::-1], last, cap)[::-1]
+    return Line(_with_end(shape, points, first, cap), False)
+
+
+def _with_corners(points: Floats, width: float, is_ring: bool) -> Floats:
+    """Return ``points`` with a corner in each gap in which the line turns: there, disks have no centre on the line."""
+    count = len(points)
+    gaps = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+    found = [points]
+    for k in np.flatnonzero(gaps > STROKES.corner_gap * width).tolist()[::-1]:
+        if k == count - 1 and not is_ring:
+            continue
+        before = np.roll(points, -(k + 1), axis=0) if is_ring else points[: k + 1]
+        after = np.roll(points, -(k + 1), axis=0) if is_ring else points[k + 1 :]
+        if min(len(before), len(after)) < 4:
+            continue
+        corner = _corner(before, after, width)
+        if corner is not None:
+            found = [np.insert(found[0], k + 1, corner, axis=0)]
+    return found[0]
+
+
+def _corner(before: Floats, after: Floats, width: float) -> Floats | None:
+    """Return where the end of one line and the start of the next meet; None if they turn little, or meet far away."""
+    reach = STROKES.corner_reach * width
+    first, second = _direction(before, False, reach), -_direction(after, True, reach)
+    turn = abs(first[0] * second[1] - first[1] * second[0])
+    if turn < np.sin(np.radians(STROKES.corner_degrees)):
+        return None
+    a, b = before[-1], after[0]
+    share = np.linalg.solve(np.stack([first, -second], 1), b - a)
+    far = STROKES.corner_far * width
+    return a + share[0] * first if 0.0 < share[0] < far and -far < share[1] < 0.0 else None
+
+
+def _with_end(shape: _Shape, points: Floats, meeting: Floats | None, cap: int) -> Floats:
+    """Return ``points`` with their start where the line begins: at a junction, or before its cap."""
+    if meeting is not None:
+        near = np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)) < shape.width
+        gap = np.linalg.norm(points[: 1 + int(near.sum())] - meeting, axis=1)
+        rest = points[int(np.argmin(gap)) :] if gap.min() < shape.width / 4.0 else points
+        return np.concatenate([meeting[None], rest if len(rest) > 1 else points[-1:]])
+    out = _direction(points, True, STROKES.reach * shape.width)
+    ahead = _room(shape, points[0], out) - (shape.width / 2.0 if cap == ROUND else 0.0)
+    return np.concatenate([(points[0] + out * ahead)[None], points]) if ahead > STROKES.step / 2.0 else points
+
+
+def _room(shape: _Shape, place: Floats, out: Floats) -> float:
+    """Return how far the shape goes on from ``place``, in pixels; at most one width."""
+    steps = np.linspace(0.0, shape.width, 65)
+    inside = shape.is_inside(place + steps[:, None] * out)
+    return float(steps[int(np.argmin(inside)) if not inside.all() else -1])
+
+
+def join_of(lines: list[Rows], boundary: Boundary, width: float) -> int:
+    """Return the join of a stroke: a miter if the shape reaches to the tips of most of its corners, else round."""
+    tips = [tip for rows in lines for tip in _miter_tips(rows, width)]
+    if not tips:
+        return ROUND
+    shape = _Shape(boundary, cKDTree(boundary.points), cKDTree(boundary.points), width)
+    return MITER if shape.is_inside(np.array(tips)).mean() > 0.5 else ROUND
+
+
+def _miter_tips(rows: Rows, width: float) -> list[Floats]:
+    """Return a place [2] near the tip of a miter at each corner that is sharp enough to tell the join."""
+    found = []
+    count = len(rows.control) - rows.is_open
+    for k in range(1 if rows.is_open else 0, count):
+        anchor, arriving = rows.control[k, 0], rows.control[k, 0] - rows.control[k - 1, 2]
+        leaving = rows.control[k, 1] - anchor
+        first, second = (vector / max(float(np.linalg.norm(vector)), 1e-9) for vector in (arriving, leaving))
+        cosine = float(first @ second)
+        if cosine > np.cos(np.radians(STROKES.join_turn_min)) or cosine < -0.9:
+            continue
+        out = first - second
+        reach = width / 2.0 / np.sqrt((1.0 + cosine) / 2.0)
+        found.append(anchor + STROKES.join_probe * reach * out / np.linalg.norm(out))
+    return found

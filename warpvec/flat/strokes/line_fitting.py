@@ -1,0 +1,309 @@
+"""Fit a centre line, given as points, by few lines and cubics."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from warpvec.arrays import Floats, Integers, Mask
+from warpvec.flat.constants.strokes import STROKES
+from warpvec.flat.curves.cubic_fitting import fit_lengths
+from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
+
+_SAMPLES = 16
+"""Points of a part of the line to which a piece is compared."""
+
+
+class Line(NamedTuple):
+    """A centre line.
+
+    Attributes:
+        points: along it, in order [K, 2] px; those of a closed one do not repeat the first.
+        is_closed: whether it goes on from the last point to the first.
+    """
+
+    points: Floats
+    is_closed: bool
+
+
+class Rows(NamedTuple):
+    """The rows of a centre line: control points [S, 3, 2], which are lines [S], and whether it is an open line.
+
+    The last row of an open line is its end.
+    """
+
+    control: Floats
+    is_line: Mask
+    is_open: bool
+
+
+class _Nodes(NamedTuple):
+    """Places where pieces may end: numbers of points [N], directions before and after [N, 2], and corners [N]."""
+
+    place: Integers
+    before: Floats
+    after: Floats
+    is_corner: Mask
+
+
+def fit_line(line: Line, width: float) -> Rows:
+    """Return the cheapest rows of a ``line`` of a stroke of ``width`` pixels."""
+    points = resampled(line)
+    if len(points) < 3:
+        return _single(points, line.is_closed)
+    if line.is_closed:
+        start = int(np.argmax(_turns(points, width, True)))
+        points = np.concatenate([np.roll(points, -start, axis=0), points[start : start + 1]])
+    nodes = _find_nodes(points, width, line.is_closed)
+    return _rows(points, nodes, _cheapest(points, nodes, STROKES.tolerance), line.is_closed)
+
+
+def fit_again(rows: Rows, tolerance: float) -> Rows:
+    """Return the cheapest rows within ``tolerance`` pixels of a line that is known exactly, with the same corners."""
+    count = len(rows.control) - rows.is_open
+    ends = np.roll(rows.control[:, :1], -1, axis=0)
+    curves = np.concatenate([rows.control, ends], 1)[:count]
+    start = 0 if rows.is_open else int(np.argmax(_corner_turns(curves)))
+    curves = np.roll(curves, -start, axis=0)
+    lengths = np.linalg.norm(np.diff(curves, axis=1), axis=2).sum(1)
+    counts = np.maximum(np.ceil(lengths / STROKES.step).astype(int), 4)
+    parts, ahead = [], []
+    for curve, number in zip(curves, counts.tolist(), strict=True):
+        t = np.arange(number) / number
+        parts.append(cubic_points(curve, t))
+        ahead.append(cubic_slopes(curve, t))
+    points = np.concatenate([*parts, curves[-1:, 3]])
+    node = np.concatenate([[0], np.cumsum(counts)])
+    nodes = _known_nodes(points, node, curves, np.concatenate(ahead))
+    found = _rows(points, nodes, _cheapest(points, nodes, tolerance), not rows.is_open)
+    return found if cost_of(found) < cost_of(rows) else rows
+
+
+def cost_of(rows: Rows) -> float:
+    """Return the numbers that a file needs for the rows; the line that closes one needs none."""
+    is_line = rows.is_line[:-1] if rows.is_open or rows.is_line[-1] else rows.is_line
+    return float(np.where(is_line, STROKES.line_cost, STROKES.cubic_cost).sum())
+
+
+def _corner_turns(curves: Floats) -> Floats:
+    """Return the turn in degrees at the start of each of the ``curves`` [S, 4, 2] of a closed line [S]."""
+    arriving, leaving = _unit(curves[:, 3] - _near(curves, False)), _unit(_near(curves, True) - curves[:, 0])
+    return np.degrees(np.arccos(np.clip((np.roll(arriving, 1, axis=0) * leaving).sum(1), -1.0, 1.0)))
+
+
+def _near(curves: Floats, is_start: bool) -> Floats:
+    """Return the control point next to the start, or the end, of curves [S, 4, 2] that lies apart from it [S, 2]."""
+    order = (1, 2, 3) if is_start else (2, 1, 0)
+    end, found = curves[:, 0 if is_start else 3], curves[:, order[2]].copy()
+    for k in order[1::-1]:
+        is_apart = np.linalg.norm(curves[:, k] - end, axis=1) > 1e-2
+        found[is_apart] = curves[is_apart, k]
+    return found
+
+
+def _known_nodes(points: Floats, node: Integers, curves: Floats, slopes: Floats) -> _Nodes:
+    """Return places where pieces may end on a known line, whose curves begin at the points ``node`` [S + 1]."""
+    leaving, arriving = _unit(_near(curves, True) - curves[:, 0]), _unit(curves[:, 3] - _near(curves, False))
+    turns = np.degrees(np.arccos(np.clip((arriving[:-1] * leaving[1:]).sum(1), -1.0, 1.0)))
+    corner = node[1:-1][turns > STROKES.kink_degrees]
+    gap = max(STROKES.node_gap, len(points) * STROKES.step / STROKES.nodes_max)
+    even = np.round(np.linspace(0, len(points) - 1, max(int(len(points) * STROKES.step / gap), 1) + 1)).astype(int)
+    index = np.unique(np.concatenate([even, node]))
+    directions = _unit(np.concatenate([slopes, slopes[-1:]]))
+    before, after = directions[index].copy(), directions[index].copy()
+    place = np.searchsorted(index, node)
+    after[place[:-1]], before[place[1:]] = leaving, arriving
+    before[place[0]], after[place[-1]] = leaving[0], arriving[-1]
+    smooth = np.setdiff1d(np.arange(len(index)), np.searchsorted(index, [*corner, 0, len(points) - 1]))
+    mean = _unit(before[smooth] + after[smooth])
+    before[smooth] = after[smooth] = mean
+    return _Nodes(index, before, after, np.isin(index, corner))
+
+
+def resampled(line: Line) -> Floats:
+    """Return points at equal steps along a line, its ends included."""
+    points = line.points
+    if line.is_closed:
+        points = np.concatenate([points, points[:1]])
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    points = points[np.concatenate([[True], steps > 1e-6])]
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    count = max(round(along[-1] / STROKES.step), 1)
+    places = np.linspace(0.0, along[-1], count + 1)
+    found = np.stack([np.interp(places, along, points[:, k]) for k in (0, 1)], 1)
+    return found[:-1] if line.is_closed else found
+
+
+def _single(points: Floats, is_closed: bool) -> Rows:
+    start, end = points[0], points[-1]
+    rows = [[start, start + (end - start) / 3, start + (end - start) * 2 / 3]]
+    if is_closed:
+        return Rows(np.array(rows), np.array([True]), False)
+    return Rows(np.array([*rows, [end, end, end]]), np.array([True, True]), True)
+
+
+def _turns(points: Floats, width: float, is_closed: bool) -> Floats:
+    """Return the turn in degrees at each point, between the parts of the line before and after it [K]."""
+    span = max(round(STROKES.corner_span * width / STROKES.step), 2)
+    count = len(points)
+    if is_closed:
+        before, after = np.roll(points, span, axis=0), np.roll(points, -span, axis=0)
+    else:
+        place = np.arange(count)
+        before, after = points[np.maximum(place - span, 0)], points[np.minimum(place + span, count - 1)]
+    first, second = points - before, after - points
+    cross = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    return np.abs(np.degrees(np.arctan2(cross, (first * second).sum(1))))
+
+
+def _find_nodes(points: Floats, width: float, is_closed: bool) -> _Nodes:
+    count = len(points)
+    span = max(round(STROKES.corner_span * width / STROKES.step), 2)
+    turns = _turns(points[:-1], width, True) if is_closed else _turns(points, width, False)
+    turns = np.append(turns, turns[0]) if is_closed else turns
+    sharp = _sharpness(points, turns, span, is_closed)
+    gap = max(STROKES.node_gap, count * STROKES.step / STROKES.nodes_max)
+    even = np.round(np.linspace(0, count - 1, max(int(count * STROKES.step / gap), 1) + 1)).astype(int)
+    corners = np.flatnonzero(sharp)
+    far = np.array([not len(corners) or np.abs(corners - k).min() > span // 2 for k in even])
+    index = np.unique(np.concatenate([even[far], corners, [0, count - 1]]))
+    is_corner = np.isin(index, corners)
+    before, after = _directions(points, index, is_corner, span, is_closed)
+    return _Nodes(index, before, after, is_corner)
+
+
+def _sharpness(points: Floats, turns: Floats, span: int, is_closed: bool) -> Mask:
+    """Return the points that are corners: the sharpest of their part, where the turn is not spread along the line."""
+    count = len(points)
+    wide = turns > STROKES.corner_degrees
+    is_peak = np.array([turns[k] >= turns[max(k - span, 0) : k + span + 1].max() for k in range(count)])
+    found = wide & is_peak
+    for k in np.flatnonzero(found).tolist():
+        # An arc that turns as much in this part goes on to turn outside of it.
+        low, high = k - 2 * span, k + 2 * span
+        if low < 0 or high >= count:
+            found[k] = turns[k] > 2.0 * STROKES.corner_degrees and 0 < k < count - 1
+            continue
+        first, last = points[k - span] - points[low], points[high] - points[k + span]
+        cross = first[0] * last[1] - first[1] * last[0]
+        whole = abs(np.degrees(np.arctan2(cross, first @ last)))
+        found[k] = whole < 1.5 * turns[k]
+    if is_closed:
+        found[-1] = found[0]
+    else:
+        found[[0, -1]] = False
+    return found
+
+
+def _directions(points: Floats, index: Integers, is_corner: Mask, span: int, is_closed: bool) -> tuple[Floats, Floats]:
+    """Return unit directions of the line before and after the points ``index`` [N]; they differ at corners only."""
+    near = max(span // 3, 2)
+    smooth = _at(points, index + near, is_closed) - _at(points, index - near, is_closed)
+    before, after = smooth.copy(), smooth
+    for k in np.flatnonzero(is_corner | (not is_closed) & ((index == 0) | (index == len(points) - 1))).tolist():
+        before[k] = -_leaving(points, int(index[k]), -1, span, is_closed)
+        after[k] = _leaving(points, int(index[k]), 1, span, is_closed)
+    return _unit(before), _unit(after)
+
+
+def _at(points: Floats, k: Integers, is_closed: bool) -> Floats:
+    """Return the points of these numbers; those past the ends of a closed line are on its other end."""
+    if is_closed:
+        return points[:-1][k % (len(points) - 1)]
+    return points[np.clip(k, 0, len(points) - 1)]
+
+
+def _leaving(points: Floats, start: int, step: int, span: int, is_closed: bool) -> Floats:
+    """Return the direction [2] in which the line leaves a point: of a parabola through points that are not too near.
+
+    Near a corner the centres of disks cut it off.
+    """
+    place = np.unique(np.linspace(span // 2, 3 * span, 8).round().astype(int))
+    if not is_closed:
+        place = place[(start + step * place >= 0) & (start + step * place < len(points))]
+    if len(place) < 3:
+        return _at(points, np.array(start + step * 2), is_closed) - points[start]
+    terms = np.stack([place, place**2], 1).astype(np.float64)
+    found = np.linalg.lstsq(terms, _at(points, start + step * place, is_closed) - points[start], rcond=None)[0]
+    return found[0]
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-9)
+
+
+class _Piece(NamedTuple):
+    cost: float
+    before: int
+    is_line: bool
+    handles: Floats
+
+
+def _cheapest(points: Floats, nodes: _Nodes, tolerance: float) -> list[_Piece]:
+    """Return the pieces of the cheapest way from the first node to the last, in order."""
+    best: list[_Piece] = [_Piece(0.0, -1, True, np.zeros((2, 2)))]
+    for end in range(1, len(nodes.place)):
+        starts = np.arange(end)
+        blocked = np.flatnonzero(nodes.is_corner[1:end]) + 1
+        starts = starts[starts >= (blocked[-1] if len(blocked) else 0)]
+        best.append(min(_pieces_to(points, nodes, starts, end, best, tolerance), key=lambda piece: piece.cost))
+    pieces, at = [], len(best) - 1
+    while at > 0:
+        pieces.append(best[at])
+        at = best[at].before
+    return pieces[::-1]
+
+
+def _pieces_to(
+    points: Floats, nodes: _Nodes, starts: Integers, end: int, best: list[_Piece], tolerance: float
+) -> list[_Piece]:
+    """Return the best way to the node ``end`` through a piece from each of the ``starts``."""
+    share = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    first, last = nodes.place[starts], nodes.place[end]
+    place = first[:, None] + share * (last - first)[:, None]
+    low = np.floor(place).astype(int)
+    rest = (place - low)[..., None]
+    between = points[low] * (1.0 - rest) + points[np.minimum(low + 1, len(points) - 1)] * rest
+    a, d = points[first], np.repeat(points[last][None], len(starts), 0)
+    directions = np.stack([nodes.after[starts], -np.repeat(nodes.before[end][None], len(starts), 0)], 1)
+    cubics = fit_lengths(a, d, directions, between, np.tile(share, (len(starts), 1)))
+    chord = _unit(d - a)
+    offset = between - a[:, None]
+    along = (offset * chord[:, None]).sum(2).clip(0.0, np.linalg.norm(d - a, axis=1)[:, None])
+    away = np.linalg.norm(offset - along[..., None] * chord[:, None], axis=2).max(1)
+    kinks = _kinks(chord, directions[:, 0], nodes.is_corner[starts] | (starts == 0))
+    kinks += _kinks(chord, -directions[:, 1], np.full(len(starts), nodes.is_corner[end] or end == len(nodes.place) - 1))
+    found = []
+    for k, start in enumerate(starts.tolist()):
+        so_far = best[start].cost
+        cost = so_far + STROKES.cubic_cost + _excess(cubics.distance[k], tolerance)
+        found.append(_Piece(cost, start, False, cubics.handles[k]))
+        cost = so_far + STROKES.line_cost + _excess(away[k], tolerance) + STROKES.kink_cost * float(kinks[k])
+        found.append(_Piece(cost, start, True, cubics.handles[k]))
+    return found
+
+
+def _excess(distance: float, tolerance: float) -> float:
+    """Return the cost of a piece that is so far from the line, in pixels; infinite if that cannot be measured."""
+    return STROKES.excess_cost * max(float(np.nan_to_num(distance, nan=np.inf)) - tolerance, 0.0)
+
+
+def _kinks(chord: Floats, direction: Floats, is_free: Mask) -> Floats:
+    """Return 1 where a line along ``chord`` [B, 2] makes a kink with a ``direction`` [B, 2] that is not free."""
+    turn = np.degrees(np.arccos(np.clip((chord * direction).sum(1), -1.0, 1.0)))
+    return (turn > STROKES.kink_degrees) * ~is_free.astype(bool) * 1.0
+
+
+def _rows(points: Floats, nodes: _Nodes, pieces: list[_Piece], is_closed: bool) -> Rows:
+    stops = [*(piece.before for piece in pieces[1:]), len(nodes.place) - 1]
+    rows = []
+    for piece, stop in zip(pieces, stops, strict=True):
+        a, d = points[nodes.place[piece.before]], points[nodes.place[stop]]
+        handles = [a + (d - a) / 3, a + (d - a) * 2 / 3] if piece.is_line else list(piece.handles)
+        rows.append([a, *handles])
+    is_line = [piece.is_line for piece in pieces]
+    if not is_closed:
+        rows.append([points[-1]] * 3)
+        is_line.append(True)
+    return Rows(np.array(rows), np.array(is_line), not is_closed)
