@@ -138,6 +138,11 @@ class CoreSettings:
         is_binding=True, ignored_by=("mono",), page=tick("Cut out, without overlaps", _CUTOUT_TOOLTIP),
     )  # fmt: skip
     """Cut the paths of flat art out of the paths below, so that none overlap."""
+    strokes: str = setting(
+        "auto", Choice(("auto", "off")), "Flat: draw lines as strokes along their middle: auto or off.", KIND,
+        modes=("flat",), is_binding=True, ignored_by=("mono",),
+    )  # fmt: skip
+    """"auto": shapes of flat art that are strokes are drawn by their centre lines. "off": by their outlines."""
     threshold: str = setting(
         "auto", _THRESHOLD, "Black and white: level from 0 to 255 below which a pixel is dark, or auto (Otsu's).", KIND,
         modes=("mono",), is_binding=True,

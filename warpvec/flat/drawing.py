@@ -106,7 +106,8 @@ class FlatDrawing:
             # Last, as a fit would undo exact circles and level lines.
             scene = regularize(scene, self.critic, watch, detail)
             # A file of parts without overlaps has outlines only.
-            strokes = {} if self.config.cutout else find_strokes(scene, self.critic, watch, detail)
+            is_wanted = self.config.strokes == "auto" and not self.config.cutout
+            strokes = find_strokes(scene, self.critic, watch, detail) if is_wanted else {}
             is_stroke = torch.isin(scene.generation, torch.tensor(list(strokes), dtype=torch.int64))
             scene = with_strokes(find_forms(scene, self.critic, watch, detail, is_stroke.numpy()), strokes)
         return self._snapped(scene), left_out

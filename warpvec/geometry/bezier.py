@@ -27,11 +27,18 @@ def whole_curves(scene: Scene) -> Tensor:
 
 
 def path_boxes(scene: Scene) -> Tensor:
-    """Return left, top, right and bottom [N, 4] of the paths of ``scene``, from sample points along the curves."""
+    """Return left, top, right and bottom [N, 4] of the paths of ``scene``, from sample points along the curves.
+
+    A stroke reaches as far as its caps and miters may.
+    """
     segments = scene.segments
     parameters = torch.linspace(0.0, 1.0, _BOX_SAMPLES, dtype=segments.dtype, device=segments.device)
     outline = bernstein(scene.degree, parameters) @ whole_curves(scene)
-    return torch.cat([_least(outline.amin(1), scene), -_least(-outline.amax(1), scene)], -1)
+    boxes = torch.cat([_least(outline.amin(1), scene), -_least(-outline.amax(1), scene)], -1)
+    if scene.strokes is None:
+        return boxes
+    reach = scene.strokes.reach[:, None].expand(-1, 2)
+    return boxes + torch.cat([-reach, reach], 1)
 
 
 def _least(values: Tensor, scene: Scene) -> Tensor:

@@ -89,6 +89,13 @@ class Strokes:
         """Which paths are stroked [N] (bool)."""
         return self.width != 0.0
 
+    @property
+    def reach(self) -> Tensor:
+        """How far a stroke reaches from its centre line at most [N], in pixels."""
+        corner = torch.where(self.join == MITER, self.miter_limit, 1.0)
+        cap = torch.where(self.cap == SQUARE, math.sqrt(2.0), 1.0)
+        return self.width / 2.0 * torch.maximum(corner, cap)
+
     def map(self, change: Callable[[Tensor], Tensor]) -> Strokes:
         """Return the strokes with each tensor replaced by what ``change`` makes of it."""
         return Strokes(*(change(getattr(self, name)) for name in ("width", "cap", "join", "miter_limit")))

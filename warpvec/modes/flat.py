@@ -33,7 +33,8 @@ class KnownOutlines:
         work = FlatDrawing(image, settings, watch, may_refuse)
         if known is None or not torch.equal(known.image, image):
             return work
-        like_known = replace(known.config, detail=settings.detail, cutout=settings.cutout, minify=settings.minify)
+        same = {name: getattr(settings, name) for name in ("detail", "cutout", "strokes", "minify")}
+        like_known = replace(known.config, **same)
         return replace(work, known=known.outlines) if like_known == settings else work
 
     def keep(self, work: FlatDrawing, request: Request) -> None:

@@ -22,6 +22,7 @@ from warpvec.modes.photo import Photo
 from warpvec.modes.request import Request
 from warpvec.svg.document import read_text
 from warpvec.svg.read import LoadedSvg
+from warpvec.svg.stroke_outlines import without_strokes
 
 ITERATIONS = 500
 """Default number of iterations, that of a correction with the default preset."""
@@ -94,6 +95,7 @@ class Refine:
         Forms become outlines: the fit gives nodes to paths and takes them away.
         """
         start = start.outlined()
+        start = without_strokes(start, self.name)
         if not request.picture.is_transparent:
             start = over_white(start)
         if not request.goal:

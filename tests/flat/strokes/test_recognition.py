@@ -1,0 +1,95 @@
+"""Lines of pictures become strokes with the designer's width, caps and joins; blobs, bars and letters do not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.flat.drawing import FlatDrawing
+from warpvec.geometry.forms.registry import CIRCLE, ROUND_RECT
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.strokes import BUTT, MITER, ROUND
+from warpvec.svg.measure import draw
+
+CONFIG = FitConfig(threads=1, device="cpu")
+SIDE, SAMPLES = 128, 4
+
+
+def drawn(shapes: str, config: FitConfig = CONFIG) -> Scene:
+    """Return the drawing of a picture of ``shapes`` of SVG on 128 x 128 pixels."""
+    side = SIDE * SAMPLES
+    text = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {SIDE} {SIDE}" width="{side}" height="{side}">'
+    mean = draw(f"{text}{shapes}</svg>", side, side).reshape(SIDE, SAMPLES, SIDE, SAMPLES, 3).mean((1, 3))
+    with torch.no_grad():
+        return FlatDrawing(torch.from_numpy((np.round(mean) / 255).astype(np.float32)), config).draw(config.detail)[0]
+
+
+def stroke(data: str, width: float, look: str = 'stroke-linecap="round" stroke-linejoin="round"') -> str:
+    return f'<path d="{data}" fill="none" stroke="#123" stroke-width="{width}" {look}/>'
+
+
+def lines_of(scene: Scene) -> int:
+    """Return the number of lines of all strokes."""
+    assert scene.strokes is not None and scene.strokes.is_stroked.all()
+    return scene.structure.loop_count
+
+
+def test_a_hook_is_one_line_with_its_width_and_ends() -> None:
+    scene = drawn(stroke("M20 100V50C20 20 70 20 70 50S110 80 110 40", 9))
+    assert scene.strokes is not None and lines_of(scene) == len(scene) == 1
+    assert float(scene.strokes.width) == pytest.approx(9.0, abs=0.05)
+    assert (int(scene.strokes.cap), int(scene.strokes.join)) == (ROUND, ROUND)
+    ends = scene.segments[[0, -1], 0]
+    want = torch.tensor([[20.0, 100.0], [110.0, 40.0]])
+    assert min((ends - want).abs().max(), (ends.flip(0) - want).abs().max()) < 0.15
+    assert len(scene.segments) <= 6
+
+
+def test_lines_that_meet_are_one_path_of_few_lines() -> None:
+    scene = drawn(stroke("M16 40H112M64 40V112M30 80L98 94", 8))
+    assert scene.strokes is not None and lines_of(scene) <= 4 and len(scene) == 1
+    assert float(scene.strokes.width) == pytest.approx(8.0, abs=0.1)
+    assert scene.structure.lines.all()
+
+
+def test_rings_are_stroked_circles_and_rectangles() -> None:
+    ring = '<circle cx="36" cy="40" r="22" fill="none" stroke="#123" stroke-width="7"/>'
+    frame = '<rect x="20" y="82" width="84" height="32" rx="9" fill="none" stroke="#123" stroke-width="7"/>'
+    scene = drawn(ring + frame)
+    assert scene.forms is not None and sorted(scene.forms.kind.tolist()) == [CIRCLE, ROUND_RECT]
+    assert scene.strokes is not None and scene.strokes.width.tolist() == pytest.approx([7.0, 7.0], abs=0.1)
+    circle = scene.forms.parameters[scene.forms.kind == CIRCLE][0, :3]
+    assert circle.tolist() == pytest.approx([36.0, 40.0, 22.0], abs=0.05)
+
+
+def test_bars_and_sharp_corners_have_butt_caps_and_miters() -> None:
+    scene = drawn(stroke("M20 104L64 24L108 104", 8, 'stroke-miterlimit="9"'))
+    assert scene.strokes is not None and lines_of(scene) == 1
+    assert (int(scene.strokes.cap), int(scene.strokes.join)) == (BUTT, MITER)
+    assert len(scene.segments) == 3
+
+
+SHAPES = {
+    "a blob": '<path d="M30 40C60 10 110 30 100 70S40 120 26 90S16 54 30 40z"/>',
+    "a disc": '<circle cx="60" cy="64" r="40"/>',
+    "a bar": '<rect x="20" y="50" width="60" height="30"/>',
+    "a triangle": '<path d="M20 100L64 20l44 80z"/>',
+    "a crescent": '<path d="M84 20a48 48 0 1 0 0 88a60 60 0 0 1 0-88z"/>',
+    "a letter of thick and thin": '<path d="M20 110L56 18h14l36 92h-24L52 40l-26 70z"/>',
+    "a ring that is thicker on one side": '<path d="M64 14a50 50 0 1 0 .1 0zM64 30a34 34 0 1 1-.1 0z"/>'
+    '<circle cx="58" cy="62" r="34" fill="#fff"/>',
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_other_shapes_are_no_strokes(name: str) -> None:
+    assert drawn(SHAPES[name]).strokes is None
+
+
+def test_strokes_can_be_turned_off() -> None:
+    for changed in ({"strokes": "off"}, {"cutout": True}):
+        assert drawn(stroke("M16 40H112", 8), replace(CONFIG, **changed)).strokes is None  # type: ignore[arg-type]
