@@ -215,6 +215,9 @@ class SimplificationConstants:
     """Share of the outline of a form that must be visible. A disc behind a square whose corner lies at its centre shows
     three quarters."""
 
+    form_points_min: float = 0.2
+    """Share of the points of an outline that must be visible before a form is looked for at all."""
+
     form_rows_max: int = 24
     """Most segments of an outline that may be a form: simple ones have 4 to 8, partly hidden ones some more."""
 

@@ -47,13 +47,16 @@ def candidates(points: Floats, weights: Floats, is_line: Mask, detail: float) ->
     """
     flat, weight = points.reshape(-1, 2), weights.reshape(-1)
     size = float(np.ptp(flat, axis=0).min())
-    if len(is_line) > SIMPLIFICATION.form_rows_max or size < SIMPLIFICATION.form_size_min or weight.sum() <= 0.0:
+    if len(is_line) > SIMPLIFICATION.form_rows_max or size < SIMPLIFICATION.form_size_min:
+        return
+    if weight.sum() <= 0.0 or (weight > 0.0).mean() < SIMPLIFICATION.form_points_min:
         return
     kinds = _kinds(is_line, has_hidden=bool((weight == 0.0).any()))
+    near = SIMPLIFICATION.peak * detail
     for kind, is_level in _TRIED:
         form = form_of(kind)
-        fitted = form.fit(flat, weight, is_level=is_level) if kind in kinds else None
-        if fitted is None or fitted.distance > SIMPLIFICATION.peak * detail:
+        fitted = form.fit(flat, weight, is_level=is_level, near=near) if kind in kinds else None
+        if fitted is None or fitted.distance > near:
             continue
         found = Candidate(kind, fitted.parameters)
         distances = form.distances(fitted.parameters, flat)

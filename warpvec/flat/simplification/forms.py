@@ -38,7 +38,7 @@ def find_forms(
     Args:
         scene: a scene of cubics without forms, fitted to the image.
         critic: judges the changes against the image.
-        watch: the watch over the run. When it is over, nothing is looked for.
+        watch: the watch over the run. When it is over, the forms that are found so far must do.
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
         left: paths [N] that are left as they are; None for none.
     """
@@ -48,7 +48,8 @@ def find_forms(
     is_eligible = _separate_loops(scene, samples)
     if left is not None:
         is_eligible &= ~np.repeat(left, scene.structure.path_first_loop.diff().long().numpy())
-    offered = {loop: list(found) for loop, found in _offers(scene, samples, is_eligible, detail)}
+    offers = _offers(scene, samples, is_eligible, detail)
+    offered = {loop: list(found) for loop, found in offers if not watch.is_over()}
     found: dict[int, Candidate] = {}
     while offered := {loop: each for loop, each in offered.items() if each}:
         tried = {loop: each.pop(0) for loop, each in offered.items()}

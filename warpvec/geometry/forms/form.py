@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from typing import NamedTuple
 
@@ -33,8 +34,12 @@ _HOPELESS = 0.2
 """Largest distance of a point from a guess, as a share of its size, from which a fit begins. The guess of a rectangle
 whose ends are half circles is a tenth of its smaller side off."""
 
-_MOVE_MIN = 1e-7
+_MOVE_MIN = 1e-5
 """A fit ends with a step below so many pixels."""
+
+_ROUNDS_HOPEFUL, _TOO_FAR = 4, 4.0
+"""A fit is given up after so many steps if a point is still this many times farther away than asked for: most outlines
+are no form, and each step of a fit gains most at its beginning."""
 
 
 class Fitted(NamedTuple):
@@ -129,13 +134,14 @@ class Form(ABC):
     def bounded(self, parameters: Floats) -> Floats | None:
         """Return ``parameters`` [6] with sizes within their bounds; None if there is no such form."""
 
-    def fit(self, points: Floats, weights: Floats, *, is_level: bool = False) -> Fitted | None:
+    def fit(self, points: Floats, weights: Floats, *, is_level: bool = False, near: float = math.inf) -> Fitted | None:
         """Return the form nearest to ``points`` [K, 2] by the weighted squares of the distances, None for none.
 
         Args:
             points: points of an outline, in pixels.
             weights: how much each counts [K]; those of weight 0 do not count, nor for the largest distance.
             is_level: whether the angle stays 0.
+            near: distance in pixels beyond which a form is of no use; the fit may then be given up.
         """
         seen = weights > 0.0
         points, weights = points[seen], np.sqrt(weights[seen])
@@ -144,7 +150,7 @@ class Form(ABC):
             return None
         guesses = [guess for guess in self.guesses(points) if not is_level or guess[ANGLE] == 0.0]
         guesses = [guess for guess in guesses if self._is_hopeful(guess, points)]
-        found = [self._descended(guess, points, weights, free) for guess in guesses]
+        found = [self._descended(guess, points, weights, free, _TOO_FAR * near) for guess in guesses]
         fits = [Fitted(each, float(np.abs(self.distances(each, points)).max())) for each in found if each is not None]
         return min(fits, key=lambda each: each.distance, default=None)
 
@@ -170,16 +176,18 @@ class Form(ABC):
             return False
         return bool(np.abs(self.distances(bounded, points)).max() <= _HOPELESS * np.abs(bounded[[FIRST, SECOND]]).max())
 
-    def _descended(self, start: Floats, points: Floats, weights: Floats, free: list[int]) -> Floats | None:
-        """Return the parameters after Gauss-Newton steps from ``start``."""
+    def _descended(self, start: Floats, points: Floats, weights: Floats, free: list[int], far: float) -> Floats | None:
+        """Return the parameters after Gauss-Newton steps from ``start``; None if a point stays ``far`` away."""
         here: Floats | None = self.bounded(start)
         steps = _steps_of(start, free)
-        for _ in range(_ROUNDS_MAX):
+        for number in range(_ROUNDS_MAX):
             if here is None:
                 return None
+            distances = self.distances(here, points)
+            if number >= _ROUNDS_HOPEFUL and np.abs(distances).max() > far:
+                return None
             slopes = np.stack([self._slope(here, points, place, step) for place, step in steps], 1)
-            residual = self.distances(here, points) * weights
-            move = np.linalg.lstsq(slopes * weights[:, None], -residual, rcond=1e-9)[0]
+            move = np.linalg.lstsq(slopes * weights[:, None], -distances * weights, rcond=1e-9)[0]
             moved = here.copy()
             moved[free] += move
             here = self.bounded(moved)
