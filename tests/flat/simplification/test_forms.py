@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -12,14 +11,9 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.drawing import FlatDrawing
-from warpvec.flat.simplification.critic import Critic
-from warpvec.flat.simplification.forms import find_forms
 from warpvec.geometry.forms.registry import CIRCLE, ELLIPSE, OUTLINE, RECT, ROUND_RECT
-from warpvec.geometry.scene import Scene, over_white
+from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
-from warpvec.svg.read import read_svg
-from warpvec.svg.write import write_svg
-from warpvec.watch.watch import UNWATCHED
 
 CONFIG = FitConfig(threads=1, device="cpu")
 SIDE, SAMPLES = 96, 4
@@ -85,18 +79,3 @@ def test_dots_apart_become_circles_and_a_letter_stays_whole() -> None:
     assert scene.forms is not None
     assert scene.forms.kind.tolist().count(CIRCLE) == 3 and OUTLINE in scene.forms.kind.tolist()
     assert RECT not in scene.forms.kind.tolist()  # a letter of a word, which four lines state as well
-
-
-def test_a_stroke_along_a_circle_is_a_stroked_circle() -> None:
-    text = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 96 96" width="96" height="96"><g>
-<path fill="none" stroke="#222" stroke-width="5"
-d="M68 48c0 11.05-8.95 20-20 20s-20-8.95-20-20 8.95-20 20-20 20 8.95 20 20z"/>
-<path fill="none" stroke="#222" stroke-width="3" d="M5 5c9 9 20-9 30 0"/></g></svg>"""
-    scene = over_white(read_svg(text).scene)
-    image = torch.from_numpy(draw(text, 96, 96).astype(np.float32) / 255)
-    found = find_forms(scene, Critic(image, CONFIG), UNWATCHED)
-    assert found.forms is not None and found.forms.kind.tolist() == [CIRCLE, OUTLINE]
-    assert found.forms.parameters[0, :3].tolist() == pytest.approx([48.0, 48.0, 20.0], abs=0.02)
-    again = write_svg(found, 96, 96)
-    assert re.search('<circle fill="none" stroke="#222" stroke-width="5" cx="48" cy="48" r="20', again)
-    assert torch.equal(read_svg(again).scene.structure.is_open, scene.structure.is_open)

@@ -32,11 +32,10 @@ def find_forms(
 ) -> Scene:
     """Return ``scene`` with forms where the exact error hardly rises.
 
-    A part of a path becomes a path of its own if most parts of the path are forms. A stroke whose centre line is a form
-    within ``detail`` gets it.
+    A part of a path becomes a path of its own if most parts of the path are forms.
 
     Args:
-        scene: a scene of cubics without forms, fitted to the image.
+        scene: a scene of filled cubics without forms, fitted to the image.
         critic: judges the changes against the image.
         watch: the watch over the run. When it is over, the forms that are found so far must do.
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
@@ -57,7 +56,7 @@ def find_forms(
         kept = kept_loops(scene, curves, critic, samples, SIMPLIFICATION.regular_share * detail)
         found |= {loop: tried[loop] for loop in kept}
         offered = {loop: each for loop, each in offered.items() if loop not in kept}
-    return _with_forms(scene, found | _stroke_forms(scene, samples, detail))
+    return _with_forms(scene, found)
 
 
 def _offers(
@@ -73,28 +72,8 @@ def _offers(
             yield loop, candidates(samples.points[rows], weights[rows], is_line[rows], detail)
 
 
-def _stroke_forms(scene: Scene, samples: OutlineSamples, detail: float) -> dict[int, Candidate]:
-    """Return the forms of strokes that are one closed line, by their loop; none moves by more than ``detail``."""
-    if scene.strokes is None:
-        return {}
-    structure, found = scene.structure, dict[int, Candidate]()
-    first_loop, first_row = structure.path_first_loop.tolist(), structure.loop_first_segment.tolist()
-    is_line = structure.lines.numpy()
-    for path in scene.strokes.is_stroked.nonzero().flatten().tolist():
-        loop = first_loop[path]
-        is_closed = structure.is_open is None or not bool(structure.is_open[loop])
-        if first_loop[path + 1] - loop > 1 or not is_closed:
-            continue
-        rows = slice(first_row[loop], first_row[loop + 1])
-        offers = candidates(samples.points[rows], samples.lengths[rows], is_line[rows], detail / SIMPLIFICATION.peak)
-        best = next(offers, None)
-        if best is not None:
-            found[loop] = best
-    return found
-
-
 def _separate_loops(scene: Scene, samples: OutlineSamples) -> Mask:
-    """Return which loops [L] of fills lie apart from all others of their path: each could be a path of its own."""
+    """Return which loops [L] lie apart from all others of their path: each could be a path of its own."""
     first = scene.structure.path_first_loop.tolist()
     low, high = boxes_of(samples.control, segment_loops(scene), scene.structure.loop_count)
     is_apart = np.ones(scene.structure.loop_count, np.bool_)
@@ -102,8 +81,6 @@ def _separate_loops(scene: Scene, samples: OutlineSamples) -> Mask:
         a, b = low[start:stop], high[start:stop]
         meet = ((a[:, None] <= b) & (a <= b[:, None])).all(2)
         is_apart[start:stop] = meet.sum(1) == 1
-    if scene.strokes is not None:
-        is_apart &= ~np.repeat(scene.strokes.is_stroked.numpy(), np.diff(first))
     return is_apart
 
 
@@ -128,8 +105,7 @@ def _with_forms(scene: Scene, found: dict[int, Candidate]) -> Scene:
     order = [loop for path_loops in loops for loop in path_loops]
     is_line = torch.cat([lines[loop] for loop in order])
     counts = [[len(curves[loop]) for loop in path_loops] for path_loops in loops]
-    is_open = None if scene.structure.is_open is None else scene.structure.is_open[torch.tensor(order)]
-    structure = Structure.of_loops(counts, is_line if bool(is_line.any()) else None, is_open)
+    structure = Structure.of_loops(counts, is_line if bool(is_line.any()) else None)
     parted = replace(
         scene.select(torch.tensor(owners)), structure=structure, segments=torch.cat([curves[loop] for loop in order])
     )
