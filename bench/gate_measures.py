@@ -80,25 +80,29 @@ def color_difference(drawn: Pixels, truth: Pixels) -> float:
 
 
 def turning(svg: str, width: int, height: int) -> float:
-    """Return the absolute turning of all outlines of ``svg`` over their length, in radians a px of that drawing."""
+    """Return the absolute turning of all outlines of ``svg`` over their length, in radians a px of that drawing.
+
+    Those of strokes are their centre lines.
+    """
     scene = scene_of(svg, width, height)
-    turned, length = 0.0, 0.0
-    first = scene.structure.loop_first_segment.tolist()
-    for start, stop in pairwise(first):
-        steps = _steps(scene, start, stop)
+    structure, turned, length = scene.structure, 0.0, 0.0
+    is_open = [False] * structure.loop_count if structure.is_open is None else structure.is_open.tolist()
+    for (start, stop), opened in zip(pairwise(structure.loop_first_segment.tolist()), is_open, strict=True):
+        steps = _steps(scene, start, stop, opened)
         following = np.roll(steps, -1, axis=0)
         cross = steps[:, 0] * following[:, 1] - steps[:, 1] * following[:, 0]
-        turned += float(np.abs(np.arctan2(cross, (steps * following).sum(1))).sum())
+        turns = np.abs(np.arctan2(cross, (steps * following).sum(1)))
+        turned += float(turns[: -1 if opened else None].sum())
         length += float(np.hypot(*steps.T).sum())
     return turned / length if length else 0.0
 
 
-def _steps(scene: Scene, start: int, stop: int) -> NDArray[np.float64]:
-    """Return the chords [n, 2] of a loop, without those of no length."""
+def _steps(scene: Scene, start: int, stop: int, is_open: bool) -> NDArray[np.float64]:
+    """Return the chords [n, 2] of a loop, without those of no length and the row after the end of an open line."""
     rows = scene.segments[start:stop].double().numpy()
     cubics = np.concatenate([rows, np.roll(rows[:, :1], -1, axis=0)], 1)
     t = (np.arange(_CHORDS) / _CHORDS)[:, None]
     a, b, c, d = np.moveaxis(cubics, 1, 0)[:, :, None]
     points = ((1 - t) ** 3 * a + 3 * (1 - t) ** 2 * t * b + 3 * (1 - t) * t**2 * c + t**3 * d).reshape(-1, 2)
-    steps = np.roll(points, -1, axis=0) - points
+    steps = (np.roll(points, -1, axis=0) - points)[: -_CHORDS if is_open else None]
     return steps[np.hypot(*steps.T) > 1e-9]

@@ -102,7 +102,13 @@ def test_a_file_with_forms_is_drawn_in_this_process_and_its_segments_count() -> 
 
 @pytest.mark.parametrize(
     "broken",
-    ['cx="20.12" cy="30.46" r="-1"', 'cx="20" cy="30" r="5%"', 'cx="20" cy="30"', 'cx="1" cy="2" r="3" stroke="#000"'],
+    [
+        'cx="20.12" cy="30.46" r="-1"',
+        'cx="999999999999999" cy="30" r="2"',
+        'cx="20" cy="30" r="5%"',
+        'cx="20" cy="30"',
+        'cx="1" cy="2" r="3" stroke="#000"',
+    ],
 )
 def test_a_form_that_we_never_write_is_read_as_anothers(broken: str) -> None:
     text = write_svg(scene_of_forms(), 120, 100)

@@ -15,7 +15,7 @@ from warpvec.geometry.forms.registry import FORMS
 from warpvec.geometry.loops import OutlineForm
 from warpvec.geometry.path_forms import Forms
 from warpvec.svg.path_data import decimals_of, format_number
-from warpvec.svg.quantize import ANGLE_DECIMALS, ticks_of
+from warpvec.svg.quantize import ANGLE_DECIMALS, MAX_TICKS, ticks_of
 
 FORM_ELEMENTS = frozenset(form.element for form in FORMS.values())
 """The elements that state a form."""
@@ -95,6 +95,8 @@ def _read(number: int, form: Form, attributes: Mapping[str, str], decimals: int)
     angle = torch.tensor([math.radians(degrees)], dtype=torch.float64)
     parameters = form.parameters(values, angle)
     forms = Forms(torch.tensor([number], dtype=torch.int32), parameters)
+    if not bool((values.abs() * per_unit < MAX_TICKS / 4).all()):
+        return None
     is_same = form_shapes(forms, decimals).get(0) == Shape(form.element, _stated(form, texts, attributes))
     if not is_same or bool((values[:, 2:] <= 0.0).any()):
         return None
