@@ -72,11 +72,11 @@ class StrokeConstants:
     corner_far: float = 2.0
     """Farthest place of a corner from the last centres beside it, in widths: that of an angle of 30 degrees."""
 
-    join_probe: float = 0.85
-    """Where a join is looked at: so much of the way from a corner of the centre line to the tip of a miter there."""
+    miter_min: float = 1.15
+    """Length of a miter in widths from which on a corner tells it from a round join: that of a turn of 60 degrees."""
 
-    join_turn_min: float = 40.0
-    """Least turn in degrees of a corner that tells the join; at a flatter one round joins and miters are alike."""
+    miter_max: float = 4.0
+    """Longest miter that is looked for. Renderers cut off longer ones, unless a file says otherwise."""
 
     cap_probe: float = 0.8
     """Where a cap is looked at: so many half widths to both sides of the line, and a fifth of one before its end. There
@@ -95,6 +95,9 @@ class StrokeConstants:
 
     corner_degrees: float = 25.0
     """A centre line has a corner where its direction changes by more within a short part."""
+
+    crossing_min: float = 0.2
+    """Least sine of the angle between two lines whose crossing is taken for their corner."""
 
     corner_span: float = 0.45
     """Half of the length of that part in widths. Bends of a stroke with a corner look round over half a width."""

@@ -317,7 +317,7 @@ def join_of(lines: list[Rows], boundary: Boundary, width: float) -> int:
 
 
 def _miter_tips(rows: Rows, width: float) -> list[Floats]:
-    """Return a place [2] near the tip of a miter at each corner that is sharp enough to tell the join."""
+    """Return a place [2] half way from a round join to the tip of a miter, at each corner where they lie apart."""
     found = []
     count = len(rows.control) - rows.is_open
     for k in range(1 if rows.is_open else 0, count):
@@ -325,9 +325,8 @@ def _miter_tips(rows: Rows, width: float) -> list[Floats]:
         leaving = rows.control[k, 1] - anchor
         first, second = (vector / max(float(np.linalg.norm(vector)), 1e-9) for vector in (arriving, leaving))
         cosine = float(first @ second)
-        if cosine > np.cos(np.radians(STROKES.join_turn_min)) or cosine < -0.9:
-            continue
-        out = first - second
-        reach = width / 2.0 / np.sqrt((1.0 + cosine) / 2.0)
-        found.append(anchor + STROKES.join_probe * reach * out / np.linalg.norm(out))
+        reach = width / 2.0 / np.sqrt(max((1.0 + cosine) / 2.0, 1e-6))
+        if STROKES.miter_min * width <= 2.0 * reach <= STROKES.miter_max * width:
+            out = first - second
+            found.append(anchor + (reach + width / 2.0) / 2.0 * out / np.linalg.norm(out))
     return found

@@ -55,7 +55,7 @@ def fit_line(line: Line, width: float) -> Rows:
     if line.is_closed:
         start = int(np.argmax(_turns(points, width, True)))
         points = np.concatenate([np.roll(points, -start, axis=0), points[start : start + 1]])
-    nodes = _find_nodes(points, width, line.is_closed)
+    points, nodes = _find_nodes(points, width, line.is_closed)
     return _rows(points, nodes, _cheapest(points, nodes, STROKES.tolerance), line.is_closed)
 
 
@@ -157,7 +157,8 @@ def _turns(points: Floats, width: float, is_closed: bool) -> Floats:
     return np.abs(np.degrees(np.arctan2(cross, (first * second).sum(1))))
 
 
-def _find_nodes(points: Floats, width: float, is_closed: bool) -> _Nodes:
+def _find_nodes(points: Floats, width: float, is_closed: bool) -> tuple[Floats, _Nodes]:
+    """Return the points with exact corners, and the places where pieces may end."""
     count = len(points)
     span = max(round(STROKES.corner_span * width / STROKES.step), 2)
     turns = _turns(points[:-1], width, True) if is_closed else _turns(points, width, False)
@@ -166,11 +167,12 @@ def _find_nodes(points: Floats, width: float, is_closed: bool) -> _Nodes:
     gap = max(STROKES.node_gap, count * STROKES.step / STROKES.nodes_max)
     even = np.round(np.linspace(0, count - 1, max(int(count * STROKES.step / gap), 1) + 1)).astype(int)
     corners = np.flatnonzero(sharp)
+    points = _with_exact_corners(points, corners, span, is_closed)
     far = np.array([not len(corners) or np.abs(corners - k).min() > span // 2 for k in even])
     index = np.unique(np.concatenate([even[far], corners, [0, count - 1]]))
     is_corner = np.isin(index, corners)
     before, after = _directions(points, index, is_corner, span, is_closed)
-    return _Nodes(index, before, after, is_corner)
+    return points, _Nodes(index, before, after, is_corner)
 
 
 def _sharpness(points: Floats, turns: Floats, span: int, is_closed: bool) -> Mask:
@@ -202,9 +204,27 @@ def _directions(points: Floats, index: Integers, is_corner: Mask, span: int, is_
     smooth = _at(points, index + near, is_closed) - _at(points, index - near, is_closed)
     before, after = smooth.copy(), smooth
     for k in np.flatnonzero(is_corner | (not is_closed) & ((index == 0) | (index == len(points) - 1))).tolist():
-        before[k] = -_leaving(points, int(index[k]), -1, span, is_closed)
-        after[k] = _leaving(points, int(index[k]), 1, span, is_closed)
+        before[k] = -_leaving(points, int(index[k]), -1, span, is_closed)[1]
+        after[k] = _leaving(points, int(index[k]), 1, span, is_closed)[1]
     return _unit(before), _unit(after)
+
+
+def _with_exact_corners(points: Floats, corners: Integers, span: int, is_closed: bool) -> Floats:
+    """Return ``points`` with each corner where the lines beside it meet: points at equal steps cut it off."""
+    points = points.copy()
+    for k in corners.tolist():
+        (a, first), (b, second) = (_leaving(points, k, step, span, is_closed) for step in (-1, 1))
+        matrix = np.stack([first, -second], 1)
+        if abs(np.linalg.det(matrix)) < STROKES.crossing_min * np.linalg.norm(first) * np.linalg.norm(second):
+            continue
+        place = a + np.linalg.solve(matrix, b - a)[0] * first
+        if np.linalg.norm(place - points[k]) <= span * STROKES.step:
+            points[k] = place
+    if is_closed:
+        last = len(points) - 1
+        points[0] = points[last] if last in corners.tolist() else points[0]
+        points[last] = points[0]
+    return points
 
 
 def _at(points: Floats, k: Integers, is_closed: bool) -> Floats:
@@ -214,19 +234,19 @@ def _at(points: Floats, k: Integers, is_closed: bool) -> Floats:
     return points[np.clip(k, 0, len(points) - 1)]
 
 
-def _leaving(points: Floats, start: int, step: int, span: int, is_closed: bool) -> Floats:
-    """Return the direction [2] in which the line leaves a point: of a parabola through points that are not too near.
+def _leaving(points: Floats, start: int, step: int, span: int, is_closed: bool) -> tuple[Floats, Floats]:
+    """Return where a line leaves a point, and its direction [2]: of a parabola through points that are not too near.
 
     Near a corner the centres of disks cut it off.
     """
     place = np.unique(np.linspace(span // 2, 3 * span, 8).round().astype(int))
     if not is_closed:
         place = place[(start + step * place >= 0) & (start + step * place < len(points))]
-    if len(place) < 3:
-        return _at(points, np.array(start + step * 2), is_closed) - points[start]
-    terms = np.stack([place, place**2], 1).astype(np.float64)
-    found = np.linalg.lstsq(terms, _at(points, start + step * place, is_closed) - points[start], rcond=None)[0]
-    return found[0]
+    if len(place) < 4:
+        return points[start], _at(points, np.array(start + step * 2), is_closed) - points[start]
+    terms = np.stack([np.ones(len(place)), place, place**2], 1).astype(np.float64)
+    found = np.linalg.lstsq(terms, _at(points, start + step * place, is_closed), rcond=None)[0]
+    return found[0], found[1]
 
 
 def _unit(vectors: Floats) -> Floats:
