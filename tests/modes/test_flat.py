@@ -19,6 +19,7 @@ from warpvec.flat.color_layers import color_name
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions import regions
 from warpvec.modes import choice
+from warpvec.svg.measure import draw as draw_svg
 from warpvec.watch.progress import Progress
 
 SIDE = 64
@@ -54,7 +55,7 @@ def test_flat_art_becomes_few_exact_paths_in_layers_of_one_colour(plain: warpvec
     assert plain.metrics["curves"] <= 5
     assert plain.metrics["segments"] <= 24
     text = plain.svg()
-    fills = re.findall(r'<\w+ fill="(#\w+)"', text)
+    fills = re.findall(r'<\w+ (?:fill|fill="none" stroke)="(#\w+)"', text)
     assert sorted(set(fills)) == ["#000080", "#dc143c", "#ffd700"]
     assert '<rect id="background" width="64" height="64" fill="#fff"/>' in text
     labels = re.findall(r'<g id="([\w-]+)" inkscape:groupmode="layer" inkscape:label="([^"]+)">', text)
@@ -219,3 +220,15 @@ def test_a_ramp_has_its_mean_colour_when_gradients_are_forbidden() -> None:
     assert [asked.metrics["curves"], re.findall(r'<\w+ fill="(#\w+)"', asked.svg())] == [1, ["#000080"]]
     assert make_config(gradients=0).mode == "auto" and make_config(gradients=0.5).mode == "photo"
     assert make_config(mode="photo").gradients == 0.0
+
+
+@pytest.mark.parametrize(("shapes", "forms"), [
+    ('<circle cx="30" cy="31" r="20"/><rect x="55" y="50" width="30" height="35" rx="6"/>', (1, 1)),
+    ('<circle cx="30" cy="31" r="20"/><path d="M55 50l30 5-9 30zM10 60h9v30h-9zM60 10h20l-4 9h-10l3 15z"/>', (0, 0)),
+])  # fmt: skip
+def test_black_and_white_art_of_forms_has_forms_and_else_one_path(shapes: str, forms: tuple[int, int]) -> None:
+    text = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 96 96" width="576" height="576">{shapes}</svg>'
+    picture = draw_svg(text, 576, 576).reshape(144, 4, 144, 4, 3).mean((1, 3)).round().astype(np.uint8)
+    metrics = warpvec.vectorize(picture, mode="mono", threads=1).metrics
+    assert (metrics["circles"], metrics["rects"]) == forms
+    assert metrics["curves"] == max(sum(forms), 1) and metrics["psnr"] > 35

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 
@@ -12,6 +12,9 @@ from warpvec.fit.loop import single_torch_thread
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.mono import MONO
 from warpvec.flat.mono import mono_tracing
+from warpvec.flat.simplification.critic import Critic
+from warpvec.flat.simplification.forms import find_forms
+from warpvec.geometry.scene import Scene, over_white
 from warpvec.modes.flat import drawn, finished, reduced_settings
 from warpvec.modes.request import Request
 
@@ -35,7 +38,18 @@ class Mono:
                 min_area=max(MONO.area_min, settings.min_area),
                 watch=request.watch,
             )
-            return finished(request, tracing.scene, detail, {"speck": tracing.speck_count})
+            scene = _with_forms(tracing.scene, request, settings, detail)
+            return finished(request, scene, detail, {"speck": tracing.speck_count})
 
         with single_torch_thread(), torch.no_grad():
             return drawn(request, draw)
+
+
+def _with_forms(scene: Scene, request: Request, settings: FitConfig, detail: float) -> Scene:
+    """Return ``scene`` with circles, ellipses and rectangles, if most of its few outlines are some."""
+    if not 0 < scene.structure.loop_count <= MONO.form_loops_max:
+        return scene
+    image = torch.from_numpy(request.picture.reduced)
+    seen = over_white(scene) if image.shape[2] == 3 else scene
+    found = find_forms(seen, Critic(image, settings), request.watch, detail)
+    return replace(found, background=scene.background, transparent=True)

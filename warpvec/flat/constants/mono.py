@@ -57,5 +57,10 @@ class MonoConstants:
     outlines_at_once: int = 256
     """Outlines that are fitted together; half a second of them passes before Ctrl-C is noticed."""
 
+    # Circles, ellipses and rectangles (modes/mono.py)
+
+    form_loops_max: int = 256
+    """Most outlines among which forms are looked for: the page of a book has thousands of letters."""
+
 
 MONO = MonoConstants()
