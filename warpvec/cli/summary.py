@@ -71,12 +71,15 @@ def finite(value: object) -> Any:
 
 
 def _forms(metrics: dict[str, Any]) -> str:
-    """Return what was found, such as "3 circles, 2 rects, 4 paths; 148 parameters"; "" without any form."""
+    """Return what was found, as "3 circles, 4 paths, 2 of them strokes; 48 parameters"; "" if there are only fills."""
     forms = {name: metrics.get(f"{name}s", 0) for name in ("circle", "ellipse", "rect")}
-    if not any(forms.values()):
+    strokes = metrics.get("strokes", 0)
+    if not any(forms.values()) and not strokes:
         return ""
     rest = metrics["curves"] - sum(forms.values())
     parts = [counted(count, name) for name, count in {**forms, "path": rest}.items() if count]
+    if strokes:
+        parts.append("all of them strokes" if strokes == metrics["curves"] else f"{strokes} of them strokes")
     return f"{', '.join(parts)}; {counted(metrics['parameters'], 'parameter')}"
 
 

@@ -73,7 +73,8 @@ def file_facts(svg: SvgSource) -> dict[str, int]:
     """Count what is in an SVG. The sizes are the same if ``svg`` is gzipped.
 
     Keys: ``paths`` (painted elements), ``gradients`` (those with one), ``segments``, ``parameters`` (the numbers that
-    shape them), ``circles``, ``ellipses`` and ``rects`` (the paths that are one), ``bytes``, and ``gzip_bytes``.
+    shape them), ``strokes`` (those with one of their own), ``circles``, ``ellipses`` and ``rects`` (the paths that are
+    one), ``bytes``, and ``gzip_bytes``.
     A segment is one curve, line or arc of a path. The line that closes a path counts if it has a length. A circle, an
     ellipse or a rectangle has four, a rectangle with round corners eight. A line has 2 parameters, a quadratic 4, a
     cubic 6, an arc 7, a circle 3, an ellipse 4, a rectangle 6, moves and closes none.
@@ -90,6 +91,7 @@ def file_facts(svg: SvgSource) -> dict[str, int]:
         "paths": document.painted.count,
         "gradients": document.painted.gradient_count,
         "segments": sum(count.segments for count in counts) + document.painted.form_segment_count,
+        "strokes": document.painted.stroke_count,
         "parameters": sum(count.parameters for count in counts) + document.painted.form_parameter_count,
         **{name: document.painted.names[element] for name, element in FORM_COUNTS.items()},
         "bytes": len(data),

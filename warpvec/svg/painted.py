@@ -39,12 +39,14 @@ class PaintedCounter:
     Attributes:
         count: the elements so far.
         gradient_count: those of them whose own fill refers to a gradient or a pattern.
+        stroke_count: those of them that state a stroke of their own.
         form_segment_count: lines and arcs of all circles, ellipses and rectangles among them.
         form_parameter_count: numbers that shape the elements among them that are no paths.
         names: how many of each element there are.
     """
 
     def __init__(self) -> None:
+        self.stroke_count = 0
         self.count = self.gradient_count = self.form_segment_count = self.form_parameter_count = self._depth = 0
         self.names: Counter[str] = Counter()
         self._view_box = ""
@@ -57,6 +59,7 @@ class PaintedCounter:
         if name in _PAINTED and not self._depth and not self._is_canvas(name, attributes):
             self.count += 1
             self.gradient_count += _has_gradient(attributes)
+            self.stroke_count += attributes.get("stroke", "none") != "none"
             self.names[name] += 1
             self.form_parameter_count += _FORM_PARAMETERS.get(name, 0)
             if name in _POINT_LISTS:
