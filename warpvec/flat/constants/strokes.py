@@ -135,6 +135,9 @@ class StrokeConstants:
     """Share of the detail by which the outlines of a stroke may move. A corner of a centre line that is a little round
     becomes sharp with 1.2, not with 1."""
 
+    hopeless: float = 1.6
+    """After the first fit, strokes whose outlines move by more than so many times the detail are given up."""
+
     cost_share_max: float = 0.95
     """Largest share of the numbers that a shape had before, with which it becomes a stroke."""
 

@@ -71,13 +71,18 @@ def find_strokes(scene: Scene, critic: Critic, watch: Watch, detail: float = Fit
     """
     tried = {} if watch.is_over() else _candidates(scene)
     while tried:
-        again = _read_back(_polished(with_strokes(scene, tried), critic, watch), tried)
-        again = {path: _simpler(stroke, detail) for path, stroke in again.items()}
+        first = _polished(with_strokes(scene, tried), critic, watch)
+        hopeful = _accepted(scene, first, tried, critic, STROKES.hopeless * detail)
+        again = _read_back(first, tried)
+        tried = {path: tried[path] for path in hopeful}
+        if not tried or watch.is_over():
+            break
+        again = {path: _simpler(again[path], detail) for path in tried}
         drawn = _polished(with_strokes(scene, again), critic, watch)
         good = _accepted(scene, drawn, again, critic, detail)
         if len(good) == len(tried):
             return _read_back(drawn, again)
-        tried = {path: tried[path] for path in good if not watch.is_over()}
+        tried = {path: tried[path] for path in good}
     return {}
 
 
