@@ -113,3 +113,18 @@ def test_moved_stops_are_found_again(exactly: bool) -> None:
     assert errors[1] < (1e-3 if exactly else 1e-2) * errors[0]
     assert torch.equal(found.gradients.kind, scene.gradients.kind)
     assert torch.equal(found.gradients.stops.count, scene.gradients.stops.count)
+
+
+def test_a_shade_of_one_colour_that_fades_is_found_again() -> None:
+    """Its place changes no colour, and so nothing that the matrix knows of."""
+    scene = scene_of(0.9, 0.0)
+    paints, color = scene.gradients.map(Tensor.clone), scene.color.clone()
+    color[2], paints.end_color[2], paints.stops.inner_color[2] = 0.2, 0.2, 0.2
+    paints.stops.opacity[2, 2] = 0.0
+    scene = replace(scene, color=color, gradients=paints)
+    moved = paints.map(Tensor.clone)
+    moved.geometry[2] += torch.tensor([1.5, -1.0, 1.0, 0.0])
+    picture, start = _picture(scene), replace(scene, gradients=moved)
+    found = polish(Target(picture, CONFIG, "cpu"), start, CONFIG, iterations=60).scene
+    errors = [float((_picture(each) - picture).square().mean()) for each in (start, found)]
+    assert errors[1] < 1e-2 * errors[0]

@@ -14,9 +14,11 @@ from warpvec.flat.curves.curve_fitting import Curves, fit_loops
 from warpvec.flat.layers.outlines import outlines
 from warpvec.flat.layers.stacking import StackedLayer, stack
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
+from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.regions import Regions
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.stops import Stops
 from warpvec.geometry.structure import Structure
 from warpvec.watch.watch import UNWATCHED, Watch
 
@@ -63,14 +65,23 @@ def _fitted(loops: Sequence[Sequence[Floats]], tolerance: float, watch: Watch) -
 
 def _painted(regions: Regions, layers: Sequence[StackedLayer], segments: torch.Tensor, structure: Structure) -> Scene:
     rows, paints = [layer.members[0] for layer in layers], regions.paints
-    color, opacity, geometry, end_color = (
-        torch.from_numpy(values[rows]).float()
-        for values in (paints.color, paints.opacity, paints.geometry, paints.end_color)
-    )
-    kind = torch.from_numpy(paints.kind[rows]).int()
-    gradients = Gradients(kind, geometry, end_color) if bool(kind.any()) else None
+    chosen = paints.select(np.array(rows, np.int64))
+    color, opacity = torch.from_numpy(chosen.color).float(), torch.from_numpy(chosen.opacity).float()
     canvas = regions.canvas
     is_opaque = canvas is not None and paints.opacity[canvas] > 0
     background = torch.from_numpy(paints.color[canvas]).float() if is_opaque else torch.zeros(3)
     generation = torch.zeros(len(rows), dtype=torch.int64)
-    return Scene(segments, structure, color, opacity, background, generation, not is_opaque, gradients)
+    return Scene(segments, structure, color, opacity, background, generation, not is_opaque, _gradients(chosen))
+
+
+def _gradients(paints: Paints) -> Gradients | None:
+    """Return the gradients of a path for each of the ``paints``; None if all are flat."""
+    if not paints.kind.any():
+        return None
+    count, kind = (torch.from_numpy(values).int() for values in (paints.count, paints.kind))
+    offset, inner, shown, geometry, end_color = (
+        torch.from_numpy(values).float()
+        for values in (paints.offset, paints.inner_color, paints.shown, paints.geometry, paints.end_color)
+    )
+    stops = Stops(count, offset, inner, shown, geometry[:, 4].contiguous())
+    return Gradients(kind, geometry[:, :4].contiguous(), end_color, stops).without_plain_stops()

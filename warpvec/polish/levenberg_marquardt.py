@@ -179,12 +179,12 @@ class LevenbergMarquardt:
         return system
 
     def _opacity_strength(self, x: Tensor, seed: int) -> NDArray[np.float64]:
-        """Return the diagonal [K] that the matrix leaves out: that of free opacities, elsewhere 0."""
+        """Return the diagonal [K] that the matrix leaves out: of opacities and what acts through them, elsewhere 0."""
         strength = np.zeros(len(x))
-        opacities = self._variables.opacity_values
-        if bool(self._variables.is_free[opacities].any()):
+        estimated = self._variables.estimated_values
+        if bool(self._variables.is_free[estimated].any()):
             found = self._variables.strength(x, PROBES, torch.Generator().manual_seed(seed))
-            strength[opacities.cpu().numpy()] = found[opacities].double().cpu().numpy()
+            strength[estimated.cpu().numpy()] = found[estimated].double().cpu().numpy()
         return strength
 
 

@@ -218,11 +218,21 @@ class Variables:
         return paths[owner]
 
     @property
-    def opacity_values(self) -> Tensor:
-        """Which values are opacities of paths or of stops: a mask [K]."""
+    def estimated_values(self) -> Tensor:
+        """Which values the Gauss-Newton matrix leaves out, as they act through opacity: a mask [K].
+
+        They are opacities of paths and of stops, and the places of translucent stops.
+        """
         mask = torch.zeros_like(self.is_free)
-        for part in (self._of(mask)[4], *self._stops_of(mask)[2:3]):
-            part.fill_(True)
+        self._of(mask)[4].fill_(True)
+        if self._stops_of(mask):
+            gradients = self._scene.gradients
+            assert gradients is not None
+            is_translucent = gradients.least_opacity() < OPAQUE
+            _, offset, opacity, breadth = self._stops_of(mask)
+            opacity.fill_(True)
+            for part in (self._of(mask)[7], offset, breadth):
+                part[is_translucent] = True
         return mask
 
     @property

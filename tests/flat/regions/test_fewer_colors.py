@@ -42,7 +42,7 @@ def test_a_ramp_becomes_its_mean_colour() -> None:
         regions.paints.geometry.copy(),
         regions.paints.end_color.copy(),
     )
-    kind[1], geometry[1], end_color[1] = LINEAR, (4, 0, 20, 0), (0.0, 0.0, 0.1)
+    kind[1], geometry[1], end_color[1] = LINEAR, (4, 0, 20, 0, 0), (0.0, 0.0, 0.1)
     paints = replace(regions.paints, kind=kind, geometry=geometry, end_color=end_color)
     ramp = replace(regions, paints=paints)
     color, area = flat_colors(ramp)

@@ -15,7 +15,7 @@ from warpvec.flat.regions.paint_fitting import fit_areas, fit_paints
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.ramp_directions import binned, block_slopes, directions_of, refined
 from warpvec.flat.regions.ramp_fitting import fit_ramp
-from warpvec.geometry.paints.registry import FLAT, LINEAR, RADIAL
+from warpvec.geometry.paints.registry import ELLIPTIC, FLAT, LINEAR, RADIAL
 
 SIDE = 40
 EVERY = slice(None)
@@ -49,10 +49,27 @@ def test_the_direction_of_a_linear_ramp_is_found(degrees: float) -> None:
 def test_the_centre_of_a_radial_ramp_is_found() -> None:
     points = _points()
     colors = _blend(np.hypot(points[:, 0] - 15.0, points[:, 1] - 22.0) / 40, LIGHT, DARK)
-    linear, radial = directions_of(points, colors)
-    assert (linear.kind, radial.kind) == (LINEAR, RADIAL)
+    linear, radial, elliptic = directions_of(points, colors)
+    assert (linear.kind, radial.kind, elliptic.kind) == (LINEAR, RADIAL, ELLIPTIC)
     off = replace(radial, origin=radial.origin + np.array([1.5, -1.0]))
     np.testing.assert_allclose(refined(off, points, colors).origin, [15.0, 22.0], atol=0.05)
+
+
+@pytest.mark.parametrize(("degrees", "ratio"), [(0.0, 2.0), (35.0, 1.5), (80.0, 4.0), (120.0, 0.3)])
+def test_the_ellipse_of_a_ramp_is_found(degrees: float, ratio: float) -> None:
+    points, center = _points(), np.array([17.0, 24.0])
+    along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+    across = np.array([-along[1], along[0]])
+    want = np.hypot((points - center) @ along / 20, (points - center) @ across / 20 * ratio)
+    colors = _blend(want, LIGHT, DARK, LIGHT)
+    ramp = fit_ramp(points, colors, 0.8 / 255, EVERY)
+    assert ramp is not None and ramp.direction.kind == ELLIPTIC
+    paint = ramp.paint(1.0)
+    np.testing.assert_allclose(paint.geometry[0, :2], center, atol=0.1)
+    radii = sorted([float(np.hypot(*paint.geometry[0, 2:4])), float(paint.geometry[0, 4])])
+    assert max(radii) / min(radii) == pytest.approx(max(ratio, 1 / ratio), rel=0.02)
+    x, y = points.astype(np.float32).T
+    assert np.abs(paint.at(np.zeros(len(x), np.int32), x, y)[:, :3] - colors).mean() < 1 / 255
 
 
 def test_slopes_of_blocks_are_those_of_a_plane() -> None:
@@ -71,18 +88,31 @@ def test_a_ramp_of_two_stops_has_their_colours() -> None:
     points = _points()
     ramp = fit_ramp(points, _blend(points[:, 0] / SIDE, DARK, LIGHT), 0.8 / 255, EVERY)
     assert ramp is not None and len(ramp.knots) == 2
-    paints = ramp.paints(1.0)
+    paints = ramp.paint(1.0)
     assert paints.kind.tolist() == [LINEAR]
     ends = paints.at(np.zeros(2, np.int32), np.array([0.0, SIDE], np.float32), np.zeros(2, np.float32))[:, :3]
     np.testing.assert_allclose(ends, [DARK, LIGHT], atol=0.02)
 
 
-def test_a_ramp_of_three_stops_is_cut_at_the_middle_one() -> None:
+def test_a_ramp_of_three_stops_has_the_middle_one() -> None:
     points = _points()
     ramp = fit_ramp(points, _blend(points[:, 1] / SIDE, DARK, LIGHT, DARK), 0.8 / 255, EVERY)
     assert ramp is not None and len(ramp.knots) == 3
-    place = ramp.direction.origin + ramp.cuts()[0] * ramp.direction.along
+    place = ramp.direction.origin + ramp.knots[1] * ramp.direction.along
     assert place[1] == pytest.approx(SIDE / 2, abs=0.3)
+    paint = ramp.paint(1.0)
+    assert paint.count.tolist() == [3] and paint.offset[0, 1] == pytest.approx(0.5, abs=0.02)
+    np.testing.assert_allclose(paint.inner_color[0, 0], LIGHT, atol=0.02)
+
+
+def test_only_as_many_stops_are_taken_as_the_colours_need() -> None:
+    points = _points()
+    part = np.hypot(*(points - 20.0).T) / 30
+    many = [(0.1, 0.9, 0.2), (0.8, 0.1, 0.3), (0.2, 0.3, 0.9), (0.9, 0.8, 0.1), (0.1, 0.1, 0.1)]
+    for stops in (many[:2], many[:3], many):
+        ramp = fit_ramp(points, _blend(part, *stops), 0.8 / 255, EVERY)
+        assert ramp is not None and ramp.direction.kind == RADIAL
+        assert ramp.paint(1.0).count[0] == len(stops)
 
 
 def test_a_radial_ramp_beats_a_linear_one_only_where_it_is_radial() -> None:
@@ -109,12 +139,10 @@ def test_areas_get_their_flat_colour_or_their_ramp() -> None:
     assert max(fits.errors) < 1 / 255
 
 
-def test_an_area_of_three_stops_becomes_two_with_a_seam() -> None:
+def test_an_area_of_three_stops_is_one_region_with_one_paint() -> None:
     image = opaque(_blend(_points()[:, 0] / SIDE, DARK, LIGHT, DARK).reshape(SIDE, SIDE, 3))
-    paints, labels, seams = fit_paints(image, np.zeros((SIDE, SIDE), np.int32), measure_tolerances(image))
-    assert paints.kind.tolist() == [LINEAR, LINEAR]
-    assert [len(seams), *np.unique(labels)] == [1, 0, 1]
-    assert (labels[:, :19] == labels[0, 0]).all() and (labels[:, 21:] == labels[0, -1]).all()
+    paints, labels = fit_paints(image, np.zeros((SIDE, SIDE), np.int32), measure_tolerances(image))
+    assert paints.kind.tolist() == [LINEAR] and paints.count.tolist() == [3] and not labels.any()
     x, y = (_points()[:, axis].reshape(SIDE, SIDE).astype(np.float32) for axis in (0, 1))
     assert np.abs(paints.at(labels, x, y) - image).max() < 2 / 255
 
@@ -130,6 +158,18 @@ def test_paints_are_evaluated_between_and_beyond_their_stops() -> None:
     values = paints.at(index, x, y)
     np.testing.assert_allclose(values[:, 0], [0, 0.5, 0, 1, 0, 0.25], atol=1e-6)
     assert values[:, 3].tolist() == [1, 1, 1, 1, 0.5, 0.5]
+
+
+def test_stops_between_the_ends_and_jumps_are_evaluated() -> None:
+    values = np.array([[0.0] * 3], np.float32)
+    offset, inner = np.ones((1, 8), np.float32), np.zeros((1, 6, 3), np.float32)
+    offset[0, :5], inner[0, :3] = [0.2, 0.5, 0.5, 0.75, 1.0], [[0.3] * 3, [0.6] * 3, [0.9] * 3]
+    geometry = np.array([[0, 0, 100, 0, 0]], np.float32)
+    one = np.array([1], np.float32)
+    paints = Paints(values, one, np.array([LINEAR]), geometry, values + 1, np.array([5], np.int32), offset, inner)
+    x = np.array([0, 20, 35, 49.99, 50, 62.5, 75, 100, 130], np.float32)
+    found = paints.at(np.zeros(len(x), np.int32), x, np.zeros_like(x))[:, 0]
+    np.testing.assert_allclose(found, [0, 0, 0.15, 0.3, 0.6, 0.75, 0.9, 1, 1], atol=1e-3)
 
 
 @pytest.mark.parametrize(("extent", "count"), [(12, 1), (35, 3), (255, 8)])

@@ -178,8 +178,55 @@ class RegionConstants:
     flat_deviation: float = 0.8 / 255
     """Root mean square that rounding and a few mixed pixels leave in a flat area of a clean picture."""
 
+    stop_deviation: float = 0.45 / 255
+    """Root mean square that a ramp may leave in a clean picture, where a stop more would leave less: rounding leaves
+    0.29 levels. An eye does not see the difference, but a bend that is left out is one of the designer's stops."""
+
     noise_deviation: float = 0.35
     """Part of the noise of a picture that is the root mean square deviation in flat areas."""
+
+    # Ramps of opacity (regions/paint_fitting.py)
+
+    translucent_max: float = 0.998
+    """Opacity of a path whose stops are translucent. It hides nothing, and a file states it as 1."""
+
+    opacity_min: float = 0.25
+    """Least opacity of a ramp: colours of paler pixels are too uncertain."""
+
+    opacity_change: float = 4 / 255
+    """Least change of the opacity in an area that has a ramp of it."""
+
+    # Ramps of parts of areas (regions/peeling.py)
+
+    peel_error: float = 1.5 / 255
+    """Root mean square that the ramp of a part may leave, beside what any ramp may leave."""
+
+    peel_error_min: float = 1.2 / 255
+    """Root mean square that the paint of an area leaves, beside the noise, from which a ramp of a part is tried."""
+
+    peel_area_min: int = 150
+    """Smaller areas are not divided."""
+
+    peel_rest: float = 3.5 / 255
+    """Largest difference from a ramp at which a pixel shows it in any case: three times the rounding of both."""
+
+    peel_spread: float = 4.0
+    """Multiple of the median difference at which a pixel may still show the ramp."""
+
+    peel_slope: float = 4.0
+    """Multiple of the median slope of an area's blocks up to which a block lies on its ramp, and not on an edge."""
+
+    peel_share: float = 0.35
+    """Share of an area that its ramp must show."""
+
+    peel_gain: float = 1.02
+    """A ramp of a more general kind is taken if it shows more than this multiple of the pixels."""
+
+    peel_rounds: int = 10
+    """Times that a ramp is fitted anew to the pixels that show it. Five are usual."""
+
+    peel_depth: int = 6
+    """Parts of an area that get a ramp of their own at most."""
 
     # Directions of ramps (regions/ramp_directions.py)
 
@@ -199,6 +246,12 @@ class RegionConstants:
     refinements: int = 5
     """Steps of Gauss and Newton on the direction or centre. They converge in three."""
 
+    ellipse_refinements: int = 10
+    """The same for ellipses, whose four numbers depend on each other more."""
+
+    ellipse_stretch_max: float = 0.97
+    """Largest stretch of an ellipse: the ratio of its axes is the root of (1 + stretch) / (1 - stretch), 8 here."""
+
     center_far: float = 20.0
     """A centre farther from an area than this multiple of its size is that of a linear ramp."""
 
@@ -207,33 +260,30 @@ class RegionConstants:
     ramp_bins: int = 64
     """Places at which the colours along a ramp are averaged before stops are placed."""
 
-    knots_max: int = 5
-    """Stops of a ramp at most. Ramps of designers have two, few have three."""
+    knots_max: int = 8
+    """Stops of a ramp at most, as many as a path may have."""
 
-    knot_sweeps: int = 3
-    """Times that each stop is moved to its best place."""
+    idle_knots: int = 2
+    idle_gain: float = 0.9
+    """No more stops are tried if the last so many have brought the error to more than this part of what it was."""
 
-    knot_steps: tuple[float, float, float, float] = (0.5, 0.5, 0.25, 0.125)
-    """Steps, in bins, by which stops are moved in the end."""
+    knot_steps: tuple[float, float, float, float] = (1.0, 0.5, 0.25, 0.125)
+    """Steps, in bins, by which stops are moved to where the parts that they join meet best."""
 
     radial_gain: float = 0.8
-    """A radial ramp is chosen if it leaves less than this part of what a linear one leaves."""
+    """A radial ramp is chosen if it leaves less than this part of what a linear one leaves, and an elliptic one if it
+    leaves less than this part of what these leave."""
 
     ramp_gain: float = 0.6
-    """A ramp is chosen over a flat paint if it leaves less than this part of what the flat one leaves."""
+    plain_ramp_gain: float = 0.85
+    """A ramp is chosen over a flat paint if it leaves less than this part of what the flat one leaves: the second where
+    that is seen."""
+
+    plain_ramp_error: float = 2.5 / 255
+    """Root mean square that a flat paint leaves, beside the tolerance, from which it is seen that it is none."""
 
     knot_gain: float = 1.3
     """Fewer stops are taken if they leave at most this multiple of the error of more."""
-
-    ring_error: float = 5 / 255
-    """Largest error of a ring whose colours no radial paint shows; wider rings are divided. It is hardly seen in a
-    ramp."""
-
-    rings_max: int = 4
-    """Parts of such a ring."""
-
-    ring_samples: int = 9
-    """Places across a ring at which its colours are compared."""
 
     flat_step: float = 1.5 / 255
     """Stops whose colours differ by less in each channel show one colour."""

@@ -82,7 +82,9 @@ def _painted(regions: Regions, color: Floats) -> Regions:
     share = np.where(label == other, np.float32(1.0), regions.share)
     canvas = None if regions.canvas is None else int(group[regions.canvas])
     kept = color[first].astype(np.float32)
-    flat = replace(regions.paints.select(first), color=kept, end_color=kept, kind=np.full(len(first), FLAT, np.int32))
+    opacity = regions.paints.mean_opacity()[first]
+    kinds = np.full(len(first), FLAT, np.int32)
+    flat = replace(regions.paints.select(first), color=kept, end_color=kept, kind=kinds, opacity=opacity)
     return Regions(label, other, share, flat, canvas)
 
 

@@ -10,31 +10,13 @@ from numpy.typing import NDArray
 
 from warpvec.arrays import Floats32, Integers32, Places
 from warpvec.flat.constants.regions import REGIONS
-from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.banding import split_into_bands
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paints import Paints
-from warpvec.flat.regions.ramp_directions import Direction
+from warpvec.flat.regions.peeling import parts_of, peel
 from warpvec.flat.regions.ramp_fitting import Ramp, fit_ramp
-from warpvec.flat.regions.region_growing import pixels_of
+from warpvec.flat.regions.region_growing import NONE, pixels_of
 from warpvec.watch.watch import UNWATCHED, Watch
-
-
-@dataclass(frozen=True, eq=False)
-class Seam:
-    """A curve where two paints of one ramp meet.
-
-    Attributes:
-        before: region on the side of smaller places.
-        after: region on the other side.
-        direction: places along the ramp.
-        place: where they meet, in pixels.
-    """
-
-    before: int
-    after: int
-    direction: Direction
-    place: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,16 +36,17 @@ class FittedPaints:
 
 def fit_paints(
     image: Floats32, labels: Integers32, tolerances: Tolerances, watch: Watch = UNWATCHED
-) -> tuple[Paints, Integers32, list[Seam]]:
+) -> tuple[Paints, Integers32]:
     """Fit the paints of the areas ``labels`` [h, w] of ``image`` [h, w, 4], sRGB with straight alpha.
 
     Once the ``watch`` is over, the areas that are left get flat paints.
 
-    Returns the paints, the labels with areas split whose ramp has more than two stops, and the seams of those.
+    Returns the paints, and the labels with areas split that no paint shows.
     """
     colors, labels = image.reshape(-1, 4), labels.copy()
     areas = pixels_of(labels)
     fits = fit_areas(areas, colors, labels.shape[1], tolerances, watch)
+    areas = _peel_areas(areas, fits, colors, labels, tolerances, watch)
     alpha = colors[:, 3:]
     seen = np.concatenate([colors[:, :3] * alpha, alpha], 1)
     bands = split_into_bands(areas, seen, fits.errors, tolerances.noise)
@@ -72,7 +55,48 @@ def fit_paints(
             fits.ramps.pop(index, None)
             fits.values[index : index + 1] = [np.median(colors[_few(bands[index])], 0)]
             labels.reshape(-1)[bands[index]] = index
-    return _with_ramps(flat_paints(np.stack(fits.values)), labels, bands, fits.ramps)
+    paints = flat_paints(np.stack(fits.values))
+    for index, ramp in fits.ramps.items():
+        paints = paints.replaced(index, ramp.paint(float(paints.opacity[index])))
+    return paints, labels
+
+
+def _peel_areas(
+    areas: list[Places], fits: FittedPaints, colors: Floats32, labels: Integers32, tolerances: Tolerances, watch: Watch
+) -> list[Places]:
+    """Divide areas that no paint shows into the part that a ramp shows, and what is left, and add the paints of these.
+
+    Pixels that belong to no part get no label.
+    """
+    areas, width = list(areas), labels.shape[1]
+    waiting = [(index, REGIONS.peel_depth) for index in range(len(areas))]
+    while waiting and not watch.is_over():
+        index, depth = waiting.pop()
+        pixels = areas[index]
+        if depth == 0 or not _may_be_several(len(pixels), fits.values[index], fits.errors[index], tolerances.noise):
+            continue
+        found = peel(_points(pixels, width), colors[pixels, :3].astype(np.float64), _stop_limit(tolerances))
+        if found is None:
+            continue
+        areas[index], rest = parts_of(pixels, found.shown, width)
+        fits.ramps[index], fits.errors[index] = found.ramp, found.ramp.error
+        fits.values[index] = np.median(colors[_few(areas[index])], 0)
+        more = fit_areas(rest, colors, width, tolerances, watch)
+        fits.ramps.update({len(areas) + number: ramp for number, ramp in more.ramps.items()})
+        fits.values.extend(more.values)
+        fits.errors.extend(more.errors)
+        waiting += [(len(areas) + number, depth - 1) for number in range(len(rest))]
+        areas += rest
+        labels.reshape(-1)[pixels] = NONE
+        for number in (index, *range(len(areas) - len(rest), len(areas))):
+            labels.reshape(-1)[areas[number]] = number
+    return areas
+
+
+def _may_be_several(size: int, value: Floats32, error: float, noise: float) -> bool:
+    """Return whether an area of ``size`` pixels, whose paint leaves an ``error``, may consist of several paints."""
+    is_opaque = bool(value[3] == 1)
+    return is_opaque and size >= REGIONS.peel_area_min and error > REGIONS.peel_error_min + noise
 
 
 def fit_areas(
@@ -94,8 +118,8 @@ def fit_areas(
 def _error_of(colors: Floats32, value: Floats32, ramp: Ramp | None) -> float:
     """Return the root mean square that the paint of an area leaves of its colours [N, 4]: of these or of opacity."""
     color, opacity = (float(np.sqrt((part**2).mean())) for part in np.split(colors - value, [3], 1))
-    if value[3] == 0:
-        return opacity
+    if value[3] == 0 or (ramp is not None and ramp.colors.shape[1] > 3):
+        return opacity if ramp is None else ramp.error
     return max(color if ramp is None else ramp.error, opacity)
 
 
@@ -117,12 +141,14 @@ def _find_ramps(
         pixels, few = areas[index], _few(areas[index])
         if len(pixels) < REGIONS.shared_area_min or values[index][3] == 0:
             continue
-        deviation = float(np.sqrt(((colors[few] - values[index])[:, :3] ** 2).mean()))
+        channels = _channels(colors[few], tolerances)
+        deviation = float(np.sqrt(((colors[few] - values[index])[:, :channels] ** 2).mean()))
         gain = REGIONS.shared_gain if len(pixels) >= REGIONS.shared_small * area_min else REGIONS.shared_small_gain
-        ramp = _shared_ramp(ramps, few, colors, width, gain * deviation, limit)
+        ramp = _shared_ramp(ramps, few, colors[:, :channels], width, gain * deviation, limit)
         if ramp is None and len(pixels) >= area_min and deviation > limit:
             sample = slice(None, None, -(-len(pixels) // REGIONS.paint_samples_max))
-            ramp = fit_ramp(_points(pixels, width), colors[pixels, :3].astype(np.float64), limit, sample)
+            shown = colors[pixels, :channels].astype(np.float64)
+            ramp = fit_ramp(_points(pixels, width), shown, _stop_limit(tolerances), sample)
         if ramp is not None and ramp.contrast(tolerances.metric) >= REGIONS.ramp_contrast + tolerances.noise:
             ramps[index] = ramp
     return ramps
@@ -132,49 +158,30 @@ def _shared_ramp(
     ramps: dict[int, Ramp], pixels: Places, colors: Floats32, width: int, error_max: float, limit: float
 ) -> Ramp | None:
     """Return the first of ``ramps`` that shows ``pixels`` with less than ``error_max`` and about as well as its own."""
-    points, shown = _points(pixels, width), colors[pixels, :3].astype(np.float64)
+    points, shown = _points(pixels, width), colors[pixels].astype(np.float64)
     for ramp in ramps.values():
-        if ramp.error_on(points, shown) < min(error_max, REGIONS.shared_error * max(ramp.error, limit)):
+        if ramp.colors.shape[1] == shown.shape[1] and ramp.error_on(points, shown) < min(
+            error_max, REGIONS.shared_error * max(ramp.error, limit)
+        ):
             return ramp
     return None
+
+
+def _stop_limit(tolerances: Tolerances) -> float:
+    """Return the root mean square that a ramp may leave where a stop more would leave less."""
+    return REGIONS.stop_deviation + REGIONS.noise_deviation * tolerances.noise
+
+
+def _channels(colors: Floats32, tolerances: Tolerances) -> int:
+    """Return 4 if the opacity of the pixels with these straight ``colors`` [N, 4] changes, and 3 if colours do only."""
+    low, high = np.quantile(colors[:, 3], [0.02, 0.98])
+    changes = high - low >= REGIONS.opacity_change + tolerances.noise
+    return 4 if changes and low >= REGIONS.opacity_min else 3
 
 
 def _points(pixels: Places, width: int) -> NDArray[np.floating[Any]]:
     """Return the centres x, y [N, 2] of pixels numbered by rows."""
     return np.stack([pixels % width, pixels // width], 1) + 0.5
-
-
-def _with_ramps(
-    paints: Paints, labels: Integers32, areas: list[Places], ramps: dict[int, Ramp]
-) -> tuple[Paints, Integers32, list[Seam]]:
-    """Replace flat paints by ramps, and split the areas of ramps of several pieces."""
-    seams: list[Seam] = []
-    flat_labels = labels.reshape(-1)
-    for index, ramp in ramps.items():
-        pieces = ramp.paints(float(paints.opacity[index]))
-        places = ramp.direction.places(_points(areas[index], labels.shape[1]))
-        names = np.array([index, *range(len(paints), len(paints) + len(pieces) - 1)], np.int32)
-        flat_labels[areas[index]] = names[np.searchsorted(ramp.cuts(), places)]
-        for place, before, after in zip(ramp.cuts().tolist(), names[:-1].tolist(), names[1:].tolist(), strict=True):
-            seams.append(Seam(before, after, ramp.direction, place))
-        first, others = (pieces.select(np.arange(*ends, dtype=np.int32)) for ends in ((0, 1), (1, len(pieces))))
-        paints = paints.replaced(index, first).joined(others)
-    return paints, labels, seams
-
-
-def smooth_seams(assignment: Assignment, seams: list[Seam]) -> None:
-    """Give the pixels on ``seams`` shares of both regions, as if the seam were an edge between them."""
-    width = assignment.label.shape[1]
-    for seam in seams:
-        sides = (seam.before, seam.after)
-        pixels = np.flatnonzero(np.isin(assignment.label, sides) & np.isin(assignment.other, sides))
-        rows, columns = np.divmod(pixels, width)
-        beyond = seam.direction.places(_points(pixels, width)) - seam.place
-        share = np.clip(0.5 + np.abs(beyond), 0.5, 1.0).astype(np.float32)
-        label, other = (np.where((beyond > 0) ^ swap, seam.after, seam.before) for swap in (False, True))
-        assignment.label[rows, columns] = label
-        assignment.other[rows, columns] = np.where(share < 1, other, label)
-        assignment.share[rows, columns] = share
 
 
 def flat_paints(values: Floats32) -> Paints:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.flat.constants.regions import REGIONS
-from warpvec.geometry.paints.registry import LINEAR, RADIAL
+from warpvec.geometry.paints.registry import ELLIPTIC, LINEAR, RADIAL
 
 Floats = NDArray[np.floating[Any]]
 
@@ -72,16 +72,58 @@ class CenterDirection:
         return np.append(self.origin, [end, 0.0])
 
 
-Direction = LineDirection | CenterDirection
+@dataclass(frozen=True, eq=False)
+class EllipseDirection:
+    """Distances from a centre in a stretched plane: the root of q . S q, q from the ``origin`` [2] to a place.
+
+    S is [[1 + a, b], [b, 1 - a]] with the ``stretch`` a, b [2], of a length below 1.
+    """
+
+    origin: Floats
+    stretch: Floats
+    kind = ELLIPTIC
+
+    def places(self, points: Floats) -> Floats:
+        """Return the distances [N] of ``points`` [N, 2]."""
+        offset = points - self.origin
+        return np.sqrt(((offset @ self._matrix()) * offset).sum(1))
+
+    def changes(self, points: Floats, places: Floats) -> Floats:
+        """Return how the places change with the centre and the stretch [N, 4]."""
+        offset, root = points - self.origin, np.maximum(places, 1.0)[:, None]
+        x, y = offset[:, :1], offset[:, 1:]
+        return np.hstack([-(offset @ self._matrix()), 0.5 * (x * x - y * y), x * y]) / root
+
+    def moved(self, step: Floats) -> Direction:
+        """Return the direction with its centre and its stretch changed by ``step`` [4]."""
+        stretch = self.stretch + step[2:]
+        stretch *= min(1.0, REGIONS.ellipse_stretch_max / max(float(np.hypot(*stretch)), 1e-9))
+        return EllipseDirection(self.origin + step[:2], stretch)
+
+    def geometry(self, start: float, end: float) -> Floats:
+        """Return cx, cy, the axis and the radius across it of the gradient to the place ``end``."""
+        values, vectors = np.linalg.eigh(self._matrix())
+        return np.concatenate([self.origin, vectors[:, 0] * end / np.sqrt(values[0]), [end / np.sqrt(values[1])]])
+
+    def _matrix(self) -> Floats:
+        a, b = self.stretch
+        return np.array([[1.0 + a, b], [b, 1.0 - a]])
+
+
+Direction = LineDirection | CenterDirection | EllipseDirection
 """A field of places along a ramp, in pixels. A gradient of its ``kind`` shows it."""
 
 
 def directions_of(points: Floats, colors: Floats) -> list[Direction]:
-    """Return a linear and, unless its centre is far, a radial direction of the colours [N, D] of an area.
+    """Return a linear and, unless its centre is far, a radial and an elliptic direction of the colours [N, D].
 
-    Both come from the slopes of the colours in blocks of the area; none is returned if no block is filled.
+    All come from the slopes of the colours in blocks of the area; none is returned if no block is filled.
     """
-    centers, slopes = block_slopes(points, colors)
+    return directions_from(points, *block_slopes(points, colors))
+
+
+def directions_from(points: Floats, centers: Floats, slopes: Floats) -> list[Direction]:
+    """Return the directions of pixels ``points`` [N, 2] with these ``slopes`` [B, D, 2] about ``centers`` [B, 2]."""
     if len(centers) == 0:
         return []
     tensor = np.einsum("bcx,bcy->xy", slopes, slopes)
@@ -90,6 +132,11 @@ def directions_of(points: Floats, colors: Floats) -> list[Direction]:
     extent = np.ptp(points, axis=0).max() + 1
     if center is not None and np.abs(center - points.mean(0)).max() <= REGIONS.center_far * extent:
         directions.append(CenterDirection(center))
+    ellipse = _ellipse(centers, slopes)
+    if ellipse is not None and np.abs(ellipse.origin - points.mean(0)).max() <= REGIONS.center_far * extent:
+        directions.append(ellipse)
+    elif len(directions) > 1:
+        directions.append(EllipseDirection(directions[1].origin, np.zeros(2)))
     return directions
 
 
@@ -128,9 +175,29 @@ def _center(centers: Floats, slopes: Floats) -> Floats | None:
     return np.linalg.solve(matrix, (rows * values[:, None]).sum(0))
 
 
+def _ellipse(centers: Floats, slopes: Floats) -> EllipseDirection | None:
+    """Return the ellipses across which all slopes lie, by least squares, or None if these are no ellipses.
+
+    A slope g at p lies across the ellipse about c if it is along S (p - c). That is linear in S and S c.
+    """
+    x, y = centers[:, None, 0], centers[:, None, 1]
+    gx, gy = slopes[..., 0], slopes[..., 1]
+    scale = max(float(np.ptp(centers, axis=0).max()), 1.0)
+    middle = centers.mean(0)
+    u, v = (x - middle[0]) / scale, (y - middle[1]) / scale
+    rows = np.stack([gy * u, gy * v - gx * u, -gx * v, -gy, gx], -1).reshape(-1, 5)
+    xx, xy, yy, kx, ky = np.linalg.eigh((rows[:, :, None] * rows[:, None, :]).sum(0))[1][:, 0]
+    trace, determinant = xx + yy, xx * yy - xy * xy
+    if determinant <= 1e-4 * trace * trace:
+        return None
+    center = np.linalg.solve(np.array([[xx, xy], [xy, yy]]), np.array([kx, ky]))
+    stretch = np.array([(xx - yy) / trace, 2.0 * xy / trace])
+    return EllipseDirection(middle + scale * center, stretch)
+
+
 def refined(direction: Direction, points: Floats, colors: Floats) -> Direction:
     """Return ``direction`` changed so that pixels of one place show one colour, by least squares."""
-    for _ in range(REGIONS.refinements):
+    for _ in range(REGIONS.ellipse_refinements if direction.kind == ELLIPTIC else REGIONS.refinements):
         places = direction.places(points)
         profile, slope = _profile(places, colors)
         change = direction.changes(points, places)

@@ -1,9 +1,8 @@
-"""Linear and radial ramps of colour through the pixels of an area."""
+"""Linear, radial and elliptic ramps of colour through the pixels of an area."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,9 @@ from numpy.typing import NDArray
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.ramp_directions import Direction, binned, directions_of, refined
-from warpvec.geometry.paints.registry import FLAT, kind_of
+from warpvec.flat.regions.stop_places import stop_places
+from warpvec.geometry.paints.registry import kind_of
+from warpvec.geometry.stops import STOPS_MAX
 
 Floats = NDArray[np.floating[Any]]
 
@@ -24,7 +25,7 @@ class Ramp:
     Attributes:
         direction: places along the ramp.
         knots: places of the stops, in pixels, ascending [M].
-        colors: colours of the stops [M, 3].
+        colors: colours of the stops [M, 3], or colours and opacities [M, 4].
         error: root mean square of what the ramp leaves.
     """
 
@@ -35,54 +36,60 @@ class Ramp:
 
     def contrast(self, metric: Floats) -> float:
         """Return the largest difference of two stops in a channel, seen by ``metric`` [4, 4] of RGBA."""
-        return float(np.ptp(self.colors @ metric[:3], axis=0).max())
+        return float(np.ptp(self.colors @ metric[: self.colors.shape[1]], axis=0).max())
 
     def error_on(self, points: Floats, colors: Floats) -> float:
-        """Return the root mean square that the paints leave of the colours [N, 3] of ``points`` [N, 2]."""
-        piece = np.searchsorted(self.cuts(), self.direction.places(points)).astype(np.int32)
+        """Return the root mean square that the paint leaves of the colours [N, 3 or 4] of ``points`` [N, 2]."""
+        return float(np.sqrt(((colors - self.shown(points)) ** 2).mean()))
+
+    def differences(self, points: Floats, colors: Floats) -> Floats:
+        """Return by how much the colours [N, 3 or 4] of ``points`` [N, 2] differ in some channel [N]."""
+        return np.abs(colors - self.shown(points)).max(1)
+
+    def shown(self, points: Floats) -> Floats:
+        """Return the colours [N, 3], or colours and opacities [N, 4], that the paint has at ``points`` [N, 2]."""
         x, y = points.astype(np.float32).T
-        return float(np.sqrt(((colors - self.paints(1.0).at(piece, x, y)[:, :3]) ** 2).mean()))
+        values = self.paint(1.0).at(np.zeros(len(x), np.int32), x, y)
+        values[:, :3] /= np.maximum(values[:, 3:], np.float32(1e-6))
+        return values[:, : self.colors.shape[1]]
 
-    def cuts(self) -> Floats:
-        """Return the places at which one paint of two stops follows another."""
-        return self.knots[1:-1]
-
-    def paints(self, opacity: float) -> Paints:
-        """Return the paints of two stops, or flat ones, of the pieces between the cuts."""
-        rows = [self._piece(index) for index in range(len(self.knots) - 1)]
-        kind, color, end_color, geometry = (np.array(values) for values in zip(*rows, strict=True))
-        alpha = np.full(len(rows), opacity, np.float32)
-        first, last = (
-            np.round(np.clip(values, 0, 1) * 255).astype(np.float32) / np.float32(255) for values in (color, end_color)
+    def paint(self, opacity: float) -> Paints:
+        """Return the paint of the ramp, the only one of the result; a ramp of opacities has its own ``opacity``."""
+        start, end = self._ends()
+        knots = (self.knots - start) / (end - start)
+        levels = np.round(np.clip(self.colors[:, :3], 0, 1) * 255).astype(np.float32) / np.float32(255)
+        colors = np.stack([levels[0], levels[-1]])
+        if self._starts_at_center():
+            center = self.colors[0] - (self.colors[1] - self.colors[0]) * self.knots[0] / np.ptp(self.knots)
+            knots, colors[0] = np.array([0.0, 1.0]), np.round(center * 255) / 255
+        shown = np.ones((1, STOPS_MAX), np.float32)
+        if self.colors.shape[1] > 3:
+            opacity = REGIONS.translucent_max
+            shown[0, : len(knots)] = np.clip(self.colors[:, 3] / opacity, 0, 1)
+        count, inner = len(knots), np.zeros((1, STOPS_MAX - 2, 3), np.float32)
+        offset = np.ones((1, STOPS_MAX), np.float32)
+        offset[0, :count], inner[0, : count - 2] = knots, levels[1:-1]
+        kind, geometry = self.direction.kind, self.direction.geometry(start, end)[None].astype(np.float32)
+        number, alpha = np.array([kind], np.int32), np.array([opacity], np.float32)
+        return Paints(
+            colors[:1], alpha, number, geometry, colors[1:], np.array([count], np.int32), offset, inner, shown
         )
-        return Paints(first, alpha, kind.astype(np.int32), geometry.astype(np.float32), last)
 
-    def _piece(self, index: int) -> tuple[int, Floats, Floats, Floats]:
-        (start, end), (first, last) = self.knots[index : index + 2], self.colors[index : index + 2]
-        if np.abs(last - first).max() < REGIONS.flat_step:
-            return FLAT, (first + last) / 2, (first + last) / 2, np.zeros(4)
-        kind, geometry = self.direction.kind, self.direction.geometry(start, end)
-        if kind_of(kind).has_free_start:
-            return kind, first, last, geometry
-        return kind, *_stops_from_center(start, end, first, last), geometry
+    def _ends(self) -> tuple[float, float]:
+        """Return the places where the gradient starts and ends; without a free start it starts at its centre."""
+        start = float(self.knots[0]) if kind_of(self.direction.kind).has_free_start else 0.0
+        return start, float(self.knots[-1])
 
-
-def _stops_from_center(start: float, end: float, first: Floats, last: Floats) -> tuple[Floats, Floats]:
-    """Return the colours [3] at the centre and at radius ``end`` of the paint that shows a ring's colours best.
-
-    A paint without a free start has its first stop at the centre. Where the ring's colours, continued inwards, leave
-    [0, 1], the colour at the centre is limited, and that at the rim is the best by least squares.
-    """
-    center = first - (last - first) * start / (end - start)
-    limited = np.clip(center, 0.0, 1.0)
-    places = np.linspace(start, end, REGIONS.ring_samples) / end
-    ring = first + (last - first) * np.linspace(0, 1, REGIONS.ring_samples)[:, None]
-    slope = (places[:, None] * (ring - limited)).sum(0) / (places**2).sum()
-    return limited, np.clip(np.where(limited == center, last, limited + slope), 0.0, 1.0)
+    def _starts_at_center(self) -> bool:
+        """Return whether the ramp has two stops whose colours go on to a centre: most gradients begin there."""
+        if kind_of(self.direction.kind).has_free_start or self.colors.shape != (2, 3):
+            return False
+        center = self.colors[0] - (self.colors[1] - self.colors[0]) * self.knots[0] / np.ptp(self.knots)
+        return bool(np.abs(center - np.clip(center, 0, 1)).max() < REGIONS.flat_step / 2)
 
 
 def fit_ramp(points: Floats, colors: Floats, tolerance: float, sample: slice) -> Ramp | None:
-    """Return the ramp through the colours [N, 3] of the pixels ``points`` [N, 2], or None if a flat paint does as well.
+    """Return the ramp through the colours [N, 3 or 4] of ``points`` [N, 2], or None if a flat paint does as well.
 
     Args:
         points: centres x, y of the pixels of an area.
@@ -90,34 +97,39 @@ def fit_ramp(points: Floats, colors: Floats, tolerance: float, sample: slice) ->
         tolerance: root mean square that a ramp may leave.
         sample: pixels used where all are not needed.
     """
-    ramps = []
     few_points, few_colors = points[sample], colors[sample]
+    best: Ramp | None = None
     for direction in directions_of(points, colors):
-        better = refined(direction, few_points, few_colors)
-        ramps.append(_with_stops(better, few_points, few_colors, tolerance))
+        if best is not None and best.error <= tolerance:
+            break
+        ramp = ramp_along(refined(direction, few_points, few_colors), few_points, few_colors, tolerance)
+        if best is None or ramp.error < REGIONS.radial_gain * max(best.error, tolerance):
+            best = ramp
     flat_error = float(np.sqrt(((few_colors - np.median(few_colors, 0)) ** 2).mean()))
-    if not ramps:
-        return None
-    best = ramps[-1] if ramps[-1].error < REGIONS.radial_gain * max(ramps[0].error, tolerance) else ramps[0]
-    return best if best.error < REGIONS.ramp_gain * flat_error else None
+    is_plain = flat_error > REGIONS.plain_ramp_error + tolerance
+    gain = REGIONS.plain_ramp_gain if is_plain else REGIONS.ramp_gain
+    return best if best is not None and best.error < gain * flat_error else None
 
 
-def _with_stops(direction: Direction, points: Floats, colors: Floats, tolerance: float) -> Ramp:
+def ramp_along(direction: Direction, points: Floats, colors: Floats, tolerance: float) -> Ramp:
     """Return the ramp of fewest stops along ``direction`` that leaves at most ``tolerance``, or the best there is."""
     places = direction.places(points)
     at, means, count = binned(places, colors, REGIONS.ramp_bins)
-    knots = np.array([at[0], at[-1]])
-    tried = [(knots, *_colors_at_knots(knots, at, means, count))]
-    for _ in range(min(REGIONS.knots_max, len(at)) - len(knots)):
-        if tried[-1][2] <= tolerance:
+    tried: list[tuple[Floats, Floats, float]] = []
+    for knots in stop_places(at, means, count):
+        better = _moved_knots(knots, at, means, count)
+        tried.append((better, *_colors_at_knots(better, at, means, count)))
+        if tried[-1][2] <= tolerance or _is_idle([error for *_, error in tried]):
             break
-        knots = _one_more_knot(knots, at, means, count)
-        tried.append((knots, *_colors_at_knots(knots, at, means, count)))
     limit = max(tolerance, REGIONS.knot_gain * tried[-1][2])
     knots, values = next((knots, values) for knots, values, error in tried if error <= limit)
-    knots, values = _within_range(*_without_pads(knots, values, direction.kind), direction.kind)
-    ramp = Ramp(direction, *_with_rings(knots, values, direction.kind), 0.0)
+    ramp = Ramp(direction, *_within_range(*_without_pads(knots, values, direction.kind), direction.kind), 0.0)
     return replace(ramp, error=ramp.error_on(points, colors))
+
+
+def _is_idle(errors: list[float]) -> bool:
+    """Return whether the last stops that were added have gained hardly anything."""
+    return len(errors) > REGIONS.idle_knots and errors[-1] > REGIONS.idle_gain * errors[-1 - REGIONS.idle_knots]
 
 
 def _within_range(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Floats]:
@@ -131,47 +143,30 @@ def _within_range(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Flo
     return knots, values
 
 
-def _with_rings(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Floats]:
-    """Return the stops with more of them in the rings that one paint from the centre does not show well."""
-    if kind_of(kind).has_free_start:
-        return knots, values
-    parts = [knots[:1]]
-    for index, (start, end) in enumerate(pairwise(knots.tolist())):
-        first, last = values[index : index + 2]
-        center, rim = _stops_from_center(start, end, first, last)
-        error = np.abs(center + (rim - center) * start / end - first).max()
-        count = min(int(np.ceil(error / REGIONS.ring_error)), REGIONS.rings_max) if error > REGIONS.flat_step else 1
-        parts.append(np.linspace(start, end, count + 1)[1:])
-    more = np.concatenate(parts)
-    return more, np.stack([np.interp(more, knots, column) for column in values.T], 1)
-
-
 def _colors_at_knots(knots: Floats, at: Floats, means: Floats, count: Floats) -> tuple[Floats, float]:
     """Return the colours [M, 3] at ``knots`` [M] that fit the means best, and the error that remains."""
-    weights = np.stack([np.interp(at, knots, row) for row in np.eye(len(knots))], 1)
-    root = np.sqrt(count)[:, None]
-    values, *_ = np.linalg.lstsq(root * weights, root * means, rcond=1.0e-9)
-    rest = means - weights @ values
+    part = np.clip((at[:, None] - knots[:-1]) / np.maximum(np.diff(knots), 1e-9), 0.0, 1.0)
+    ends = np.ones((len(at), 1))
+    weights = np.hstack([ends, part]) - np.hstack([part, 0.0 * ends])
+    heavy = count[:, None] * weights
+    matrix = np.einsum("bi,bj->ij", heavy, weights)
+    matrix += 1e-9 * np.trace(matrix) * np.eye(len(knots))
+    values = np.linalg.solve(matrix, np.einsum("bi,bc->ic", heavy, means))
+    rest = means - np.einsum("bi,ic->bc", weights, values)
     return values, float(np.sqrt((count[:, None] * rest**2).sum() / (count.sum() * means.shape[1])))
 
 
-def _one_more_knot(knots: Floats, at: Floats, means: Floats, count: Floats) -> Floats:
-    """Return ``knots`` with one more, and all inner ones at their best places."""
+def _moved_knots(knots: Floats, at: Floats, means: Floats, count: Floats) -> Floats:
+    """Return ``knots`` with the inner ones moved to their best places."""
 
     def error_of(inner: Floats) -> float:
         return _colors_at_knots(np.sort(np.concatenate([knots[[0, -1]], inner])), at, means, count)[1]
 
-    def with_best(others: Floats) -> Floats:
-        choices = [np.append(others, place) for place in at[1:-1]]
-        return choices[int(np.argmin([error_of(choice) for choice in choices]))]
-
-    inner = with_best(knots[1:-1])
-    for _ in range(REGIONS.knot_sweeps * len(inner) if len(inner) > 1 else 0):
-        inner = with_best(inner[1:])
+    inner = knots[1:-1]
     for step in np.ptp(knots) / REGIONS.ramp_bins * np.repeat(REGIONS.knot_steps, len(inner)):
         choices = [np.append(inner[1:], place) for place in inner[0] + step * np.arange(-1, 2)]
         inner = choices[int(np.argmin([error_of(choice) for choice in choices]))]
-    return np.unique(np.concatenate([knots[[0, -1]], inner]))
+    return np.unique(np.concatenate([knots[[0, -1]], np.clip(inner, knots[0], knots[-1])]))
 
 
 def _without_pads(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Floats]:

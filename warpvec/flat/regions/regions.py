@@ -10,7 +10,7 @@ from warpvec.arrays import Floats32, Integers32
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import assign
 from warpvec.flat.regions.noise import Tolerances, measure_tolerances
-from warpvec.flat.regions.paint_fitting import fit_paints, smooth_seams
+from warpvec.flat.regions.paint_fitting import fit_paints
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import NONE
 from warpvec.flat.regions.region_merging import merge_regions
@@ -74,10 +74,9 @@ def find_regions(image: Floats32, min_area: float = 0.0, watch: Watch = UNWATCHE
         _require_flat_art(seeds)
     if (seeds == NONE).all():
         seeds = np.zeros_like(seeds)
-    paints, seeds, seams = fit_paints(straight, seeds, tolerances, watch)
+    paints, seeds = fit_paints(straight, seeds, tolerances, watch)
     canvas = find_canvas(seeds, paints)
     assignment = assign(picture, seeds, paints, tolerances, canvas)
-    smooth_seams(assignment, seams)
     paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas, watch)
     assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, watch)
     label, other, share = assignment.label, assignment.other, assignment.share
