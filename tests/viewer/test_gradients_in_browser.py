@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ import torch
 from browser import NEEDS_BROWSER, Viewer, browser_fixture, open_page_fixture  # noqa: F401  (fixtures)
 
 from warpvec.geometry.gradients import Gradients
-from warpvec.geometry.paints.registry import LINEAR, RADIAL
+from warpvec.geometry.paints.registry import ELLIPTIC, LINEAR, RADIAL
 from warpvec.geometry.scene import Scene, straightened
+from warpvec.geometry.stops import Stops
 from warpvec.geometry.structure import Structure
 from warpvec.image.metrics import psnr
 from warpvec.svg.measure import draw
@@ -83,8 +85,30 @@ def assert_same_scene(svg: str, expected: Scene) -> None:
         assert torch.equal(getattr(loaded.scene.structure, name), getattr(want.structure, name)), name
     gradients, others = loaded.scene.gradients, want.gradients
     assert gradients is not None and others is not None
-    for name, value in vars(others).items():
-        assert torch.equal(getattr(gradients, name), value), name
+    assert (gradients.stops is None) == (others.stops is None)
+    values = {**others.to_dict(), **others.to_dict().pop("stops", {})}
+    found = {**gradients.to_dict(), **gradients.to_dict().pop("stops", {})}
+    for name in values.keys() - {"stops"}:
+        assert torch.equal(found[name], values[name]), name
+
+
+def test_stops_opacities_and_ellipses_are_shown_and_saved_as_they_are(open_page) -> None:
+    plain = scene()
+    assert plain.gradients is not None
+    stops = Stops.two(plain.color)
+    stops.count[:2] = torch.tensor([4, 3])
+    stops.offset[0, 1:3], stops.offset[1, :2] = torch.tensor([0.25, 0.7]), torch.tensor([0.125, 0.5])
+    stops.opacity[0, 1], stops.opacity[1, 2], stops.breadth[1] = 0.4, 0.625, 31.5
+    stops.inner_color[0, :2] = torch.tensor([[0.2, 0.8, 0.4], [1.0, 1.0, 0.0]])
+    paints = replace(plain.gradients, stops=stops)
+    paints.kind[1], paints.geometry[1] = ELLIPTIC, torch.tensor([170, 60, 40.2, -25.5])
+    drawing = write_svg(replace(plain, gradients=paints), WIDTH, HEIGHT)
+    viewer = open_page(drawing)
+    assert viewer.text("message") == ""
+    assert_shows(viewer, drawing)
+    saved = viewer.saved()
+    assert saved[saved.index("<defs>") :] == drawing[drawing.index("<defs>") :]
+    assert_same_scene(saved, replace(plain, gradients=paints))
 
 
 def test_a_drawing_with_holes_lines_and_gradients_is_shown_and_saved_as_it_is(open_page) -> None:
