@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from itertools import product
 
 import torch
@@ -12,8 +13,12 @@ from warpvec.config.rooms import rooms
 from warpvec.fit.loop import fit
 from warpvec.fit.visibility import visible_areas
 from warpvec.geometry.cubics import to_cubics
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.strokes import Strokes
+from warpvec.geometry.structure import Structure
 from warpvec.rendering.draw import draw_pixels
 from warpvec.rendering.launch import resolve_device
+from warpvec.rendering.operator import draw_adjoint
 
 # Long enough to use each kernel of a fit: steps, an inflation, and a recycling, which asks for removal costs.
 _SHORT = {"curves": 4, "initial_curves": 2, "iterations": 8, "inflation_gap": 1, "time_budget": None}
@@ -39,4 +44,15 @@ def compile_kernels(device: str = "auto") -> float:
         scene = fit(target, config).scene
         draw_pixels(scene, 16, 16, **config.render_settings)
         visible_areas(to_cubics(scene)[0], 16, 16)
+    for where in {resolve_device(device), "cpu"}:
+        draw_adjoint(_stroke().to(where), torch.ones(16, 16, 3, device=where))
     return time.perf_counter() - start
+
+
+def _stroke() -> Scene:
+    """Return a drawing of one stroke, which no fit of a photo has."""
+    rows = torch.tensor([[[2.0, 2.0], [4.0, 4.0], [6.0, 6.0]], [[8.0, 8.0], [6.0, 6.0], [4.0, 4.0]]])
+    structure = Structure.of_loops([[2]], torch.tensor([True, True]), torch.tensor([True]))
+    one, color = torch.ones(1), torch.zeros(1, 3)
+    strokes = replace(Strokes.none(color), width=one)
+    return Scene(rows, structure, color, one, torch.ones(3), torch.zeros(1, dtype=torch.int64), strokes=strokes)
