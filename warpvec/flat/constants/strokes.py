@@ -128,14 +128,17 @@ class StrokeConstants:
 
     # Acceptance (strokes/recognition.py)
 
-    iterations: int = 40
-    """Iterations of the fit of a drawing with strokes, before it is judged."""
+    first_iterations: int = 20
+    """Iterations of the fit of strokes as they are found, after which their lines are drawn by fewer pieces."""
+
+    iterations: int = 30
+    """Iterations of the fit of these, before the drawing is judged."""
 
     detail_share: float = 1.2
     """Share of the detail by which the outlines of a stroke may move. A corner of a centre line that is a little round
     becomes sharp with 1.2, not with 1."""
 
-    hopeless: float = 1.6
+    hopeless: float = 2.2
     """After the first fit, strokes whose outlines move by more than so many times the detail are given up."""
 
     cost_share_max: float = 0.95

@@ -9,14 +9,20 @@ from typing import NamedTuple
 import numpy as np
 import torch
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Floats32, Integers, Mask
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.form_candidates import Candidate, candidates
 from warpvec.flat.simplification.local_error import errors_in_boxes
-from warpvec.flat.simplification.outline_samples import control_points, cubic_points, cubic_slopes, segment_loops
+from warpvec.flat.simplification.outline_samples import (
+    OutlineSamples,
+    control_points,
+    cubic_points,
+    cubic_slopes,
+    segment_loops,
+)
 from warpvec.flat.simplification.path_removal import loop_areas, without_loops
 from warpvec.flat.strokes.center_lines import center_lines, join_of
 from warpvec.flat.strokes.inner_disks import boundary_of, inner_disks, stroke_width
@@ -70,16 +76,17 @@ def find_strokes(scene: Scene, critic: Critic, watch: Watch, detail: float = Fit
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
     """
     tried = {} if watch.is_over() else _candidates(scene)
-    while tried:
-        first = _polished(with_strokes(scene, tried), critic, watch)
-        hopeful = _accepted(scene, first, tried, critic, STROKES.hopeless * detail)
+    judge = _Judge(scene, critic.samples(scene), critic.error(scene), critic) if tried else None
+    while tried and judge is not None:
+        first = _polished(with_strokes(scene, tried), critic, watch, STROKES.first_iterations)
+        hopeful = judge.accepted(first, tried, STROKES.hopeless * detail)
         again = _read_back(first, tried)
         tried = {path: tried[path] for path in hopeful}
         if not tried or watch.is_over():
             break
         again = {path: _simpler(again[path], detail) for path in tried}
-        drawn = _polished(with_strokes(scene, again), critic, watch)
-        good = _accepted(scene, drawn, again, critic, detail)
+        drawn = _polished(with_strokes(scene, again), critic, watch, STROKES.iterations)
+        good = judge.accepted(drawn, again, detail)
         if len(good) == len(tried):
             return _read_back(drawn, again)
         tried = {path: tried[path] for path in good}
@@ -234,9 +241,9 @@ def _stroke_scene(one: Scene, stroke: Stroke, lines: list[int]) -> Scene:
     return scene.with_forms(Forms(kind, torch.from_numpy(form.parameters)[None].to(one.segments)))
 
 
-def _polished(scene: Scene, critic: Critic, watch: Watch) -> Scene:
+def _polished(scene: Scene, critic: Critic, watch: Watch, iterations: int) -> Scene:
     return polish(
-        critic.target, scene, critic.config, watch.side_part(), iterations=STROKES.iterations,
+        critic.target, scene, critic.config, watch.side_part(), iterations=iterations,
         values_exact_max=SIMPLIFICATION.values_exact_max,
     ).scene  # fmt: skip
 
@@ -279,24 +286,32 @@ def _form_of(line: Rows, detail: float) -> Candidate | None:
     return next(candidates(cubic_points(curves, t), lengths, line.is_line, STROKES.form_share * detail), None)
 
 
-def _accepted(scene: Scene, drawn: Scene, strokes: dict[int, Stroke], critic: Critic, detail: float) -> list[int]:
-    """Return the strokes in ``drawn``, by generation, that the picture and the file accept in place of ``scene``."""
-    samples, rise = critic.samples(scene), critic.error(drawn) - critic.error(scene)
-    loop = segment_loops(scene)
-    first = scene.structure.path_first_loop.tolist()
-    good = []
-    for path, generation in enumerate(scene.generation.tolist()):
-        stroke = strokes.get(generation)
-        if stroke is None:
-            continue
-        rows = np.isin(loop, first[path] + np.array(stroke.loops))
-        points = samples.control[rows].reshape(-1, 2)
-        low, high = points.min(0)[None], points.max(0)[None]
-        allowed = critic.allowed(samples.worth[rows].sum(), STROKES.detail_share * detail, SIMPLIFICATION.whole_noise)
-        is_close = float(errors_in_boxes(rise, low, high)[0]) <= float(allowed)
-        if is_close and stroke.cost <= STROKES.cost_share_max * _fill_cost(scene, rows, loop):
-            good.append(generation)
-    return good
+@dataclass(frozen=True, eq=False)
+class _Judge:
+    """What is known of a drawing before its shapes become strokes: samples of its outlines, and its error [h, w]."""
+
+    scene: Scene
+    samples: OutlineSamples
+    error: Floats32
+    critic: Critic
+
+    def accepted(self, drawn: Scene, strokes: dict[int, Stroke], detail: float) -> list[int]:
+        """Return the strokes in ``drawn``, by generation, that the picture and the file accept."""
+        rise, loop = self.critic.error(drawn) - self.error, segment_loops(self.scene)
+        first = self.scene.structure.path_first_loop.tolist()
+        good = []
+        for path, generation in enumerate(self.scene.generation.tolist()):
+            stroke = strokes.get(generation)
+            if stroke is None:
+                continue
+            rows = np.isin(loop, first[path] + np.array(stroke.loops))
+            points = self.samples.control[rows].reshape(-1, 2)
+            found = errors_in_boxes(rise, points.min(0)[None], points.max(0)[None])
+            worth, reach = self.samples.worth[rows].sum(), STROKES.detail_share * detail
+            is_close = float(found[0]) <= float(self.critic.allowed(worth, reach, SIMPLIFICATION.whole_noise))
+            if is_close and stroke.cost <= STROKES.cost_share_max * _fill_cost(self.scene, rows, loop):
+                good.append(generation)
+        return good
 
 
 def _fill_cost(scene: Scene, rows: Mask, loop: Integers) -> float:
