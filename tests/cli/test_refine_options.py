@@ -116,7 +116,9 @@ def test_a_drawing_that_is_missing_is_that_of_from(photo: Path) -> None:
     assert_refused(result, "error: --from must be an SVG file", "none.svg")
 
 
-@pytest.mark.parametrize("options", [["--mode", "flat"], ["--detail", "1"], ["--cutout"], ["--threshold", "9"]])
+@pytest.mark.parametrize(
+    "options", [["--mode", "flat"], ["--detail", "1"], ["--cutout"], ["--strokes", "off"], ["--threshold", "9"]]
+)
 def test_the_help_leaves_out_what_is_refused(photo: Path, options: list[str]) -> None:
     assert_refused(_refine(photo, *options), f"{options[0]} must ")
     text = invoke("refine", "--help-all").stdout
