@@ -87,9 +87,9 @@ def test_steps_start_anew_from_the_best_while_that_pays(monkeypatch: pytest.Monk
     starts: list[float] = []
 
     class Impatient(LevenbergMarquardt):
-        def steps(self, count: int) -> Iterator[Evaluation]:
+        def steps(self, count: int, gain_min: float) -> Iterator[Evaluation]:
             starts.append(self._here.loss)
-            return super().steps(min(count, 3))
+            return super().steps(min(count, 3), gain_min)
 
     monkeypatch.setattr(polishing, "LevenbergMarquardt", Impatient)
     scene = _scene(RING)

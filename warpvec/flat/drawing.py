@@ -26,7 +26,8 @@ from warpvec.flat.simplification.forms import find_forms
 from warpvec.flat.simplification.path_removal import remove_paths
 from warpvec.flat.simplification.regularity import regularize
 from warpvec.flat.simplification.simplify import simplify
-from warpvec.flat.strokes.recognition import find_strokes, with_strokes
+from warpvec.flat.strokes.recognition import find_strokes
+from warpvec.flat.strokes.stroke import set_apart, with_strokes
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene
 from warpvec.image.colors import parse_color
@@ -108,8 +109,11 @@ class FlatDrawing:
             # A file of parts without overlaps has outlines only.
             is_wanted = self.config.strokes == "auto" and not self.config.cutout
             strokes = find_strokes(scene, self.critic, watch, detail) if is_wanted else {}
+            count = len(self.outlines.traced)
+            scene, strokes = set_apart(scene, strokes, count)
             is_stroke = torch.isin(scene.generation, torch.tensor(list(strokes), dtype=torch.int64))
             scene = with_strokes(find_forms(scene, self.critic, watch, detail, is_stroke.numpy()), strokes)
+            scene = replace(scene, generation=scene.generation % count)
         return self._snapped(scene), left_out
 
     def _on_canvas(self, scene: Scene) -> Scene:

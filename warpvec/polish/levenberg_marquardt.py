@@ -96,11 +96,11 @@ class LevenbergMarquardt:
         self._strength = self._opacity_strength(x, seed)
         self._order: NDArray[np.int64] | None = None
 
-    def steps(self, count: int) -> Iterator[Evaluation]:
-        """Yield each evaluation of the loss, at most ``count``, until nothing improves it any more."""
+    def steps(self, count: int, gain_min: float = GAIN_MIN) -> Iterator[Evaluation]:
+        """Yield each evaluation of the loss, at most ``count``, until the last steps gain less than ``gain_min``."""
         yield self._here
         left, losses = count - 1, [self._here.loss]
-        while left > 0 and len(losses) <= STEPS_MAX and not _is_idle(losses):
+        while left > 0 and len(losses) <= STEPS_MAX and not _is_idle(losses, gain_min):
             system = self._system()
             while left > 0 and self._damping < DAMPING_MAX:
                 step, expected = self._allowed_step(system)
@@ -188,9 +188,12 @@ class LevenbergMarquardt:
         return strength
 
 
-def _is_idle(losses: list[float]) -> bool:
-    """Return whether the last steps have gained hardly anything; ``losses`` has one before each step, and the last."""
-    return len(losses) > GAIN_STEPS and losses[-1] > (1.0 - GAIN_MIN) * losses[-1 - GAIN_STEPS]
+def _is_idle(losses: list[float], gain_min: float) -> bool:
+    """Return whether the last steps have gained a smaller share of the loss than ``gain_min``.
+
+    ``losses`` has the loss before each step, and the last one.
+    """
+    return len(losses) > GAIN_STEPS and losses[-1] > (1.0 - gain_min) * losses[-1 - GAIN_STEPS]
 
 
 class _System:

@@ -13,7 +13,7 @@ from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 from warpvec.polish.descent import MOMENTUM_SHARE, Descent
 from warpvec.polish.folds import FoldGuard
-from warpvec.polish.levenberg_marquardt import LevenbergMarquardt
+from warpvec.polish.levenberg_marquardt import GAIN_MIN, LevenbergMarquardt
 from warpvec.polish.variables import Evaluation, Variables
 from warpvec.rendering.launch import resolve_device
 from warpvec.rendering.streams import on_warps_stream
@@ -51,6 +51,7 @@ def polish(
     free: bool = False,
     values_exact_max: int = VALUES_EXACT_MAX,
     locked: Tensor | None = None,
+    gain_min: float = GAIN_MIN,
 ) -> FitResult:
     """Fit ``start`` to ``target`` and keep its structure; the loss of the result is at most its own.
 
@@ -67,6 +68,7 @@ def polish(
         free: let smooth nodes become corners, opaque paths translucent, and paths cross themselves.
         values_exact_max: most values that are fitted by Gauss-Newton steps.
         locked: paths [N] (bool) that keep their form and paint; None for none.
+        gain_min: Gauss-Newton steps end once the last ones have gained a smaller share of the loss.
 
     Raises:
         InputError: the device does not exist.
@@ -77,7 +79,7 @@ def polish(
         locked = None if locked is None else locked.to(device)
         run = _Polish(target, start.to(device), config, part, iterations, free, locked)
         try:
-            run.take(values_exact_max)
+            run.take(values_exact_max, gain_min)
         except KeyboardInterrupt:
             part.interrupted = True
         except _OutOfTime:
@@ -103,23 +105,23 @@ class _Polish:
         self._best: Evaluation | None = None
         self._iteration = 0
 
-    def take(self, values_exact_max: int) -> None:
+    def take(self, values_exact_max: int, gain_min: float) -> None:
         """Take the iterations; raise KeyboardInterrupt once the user asks for the best result so far."""
         if self._iteration_count == 0:
             return
         if self._variables.value_count <= values_exact_max and len(self._start) <= PATHS_EXACT_MAX:
-            self._take_exactly()
+            self._take_exactly(gain_min)
         else:
             self._take_by_gradients()
 
-    def _take_exactly(self) -> None:
+    def _take_exactly(self, gain_min: float) -> None:
         """Take Gauss-Newton steps, which fold nothing, and start anew from the best while that pays."""
         config, before = self._config, math.inf
         while self._best_loss < RESTART_SHARE * before:
             before = self._best_loss
             folds = self._guard.folds
             solver = LevenbergMarquardt(self._variables, self._best_x, folds, config.seed, config.lr_scale)
-            for found in solver.steps(self._iteration_count - self._iteration):
+            for found in solver.steps(self._iteration_count - self._iteration, gain_min):
                 self._see(found)
             if self._iteration + RESTART_ROOM > self._iteration_count:
                 break

@@ -93,3 +93,29 @@ def test_other_shapes_are_no_strokes(name: str) -> None:
 def test_strokes_can_be_turned_off() -> None:
     for changed in ({"strokes": "off"}, {"cutout": True}):
         assert drawn(stroke("M16 40H112", 8), replace(CONFIG, **changed)).strokes is None  # type: ignore[arg-type]
+
+
+def test_a_line_reaches_a_little_beyond_a_crossing() -> None:
+    scene = drawn(stroke("M16 90H112M64 20V95", 10))
+    assert lines_of(scene) == 2
+    assert float(scene.segments[..., 1].max()) == pytest.approx(95.0, abs=0.2)
+
+
+def test_small_round_corners_stay_round() -> None:
+    scene = drawn(stroke("M24 20V101a3 3 0 0 0 3 3H110", 12))
+    assert lines_of(scene) == 1 and scene.structure.lines.tolist() == [True, False, True, True]
+
+
+def test_a_ring_that_a_line_touches_is_a_circle() -> None:
+    scene = drawn(
+        '<circle cx="40" cy="40" r="24" fill="none" stroke="#123" stroke-width="8"/>' + stroke("M40 64V118", 8)
+    )
+    assert lines_of(scene) == 2 and scene.forms is not None
+    assert scene.forms.parameters[scene.forms.kind == CIRCLE][0, :3].tolist() == pytest.approx([40, 40, 24], abs=0.1)
+
+
+def test_dots_beside_a_stroke_of_their_colour_are_circles() -> None:
+    frame = '<rect x="20" y="20" width="88" height="80" rx="9" fill="none" stroke="#123" stroke-width="7"/>'
+    dots = "".join(f'<circle cx="{x}" cy="60" r="6" fill="#123"/>' for x in (44, 64, 84))
+    scene = drawn(frame + dots)
+    assert scene.forms is not None and sorted(scene.forms.kind.tolist()) == [CIRCLE] * 3 + [ROUND_RECT]

@@ -63,6 +63,9 @@ class StrokeConstants:
     through_degrees: float = 35.0
     """Two lines go on as one through a junction if the turn is at most so much."""
 
+    overhang: float = 0.1
+    """A line goes on through a junction if the shape reaches by more than so many widths beyond the other lines."""
+
     corner_gap: float = 0.25
     """A gap in a centre line of more than so many widths may have a corner."""
 
@@ -93,6 +96,12 @@ class StrokeConstants:
     node_gap: float = 3.0
     """Least distance of these places in pixels."""
 
+    node_rounds: int = 2
+    """How often the pieces of a known line are chosen, each time among places that lie nearer to each other."""
+
+    node_zoom: int = 4
+    """How many times nearer."""
+
     corner_degrees: float = 25.0
     """A centre line has a corner where its direction changes by more within a short part."""
 
@@ -105,11 +114,25 @@ class StrokeConstants:
     tolerance: float = 0.35
     """Largest distance in pixels between a centre line and its pieces before they are fitted to the picture."""
 
-    form_share: float = 2.0
-    """Share of the detail within which a closed line has a form, before that is fitted to the picture."""
+    again_shares: tuple[float, ...] = (2.0, 2.0, 0.6, 0.2)
+    """The same distance once the centre line is fitted to the picture, in shares of the detail. The picture says
+    whether a stroke moves too far; then it is drawn once more with the next share, and with round corners. After a
+    stroke is accepted, and fitted again, the first share says whether it can be simpler still."""
 
-    again_share: float = 0.6
-    """The same distance once the centre line is fitted to the picture, in shares of the detail."""
+    meeting_reach: float = 0.75
+    """What is within so many widths of another line may lie below it, and tells nothing of the form of a line."""
+
+    round_reach: float = 0.15
+    """Where a corner may be round, the fit begins with a cubic of so many widths to both sides of it."""
+
+    round_near: float = 0.75
+    """What is within so many widths of a corner is blamed on it."""
+
+    round_error: float = 0.25
+    """Corners with at least this share of the error of the worst one become round."""
+
+    round_share: float = 0.3
+    """Largest share of a curve that such a cubic takes."""
 
     line_cost: float = 2.0
     """Cost of a line, as the numbers that a file needs for it."""
@@ -128,17 +151,24 @@ class StrokeConstants:
 
     # Acceptance (strokes/recognition.py)
 
-    first_iterations: int = 20
-    """Iterations of the fit of strokes as they are found, after which their lines are drawn by fewer pieces."""
-
     iterations: int = 30
-    """Iterations of the fit of these, before the drawing is judged."""
+    """Most iterations of a fit of strokes."""
+
+    gain_min: float = 0.1
+    """Such a fit ends once five steps gain a smaller share of the loss: that is enough to judge a stroke. Those that
+    stay are fitted once more."""
+
+    last_gain_min: float = 0.04
+    """The same for this last fit."""
 
     detail_share: float = 1.2
     """Share of the detail by which the outlines of a stroke may move. A corner of a centre line that is a little round
     becomes sharp with 1.2, not with 1."""
 
-    hopeless: float = 2.2
+    width_shared: float = 0.1
+    """Widths that differ by no more pixels are the same; fitted ones are within 0.05 of the designer's."""
+
+    hopeless: float = 4.0
     """After the first fit, strokes whose outlines move by more than so many times the detail are given up."""
 
     cost_share_max: float = 0.95

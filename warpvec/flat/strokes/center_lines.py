@@ -89,6 +89,13 @@ def _is_spur(places: Floats, ends: tuple[int, int] | None, junctions: Floats, wi
     return bool(np.linalg.norm(tip - junctions[junction]) < STROKES.spur * width)
 
 
+class _Meeting(NamedTuple):
+    """Where a line ends at a junction [2], and how far ahead of it the other lines cover, in pixels."""
+
+    place: Floats
+    covered: float
+
+
 class _End(NamedTuple):
     """An end of a branch at a junction: the branch, whether it is its start, and the direction outwards [2]."""
 
@@ -108,7 +115,7 @@ def _joined(
             if junction >= 0:
                 at.setdefault(junction, []).append(_End(branch, is_start, _direction(places[branch], is_start, reach)))
     partner: dict[tuple[int, bool], tuple[int, bool]] = {}
-    meeting: dict[tuple[int, bool], Floats] = {}
+    meeting: dict[tuple[int, bool], _Meeting] = {}
     for junction, meet in at.items():
         pairs = _pairs(meet)
         for a, b in pairs:
@@ -119,16 +126,16 @@ def _joined(
         place = _meeting_place(places, meet, pairs, junctions[junction])
         for end in meet:
             if (end.branch, end.is_start) not in partner:
-                meeting[end.branch, end.is_start] = place
+                covered = _covered(end, [other for other in meet if other is not end], shape.width)
+                meeting[end.branch, end.is_start] = _Meeting(place, covered)
     closed = {branch for branch, both in zip(kept, ends, strict=True) if both is None}
-    lines = [Line(_with_corners(places[branch], shape.width, True), True) for branch in kept if branch in closed]
-    chains = _chains([k for k in kept if k not in closed], partner)
+    chains = [([(k, True)], True) for k in closed] + _chains([k for k in kept if k not in closed], partner)
+    lengths = [sum(_length(places[k]) for k, _ in chain) for chain, _ in chains]
+    least = min(STROKES.spur * shape.width, max(lengths))
+    chains = [chain for chain, length in zip(chains, lengths, strict=True) if length >= least]
     cap = _cap(shape, places, chains, meeting)
-    for chain, is_ring in chains:
-        lines.append(_line_of(shape, places, chain, is_ring, meeting, cap))
-    lengths = [_length(line.points) for line in lines]
-    is_long = [length >= STROKES.spur * shape.width or length == max(lengths) for length in lengths]
-    return CenterLines([line for line, kept in zip(lines, is_long, strict=True) if kept and len(line.points) > 1], cap)
+    lines = [_line_of(shape, places, chain, is_ring, meeting, cap) for chain, is_ring in chains]
+    return CenterLines([line for line in lines if len(line.points) > 1], cap)
 
 
 def _length(points: Floats) -> float:
@@ -181,6 +188,13 @@ def _meeting_place(places: list[Floats], meet: list[_End], pairs: list[tuple[_En
     return found
 
 
+def _covered(end: _End, others: list[_End], width: float) -> float:
+    """Return how far ahead of a junction the other lines cover the straight way on from an ``end``, in pixels."""
+    cosine = np.array([-(other.out @ end.out) for other in others])
+    sine = np.sqrt(np.maximum(1.0 - np.square(cosine), 1e-6))
+    return float(width / 2.0 / np.where(cosine > 0.0, sine, 1.0).min(initial=1.0))
+
+
 def _crossing(a: Floats, along: Floats, b: Floats, out: Floats, near: Floats) -> Floats:
     matrix = np.stack([along, -out], 1)
     if abs(np.linalg.det(matrix)) < 1e-3 * np.linalg.norm(along):
@@ -217,7 +231,7 @@ def _cap(
     shape: _Shape,
     places: list[Floats],
     chains: list[tuple[list[tuple[int, bool]], bool]],
-    meeting: dict[tuple[int, bool], Floats],
+    meeting: dict[tuple[int, bool], _Meeting],
 ) -> int:
     """Return the cap of most free ends: butt if the corners of a square lie inside, else round."""
     votes = []
@@ -244,7 +258,7 @@ def _line_of(
     places: list[Floats],
     chain: list[tuple[int, bool]],
     is_ring: bool,
-    meeting: dict[tuple[int, bool], Floats],
+    meeting: dict[tuple[int, bool], _Meeting],
     cap: int,
 ) -> Line:
     points = np.concatenate([places[k] if forwards else places[k][::-1] for k, forwards in chain])
@@ -288,21 +302,25 @@ def _corner(before: Floats, after: Floats, width: float) -> Floats | None:
     return a + share[0] * first if 0.0 < share[0] < far and -far < share[1] < 0.0 else None
 
 
-def _with_end(shape: _Shape, points: Floats, meeting: Floats | None, cap: int) -> Floats:
+def _with_end(shape: _Shape, points: Floats, meeting: _Meeting | None, cap: int) -> Floats:
     """Return ``points`` with their start where the line begins: at a junction, or before its cap."""
+    out = _direction(points, True, STROKES.reach * shape.width)
+    before_cap = shape.width / 2.0 if cap == ROUND else 0.0
     if meeting is not None:
         near = np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)) < shape.width
-        gap = np.linalg.norm(points[: 1 + int(near.sum())] - meeting, axis=1)
+        gap = np.linalg.norm(points[: 1 + int(near.sum())] - meeting.place, axis=1)
         rest = points[int(np.argmin(gap)) :] if gap.min() < shape.width / 4.0 else points
-        return np.concatenate([meeting[None], rest if len(rest) > 1 else points[-1:]])
-    out = _direction(points, True, STROKES.reach * shape.width)
-    ahead = _room(shape, points[0], out) - (shape.width / 2.0 if cap == ROUND else 0.0)
+        rest = rest if len(rest) > 1 else points[-1:]
+        room = _room(shape, meeting.place, out)
+        ahead = room - before_cap if room > meeting.covered + STROKES.overhang * shape.width else 0.0
+        return np.concatenate([(meeting.place + max(ahead, 0.0) * out)[None], rest])
+    ahead = _room(shape, points[0], out) - before_cap
     return np.concatenate([(points[0] + out * ahead)[None], points]) if ahead > STROKES.step / 2.0 else points
 
 
 def _room(shape: _Shape, place: Floats, out: Floats) -> float:
-    """Return how far the shape goes on from ``place``, in pixels; at most one width."""
-    steps = np.linspace(0.0, shape.width, 65)
+    """Return how far the shape goes on from ``place``, in pixels; at most one and a half widths."""
+    steps = np.linspace(0.0, 1.5 * shape.width, 97)
     inside = shape.is_inside(place + steps[:, None] * out)
     return float(steps[int(np.argmin(inside)) if not inside.all() else -1])
 

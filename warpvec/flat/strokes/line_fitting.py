@@ -61,10 +61,8 @@ def fit_line(line: Line, width: float) -> Rows:
 
 def fit_again(rows: Rows, tolerance: float) -> Rows:
     """Return the cheapest rows within ``tolerance`` pixels of a line that is known exactly, with the same corners."""
-    count = len(rows.control) - rows.is_open
-    ends = np.roll(rows.control[:, :1], -1, axis=0)
-    curves = np.concatenate([rows.control, ends], 1)[:count]
-    start = 0 if rows.is_open else int(np.argmax(_corner_turns(curves)))
+    curves = curves_of(rows)
+    start = 0 if rows.is_open else int(np.argmax(corner_turns(curves)))
     curves = np.roll(curves, -start, axis=0)
     lengths = np.linalg.norm(np.diff(curves, axis=1), axis=2).sum(1)
     counts = np.maximum(np.ceil(lengths / STROKES.step).astype(int), 4)
@@ -75,9 +73,26 @@ def fit_again(rows: Rows, tolerance: float) -> Rows:
         ahead.append(cubic_slopes(curve, t))
     points = np.concatenate([*parts, curves[-1:, 3]])
     node = np.concatenate([[0], np.cumsum(counts)])
-    nodes = _known_nodes(points, node, curves, np.concatenate(ahead))
-    found = _rows(points, nodes, _cheapest(points, nodes, tolerance), not rows.is_open)
+    directions = _unit(np.concatenate([*ahead, ahead[-1][-1:]]))
+    gap = max(STROKES.node_gap, len(points) * STROKES.step / STROKES.nodes_max)
+    index = np.arange(0, len(points), max(round(gap / STROKES.step), 1))
+    for _ in range(STROKES.node_rounds):
+        nodes = _known_nodes(node, np.union1d(index, node), curves, directions)
+        pieces = _cheapest(points, nodes, tolerance)
+        # Next, the pieces may end at places nearer to each other, around those where they end now.
+        chosen = nodes.place[[piece.before for piece in pieces]]
+        gap /= STROKES.node_zoom
+        away = np.round(np.arange(-STROKES.node_zoom, STROKES.node_zoom + 1) * gap / STROKES.step).astype(int)
+        index = np.unique((chosen[:, None] + away).clip(0, len(points) - 1))
+    found = _rows(points, nodes, pieces, not rows.is_open)
     return found if cost_of(found) < cost_of(rows) else rows
+
+
+def curves_of(rows: Rows) -> Floats:
+    """Return the curves [S, 4, 2] of a centre line."""
+    ends = np.roll(rows.control[:, :1], -1, axis=0)
+    curves: Floats = np.concatenate([rows.control, ends], 1)
+    return curves[:-1] if rows.is_open else curves
 
 
 def cost_of(rows: Rows) -> float:
@@ -86,7 +101,7 @@ def cost_of(rows: Rows) -> float:
     return float(np.where(is_line, STROKES.line_cost, STROKES.cubic_cost).sum())
 
 
-def _corner_turns(curves: Floats) -> Floats:
+def corner_turns(curves: Floats) -> Floats:
     """Return the turn in degrees at the start of each of the ``curves`` [S, 4, 2] of a closed line [S]."""
     arriving, leaving = _unit(curves[:, 3] - _near(curves, False)), _unit(_near(curves, True) - curves[:, 0])
     return np.degrees(np.arccos(np.clip((np.roll(arriving, 1, axis=0) * leaving).sum(1), -1.0, 1.0)))
@@ -102,20 +117,19 @@ def _near(curves: Floats, is_start: bool) -> Floats:
     return found
 
 
-def _known_nodes(points: Floats, node: Integers, curves: Floats, slopes: Floats) -> _Nodes:
-    """Return places where pieces may end on a known line, whose curves begin at the points ``node`` [S + 1]."""
+def _known_nodes(node: Integers, index: Integers, curves: Floats, directions: Floats) -> _Nodes:
+    """Return the points ``index`` [N] of a known line with unit ``directions`` [K, 2] as places where pieces may end.
+
+    Its curves begin at the points ``node`` [S + 1], which are among them.
+    """
     leaving, arriving = _unit(_near(curves, True) - curves[:, 0]), _unit(curves[:, 3] - _near(curves, False))
     turns = np.degrees(np.arccos(np.clip((arriving[:-1] * leaving[1:]).sum(1), -1.0, 1.0)))
     corner = node[1:-1][turns > STROKES.kink_degrees]
-    gap = max(STROKES.node_gap, len(points) * STROKES.step / STROKES.nodes_max)
-    even = np.round(np.linspace(0, len(points) - 1, max(int(len(points) * STROKES.step / gap), 1) + 1)).astype(int)
-    index = np.unique(np.concatenate([even, node]))
-    directions = _unit(np.concatenate([slopes, slopes[-1:]]))
     before, after = directions[index].copy(), directions[index].copy()
     place = np.searchsorted(index, node)
     after[place[:-1]], before[place[1:]] = leaving, arriving
     before[place[0]], after[place[-1]] = leaving[0], arriving[-1]
-    smooth = np.setdiff1d(np.arange(len(index)), np.searchsorted(index, [*corner, 0, len(points) - 1]))
+    smooth = np.setdiff1d(np.arange(len(index)), np.searchsorted(index, [*corner, 0, node[-1]]))
     mean = _unit(before[smooth] + after[smooth])
     before[smooth] = after[smooth] = mean
     return _Nodes(index, before, after, np.isin(index, corner))
@@ -178,18 +192,20 @@ def _find_nodes(points: Floats, width: float, is_closed: bool) -> tuple[Floats, 
 def _sharpness(points: Floats, turns: Floats, span: int, is_closed: bool) -> Mask:
     """Return the points that are corners: the sharpest of their part, where the turn is not spread along the line."""
     count = len(points)
-    wide = turns > STROKES.corner_degrees
-    is_peak = np.array([turns[k] >= turns[max(k - span, 0) : k + span + 1].max() for k in range(count)])
-    found = wide & is_peak
-    for k in np.flatnonzero(found).tolist():
-        # An arc that turns as much in this part goes on to turn outside of it.
-        low, high = k - 2 * span, k + 2 * span
-        if low < 0 or high >= count:
-            found[k] = turns[k] > 2.0 * STROKES.corner_degrees and 0 < k < count - 1
+    around = np.arange(-span, span + 1)
+    found = np.zeros(count, bool)
+    for k in np.flatnonzero(turns > STROKES.corner_degrees).tolist():
+        if turns[k] < _at(turns, k + around, is_closed).max():
             continue
-        first, last = points[k - span] - points[low], points[high] - points[k + span]
-        cross = first[0] * last[1] - first[1] * last[0]
-        whole = abs(np.degrees(np.arctan2(cross, first @ last)))
+        low, high = k - 2 * span, k + 2 * span
+        if not is_closed and (low < 0 or high >= count):
+            found[k] = turns[k] > 2.0 * STROKES.corner_degrees
+            continue
+        # An arc that turns as much in this part goes on to turn outside of it.
+        first = _at(points, np.array([k - span]), is_closed) - _at(points, np.array([low]), is_closed)
+        last = _at(points, np.array([high]), is_closed) - _at(points, np.array([k + span]), is_closed)
+        cross = first[0, 0] * last[0, 1] - first[0, 1] * last[0, 0]
+        whole = abs(np.degrees(np.arctan2(cross, (first * last).sum())))
         found[k] = whole < 1.5 * turns[k]
     if is_closed:
         found[-1] = found[0]
@@ -228,7 +244,7 @@ def _with_exact_corners(points: Floats, corners: Integers, span: int, is_closed:
 
 
 def _at(points: Floats, k: Integers, is_closed: bool) -> Floats:
-    """Return the points of these numbers; those past the ends of a closed line are on its other end."""
+    """Return the rows of these numbers; those past the ends of a closed line are on its other end."""
     if is_closed:
         return points[:-1][k % (len(points) - 1)]
     return points[np.clip(k, 0, len(points) - 1)]

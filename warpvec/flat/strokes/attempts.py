@@ -1,0 +1,123 @@
+"""The attempts to draw a path as a stroke: the simplest first, then with round corners, then with more rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from warpvec.arrays import Floats32
+from warpvec.flat.constants.strokes import STROKES
+from warpvec.flat.simplification.form_candidates import Candidate, candidates
+from warpvec.flat.simplification.local_error import errors_in_boxes
+from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
+from warpvec.flat.strokes.line_fitting import curves_of, fit_again
+from warpvec.flat.strokes.round_corners import corners_of, with_round_corners
+from warpvec.flat.strokes.stroke import Stroke
+
+_SAMPLES = 16
+"""Points of a curve at which its distance from others is taken."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """What is known of a path that may become a stroke.
+
+    Attributes:
+        first: the stroke as it was found, fitted to the picture.
+        next: the stroke that is to be tried; None if there is none.
+        best: the simplest one that the picture has accepted, fitted to it; None if there is none.
+        level: which of ``STROKES.again_shares`` said how far its lines may move.
+        rise: by how much the error [h, w] rose with sharp corners; None before that is known.
+    """
+
+    first: Stroke
+    next: Stroke | None
+    best: Stroke | None = None
+    level: int = 0
+    rise: Floats32 | None = None
+
+    @staticmethod
+    def of(fitted: Stroke, is_accepted: bool, detail: float) -> Attempt:
+        """Return the first attempt for a stroke as it was found, fitted to the picture."""
+        return Attempt(fitted, None, fitted if is_accepted else None)._with(_simpler(fitted, _share(0) * detail))
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing is left to try."""
+        return self.next is None
+
+    @property
+    def stroke(self) -> Stroke | None:
+        """The stroke to draw: the next one, else the best."""
+        return self.best if self.next is None else self.next
+
+    def after(self, fitted: Stroke | None, rise: Floats32, detail: float) -> Attempt:
+        """Return what is known after the next stroke was drawn.
+
+        Args:
+            fitted: that stroke, fitted to the picture; None if the picture does not accept it.
+            rise: by how much the error [h, w] rose.
+            detail: as in `find_strokes`.
+        """
+        if self.next is None:
+            return self
+        if fitted is not None:
+            return replace(self, best=fitted)._with(_simpler(fitted, _share(0) * detail))
+        if self.level + 1 == len(STROKES.again_shares):
+            return replace(self, next=None)
+        sharp, level = rise if self.rise is None else self.rise, self.level + 1
+        found = _rounded(_simpler(self.first, _share(level) * detail), sharp)
+        return replace(self, level=level, rise=sharp)._with(found)
+
+    def _with(self, stroke: Stroke) -> Attempt:
+        """Return this with another stroke to try, if that is simpler than the best."""
+        return replace(self, next=stroke if self.best is None or stroke.cost < self.best.cost else None)
+
+
+def _share(level: int) -> float:
+    return STROKES.again_shares[level]
+
+
+def _simpler(stroke: Stroke, tolerance: float) -> Stroke:
+    """Return a fitted stroke with as few rows as its lines need, and with forms for closed lines that have one.
+
+    They may move by ``tolerance`` pixels.
+    """
+    lines = [fit_again(line, tolerance) for line in stroke.lines]
+    forms = [None if line.is_open else _form_of(stroke, k, tolerance) for k, line in enumerate(lines)]
+    return replace(stroke, lines=lines, forms=forms)
+
+
+def _rounded(stroke: Stroke, rise: Floats32) -> Stroke:
+    """Return a stroke with round corners where sharp ones have raised the error [h, w] most; forms stay."""
+    free = [line for line, form in zip(stroke.lines, stroke.forms, strict=True) if form is None]
+    corners = [corners_of(line) for line in free]
+    places = np.concatenate([curves_of(line)[is_corner, 0] for line, is_corner in zip(free, corners, strict=True)])
+    if not len(places):
+        return stroke
+    reach = STROKES.round_near * stroke.width
+    found = errors_in_boxes(rise, places - reach, places + reach)
+    least = STROKES.round_error * found.max()
+    lines = list(stroke.lines)
+    for k, form in enumerate(stroke.forms):
+        if form is None:
+            is_corner = corners.pop(0)
+            is_worst = is_corner.copy()
+            is_worst[is_corner], found = found[: is_corner.sum()] >= least, found[is_corner.sum() :]
+            lines[k] = with_round_corners(lines[k], is_worst, stroke.width)
+    return replace(stroke, lines=lines)
+
+
+def _form_of(stroke: Stroke, number: int, tolerance: float) -> Candidate | None:
+    """Return the form of a closed line of a stroke, None if it has none. What lies under other lines is no evidence."""
+    line, t = stroke.lines[number], (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    curves = curves_of(line)
+    points = cubic_points(curves, t)
+    lengths = np.linalg.norm(cubic_slopes(curves, t), axis=-1) / _SAMPLES
+    others = [cubic_points(curves_of(other), t) for k, other in enumerate(stroke.lines) if k != number]
+    if others:
+        near, _ = cKDTree(np.concatenate(others).reshape(-1, 2)).query(points)
+        lengths = np.where(near < STROKES.meeting_reach * stroke.width, 0.0, lengths)
+    return next(candidates(points, lengths, line.is_line, tolerance), None)

@@ -1,0 +1,121 @@
+"""The shapes of a drawing that may be strokes: most of their outline has the same distance from the other side."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import torch
+
+from warpvec.arrays import Floats, Integers
+from warpvec.flat.constants.strokes import STROKES
+from warpvec.flat.simplification.outline_samples import control_points, cubic_points, segment_loops
+from warpvec.flat.simplification.path_removal import loop_areas
+from warpvec.flat.strokes.center_lines import center_lines, join_of
+from warpvec.flat.strokes.inner_disks import boundary_of, inner_disks, stroke_width
+from warpvec.flat.strokes.line_fitting import Rows, fit_line
+from warpvec.flat.strokes.stroke import Stroke
+from warpvec.geometry.paints.registry import FLAT
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.strokes import BUTT, ROUND
+
+
+def stroke_candidates(scene: Scene) -> dict[int, Stroke]:
+    """Return the paths of a scene of filled cubics that may be strokes, by their generation."""
+    found = {}
+    for path in range(len(scene)):
+        is_flat = scene.gradients is None or int(scene.gradients.kind[path]) == FLAT
+        stroke = _candidate(scene.select(torch.tensor([path]))) if is_flat else None
+        if stroke is not None:
+            found[int(scene.generation[path])] = stroke
+    return found
+
+
+class _Part(NamedTuple):
+    """A connected part of a path that may be a stroke.
+
+    Attributes:
+        loops: its loops, numbered within the path.
+        lines: the rows of its centre lines; none if it is no stroke.
+        width, cap, join: as in `Strokes`.
+        length: of its centre lines, in pixels.
+    """
+
+    loops: list[int]
+    lines: list[Rows]
+    width: float = 0.0
+    cap: int = BUTT
+    join: int = ROUND
+    length: float = 0.0
+
+    @property
+    def has_ends(self) -> bool:
+        return any(line.is_open for line in self.lines)
+
+    @property
+    def is_long(self) -> bool:
+        """Whether it would be a stroke without others beside it."""
+        is_round = self.cap == ROUND and self.has_ends
+        least = STROKES.round_length_min if is_round else STROKES.length_min
+        return bool(self.lines) and self.length >= least * self.width
+
+
+def _candidate(scene: Scene) -> Stroke | None:
+    """Return the stroke that a scene of one path is, or that some of its parts are."""
+    control, loop = control_points(scene), segment_loops(scene)
+    areas = loop_areas(control, loop, scene.structure.loop_count)
+    parts = [_part(control, loop, areas, loops) for loops in _components(control, loop, areas)]
+    widths = [part.width for part in parts if part.is_long]
+    if not widths:
+        return None
+    common = float(np.median(widths))
+    alike = [p for p in parts if p.lines and abs(p.width - common) <= STROKES.width_error * common]
+    cap = _most([part.cap for part in alike if part.has_ends], BUTT)
+    chosen = [part for part in alike if part.cap == cap or not part.has_ends]
+    join = _most([part.join for part in chosen if part.is_long], ROUND)
+    lines = [line for part in chosen for line in part.lines]
+    loops = [number for part in chosen for number in part.loops]
+    return Stroke(loops, lines, common, cap, join, [None] * len(lines)) if lines else None
+
+
+def _most(kinds: list[int], otherwise: int) -> int:
+    return max(set(kinds), key=kinds.count) if kinds else otherwise
+
+
+def _components(control: Floats, loop: Integers, areas: Floats) -> list[list[int]]:
+    """Return the loops of each connected part: one that runs like the largest loop, and the holes in it."""
+    sign = np.sign(areas[np.argmax(np.abs(areas))])
+    outer = np.flatnonzero(np.sign(areas) == sign)
+    outer = outer[np.argsort(np.abs(areas[outer]))]
+    polygons = {
+        k: cubic_points(control[loop == k], np.linspace(0.0, 1.0, 9)[:-1]).reshape(-1, 2) for k in outer.tolist()
+    }
+    parts = {k: [k] for k in outer.tolist()}
+    for hole in np.flatnonzero(np.sign(areas) != sign).tolist():
+        place = control[loop == hole][0, 0]
+        owner = next((k for k in outer.tolist() if _contains(polygons[k], place)), int(outer[-1]))
+        parts[owner].append(hole)
+    return list(parts.values())
+
+
+def _contains(polygon: Floats, place: Floats) -> bool:
+    start, end = polygon, np.roll(polygon, -1, axis=0)
+    crosses = (start[:, 1] > place[1]) != (end[:, 1] > place[1])
+    rise = np.where(crosses, end[:, 1] - start[:, 1], 1.0)
+    x = start[:, 0] + (place[1] - start[:, 1]) / rise * (end[:, 0] - start[:, 0])
+    return bool((crosses & (x > place[0])).sum() % 2)
+
+
+def _part(control: Floats, loop: Integers, areas: Floats, loops: list[int]) -> _Part:
+    """Return what is known of the part with these ``loops``."""
+    boundary = boundary_of(control[np.isin(loop, loops)], float(areas[loops[0]]))
+    if len(boundary.points) < STROKES.points_min:
+        return _Part(loops, [])
+    disks = inner_disks(boundary)
+    width, has_width = stroke_width(boundary, disks)
+    found = center_lines(boundary, disks, has_width, width) if width >= STROKES.width_min else None
+    if found is None or not found.lines:
+        return _Part(loops, [])
+    length = sum(float(np.linalg.norm(np.diff(line.points, axis=0), axis=1).sum()) for line in found.lines)
+    rows = [fit_line(line, width) for line in found.lines]
+    return _Part(loops, rows, width, found.cap, join_of(rows, boundary, width), length)
