@@ -5,11 +5,9 @@ The protocol is that of a rival's gate, so that figures can be laid beside its p
 
 from __future__ import annotations
 
-import re
 from itertools import pairwise
 from typing import NamedTuple
 from xml.etree import ElementTree
-from xml.etree.ElementTree import Element
 
 import numpy as np
 from flat_corners import scene_of
@@ -19,15 +17,7 @@ from skimage.color import deltaE_ciede2000, rgb2lab
 
 from warpvec.geometry.scene import Scene
 from warpvec.svg.document import local_name
-
-_FORM_PARAMETERS = {"circle": 3, "ellipse": 4, "rect": 6, "line": 4, "use": 6}
-_STEP_PARAMETERS = {"l": 2, "h": 2, "v": 2, "q": 4, "t": 4, "c": 6, "s": 6, "a": 7}
-_STEP_NUMBERS = {"m": 2, "l": 2, "h": 1, "v": 1, "q": 4, "t": 2, "c": 6, "s": 4, "a": 7}
-_COMMAND = re.compile(r"([MLHVCSQTAZmlhvcsqtaz])([^MLHVCSQTAZmlhvcsqtaz]*)")
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
-_ARC = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?[\s,]*){3}[01][\s,]*[01][\s,]*"
-                  r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?[\s,]*){2}")  # fmt: skip
-"""The flags of an arc may stand without a space between them and the next number."""
+from warpvec.svg.parameters import shape_parameters
 
 _CHORDS = 16
 """Chords of a cubic whose turns are added."""
@@ -42,32 +32,10 @@ class Words(NamedTuple):
 
 def count_words(svg: str) -> Words:
     """Count the parameters and the shapes of ``svg``, those in definitions included, for somebody drew them."""
-    counts = [found for element in ElementTree.fromstring(svg).iter() if (found := _parameters(element)) is not None]
+    elements = ElementTree.fromstring(svg).iter()
+    found = (shape_parameters(local_name(element.tag), element.attrib) for element in elements)
+    counts = [count for count in found if count is not None]
     return Words(sum(counts), len(counts))
-
-
-def _parameters(element: Element) -> int | None:
-    """Return the parameters of a shape, None for an element that is none."""
-    name = local_name(element.tag)
-    if name == "path":
-        return _path_parameters(element.get("d", ""))
-    if name in ("polygon", "polyline"):
-        return len(_NUMBER.findall(element.get("points", "")))
-    return _FORM_PARAMETERS.get(name)
-
-
-def _path_parameters(data: str) -> int:
-    """Return the parameters of path data: moves and closes are free, but the lines after a move are not."""
-    total = 0
-    for command, numbers in _COMMAND.findall(data):
-        kind = command.lower()
-        if kind == "z":
-            continue
-        steps = (
-            len(list(_ARC.finditer(numbers))) if kind == "a" else len(_NUMBER.findall(numbers)) // _STEP_NUMBERS[kind]
-        )
-        total += (steps - 1) * _STEP_PARAMETERS["l"] if kind == "m" else steps * _STEP_PARAMETERS[kind]
-    return total
 
 
 def color_difference(drawn: Pixels, truth: Pixels) -> float:

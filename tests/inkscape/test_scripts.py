@@ -95,6 +95,31 @@ def test_the_drawing_has_the_place_of_its_image(extension: Path, tmp_path: Path,
     assert "Trace of img: 2 paths, 31.2 dB" in traced
 
 
+NATIVE = """<defs><linearGradient id="g1" gradientUnits="userSpaceOnUse" x1="0" y1="0" x2="30" y2="0">
+<stop stop-color="#c22"/><stop offset="1" stop-color="#27c"/></linearGradient></defs>
+{}<circle fill="#182" cx="6" cy="6" r="4"/>
+<rect fill="#fa0" x="14" y="3" width="8" height="5" rx="2" transform="rotate(20 18 5.5)"/>
+<path fill="none" stroke="url(#g1)" stroke-width="2" d="M2 16h12l8-4 5 5"/>{}"""
+
+
+@pytest.mark.parametrize(
+    ("group", "end"), [('<g id="layer-1">', "</g>"), ("", ""), ('<rect width="30" height="20" fill="#eee"/>', "")]
+)
+def test_strokes_and_forms_come_as_native_objects(extension: Path, tmp_path: Path, group: str, end: str) -> None:
+    body = NATIVE.format(group, end)
+    frame = '<svg xmlns="http://www.w3.org/2000/svg" width="30" height="20" viewBox="0 0 30 20">'
+    (extension / "drawing.svg").write_text(f"{frame}{body}</svg>")
+    style = "stroke-linecap:round;stroke-dasharray:3;stroke-miterlimit:1;stroke-opacity:.3"
+    content = f'<g style="{style}">{IMAGE.format("", png_link(PIXELS))}</g>'
+    traced, messages = run_script(extension, "warpvec_trace.py", saved(tmp_path, document(content)), "--id=img")
+    assert messages == ""
+    for element in ("<circle", "<rect ", "stroke-width=", "rx="):
+        assert traced.count(element) == body.count(element), element
+    nested = f'<svg x="5" y="3mm" width="60" height="70" viewBox="0 0 30 20" overflow="visible">{body}</svg>'
+    expected = document(f'<g transform="rotate(15)">{nested}</g>')
+    assert np.abs(drawn(without_images(traced)) - drawn(expected)).max() <= 2
+
+
 def test_a_cropped_image_gives_a_cropped_drawing(extension: Path, tmp_path: Path) -> None:
     clip = '<clipPath id="c"><circle cx="40" cy="40" r="30"/></clipPath>'
     look = 'preserveAspectRatio="xMinYMid slice" clip-path="url(#c)" style="opacity:.5"'

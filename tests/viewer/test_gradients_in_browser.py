@@ -249,3 +249,55 @@ def test_gradients_take_no_name_of_a_layer(open_page) -> None:
     saved = viewer.saved()
     identifiers = re.findall(r' id="([^"]*)"', saved)
     assert len(identifiers) == len(set(identifiers)) and "g1" in identifiers
+
+
+STOPS = f"""<svg {NS} viewBox="0 0 240 160" width="240" height="160"><defs>
+<linearGradient id="g1" gradientUnits="userSpaceOnUse" x1="20" y1="0" x2="220" y2="0"><stop stop-color="#f00"/>
+<stop offset=".25" stop-color="#0f0" stop-opacity=".5"/><stop offset="1" stop-color="#00f"/></linearGradient></defs>
+<rect id="background" width="240" height="160" fill="#fff"/><g id="layer-1">
+<path fill="url(#g1)" d="M20 20h200v120h-200z"/></g></svg>"""
+
+
+def stops_of(viewer: Viewer) -> list[str]:
+    return re.findall(r"<stop [^>]*/>", viewer.saved())
+
+
+def set_stop(viewer: Viewer, field: str, index: int, value: str) -> None:
+    """Set a field of a stop as somebody does who types it and goes on."""
+    place = viewer.page.locator(f'[data-stop="{field} {index}"]')
+    place.fill(value)
+    place.dispatch_event("change")
+    place.blur()
+    viewer.settle()
+
+
+def test_middle_stops_are_edited_added_and_deleted(open_page) -> None:
+    viewer = open_page(STOPS)
+    before = ['<stop stop-color="#f00"/>', '<stop offset=".25" stop-color="#0f0" stop-opacity=".5"/>',
+              '<stop offset="1" stop-color="#00f"/>']  # fmt: skip
+    assert stops_of(viewer) == before
+    viewer.click(100, 100)
+    set_stop(viewer, "offset", 1, "60")
+    set_stop(viewer, "opacity", 1, "0.8")
+    set_stop(viewer, "color", 1, "#ffcc00")
+    assert stops_of(viewer)[1] == '<stop offset=".6" stop-color="#fc0" stop-opacity=".8"/>'
+    assert_shows(viewer, viewer.saved())
+    viewer.press_button("stop-add")  # in the middle of the widest gap: nothing looks different
+    assert stops_of(viewer)[1] == '<stop offset=".3" stop-color="#ff6600" stop-opacity=".9"/>'.replace("ff6600", "f60")
+    set_stop(viewer, "offset", 1, "90")
+    assert 'offset=".6"' in stops_of(viewer)[1]  # not beyond the next one
+    viewer.page.locator("#stops button").nth(2).click()
+    viewer.settle()
+    assert len(stops_of(viewer)) == 3 and "#fc0" not in "".join(stops_of(viewer))
+    for _ in range(6):
+        viewer.press_button("undo")
+    assert stops_of(viewer) == before
+
+
+def test_a_gradient_keeps_two_stops(open_page) -> None:
+    viewer = open_page(STOPS)
+    viewer.click(100, 100)
+    viewer.page.locator("#stops button").first.click()
+    viewer.settle()
+    assert viewer.page.locator("#stops button").count() == viewer.page.locator("#stops button:disabled").count() == 2
+    assert len(stops_of(viewer)) == 2

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import re
 import sys
+import zlib
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from short_fits import vectorize_briefly
 from svg_files import skip_without_cairo
 
 import warpvec
 from warpvec.errors import InputError
+from warpvec.svg.measure import draw
 from warpvec.svg.read import read_svg
 from warpvec.writers.registry import encode
+from warpvec.writers.round_corners import with_round_paths
 
 PHOTO = np.random.default_rng(3).integers(0, 256, (32, 48, 3), dtype=np.uint8)
 POINTS_PER_MM = 72 / 25.4
@@ -66,3 +71,30 @@ def test_a_missing_extra_is_named_before_the_work(tmp_path: Path, monkeypatch: p
     with pytest.raises(InputError, match=r"unless CairoSVG is installed, which writes .pdf.*warpvec\[print\]"):
         encode("<svg/>", tmp_path / "out.pdf")
     assert encode("<svg/>", tmp_path / "out.svg") == b"<svg/>"
+
+
+SHAPES = """<svg xmlns="http://www.w3.org/2000/svg" width="240" height="160" viewBox="0 0 240 160">
+<rect fill="#fff" width="240" height="160"/>
+<ellipse fill="#27c" cx="120" cy="40" rx="30" ry="18" transform="rotate(30 120 40)"/>
+<rect fill="#b3b" x="20" y="70" width="90" height="80" rx="40" transform="rotate(-10 65 110)"/>
+<rect fill="none" stroke="#182" stroke-width="6" x="140" y="90" width="80" height="50" rx="20" ry="12"/>
+<g fill="none" stroke="#c22" stroke-width="5" stroke-linecap="round" stroke-linejoin="bevel">
+<path d="M20 20l30 30 10-35"/></g></svg>"""
+
+
+def test_strokes_and_forms_are_drawn_by_cairo_as_by_resvg() -> None:
+    skip_without_cairo()
+    import cairosvg  # type: ignore[import-untyped]
+
+    found = cairosvg.svg2png(bytestring=with_round_paths(SHAPES).encode(), scale=4)
+    drawn = np.asarray(Image.open(BytesIO(found)).convert("RGB")).astype(int)
+    assert np.abs(drawn - draw(SHAPES, 960, 640)).max() < 100  # an edge that is 0.1 px off at four times the size
+
+
+def test_strokes_stay_strokes_in_pdf() -> None:
+    skip_without_cairo()
+    data = encode(SHAPES, "out.pdf")
+    pages = [zlib.decompress(part) for part in re.findall(rb"FlateDecode.*?stream\r?\n(.*?)\r?\nendstream", data, re.S)]
+    text = b"".join(pages)
+    assert len(re.findall(rb"\bS\b", text)) == 2
+    assert b"3.75 w" in text and b"1 J" in text and b"2 j" in text  # 5 px in points, round ends, cut-off corners

@@ -11,6 +11,7 @@ POST   /pictures/ID/stop        end the fit with its best drawing so far
 DELETE /pictures/ID             forget it
 GET    /folder                  names of the pictures in the folder of the server
 GET    /folder/NAME             one of them
+POST   /reshape?to=             {shapes: SVG texts of one shape each} -> the same shapes in other words
 POST   /export?format=&width=&transparent=&name=&to=   SVG text in the body -> a file, or its name in the folder
 """
 
@@ -76,6 +77,7 @@ class Routes:
             Route("/pictures/{id}", self.remove, methods=["DELETE"]),
             Route("/folder", self.folder),
             Route("/folder/{name}", self.from_folder),
+            Route("/reshape", self.reshape, methods=["POST"]),
             Route("/export", self.export, methods=["POST"]),
         ]
         handlers: dict[Any, Callable[[Request, Exception], Awaitable[Response]]] = {InputError: _wrong_input}
@@ -165,6 +167,16 @@ class Routes:
         except OSError as error:
             raise _unreadable(error) from error
         return Response(data, media_type="application/octet-stream")
+
+    async def reshape(self, request: Request) -> Response:
+        """Return the shapes in the body as strokes, outlines or forms."""
+        from warpvec.app.reshaping import reshape  # not above: it brings the stages of flat art, which few pages need
+
+        texts = _object(await _body(request, MAX_TEXT_BYTES)).get("shapes")
+        if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
+            raise InputError("shapes", "must be a list of SVG texts", "something else", "reload the page")
+        found = await asyncio.to_thread(reshape, texts, request.query_params.get("to", ""))
+        return JSONResponse({"shapes": found})
 
     async def export(self, request: Request) -> Response:
         """Return the drawing in the body as a file of another kind."""

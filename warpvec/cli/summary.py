@@ -70,19 +70,6 @@ def finite(value: object) -> Any:
     return None if value in (math.inf, -math.inf) else value
 
 
-def _forms(metrics: dict[str, Any]) -> str:
-    """Return what was found, as "3 circles, 4 paths, 2 of them strokes; 48 parameters"; "" if there are only fills."""
-    forms = {name: metrics.get(f"{name}s", 0) for name in ("circle", "ellipse", "rect")}
-    strokes = metrics.get("strokes", 0)
-    if not any(forms.values()) and not strokes:
-        return ""
-    rest = metrics["curves"] - sum(forms.values())
-    parts = [counted(count, name) for name, count in {**forms, "path": rest}.items() if count]
-    if strokes:
-        parts.append("all of them strokes" if strokes == metrics["curves"] else f"{strokes} of them strokes")
-    return f"{', '.join(parts)}; {counted(metrics['parameters'], 'parameter')}"
-
-
 def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     backdrops = ", over black and over white" if metrics["transparent"] else ""
     gradients = f" ({metrics['gradients']} with a gradient)" if metrics["gradients"] else ""
@@ -92,8 +79,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         f"{{out}}: {counts}, {{bytes:,}} bytes{as_svg}, {{gzip_bytes:,}} gzipped",
         f"PSNR {{psnr:.2f}} dB, SSIM {{ssim:.3f}} (file drawn by resvg{backdrops})",
     ]
-    if found := _forms(metrics):
-        lines.insert(1, found)
+    if metrics["strokes"] or any(metrics[name] for name in ("circles", "ellipses", "rects")):
+        lines.insert(1, "{found}")
     if metrics.get("start_psnr") is not None:
         lines[-1] += ", before {start_psnr:.2f} dB (the given file)"
     if metrics.get("unchanged"):

@@ -18,6 +18,7 @@ from warpvec.files import gzip_bytes
 from warpvec.image.alpha import is_transparent
 from warpvec.image.metrics import psnr, ssim
 from warpvec.svg.document import SVG_NAMESPACE, Document, SvgSource, parse_svg
+from warpvec.svg.found import found_words, stroke_looks
 from warpvec.svg.resvg import rasterize
 from warpvec.svg.segments import LETTERS, count_path
 from warpvec.svg.units import NUMBER, check_pixels, parse_length, stated_size, view_box
@@ -69,12 +70,13 @@ def evaluate(svg: SvgSource, image: NDArray[Any]) -> dict[str, Any]:
     return {"curves": counts.pop("paths"), **counts, **quality}
 
 
-def file_facts(svg: SvgSource) -> dict[str, int]:
+def file_facts(svg: SvgSource) -> dict[str, Any]:
     """Count what is in an SVG. The sizes are the same if ``svg`` is gzipped.
 
     Keys: ``paths`` (painted elements), ``gradients`` (those with one), ``segments``, ``parameters`` (the numbers that
-    shape them), ``strokes`` (those with one of their own), ``circles``, ``ellipses`` and ``rects`` (the paths that are
-    one), ``bytes``, and ``gzip_bytes``.
+    shape them, as `warpvec.svg.parameters` counts them), ``strokes`` (elements with a stroke, forms included),
+    ``circles``, ``ellipses`` and ``rects`` (the paths that are one), ``stroke_looks`` and ``found`` (the looks of the
+    strokes, and all of this in words: `warpvec.svg.found`), ``bytes``, and ``gzip_bytes``.
     A segment is one curve, line or arc of a path. The line that closes a path counts if it has a length. A circle, an
     ellipse or a rectangle has four, a rectangle with round corners eight. A line has 2 parameters, a quadratic 4, a
     cubic 6, an arc 7, a circle 3, an ellipse 4, a rectangle 6, moves and closes none.
@@ -87,16 +89,26 @@ def file_facts(svg: SvgSource) -> dict[str, int]:
     if sum(numbers.count(letter) for numbers in path_data for letter in LETTERS) > MAX_COMMANDS:
         raise InputError("SVG", f"must have at most {MAX_COMMANDS} commands in its paths", "more", "simplify it")
     counts = [count_path(data) for data in path_data]
+    parameters = sum(count.parameters for count in counts) + document.painted.form_parameter_count
+    shapes, scale = document.painted.shapes, _pixels_per_unit(document.root)
     return {
         "paths": document.painted.count,
         "gradients": document.painted.gradient_count,
         "segments": sum(count.segments for count in counts) + document.painted.form_segment_count,
         "strokes": document.painted.stroke_count,
-        "parameters": sum(count.parameters for count in counts) + document.painted.form_parameter_count,
+        "parameters": parameters,
         **{name: document.painted.names[element] for name, element in FORM_COUNTS.items()},
+        "stroke_looks": stroke_looks(shapes, scale),
+        "found": found_words(shapes, scale, parameters),
         "bytes": len(data),
         "gzip_bytes": len(gzip_bytes(data)),
     }
+
+
+def _pixels_per_unit(root: dict[str, str]) -> float:
+    """Return the pixels of a user unit; 1 where the root states no view box. Without a size a unit is a pixel."""
+    across = view_box(root)[2]
+    return stated_size(root)[0] / across if across else 1.0
 
 
 def file_quality(svg: SvgSource, image: NDArray[Any]) -> dict[str, float]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 
-from warpvec.svg.units import NUMBER
-
-_NUMBER = re.compile(NUMBER)
+from warpvec.svg.found import shape_kind
+from warpvec.svg.looks import Look
+from warpvec.svg.parameters import form_parameters
 
 _PAINTED = frozenset(
     {"path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text", "image", "use", "foreignObject"}
@@ -18,11 +17,6 @@ _FORM_SIZES = {"circle": "r", "ellipse": "rx", "rect": "width"}
 
 _FORM_SEGMENTS = 4
 """Lines or arcs of a form; the corners of a round rectangle count beside."""
-
-_FORM_PARAMETERS = {"circle": 3, "ellipse": 4, "rect": 6, "line": 4, "use": 6}
-"""Numbers that shape an element beside paths; a polygon has two a point."""
-
-_POINT_LISTS = frozenset({"polyline", "polygon"})
 
 _DEFINITIONS = frozenset(
     {"defs", "symbol", "clipPath", "mask", "pattern", "marker", "filter", "linearGradient", "radialGradient"}
@@ -39,31 +33,35 @@ class PaintedCounter:
     Attributes:
         count: the elements so far.
         gradient_count: those of them whose own fill refers to a gradient or a pattern.
-        stroke_count: those of them that state a stroke of their own.
+        stroke_count: those of them with a stroke, their own or that of a group.
         form_segment_count: lines and arcs of all circles, ellipses and rectangles among them.
         form_parameter_count: numbers that shape the elements among them that are no paths.
         names: how many of each element there are.
+        shapes: how many there are of each kind of `warpvec.svg.found` and each look.
     """
 
     def __init__(self) -> None:
         self.stroke_count = 0
         self.count = self.gradient_count = self.form_segment_count = self.form_parameter_count = self._depth = 0
         self.names: Counter[str] = Counter()
+        self.shapes: Counter[tuple[str, Look]] = Counter()
+        self._looks = [Look()]
         self._view_box = ""
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
         """Take the start of the SVG element ``name``."""
         self._depth += name in _DEFINITIONS
+        look = self._looks[-1].of(attributes)
+        self._looks.append(look)
         if name == "svg" and not self._view_box:
             self._view_box = attributes.get("viewBox", "")
         if name in _PAINTED and not self._depth and not self._is_canvas(name, attributes):
             self.count += 1
             self.gradient_count += _has_gradient(attributes)
-            self.stroke_count += attributes.get("stroke", "none") != "none"
+            self.stroke_count += look.is_stroked
             self.names[name] += 1
-            self.form_parameter_count += _FORM_PARAMETERS.get(name, 0)
-            if name in _POINT_LISTS:
-                self.form_parameter_count += sum(1 for _ in _NUMBER.finditer(attributes.get("points", "")))
+            self.shapes[shape_kind(name, look), look] += 1
+            self.form_parameter_count += form_parameters(name, attributes) or 0
             has_corners = name == "rect" and ("rx" in attributes or "ry" in attributes)
             if _FORM_SIZES.get(name) in attributes:
                 self.form_segment_count += _FORM_SEGMENTS * (1 + has_corners)
@@ -79,6 +77,7 @@ class PaintedCounter:
     def end(self, name: str) -> None:
         """Take the end of the SVG element ``name``."""
         self._depth -= name in _DEFINITIONS
+        self._looks.pop()
 
 
 def _has_gradient(attributes: dict[str, str]) -> bool:

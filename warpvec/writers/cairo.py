@@ -34,8 +34,13 @@ def writer(suffix: str, media_type: str, method: str) -> Writer:
     """Return the writer of files with this ``suffix``, which a ``method`` of CairoSVG makes."""
 
     def encode(svg: str, canvas: Canvas | None) -> bytes:
+        from warpvec.writers.round_corners import (
+            with_round_paths,
+        )  # not above: it takes time that the help does without
+
         del canvas
-        data: bytes = getattr(load(f"drawing{suffix}", "path"), method)(bytestring=svg.encode())
+        module = load(f"drawing{suffix}", "path")
+        data: bytes = getattr(module, method)(bytestring=with_round_paths(svg).encode())
         return data
 
     return Writer(suffix, media_type, encode, load)

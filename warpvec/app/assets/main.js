@@ -13,6 +13,7 @@ function start(view) {
   window.desk = {
     fitAgain: (text, locked) => desk.fitAgain(text, locked),
     save: (text) => desk.save(text),
+    reshape: (to, texts) => desk.server.reshape(to, texts),
   };
   document.body.dataset.desk = "ready";
 }

@@ -116,6 +116,12 @@ export class Server {
     return (await this.ask("GET", `folder/${encodeURIComponent(name)}`)).blob();
   }
 
+  /** Returns shapes in other words: strokes, outlines or forms. */
+  async reshape(to, texts) {
+    const body = JSON.stringify({ shapes: texts });
+    return (await (await this.ask("POST", `reshape?${new URLSearchParams({ to })}`, body)).json()).shapes;
+  }
+
   export(text, options) {
     return this.ask("POST", `export?${new URLSearchParams(options)}`, text);
   }

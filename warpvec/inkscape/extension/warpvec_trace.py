@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from itertools import groupby
 from typing import Any
 
 import inkex
@@ -21,8 +22,15 @@ _MODE, _LABEL = (f"{{http://www.inkscape.org/namespaces/inkscape}}{name}" for na
 _KEPT = ("transform", "clip-path", "mask", "filter", "opacity", "class", "style")
 """Attributes of an image that its drawing has as well."""
 
-_PLAIN = "fill-opacity:1;fill-rule:nonzero;stroke:none;marker:none;shape-rendering:auto"
-"""Style that keeps from the paths of a drawing what groups around the image state: an image ignores it."""
+_PLAIN = (
+    "fill-opacity:1;fill-rule:nonzero;stroke:none;stroke-opacity:1;stroke-linecap:butt;stroke-linejoin:miter;"
+    "stroke-miterlimit:4;stroke-dasharray:none;marker:none;paint-order:normal;shape-rendering:auto"
+)
+"""Style that keeps from the shapes of a drawing what groups around the image state: an image ignores it. Shapes of a
+drawing leave out what is usual, such as flat ends of strokes."""
+
+_DRAWN = {SVG + name for name in ("g", "path", "circle", "ellipse", "rect", "line", "polyline", "polygon")}
+"""Elements of a drawing that paint something."""
 
 
 class Trace(WarpvecEffect):
@@ -94,10 +102,29 @@ def placed_layer(image: Any, drawing: Any, pixels: Size, name: str) -> Any:
     box = box_of(image, pixels)
     matrix, is_cut = place_pixels(box, pixels, image.get("preserveAspectRatio"))
     frame = _cut_off(layer, drawing, box, name) if is_cut else layer
-    for child in drawing.xpath("svg:g | svg:rect", namespaces={"svg": SVG[1:-1]}):
+    for child in _groups_of(drawing):
         child.set("transform", matrix_text(matrix))
         frame.append(child)
     return layer
+
+
+def _groups_of(drawing: Any) -> list[Any]:
+    """Return what is drawn, with shapes that are in no group in one of their own: a short file has no layers.
+
+    A shape alone, such as the canvas, stays as it is if nothing turns it.
+    """
+    found: list[Any] = []
+    for is_group, run in groupby(
+        [child for child in drawing if child.tag in _DRAWN], key=lambda child: child.tag == SVG + "g"
+    ):
+        children = list(run)
+        if is_group or (len(children) == 1 and not children[0].get("transform")):
+            found += children
+        else:
+            group = inkex.Group()
+            group.extend(children)
+            found.append(group)
+    return found
 
 
 def _cut_off(layer: Any, drawing: Any, box: Box, name: str) -> Any:
@@ -119,9 +146,10 @@ def _rename(drawing: Any, name: str) -> None:
     for element in drawing.iter(SVG + "*"):
         if element.get("id"):
             element.set("id", f"{name}-{element.get('id')}")
-        fill = element.get("fill", "")
-        if fill.startswith("url(#"):
-            element.set("fill", f"url(#{name}-{fill[5:]}")
+        for role in ("fill", "stroke"):
+            paint = element.get(role, "")
+            if paint.startswith("url(#"):
+                element.set(role, f"url(#{name}-{paint[5:]}")
 
 
 if __name__ == "__main__":

@@ -12,18 +12,19 @@ import { EMPTY, Live } from "viewer/live.js";
 import { rampColor } from "viewer/measure.js";
 import { NodeTool } from "viewer/nodetool.js";
 import { paintKey, PalettePanel } from "viewer/palette.js";
-import { boxesMeet, formatNumber, path2dOf, unionOfBoxes } from "viewer/paths.js";
-import { newCanvas, PLAIN } from "viewer/raster.js";
+import { formatNumber, unionOfBoxes } from "viewer/paths.js";
+import { itemsAt, PLAIN } from "viewer/raster.js";
 import { readDrawing } from "viewer/read.js";
 import { writeDrawing } from "viewer/save.js";
+
+// A stroke that is thinner than twice this can be clicked so near its centre line.
+const STROKE_REACH_PX = 3;
 
 export class App {
   // The parts that need the document and this: `main.js` makes them.
   panel = null;
   stage = null;
   pointer = null;
-  // A canvas of one pixel, on which paths are asked for a point.
-  probe = null;
 
   constructor() {
     this.tool = "select";
@@ -114,9 +115,7 @@ export class App {
   /** Pickable items under a point of the stage, the topmost first. */
   pathsAt(point) {
     const [x, y] = this.stage.toUser(...point);
-    const under = this.pickable.filter(({ shape }) => boxesMeet(shape.box, [x, y, x, y]));
-    this.probe ??= newCanvas(1, 1).context;
-    return under.reverse().filter((item) => this.probe.isPointInPath(path2dOf(item.shape), x, y, item.rule));
+    return itemsAt(this.pickable, x, y, STROKE_REACH_PX / this.stage.view.scale);
   }
 
   select(items) {

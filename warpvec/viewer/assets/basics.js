@@ -9,8 +9,8 @@ export function pathDataOf(element) {
   switch (element.localName) {
     case "path": return element.getAttribute("d") ?? "";
     case "rect": return rectangle(attribute, element);
-    case "circle": return ellipse(attribute("cx"), attribute("cy"), attribute("r"), attribute("r"));
-    case "ellipse": return ellipse(attribute("cx"), attribute("cy"), attribute("rx"), attribute("ry"));
+    case "circle": return ellipseData(attribute("cx"), attribute("cy"), attribute("r"), attribute("r"));
+    case "ellipse": return ellipseData(attribute("cx"), attribute("cy"), attribute("rx"), attribute("ry"));
     case "line": return `M${attribute("x1")} ${attribute("y1")}L${attribute("x2")} ${attribute("y2")}`;
     case "polyline": return `M${points()}`;
     case "polygon": return `M${points()}z`;
@@ -24,6 +24,11 @@ function rectangle(attribute, element) {
   const stated = ["rx", "ry"].map((name) => (element.hasAttribute(name) ? attribute(name) : null));
   const rx = Math.min(stated[0] ?? stated[1] ?? 0, width / 2);
   const ry = Math.min(stated[1] ?? stated[0] ?? 0, height / 2);
+  return rectangleData(x, y, width, height, rx, ry);
+}
+
+/** Returns the path data of a rectangle from its left upper corner, with the radii of its corners. */
+export function rectangleData(x, y, width, height, rx, ry) {
   if (!(rx > 0 && ry > 0)) return `M${x} ${y}h${width}v${height}h${-width}z`;
   const corner = (dx, dy) => `a${rx} ${ry} 0 0 1 ${dx} ${dy}`;
   return (
@@ -32,7 +37,8 @@ function rectangle(attribute, element) {
   );
 }
 
-function ellipse(cx, cy, rx, ry) {
+/** Returns the path data of an ellipse that is not turned. */
+export function ellipseData(cx, cy, rx, ry) {
   if (!(rx > 0 && ry > 0)) return "";
   return `M${cx - rx} ${cy}a${rx} ${ry} 0 0 1 ${2 * rx} 0a${rx} ${ry} 0 0 1 ${-2 * rx} 0z`;
 }

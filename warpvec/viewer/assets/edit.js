@@ -1,7 +1,7 @@
 /* Commands that change the selected paths. */
 
 import { multiply, rotation, scaling, translation } from "viewer/basics.js";
-import { transformForm } from "viewer/forms.js";
+import { FORM_NAMES, shapeOfForm, transformForm } from "viewer/forms.js";
 import { recolored, transformFill } from "viewer/gradients.js";
 import { boxesMeet, transformShape } from "viewer/paths.js";
 import { IDENTITY, LAYER_ID, newLayer } from "viewer/read.js";
@@ -154,6 +154,21 @@ export class Editor {
     const matrix = multiply(moved, scaling(sx, sy, left, top));
     if (matrix.every((value, i) => Math.abs(value - IDENTITY[i]) < 1e-9)) return;
     this.each("Place", (item) => Object.assign(item, transformed(item, matrix)));
+  }
+
+  /** Gives the only selected shape another form. */
+  reform(form) {
+    this.each(`Change ${FORM_NAMES[form.element]}`, (item) => Object.assign(item, { shape: shapeOfForm(form) }));
+  }
+
+  /** Changes the width, cap, join or miter limit of the selected strokes. */
+  restroke(change) {
+    this.each("Stroke", (item) => item.stroke && Object.assign(item, { stroke: { ...item.stroke, ...change } }));
+  }
+
+  /** Makes paths of the selected forms, whose nodes can be moved one by one. */
+  toPaths() {
+    this.each("Form to path", (item) => item.shape.form && Object.assign(item, { shape: { ...item.shape, form: null } }));
   }
 
   /** Adds a path on top of `layer` and selects nothing, so that the next stroke can follow. */

@@ -4,10 +4,13 @@
  * turn in degrees about the centre, the radius of the corners, and the attributes as they were read, or null. A shape
  * whose nodes are edited has none. */
 
-import { formatNumber } from "viewer/paths.js";
+import { ellipseData, rectangleData, rotation } from "viewer/basics.js";
+import { formatNumber, parseShape, transformShape } from "viewer/paths.js";
 
 // A transform that differs from a similarity by less leaves a form one.
 const EVEN = 1e-6;
+
+export const FORM_NAMES = { circle: "circle", ellipse: "ellipse", rect: "rectangle" };
 
 const SIDES = { circle: ["cx", "cy", "r"], ellipse: ["cx", "cy", "rx", "ry"], rect: ["x", "y", "width", "height"] };
 
@@ -30,6 +33,17 @@ export function formOf(element, matrix, own) {
   const form = { element: name, x: center[0], y: center[1], first, second, angle: 0, corner: limited, text: null };
   const placed = transformForm(form, matrix);
   return placed && { ...placed, text: textAsRead(element, own) };
+}
+
+/** Returns the shape of a form. */
+export function shapeOfForm(form) {
+  const { element, x, y, first, second, angle, corner } = form;
+  const isRect = element === "rect";
+  const data = isRect
+    ? rectangleData(x - first / 2, y - second / 2, first, second, corner, corner)
+    : ellipseData(x, y, first, second);
+  const turn = rotation((angle * Math.PI) / 180, x, y);
+  return { ...transformShape(parseShape(data), turn), form };
 }
 
 /** Returns the attributes of an element that states numbers only, and turns about a point at most; else null. */

@@ -1,6 +1,7 @@
 /* Table of layers: visibility, number of paths, and PSNR of the picture up to each layer. */
 
 import { formatDb } from "viewer/charts.js";
+import { countedKinds } from "viewer/kinds.js";
 
 // Colours from the first generation to the last: viridis, whose lightness rises evenly.
 export const LAYER_COLORS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
@@ -41,6 +42,8 @@ export class LayerTable {
       row.classList.toggle("off", i >= app.shownCount || !layer.visible);
       const texts = [layer.items.length.toLocaleString("en"), formatDb(app.meter?.known(layers.slice(0, i + 1)))];
       if (count.textContent !== texts[0]) count.textContent = texts[0];
+      const kinds = countedKinds(layer.items);
+      if (count.title !== kinds) count.title = kinds;
       psnr.textContent = texts[1].replace(" dB", "");
     }
   }

@@ -29,7 +29,10 @@
  *       paths in it, in document order from 0, not counting the background: the edited paths if they are to stay as
  *       they are, else none.
  *   window.desk.save(svgText)
- *       Ctrl+S and the button "Save SVG", instead of a download. */
+ *       Ctrl+S and the button "Save SVG", instead of a download.
+ *   window.desk.reshape(to, svgTexts)
+ *       "Stroke to outline" and the like, which are hidden without it; `to` is "outline", "stroke", "circle", "ellipse" or
+ *       "rect". Resolves to {svg, distance} or {refused} for each text, which has one shape on a canvas of its own. */
 
 import { capture } from "viewer/commands.js";
 import { loadPhoto, Meter } from "viewer/measure.js";

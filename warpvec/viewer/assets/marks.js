@@ -89,7 +89,7 @@ export class Marks {
       const [x, y] = stage.toStage(point.x, point.y);
       const isNode = point.kind === "node";
       const isCurrent = current?.kind === point.kind && current.index === point.index;
-      if (!isNode && point.kind !== "gradient") this.drawArm(nodes[point.index], x, y);
+      if (point.kind === "before" || point.kind === "after") this.drawArm(nodes[point.index], x, y);
       const fill = isCurrent || (isNode && chosen.has(point.index)) ? this.accent : "#fff";
       if (isNode && !nodes[point.index].isSmooth) this.drawSquare(x, y, fill, 0);
       else if (point.kind === "gradient") this.drawSquare(x, y, fill, Math.PI / 4);

@@ -1,8 +1,11 @@
 /* The node tool: it chooses and moves nodes, handles and ends of the gradient of the one selected path.
  *
- * A point is {kind, index, x, y}: a "node", its handle "before" or "after", or a "gradient" end. */
+ * A point is {kind, index, x, y}: a "node", its handle "before" or "after", or a "gradient" end. A circle, an ellipse or
+ * a rectangle has no nodes but points of the kind "form", which change its numbers. */
 
 import { distance } from "viewer/brush.js";
+import { formPoints, moveFormPoint } from "viewer/formpoints.js";
+import { FORM_NAMES, shapeOfForm } from "viewer/forms.js";
 import {
   addNode, cornerNodes, moveHandle, moveNodes, nearestPlace, neighbours, nodesOf, removeNodes, smoothNodes,
   switchLines,
@@ -26,14 +29,21 @@ export class NodeTool {
     const { app } = this;
     const item = app.tool === "node" && app.selection.size === 1 ? [...app.selection][0] : null;
     if (item !== this.item) [this.item, this.chosen, this.current] = [item, new Set(), null];
-    const count = item ? nodesOf(item.shape).length : 0;
+    const count = item && !item.shape.form ? nodesOf(item.shape).length : 0;
     this.chosen = new Set([...this.chosen].filter((index) => index < count));
-    if (this.current?.kind !== "gradient" && this.current?.index >= count) this.current = null;
+    const isGone = this.current?.kind === "form" ? !item?.shape.form : this.current?.index >= count;
+    if (this.current?.kind !== "gradient" && isGone) this.current = null;
     return item;
   }
 
+  /** The nodes of the path; a form has none. */
   get nodes() {
-    return nodesOf(this.path.shape);
+    const { shape } = this.path;
+    return shape.form ? [] : nodesOf(shape);
+  }
+
+  get form() {
+    return this.path?.shape.form ?? null;
   }
 
   /** Returns all points in the order in which keys step through them. Handles that lie on their node are left out. */
@@ -45,13 +55,15 @@ export class NodeTool {
       const isHidden = !place || (kind !== "node" && distance(place, [node.x, node.y]) < 1e-6);
       return isHidden ? [] : [{ kind, index: node.index, x: place[0], y: place[1] }];
     };
-    const points = this.nodes.flatMap((node) => ["node", "before", "after"].flatMap((kind) => of(node, kind)));
+    const ofNodes = this.nodes.flatMap((node) => ["node", "before", "after"].flatMap((kind) => of(node, kind)));
+    const ofForm = this.form ? formPoints(this.form).map(({ x, y }, index) => ({ kind: "form", index, x, y })) : [];
+    const points = [...ofNodes, ...ofForm];
     return [...points, ...gradientPoints(path.fill).map(([x, y], index) => ({ kind: "gradient", index, x, y }))];
   }
 
   /** Returns the points that are drawn: handles only of chosen nodes and of the one under the keys. */
   shownPoints() {
-    const isShown = ({ kind, index }) => kind === "node" || kind === "gradient" || this.chosen.has(index) || this.current?.index === index;
+    const isShown = ({ kind, index }) => !HANDLES.has(kind) || this.chosen.has(index) || this.current?.index === index;
     return this.points().filter(isShown).slice(0, MAX_SHOWN_POINTS);
   }
 
@@ -114,9 +126,11 @@ export class NodeTool {
     if (!this.path) return "Select one path to see its nodes";
     const count = this.nodes.length;
     const point = this.currentPoint;
+    if (!point && this.form) return `A ${FORM_NAMES[this.form.element]}: drag its handles`;
     if (!point) return this.chosen.size ? `${this.chosen.size} of ${count} nodes` : `${count} nodes`;
     const place = `at ${formatNumber(point.x, 2)}, ${formatNumber(point.y, 2)}`;
     if (point.kind === "gradient") return `${point.index ? "End" : "Start"} of the gradient ${place}`;
+    if (point.kind === "form") return `${formPoints(this.form)[point.index].name} ${place}`;
     const node = `node ${point.index + 1} of ${count}`;
     if (point.kind !== "node") return `Handle ${point.kind} ${node} ${place}`;
     return `N${node.slice(1)}, ${this.nodes[point.index].isSmooth ? "smooth" : "corner"}, ${place}`;
@@ -143,6 +157,7 @@ export class NodeTool {
 
   moved({ shape, fill }, { kind, index }, dx, dy) {
     if (kind === "gradient") return { fill: moveGradientPoint(fill, index, dx, dy) };
+    if (kind === "form") return { shape: shapeOfForm(moveFormPoint(shape.form, index, dx, dy)) };
     if (kind === "node") return { shape: moveNodes(shape, new Set([...this.chosen, index]), dx, dy) };
     const [x, y] = nodesOf(shape)[index][kind];
     return { shape: moveHandle(shape, index, kind, x + dx, y + dy) };
@@ -182,7 +197,7 @@ export class NodeTool {
   }
 
   toggleSmooth() {
-    if (!this.path) return;
+    if (!this.path || !this.chosen.size) return;
     const isSmooth = [...this.chosen].every((index) => this.nodes[index].isSmooth);
     if (isSmooth) this.corner();
     else this.smooth();
@@ -194,8 +209,16 @@ export class NodeTool {
     if (chosen.size) this.clear();
   }
 
+  /** Says that a form has no nodes; returns whether the path is one. */
+  refuses() {
+    const { form, app } = this;
+    if (form) app.say(`A ${FORM_NAMES[form.element]} has no nodes. "To path" gives it some`);
+    return Boolean(form);
+  }
+
   /** Adds a node in the middle of the segment after the chosen one. */
   add() {
+    if (this.refuses()) return;
     const node = this.path && this.nodes[this.current?.index ?? [...this.chosen][0] ?? 0];
     if (!node) return;
     const segment = neighbours(this.path.shape.subpaths[node.loop], node.node)[1];
@@ -216,9 +239,11 @@ export class NodeTool {
     if (!this.path) return false;
     const place = nearestPlace(this.path.shape, ...this.app.stage.toUser(x, y));
     const isNear = place.distance * this.app.stage.view.scale <= reach;
+    if (isNear && this.refuses()) return false;
     if (isNear) this.addAt(place);
     return isNear;
   }
 }
 
-const LABELS = { node: "Move node", before: "Move handle", after: "Move handle", gradient: "Move gradient" };
+const HANDLES = new Set(["before", "after"]);
+const LABELS = { form: "Change form", node: "Move node", before: "Move handle", after: "Move handle", gradient: "Move gradient" };

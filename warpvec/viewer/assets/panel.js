@@ -1,14 +1,17 @@
 /* The controls beside the drawing: they show the state and pass on the user's actions. */
 
 import { FitAgain } from "viewer/again.js";
-import { counted, formatBytes, formatDb, plotHistory, settingRows } from "viewer/charts.js";
+import { formatBytes, formatDb, plotHistory, settingRows } from "viewer/charts.js";
 import {
   connectClicks, fillSelect, fillTable, find, findAll, onInput, onPick, setChoice, setText, setValue,
 } from "viewer/dom.js";
 import { EditPanel } from "viewer/editpanel.js";
+import { countedKinds } from "viewer/kinds.js";
 import { LayerTable } from "viewer/layers.js";
 import { formatNumber } from "viewer/paths.js";
 import { runUntil } from "viewer/raster.js";
+import { ShapePanel } from "viewer/shapepanel.js";
+import { StopPanel } from "viewer/stoppanel.js";
 import { connectWords, explainFigures } from "viewer/words.js";
 
 export class Panel {
@@ -22,6 +25,8 @@ export class Panel {
     this.connectButtons();
     this.connectSplit();
     this.editing = new EditPanel(app);
+    this.shapes = new ShapePanel(app);
+    this.stops = new StopPanel(app);
     app.palettes.connect();
     this.again = new FitAgain(app);
     connectWords();
@@ -121,14 +126,15 @@ export class Panel {
     const { app } = this;
     if (this.listed !== app.drawing.layers || this.names !== layerNames(app.drawing)) this.relist();
     const layers = app.shownLayers;
-    const count = layers.reduce((sum, { items }) => sum + items.length, 0);
-    setText("shown-paths", counted(count, "path"));
+    setText("shown-paths", countedKinds(layers.flatMap(({ items }) => items)));
     setChoice("tool", app.tool);
     setChoice("show", app.show);
     find("legend").hidden = app.show !== "residual";
     setValue("split", Math.round(app.split), `${Math.round(app.split)} %`);
     setValue("shown-count", app.shownCount, `${app.shownCount} of ${app.drawing.layers.length}`);
     this.editing.show();
+    this.shapes.show();
+    this.stops.show();
     app.palettes.show();
     this.again.show();
     this.showFigures();
@@ -153,7 +159,7 @@ export class Panel {
     if ("ssim" in figures) rows.push(["SSIM", figures.ssim.toFixed(4)]);
     fillTable(find("figures"), rows);
     explainFigures(find("figures"));
-    const parts = [counted(app.pathCount, "path")];
+    const parts = [countedKinds(app.drawing.layers.flatMap(({ items }) => items))];
     if ("bytes" in figures) parts.push(formatBytes(figures.bytes));
     if ("psnr" in figures) parts.push(`${formatDb(figures.psnr ?? Infinity)} (resvg)`);
     if (app.edited) parts.push("edited");

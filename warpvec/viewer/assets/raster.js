@@ -47,6 +47,24 @@ function paintItem(context, item, palette) {
   context.stroke(path2dOf(item.shape));
 }
 
+// A canvas of one pixel, on which paths are asked for a point.
+let probe = null;
+
+/** Returns the items that paint the point x, y of user units, the topmost first; thin strokes within `slack` too. */
+export function itemsAt(items, x, y, slack) {
+  probe ??= newCanvas(1, 1).context;
+  const near = items.filter((item) => boxesMeet(grownBox(reachOf(item), slack), [x, y, x, y]));
+  return near.reverse().filter((item) => paints(probe, item, x, y, slack));
+}
+
+function paints(context, { shape, fill, rule, stroke }, x, y, slack) {
+  if (fill && context.isPointInPath(path2dOf(shape), x, y, rule)) return true;
+  if (!stroke) return false;
+  const { width, cap, join, limit } = stroke;
+  Object.assign(context, { lineWidth: Math.max(width, 2 * slack), lineCap: cap, lineJoin: join, miterLimit: limit });
+  return context.isPointInStroke(path2dOf(shape), x, y);
+}
+
 /** Returns the box of what an item paints. */
 export function reachOf({ shape, stroke }) {
   if (!stroke) return shape.box;

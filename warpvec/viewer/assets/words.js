@@ -4,10 +4,12 @@ import { find, findAll } from "viewer/dom.js";
 
 const WORDS = {
   path: ["Path", "A shape with an outline of lines and curves, and a fill."],
+  stroke: ["Stroke", "A line of a width along a path: only its middle has nodes."],
   node: ["Node", "A point of an outline where two of its lines or curves meet. Handles beside it bend the curves."],
   smooth: ["Smooth node", "The outline does not bend here: the two handles stay in line (S)."],
   corner: ["Corner", "A node where the outline may bend: each handle moves by itself (S)."],
   gradient: ["Gradient", "A fill that changes from one colour to another, along a line or from a centre outwards."],
+  stops: ["Stops", "The colours of a gradient and where they lie between its start (0 %) and its end (100 %)."],
   opacity: ["Opacity", "How much a path hides what is below: 1 hides it, 0 is like clear glass."],
   palette: ["Palette", "All colours of the drawing, the most used first."],
   hex: ["Colour code", "Red, green and blue as six digits from 0 to f, as in web pages: #ff0000 is red."],
