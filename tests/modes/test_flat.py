@@ -96,13 +96,25 @@ def test_the_mode_can_be_given(plain: warpvec.Result) -> None:
 
 
 def test_mono_is_one_black_path_without_a_canvas() -> None:
-    result = draw(mode="mono", threshold=140)
+    result = draw(mode="mono", threshold=140, strokes="off")
     assert result.metrics["curves"] == 1
     assert len(re.findall('<path fill="#000"', result.svg())) == 1
     assert "<rect" not in result.svg()
     ink = result.render()[..., 3] if result.render().shape[2] == 4 else 1 - result.render()[..., 0]
     dark = badge().mean(2) < 140
     assert np.abs(ink - dark).mean() < 0.05
+
+
+def test_clean_art_in_black_and_white_has_strokes() -> None:
+    original = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{SIDE}" height="{SIDE}"><path fill="none" stroke="#000" '
+        'stroke-width="5" stroke-linecap="round" d="M12 14h30l8 30"/><circle cx="18" cy="42" r="8"/></svg>'
+    )
+    result = warpvec.vectorize(draw_svg(original, SIDE, SIDE), threads=1)
+    assert result.metrics["mode"] == "mono"
+    assert result.metrics["psnr"] > 45
+    assert re.search('<path fill="none" stroke="#000" stroke-width="5(.0[0-9])?" stroke-linecap="round"', result.svg())
+    assert '<circle fill="#000"' in result.svg()
 
 
 def test_cutouts_do_not_overlap() -> None:

@@ -126,7 +126,7 @@ class CoreSettings:
         KIND, is_daily=True, stated="never", page=_MODE_CONTROL,
     )  # fmt: skip
     """"auto": the picture decides. "photo": fit paths. "flat": outline the regions of a logo, an icon or a drawing.
-    "mono": outline the dark areas by one black path. A setting that only one mode has selects that mode."""
+    "mono": outline the dark areas in black. A setting that only one mode has selects that mode."""
     detail: float = setting(
         0.1, _DETAIL, "Flat and mono: how far outlines may move, in pixels.", KIND, is_daily=True,
         modes=("flat", "mono"),
@@ -139,10 +139,11 @@ class CoreSettings:
     )  # fmt: skip
     """Cut the paths of flat art out of the paths below, so that none overlap."""
     strokes: str = setting(
-        "auto", Choice(("auto", "off")), "Flat: draw lines as strokes along their middle: auto or off.", KIND,
-        modes=("flat",), is_binding=True, ignored_by=("mono",),
+        "auto", Choice(("auto", "off")), "Flat, mono: draw lines as strokes along their middle: auto or off.",
+        KIND, modes=("flat", "mono"), is_binding=True,
     )  # fmt: skip
-    """"auto": shapes of flat art that are strokes are drawn by their centre lines. "off": by their outlines."""
+    """"auto": strokes in flat art and in clean black and white art are drawn by their centre lines. "off": by their
+    outlines."""
     threshold: str = setting(
         "auto", _THRESHOLD, "Black and white: level from 0 to 255 below which a pixel is dark, or auto (Otsu's).", KIND,
         modes=("mono",), is_binding=True,

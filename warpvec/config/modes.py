@@ -36,7 +36,7 @@ MODES = {
     ),
     "mono": ModeName(
         "black and white art", "black and white art", "flat", True, "Mono",
-        "Monochrome: one black path for all dark areas, as for stamps, stencils and line art",
+        "Monochrome: black outlines for all dark areas, as for stamps, stencils and line art",
     ),
 }  # fmt: skip
 """Every mode that a picture can be drawn in, by the value of the setting "mode"."""

@@ -57,6 +57,7 @@ class FlatDrawing:
         watch: progress, stop, clock and history of the run.
         may_refuse: whether to refuse a picture that is plainly no flat art; see `NotFlatArtError`.
         known: outlines that are known already; None to find them.
+        tracing: outlines that were traced in another way; None to trace those of the regions.
     """
 
     image: Tensor
@@ -64,6 +65,7 @@ class FlatDrawing:
     watch: Watch = field(default_factory=Watch)
     may_refuse: bool = False
     known: FlatOutlines | None = None
+    tracing: Scene | None = None
 
     @cached_property
     def critic(self) -> Critic:
@@ -79,10 +81,7 @@ class FlatDrawing:
         """
         if self.known is not None:
             return self.known
-        found = find_regions(self.image.numpy(), self.config.min_area, self.watch, self.may_refuse)
-        regions = self._repainted(with_fewer_regions(found, REGIONS.regions_max))
-        tolerance = CURVES.tolerance if max(self.image.shape[:2]) >= DRAWING.small_side else DRAWING.small_tolerance
-        traced = self._on_canvas(scene_of(regions, tolerance, watch=self.watch))
+        traced = self._traced_regions() if self.tracing is None else self.tracing
         traced = replace(traced, generation=torch.arange(len(traced)))
         fewer = with_fewer_paths(traced, self.critic, self.config.curves)
         return FlatOutlines(traced, self._polished(fewer, DRAWING.first_iterations))
@@ -115,6 +114,12 @@ class FlatDrawing:
             scene = with_strokes(find_forms(scene, self.critic, watch, detail, is_stroke.numpy()), strokes)
             scene = replace(scene, generation=scene.generation % count)
         return self._snapped(scene), left_out
+
+    def _traced_regions(self) -> Scene:
+        found = find_regions(self.image.numpy(), self.config.min_area, self.watch, self.may_refuse)
+        regions = self._repainted(with_fewer_regions(found, REGIONS.regions_max))
+        tolerance = CURVES.tolerance if max(self.image.shape[:2]) >= DRAWING.small_side else DRAWING.small_tolerance
+        return self._on_canvas(scene_of(regions, tolerance, watch=self.watch))
 
     def _on_canvas(self, scene: Scene) -> Scene:
         """Return ``scene`` with a canvas if the picture is opaque: that of its lowest path if no region is one."""

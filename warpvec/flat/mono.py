@@ -13,6 +13,7 @@ from scipy import ndimage
 from warpvec.arrays import Floats
 from warpvec.errors import InputError
 from warpvec.flat.constants.curves import CURVES
+from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.mono import MONO
 from warpvec.flat.curves.contours import contours_of, signed_area
 from warpvec.flat.curves.curve_fitting import Curves, fit_loops
@@ -28,11 +29,15 @@ class MonoTracing:
     Attributes:
         scene: one compound path in black, without a background; no path if the picture has no ink.
         threshold: level in [0, 255] below which a pixel is ink.
+        coverage: share of ink in each pixel [h, w], in [0, 1].
+        is_clean: whether the coverage is that of a renderer: it tells where in a pixel each edge lies.
         speck_count: number of specks and of holes that were left out, because they were too small.
     """
 
     scene: Scene
     threshold: float
+    coverage: Floats
+    is_clean: bool
     speck_count: int
 
 
@@ -63,17 +68,23 @@ def mono_tracing(
     gray = _gray(image)
     levels = find_levels(gray, None if threshold == "auto" else threshold / 255.0)
     coverage = np.clip(0.5 + (levels.threshold - gray) / (levels.paper - levels.ink), 0.0, 1.0)
+    is_clean = False
     if has_two_levels(coverage):
         tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
         outlines = _interpolated(ndimage.gaussian_filter(coverage, MONO.staircase_blur))
     else:
-        if tolerance is None:
-            tolerance = max(CURVES.tolerance, MONO.noise_deviations * _noise(coverage) / MONO.edge_slope)
-        outlines = contours_of(coverage) if _sharpness(coverage) >= MONO.sharp_edge else _interpolated(coverage)
+        noise_tolerance = MONO.noise_deviations * _noise(coverage) / MONO.edge_slope
+        is_sharp = _pure_share(coverage) >= MONO.sharp_share
+        is_clean = is_sharp and noise_tolerance <= CURVES.tolerance
+        is_small = is_sharp and max(coverage.shape) < DRAWING.small_side
+        least = DRAWING.small_tolerance if is_small else CURVES.tolerance
+        tolerance = max(least, noise_tolerance) if tolerance is None else tolerance
+        outlines = contours_of(coverage) if is_sharp else _interpolated(coverage)
     by_area = sorted(outlines, key=lambda outline: -abs(signed_area(outline)))
     kept = [outline for outline in by_area[: MONO.outlines_max] if abs(signed_area(outline)) >= min_area]
     fitted = _fitted(kept, tolerance, watch)
-    return MonoTracing(_scene(fitted), 255.0 * levels.threshold, len(outlines) - len(fitted))
+    left_out = len(outlines) - len(fitted)
+    return MonoTracing(_scene(fitted), 255.0 * levels.threshold, coverage, is_clean, left_out)
 
 
 class Levels(NamedTuple):
@@ -136,13 +147,12 @@ def _gray(image: NDArray[Any]) -> Floats:
     return values @ np.array([0.299, 0.587, 0.114])
 
 
-def _sharpness(coverage: Floats) -> float:
-    """Return the median change of ``coverage`` [h, w] between neighbours on either side of an edge."""
-    ink = coverage > 0.5
-    across = np.abs(np.diff(coverage, axis=1))[ink[:, 1:] != ink[:, :-1]]
-    down = np.abs(np.diff(coverage, axis=0))[ink[1:] != ink[:-1]]
-    changes = np.concatenate([across, down])
-    return float(np.median(changes)) if len(changes) else 1.0
+def _pure_share(coverage: Floats) -> float:
+    """Return the share of partly covered pixels of ``coverage`` [h, w] with both ink and paper beside them."""
+    is_partial = (coverage > MONO.between_levels) & (coverage < 1 - MONO.between_levels)
+    has_ink = ndimage.maximum_filter(coverage, 3) >= 1 - MONO.pure_levels
+    has_paper = ndimage.minimum_filter(coverage, 3) <= MONO.pure_levels
+    return float((has_ink & has_paper)[is_partial].mean()) if is_partial.any() else 1.0
 
 
 def _interpolated(coverage: Floats) -> list[Floats]:

@@ -1,4 +1,4 @@
-"""Draw black and white art: outline the dark areas by one black path."""
+"""Draw black and white art: outline the dark areas in black, and fit what a renderer has drawn."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from warpvec.drawing.drawing import Drawing
 from warpvec.fit.loop import single_torch_thread
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.mono import MONO
-from warpvec.flat.mono import mono_tracing
+from warpvec.flat.drawing import FlatDrawing
+from warpvec.flat.mono import MonoTracing, mono_tracing
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.forms import find_forms
 from warpvec.geometry.scene import Scene, over_white
@@ -38,11 +39,23 @@ class Mono:
                 min_area=max(MONO.area_min, settings.min_area),
                 watch=request.watch,
             )
-            scene = _with_forms(tracing.scene, request, settings, detail)
-            return finished(request, scene, detail, {"speck": tracing.speck_count})
+            if tracing.is_clean and 0 < tracing.scene.structure.loop_count <= MONO.form_loops_max:
+                scene, left_out = _fitted(tracing, request, settings, detail)
+            else:
+                scene, left_out = _with_forms(tracing.scene, request, settings, detail), {}
+            return finished(request, scene, detail, {"speck": tracing.speck_count} | left_out)
 
         with single_torch_thread(), torch.no_grad():
             return drawn(request, draw)
+
+
+def _fitted(tracing: MonoTracing, request: Request, settings: FitConfig, detail: float) -> tuple[Scene, dict[str, int]]:
+    """Return a clean tracing, fitted as flat art in black, with strokes and forms, and what it leaves out."""
+    coverage = torch.from_numpy(tracing.coverage).float()
+    ink = torch.cat([coverage.new_zeros(*coverage.shape, 3), coverage[..., None]], 2)
+    settings = replace(settings, opacity="opaque")
+    scene, left_out = FlatDrawing(ink, settings, request.watch, tracing=tracing.scene).draw(detail)
+    return replace(scene, color=torch.zeros_like(scene.color), opacity=torch.ones_like(scene.opacity)), left_out
 
 
 def _with_forms(scene: Scene, request: Request, settings: FitConfig, detail: float) -> Scene:
