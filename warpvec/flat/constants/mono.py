@@ -39,8 +39,8 @@ class MonoConstants:
     sharp_share: float = 0.7
     """Least share of the partly covered pixels with both ink and paper beside them, in a picture with sharp edges. It
     is 0.79 to 1 in icons that a renderer drew, at 32 to 512 px, with JPEG 50 too, and 0.08 to 0.54 if they are blurred
-    by half a pixel, as by a scanner, or enlarged. Where edges are sharp, sums of coverage are exact (`contours_of`); where
-    they are not, interpolation is, and it suffers less from noise."""
+    by half a pixel, as by a scanner, or enlarged. Where edges are sharp, sums of coverage are exact (`contours_of`);
+    where they are not, interpolation is, and it suffers less from noise."""
 
     pure_levels: float = 0.05
     """A pixel is ink or paper if its level is at most so far from that, as a share of their difference."""
