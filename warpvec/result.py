@@ -157,7 +157,8 @@ class Result:
         in pixels of the picture, before rounding. ``threads`` is the largest number of CPU threads, None on a GPU.
         ``unchanged`` tells if the file is the given one as it came in. ``bytes`` and ``gzip_bytes`` are sizes of the
         SVG text, plain and gzipped. ``levels`` lists ``curves`` and ``psnr`` of each prefix of the layers, after a fit
-        with ``lod``. ``goal`` holds the facts about the goal.
+        with ``lod``. ``goal`` holds the facts about the goal. Drawings in the mode lines also have ``lines``,
+        ``line_widths``, ``wide_areas`` and ``pen_up``: see `warpvec.modes.lines`.
         """
         drawing, opacity, picture = self.drawing, self.scene.opacity, self.picture
         rows, columns = picture.reduced_size
@@ -169,6 +170,7 @@ class Result:
             "start_psnr": drawing.start_psnr,
             "unchanged": drawing.given is not None,
             "left_out": drawing.left_out,
+            **(drawing.line_facts or {}),
             "internal_psnr": self._internal_psnr(),
             "degree": drawing.fitted.degree,
             "conversion_px": drawing.conversion_px,

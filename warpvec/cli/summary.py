@@ -61,6 +61,10 @@ def _why_on_cpu(wanted: str, device: str, verbose: bool) -> str | None:
     return None if reason == NO_HARDWARE and not verbose else reason
 
 
+_WIDTHS_SHOWN = 4
+"""Widths of lines that the summary lists."""
+
+
 def finite(value: object) -> Any:
     """Return ``value`` with None in place of each infinite number."""
     if isinstance(value, dict):
@@ -81,6 +85,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     ]
     if metrics["strokes"] or any(metrics[name] for name in ("circles", "ellipses", "rects")):
         lines.insert(1, "{found}")
+    if "lines" in metrics:
+        lines.insert(1, _lines_of(metrics))
     if metrics.get("start_psnr") is not None:
         lines[-1] += ", before {start_psnr:.2f} dB (the given file)"
     if metrics.get("unchanged"):
@@ -109,3 +115,12 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     if metrics.get("goal"):
         lines.append(describe(metrics["goal"]))
     return "\n".join(lines).format(out="SVG" if out == "-" else in_one_line(out), **metrics)
+
+
+def _lines_of(metrics: dict[str, Any]) -> str:
+    """Return what the summary says of a drawing in the mode lines."""
+    widths = metrics["line_widths"]
+    listed = ", ".join(f"{width:g}" for width in widths[:_WIDTHS_SHOWN])
+    more = f" and {len(widths) - _WIDTHS_SHOWN} more" if len(widths) > _WIDTHS_SHOWN else ""
+    areas = f"; {counted(metrics['wide_areas'], 'wide area')} drawn as outlines" if metrics["wide_areas"] else ""
+    return f"{counted(metrics['lines'], 'line')}, {listed}{more} px wide; pen up for {metrics['pen_up']:.0f} px{areas}"

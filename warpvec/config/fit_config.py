@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from warpvec.checks import check_count, show
+from warpvec.checks import as_float, check_count, show
 from warpvec.config import cross_rules
 from warpvec.config.control import Control, Step, doublings, slider, tick
 from warpvec.config.kinds import (
@@ -24,6 +24,7 @@ from warpvec.config.kinds import (
 from warpvec.config.limits import (
     DETAIL_MAX,
     LEVEL_MAX,
+    LINE_WIDTH_MAX,
     MAX_COUNT,
     MAX_CURVES,
     MAX_GRID,
@@ -66,6 +67,20 @@ def _check_threshold(name: str, value: object) -> str:
     return str(check_count(name, level, 0, LEVEL_MAX))
 
 
+def _check_line_width(name: str, value: object) -> str:
+    """Return "auto", or the text of a width in pixels."""
+    if value == "auto" and isinstance(value, str):
+        return "auto"
+    rule = f"must be auto or a width above 0 and at most {LINE_WIDTH_MAX:g} pixels"
+    try:
+        width = float(value) if isinstance(value, str) else as_float(value)
+    except ValueError:
+        raise InputError(name, rule, show(value), "give 2.5") from None
+    if not 0.0 < width <= LINE_WIDTH_MAX:
+        raise InputError(name, rule, show(value), "give 2.5")
+    return f"{width:g}"
+
+
 def _check_device(name: str, value: object) -> str:
     """Return ``value``. The fit checks later that the device exists: finding out takes seconds."""
     if not isinstance(value, str):
@@ -75,6 +90,7 @@ def _check_device(name: str, value: object) -> str:
 
 _COUNT_OR_SHARE = Real(0.0, MAX_CURVES)
 _DETAIL = Positive(DETAIL_MAX, f"must be above 0 and at most {DETAIL_MAX:g} pixels", "give 0.1 to 1")
+_LINE_WIDTH = Custom(_check_line_width, parse_text, "X|auto", f"auto, above 0 to {LINE_WIDTH_MAX:g}")
 _THRESHOLD = Custom(_check_threshold, parse_text, "auto|N", f"auto, 0 to {LEVEL_MAX}")
 _CURVES = Custom(
     Whole(1, MAX_CURVES).check, or_auto(parse_whole, "must be a whole number or auto"), "N|auto", f"1 to {MAX_CURVES}"
@@ -122,17 +138,19 @@ class CoreSettings:
     """
 
     mode: str = setting(
-        "auto", Choice(("auto", *MODES)), "Kind: auto, photo, flat (logos, icons) or mono.",
+        "auto", Choice(("auto", *MODES)), "Kind: auto, photo, flat (logos), mono or lines.",
         KIND, is_daily=True, stated="never", page=_MODE_CONTROL,
     )  # fmt: skip
     """"auto": the picture decides. "photo": fit paths. "flat": outline the regions of a logo, an icon or a drawing.
-    "mono": outline the dark areas in black. A setting that only one mode has selects that mode."""
+    "mono": outline the dark areas in black. "lines": draw each line by a stroke along its middle. A setting that only
+    one mode has selects that mode."""
     detail: float = setting(
-        0.1, _DETAIL, "Flat and mono: how far outlines may move, in pixels.", KIND, is_daily=True,
-        modes=("flat", "mono"),
+        0.1, _DETAIL, "Drawings: how far outlines may move, in pixels.", KIND, is_daily=True,
+        modes=("flat", "mono", "lines"),
         page=slider("Detail", _DETAIL_TOOLTIP, doublings(3.2, DETAIL_STEPS, -4), lambda pixels: f"{pixels:.2f} px"),
     )  # fmt: skip
-    """Root mean square of the distance in pixels by which outlines of flat and mono may move to save nodes."""
+    """Root mean square of the distance in pixels by which outlines of flat and mono, and lines, may move to save
+    nodes."""
     cutout: bool = setting(
         False, Flag(), "Flat: make no overlaps, for cutters and plotters.", KIND, is_daily=True, modes=("flat",),
         is_binding=True, ignored_by=("mono",), page=tick("Cut out, without overlaps", _CUTOUT_TOOLTIP),
@@ -149,6 +167,11 @@ class CoreSettings:
         modes=("mono",), is_binding=True,
     )  # fmt: skip
     """Level from "0" to "255" below which mono is dark, or "auto" for Otsu's."""
+    line_width: str = setting(
+        "auto", _LINE_WIDTH, "Lines: width of all strokes in pixels, or auto (as in the picture).", KIND,
+        modes=("lines",), is_binding=True,
+    )  # fmt: skip
+    """Width of all strokes of lines in pixels of the picture, as a number, or "auto" for the widths in the picture."""
 
     curves: int = setting(
         512, _CURVES, "Number of paths; auto: as many as clearly help. With a goal, and in flat art: the most.",

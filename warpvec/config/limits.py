@@ -44,6 +44,9 @@ MAX_WEIGHT = 1e6
 DETAIL_MAX = 10.0
 """Largest tolerance of outlines in pixels. With more, nothing is left of a logo of 500 pixels."""
 
+LINE_WIDTH_MAX = 1000.0
+"""Largest width of a line in pixels. Wider ones cover a picture."""
+
 LEVEL_MAX = 255
 """Largest level of a threshold, white."""
 

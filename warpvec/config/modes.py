@@ -38,6 +38,10 @@ MODES = {
         "black and white art", "black and white art", "flat", True, "Mono",
         "Monochrome: black outlines for all dark areas, as for stamps, stencils and line art",
     ),
+    "lines": ModeName(
+        "lines", "drawings of lines", "mono", True, "Lines",
+        "Lines only: a stroke along the middle of each line, as for pen plotters, engravers and signatures",
+    ),
 }  # fmt: skip
 """Every mode that a picture can be drawn in, by the value of the setting "mode"."""
 

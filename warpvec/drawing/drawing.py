@@ -34,6 +34,7 @@ class Drawing:
         left_out: number of parts of the picture or drawing that the file leaves out, by their name.
         given: text of the file that was refined, if the drawing is this file as it came in.
         start_psnr: PSNR in dB of the file that was refined; None without one.
+        line_facts: what a drawing of lines says of them; see `warpvec.modes.lines`. None for other drawings.
         goal_facts: the goal, if there was one, and whether the file meets it; see `warpvec.goals.search`.
     """
 
@@ -46,6 +47,7 @@ class Drawing:
     left_out: dict[str, int] = field(default_factory=dict)
     given: str | None = None
     start_psnr: float | None = None
+    line_facts: dict[str, Any] | None = None
     goal_facts: dict[str, Any] | None = None
 
     @staticmethod

@@ -71,11 +71,13 @@ def _mode(name: str, photo: Photo, outlines: KnownOutlines | None, may_refuse: b
     if name == "photo":
         return photo
     from warpvec.modes.flat import Flat, KnownOutlines
+    from warpvec.modes.lines import Lines
     from warpvec.modes.mono import Mono
 
     modes: dict[str, Mode] = {
         "flat": Flat(KnownOutlines() if outlines is None else outlines, may_refuse),
         "mono": Mono(),
+        "lines": Lines(),
     }
     return modes[name]
 

@@ -23,6 +23,9 @@ class StrokeConstants:
     disk_error: float = 0.02
     """Share of its radius by which another point of the outline may lie inside of a disk that has shrunk enough."""
 
+    disk_error_max: float = 0.5
+    """Most of it in pixels: disks inside wide areas would pass over the ends of lines."""
+
     width_error: float = 0.06
     """Share of the width by which the disk at a point of a stroke may differ: joints and bends widen it a little."""
 

@@ -25,13 +25,26 @@ class CenterLines(NamedTuple):
     cap: int
 
 
-class _Shape(NamedTuple):
-    """A component and what is known of it: its outline, the centres of its stroke [M, 2], and the width in pixels."""
+class Shape(NamedTuple):
+    """A component and what is known of it.
+
+    Attributes:
+        boundary: its outline.
+        tree: of the points of the outline.
+        centers: of its stroke [M, 2].
+        width: that of the stroke, in pixels, or the usual one.
+        widths: that of each branch of its skeleton [B]; None if they all have the ``width``.
+    """
 
     boundary: Boundary
     tree: cKDTree
     centers: cKDTree
     width: float
+    widths: Floats | None = None
+
+    def along(self, branch: int) -> Shape:
+        """Return the shape with the width of a ``branch``."""
+        return self if self.widths is None else self._replace(width=float(self.widths[branch]))
 
     def is_inside(self, places: Floats) -> Mask:
         """Return which ``places`` [K, 2] lie inside."""
@@ -42,7 +55,7 @@ class _Shape(NamedTuple):
 
 def center_lines(boundary: Boundary, disks: Disks, has_width: Mask, width: float) -> CenterLines | None:
     """Return the centre lines of a component; None if it has none."""
-    shape = _Shape(boundary, cKDTree(boundary.points), cKDTree(disks.centers[has_width]), width)
+    shape = Shape(boundary, cKDTree(boundary.points), cKDTree(disks.centers[has_width]), width)
     graph, scale, origin = _skeleton(shape)
     places = [_snapped(shape, (branch[:, ::-1] + 0.5) / scale + origin, scale) for branch in graph.branches]
     junctions = (graph.junctions[:, ::-1] + 0.5) / scale + origin
@@ -51,10 +64,10 @@ def center_lines(boundary: Boundary, disks: Disks, has_width: Mask, width: float
     ]
     if not kept:
         return None
-    return _joined(shape, places, [graph.ends[k] for k in kept], kept, junctions)
+    return joined(shape, places, [graph.ends[k] for k in kept], kept, junctions)
 
 
-def _skeleton(shape: _Shape) -> tuple[Graph, float, Floats]:
+def _skeleton(shape: Shape) -> tuple[Graph, float, Floats]:
     """Return the skeleton of the ridge of a shape, the cells of its grid per pixel, and the grid's origin."""
     scale = _CELLS / shape.width
     low, high = shape.boundary.points.min(0), shape.boundary.points.max(0)
@@ -68,15 +81,20 @@ def _skeleton(shape: _Shape) -> tuple[Graph, float, Floats]:
     return graph_of(thinned(ridge.reshape(rows, columns))), scale, low
 
 
-def _snapped(shape: _Shape, places: Floats, scale: float) -> Floats:
+def _snapped(shape: Shape, places: Floats, scale: float) -> Floats:
     """Return the centres nearest to places of a skeleton, without those that have none near and that go back."""
     distance, nearest = shape.centers.query(places)
     found = np.asarray(shape.centers.data)[nearest[distance <= 1.6 / scale]]
+    return going_on(found, 0.5 / scale)
+
+
+def going_on(found: Floats, gap_min: float) -> Floats:
+    """Return those of the places [M, 2] px along a line that lie ``gap_min`` apart and do not go back."""
     kept: list[Floats] = []
     for place in found:
         gap = np.linalg.norm(place - kept[-1]) if kept else np.inf
         is_back = len(kept) > 1 and (place - kept[-1]) @ (kept[-1] - kept[-2]) <= 0.0
-        if gap >= (2.0 if is_back else 0.5) / scale:
+        if gap >= (4.0 if is_back else 1.0) * gap_min:
             kept.append(place)
     return np.array(kept).reshape(-1, 2)
 
@@ -104,15 +122,23 @@ class _End(NamedTuple):
     out: Floats
 
 
-def _joined(
-    shape: _Shape, places: list[Floats], ends: list[tuple[int, int] | None], kept: list[int], junctions: Floats
+def joined(
+    shape: Shape, places: list[Floats], ends: list[tuple[int, int] | None], kept: list[int], junctions: Floats
 ) -> CenterLines:
-    """Join branches to lines through the junctions, and let the other ends meet there."""
-    reach = STROKES.reach * shape.width
+    """Join branches to lines through the junctions, and let the other ends meet there.
+
+    Args:
+        shape: what the branches lie in.
+        places: the centres along each branch [M, 2] px.
+        ends: the junctions at the ends of each branch that is kept; as in `Graph`.
+        kept: the branches that are lines.
+        junctions: [J, 2] px.
+    """
     at: dict[int, list[_End]] = {}
     for branch, both in zip(kept, ends, strict=True):
         for is_start, junction in zip((True, False), both or (), strict=False):
             if junction >= 0:
+                reach = STROKES.reach * shape.along(branch).width
                 at.setdefault(junction, []).append(_End(branch, is_start, _direction(places[branch], is_start, reach)))
     partner: dict[tuple[int, bool], tuple[int, bool]] = {}
     meeting: dict[tuple[int, bool], _Meeting] = {}
@@ -126,7 +152,7 @@ def _joined(
         place = _meeting_place(places, meet, pairs, junctions[junction])
         for end in meet:
             if (end.branch, end.is_start) not in partner:
-                covered = _covered(end, [other for other in meet if other is not end], shape.width)
+                covered = _covered(shape, end, [other for other in meet if other is not end])
                 meeting[end.branch, end.is_start] = _Meeting(place, covered)
     closed = {branch for branch, both in zip(kept, ends, strict=True) if both is None}
     chains = [([(k, True)], True) for k in closed] + _chains([k for k in kept if k not in closed], partner)
@@ -188,11 +214,12 @@ def _meeting_place(places: list[Floats], meet: list[_End], pairs: list[tuple[_En
     return found
 
 
-def _covered(end: _End, others: list[_End], width: float) -> float:
+def _covered(shape: Shape, end: _End, others: list[_End]) -> float:
     """Return how far ahead of a junction the other lines cover the straight way on from an ``end``, in pixels."""
     cosine = np.array([-(other.out @ end.out) for other in others])
     sine = np.sqrt(np.maximum(1.0 - np.square(cosine), 1e-6))
-    return float(width / 2.0 / np.where(cosine > 0.0, sine, 1.0).min(initial=1.0))
+    widths = np.array([shape.along(other.branch).width for other in others])
+    return float((widths / 2.0 / np.where(cosine > 0.0, sine, 1.0)).max(initial=0.0 if others else shape.width / 2.0))
 
 
 def _crossing(a: Floats, along: Floats, b: Floats, out: Floats, near: Floats) -> Floats:
@@ -228,7 +255,7 @@ def _chains(
 
 
 def _cap(
-    shape: _Shape,
+    shape: Shape,
     places: list[Floats],
     chains: list[tuple[list[tuple[int, bool]], bool]],
     meeting: dict[tuple[int, bool], _Meeting],
@@ -240,11 +267,11 @@ def _cap(
             continue
         for branch, is_start in (chain[0], (chain[-1][0], not chain[-1][1])):
             if (branch, is_start) not in meeting:
-                votes.append(_is_square(shape, places[branch] if is_start else places[branch][::-1]))
+                votes.append(_is_square(shape.along(branch), places[branch] if is_start else places[branch][::-1]))
     return BUTT if votes and np.mean(votes) > 0.5 else ROUND
 
 
-def _is_square(shape: _Shape, points: Floats) -> bool:
+def _is_square(shape: Shape, points: Floats) -> bool:
     """Return whether the shape has corners beyond the start of a line."""
     out = _direction(points, True, STROKES.reach * shape.width)
     radius, side = shape.width / 2.0, np.array([-out[1], out[0]])
@@ -254,7 +281,7 @@ def _is_square(shape: _Shape, points: Floats) -> bool:
 
 
 def _line_of(
-    shape: _Shape,
+    shape: Shape,
     places: list[Floats],
     chain: list[tuple[int, bool]],
     is_ring: bool,
@@ -262,6 +289,7 @@ def _line_of(
     cap: int,
 ) -> Line:
     points = np.concatenate([places[k] if forwards else places[k][::-1] for k, forwards in chain])
+    shape = shape.along(max((k for k, _ in chain), key=lambda k: len(places[k])))
     points = _with_corners(points, shape.width, is_ring)
     if is_ring:
         return Line(points, True)
@@ -302,7 +330,7 @@ def _corner(before: Floats, after: Floats, width: float) -> Floats | None:
     return a + share[0] * first if 0.0 < share[0] < far and -far < share[1] < 0.0 else None
 
 
-def _with_end(shape: _Shape, points: Floats, meeting: _Meeting | None, cap: int) -> Floats:
+def _with_end(shape: Shape, points: Floats, meeting: _Meeting | None, cap: int) -> Floats:
     """Return ``points`` with their start where the line begins: at a junction, or before its cap."""
     out = _direction(points, True, STROKES.reach * shape.width)
     before_cap = shape.width / 2.0 if cap == ROUND else 0.0
@@ -318,7 +346,7 @@ def _with_end(shape: _Shape, points: Floats, meeting: _Meeting | None, cap: int)
     return np.concatenate([(points[0] + out * ahead)[None], points]) if ahead > STROKES.step / 2.0 else points
 
 
-def _room(shape: _Shape, place: Floats, out: Floats) -> float:
+def _room(shape: Shape, place: Floats, out: Floats) -> float:
     """Return how far the shape goes on from ``place``, in pixels; at most one and a half widths."""
     steps = np.linspace(0.0, 1.5 * shape.width, 97)
     inside = shape.is_inside(place + steps[:, None] * out)
@@ -330,7 +358,7 @@ def join_of(lines: list[Rows], boundary: Boundary, width: float) -> int:
     tips = [tip for rows in lines for tip in _miter_tips(rows, width)]
     if not tips:
         return ROUND
-    shape = _Shape(boundary, cKDTree(boundary.points), cKDTree(boundary.points), width)
+    shape = Shape(boundary, cKDTree(boundary.points), cKDTree(boundary.points), width)
     return MITER if shape.is_inside(np.array(tips)).mean() > 0.5 else ROUND
 
 

@@ -65,7 +65,7 @@ def inner_disks(boundary: Boundary) -> Disks:
     for _ in range(STROKES.disk_rounds):
         centers = points[active] + radii[active, None] * inward[active]
         distance, nearest = tree.query(centers)
-        is_inside = distance < radii[active] * (1.0 - STROKES.disk_error)
+        is_inside = distance < radii[active] - np.minimum(STROKES.disk_error * radii[active], STROKES.disk_error_max)
         is_inside &= nearest != active
         active, nearest = active[is_inside], nearest[is_inside]
         if not len(active):

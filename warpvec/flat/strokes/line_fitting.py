@@ -47,8 +47,8 @@ class _Nodes(NamedTuple):
     is_corner: Mask
 
 
-def fit_line(line: Line, width: float) -> Rows:
-    """Return the cheapest rows of a ``line`` of a stroke of ``width`` pixels."""
+def fit_line(line: Line, width: float, tolerance: float = STROKES.tolerance) -> Rows:
+    """Return the cheapest rows within ``tolerance`` pixels of a ``line`` of a stroke of ``width`` pixels."""
     points = resampled(line)
     if len(points) < 3:
         return _single(points, line.is_closed)
@@ -56,7 +56,7 @@ def fit_line(line: Line, width: float) -> Rows:
         start = int(np.argmax(_turns(points, width, True)))
         points = np.concatenate([np.roll(points, -start, axis=0), points[start : start + 1]])
     points, nodes = _find_nodes(points, width, line.is_closed)
-    return _rows(points, nodes, _cheapest(points, nodes, STROKES.tolerance), line.is_closed)
+    return _rows(points, nodes, _cheapest(points, nodes, tolerance), line.is_closed)
 
 
 def fit_again(rows: Rows, tolerance: float) -> Rows:

@@ -12,7 +12,7 @@ from scipy import ndimage
 
 from warpvec.arrays import Floats, Integers, Mask
 
-_AROUND = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
+AROUND = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
 """Row and column of the eight neighbours, clockwise from above."""
 
 
@@ -42,7 +42,7 @@ def thinned(mask: Mask) -> Mask:
 
 
 def _removable(image: np.ndarray, phase: int) -> Mask:
-    p = [np.roll(image, (-row, -column), (0, 1)) for row, column in _AROUND]
+    p = [np.roll(image, (-row, -column), (0, 1)) for row, column in AROUND]
     count = sum(each.astype(np.int8) for each in p)
     turns = sum(((a == 0) & (b == 1)).astype(np.int8) for a, b in zip(p, [*p[1:], p[0]], strict=True))
     up, right, down, left = p[0], p[2], p[4], p[6]
@@ -70,7 +70,7 @@ def graph_of(skeleton: Mask) -> Graph:
 
 def _neighbors(number: Integers, row: int, column: int) -> list[int]:
     """Return the neighbours of a pixel; a diagonal one only if no pixel beside both lies between."""
-    found = [int(number[row + r, column + c]) for r, c in _AROUND]
+    found = [int(number[row + r, column + c]) for r, c in AROUND]
     straight = [each for each in found[::2] if each >= 0]
     diagonal = [found[k] for k in (1, 3, 5, 7) if found[k] >= 0 and found[k - 1] < 0 and found[(k + 1) % 8] < 0]
     return straight + diagonal
@@ -90,7 +90,9 @@ def _traced(
             chain, stop = _walk(neighbors, owner, used, junction, first)
             branches.append(chain)
             ends.append((int(owner[junction]), stop))
-    for k in np.flatnonzero((degree <= 1) & ~used).tolist():
+    for k in np.flatnonzero(degree <= 1).tolist():
+        if used[k]:
+            continue
         used[k] = True
         chain, stop = _walk(neighbors, owner, used, -1, neighbors[k][0]) if neighbors[k] else ([], -1)
         branches.append([k, *chain])

@@ -1,0 +1,60 @@
+"""Lines of pictures become strokes along their middle, each once, with the widths of the picture."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.flat.lines.line import DrawnLine
+from warpvec.flat.lines.tracing import trace_lines
+from warpvec.svg.measure import draw
+from warpvec.watch.watch import Watch
+
+CONFIG = FitConfig(threads=1, device="cpu", mode="lines")
+SIDE, SAMPLES = 128, 4
+
+
+def picture(shapes: str) -> np.ndarray:
+    """Return a picture [128, 128, 3] of ``shapes`` of SVG, lines with round ends."""
+    side = SIDE * SAMPLES
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {SIDE} {SIDE}" width="{side}" height="{side}">'
+    look = '<g fill="none" stroke="#000" stroke-linecap="round" stroke-linejoin="round">'
+    mean = draw(f"{head}{look}{shapes}</g></svg>", side, side).reshape(SIDE, SAMPLES, SIDE, SAMPLES, 3).mean((1, 3))
+    return (np.round(mean) / 255).astype(np.float32)
+
+
+def lines_of(shapes: str) -> list[DrawnLine]:
+    with torch.no_grad():
+        return trace_lines(picture(shapes), CONFIG, None, Watch()).lines
+
+
+def test_lines_of_two_widths_that_cross_are_two_lines() -> None:
+    thin, bold = sorted(
+        lines_of('<path d="M16 40L112 88" stroke-width="3"/><path d="M64 16V112" stroke-width="8"/>'),
+        key=lambda line: line.width,
+    )
+    assert (thin.width, bold.width) == (pytest.approx(3.0, abs=0.15), pytest.approx(8.0, abs=0.15))
+    ends = np.array(sorted(map(tuple, thin.ends())))
+    assert np.abs(ends - [[16.0, 40.0], [112.0, 88.0]]).max() < 0.3
+
+
+def test_a_diagonal_line_and_a_ring_stay_whole() -> None:
+    ring, line = sorted(
+        lines_of('<circle cx="40" cy="90" r="24" stroke-width="5"/><path d="M50 10L110 70" stroke-width="5"/>'),
+        key=lambda line: line.rows.is_open,
+    )
+    assert not ring.rows.is_open and line.rows.is_open
+    assert np.abs(np.linalg.norm(ring.rows.control[:, 0] - [40.0, 90.0], axis=1) - 24.0).max() < 0.1
+    assert ring.width == line.width == pytest.approx(5.0, abs=0.1)
+
+
+def test_a_dot_is_a_line_of_no_length() -> None:
+    dot, line = sorted(lines_of('<path d="M20 64H100M64 30v.01" stroke-width="7"/>'), key=lambda line: line.length)
+    assert dot.length < 0.1 and np.abs(dot.ends()[0] - [64.0, 30.0]).max() < 0.1
+    assert dot.width == line.width
+
+
+def test_paper_without_ink_has_no_lines() -> None:
+    assert lines_of("") == []

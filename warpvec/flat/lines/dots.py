@@ -1,0 +1,35 @@
+"""Dots: parts of ink that are hardly longer than wide."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import ndimage
+
+from warpvec.flat.constants.lines import LINES
+from warpvec.flat.lines.line import DrawnLine
+from warpvec.flat.lines.local_skeleton import Grid
+from warpvec.flat.strokes.line_fitting import Rows
+
+
+def find_dots(grid: Grid, width: float) -> tuple[list[DrawnLine], Grid]:
+    """Return the dots of the ink in ``grid``, and the ink without them. Most lines have the ``width`` in pixels."""
+    labels, count = ndimage.label(grid.mask, np.ones((3, 3)))
+    boxes = ndimage.find_objects(labels)
+    areas = np.bincount(labels.ravel(), minlength=count + 1)[1:] / grid.scale**2
+    dots, is_dot = [], np.zeros(count + 1, bool)
+    for k, box in enumerate(boxes):
+        sides = [(part.stop - part.start) / grid.scale for part in box]
+        own = 2.0 * np.sqrt(areas[k] / np.pi)
+        if max(sides) <= LINES.dot_length * own and own <= LINES.dot_width * width and max(sides) <= 1.3 * min(sides):
+            rows, columns = np.nonzero(labels[box] == k + 1)
+            cells = np.array([[rows.mean() + box[0].start, columns.mean() + box[1].start]])
+            dots.append(_dot(grid.places(cells)[0], own))
+            is_dot[k + 1] = True
+    return dots, grid._replace(mask=grid.mask & ~is_dot[labels])
+
+
+def _dot(place: np.ndarray, width: float) -> DrawnLine:
+    half = np.array([LINES.dot / 2.0, 0.0])
+    start, end = place - half, place + half
+    control = np.array([[start, start + (end - start) / 3.0, start + (end - start) * 2.0 / 3.0], [end, end, end]])
+    return DrawnLine(Rows(control, np.array([True, True]), True), width, is_dot=True)

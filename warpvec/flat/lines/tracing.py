@@ -1,0 +1,100 @@
+"""The lines of a drawing: from its ink to strokes that are fitted to the picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from warpvec.arrays import Floats
+from warpvec.config.fit_config import FitConfig
+from warpvec.fit.target import Target
+from warpvec.flat.constants.lines import LINES
+from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.lines.branches import find_branches
+from warpvec.flat.lines.dots import find_dots
+from warpvec.flat.lines.ink import Ink, find_ink
+from warpvec.flat.lines.line import DrawnLine, read_back, scene_of
+from warpvec.flat.lines.local_skeleton import filled_grid
+from warpvec.flat.lines.widths import by_width
+from warpvec.flat.strokes.center_lines import Shape, joined
+from warpvec.flat.strokes.inner_disks import Boundary, boundary_of, inner_disks
+from warpvec.flat.strokes.line_fitting import Line, fit_line
+from warpvec.geometry.scene import over_white
+from warpvec.polish.polish import polish
+from warpvec.watch.watch import Watch
+
+
+@dataclass(frozen=True)
+class LineTracing:
+    """The lines of a picture.
+
+    Attributes:
+        lines: in pixels.
+        speck_count: number of specks that were left out.
+    """
+
+    lines: list[DrawnLine]
+    speck_count: int
+
+
+def trace_lines(image: NDArray[Any], settings: FitConfig, tolerance: float | None, watch: Watch) -> LineTracing:
+    """Return the lines of ``image`` [h, w, 3 or 4], floats in [0, 1].
+
+    Args:
+        image: dark lines on light paper, or on nothing.
+        settings: of the run.
+        tolerance: of the outlines, from which the lines come, in pixels; None for one that suits the noise.
+        watch: over the run. When it is over, the lines so far must do.
+    """
+    ink = find_ink(image, tolerance, settings.min_area, watch)
+    if not len(ink.control):
+        return LineTracing([], ink.speck_count)
+    lines = _lines_of(ink)
+    return LineTracing(_fitted(lines, image, settings, watch), ink.speck_count)
+
+
+def _lines_of(ink: Ink) -> list[DrawnLine]:
+    """Return the lines of ``ink``."""
+    boundary = boundary_of(ink.control, float(ink.areas[np.argmax(np.abs(ink.areas))]))
+    disks = inner_disks(boundary)
+    width = usual_width(boundary, disks.radii)
+    dots, grid = find_dots(filled_grid(ink.control, ink.loop, width), width)
+    found = find_branches(grid, boundary, disks)
+    if not found.kept:
+        return dots
+    tree = cKDTree(boundary.points)
+    shape = Shape(boundary, tree, cKDTree(disks.centers), width, found.widths)
+    lines = joined(shape, found.places, [found.ends[k] for k in found.kept], found.kept, found.junctions)
+    return dots + [_fitted_line(line, tree, lines.cap) for line in lines.lines]
+
+
+def usual_width(boundary: Boundary, radii: Floats) -> float:
+    """Return the width that half of the outline of lines has at most, in pixels."""
+    order = np.argsort(radii)
+    total = np.cumsum(boundary.lengths[order])
+    return max(2.0 * float(radii[order][np.searchsorted(total, total[-1] / 2.0)]), 1.0)
+
+
+def _fitted_line(line: Line, tree: cKDTree, cap: int) -> DrawnLine:
+    width = 2.0 * float(np.median(tree.query(line.points)[0]))
+    return DrawnLine(fit_line(line, width, LINES.tolerance), width, cap)
+
+
+def _fitted(lines: list[DrawnLine], image: NDArray[Any], settings: FitConfig, watch: Watch) -> list[DrawnLine]:
+    """Return ``lines`` with shared widths, fitted to the picture."""
+    paths = by_width(lines)
+    if watch.is_over():
+        return [line for path in paths for line in path]
+    scene = scene_of(paths)
+    target = Target(torch.from_numpy(image), settings, "cpu")
+    scene = scene if image.shape[2] == 4 else over_white(scene)
+    drawn = polish(
+        target, scene, settings, watch.side_part(), iterations=LINES.iterations,
+        values_exact_max=SIMPLIFICATION.values_exact_max, gain_min=LINES.gain_min,
+    ).scene  # fmt: skip
+    return [line for path in read_back(drawn, paths) for line in path]
