@@ -59,6 +59,12 @@ def test_paint_seen_through_a_hole_is_no_shape() -> None:
     assert inner not in layers[1].above
 
 
+def test_letters_of_the_paint_around_their_sign_lie_on_it() -> None:
+    shapes = [(box(8, 8, 88, 88), RED), (box(16, 16, 80, 80), WHITE), (box(24, 30, 28, 66), RED)]
+    regions = split_regions(regions_of(shapes))
+    assert [len(layer.members) for layer in stack(regions)] == [1, 1, 1]
+
+
 def test_holes_and_the_canvas_are_no_layers() -> None:
     ring = [(disc(48, 48, 30), BLUE), (disc(48, 48, 12), WHITE)]
     assert len(stack(split_regions(regions_of(ring, canvas=WHITE)))) == 1

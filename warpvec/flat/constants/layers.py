@@ -59,6 +59,21 @@ class LayerConstants:
     layer_moves_max: int = 8
     """Rounds in which each layer may move to where it agrees best with the others."""
 
+    # Lines (layers/line_regions.py)
+
+    line_width_share: float = 0.12
+    line_width_error: float = 0.8
+    """Largest difference from the median half width of a line, as a share of it or in pixels, whichever is more."""
+
+    line_depth_min: float = 0.5
+    """Least distance from the edge on the ridge, as a share of the largest: that at crossings is 0.7 of a width."""
+
+    line_share: float = 0.85
+    """Least share of the ridge of a line with that half width; the rest lies at ends and crossings."""
+
+    line_length_min: float = 6.0
+    """Least length of a line, in widths."""
+
     # What a layer covers beneath others (layers/covering.py)
 
     cover_margin: float = 2.5

@@ -11,6 +11,7 @@ from scipy import ndimage
 from warpvec.arrays import Floats, Integers, Integers32, Mask
 from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.layers.junctions import border_shares, evidence_above, find_junctions
+from warpvec.flat.layers.line_regions import line_regions
 from warpvec.flat.layers.merging import alike, interrupted_pairs
 from warpvec.flat.regions.regions import Regions
 
@@ -38,8 +39,8 @@ def stack(regions: Regions) -> list[StackedLayer]:
 
     A region lies beneath those that it surrounds. Of neighbours, the one whose outline goes on where a third one meets
     both lies above, or the one that has more of its border with the other; else the smaller one, its holes filled.
-    Regions of one paint are one layer where something above interrupts it. Regions that are transparent, or have the
-    paint of the canvas, are holes through all layers.
+    Regions of one paint are one layer where something above interrupts it, or has a hole that is no line. Regions that
+    are transparent, or have the paint of the canvas, are holes through all layers.
 
     Shapes of one paint that stand alone are one layer with several parts: designers draw lettering so.
     """
@@ -64,11 +65,15 @@ def stack(regions: Regions) -> list[StackedLayer]:
 
 
 def _seen_through(regions: Regions, surrounds: Mask, order: list[int]) -> Iterator[tuple[int, int]]:
-    """Yield pairs of regions of one paint, of which the second is seen through a hole in what lies on the first."""
+    """Yield pairs of regions of one paint, of which the second is seen through a hole in what lies on the first.
+
+    A line is drawn on top: nobody draws a hole that looks like one.
+    """
+    is_line = line_regions(regions.label, len(regions))
     ordered = np.array(order, np.int64)
     for low, first in enumerate(order):
         later = ordered[low + 1 :]
-        later = later[surrounds[first, later] & alike(regions, first, later)]
+        later = later[surrounds[first, later] & alike(regions, first, later) & ~is_line[later]]
         yield from ((first, second) for second in later.tolist() if (surrounds[first] & surrounds[:, second]).any())
 
 
