@@ -60,7 +60,7 @@ def _drawing(request: Request, tracing: LineTracing, detail: float) -> Drawing:
     facts: dict[str, Any] = {
         "lines": sum(map(len, pens)),
         "line_widths": [round(width, 2) for width in widths],
-        "wide_areas": 0,
+        "wide_areas": tracing.wide_count,
         "pen_up": round(scale * pen_travel([line for pen in pens for line in pen]), 1),
     }
     left_out = {"speck": tracing.speck_count}

@@ -56,5 +56,31 @@ def test_a_dot_is_a_line_of_no_length() -> None:
     assert dot.width == line.width
 
 
+def nodes_of(line: DrawnLine) -> set[tuple[float, float]]:
+    return set(map(tuple, line.rows.control[:, 0].tolist()))
+
+
+def test_lines_that_meet_share_a_node() -> None:
+    shapes = '<g stroke-width="6"><path d="M14 30H114M64 30V110"/><path d="M30 60L100 90"/></g>'
+    bar, stem, slash = sorted(lines_of(shapes), key=lambda line: float(line.rows.control[:, 0, 1].max()), reverse=False)
+    if len(nodes_of(slash) & nodes_of(bar)):  # sorted by their lowest points: bar, slash, stem
+        stem, slash = slash, stem
+    shared = nodes_of(bar) & nodes_of(stem)
+    assert len(shared) == 1 and np.abs(np.array([*shared]) - [64.0, 30.0]).max() < 0.1
+    shared = nodes_of(slash) & nodes_of(stem)
+    assert len(shared) == 1 and np.abs(np.array([*shared]) - [64.0, 60.0 + 30.0 * 34.0 / 70.0]).max() < 0.1
+
+
+def test_a_disc_on_a_line_is_a_wide_area_with_an_outline() -> None:
+    shapes = '<path d="M10 64H118" stroke-width="4"/><circle cx="64" cy="64" r="20" fill="#000" stroke="none"/>'
+    with torch.no_grad():
+        found = trace_lines(picture(shapes), CONFIG, None, Watch())
+    assert found.wide_count == 1
+    (ring,) = [line for line in found.lines if not line.rows.is_open]
+    radii = np.linalg.norm(ring.rows.control[:, 0] - [64.0, 64.0], axis=1)
+    assert np.abs(radii - 18.0).max() < 0.6
+    assert ring.width == pytest.approx(4.0, abs=0.3)
+
+
 def test_paper_without_ink_has_no_lines() -> None:
     assert lines_of("") == []

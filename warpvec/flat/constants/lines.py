@@ -14,16 +14,30 @@ class LineConstants:
     cells: float = 10.0
     """Cells of the grid of a skeleton across a usual line."""
 
-    scale_min: float = 0.5
+    scale_min: float = 1.0
     """Least cells per pixel: gaps between bold lines must not close."""
 
     scale_max: float = 3.0
     """Most cells per pixel, which bound the time and the memory."""
 
+    # Wide areas (lines/wide_areas.py)
+
+    wide_radius: float = 1.5
+    """Radius in line widths of the smallest disk in a wide area. Lines that meet at an acute angle hold disks of 1."""
+
+    wide_disks: float = 3.0
+    """Most area of a wide area in areas of its largest disk: a line is longer. A square has 1.3."""
+
+    outline_points: int = 8
+    """Fewest points of the outline of a wide area on the grid."""
+
+    outline_tolerance: float = 0.35
+    """As the tolerance of lines, of the outlines of wide areas, which come from a grid."""
+
     # Branches (lines/branches.py)
 
-    dot_length: float = 1.5
-    """A part of ink is a dot if its largest side is at most so many of its widths."""
+    dot_share: float = 0.8
+    """A part of ink is a dot if the largest disk in it is at least so large a share of its longest side."""
 
     dot_width: float = 2.5
     """Widest dot in widths of the usual line; a wider one is an area."""
@@ -31,15 +45,18 @@ class LineConstants:
     snap: float = 1.6
     """A place of a skeleton is moved to a centre of the line if there is one so near, in cells."""
 
+    snap_widths: float = 0.08
+    """The same in widths: thinning does not keep to the middle."""
+
     center_error: float = 0.03
     """Share of the width by which the disk of such a centre may differ from those along the line."""
 
     center_error_min: float = 0.25
     """Least such difference in pixels."""
 
-    spur: float = 1.25
-    """A branch that ends within so many radii of the disk at its only junction is no line: the corners of butt ends, of
-    miters and of rough edges make such branches."""
+    spur: float = 0.5
+    """A branch is no line if its ink reaches beyond the disk at its only junction by at most so many radii: the corners
+    of butt ends, of miters and of rough edges make such branches."""
 
     corner_spur: float = 4.0
     """The same length for a branch along which the disks shrink, as they do towards a corner."""
@@ -53,9 +70,35 @@ class LineConstants:
     width_reach: float = 2.0
     """Length in widths to both sides of a place over which a line has one width."""
 
+    width_percent: float = 35.0
+    """Percentile of the widths there that is taken for it: disks grow beside junctions, and shrink nowhere."""
+
     overlap: float = 0.9
     """Two junctions are one if their distance is at most so many times the sum of the radii of their disks: lines that
     cross at 30 degrees make two with 0.87."""
+
+    # Joints (lines/joints.py)
+
+    arm_reach: float = 1.0
+    """Length in widths of the part of a line that tells its direction and bend at a junction."""
+
+    arm_reach_min: float = 5.0
+    """Least such length in pixels: that of thin lines must span some pixels."""
+
+    misfit_degrees: float = 45.0
+    """Two ends at a junction are one line if an arc between them turns by at most so much more than they do."""
+
+    bend_degrees: float = 75.0
+    """Most that lines are believed to bend within a junction."""
+
+    bridge_degrees: float = 120.0
+    """Most that an arc through a junction turns; beyond it there is a corner."""
+
+    bridge_step: float = 1.0
+    """Distance in pixels of its points."""
+
+    meeting_far: float = 1.5
+    """Lines do not meet farther from their junction, in widths."""
 
     # Widths (lines/widths.py)
 
@@ -75,6 +118,35 @@ class LineConstants:
 
     gain_min: float = 0.04
     """The fit ends once five steps gain a smaller share of the loss."""
+
+    # Shared nodes (lines/shared_nodes.py)
+
+    node_reach: float = 0.35
+    """An end so near to another line, in widths, lies on it: it is deep in the ink of both."""
+
+    attached_reach: float = 1.0
+    """The same for an end that lay on another line before the fit, which does not see where it ends."""
+
+    ahead_px: float = 0.5
+    """Largest distance to the side in pixels at which another line is straight ahead."""
+
+    overshoot: float = 0.08
+    """A line that goes on by at most so many widths beyond another one ends there."""
+
+    same_node: float = 0.15
+    """Lines that meet within so many widths of each other have one node."""
+
+    cut_share: float = 0.002
+    """A node is not put nearer to another one than so large a share of the curve."""
+
+    crossing_sine: float = 0.15
+    """Least sine of the angle at which lines cross."""
+
+    loop_min: float = 4.0
+    """Least length in pixels of a loop of a line that crosses itself."""
+
+    loop_widths: float = 2.0
+    """Least length in widths of a loop of a line that ends on itself."""
 
     # Order (lines/pen_travel.py)
 

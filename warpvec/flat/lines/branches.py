@@ -72,9 +72,9 @@ class _Web:
         junction, is_start = found
         points = self.places[k] if is_start else self.places[k][::-1]
         length = np.linalg.norm(points[-1] - self.junctions[junction])
-        if length <= LINES.spur * self.radii[junction]:
-            return True
         tip, middle = self.radius(points[[-1, len(points) // 2]])
+        if length + tip <= (1.0 + LINES.spur) * self.radii[junction]:
+            return True
         # Towards a corner, disks shrink.
         return bool(length <= LINES.corner_spur * self.radii[junction] and tip <= LINES.corner_tip * middle)
 
@@ -108,7 +108,7 @@ def find_branches(grid: Grid, boundary: Boundary, disks: Disks) -> Branches:
     """Return the branches of the skeleton of the ink in ``grid``, which has this ``boundary``."""
     web, tree = _Web(grid, boundary), cKDTree(disks.centers)
     web.prune()
-    found = {k: _centers(web, k, tree, disks) for k in web.alive}
+    found = {k: _centers(web, k, boundary, tree, disks) for k in web.alive}
     centers = {k: places for k, (places, _) in found.items()}
     web.merge(centers)
     kept = sorted(k for k in web.alive if len(centers[k]) > 1)
@@ -119,7 +119,7 @@ def find_branches(grid: Grid, boundary: Boundary, disks: Disks) -> Branches:
     return Branches(places, web.ends, kept, web.junctions, widths)
 
 
-def _centers(web: _Web, k: int, tree: cKDTree, disks: Disks) -> tuple[Floats, float]:
+def _centers(web: _Web, k: int, boundary: Boundary, tree: cKDTree, disks: Disks) -> tuple[Floats, float]:
     """Return exact centres along a branch, where its disks have the width of its surroundings, and its width."""
     places = web.places[k]
     outside = np.ones(len(places), bool)
@@ -134,9 +134,17 @@ def _centers(web: _Web, k: int, tree: cKDTree, disks: Disks) -> tuple[Floats, fl
     width = 2.0 * disks.radii[nearest]
     usual = float(np.median(width))
     reach = 2 * int(LINES.width_reach * usual * web.scale) + 1
-    local = ndimage.median_filter(width, min(reach, 2 * len(width) - 1), mode="nearest")
+    local = ndimage.percentile_filter(width, LINES.width_percent, min(reach, 2 * len(width) - 1), mode="reflect")
     error = np.maximum(LINES.center_error * local, LINES.center_error_min)
-    good = (distance <= LINES.snap / web.scale) & (np.abs(width - local) <= error)
+    near, is_even = (
+        distance <= np.maximum(LINES.snap / web.scale, LINES.snap_widths * local),
+        np.abs(width - local) <= error,
+    )
+    good = near & is_even
     if not good.any():
         return np.zeros((0, 2)), 0.0
-    return going_on(disks.centers[nearest[good]], 0.5 / web.scale), float(np.median(width[good]))
+    # In bends and beside junctions disks grow, but the line still lies half of its width inside of the outline.
+    grown = near & (width > local + error)
+    centers = disks.centers[nearest]
+    centers[grown] -= (0.5 * (width - local))[grown, None] * boundary.inward[nearest[grown]]
+    return going_on(centers[good | grown], 0.5 / web.scale), float(np.median(width[good]))

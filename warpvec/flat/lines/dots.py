@@ -18,9 +18,12 @@ def find_dots(grid: Grid, width: float) -> tuple[list[DrawnLine], Grid]:
     areas = np.bincount(labels.ravel(), minlength=count + 1)[1:] / grid.scale**2
     dots, is_dot = [], np.zeros(count + 1, bool)
     for k, box in enumerate(boxes):
-        sides = [(part.stop - part.start) / grid.scale for part in box]
+        side = max(part.stop - part.start for part in box)
         own = 2.0 * np.sqrt(areas[k] / np.pi)
-        if max(sides) <= LINES.dot_length * own and own <= LINES.dot_width * width and max(sides) <= 1.3 * min(sides):
+        if side / grid.scale > LINES.dot_width * width or own > LINES.dot_width * width:
+            continue
+        inner = 2.0 * ndimage.distance_transform_edt(np.pad(labels[box] == k + 1, 1)).max() - 1.0
+        if inner >= LINES.dot_share * side:
             rows, columns = np.nonzero(labels[box] == k + 1)
             cells = np.array([[rows.mean() + box[0].start, columns.mean() + box[1].start]])
             dots.append(_dot(grid.places(cells)[0], own))

@@ -22,12 +22,14 @@ class Ink(NamedTuple):
         loop: the loop of each cubic [R].
         areas: signed area of each loop [L]; that of a hole has the other sign.
         speck_count: number of specks that were left out.
+        paper: share of each pixel that is paper [h, w]: the picture as a clean scan would have it.
     """
 
     control: Floats
     loop: Integers
     areas: Floats
     speck_count: int
+    paper: Floats
 
 
 def find_ink(image: NDArray[Any], tolerance: float | None, min_area: float, watch: Watch) -> Ink:
@@ -36,4 +38,4 @@ def find_ink(image: NDArray[Any], tolerance: float | None, min_area: float, watc
     scene = tracing.scene
     control, loop = control_points(scene), segment_loops(scene)
     areas = loop_areas(control, loop, scene.structure.loop_count) if len(control) else np.zeros(0)
-    return Ink(control, loop, areas, tracing.speck_count)
+    return Ink(control, loop, areas, tracing.speck_count, 1.0 - tracing.coverage)

@@ -18,8 +18,11 @@ from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.lines.branches import find_branches
 from warpvec.flat.lines.dots import find_dots
 from warpvec.flat.lines.ink import Ink, find_ink
+from warpvec.flat.lines.joints import bent_joint
 from warpvec.flat.lines.line import DrawnLine, read_back, scene_of
 from warpvec.flat.lines.local_skeleton import filled_grid
+from warpvec.flat.lines.shared_nodes import attached_ends, with_shared_nodes
+from warpvec.flat.lines.wide_areas import WideAreas, find_wide_areas, without
 from warpvec.flat.lines.widths import by_width
 from warpvec.flat.strokes.center_lines import Shape, joined
 from warpvec.flat.strokes.inner_disks import Boundary, boundary_of, inner_disks
@@ -36,10 +39,12 @@ class LineTracing:
     Attributes:
         lines: in pixels.
         speck_count: number of specks that were left out.
+        wide_count: number of areas that are wider than a line, and are drawn by lines along their edges.
     """
 
     lines: list[DrawnLine]
     speck_count: int
+    wide_count: int = 0
 
 
 def trace_lines(image: NDArray[Any], settings: FitConfig, tolerance: float | None, watch: Watch) -> LineTracing:
@@ -54,23 +59,26 @@ def trace_lines(image: NDArray[Any], settings: FitConfig, tolerance: float | Non
     ink = find_ink(image, tolerance, settings.min_area, watch)
     if not len(ink.control):
         return LineTracing([], ink.speck_count)
-    lines = _lines_of(ink)
-    return LineTracing(_fitted(lines, image, settings, watch), ink.speck_count)
+    lines, wide = _lines_of(ink)
+    fitted = _fitted(lines, without(ink.paper, wide.hidden), settings, watch)
+    return LineTracing(fitted, ink.speck_count, wide.number)
 
 
-def _lines_of(ink: Ink) -> list[DrawnLine]:
-    """Return the lines of ``ink``."""
+def _lines_of(ink: Ink) -> tuple[list[DrawnLine], WideAreas]:
+    """Return the lines of ``ink``, and its wide areas, whose outlines are among the lines."""
     boundary = boundary_of(ink.control, float(ink.areas[np.argmax(np.abs(ink.areas))]))
     disks = inner_disks(boundary)
     width = usual_width(boundary, disks.radii)
     dots, grid = find_dots(filled_grid(ink.control, ink.loop, width), width)
-    found = find_branches(grid, boundary, disks)
+    wide = find_wide_areas(grid, width)
+    dots += [DrawnLine(fit_line(line, width, LINES.outline_tolerance), width) for line in wide.outlines]
+    found = find_branches(wide.rest, boundary, disks)
     if not found.kept:
-        return dots
+        return dots, wide
     tree = cKDTree(boundary.points)
     shape = Shape(boundary, tree, cKDTree(disks.centers), width, found.widths)
-    lines = joined(shape, found.places, [found.ends[k] for k in found.kept], found.kept, found.junctions)
-    return dots + [_fitted_line(line, tree, lines.cap) for line in lines.lines]
+    lines = joined(shape, found.places, [found.ends[k] for k in found.kept], found.kept, found.junctions, bent_joint)
+    return dots + [_fitted_line(line, tree, lines.cap) for line in lines.lines], wide
 
 
 def usual_width(boundary: Boundary, radii: Floats) -> float:
@@ -85,16 +93,16 @@ def _fitted_line(line: Line, tree: cKDTree, cap: int) -> DrawnLine:
     return DrawnLine(fit_line(line, width, LINES.tolerance), width, cap)
 
 
-def _fitted(lines: list[DrawnLine], image: NDArray[Any], settings: FitConfig, watch: Watch) -> list[DrawnLine]:
-    """Return ``lines`` with shared widths, fitted to the picture."""
+def _fitted(lines: list[DrawnLine], paper: Floats, settings: FitConfig, watch: Watch) -> list[DrawnLine]:
+    """Return ``lines`` with shared widths, fitted to the share of ``paper`` in each pixel [h, w]."""
     paths = by_width(lines)
+    before = [line for path in paths for line in path]
+    attached = attached_ends(before)
     if watch.is_over():
-        return [line for path in paths for line in path]
-    scene = scene_of(paths)
-    target = Target(torch.from_numpy(image), settings, "cpu")
-    scene = scene if image.shape[2] == 4 else over_white(scene)
+        return with_shared_nodes(before, attached)
+    target = Target(torch.from_numpy(np.repeat(paper[..., None], 3, 2).astype(np.float32)), settings, "cpu")
     drawn = polish(
-        target, scene, settings, watch.side_part(), iterations=LINES.iterations,
+        target, over_white(scene_of(paths)), settings, watch.side_part(), iterations=LINES.iterations,
         values_exact_max=SIMPLIFICATION.values_exact_max, gain_min=LINES.gain_min,
     ).scene  # fmt: skip
-    return [line for path in read_back(drawn, paths) for line in path]
+    return with_shared_nodes([line for path in read_back(drawn, paths) for line in path], attached)

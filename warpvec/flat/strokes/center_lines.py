@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -114,7 +115,7 @@ class _Meeting(NamedTuple):
     covered: float
 
 
-class _End(NamedTuple):
+class End(NamedTuple):
     """An end of a branch at a junction: the branch, whether it is its start, and the direction outwards [2]."""
 
     branch: int
@@ -122,8 +123,29 @@ class _End(NamedTuple):
     out: Floats
 
 
+class Joint(NamedTuple):
+    """How the ends at a junction meet: pairs go on into each other, and each other one ends at a place [2]."""
+
+    pairs: list[tuple[End, End]]
+    singles: list[tuple[End, Floats]]
+
+
+def straight_joint(shape: Shape, places: list[Floats], meet: list[End], near: Floats) -> Joint:
+    """Return how the ends ``meet`` of branches go on at a junction ``near`` a place [2], if lines are straight."""
+    del shape
+    pairs = _pairs(meet)
+    paired = {(end.branch, end.is_start) for pair in pairs for end in pair}
+    place = meeting_place(places, meet, pairs, near)
+    return Joint(pairs, [(end, place) for end in meet if (end.branch, end.is_start) not in paired])
+
+
 def joined(
-    shape: Shape, places: list[Floats], ends: list[tuple[int, int] | None], kept: list[int], junctions: Floats
+    shape: Shape,
+    places: list[Floats],
+    ends: list[tuple[int, int] | None],
+    kept: list[int],
+    junctions: Floats,
+    joint: Callable[[Shape, list[Floats], list[End], Floats], Joint] = straight_joint,
 ) -> CenterLines:
     """Join branches to lines through the junctions, and let the other ends meet there.
 
@@ -133,27 +155,26 @@ def joined(
         ends: the junctions at the ends of each branch that is kept; as in `Graph`.
         kept: the branches that are lines.
         junctions: [J, 2] px.
+        joint: tells how the ends at a junction meet. It may add to the ``places`` of a branch.
     """
-    at: dict[int, list[_End]] = {}
+    at: dict[int, list[End]] = {}
     for branch, both in zip(kept, ends, strict=True):
         for is_start, junction in zip((True, False), both or (), strict=False):
             if junction >= 0:
                 reach = STROKES.reach * shape.along(branch).width
-                at.setdefault(junction, []).append(_End(branch, is_start, _direction(places[branch], is_start, reach)))
+                at.setdefault(junction, []).append(End(branch, is_start, _direction(places[branch], is_start, reach)))
     partner: dict[tuple[int, bool], tuple[int, bool]] = {}
     meeting: dict[tuple[int, bool], _Meeting] = {}
     for junction, meet in at.items():
-        pairs = _pairs(meet)
+        pairs, singles = joint(shape, places, meet, junctions[junction])
         for a, b in pairs:
             partner[a.branch, a.is_start], partner[b.branch, b.is_start] = (
                 (b.branch, b.is_start),
                 (a.branch, a.is_start),
             )
-        place = _meeting_place(places, meet, pairs, junctions[junction])
-        for end in meet:
-            if (end.branch, end.is_start) not in partner:
-                covered = _covered(shape, end, [other for other in meet if other is not end])
-                meeting[end.branch, end.is_start] = _Meeting(place, covered)
+        for end, place in singles:
+            covered = _covered(shape, end, [other for other in meet if other is not end])
+            meeting[end.branch, end.is_start] = _Meeting(place, covered)
     closed = {branch for branch, both in zip(kept, ends, strict=True) if both is None}
     chains = [([(k, True)], True) for k in closed] + _chains([k for k in kept if k not in closed], partner)
     lengths = [sum(_length(places[k]) for k, _ in chain) for chain, _ in chains]
@@ -181,7 +202,7 @@ def _direction(points: Floats, is_start: bool, reach: float) -> Floats:
     return out / max(float(np.linalg.norm(out)), 1e-9)
 
 
-def _pairs(meet: list[_End]) -> list[tuple[_End, _End]]:
+def _pairs(meet: list[End]) -> list[tuple[End, End]]:
     """Return the ends that go on into each other, the straightest first; two ends alone always do."""
     if len(meet) == 2:
         return [(meet[0], meet[1])]
@@ -195,11 +216,11 @@ def _pairs(meet: list[_End]) -> list[tuple[_End, _End]]:
     return pairs
 
 
-def _tip(places: list[Floats], end: _End) -> Floats:
+def _tip(places: list[Floats], end: End) -> Floats:
     return places[end.branch][0 if end.is_start else -1]
 
 
-def _meeting_place(places: list[Floats], meet: list[_End], pairs: list[tuple[_End, _End]], near: Floats) -> Floats:
+def meeting_place(places: list[Floats], meet: list[End], pairs: list[tuple[End, End]], near: Floats) -> Floats:
     """Return where the ends of a junction meet: on the line that goes through, or nearest to all lines."""
     single = [end for end in meet if not any(end is other for pair in pairs for other in pair)]
     if pairs and single:
@@ -214,7 +235,7 @@ def _meeting_place(places: list[Floats], meet: list[_End], pairs: list[tuple[_En
     return found
 
 
-def _covered(shape: Shape, end: _End, others: list[_End]) -> float:
+def _covered(shape: Shape, end: End, others: list[End]) -> float:
     """Return how far ahead of a junction the other lines cover the straight way on from an ``end``, in pixels."""
     cosine = np.array([-(other.out @ end.out) for other in others])
     sine = np.sqrt(np.maximum(1.0 - np.square(cosine), 1e-6))

@@ -1,0 +1,48 @@
+"""`warpvec run --mode lines`: strokes, what the summary says, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import assert_refused, invoke
+from PIL import Image, ImageDraw
+
+
+@pytest.fixture
+def sketch(tmp_path: Path) -> Path:
+    """The path of a picture of two lines, 96 x 64 pixels."""
+    image = Image.new("L", (96 * 4, 64 * 4), 255)
+    pen = ImageDraw.Draw(image)
+    pen.line([(40, 60), (340, 60)], fill=0, width=16)
+    pen.line([(40, 180), (340, 200)], fill=0, width=16)
+    image.resize((96, 64), Image.Resampling.BOX).save(tmp_path / "sketch.png")
+    return tmp_path / "sketch.png"
+
+
+def test_each_line_is_one_stroke_and_the_summary_says_so(sketch: Path) -> None:
+    out = sketch.with_suffix(".svg")
+    result = invoke("run", sketch, "--mode", "lines")
+    assert re.search(r"2 lines, \d\.?\d* px wide; pen up for \d+ px", result.stdout)
+    assert out.read_text().count("<path") == 2 and 'fill="none"' in out.read_text()
+    facts = json.loads(invoke("run", sketch, "--mode", "lines", "--json").stdout)
+    assert (facts["lines"], facts["wide_areas"], facts["mode"]) == (2, 0, "lines")
+    assert 25.0 < facts["pen_up"] < 40.0 and facts["line_widths"] == [pytest.approx(4.0, abs=0.3)]
+
+
+def test_a_given_width_is_that_of_all_lines_and_selects_the_mode(sketch: Path) -> None:
+    facts = json.loads(invoke("run", sketch, "--line-width", "1.5", "--size", "90mm", "--json").stdout)
+    assert (facts["mode"], facts["line_widths"]) == ("lines", [1.5])
+    text = sketch.with_suffix(".svg").read_text()
+    assert 'width="90mm"' in text and text.count('stroke-width="1.5"') == 2
+
+
+def test_what_lines_cannot_do_is_refused_in_one_line(sketch: Path) -> None:
+    assert_refused(invoke("run", sketch, "--mode", "lines", "--trim"), "--trim must not be given in the mode lines")
+    assert_refused(invoke("run", sketch, "--mode", "lines", "--cutout"), "--cutout must not be given in the mode lines")
+    assert_refused(invoke("run", sketch, "--line-width", "0"), "--line-width must be auto or a width above 0")
+    Image.fromarray(np.full((32, 32), 255, np.uint8)).save(sketch)
+    assert_refused(invoke("run", sketch, "--mode", "lines"), "must have lines darker than their paper")

@@ -1,0 +1,156 @@
+"""How lines that bend go on through a junction, and where the others end."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from warpvec.arrays import Floats
+from warpvec.flat.constants.lines import LINES
+from warpvec.flat.simplification.outline_samples import cubic_points
+from warpvec.flat.strokes.center_lines import End, Joint, Shape, meeting_place
+
+
+class _Arm(NamedTuple):
+    """The part of a line near its end at a junction.
+
+    Attributes:
+        end: the end.
+        points: from the end on inwards [M, 2] px.
+        out: unit direction outwards at the end [2].
+        bend: how the direction turns outwards, in radians a pixel; positive from x to y.
+    """
+
+    end: End
+    points: Floats
+    out: Floats
+    bend: float
+
+    @property
+    def tip(self) -> Floats:
+        return self.points[0]
+
+
+def bent_joint(shape: Shape, places: list[Floats], meet: list[End], near: Floats) -> Joint:
+    """Return how the ends ``meet`` of branches go on at a junction ``near`` a place [2].
+
+    Two ends are one line if an arc as bent as they are leads from one to the other. The points of the arc are added to
+    the ``places`` of a branch. Each other end lies where it would cross such a line.
+    """
+    arms = [_arm(shape, places, end) for end in meet]
+    pairs = _pairs(arms)
+    paired = {id(arm) for pair in pairs for arm in pair}
+    rest = [arm for arm in arms if id(arm) not in paired]
+    bridges = [_bridge(a, b) for a, b in pairs]
+    through = [
+        np.concatenate([a.points[::-1], bridge, b.points]) for (a, b), bridge in zip(pairs, bridges, strict=True)
+    ]
+    singles = []
+    if rest:
+        common = meeting_place(places, [arm.end._replace(out=arm.out) for arm in rest], [], near)
+        if len(rest) < 2 or np.linalg.norm(common - near) > LINES.meeting_far * shape.width:
+            common = near
+        singles = [(arm.end, _ending(arm, through, near, common)) for arm in rest]
+    for (a, _), bridge in zip(pairs, bridges, strict=True):
+        own = places[a.end.branch]
+        places[a.end.branch] = np.concatenate([bridge[::-1], own] if a.end.is_start else [own, bridge])
+    return Joint([(a.end, b.end) for a, b in pairs], singles)
+
+
+def _arm(shape: Shape, places: list[Floats], end: End) -> _Arm:
+    own = places[end.branch] if end.is_start else places[end.branch][::-1]
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(own, axis=0), axis=1))])
+    reach = max(LINES.arm_reach * shape.along(end.branch).width, LINES.arm_reach_min)
+    part = along <= reach
+    part[:2] = True
+    points, along = own[part], along[part]
+    terms = np.stack([along, along**2], 1) if len(points) >= 5 else along[:, None]
+    found = np.linalg.lstsq(terms, points - points[0], rcond=None)[0]
+    speed = max(float(np.linalg.norm(found[0])), 1e-9)
+    out = -found[0] / speed
+    bend = 2.0 * _cross(out, found[1]) / speed**2 if len(found) > 1 else 0.0
+    return _Arm(end, points, out, bend)
+
+
+def _cross(a: Floats, b: Floats) -> float:
+    return float(a[0] * b[1] - a[1] * b[0])
+
+
+def _turn(a: Floats, b: Floats) -> float:
+    """Return the angle from one direction to another in radians."""
+    return float(np.arctan2(_cross(a, b), a @ b))
+
+
+def _pairs(arms: list[_Arm]) -> list[tuple[_Arm, _Arm]]:
+    """Return the ends that go on into each other, the best first; two ends alone always do."""
+    if len(arms) == 2:
+        return [(arms[0], arms[1])]
+    found = sorted(
+        (misfit, i, j)
+        for i in range(len(arms))
+        for j in range(i + 1, len(arms))
+        if (misfit := _misfit(arms[i], arms[j])) <= np.radians(LINES.misfit_degrees)
+    )
+    pairs, used = [], set[int]()
+    for _, i, j in found:
+        if not {i, j} & used:
+            pairs.append((arms[i], arms[j]))
+            used |= {i, j}
+    return pairs
+
+
+def _misfit(a: _Arm, b: _Arm) -> float:
+    """Return by how much an arc from one end to the other turns more, or less evenly, than both lines do there."""
+    chord = b.tip - a.tip
+    first, last = _turn(a.out, chord), _turn(chord, -b.out)
+    limit = np.radians(LINES.bend_degrees)
+    # Walking from a to b, the line b turns the other way than outwards.
+    expected = float(np.clip((a.bend - b.bend) / 2.0 * np.linalg.norm(chord), -limit, limit))
+    return abs(first - last) + abs(first + last - expected)
+
+
+def _bridge(a: _Arm, b: _Arm) -> Floats:
+    """Return points from one end to the other [M, 2] px, without these."""
+    gap = float(np.linalg.norm(b.tip - a.tip))
+    turn = abs(_turn(a.out, b.tip - a.tip)) + abs(_turn(b.tip - a.tip, -b.out))
+    count = int(gap / LINES.bridge_step)
+    if count < 2 or turn > np.radians(LINES.bridge_degrees) or _misfit(a, b) > np.radians(LINES.misfit_degrees):
+        return np.zeros((0, 2))
+    # The handles of an arc that turns so much over this chord.
+    handle = gap * 2.0 / 3.0 / (1.0 + np.cos(turn / 2.0))
+    control = np.array([a.tip, a.tip + handle * a.out, b.tip + handle * b.out, b.tip])
+    return cubic_points(control[None], np.arange(1, count) / count)[0]
+
+
+def _ending(arm: _Arm, through: list[Floats], near: Floats, common: Floats) -> Floats:
+    """Return where a line ends: where it first crosses one that goes through, else at the ``common`` place."""
+    far = 2.0 * float(np.linalg.norm(near - arm.tip)) + 1.0
+    along = np.linspace(0.0, far, 65)
+    turned = np.clip(arm.bend * along, -0.8, 0.8)
+    side = np.array([-arm.out[1], arm.out[0]])
+    ray = arm.tip + along[:, None] * arm.out + (turned * along / 2.0)[:, None] * side
+    found = [place for line in through if (place := _first_crossing(ray, line)) is not None]
+    if found:
+        return min(found, key=lambda place: float(np.linalg.norm(place - near)))
+    if through:
+        places = np.concatenate(through)
+        return places[int(np.argmin(np.linalg.norm(places - common, axis=1)))]
+    return common
+
+
+def _first_crossing(ray: Floats, line: Floats) -> Floats | None:
+    """Return where a polyline ``ray`` [K, 2] first crosses a ``line`` [M, 2]; None if it does not."""
+    a, u = ray[:-1, None], np.diff(ray, axis=0)[:, None]
+    b, v = line[None, :-1], np.diff(line, axis=0)[None]
+    det = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    safe = np.where(np.abs(det) > 1e-12, det, np.inf)
+    gap = b - a
+    s = (gap[..., 0] * v[..., 1] - gap[..., 1] * v[..., 0]) / safe
+    t = (gap[..., 0] * u[..., 1] - gap[..., 1] * u[..., 0]) / safe
+    hit = np.isfinite(safe) & (s >= 0.0) & (s <= 1.0) & (t >= 0.0) & (t <= 1.0)
+    if not hit.any():
+        return None
+    row, column = np.argwhere(hit)[0]
+    place: Floats = ray[row] + s[row, column] * (ray[row + 1] - ray[row])
+    return place
