@@ -104,3 +104,10 @@ def test_noise_on_one_side_of_a_mark_on_white_is_noise() -> None:
     clean = drawn(f'<rect width="256" height="256" fill="#fff"/>{turned}')
     assert measure_noise(premultiplied(as_jpeg(clean, 80))) > 0
     assert measure_noise(premultiplied(clean.astype(np.float32) / 255)) == 0
+
+
+def test_faint_details_of_a_small_picture_are_no_noise() -> None:
+    pixels = np.full((96, 96, 3), 0.5, np.float32)
+    pixels[:, np.arange(96) // 6 % 2 == 1, :2] += 2 / 255
+    assert measure_noise(premultiplied(pixels)) == 0
+    assert measure_noise(premultiplied(np.tile(pixels, (3, 3, 1)))) > 0

@@ -39,7 +39,9 @@ class RegionConstants:
     0.125 on, but for one. Smaller clean ones have details of such contrast."""
 
     noise_min: float = 1.2 / 255
-    """Less noise than this is none: small clean pictures with ramps have 0.9 levels."""
+    noise_min_small: float = 2.1 / 255
+    """Less noise than this is none, the second in pictures smaller than ``murmur_side``: clean ones with ramps have up
+    to 2.0 levels there. Those of JPEG quality 80 and 90 have more, and half of those of 95."""
 
     noise_max: float = 12 / 255
     """The noisiest pictures are taken for this noisy, so that the tolerances stay below the contrast of drawings."""

@@ -83,10 +83,10 @@ def measure_noise(picture: Floats32) -> float:
     difference = second_difference(luma)[band]
     quiet, loud = np.quantile(difference, [REGIONS.quiet_share, REGIONS.loud_share])
     murmurs = (difference > REGIONS.murmur[0]) & (difference < REGIONS.murmur[1])
-    is_noisy = quiet > REGIONS.quiet or (
-        max(luma.shape) >= REGIONS.murmur_side and murmurs.mean() > REGIONS.murmur_share
-    )
-    return float(loud) if is_noisy and loud > REGIONS.noise_min else 0.0
+    is_small = max(luma.shape) < REGIONS.murmur_side
+    is_noisy = quiet > REGIONS.quiet or (not is_small and murmurs.mean() > REGIONS.murmur_share)
+    least = REGIONS.noise_min_small if is_small else REGIONS.noise_min
+    return float(loud) if is_noisy and loud > least else 0.0
 
 
 def luma_over_white(picture: Floats32) -> Floats32:
