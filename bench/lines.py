@@ -9,8 +9,6 @@ AutoTrace is the package pyautotrace; it is skipped where that is missing.
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -28,6 +26,9 @@ from harness import comma_separated, machine_facts, machine_line, markdown_table
 from line_measures import compare, trail_of
 from line_originals import letters, spread
 from PIL import Image
+
+import warpvec
+from warpvec.errors import InputError
 
 SIZE = 512
 CHARACTERS = "ABEGKMQRSWXagkmrtwxyz&348"
@@ -49,10 +50,10 @@ class Row:
 
 def trace_by_us(picture: Path, out: Path) -> None:
     """Write our file."""
-    command = [sys.executable, "-m", "warpvec", "run", str(picture), str(out), "--mode", "lines", "-q"]
-    done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode:
-        raise SkippedError(f"warpvec: {(done.stderr.strip() or 'failed').splitlines()[-1]}")
+    try:
+        warpvec.vectorize(picture, mode="lines").save(out)
+    except InputError as error:
+        raise SkippedError(f"warpvec: {error}") from None
 
 
 def trace_by_autotrace(picture: Path, out: Path) -> None:

@@ -21,6 +21,9 @@ pytestmark = pytest.mark.slow
 LOGO = """<svg xmlns="http://www.w3.org/2000/svg" width="64" height="48"><path d="M8,8H40V40H8Z" fill="#c00"/>
 <circle cx="44" cy="24" r="12" fill="#00c"/></svg>"""
 
+HOOK = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24" width="24" height="24" fill="none"
+stroke="#000" stroke-width="2" stroke-linecap="round"><path d="M4 20V8a6 6 0 0 1 12 0v4"/></svg>"""
+
 FEW = ["--set", "iterations=5", "--set", "initial_curves=6"]
 SPLAT = ["--set", "renderer=splat", "--set", "path_model=sides", "--set", "samples=6", "--set", "lines=2"]
 STEP = ["bench_step", "--image", "PHOTO", "--curves", "20", "--fit-iterations", "6", "--repeat", "1", "--cache", "OUT"]
@@ -39,6 +42,7 @@ RUNS = {
     ),
     "flat art": (["flat", "LOGOS", "--sizes", "32", "--methods", "auto,bicubic", "--svgo", "none"], "| bicubic |"),
     "the icon gate": (["gate", "FAMILIES", "--size", "32", "--json", "OUT/gate.json"], "| auto | logos | 1 |"),
+    "lines": (["lines", "--icons", "STROKES", "--count", "1", "--methods", "warpvec"], "| warpvec | 1 |"),
     "cutting": (["cutout", "LOGOS", "--size", "64"], "| logo |"),
     "placeholders": (["placeholder", "PHOTOS", "--limit", "1"], "warpvec"),
     "quality over bytes": (
@@ -65,6 +69,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "photos").mkdir()
     for name, channels in {"kodim01": (x, y, x * y), "kodim07": (x, 1 - x, (x - 0.5) ** 2 + y**2)}.items():
         Image.fromarray((255 * np.stack(channels, -1)).astype(np.uint8)).save(folder / "photos" / f"{name}.png")
+    (folder / "strokes").mkdir()
+    (folder / "strokes" / "hook.svg").write_text(HOOK)
     (folder / "logos").mkdir()
     (folder / "logos" / "logo.svg").write_text(LOGO)
     Image.fromarray(draw(LOGO, 64, 48)).save(folder / "logos" / "logo.png")
@@ -74,7 +80,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run(folder: Path, out: Path, words: list[str]) -> str:
     """Run a benchmark, and return what it wrote to stdout."""
     places = {"PHOTOS": folder / "photos", "PHOTO": folder / "photos" / "kodim07.png", "LOGOS": folder / "logos",
-              "FAMILIES": folder}  # fmt: skip
+              "STROKES": folder / "strokes", "FAMILIES": folder}  # fmt: skip
     name, *given = [str(places.get(word, word.replace("OUT", str(out), 1))) for word in words]
     result = CliRunner().invoke(import_module(name).main, given, catch_exceptions=False)
     assert result.exit_code == 0, result.output

@@ -74,8 +74,14 @@ class LineConstants:
     """Percentile of the widths there that is taken for it: disks grow beside junctions, and shrink nowhere."""
 
     overlap: float = 0.9
-    """Two junctions are one if their distance is at most so many times the sum of the radii of their disks: lines that
+    """Two junctions are one if the branch between them is at most so many sums of the radii of their disks: lines that
     cross at 30 degrees make two with 0.87."""
+
+    length_min: float = 0.1
+    """Least length of a line in usual widths; shorter ones are crumbs of the skeleton."""
+
+    loop_radii: float = 2.0
+    """A branch that comes back to its junction is no line if it is at most so many radii long."""
 
     # Joints (lines/joints.py)
 
@@ -112,6 +118,9 @@ class LineConstants:
 
     tolerance: float = 0.12
     """Largest distance in pixels between a centre line and its pieces before they are fitted to the picture."""
+
+    nodes_max: int = 160
+    """Most places of a line at which a piece may end, besides corners: letters have corners of 15 degrees."""
 
     iterations: int = 30
     """Most iterations of the fit of all lines to the picture."""

@@ -50,10 +50,21 @@ class _Web:
 
     def prune(self) -> None:
         """Remove the branches of corners and rough edges, the shortest first."""
+        self.alive = {k for k in self.alive if not self._is_tiny_loop(k)}
+        self._free_lone_ends()
         free = [k for k in self.alive if _free_end(self.ends[k]) is not None]
         for k in sorted(free, key=lambda k: len(self.places[k])):
             if self._is_spur(k):
                 self.alive.discard(k)
+        self._free_lone_ends()
+
+    def _is_tiny_loop(self, k: int) -> bool:
+        both = self.ends[k]
+        if both is None or both[0] != both[1] or both[0] < 0:
+            return False
+        return len(self.places[k]) / self.scale <= LINES.loop_radii * self.radii[both[0]]
+
+    def _free_lone_ends(self) -> None:
         meet = self._counts()
         for k in self.alive:
             both = self.ends[k]
@@ -85,8 +96,8 @@ class _Web:
             both = self.ends[k]
             if both is None or min(both) < 0 or both[0] == both[1]:
                 continue
-            near = np.linalg.norm(self.junctions[both[0]] - self.junctions[both[1]])
-            if len(centers[k]) < 2 or near <= LINES.overlap * (self.radii[both[0]] + self.radii[both[1]]):
+            length = len(self.places[k]) / self.scale
+            if len(centers[k]) < 2 or length <= LINES.overlap * (self.radii[both[0]] + self.radii[both[1]]):
                 owner[owner == owner[both[1]]] = owner[both[0]]
                 self.alive.discard(k)
         for old in np.unique(owner):

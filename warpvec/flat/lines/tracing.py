@@ -71,13 +71,23 @@ def _lines_of(ink: Ink) -> tuple[list[DrawnLine], WideAreas]:
     width = usual_width(boundary, disks.radii)
     dots, grid = find_dots(filled_grid(ink.control, ink.loop, width), width)
     wide = find_wide_areas(grid, width)
-    dots += [DrawnLine(fit_line(line, width, LINES.outline_tolerance), width) for line in wide.outlines]
+    dots += [
+        DrawnLine(fit_line(line, width, LINES.outline_tolerance, LINES.nodes_max), width) for line in wide.outlines
+    ]
     found = find_branches(wide.rest, boundary, disks)
     if not found.kept:
         return dots, wide
     tree = cKDTree(boundary.points)
     shape = Shape(boundary, tree, cKDTree(disks.centers), width, found.widths)
-    lines = joined(shape, found.places, [found.ends[k] for k in found.kept], found.kept, found.junctions, bent_joint)
+    lines = joined(
+        shape,
+        found.places,
+        [found.ends[k] for k in found.kept],
+        found.kept,
+        found.junctions,
+        bent_joint,
+        LINES.length_min,
+    )
     return dots + [_fitted_line(line, tree, lines.cap) for line in lines.lines], wide
 
 
@@ -90,7 +100,7 @@ def usual_width(boundary: Boundary, radii: Floats) -> float:
 
 def _fitted_line(line: Line, tree: cKDTree, cap: int) -> DrawnLine:
     width = 2.0 * float(np.median(tree.query(line.points)[0]))
-    return DrawnLine(fit_line(line, width, LINES.tolerance), width, cap)
+    return DrawnLine(fit_line(line, width, LINES.tolerance, LINES.nodes_max), width, cap)
 
 
 def _fitted(lines: list[DrawnLine], paper: Floats, settings: FitConfig, watch: Watch) -> list[DrawnLine]:

@@ -146,6 +146,7 @@ def joined(
     kept: list[int],
     junctions: Floats,
     joint: Callable[[Shape, list[Floats], list[End], Floats], Joint] = straight_joint,
+    length_min: float = STROKES.spur,
 ) -> CenterLines:
     """Join branches to lines through the junctions, and let the other ends meet there.
 
@@ -156,6 +157,7 @@ def joined(
         kept: the branches that are lines.
         junctions: [J, 2] px.
         joint: tells how the ends at a junction meet. It may add to the ``places`` of a branch.
+        length_min: least length of a line in widths, unless it is the longest.
     """
     at: dict[int, list[End]] = {}
     for branch, both in zip(kept, ends, strict=True):
@@ -178,7 +180,7 @@ def joined(
     closed = {branch for branch, both in zip(kept, ends, strict=True) if both is None}
     chains = [([(k, True)], True) for k in closed] + _chains([k for k in kept if k not in closed], partner)
     lengths = [sum(_length(places[k]) for k, _ in chain) for chain, _ in chains]
-    least = min(STROKES.spur * shape.width, max(lengths))
+    least = min(length_min * shape.width, max(lengths))
     chains = [chain for chain, length in zip(chains, lengths, strict=True) if length >= least]
     cap = _cap(shape, places, chains, meeting)
     lines = [_line_of(shape, places, chain, is_ring, meeting, cap) for chain, is_ring in chains]

@@ -47,15 +47,20 @@ class _Nodes(NamedTuple):
     is_corner: Mask
 
 
-def fit_line(line: Line, width: float, tolerance: float = STROKES.tolerance) -> Rows:
-    """Return the cheapest rows within ``tolerance`` pixels of a ``line`` of a stroke of ``width`` pixels."""
+def fit_line(
+    line: Line, width: float, tolerance: float = STROKES.tolerance, nodes_max: int = STROKES.nodes_max
+) -> Rows:
+    """Return the cheapest rows within ``tolerance`` pixels of a ``line`` of a stroke of ``width`` pixels.
+
+    Pieces may end at corners, and at ``nodes_max`` other places at most.
+    """
     points = resampled(line)
     if len(points) < 3:
         return _single(points, line.is_closed)
     if line.is_closed:
         start = int(np.argmax(_turns(points, width, True)))
         points = np.concatenate([np.roll(points, -start, axis=0), points[start : start + 1]])
-    points, nodes = _find_nodes(points, width, line.is_closed)
+    points, nodes = _find_nodes(points, width, line.is_closed, nodes_max)
     return _rows(points, nodes, _cheapest(points, nodes, tolerance), line.is_closed)
 
 
@@ -171,14 +176,14 @@ def _turns(points: Floats, width: float, is_closed: bool) -> Floats:
     return np.abs(np.degrees(np.arctan2(cross, (first * second).sum(1))))
 
 
-def _find_nodes(points: Floats, width: float, is_closed: bool) -> tuple[Floats, _Nodes]:
+def _find_nodes(points: Floats, width: float, is_closed: bool, nodes_max: int) -> tuple[Floats, _Nodes]:
     """Return the points with exact corners, and the places where pieces may end."""
     count = len(points)
     span = max(round(STROKES.corner_span * width / STROKES.step), 2)
     turns = _turns(points[:-1], width, True) if is_closed else _turns(points, width, False)
     turns = np.append(turns, turns[0]) if is_closed else turns
     sharp = _sharpness(points, turns, span, is_closed)
-    gap = max(STROKES.node_gap, count * STROKES.step / STROKES.nodes_max)
+    gap = max(STROKES.node_gap, count * STROKES.step / nodes_max)
     even = np.round(np.linspace(0, count - 1, max(int(count * STROKES.step / gap), 1) + 1)).astype(int)
     corners = np.flatnonzero(sharp)
     points = _with_exact_corners(points, corners, span, is_closed)
