@@ -301,3 +301,84 @@ def test_a_gradient_keeps_two_stops(open_page) -> None:
     viewer.settle()
     assert viewer.page.locator("#stops button").count() == viewer.page.locator("#stops button:disabled").count() == 2
     assert len(stops_of(viewer)) == 2
+
+
+STROKED = f"""<svg {NS} viewBox="0 0 240 160" width="240" height="160"><defs>
+<linearGradient id="g1" gradientUnits="userSpaceOnUse" x1="20" y1="0" x2="220" y2="0"><stop stop-color="#f00"/>
+<stop offset=".25" stop-color="#0f0" stop-opacity=".5"/><stop offset="1" stop-color="#00f"/></linearGradient>
+<radialGradient id="g2" gradientUnits="userSpaceOnUse" cx="60" cy="0" r="50" gradientTransform="matrix(2 0 0 1 0 120)">
+<stop stop-color="#fc0"/><stop offset="1" stop-color="#063"/></radialGradient></defs>
+<rect id="background" width="240" height="160" fill="#fff"/><g id="layer-1">
+<path fill="none" stroke="url(#g1)" stroke-width="24" stroke-linecap="round" d="M30 40h180"/>
+<path fill="none" stroke="url(#g2)" stroke-width="20" d="M30 120c60-60 120 60 180 0"/></g></svg>"""
+
+
+def strokes_of(svg: str) -> tuple[str, str]:
+    """Return both gradients of ``STROKED``, or of a file that the page has made of it."""
+    lines = svg.replace("\n", "").split("<defs>")[1].split("</defs>")[0]
+    first, second = re.findall(r"<(?:linear|radial)Gradient.*?</(?:linear|radial)Gradient>", lines)
+    return first, second
+
+
+def test_gradients_of_strokes_are_shown_and_saved_as_they_are(open_page) -> None:
+    viewer = open_page(STROKED)
+    assert viewer.text("message") == ""
+    assert_shows(viewer, STROKED)
+    saved = viewer.saved()
+    assert strokes_of(saved) == strokes_of(STROKED)
+    assert [line for line in saved.splitlines() if "stroke=" in line] == [
+        line.replace("</g></svg>", "") for line in STROKED.splitlines() if "stroke=" in line
+    ]
+
+
+def test_the_gradient_of_a_stroke_moves_with_it(open_page) -> None:
+    viewer = open_page(STROKED)
+    viewer.click(100, 40)
+    viewer.press("Shift+ArrowRight")
+    saved = viewer.saved()
+    assert 'x1="30" y1="0" x2="230" y2="0"' in strokes_of(saved)[0]
+    assert_shows(viewer, saved)
+    viewer.press("Control+z")
+    assert strokes_of(viewer.saved()) == strokes_of(STROKED)
+
+
+def test_the_gradient_of_a_stroke_is_dragged_by_its_ends(open_page) -> None:
+    viewer = open_page(STROKED)
+    viewer.click(100, 40)
+    viewer.press("n")
+    viewer.drag((220, 0), (170, 20))
+    saved = viewer.saved()
+    found = re.search(r'x1="20" y1="0" x2="([\d.]+)" y2="([\d.]+)"', strokes_of(saved)[0])
+    assert found and [float(text) for text in found.groups()] == pytest.approx([170, 20], abs=0.5)
+    assert_shows(viewer, saved)
+
+
+def test_stops_kind_and_colours_of_the_gradient_of_a_stroke_are_changed(open_page) -> None:
+    viewer = open_page(STROKED)
+    viewer.click(100, 40)
+    assert viewer.page.locator("#kind").input_value() == "linear"
+    assert (viewer.text("fill-text"), viewer.text("end-text")) == ("#ff0000", "#0000ff")
+    set_stop(viewer, "color", 1, "#ffcc00")
+    set_stop(viewer, "opacity", 1, "0.8")
+    viewer.slide("end", "#102030")
+    stops = '<stop stop-color="#f00"/><stop offset=".25" stop-color="#fc0" stop-opacity=".8"/>'
+    assert f'{stops}<stop offset="1" stop-color="#102030"/>' in strokes_of(viewer.saved())[0]
+    assert_shows(viewer, viewer.saved())
+    viewer.choose("kind", "Radial gradient")
+    assert '<radialGradient id="g1" gradientUnits="userSpaceOnUse" cx="120" cy="40" r="102">' in viewer.saved()
+    assert_shows(viewer, viewer.saved())
+    viewer.choose("kind", "One colour")
+    assert 'stroke="#f00" stroke-width="24"' in viewer.saved()
+    viewer.choose("kind", "Linear gradient")
+    assert 'x1="18" y1="40" x2="222" y2="40"' in viewer.saved()
+    for _ in range(6):
+        viewer.press_button("undo")
+    assert strokes_of(viewer.saved()) == strokes_of(STROKED)
+
+
+def test_a_colour_of_the_gradient_of_a_stroke_is_replaced(open_page) -> None:
+    viewer = open_page(STROKED)
+    viewer.page.locator('[name=swatch][value="#ffcc00"]').check(force=True)
+    viewer.settle()
+    viewer.slide("replace", "#ff00ff")
+    assert strokes_of(viewer.saved()) == (strokes_of(STROKED)[0], strokes_of(STROKED)[1].replace("#fc0", "#f0f"))

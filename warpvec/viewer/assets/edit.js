@@ -2,7 +2,7 @@
 
 import { multiply, rotation, scaling, translation } from "viewer/basics.js";
 import { FORM_NAMES, shapeOfForm, transformForm } from "viewer/forms.js";
-import { recolored, transformFill } from "viewer/gradients.js";
+import { paintOf, recolored, transformFill, withPaint } from "viewer/gradients.js";
 import { boxesMeet, transformShape } from "viewer/paths.js";
 import { IDENTITY, LAYER_ID, newLayer } from "viewer/read.js";
 
@@ -196,7 +196,8 @@ function freeNumber(layers) {
 
 export function transformed(item, matrix) {
   const scale = Math.sqrt(Math.abs(matrix[0] * matrix[3] - matrix[1] * matrix[2]));
-  const stroke = item.stroke && { ...item.stroke, width: item.stroke.width * scale };
+  const paint = item.stroke && transformFill(item.stroke.color, matrix);
+  const stroke = item.stroke && { ...item.stroke, color: paint, width: item.stroke.width * scale };
   const shape = { ...transformShape(item.shape, matrix), form: transformForm(item.shape.form, matrix) };
   return { shape, fill: transformFill(item.fill, matrix), stroke };
 }
@@ -206,9 +207,9 @@ export function transformed(item, matrix) {
  * @param {any} item
  * @param {{fill?: any, endFill?: string, opacity?: number}} paint */
 export function painted(item, { fill, endFill, opacity }) {
-  const paint = { opacity: opacity ?? item.opacity, fill: recolored(item.fill, fill, endFill), stroke: item.stroke };
-  if (fill && item.stroke && !item.fill) paint.stroke = { ...item.stroke, color: fill };
-  return paint;
+  const { stroke } = item;
+  const recoloredPaint = recolored(paintOf(item), fill, endFill);
+  return { fill: item.fill, stroke, ...withPaint(item, recoloredPaint), opacity: opacity ?? item.opacity };
 }
 
 function reordered(list, chosen, how) {

@@ -1,9 +1,10 @@
 /* The controls that change the selection, its paint, its place and its nodes. */
 
 import { connectClicks, find, onInput, setText, setValue } from "viewer/dom.js";
-import { endColors, isGradient } from "viewer/gradients.js";
+import { endColors, isGradient, paintOf, withPaint } from "viewer/gradients.js";
 import { MAX_SHOWN_POINTS } from "viewer/nodetool.js";
 import { asKind } from "viewer/paints.js";
+import { grownBox } from "viewer/paths.js";
 
 export class EditPanel {
   constructor(app) {
@@ -74,7 +75,7 @@ export class EditPanel {
     }
     find("layer-name").addEventListener("change", () => this.app.editor.renameLayer(find("layer-name").value.trim()));
     onInput("kind", (kind) => {
-      this.app.editor.each("Fill", (item) => Object.assign(item, { fill: asKind(item.fill, kind, item.shape.box) }));
+      this.app.editor.each("Fill", (item) => Object.assign(item, withPaint(item, asKind(paintOf(item), kind, paintedBox(item)))));
     });
   }
 
@@ -82,15 +83,15 @@ export class EditPanel {
     const { app } = this;
     const count = app.selection.size;
     const [first] = app.selection;
-    const { fill, opacity } = first ? { fill: first.fill ?? first.stroke.color, opacity: first.opacity } : app.brush;
-    const gradient = [...app.selection].find((item) => isGradient(item.fill));
+    const { fill, opacity } = first ? { fill: paintOf(first), opacity: first.opacity } : app.brush;
+    const gradient = [...app.selection].map(paintOf).find(isGradient);
     if (document.activeElement !== find("layer-name")) find("layer-name").value = first?.layer.name ?? "";
     setText("selected", this.selectionText());
-    find("kind-field").hidden = !first?.fill;
-    if (first?.fill) find("kind").value = isGradient(first.fill) ? first.fill.kind : "flat";
+    find("kind-field").hidden = !first;
+    if (first) find("kind").value = isGradient(fill) ? fill.kind : "flat";
     for (const [id, isOn] of [["adding", app.adding], ["caret", app.caret.isOn]]) find(id).setAttribute("aria-pressed", isOn);
     const [start] = endColors(fill);
-    const [, end] = endColors(gradient?.fill ?? start);
+    const [, end] = endColors(gradient ?? start);
     setValue("fill", start, start);
     setValue("end", end, end);
     find("end-field").hidden = !gradient;
@@ -135,6 +136,11 @@ export class EditPanel {
       if (field.value !== text && document.activeElement !== field) field.value = text;
     }
   }
+}
+
+/** Returns the box that a fill covers, or a stroke without one. */
+function paintedBox({ shape, fill, stroke }) {
+  return fill || !stroke ? shape.box : grownBox(shape.box, stroke.width / 2);
 }
 
 /** Returns the text of a number for a field. One that is not finite, as of a path without a place, has none. */

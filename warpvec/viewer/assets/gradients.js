@@ -1,4 +1,5 @@
-/* Gradient paints. A fill is "#rrggbb", null, or a gradient, which is never changed, so that undo can keep it:
+/* Gradient paints. A fill, or the colour of a stroke, is "#rrggbb", null, or a gradient, which is never changed, so that
+ * undo can keep it:
  * {kind, numbers, matrix, spread, stops, onCanvas}. Numbers are x1, y1, x2, y2 of a "linear" one, and cx, cy, r, fx, fy of
  * a "radial" one, in user units; a radial one may have a matrix [a, b, c, d, e, f] that makes it an ellipse. A stop is
  * {offset, color, opacity}; there are two at least, in rising order. `onCanvas` is made when it is first drawn. */
@@ -11,11 +12,19 @@ const GRADIENT_SIDES = { linear: ["x1", "y1", "x2", "y2"], radial: ["cx", "cy", 
 const LINEAR_DEFAULTS = { x1: "0%", y1: "0%", x2: "100%", y2: "0%" };
 const RADIAL_DEFAULTS = { cx: "50%", cy: "50%", r: "50%" };
 const MAX_REFERENCES = 16;
-// Below this length or radius in user units, SVG and warpvec show the last colour alone.
-const EXTENT_MIN = 1e-3;
 
 export function isGradient(fill) {
   return typeof fill === "object" && fill !== null;
+}
+
+/** Returns the paint that the page edits: the fill, or that of the stroke of a path without one. */
+export function paintOf({ fill, stroke }) {
+  return fill ?? stroke?.color ?? null;
+}
+
+/** Returns what to change of an item to give it another paint. */
+export function withPaint({ fill, stroke }, paint) {
+  return fill || !stroke ? { fill: paint } : { stroke: { ...stroke, color: paint } };
 }
 
 /** Returns the first colour of a fill, and the last one. */
@@ -62,37 +71,6 @@ function transformRadial({ numbers, matrix: own }, matrix) {
 
 export function transformPoint([a, b, c, d, e, f], x, y) {
   return [a * x + c * y + e, b * x + d * y + f];
-}
-
-/** Fills `path` with a fill, in the context's transform. */
-export function fillPath(context, path, rule, fill) {
-  if (isGradient(fill)) fill.onCanvas ??= canvasFill(context, fill);
-  context.fillStyle = fill.onCanvas ?? fill;
-  const matrix = isGradient(fill) && fill.matrix;
-  if (!matrix) {
-    context.fill(path, rule);
-    return;
-  }
-  // The canvas transforms path and gradient alike, so the path is first transformed back.
-  const back = new Path2D();
-  back.addPath(path, new DOMMatrix(matrix).inverse());
-  context.save();
-  context.transform(...matrix);
-  context.fill(back, rule);
-  context.restore();
-}
-
-function canvasFill(context, { kind, numbers: n, stops }) {
-  const extent = kind === "linear" ? Math.hypot(n[2] - n[0], n[3] - n[1]) : n[2];
-  if (!(extent >= EXTENT_MIN)) return cssColor(stops.at(-1));
-  const gradient =
-    kind === "linear" ? context.createLinearGradient(...n) : context.createRadialGradient(n[3], n[4], 0, n[0], n[1], n[2]);
-  for (const stop of stops) gradient.addColorStop(stop.offset, cssColor(stop));
-  return gradient;
-}
-
-function cssColor({ color, opacity }) {
-  return opacity === 1 ? color : color + Math.round(255 * opacity).toString(16).padStart(2, "0");
 }
 
 /** Reads the gradients of a document; `reader` knows styles and colours. */
@@ -162,16 +140,16 @@ function lengthOf(text, whole) {
   return text.trim().endsWith("%") ? (value / 100) * whole : value;
 }
 
-/** Names the gradients of the `items` for a file: equal ones share a name. Returns their elements by name and fill. */
+/** Names the gradients of the `items` for a file: equal ones share a name. Returns their elements by name and paint. */
 export function nameGradients(items, taken, decimals) {
   const prefix = taken.some((id) => /^g\d+$/.test(id)) ? "gradient" : "g";
   const byText = new Map();
   const names = new Map();
-  for (const { fill } of items) {
-    if (!isGradient(fill) || names.has(fill)) continue;
-    const text = writeGradient(fill, decimals);
+  for (const paint of items.flatMap(({ fill, stroke }) => [fill, stroke?.color])) {
+    if (!isGradient(paint) || names.has(paint)) continue;
+    const text = writeGradient(paint, decimals);
     if (!byText.has(text)) byText.set(text, `${prefix}${byText.size + 1}`);
-    names.set(fill, byText.get(text));
+    names.set(paint, byText.get(text));
   }
   const lines = [...byText].map(([text, name]) => text.replace(" ", ` id="${name}" `));
   return { names, lines: lines.length ? ["<defs>", ...lines, "</defs>"] : [] };

@@ -6,6 +6,7 @@
 import { distance } from "viewer/brush.js";
 import { formPoints, moveFormPoint } from "viewer/formpoints.js";
 import { FORM_NAMES, shapeOfForm } from "viewer/forms.js";
+import { paintOf, withPaint } from "viewer/gradients.js";
 import {
   addNode, cornerNodes, moveHandle, moveNodes, nearestPlace, neighbours, nodesOf, removeNodes, smoothNodes,
   switchLines,
@@ -58,7 +59,7 @@ export class NodeTool {
     const ofNodes = this.nodes.flatMap((node) => ["node", "before", "after"].flatMap((kind) => of(node, kind)));
     const ofForm = this.form ? formPoints(this.form).map(({ x, y }, index) => ({ kind: "form", index, x, y })) : [];
     const points = [...ofNodes, ...ofForm];
-    return [...points, ...gradientPoints(path.fill).map(([x, y], index) => ({ kind: "gradient", index, x, y }))];
+    return [...points, ...gradientPoints(paintOf(path)).map(([x, y], index) => ({ kind: "gradient", index, x, y }))];
   }
 
   /** Returns the points that are drawn: handles only of chosen nodes and of the one under the keys. */
@@ -155,8 +156,9 @@ export class NodeTool {
     return true;
   }
 
-  moved({ shape, fill }, { kind, index }, dx, dy) {
-    if (kind === "gradient") return { fill: moveGradientPoint(fill, index, dx, dy) };
+  moved(item, { kind, index }, dx, dy) {
+    const { shape } = item;
+    if (kind === "gradient") return withPaint(item, moveGradientPoint(paintOf(item), index, dx, dy));
     if (kind === "form") return { shape: shapeOfForm(moveFormPoint(shape.form, index, dx, dy)) };
     if (kind === "node") return { shape: moveNodes(shape, new Set([...this.chosen, index]), dx, dy) };
     const [x, y] = nodesOf(shape)[index][kind];

@@ -4,7 +4,7 @@
 import { counted } from "viewer/charts.js";
 import { colorOfHsl, gapBetween, hslOf, shiftedColor } from "viewer/colors.js";
 import { find, onInput, setChoice, setText, setValue } from "viewer/dom.js";
-import { isGradient } from "viewer/gradients.js";
+import { isGradient, paintOf } from "viewer/gradients.js";
 import { PLAIN, signatures } from "viewer/raster.js";
 
 const MAX_SWATCHES = 48;
@@ -165,8 +165,8 @@ function swatch(color, count) {
 
 /** Returns the colours that an item is painted with. */
 function colorsOf({ fill, stroke }) {
-  const colors = isGradient(fill) ? fill.stops.map(({ color }) => color) : fill ? [fill] : [];
-  return stroke ? [...colors, stroke.color] : colors;
+  const colors = (paint) => (isGradient(paint) ? paint.stops.map(({ color }) => color) : paint ? [paint] : []);
+  return [...colors(fill), ...colors(stroke?.color)];
 }
 
 function itemsByColor({ layers, background }) {
@@ -182,15 +182,22 @@ function itemsByColor({ layers, background }) {
 
 /** Returns fill and stroke with each colour that `swapped` has replaced by the other one. */
 function withColors({ fill, stroke }, swapped) {
-  const isUsed = isGradient(fill) && fill.stops.some(({ color }) => swapped.has(color));
-  const stops = isUsed && fill.stops.map((stop) => ({ ...stop, color: swapped.get(stop.color) ?? stop.color }));
-  const painted = isUsed ? { ...fill, stops, onCanvas: null } : isGradient(fill) ? fill : (swapped.get(fill) ?? fill);
-  return { fill: painted, stroke: swapped.has(stroke?.color) ? { ...stroke, color: swapped.get(stroke.color) } : stroke };
+  const color = stroke && paintWith(stroke.color, swapped);
+  return { fill: paintWith(fill, swapped), stroke: stroke && color !== stroke.color ? { ...stroke, color } : stroke };
+}
+
+/** Returns the very same paint if none of its colours is replaced. */
+function paintWith(paint, swapped) {
+  if (!isGradient(paint)) return swapped.get(paint) ?? paint;
+  if (!paint.stops.some(({ color }) => swapped.has(color))) return paint;
+  const stops = paint.stops.map((stop) => ({ ...stop, color: swapped.get(stop.color) ?? stop.color }));
+  return { ...paint, stops, onCanvas: null };
 }
 
 /** Returns a text that is the same for items that are painted alike. */
-export function paintKey({ fill, stroke }) {
-  const paint = isGradient(fill) ? `${fill.kind} ${fill.stops.map(({ color, offset }) => `${color} ${offset}`).join(" ")}` : fill;
-  return fill ? `${paint}` : `stroke ${stroke?.color}`;
+export function paintKey(item) {
+  const paint = paintOf(item);
+  const stops = isGradient(paint) && paint.stops.map(({ color, offset }) => `${color} ${offset}`).join(" ");
+  return `${item.fill ? "" : "stroke "}${stops ? `${paint.kind} ${stops}` : paint}`;
 }
 

@@ -1,6 +1,6 @@
 /* Draws on canvases. Drawing is a generator, so that a long one can be spread over several frames. */
 
-import { fillPath } from "viewer/gradients.js";
+import { fillPath, strokePath } from "viewer/ink.js";
 import { boxesMeet, grownBox, path2dOf } from "viewer/paths.js";
 
 const PAPER = "#ffffff";
@@ -40,11 +40,7 @@ function paintItem(context, item, palette) {
   context.globalAlpha = item.opacity;
   const color = palette.colorOf(item);
   if (item.fill) fillPath(context, path2dOf(item.shape), item.rule, color ?? item.fill);
-  if (!item.stroke) return;
-  context.strokeStyle = color ?? item.stroke.color;
-  const { width, cap, join, limit } = item.stroke;
-  Object.assign(context, { lineWidth: width, lineCap: cap, lineJoin: join, miterLimit: limit });
-  context.stroke(path2dOf(item.shape));
+  if (item.stroke) strokePath(context, path2dOf(item.shape), item.stroke, color ?? item.stroke.color);
 }
 
 // A canvas of one pixel, on which paths are asked for a point.

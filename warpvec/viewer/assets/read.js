@@ -3,7 +3,8 @@
  *
  * A drawing is {width, height, box, title, metadata, settings, background, layers, notes}. A layer is {key, id, name,
  * generation, items, version, visible}; its version grows with each change. An item is {layer, shape, fill, opacity,
- * rule, stroke, origin}; fill is as in gradients.js, and origin is the item as it was read, or null. */
+ * rule, stroke, origin}; fill and the colour of the stroke are as in gradients.js, and origin is the item as it was read, or
+ * null. */
 
 import { multiply, parseTransform, pathDataOf } from "viewer/basics.js";
 import { clamp01, hexColor } from "viewer/colors.js";
@@ -124,8 +125,7 @@ class Reader {
     const { matrix } = context;
     const moved = matrix !== IDENTITY;
     const plain = parseShape(d);
-    const fill = context.fill?.reference ? this.gradientFill(context.fill, plain.box, matrix) : context.fill;
-    const stroke = this.oneColor(context.stroke);
+    const [fill, stroke] = [context.fill, context.stroke].map((paint) => this.placedPaint(paint, plain.box, matrix));
     if (!plain.subpaths.length || (!fill && !stroke)) return;
     const parsed = moved ? transformShape(plain, matrix) : plain;
     const scale = Math.sqrt(Math.abs(matrix[0] * matrix[3] - matrix[1] * matrix[2]));
@@ -188,13 +188,14 @@ class Reader {
     return { reference: reference[1] };
   }
 
-  gradientFill(paint, box, matrix) {
+  /** Returns the gradient that a paint refers to, for a shape with this box before `matrix`; other paints as they are. */
+  placedPaint(paint, box, matrix) {
+    if (!paint?.reference) return paint;
     return this.gradients.fill(paint.reference, box, matrix) ?? this.oneColor(paint);
   }
 
-  /** Returns the middle colour of a paint by reference, and any other paint as it is. */
+  /** Returns the middle colour of a paint by reference. */
   oneColor(paint) {
-    if (!paint?.reference) return paint;
     this.note("gradients and patterns, shown as one colour");
     const stops = this.gradients.stops(this.gradients.chain(paint.reference));
     return stops[Math.floor(stops.length / 2)]?.color ?? "#808080";

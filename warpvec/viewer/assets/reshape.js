@@ -5,7 +5,6 @@ import { multiply, scaling, translation } from "viewer/basics.js";
 import { sameState } from "viewer/changes.js";
 import { capture } from "viewer/commands.js";
 import { transformed } from "viewer/edit.js";
-import { isGradient } from "viewer/gradients.js";
 import { formatNumber } from "viewer/paths.js";
 import { inverse } from "viewer/planes.js";
 import { reachOf } from "viewer/raster.js";
@@ -27,10 +26,7 @@ const DONE = {
 };
 const REFUSALS = {
   outline: (item) => !item.stroke && "This shape is filled: it is an outline already.",
-  stroke: (item) => {
-    if (item.stroke) return "This shape is a stroke already.";
-    return isGradient(item.fill) && "A stroke has one colour: give the shape one first.";
-  },
+  stroke: (item) => item.stroke && "This shape is a stroke already.",
 };
 
 export class Reshaper {

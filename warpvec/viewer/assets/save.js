@@ -59,21 +59,24 @@ function writeLayer(layer, number, decimals, names) {
 }
 
 function writeItem({ shape, fill, opacity, rule, stroke }, decimals, names) {
-  const color = isGradient(fill) ? `url(#${names.get(fill)})` : fill && shortColor(fill);
-  const paint = fill ? `fill="${color}"${writeOpacity("fill-opacity", opacity)}` : 'fill="none"';
+  const paint = fill ? `fill="${writePaint(fill, names)}"${writeOpacity("fill-opacity", opacity)}` : 'fill="none"';
   const evenOdd = rule === "evenodd" ? ' fill-rule="evenodd"' : "";
-  const look = `${paint}${evenOdd}${writeStroke(stroke, opacity)}`;
+  const look = `${paint}${evenOdd}${writeStroke(stroke, opacity, names)}`;
   if (shape.form) return `<${shape.form.element} ${look}${writeForm(shape.form, decimals)}/>`;
   return `<path ${look} d="${escapeXml(writeShape(shape, decimals))}"/>`;
 }
 
-function writeStroke(stroke, opacity) {
+function writePaint(paint, names) {
+  return isGradient(paint) ? `url(#${names.get(paint)})` : shortColor(paint);
+}
+
+function writeStroke(stroke, opacity, names) {
   if (!stroke) return "";
   const width = formatNumber(stroke.width, 3);
-  const names = { cap: "stroke-linecap", join: "stroke-linejoin", limit: "stroke-miterlimit" };
-  const special = Object.keys(names).filter((name) => stroke[name] !== PLAIN_STROKE[name]);
-  const shape = special.map((name) => ` ${names[name]}="${stroke[name]}"`).join("");
-  return ` stroke="${shortColor(stroke.color)}" stroke-width="${width}"${shape}${writeOpacity("stroke-opacity", opacity)}`;
+  const words = { cap: "stroke-linecap", join: "stroke-linejoin", limit: "stroke-miterlimit" };
+  const special = Object.keys(words).filter((name) => stroke[name] !== PLAIN_STROKE[name]);
+  const shape = special.map((name) => ` ${words[name]}="${stroke[name]}"`).join("");
+  return ` stroke="${writePaint(stroke.color, names)}" stroke-width="${width}"${shape}${writeOpacity("stroke-opacity", opacity)}`;
 }
 
 function escapeXml(text) {

@@ -1,7 +1,7 @@
 /* The list of the stops of a gradient: colour, place in per cent, opacity. */
 
 import { find } from "viewer/dom.js";
-import { isGradient } from "viewer/gradients.js";
+import { isGradient, paintOf, withPaint } from "viewer/gradients.js";
 import { STOPS_MAX, withNewStop, withoutStop, withStop } from "viewer/stops.js";
 
 const FIELDS = [
@@ -27,14 +27,14 @@ export class StopPanel {
   get fill() {
     const { selection } = this.app;
     const [item] = selection;
-    return selection.size === 1 && isGradient(item.fill) ? item.fill : null;
+    return selection.size === 1 && isGradient(paintOf(item)) ? paintOf(item) : null;
   }
 
   change(label, change) {
     const { app, fill } = this;
     app.endKeys();
     const changed = fill && change(fill);
-    if (changed && changed !== fill) app.editor.each(label, (item) => Object.assign(item, { fill: changed }));
+    if (changed && changed !== fill) app.editor.each(label, (item) => Object.assign(item, withPaint(item, changed)));
   }
 
   show() {
@@ -99,7 +99,7 @@ export class StopPanel {
   follow(changed) {
     const { app } = this;
     app.begin("Stop");
-    app.gesture?.reshape({ fill: changed(this.fill) });
+    app.gesture?.reshape(withPaint([...app.selection][0], changed(this.fill)));
     app.panel.request();
   }
 }

@@ -8,7 +8,7 @@ const WORDS = {
   node: ["Node", "A point of an outline where two of its lines or curves meet. Handles beside it bend the curves."],
   smooth: ["Smooth node", "The outline does not bend here: the two handles stay in line (S)."],
   corner: ["Corner", "A node where the outline may bend: each handle moves by itself (S)."],
-  gradient: ["Gradient", "A fill that changes from one colour to another, along a line or from a centre outwards."],
+  gradient: ["Gradient", "A fill or stroke that changes from one colour to another, along a line or from a centre outwards."],
   stops: ["Stops", "The colours of a gradient and where they lie between its start (0 %) and its end (100 %)."],
   opacity: ["Opacity", "How much a path hides what is below: 1 hides it, 0 is like clear glass."],
   palette: ["Palette", "All colours of the drawing, the most used first."],
