@@ -24,17 +24,17 @@ from torture_runner import Ended, run_all
 pytestmark = [pytest.mark.slow, pytest.mark.longest_wait(600)]
 
 CASES = {
-    "images": 300,
-    "svgs": 150,
-    "checkpoints": 200,
-    "toml": 100,
-    "commands": 150,
+    "images": 120,
+    "svgs": 75,
+    "checkpoints": 100,
+    "toml": 50,
+    "commands": 75,
     "batch": 2,
-    "options": 100,
+    "options": 50,
     "disks": 2,
     "kills": 1,
 }
-"""Numbers of cases that together take about two minutes on two cores."""
+"""Numbers of cases that together take about a minute on two cores; `bench/torture.py` runs any number."""
 
 PATIENCE = 5.0
 """Factor of all time limits: other tests run at the same time. Hangs are found all the same."""
