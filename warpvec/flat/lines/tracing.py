@@ -113,7 +113,7 @@ def _fitted(lines: list[DrawnLine], paper: Floats, settings: FitConfig, watch: W
     target = Target(torch.from_numpy(np.repeat(paper[..., None], 3, 2).astype(np.float32)), settings, "cpu")
     watch.listener.hold()  # from now on, there are lines to save
     drawn = polish(
-        target, over_white(scene_of(paths)), settings, watch.part(planned=LINES.iterations), iterations=LINES.iterations,
-        values_exact_max=SIMPLIFICATION.values_exact_max, gain_min=LINES.gain_min,
+        target, over_white(scene_of(paths)), settings, watch.part(planned=LINES.iterations),
+        iterations=LINES.iterations, values_exact_max=SIMPLIFICATION.values_exact_max, gain_min=LINES.gain_min,
     ).scene  # fmt: skip
     return with_shared_nodes([line for path in read_back(drawn, paths) for line in path], attached)
