@@ -30,6 +30,14 @@ def test_shape_whose_outline_goes_on_lies_in_front_whatever_its_size(small_in_fr
     assert members(layers) == [(1,), (2,)]
 
 
+def test_a_translucent_shape_lies_beneath_its_opaque_neighbours() -> None:
+    glass = (*RED[:3], 0.5)
+    # Its outline goes on, so it would lie in front. But there it would show a mix of both colours.
+    layers = stack(regions_of([(box(10.3, 20.2, 60.4, 80.1), BLUE), (disc(64, 44, 14), glass)]))
+    assert members(layers) == [(2,), (1,)]
+    assert layers[0].above == {1}
+
+
 def test_shape_in_a_larger_one_lies_above_it_though_a_third_opens_that_one() -> None:
     shapes = [(box(10, 20, 86, 90), RED), (disc(48, 55, 20), GREEN), (box(42.3, 5.2, 54.4, 50.1), BLUE)]
     assert members(stack(regions_of(shapes))) == [(1,), (2,), (3,)]

@@ -50,6 +50,10 @@ class LayerConstants:
     """Evidence about the order of two regions, beside that of junctions, which is at most 1. The first: a region lies
     above its only neighbour. The second: the smaller region lies above. The third: a surrounded region lies above."""
 
+    translucence_evidence: float = 1000.0
+    """Evidence that an opaque region lies above a translucent neighbour: more than all other, as the colours prove
+    it."""
+
     clear_evidence: float = 0.3
     """Evidence that keeps a region from moving below another one, to be one layer with others."""
 

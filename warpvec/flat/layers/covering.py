@@ -39,7 +39,8 @@ def cover_of(regions: Regions, members: Collection[int], above: Collection[int])
     """
     is_member, is_above = chosen(regions, members), chosen(regions, above)
     visible = is_member[regions.label]
-    depth = max(LAYERS.cover_depth_min, LAYERS.cover_depth_share * float(visible.sum()) ** 0.5)
+    share = LAYERS.cover_depth_share if is_opaque(regions, members) else 0.0
+    depth = max(LAYERS.cover_depth_min, share * float(visible.sum()) ** 0.5)
     top, bottom, left, right = _box(visible, int(depth + 2.0 * LAYERS.cover_margin) if above else 2)
     box = np.s_[top:bottom, left:right]
     part = replace(regions, label=regions.label[box], other=regions.other[box], share=regions.share[box])
@@ -54,6 +55,11 @@ def cover_of(regions: Regions, members: Collection[int], above: Collection[int])
     beside = visible & ndimage.binary_dilation(hidden, np.ones((3, 3), bool))
     coverage = np.where(hidden | beside, shown + mixed(part, is_above), shown)
     return Cover(coverage, shown, hides, from_out, corner)
+
+
+def is_opaque(regions: Regions, members: Collection[int]) -> bool:
+    """Return whether nothing shines through the regions ``members``."""
+    return bool((regions.paints.opacity[list(members)] >= 1.0).all())
 
 
 def chosen(regions: Regions, indices: Collection[int]) -> Mask:

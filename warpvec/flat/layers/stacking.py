@@ -53,6 +53,7 @@ def stack(regions: Regions) -> list[StackedLayer]:
         area[None, :] - area[:, None]
     )
     above += LAYERS.surrounding_evidence * (surrounds.T.astype(float) - surrounds)
+    above = above + _evidence_of_translucence(regions, shares)
     order = best_order(above, sorted(shown.tolist(), key=lambda index: (-area[index], index)))
     seen = list(_seen_through(regions, surrounds, order))
     for _, region in seen:
@@ -62,6 +63,17 @@ def stack(regions: Regions) -> list[StackedLayer]:
     shapes = _grouped([(region,) for region in order], pairs, above)
     joined = _grouped(shapes, _pairs_alone(regions, shares, order), above)
     return _layers(regions, [[shape for shape in shapes if shape[0] in path] for path in joined])
+
+
+def _evidence_of_translucence(regions: Regions, shares: Floats) -> Floats:
+    """Return how clearly opaque regions lie above translucent neighbours, as entry [a, b] of an array [K, K].
+
+    On an opaque shape, a translucent one would have another colour. Beneath it, both leave no seam.
+    """
+    opacity = regions.paints.opacity
+    hides, shines = opacity >= 1.0, (opacity > 0.0) & (opacity < 1.0)
+    meet = (shares > 0.0) & (shares.T > 0.0)
+    return np.where(hides[:, None] & shines & meet, LAYERS.translucence_evidence, 0.0)
 
 
 def _seen_through(regions: Regions, surrounds: Mask, order: list[int]) -> Iterator[tuple[int, int]]:
