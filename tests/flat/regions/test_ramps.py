@@ -14,7 +14,8 @@ from warpvec.flat.regions.noise import measure_tolerances
 from warpvec.flat.regions.paint_fitting import fit_areas, fit_paints
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.ramp_directions import binned, block_slopes, directions_of, refined
-from warpvec.flat.regions.ramp_fitting import fit_ramp
+from warpvec.flat.regions.ramp_fitting import fit_ramp, ramp_along
+from warpvec.flat.regions.ramp_refitting import refitted
 from warpvec.geometry.paints.registry import ELLIPTIC, FLAT, LINEAR, RADIAL
 
 SIDE = 40
@@ -113,6 +114,30 @@ def test_only_as_many_stops_are_taken_as_the_colours_need() -> None:
         ramp = fit_ramp(points, _blend(part, *stops), 0.8 / 255, EVERY)
         assert ramp is not None and ramp.direction.kind == RADIAL
         assert ramp.paint(1.0).count[0] == len(stops)
+
+
+def test_a_bend_that_hardly_shows_is_a_stop_of_a_large_area_only() -> None:
+    points = _points()
+    colors = _blend(points[:, 0] / SIDE, (0.2, 0.2, 0.2), (0.3, 0.3, 0.3), (0.4 - 2 / 255, 0.4, 0.4))
+    direction = directions_of(points, colors)[0]
+    counts = [len(ramp_along(direction, points, colors, 1 / 255, size).knots) for size in (100, 100_000)]
+    assert counts == [2, 3]
+
+
+@pytest.mark.parametrize("degrees", [0.0, 40.0])
+def test_the_levels_and_places_of_stops_are_found_in_rounded_pixels(degrees: float) -> None:
+    points = _points()
+    along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+    levels = np.array([[40, 90, 200], [90, 120, 170], [100, 200, 60]])
+    places, stops = points @ along, np.array([8.3, 17.7, 30.2])
+    shown = np.stack([np.interp(places, stops, channel) for channel in levels.T], 1)
+    rough = fit_ramp(points, np.round(shown) / 255, 0.8 / 255, EVERY)
+    assert rough is not None
+    ramp = refitted(rough, points, np.round(shown) / 255)
+    assert ramp.error < rough.error
+    np.testing.assert_array_equal(np.round(255 * ramp.colors, 6), levels if ramp.colors[0, 0] < 0.2 else levels[::-1])
+    found = (ramp.direction.origin + ramp.knots[:, None] * ramp.direction.along) @ along
+    np.testing.assert_allclose(np.sort(found), stops, atol=0.1)
 
 
 def test_a_radial_ramp_beats_a_linear_one_only_where_it_is_radial() -> None:

@@ -184,6 +184,11 @@ class RegionConstants:
     """Root mean square that a ramp may leave in a clean picture, where a stop more would leave less: rounding leaves
     0.29 levels. An eye does not see the difference, but a bend that is left out is one of the designer's stops."""
 
+    stop_price: float = 0.02
+    """Squared error, summed over the pixels and channels of an area, that a stop more must save in a clean picture
+    even if the ramp is good enough without it: large areas show a bend of half a level, small ones do not. In noisy
+    pictures it must save more, by the square of what a ramp may leave there."""
+
     noise_deviation: float = 0.35
     """Part of the noise of a picture that is the root mean square deviation in flat areas."""
 
@@ -254,7 +259,7 @@ class RegionConstants:
     ellipse_stretch_max: float = 0.97
     """Largest stretch of an ellipse: the ratio of its axes is the root of (1 + stretch) / (1 - stretch), 8 here."""
 
-    center_far: float = 20.0
+    center_far: float = 8.0
     """A centre farther from an area than this multiple of its size is that of a linear ramp."""
 
     # Stops of ramps (regions/ramp_fitting.py)
@@ -289,6 +294,27 @@ class RegionConstants:
 
     flat_step: float = 1.5 / 255
     """Stops whose colours differ by less in each channel show one colour."""
+
+    # Fits of all numbers of a ramp (regions/ramp_refitting.py)
+
+    refit_samples_max: int = 16_384
+    """Pixels of an area that the numbers of its ramp are fitted to."""
+
+    refit_rounds: int = 12
+    refit_gain: float = 1e-3
+    """Most steps of Gauss and Newton, which end once a step lowers the squared error by a smaller share."""
+
+    refit_damping: float = 1e-9
+    """What is added to the matrix of a step, whose entries on the diagonal are 1."""
+
+    refit_pad_min: float = 0.01
+    """Share of the pixels of an area that must lie beyond an end of its ramp to tell where that end is."""
+
+    refit_reach: float = 0.25
+    refit_places: int = 65
+    refit_level: float = 0.1
+    """An end whose place no pixel tells may lie farther out by so much of the ramp. So many places are tried, until the
+    colours are within so many levels of whole ones: those lose least when they are rounded."""
 
     # Parts without a pure pixel (regions/thin_parts.py)
 

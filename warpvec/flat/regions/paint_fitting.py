@@ -15,6 +15,7 @@ from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.peeling import parts_of, peel
 from warpvec.flat.regions.ramp_fitting import Ramp, fit_ramp
+from warpvec.flat.regions.ramp_refitting import refitted
 from warpvec.flat.regions.region_growing import NONE, pixels_of
 from warpvec.watch.watch import UNWATCHED, Watch
 
@@ -79,7 +80,8 @@ def _peel_areas(
         if found is None:
             continue
         areas[index], rest = parts_of(pixels, found.shown, width)
-        fits.ramps[index], fits.errors[index] = found.ramp, found.ramp.error
+        ramp = refitted(found.ramp, _points(areas[index], width), colors[areas[index], :3].astype(np.float64))
+        fits.ramps[index], fits.errors[index] = ramp, ramp.error
         fits.values[index] = np.median(colors[_few(areas[index])], 0)
         more = fit_areas(rest, colors, width, tolerances, watch)
         fits.ramps.update({len(areas) + number: ramp for number, ramp in more.ramps.items()})
@@ -148,7 +150,9 @@ def _find_ramps(
         if ramp is None and len(pixels) >= area_min and deviation > limit:
             sample = slice(None, None, -(-len(pixels) // REGIONS.paint_samples_max))
             shown = colors[pixels, :channels].astype(np.float64)
-            ramp = fit_ramp(_points(pixels, width), shown, _stop_limit(tolerances), sample)
+            points = _points(pixels, width)
+            ramp = fit_ramp(points, shown, _stop_limit(tolerances), sample)
+            ramp = None if ramp is None else refitted(ramp, points, shown)
         if ramp is not None and ramp.contrast(tolerances.metric) >= REGIONS.ramp_contrast + tolerances.noise:
             ramps[index] = ramp
     return ramps

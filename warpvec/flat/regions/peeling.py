@@ -35,7 +35,9 @@ def peel(points: Floats, colors: Floats, tolerance: float) -> Peel | None:
         if found is None:
             continue
         direction, is_shown = found
-        ramp = ramp_along(direction, points[few][is_shown], colors[few][is_shown], tolerance)
+        ramp = ramp_along(
+            direction, points[few][is_shown], colors[few][is_shown], tolerance, int(is_shown.mean() * len(points))
+        )
         limit = max(REGIONS.peel_rest, 3.0 * ramp.error)
         if ramp.error > REGIONS.peel_error + tolerance:
             continue

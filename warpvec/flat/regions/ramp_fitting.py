@@ -102,7 +102,7 @@ def fit_ramp(points: Floats, colors: Floats, tolerance: float, sample: slice) ->
     for direction in directions_of(points, colors):
         if best is not None and best.error <= tolerance:
             break
-        ramp = ramp_along(refined(direction, few_points, few_colors), few_points, few_colors, tolerance)
+        ramp = ramp_along(refined(direction, few_points, few_colors), few_points, few_colors, tolerance, len(points))
         if best is None or ramp.error < REGIONS.radial_gain * max(best.error, tolerance):
             best = ramp
     flat_error = float(np.sqrt(((few_colors - np.median(few_colors, 0)) ** 2).mean()))
@@ -111,18 +111,27 @@ def fit_ramp(points: Floats, colors: Floats, tolerance: float, sample: slice) ->
     return best if best is not None and best.error < gain * flat_error else None
 
 
-def ramp_along(direction: Direction, points: Floats, colors: Floats, tolerance: float) -> Ramp:
-    """Return the ramp of fewest stops along ``direction`` that leaves at most ``tolerance``, or the best there is."""
+def ramp_along(direction: Direction, points: Floats, colors: Floats, tolerance: float, pixel_count: int) -> Ramp:
+    """Return the ramp along ``direction`` with the stops that pay.
+
+    It has as few as leave at most ``tolerance``, or the best there is, and those more that lower the squared error of
+    an area of ``pixel_count`` pixels by their price.
+    """
     places = direction.places(points)
     at, means, count = binned(places, colors, REGIONS.ramp_bins)
     tried: list[tuple[Floats, Floats, float]] = []
+    scale = pixel_count * colors.shape[1]
+    price = REGIONS.stop_price * (tolerance / REGIONS.stop_deviation) ** 2
     for knots in stop_places(at, means, count):
         better = _moved_knots(knots, at, means, count)
         tried.append((better, *_colors_at_knots(better, at, means, count)))
-        if tried[-1][2] <= tolerance or _is_idle([error for *_, error in tried]):
+        error = tried[-1][2]
+        if (error <= tolerance and scale * error**2 <= price) or _is_idle([each[2] for each in tried]):
             break
-    limit = max(tolerance, REGIONS.knot_gain * tried[-1][2])
-    knots, values = next((knots, values) for knots, values, error in tried if error <= limit)
+    errors = np.array([error for *_, error in tried])
+    least = int(np.argmax(errors <= max(tolerance, REGIONS.knot_gain * errors[-1])))
+    prices = scale * errors[least:] ** 2 + price * np.arange(len(errors) - least)
+    knots, values, _ = tried[least + int(prices.argmin())]
     ramp = Ramp(direction, *_within_range(*_without_pads(knots, values, direction.kind), direction.kind), 0.0)
     return replace(ramp, error=ramp.error_on(points, colors))
 
