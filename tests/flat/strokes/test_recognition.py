@@ -8,24 +8,31 @@ import numpy as np
 import pytest
 import torch
 
+from warpvec.arrays import Floats32
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.geometry.forms.registry import CIRCLE, ROUND_RECT
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.strokes import BUTT, MITER, ROUND
+from warpvec.rendering.operator import render
 from warpvec.svg.measure import draw
 
 CONFIG = FitConfig(threads=1, device="cpu")
 SIDE, SAMPLES = 128, 4
 
 
-def drawn(shapes: str, config: FitConfig = CONFIG) -> Scene:
-    """Return the drawing of a picture of ``shapes`` of SVG on 128 x 128 pixels."""
+def picture_of(shapes: str) -> Floats32:
+    """Return the picture of ``shapes`` of SVG on 128 x 128 pixels [h, w, 3]."""
     side = SIDE * SAMPLES
     text = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {SIDE} {SIDE}" width="{side}" height="{side}">'
     mean = draw(f"{text}{shapes}</svg>", side, side).reshape(SIDE, SAMPLES, SIDE, SAMPLES, 3).mean((1, 3))
+    return (np.round(mean) / 255).astype(np.float32)
+
+
+def drawn(shapes: str, config: FitConfig = CONFIG) -> Scene:
+    """Return the drawing of `picture_of` these ``shapes``."""
     with torch.no_grad():
-        return FlatDrawing(torch.from_numpy((np.round(mean) / 255).astype(np.float32)), config).draw(config.detail)[0]
+        return FlatDrawing(torch.from_numpy(picture_of(shapes)), config).draw(config.detail)[0]
 
 
 def stroke(data: str, width: float, look: str = 'stroke-linecap="round" stroke-linejoin="round"') -> str:
@@ -104,6 +111,15 @@ def test_a_line_reaches_a_little_beyond_a_crossing() -> None:
 def test_small_round_corners_stay_round() -> None:
     scene = drawn(stroke("M24 20V101a3 3 0 0 0 3 3H110", 12))
     assert lines_of(scene) == 1 and scene.structure.lines.tolist() == [True, False, True, True]
+
+
+def test_a_line_gets_nodes_until_no_difference_shows() -> None:
+    corners = "M16 10a2 2 0 0 1-2 2H6.828a2 2 0 0 0-1.414.586l-2.202 2.202A.71.71 0 0 1 2 14.286V4a2 2 0 0 1 2-2h10a2 2"
+    shapes = f'<g transform="scale(6)">{stroke(corners + " 0 0 1 2 2z", 2)}</g>'
+    scene = drawn(shapes)
+    assert scene.strokes is not None and lines_of(scene) == len(scene) == 1
+    image = render(scene, height=SIDE, width=SIDE).numpy()
+    assert np.square(image - picture_of(shapes)).sum() < 10.0
 
 
 def test_a_ring_that_a_line_touches_is_a_circle() -> None:

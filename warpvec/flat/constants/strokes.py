@@ -168,6 +168,10 @@ class StrokeConstants:
     """Share of the detail by which the outlines of a stroke may move. A corner of a centre line that is a little round
     becomes sharp with 1.2, not with 1."""
 
+    close_share: float = 0.8
+    """Share of the detail by which outlines may move without a difference. Strokes that move farther are tried with
+    more nodes, and kept if that does not help: the stroke is the designer's word."""
+
     width_shared: float = 0.1
     """Widths that differ by no more pixels are the same; fitted ones are within 0.05 of the designer's."""
 

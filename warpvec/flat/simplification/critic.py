@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -57,3 +58,11 @@ class Critic:
             noise: squared error that never counts.
         """
         return detail**2 * worth + noise
+
+    @staticmethod
+    def detail_of(worth: float, rise: float, noise: float) -> float:
+        """Return the move of outlines of ``worth``, a root mean square in pixels, that lets the error rise by ``rise``.
+
+        It is the inverse of `allowed`.
+        """
+        return math.sqrt(max(rise - noise, 0.0) / worth) if worth > 0.0 else 0.0 if rise <= noise else math.inf

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from enum import Enum, auto
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -20,6 +21,14 @@ _SAMPLES = 16
 """Points of a curve at which its distance from others is taken."""
 
 
+class Match(Enum):
+    """How well a stroke matches the picture: not, well enough, or without a difference that shows."""
+
+    REFUSED = auto()
+    ACCEPTED = auto()
+    CLOSE = auto()
+
+
 @dataclass(frozen=True)
 class Attempt:
     """What is known of a path that may become a stroke.
@@ -27,7 +36,9 @@ class Attempt:
     Attributes:
         first: the stroke as it was found, fitted to the picture.
         next: the stroke that is to be tried; None if there is none.
-        best: the simplest one that the picture has accepted, fitted to it; None if there is none.
+        best: the best one so far, fitted to the picture; None if there is none. Of those that match it without a
+            difference it is the simplest, and otherwise the first that the picture accepts.
+        is_close: whether the best one matches without a difference.
         level: which of ``STROKES.again_shares`` said how far its lines may move.
         rise: by how much the error [h, w] rose with sharp corners; None before that is known.
     """
@@ -35,13 +46,15 @@ class Attempt:
     first: Stroke
     next: Stroke | None
     best: Stroke | None = None
+    is_close: bool = False
     level: int = 0
     rise: Floats32 | None = None
 
     @staticmethod
-    def of(fitted: Stroke, is_accepted: bool, detail: float) -> Attempt:
+    def of(fitted: Stroke, match: Match, detail: float) -> Attempt:
         """Return the first attempt for a stroke as it was found, fitted to the picture."""
-        return Attempt(fitted, None, fitted if is_accepted else None)._with(_simpler(fitted, _share(0) * detail))
+        best = None if match is Match.REFUSED else fitted
+        return Attempt(fitted, None, best, match is Match.CLOSE)._with(_simpler(fitted, _share(0) * detail))
 
     @property
     def is_over(self) -> bool:
@@ -53,27 +66,30 @@ class Attempt:
         """The stroke to draw: the next one, else the best."""
         return self.best if self.next is None else self.next
 
-    def after(self, fitted: Stroke | None, rise: Floats32, detail: float) -> Attempt:
+    def after(self, fitted: Stroke, match: Match, rise: Floats32, detail: float) -> Attempt:
         """Return what is known after the next stroke was drawn.
 
         Args:
-            fitted: that stroke, fitted to the picture; None if the picture does not accept it.
+            fitted: that stroke, fitted to the picture.
+            match: how well it matches the picture.
             rise: by how much the error [h, w] rose.
             detail: as in `find_strokes`.
         """
         if self.next is None:
             return self
-        if fitted is not None:
-            return replace(self, best=fitted)._with(_simpler(fitted, _share(0) * detail))
+        if match is Match.CLOSE:
+            return replace(self, best=fitted, is_close=True)._with(_simpler(fitted, _share(0) * detail))
+        best = self.best or (fitted if match is Match.ACCEPTED else None)
         if self.level + 1 == len(STROKES.again_shares):
-            return replace(self, next=None)
+            return replace(self, next=None, best=best)
         sharp, level = rise if self.rise is None else self.rise, self.level + 1
         found = _rounded(_simpler(self.first, _share(level) * detail), sharp)
-        return replace(self, level=level, rise=sharp)._with(found)
+        return replace(self, level=level, rise=sharp, best=best)._with(found)
 
     def _with(self, stroke: Stroke) -> Attempt:
-        """Return this with another stroke to try, if that is simpler than the best."""
-        return replace(self, next=stroke if self.best is None or stroke.cost < self.best.cost else None)
+        """Return this with another stroke to try, unless the best one matches as well and is as simple."""
+        is_needed = self.best is None or not self.is_close or stroke.cost < self.best.cost
+        return replace(self, next=stroke if is_needed else None)
 
 
 def _share(level: int) -> float:

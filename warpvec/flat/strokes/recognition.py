@@ -13,7 +13,7 @@ from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import errors_in_boxes
 from warpvec.flat.simplification.outline_samples import OutlineSamples, segment_loops
-from warpvec.flat.strokes.attempts import Attempt
+from warpvec.flat.strokes.attempts import Attempt, Match
 from warpvec.flat.strokes.candidates import stroke_candidates
 from warpvec.flat.strokes.stroke import Stroke, read_back, with_shared_looks, with_strokes
 from warpvec.geometry.scene import Scene
@@ -39,15 +39,14 @@ def find_strokes(scene: Scene, critic: Critic, watch: Watch, detail: float = Fit
         return {}
     judge = _Judge(scene, critic.samples(scene), critic.error(scene), critic)
     drawn = _polished(with_strokes(scene, tried), critic, watch, STROKES.gain_min)
-    hopeful, fitted = judge.close(drawn, tried, STROKES.hopeless * detail), read_back(drawn, tried)
-    good = judge.accepted(drawn, tried, detail)
-    attempts = {path: Attempt.of(fitted[path], path in good, detail) for path in hopeful}
+    found = judge.verdict(drawn, tried, detail)
+    attempts = {path: Attempt.of(found.fitted[path], found.of(path), detail) for path in found.hopeful}
     while any(not attempt.is_over for attempt in attempts.values()) and not watch.is_over():
         tried = {path: attempt.stroke for path, attempt in attempts.items() if attempt.stroke is not None}
         drawn = _polished(with_strokes(scene, tried), critic, watch, STROKES.gain_min)
-        good, fitted, rise = judge.accepted(drawn, tried, detail), read_back(drawn, tried), judge.rise(drawn)
+        found = judge.verdict(drawn, tried, detail)
         for path in tried:
-            attempts[path] = attempts[path].after(fitted[path] if path in good else None, rise, detail)
+            attempts[path] = attempts[path].after(found.fitted[path], found.of(path), found.rise, detail)
     best = with_shared_looks({path: each.best for path, each in attempts.items() if each.best is not None})
     if not best or watch.is_over():
         return best
@@ -66,6 +65,29 @@ def _polished(scene: Scene, critic: Critic, watch: Watch, gain_min: float) -> Sc
 
 
 @dataclass(frozen=True, eq=False)
+class _Verdict:
+    """What the picture says of strokes, by the generation of their paths.
+
+    Attributes:
+        fitted: the strokes as they are drawn.
+        rise: by how much the squared error of each pixel rose [h, w].
+        hopeful: those worth a try with other lines.
+        accepted: those that make the file shorter and that the picture accepts.
+        close: those of these that show no difference.
+    """
+
+    fitted: dict[int, Stroke]
+    rise: Floats32
+    hopeful: list[int]
+    accepted: set[int]
+    close: set[int]
+
+    def of(self, path: int) -> Match:
+        """Return how well the stroke of a path matches the picture."""
+        return Match.CLOSE if path in self.close else Match.ACCEPTED if path in self.accepted else Match.REFUSED
+
+
+@dataclass(frozen=True, eq=False)
 class _Judge:
     """What is known of a drawing before its shapes become strokes: samples of its outlines, and its error [h, w]."""
 
@@ -74,21 +96,18 @@ class _Judge:
     error: Floats32
     critic: Critic
 
-    def rise(self, drawn: Scene) -> Floats32:
-        """Return by how much the squared error of each pixel rises [h, w]."""
-        return self.critic.error(drawn) - self.error
-
-    def close(self, drawn: Scene, strokes: dict[int, Stroke], detail: float) -> list[int]:
-        """Return the strokes in ``drawn``, by generation, whose outlines move by at most ``detail`` in the picture."""
-        rise = self.rise(drawn)
-        return [path for path, rows in self._replaced(strokes).items() if self._is_close(rise, rows, detail)]
-
-    def accepted(self, drawn: Scene, strokes: dict[int, Stroke], detail: float) -> list[int]:
-        """Return those of the `close` ones that make the file shorter."""
-        loop, replaced = segment_loops(self.scene), self._replaced(strokes)
+    def verdict(self, drawn: Scene, strokes: dict[int, Stroke], detail: float) -> _Verdict:
+        """Return what the picture says of the ``strokes``, by generation, as they are in ``drawn``."""
+        loop, replaced, rise = segment_loops(self.scene), self._replaced(strokes), self.critic.error(drawn) - self.error
+        moved = {path: self._moved(rise, rows) for path, rows in replaced.items()}
         most = {path: STROKES.cost_share_max * _fill_cost(self.scene, rows, loop) for path, rows in replaced.items()}
-        close = self.close(drawn, strokes, STROKES.detail_share * detail)
-        return [path for path in close if strokes[path].cost <= most[path]]
+        short = {path for path in replaced if strokes[path].cost <= most[path]}
+        return _Verdict(
+            read_back(drawn, strokes), rise,
+            [path for path in replaced if moved[path] <= STROKES.hopeless * detail],
+            {path for path in short if moved[path] <= STROKES.detail_share * detail},
+            {path for path in short if moved[path] <= STROKES.close_share * detail},
+        )  # fmt: skip
 
     def _replaced(self, strokes: dict[int, Stroke]) -> dict[int, Mask]:
         """Return the rows that each of the strokes replaces."""
@@ -99,11 +118,11 @@ class _Judge:
             if generation in strokes
         }
 
-    def _is_close(self, rise: Floats32, rows: Mask, detail: float) -> bool:
+    def _moved(self, rise: Floats32, rows: Mask) -> float:
+        """Return how far the outlines of ``rows`` [R] seem to have moved, as a root mean square in pixels."""
         points = self.samples.control[rows].reshape(-1, 2)
         found = errors_in_boxes(rise, points.min(0)[None], points.max(0)[None])
-        worth = self.samples.worth[rows].sum()
-        return float(found[0]) <= float(self.critic.allowed(worth, detail, SIMPLIFICATION.whole_noise))
+        return self.critic.detail_of(self.samples.worth[rows].sum(), float(found[0]), SIMPLIFICATION.whole_noise)
 
 
 def _fill_cost(scene: Scene, rows: Mask, loop: Integers) -> float:
