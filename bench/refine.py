@@ -24,8 +24,10 @@ import warpvec
 from warpvec.cli.settings_command import ValueOf
 from warpvec.config.fit_config import SETTINGS
 from warpvec.geometry.crossings import self_crossings
+from warpvec.geometry.forms.form import ANGLE, SIZES
 from warpvec.geometry.joints import Joints, with_lines
 from warpvec.geometry.paints.registry import FLAT, RADIAL
+from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.scene import Scene
 from warpvec.svg.read import read_svg
 from warpvec.svg.write import write_svg
@@ -59,18 +61,40 @@ def over_white(path: Path) -> NDArray[np.uint8]:
 
 
 def disturbed(scene: Scene, points: float, gradients: bool, seed: int = 0) -> Scene:
-    """Return ``scene`` with every node moved by normal noise of ``points`` px, with its handles; ``gradients`` too.
+    """Return ``scene`` with nodes, forms and widths moved by normal noise of ``points`` px; ``gradients`` too.
 
-    A smooth node stays smooth, and a line straight.
+    A smooth node stays smooth with its handles, a line straight, and a form stays one.
     """
     generator = torch.Generator().manual_seed(seed)
     joints = Joints.of(scene)
     anchor, leaving, arriving = joints.values(scene)
     moved = anchor + points * torch.randn(anchor.shape, generator=generator)
-    scene = replace(scene, segments=joints.segments(moved, leaving, arriving))
-    if scene.gradients is None or not gradients:
-        return scene
+    forms = None if scene.forms is None else _disturbed_forms(scene.forms, points, generator)
+    scene = replace(scene, segments=joints.segments(moved, leaving, arriving), forms=None).with_forms(forms)
+    if scene.strokes is not None:
+        noise = points * torch.randn(scene.strokes.width.shape, generator=generator)
+        width = torch.maximum(scene.strokes.width + noise, scene.strokes.width / 2)
+        width = torch.where(scene.strokes.is_stroked, width, scene.strokes.width)
+        scene = replace(scene, strokes=replace(scene.strokes, width=width))
+    return _with_disturbed_gradients(scene, points, generator) if gradients else scene
+
+
+def _disturbed_forms(forms: Forms, points: float, generator: torch.Generator) -> Forms:
+    """Return ``forms`` with noise of ``points`` px in the places and sizes that they have."""
+    parameters, noise = forms.parameters.clone(), points * torch.randn(forms.parameters.shape, generator=generator)
+    for _, form, paths in forms.groups():
+        for place in sorted({*form.free} - {ANGLE}):
+            old = forms.parameters[paths, place]
+            new = old + noise[paths, place]
+            parameters[paths, place] = torch.maximum(new, old / 2) if place in SIZES else new
+    return replace(forms, parameters=parameters)
+
+
+def _with_disturbed_gradients(scene: Scene, points: float, generator: torch.Generator) -> Scene:
+    """Return ``scene`` with noise of ``points`` px in the ends of its gradients, and some in their end colours."""
     paints = scene.gradients
+    if paints is None:
+        return scene
     ends = paints.geometry + points * torch.randn(paints.geometry.shape, generator=generator)
     colors = [
         (color + COLOR_NOISE * torch.randn(color.shape, generator=generator)).clamp(0, 1)
@@ -114,11 +138,17 @@ def drawing_from(text: str, photo: NDArray[np.uint8]) -> Scene:
 
 
 def lost_kinds(start: Scene, end: Scene) -> int:
-    """Return how many lines and smooth nodes of ``start`` are not in ``end``; -1 if the segments are not the same."""
+    """Return how many lines, smooth nodes, forms and strokes ``end`` has lost; -1 if its segments are others."""
     before, after = Joints.of(start), Joints.of(end)
     if len(before.is_line) != len(after.is_line):
         return -1
-    return int((before.is_line & ~after.is_line).sum() + (before.is_smooth & ~after.is_smooth).sum())
+    lost = (before.is_line & ~after.is_line).sum() + (before.is_smooth & ~after.is_smooth).sum()
+    forms = [Forms.none(scene.color) if scene.forms is None else scene.forms for scene in (start, end)]
+    lost += (forms[0].is_form & (forms[0].kind != forms[1].kind)).sum()
+    if start.strokes is not None:
+        stays = torch.zeros_like(start.strokes.is_stroked) if end.strokes is None else end.strokes.is_stroked
+        lost += (start.strokes.is_stroked & ~stays).sum()
+    return int(lost)
 
 
 def drawings(folder: Path, tracings: Path | None, kind: str, names: list[str]) -> Iterator[tuple[str, str]]:

@@ -10,6 +10,8 @@ import torch
 from strokes import stroked_scene
 from sweep import sweep
 
+from warpvec.geometry.forms.form import FIRST
+from warpvec.geometry.forms.registry import CIRCLE, ROUND_RECT
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.strokes import CAPS, JOINS, Strokes
 from warpvec.rendering.draw import draw_exactly
@@ -107,6 +109,14 @@ def test_a_stroke_of_another_program_stays_a_stroke(name: str) -> None:
     want = draw(svg(body), 40, 30, transparent=True) / 255.0
     # resvg approximates curved sides within a quarter of a pixel.
     assert np.abs(image - want)[..., 3].max() < 0.25
+
+
+def test_strokes_of_circles_and_rectangles_of_another_program_keep_their_form() -> None:
+    group = '<g fill="none" stroke="red" transform="translate(5 1) rotate(30) scale(2)">'
+    scene = read_svg(svg(f'{group}<circle cx="2" cy="2" r="1"/><rect width="2" height="1" rx=".2"/></g>')).scene
+    assert scene.strokes is not None and scene.strokes.is_stroked.all() and scene.forms is not None
+    assert scene.forms.kind.tolist() == [CIRCLE, ROUND_RECT]
+    np.testing.assert_allclose(scene.forms.parameters[:, FIRST], [4.0, 8.0], rtol=1e-5)
 
 
 OUTLINED = {

@@ -18,8 +18,12 @@ from warpvec.polish.rounds import Rounds
 from warpvec.rendering.draw import draw_exactly
 from warpvec.svg.measure import draw_like
 
-ROUNDS, ITERATIONS = 3, 12
-"""Rounds, and the iterations of each. On sixteen tracings three rounds gain 0.4 dB on average, the first one 0.2."""
+ROUNDS, ITERATIONS = 8, 12
+"""Most rounds, and the iterations of each. On sixteen tracings three rounds gain 0.4 dB on average, the first one 0.2.
+On drawings with strokes, whose sides resvg approximates, eight rounds gain 0.5 dB more."""
+
+GAIN_MIN = 0.01
+"""Gain in dB below which a round is the last one, from the third on: the second may undo what the first moved."""
 
 
 def polish_as_drawn(drawing: Drawing, rounds: Rounds) -> Drawing:
@@ -31,14 +35,15 @@ def polish_as_drawn(drawing: Drawing, rounds: Rounds) -> Drawing:
     if picture.reduced.shape != picture.pixels.shape or picture.is_transparent:
         return drawing
     best, last = drawing, drawing
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS):
         if not rounds.are_left:
             break
         target = Target(_as_fitted(last), rounds.config, rounds.target.device)
         last = drawing.with_fitted(rounds.polished(last.fitted, ITERATIONS, target))
-        if last.psnr > best.psnr:
+        gain = last.psnr - best.psnr
+        if gain > 0.0:
             best = last
-        if rounds.watch.is_stopped():
+        if rounds.watch.is_stopped() or (number >= 2 and gain < GAIN_MIN):
             break
     return best
 

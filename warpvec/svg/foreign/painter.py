@@ -87,11 +87,11 @@ class Painter:
         drawn = 0
         for role in ("stroke", "fill") if is_below else ("fill", "stroke"):
             before = len(self.outlines)
+            form = shape_form(name, attributes, state.viewport, state.matrix)
             if role == "fill" and fill is not None:
-                form = shape_form(name, attributes, state.viewport, state.matrix)
                 self._add_fill(name, subpaths, form, fill, space, state)
             elif role == "stroke" and stroke is not None:
-                self._add_stroke(subpaths, *stroke, space, state)
+                self._add_stroke(subpaths, form, *stroke, space, state)
             drawn += len(self.outlines) > before
         self.omitted["group opacity"] += drawn > 1 and 0 < fraction(properties["opacity"]) < 1
 
@@ -135,7 +135,9 @@ class Painter:
                 self.omitted["self-crossing even-odd fill"] += not is_same
             self._add(moved(loops, state.matrix), fill, space, state, form)
 
-    def _add_stroke(self, subpaths: list[Subpath], stroke: Stroke, paint: Fill, space: Space, state: State) -> None:
+    def _add_stroke(
+        self, subpaths: list[Subpath], form: OutlineForm | None, stroke: Stroke, paint: Fill, space: Space, state: State
+    ) -> None:
         scale = similarity_scale(state.matrix)
         if stroke.dashes:
             self._add_stroke_outline("dashed stroke", subpaths, stroke, paint, space, state)
@@ -144,31 +146,27 @@ class Painter:
         elif paint.gradient is not None:
             self._add_stroke_outline("stroke with a gradient", subpaths, stroke, paint, space, state)
         else:
-            self._keep_stroke(subpaths, stroke, scale, paint, state)
+            self._keep_stroke(subpaths, form, stroke, scale, paint, state)
 
-    def _keep_stroke(self, subpaths: list[Subpath], stroke: Stroke, scale: float, paint: Fill, state: State) -> None:
+    def _keep_stroke(
+        self, subpaths: list[Subpath], form: OutlineForm | None, stroke: Stroke, scale: float, paint: Fill, state: State
+    ) -> None:
         """Add a stroke that a scene can have."""
         loops = [stroked_loop(subpath) for subpath in subpaths]
         points = apply(state.matrix, np.concatenate([loop.points for loop in loops]))
         if not ((np.abs(points) <= MAX_REACH).all() and scale * stroke.width <= MAX_REACH):
             self.omitted["stroke out of reach"] += 1
             return
-        counts, is_open = tuple(len(loop.is_line) for loop in loops), tuple(not s.is_closed for s in subpaths)
         is_line = np.concatenate([loop.is_line for loop in loops])
         self._count(len(is_line))
+        opacity = paint.opacity * state.opacity
         look = OutlineStroke(scale * stroke.width, stroke.cap, stroke.join, stroke.miter_limit)
-        self.outlines.append(
-            Outline(
-                points,
-                paint.color,
-                paint.opacity * state.opacity,
-                state.generation,
-                counts,
-                is_line,
-                stroke=look,
-                is_open=is_open,
-            )
-        )
+        if form is not None:
+            self.outlines.append(replace(Outline.of_form(form, paint.color, opacity, state.generation), stroke=look))
+            return
+        counts, is_open = tuple(len(loop.is_line) for loop in loops), tuple(not s.is_closed for s in subpaths)
+        line = Outline(points, paint.color, opacity, state.generation, counts, is_line, stroke=look, is_open=is_open)
+        self.outlines.append(line)
 
     def _add_stroke_outline(
         self, kind: str, subpaths: list[Subpath], stroke: Stroke, paint: Fill, space: Space, state: State
