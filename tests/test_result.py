@@ -22,6 +22,7 @@ from warpvec.image.metrics import ssim as ssim_of
 from warpvec.image.picture import reduce_image
 from warpvec.svg.measure import draw, draw_like
 from warpvec.watch.watch import RunFacts
+from warpvec.writers.registry import WRITERS, listed
 
 
 @pytest.mark.usefixtures("quick_fit")
@@ -155,7 +156,7 @@ def test_save_writes_the_picture_of_the_file_as_a_png(photo: Photo, tmp_path: Pa
 
 @pytest.mark.usefixtures("quick_fit")
 def test_save_refuses_other_suffixes(photo: Photo, tmp_path: Path) -> None:
-    message = "^path must end in .svg, .svgz, .png, .pdf or .eps, got .*a.jpg'; rename it$"
+    message = f"^path must end in {listed(tuple(WRITERS))}, got .*a.jpg'; rename it$"
     with pytest.raises(warpvec.InputError, match=message):
         vectorize_briefly(photo).save(tmp_path / "a.jpg")
 

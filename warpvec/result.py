@@ -28,7 +28,7 @@ from warpvec.svg.measure import evaluate, file_facts
 from warpvec.watch.progress import HistoryEntry
 from warpvec.watch.watch import RunFacts
 from warpvec.writers.registry import check_suffix, encode
-from warpvec.writers.writer import Canvas
+from warpvec.writers.writer import Canvas, Target
 
 __all__ = ["Result"]
 
@@ -111,19 +111,24 @@ class Result:
         """Write the drawing to ``path``, whole or not at all; the suffix names the kind of file.
 
         ``.svg`` and ``.svgz`` hold the SVG, plain or gzipped. ``.png`` is the picture as resvg draws it, in the size of
-        the given picture. ``.pdf`` and ``.eps`` are for print.
+        the given picture. ``.pdf`` and ``.eps`` are for print, ``.dxf`` is for cutters.
 
         Raises:
-            InputError: ``path`` has another suffix, cannot be written, or is for print without the extra "print".
+            InputError: ``path`` has another suffix, cannot be written, or needs an extra that is missing.
         """
         check_suffix(path, "path")
         check_writable(path, "path")
-        write_atomic(path, encode(self.svg(), path, self.canvas))
+        write_atomic(path, encode(self.svg(), path, self.target))
 
     @property
     def canvas(self) -> Canvas:
         """The pixels of the picture, for writers of pictures."""
         return Canvas(self.picture.width, self.picture.height, self.picture.is_transparent)
+
+    @property
+    def target(self) -> Target:
+        """What writers need to know beside the SVG."""
+        return Target(self.canvas, self.encoding.options.dxf_splines)
 
     def render(self, scale: float = 1.0) -> NDArray[np.float32]:
         """Return the file's scene drawn with exact coverage, [h, w, 3], at ``scale`` times the picture's size, rounded.

@@ -14,6 +14,8 @@ from warpvec import __version__
 from warpvec.cli.options import OPTIONS, REFUSED
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import PRESETS
+from warpvec.config.setting import settings_of
+from warpvec.drawing.file_options import FileOptions
 from warpvec.goals.registry import QUANTITIES
 from warpvec.modes.refine import ITERATIONS
 
@@ -39,7 +41,7 @@ def test_help_all_shows_every_option(command: str) -> None:
     result = invoke(command, "--help-all")
     assert result.exit_code == 0
     names = {each.name for each in dataclasses.fields(FitConfig)}
-    assert {*OPTIONS} == {*names, *QUANTITIES, "gzip", "opaque", "size", "trim", "plain_paths", "no_metadata"}
+    assert {*OPTIONS} == {*names, *QUANTITIES, "gzip", "opaque", *settings_of(FileOptions)}
     refused = REFUSED.get(command, ())
     for name in {*OPTIONS, "write_config", "background"} - {*refused}:
         assert f"--{name.replace('_', '-')} " in result.stdout

@@ -12,6 +12,7 @@ from commands import assert_refused, invoke, write_photo
 from warpvec.cli.options import OPTIONS, file_options, requested
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
+from warpvec.config.setting import settings_of
 from warpvec.drawing.file_options import FileOptions
 from warpvec.errors import InputError
 from warpvec.goals.goal import Goal, make_goal
@@ -284,4 +285,4 @@ def test_file_options_come_from_the_command_line_or_a_file(photo: Path, monkeypa
         _run(photo, *options)
     both = FileOptions(no_metadata=True, trim=True, size="3cm")
     assert seen == [FileOptions(), FileOptions(trim=True), FileOptions(no_metadata=True, size="200%"), both]
-    assert file_options({"no_metadata": None, "trim": None, "size": None, "plain_paths": None}) == FileOptions()
+    assert file_options(dict.fromkeys(settings_of(FileOptions))) == FileOptions()

@@ -23,6 +23,7 @@ from warpvec.config.presets import make_config
 from warpvec.image.metrics import psnr
 from warpvec.modes import photo as photo_mode
 from warpvec.rendering import devices, launch
+from warpvec.writers.registry import WRITERS, listed
 
 pytestmark = pytest.mark.usefixtures("quick_fit")
 
@@ -300,7 +301,7 @@ def test_out_is_checked_before_the_photo_is_read(tmp_path: Path) -> None:
     none = tmp_path / "none.png"
     assert_refused(invoke("run", none, tmp_path / "missing" / "out.svg"), "OUT must be in", "missing")
     assert_refused(invoke("run", none, tmp_path), "OUT must name a file")
-    rule = "OUT must end in .svg, .svgz, .png, .pdf or .eps"
+    rule = f"OUT must end in {listed(tuple(WRITERS))}"
     assert_refused(invoke("run", none, tmp_path / "out.gif"), rule, "out.gif")
     assert os.listdir(tmp_path) == []
 

@@ -7,13 +7,14 @@ from contextlib import suppress
 from warpvec.errors import InputError
 from warpvec.writers.png import canvas_of, drawing_size
 from warpvec.writers.registry import WRITERS
+from warpvec.writers.writer import Target
 
 MEDIA_TYPES = {suffix[1:]: writer.media_type for suffix, writer in WRITERS.items()}
 """Format -> the type that the answer states."""
 
 
 def usable_formats() -> list[str]:
-    """Return the formats that can be written here; PDF and EPS need CairoSVG and the library cairo."""
+    """Return the formats that can be written here; some need packages of an extra."""
     found = []
     for suffix, writer in WRITERS.items():
         with suppress(InputError):
@@ -38,4 +39,4 @@ def encode(text: str, kind: str, width: int | None = None, *, transparent: bool 
         raise InputError("format", f"must be one of {', '.join(MEDIA_TYPES)}", repr(kind), "reload the page")
     drawing_size(text)
     canvas = canvas_of(text, width, transparent=transparent) if kind == "png" else None
-    return WRITERS[f".{kind}"].encode(text, canvas)
+    return WRITERS[f".{kind}"].encode(text, Target(canvas))

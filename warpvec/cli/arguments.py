@@ -14,7 +14,7 @@ from warpvec.errors import InputError
 from warpvec.files import check_writable, naming_errors, write_atomic
 from warpvec.inputs import read_file
 from warpvec.writers.registry import SVG_SUFFIXES, WRITERS, encode, listed, writer_of
-from warpvec.writers.writer import Canvas
+from warpvec.writers.writer import DEFAULT_TARGET, Target
 
 if TYPE_CHECKING:
     import numpy as np
@@ -155,10 +155,10 @@ def read_bytes(path: str, limit: int, name: str, kind: str = "a file") -> bytes:
     return read_stdin(limit, name) if path == "-" else read_file(path, limit, name, kind)
 
 
-def write_drawing(text: str, out: str, canvas: Canvas | None = None) -> None:
+def write_drawing(text: str, out: str, target: Target = DEFAULT_TARGET) -> None:
     """Write the SVG ``text`` to the file ``out``, whole or not at all; or to stdout for "-".
 
-    The suffix decides the kind of file. The ``canvas`` is for pictures.
+    The suffix decides the kind of file. The ``target`` is for some kinds.
 
     Raises:
         OSError: it cannot be written; the error has the file's name.
@@ -167,4 +167,4 @@ def write_drawing(text: str, out: str, canvas: Canvas | None = None) -> None:
         with naming_errors("stdout"):
             write_stdout(text.encode())
     else:
-        write_atomic(out, encode(text, out, canvas))
+        write_atomic(out, encode(text, out, target))

@@ -35,6 +35,9 @@ class FileOptions:
     no_metadata: bool = setting(False, Flag(), "Leave the settings (1 KB) out of the file.", RESULT)
     """Leave the settings of the fit, about 1 KB, out of the file."""
 
+    dxf_splines: bool = setting(False, Flag(), "DXF: write curves as splines, not as short lines.", RESULT)
+    """Write outlines with curves as splines in DXF files, in place of chords within 0.01 mm."""
+
     def __post_init__(self) -> None:
         for name, each in settings_of(FileOptions).items():
             object.__setattr__(self, name, each.kind.check(name, getattr(self, name)))

@@ -65,6 +65,11 @@ def arc_rows(step: Ticks, arc: Arc) -> Ticks:
     return np.rint(rows).astype(np.int64)
 
 
+def turn_of(step: Ticks, arc: Arc) -> float:
+    """Return by how many radians an ``arc`` from 0 to the place ``step`` [2] turns; above 0 if it is clockwise."""
+    return _circle(step, arc).turn
+
+
 def arc_of(rows: Ticks, step: Ticks) -> Arc | None:
     """Return the arc that stands for just the cubics ``rows`` [n, 3, 2] from 0 to ``step`` [2]; None if none does."""
     for arc in _near(rows.astype(np.float64), step):

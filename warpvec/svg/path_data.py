@@ -276,6 +276,15 @@ def _commands(relative: Ticks, is_line: NDArray[np.bool_], rows: list[int], deci
     return "".join(text)
 
 
+def arcs_of(loop: Loop) -> dict[int, tuple[int, Ticks, Arc]]:
+    """Return by their first row the arcs that a file states for rows of ``loop``.
+
+    Of each: the row after the last, the place of its end from its start, and the arc. A whole circle is two halves.
+    """
+    rows = len(loop.ticks) - loop.is_open
+    return _arcs(_relative(loop.ticks)[:rows], loop.is_line[:rows])
+
+
 def _arcs(relative: Ticks, is_line: NDArray[np.bool_]) -> dict[int, tuple[int, Ticks, Arc]]:
     """Return by their first row the arcs of a line: the row after the last, the place of the end, and the arc.
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import ModuleType
 
 from warpvec.errors import InputError
-from warpvec.writers.writer import Canvas, Writer
+from warpvec.writers.writer import Target, Writer
 
 
 def load(path: str, name: str) -> ModuleType:
@@ -33,12 +33,12 @@ def load(path: str, name: str) -> ModuleType:
 def writer(suffix: str, media_type: str, method: str) -> Writer:
     """Return the writer of files with this ``suffix``, which a ``method`` of CairoSVG makes."""
 
-    def encode(svg: str, canvas: Canvas | None) -> bytes:
+    def encode(svg: str, target: Target) -> bytes:
         from warpvec.writers.round_corners import (
             with_round_paths,
         )  # not above: it takes time that the help does without
 
-        del canvas
+        del target
         module = load(f"drawing{suffix}", "path")
         data: bytes = getattr(module, method)(bytestring=with_round_paths(svg).encode())
         return data

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from warpvec.errors import InputError
-from warpvec.writers.writer import Canvas, Writer
+from warpvec.writers.writer import Canvas, Target, Writer
 
 SIDE_MAX = 16_384
 """Longest side of a PNG in pixels; the area has the limit of all pictures."""
@@ -40,11 +40,11 @@ def canvas_of(svg: str, width: float | None = None, *, transparent: bool = False
     return Canvas(round(columns), round(rows), transparent)
 
 
-def _encode(svg: str, canvas: Canvas | None) -> bytes:
+def _encode(svg: str, target: Target) -> bytes:
     from warpvec.image.write import png_bytes
     from warpvec.svg.measure import draw
 
-    width, height, transparent = canvas or canvas_of(svg)
+    width, height, transparent = target.canvas or canvas_of(svg)
     return png_bytes(draw(svg, width, height, transparent=transparent))
 
 

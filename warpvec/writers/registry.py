@@ -8,9 +8,9 @@ from pathlib import Path
 
 from warpvec.errors import InputError
 from warpvec.writers import svg, svgz
-from warpvec.writers.writer import Canvas, Writer
+from warpvec.writers.writer import DEFAULT_TARGET, Target, Writer
 
-_FILES = ("svg", "svgz", "png", "pdf", "eps")
+_FILES = ("svg", "svgz", "png", "pdf", "eps", "dxf")
 """Modules of this folder with a `WRITER`, in the order of messages."""
 
 _FOUND: list[Writer] = [import_module(f"warpvec.writers.{name}").WRITER for name in _FILES]
@@ -45,10 +45,10 @@ def listed(suffixes: tuple[str, ...]) -> str:
     return f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
 
 
-def encode(text: str, path: str | os.PathLike[str], canvas: Canvas | None = None) -> bytes:
+def encode(text: str, path: str | os.PathLike[str], target: Target = DEFAULT_TARGET) -> bytes:
     """Return the bytes of the file ``path`` of the SVG ``text``; see `Writer.encode`.
 
     Raises:
         InputError: what the writer needs is missing.
     """
-    return writer_of(path).encode(text, canvas)
+    return writer_of(path).encode(text, target)

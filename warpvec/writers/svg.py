@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from warpvec.writers.writer import Canvas, Writer
+from warpvec.writers.writer import Target, Writer
 
 
-def _encode(svg: str, canvas: Canvas | None) -> bytes:
-    del canvas
+def _encode(svg: str, target: Target) -> bytes:
+    del target
     return svg.encode()
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from warpvec.files import gzip_bytes
-from warpvec.writers.writer import Canvas, Writer
+from warpvec.writers.writer import Target, Writer
 
 
-def _encode(svg: str, canvas: Canvas | None) -> bytes:
-    del canvas
+def _encode(svg: str, target: Target) -> bytes:
+    del target
     return gzip_bytes(svg.encode())
 
 

@@ -20,6 +20,22 @@ class Canvas(NamedTuple):
     transparent: bool = False
 
 
+class Target(NamedTuple):
+    """What some writers need to know beside the drawing.
+
+    Attributes:
+        canvas: the pixels of a picture; None for the size of the drawing.
+        splines: whether a file for cutters has splines in place of chords.
+    """
+
+    canvas: Canvas | None = None
+    splines: bool = False
+
+
+DEFAULT_TARGET = Target()
+"""A picture has the size of the drawing."""
+
+
 @dataclass(frozen=True)
 class Writer:
     """A kind of file.
@@ -27,12 +43,12 @@ class Writer:
     Attributes:
         suffix: suffix of the file's name, with its dot, in small letters.
         media_type: type of the file on the web.
-        encode: returns the bytes of the file of an SVG text. The canvas is for pictures; None for the drawing's size.
+        encode: returns the bytes of the file of an SVG text for a target.
         check: raises InputError if a package or library that the writer needs is missing. It gets the path of the file
             and its name in messages.
     """
 
     suffix: str
     media_type: str
-    encode: Callable[[str, Canvas | None], bytes]
+    encode: Callable[[str, Target], bytes]
     check: Callable[[str, str], object] = lambda path, name: None

@@ -72,7 +72,7 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
         place_on_picture(loaded, request.picture, "--from")  # report a wrong picture before anything is written
         write_config(options, config, undecided=[name for name in DECIDED if options[name] is None])
         result = Result(mode.draw(request), watch.facts())
-    write_drawing(result.svg(), out, result.canvas)
+    write_drawing(result.svg(), out, result.target)
     if iterations != 0 and config.gradients == "auto" and not options["quiet"] and not result.metrics["gradients"]:
         click.echo("warpvec: no path got a gradient: none would have made the picture plainly better", err=True)
     end_fit(ctx, result, out, options)

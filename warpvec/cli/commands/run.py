@@ -153,7 +153,7 @@ def _fit(
         result = Result(draw_picture(request, photo_mode), watch.facts())
         # Written before the video is finished: the fit is worth more than its video.
         try:
-            write_drawing(result.svg(), out, result.canvas)
+            write_drawing(result.svg(), out, result.target)
         except OSError as error:
             failure = error
         recorder.end(result)

@@ -1,0 +1,161 @@
+"""DXF files for cutters, read back by ezdxf and compared with the SVG as svgelements reads it."""
+
+from __future__ import annotations
+
+import sys
+from io import StringIO
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from logo import logo
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree  # type: ignore[import-untyped]
+from svgelements import SVG, Shape
+from svgelements import Path as SvgPath
+
+import warpvec
+from warpvec.errors import InputError
+from warpvec.writers.registry import encode
+from warpvec.writers.writer import Target
+
+ezdxf = pytest.importorskip("ezdxf")
+
+HEAD = '<svg xmlns="http://www.w3.org/2000/svg" width="300mm" height="200mm" viewBox="0 0 240 160">'
+FORMS = """<circle fill="#182" cx="60" cy="60" r="50"/>
+<ellipse fill="#27c" cx="170" cy="40" rx="20" ry="30" transform="rotate(30 170 40)"/>
+<rect fill="#b3b" x="130" y="90" width="90" height="60" rx="25" transform="rotate(-10 175 120)"/>
+<rect fill="#b3b" x="10" y="120" width="40" height="30"/>"""
+PATHS = """<path fill="#c22" d="M20.02 20h80a30 30 0 0 1 0 60h-80zm40 30a10 10 0 0 0-20 0a10 10 0 0 0 20 0z"/>
+<path fill="#128" d="M120 20c40-30 90 20 60 60c-30 30-70 10-70-20z"/>
+<path fill="none" stroke="#c22" stroke-width="5" stroke-linecap="round" d="M20 100c30-20 50 30 90 10l10 30"/>
+<path fill="none" stroke="#000" stroke-width="3" d="M130 110h60v30z"/>"""
+PAGE = '<rect width="240" height="160" fill="#fff"/><path fill="#eee" d="M-1-1h242v162h-242z"/>'
+
+
+def svg(shapes: str) -> str:
+    return f"{HEAD}\n{shapes}\n</svg>"
+
+
+def read(data: bytes, folder: Path) -> Any:
+    path = folder / "drawing.dxf"
+    path.write_bytes(data)
+    document = ezdxf.readfile(path)
+    auditor = document.audit()
+    assert not auditor.errors and not auditor.fixes
+    return document
+
+
+def points_of_dxf(document: Any) -> NDArray[np.float64]:
+    """Return points every 0.01 mm along all entities, with y down."""
+    entities = [
+        part
+        for each in document.modelspace()
+        for part in (each.virtual_entities() if each.dxftype() == "LWPOLYLINE" else [each])
+    ]
+    return np.concatenate([dense(line_of(each)) for each in entities]) * (1, -1) + (0, 200)
+
+
+def line_of(entity: Any) -> NDArray[np.float64]:
+    if entity.dxftype() == "LINE":
+        points = [entity.dxf.start, entity.dxf.end]
+    else:
+        points = list(entity.flattening(0.0005))
+    return np.array([tuple(point)[:2] for point in points])
+
+
+def points_of_svg(text: str) -> NDArray[np.float64]:
+    """Return points along all shapes but the page, in millimetres, without any code of warpvec."""
+    lines = []
+    for element in SVG.parse(StringIO(text.replace(PAGE, "")), reify=True, ppi=25.4).elements():
+        if isinstance(element, Shape):
+            for part in SvgPath(element).reify().as_subpaths():
+                steps = [segment.npoint(np.linspace(0, 1, 400)) for segment in SvgPath(part) if segment.length() > 0]
+                lines += [dense(np.asarray(step).reshape(-1, 2)) for step in steps]
+    return np.concatenate(lines)
+
+
+def dense(line: NDArray[np.float64]) -> NDArray[np.float64]:
+    parts = []
+    for start, end in pairwise(line):
+        count = 2 + int(np.hypot(*(end - start)) / 0.01)
+        parts.append(start + np.linspace(0, 1, count)[:, None] * (end - start))
+    return np.concatenate(parts)
+
+
+def farthest(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    """Return the Hausdorff distance of two sets of points."""
+    distances = (cKDTree(a).query(b)[0].max() for a, b in ((first, second), (second, first)))
+    return float(max(distances))
+
+
+@pytest.mark.parametrize("splines", [False, True])
+def test_a_dxf_file_is_the_svg_within_a_fiftieth_of_a_millimetre(splines: bool, tmp_path: Path) -> None:
+    text = svg(PAGE + FORMS + PATHS)
+    document = read(encode(text, "a.dxf", Target(splines=splines)), tmp_path)
+    assert document.units == ezdxf.units.MM
+    assert farthest(points_of_dxf(document), points_of_svg(text)) < 0.02
+
+
+def test_circles_arcs_and_ellipses_are_true_ones(tmp_path: Path) -> None:
+    space = read(encode(svg(PAGE + FORMS + PATHS), "a.dxf"), tmp_path).modelspace()
+    kinds = [each.dxftype() for each in space]
+    assert kinds == [
+        *("CIRCLE", "ELLIPSE", "LWPOLYLINE", "LWPOLYLINE"),
+        *("LWPOLYLINE", "CIRCLE", "LWPOLYLINE", "LWPOLYLINE", "LWPOLYLINE"),
+    ]
+    circle, _, round_rect, rect, flag, hole, blob, line, triangle = space
+    assert (round(circle.dxf.radius, 3), round(hole.dxf.radius, 3)) == (62.5, 12.5)
+    assert [len(each) for each in (round_rect, rect, flag, triangle)] == [8, 4, 4, 3]
+    assert sum(abs(bulge) > 0.99 for *_, bulge in flag.get_points("xyb")) == 1
+    assert [each.closed for each in (round_rect, rect, flag, blob, line, triangle)] == [
+        True,
+        True,
+        True,
+        True,
+        False,
+        True,
+    ]
+
+
+def test_a_layer_holds_a_colour_and_the_page_is_not_a_part(tmp_path: Path) -> None:
+    document = read(encode(svg(PAGE + FORMS + PATHS), "a.dxf"), tmp_path)
+    of_shapes = {each.dxf.layer for each in document.modelspace()}
+    assert of_shapes == {"#118822", "#2277cc", "#bb33bb", "#cc2222", "#112288", "#000000"}
+    assert {name: document.layers.get(name).rgb for name in ("#cc2222",)} == {"#cc2222": (0xCC, 0x22, 0x22)}
+
+
+@pytest.mark.parametrize(
+    ("data", "kind"),
+    [
+        ("M20 20h80", "LINE"),
+        ("M20.02 20a30 30 0 0 1 60 0", "ARC"),
+        ("M20.02 20a30 30 0 0 0 60 0", "ARC"),
+        ("M20 20h0", "POINT"),
+    ],
+)
+def test_a_stroke_of_one_piece_is_a_single_entity(data: str, kind: str, tmp_path: Path) -> None:
+    text = svg(f'<path fill="none" stroke="#000" stroke-width="2" stroke-linecap="round" d="{data}"/>')
+    document = read(encode(text, "a.dxf"), tmp_path)
+    (entity,) = document.modelspace()
+    assert entity.dxftype() == kind
+    if kind != "POINT":
+        assert farthest(points_of_dxf(document), points_of_svg(text)) < 0.02
+
+
+def test_a_saved_drawing_has_true_circles_and_the_same_bytes_each_time(tmp_path: Path) -> None:
+    result = warpvec.vectorize(logo(), background="white", cutout=True, size="90mm", threads=1)
+    for name in ("a.dxf", "b.DXF"):
+        result.save(tmp_path / name)
+    data = (tmp_path / "a.dxf").read_bytes()
+    assert data == (tmp_path / "b.DXF").read_bytes()
+    circles = read(data, tmp_path).modelspace().query("CIRCLE")
+    assert sorted(round(each.dxf.radius) for each in circles) == [11, 11, 23]
+
+
+def test_without_ezdxf_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ezdxf", None)
+    with pytest.raises(InputError, match=r"unless ezdxf is installed, which writes .dxf.*warpvec\[cut\]"):
+        encode(svg(FORMS), tmp_path / "out.dxf")

@@ -1,0 +1,158 @@
+"""Write parts as DXF, by ezdxf (MIT, Manfred Moitzi), the extra "cut".
+
+Lengths are in millimetres, and a layer holds the parts of one colour. Circles, ellipses and arcs are true ones; cubics
+become chords, or splines on request. A stroke is its centre line.
+"""
+
+from __future__ import annotations
+
+import math
+from io import StringIO
+from itertools import pairwise
+from typing import Any
+
+import ezdxf
+import numpy as np
+from ezdxf.colors import aci2rgb
+
+from warpvec.arrays import Floats
+from warpvec.making.curves import Piece
+from warpvec.making.parts import Circle, Ellipse, Outline, Part, Shape, Sheet
+
+_VERSION = "R2010"
+"""Version of the format: the first that ezdxf recommends for new files, and that cutters' programs of today read."""
+
+_EIGHTH = math.pi / 4.0
+"""Most radians that a cubic of a spline turns for an arc; it is then within 5e-6 of the radius."""
+
+
+def encode_sheet(sheet: Sheet, *, splines: bool = False) -> bytes:
+    """Return the bytes of a DXF file of the parts of ``sheet``; equal parts give equal bytes.
+
+    Args:
+        sheet: the parts.
+        splines: write outlines with cubics as splines.
+    """
+    before = ezdxf.options.write_fixed_meta_data_for_testing
+    ezdxf.options.write_fixed_meta_data_for_testing = True  # no times and no random numbers
+    try:
+        document = ezdxf.new(_VERSION, units=ezdxf.units.MM)
+        document.header["$EXTMIN"], document.header["$EXTMAX"] = (0.0, 0.0, 0.0), (sheet.width, sheet.height, 0.0)
+        for color in dict.fromkeys(part.color for part in sheet.parts):
+            document.layers.add(color, color=_nearest_index(color), true_color=int(color[1:], 16))
+        drawer = _Drawer(document.modelspace(), sheet.height, splines)
+        for part in sheet.parts:
+            drawer.draw(part)
+        return _bytes_of(document)
+    finally:
+        ezdxf.options.write_fixed_meta_data_for_testing = before
+
+
+def _bytes_of(document: Any) -> bytes:
+    text = StringIO()
+    document.write(text)
+    data: bytes = document.encode(text.getvalue())
+    return data
+
+
+def _nearest_index(color: str) -> int:
+    """Return the number of the colour of AutoCAD's table that is nearest: programs of cutters choose tools by it."""
+    wanted = np.frombuffer(bytes.fromhex(color[1:]), np.uint8).astype(np.int64)
+    table = np.array([aci2rgb(index) for index in range(1, 256)], np.int64)
+    return 1 + int(np.square(table - wanted).sum(1).argmin())
+
+
+class _Drawer:
+    """Draws parts into a space of a document, where y points up."""
+
+    def __init__(self, space: Any, height: float, splines: bool) -> None:
+        self._space, self._height, self._splines = space, height, splines
+
+    def draw(self, part: Part) -> None:
+        """Draw a part on the layer of its colour."""
+        for shape in part.shapes:
+            self._draw_shape(shape, {"layer": part.color})
+
+    def _draw_shape(self, shape: Shape, where: dict[str, str]) -> None:
+        if isinstance(shape, Circle):
+            self._space.add_circle((shape.x, self._height - shape.y), shape.radius, dxfattribs=where)
+        elif isinstance(shape, Ellipse):
+            self._draw_ellipse(shape, where)
+        elif self._splines and any(piece.is_cubic for piece in shape.pieces):
+            self._draw_spline(shape, where)
+        else:
+            self._draw_outline(shape, where)
+
+    def _draw_ellipse(self, ellipse: Ellipse, where: dict[str, str]) -> None:
+        is_first = ellipse.first >= ellipse.second
+        longer, shorter = sorted((ellipse.first, ellipse.second), reverse=True)
+        angle = -ellipse.angle + (0.0 if is_first else math.pi / 2.0)
+        axis = longer * math.cos(angle), longer * math.sin(angle)
+        center = ellipse.x, self._height - ellipse.y
+        self._space.add_ellipse(center, axis, max(shorter / longer, 1e-6), dxfattribs=where)
+
+    def _draw_outline(self, outline: Outline, where: dict[str, str]) -> None:
+        vertices = [(*point, bulge) for piece in outline.pieces for point, bulge in self._vertices(piece)]
+        last = outline.pieces[-1]
+        if not outline.is_closed and len(vertices) == 1:
+            self._draw_single(last, where)
+            return
+        if not outline.is_closed:
+            vertices.append((*self._up(last.points[-1:])[0], 0.0))
+        self._space.add_lwpolyline(vertices, format="xyb", close=outline.is_closed, dxfattribs=where)
+
+    def _draw_single(self, piece: Piece, where: dict[str, str]) -> None:
+        """Draw an open line of one piece: a point, a line or an arc."""
+        start, end = self._up(piece.points[[0, -1]])
+        if not piece.length:
+            self._space.add_point(start, dxfattribs=where)
+        elif not piece.bulge:
+            self._space.add_line(start, end, dxfattribs=where)
+        else:
+            x, y, radius = piece.circle
+            y = self._height - y
+            angles = [math.degrees(math.atan2(point[1] - y, point[0] - x)) for point in (start, end)]
+            angles = angles if piece.bulge < 0.0 else angles[::-1]  # an ARC goes counterclockwise
+            self._space.add_arc((x, y), radius, *angles, dxfattribs=where)
+
+    def _vertices(self, piece: Piece) -> list[tuple[tuple[float, float], float]]:
+        """Return the places where the chords of a piece start, and their bulges."""
+        if piece.is_cubic:
+            return [(point, 0.0) for point in self._up(piece.chords())]
+        return [(point, -piece.bulge) for point in self._up(piece.points[:1])]
+
+    def _draw_spline(self, outline: Outline, where: dict[str, str]) -> None:
+        cubics = [cubic for piece in outline.pieces for cubic in _cubics(piece)]
+        if outline.is_closed and (cubics[-1][3] != cubics[0][0]).any():
+            cubics.append(_line_cubic(cubics[-1][3], cubics[0][0]))
+        points = np.concatenate([cubics[0][:1], *(cubic[1:] for cubic in cubics)])
+        inner = [knot for knot in range(1, len(cubics)) for _ in range(3)]
+        knots = [0.0] * 4 + [float(knot) for knot in inner] + [float(len(cubics))] * 4
+        spline = self._space.add_open_spline(self._up(points), degree=3, knots=knots, dxfattribs=where)
+        if outline.is_closed:
+            spline.dxf.flags |= spline.CLOSED
+
+    def _up(self, points: Floats) -> list[tuple[float, float]]:
+        return [(x, self._height - y) for x, y in points.tolist()]
+
+
+def _cubics(piece: Piece) -> list[Floats]:
+    """Return the cubics [4, 2] of a piece."""
+    if piece.is_cubic:
+        return [piece.points]
+    if not piece.bulge:
+        return [_line_cubic(piece.points[0], piece.points[1])]
+    x, y, radius = piece.circle
+    turn = 4.0 * math.atan(piece.bulge)
+    count = math.ceil(abs(turn) / _EIGHTH)
+    start = math.atan2(piece.points[0, 1] - y, piece.points[0, 0] - x)
+    angle = start + turn * np.arange(count + 1) / count
+    places = np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], 1)
+    places[0], places[-1] = piece.points[0], piece.points[1]
+    handle = 4.0 / 3.0 * math.tan(turn / count / 4.0) * radius * np.stack([-np.sin(angle), np.cos(angle)], 1)
+    rows = zip(pairwise(places), pairwise(handle), strict=True)
+    return [np.stack([a, a + leaving, b - arriving, b]) for (a, b), (leaving, arriving) in rows]
+
+
+def _line_cubic(start: Floats, end: Floats) -> Floats:
+    return start + np.linspace(0.0, 1.0, 4)[:, None] * (end - start)
