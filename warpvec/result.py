@@ -25,6 +25,7 @@ from warpvec.rendering.draw import draw_8_bits, draw_exactly, draw_pixels
 from warpvec.rendering.thread_pool import usable_threads
 from warpvec.svg.layers import prefixes, read_layers
 from warpvec.svg.measure import evaluate, file_facts
+from warpvec.svg.write import hex_colors
 from warpvec.watch.progress import HistoryEntry
 from warpvec.watch.watch import RunFacts
 from warpvec.writers.registry import check_suffix, encode
@@ -159,11 +160,12 @@ class Result:
         is the PSNR of the fit's own renderer: for "exact" that of `render` against the picture, for others that of
         `soft_image` against the reduced picture. The image is first clamped and rounded to 8 bits, which changes the
         PSNR by 0.01 dB at 32 dB. ``conversion_px`` is the largest distance of the file's cubics from the fitted curves,
-        in pixels of the picture, before rounding. ``threads`` is the largest number of CPU threads, None on a GPU.
-        ``unchanged`` tells if the file is the given one as it came in. ``bytes`` and ``gzip_bytes`` are sizes of the
-        SVG text, plain and gzipped. ``levels`` lists ``curves`` and ``psnr`` of each prefix of the layers, after a fit
-        with ``lod``. ``goal`` holds the facts about the goal. Drawings in the mode lines also have ``lines``,
-        ``line_widths``, ``wide_areas`` and ``pen_up``: see `warpvec.modes.lines`.
+        in pixels of the picture, before rounding. ``colors`` lists the colours if their number or a palette is given.
+        ``threads`` is the largest number of CPU threads, None on a GPU. ``unchanged`` tells if the file is the given
+        one as it came in. ``bytes`` and ``gzip_bytes`` are sizes of the SVG text, plain and gzipped. ``levels`` lists
+        ``curves`` and ``psnr`` of each prefix of the layers, after a fit with ``lod``. ``goal`` holds the facts about
+        the goal. Drawings in the mode lines also have ``lines``, ``line_widths``, ``wide_areas`` and ``pen_up``: see
+        `warpvec.modes.lines`.
         """
         drawing, opacity, picture = self.drawing, self.scene.opacity, self.picture
         rows, columns = picture.reduced_size
@@ -179,6 +181,7 @@ class Result:
             "internal_psnr": self._internal_psnr(),
             "degree": drawing.fitted.degree,
             "conversion_px": drawing.conversion_px,
+            "colors": self._colors() if self.config.colors or self.config.palette else None,
             "mean_opacity": opacity.mean().item() if len(opacity) else 0.0,
             "width": picture.width,
             "height": picture.height,
@@ -192,6 +195,12 @@ class Result:
             "goal": drawing.goal_facts,
             "levels": self._levels() if self.config.lod else None,
         }
+
+    def _colors(self) -> list[str]:
+        """Return the colours of the file, the canvas first and then from bottom to top."""
+        scene = self.scene.cpu()
+        canvas = [] if scene.transparent else hex_colors(scene.background[None])
+        return list(dict.fromkeys([*canvas, *hex_colors(scene.color)]))
 
     def _levels(self) -> list[dict[str, Any]]:
         """Return the number of paths and the PSNR of each prefix of the layers as a picture of its own."""

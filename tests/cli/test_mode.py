@@ -128,4 +128,15 @@ def test_the_summary_counts_what_is_left_out(tmp_path: Path) -> None:
     ink[50, 50] = ink[55, 20] = 0
     Image.fromarray(ink).save(tmp_path / "scan.png")
     result = invoke("run", tmp_path / "scan.png", "--mode", "mono")
-    assert "left out: 2 specks" in result.stdout
+    assert "2 specks removed" in result.stdout
+
+
+def test_the_summary_lists_the_colours_and_the_size_in_millimetres(tmp_path: Path) -> None:
+    image = np.full((48, 64, 3), (255, 255, 255), np.uint8)
+    image[8:24, 8:24], image[28:40, 30:50] = (200, 0, 0), (0, 0, 200)
+    Image.fromarray(image).save(tmp_path / "flags.png")
+    result = invoke("run", tmp_path / "flags.png", "--palette", "white,#c80000,#0000c8,lime", "--size", "2in")
+    assert "gzipped; 50.8 x 38.1 mm" in result.stdout
+    assert "3 colours: #fff, #c80000, #0000c8" in result.stdout
+    assert "of these 2 rectangles; " in result.stdout
+    assert "shape" not in result.stdout

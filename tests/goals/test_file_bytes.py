@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
 import pytest
 
+import warpvec
 from warpvec.errors import InputError
 from warpvec.goals.file_bytes import parse_size
+from warpvec.modes import choice
 
 
 @pytest.mark.parametrize(
@@ -27,3 +32,20 @@ def test_a_text_that_is_not_a_size_is_refused_in_one_line(text: str) -> None:
     with pytest.raises(InputError, match="^max_bytes must be a size such as 50000, 80k or 1.5M, got ") as caught:
         parse_size("max_bytes", text)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("options", [{}, {"gzip": True}, {"size": "90mm"}, {"minify": False}])
+def test_a_size_that_no_file_has_is_refused_before_the_work(
+    options: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(choice, "chosen_mode", None)  # the work begins with it
+    photo = np.zeros((30, 40, 3), np.uint8)
+    with pytest.raises(InputError, match=r"^max_bytes is too small for one path, got 90; give more than 1\d\d$"):
+        warpvec.vectorize(photo, max_bytes=90, **options)
+
+
+def test_a_size_that_a_file_of_one_path_has_is_not_refused() -> None:
+    photo = np.zeros((30, 40, 3), np.uint8)
+    photo[10:20, 10:20] = 255
+    smallest = warpvec.vectorize(photo, mode="flat", minify=True).metrics["bytes"]
+    assert warpvec.vectorize(photo, mode="flat", max_bytes=smallest).metrics["bytes"] <= smallest

@@ -29,7 +29,7 @@ POINTS_PER_MM = 72 / 25.4
     ("size", "sides"),
     [
         ("90mm", ("90mm", "60mm")), (" 1.5 IN ", ("1.5in", "1in")), ("1cm", ("1cm", "0.6667cm")),
-        ("36pt", ("36pt", "24pt")), ("300", ("300", "200")), ("12px", ("12", "8")), ("250%", ("120", "80")),
+        ("36pt", ("36pt", "24pt")), ("300px", ("300", "200")), ("12px", ("12", "8")), ("250%", ("120", "80")),
     ],
 )  # fmt: skip
 def test_the_size_is_that_of_the_root_and_the_view_box_stays(size: str, sides: tuple[str, str]) -> None:
@@ -44,6 +44,11 @@ def test_a_sized_drawing_is_measured_and_read_back_as_one_of_its_pixels() -> Non
     assert (loaded.width, loaded.height, loaded.sides) == (48, 32, ("90mm", "60mm"))
     assert warpvec.refine(PHOTO, sized.svg(), iterations=0).svg() == sized.svg()
     assert 'width="12" height="8"' in warpvec.refine(PHOTO, sized.svg(), iterations=0, size="25%").svg()
+
+
+def test_a_size_without_a_unit_is_refused_with_the_two_that_may_be_meant() -> None:
+    with pytest.raises(InputError, match="size must have a unit.* got '90'; give 90mm or 90px"):
+        vectorize_briefly(PHOTO, size="90")
 
 
 @pytest.mark.parametrize("size", ["", "0mm", "-3cm", "3 feet", "1e3mm", "9999999999px", "99999999mm", 90, "mm", "5%%"])

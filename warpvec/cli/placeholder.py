@@ -69,12 +69,12 @@ def _summarize(found: Placeholder, photo: NDArray[np.float32], out: str, as_json
     """Print the figures of a placeholder, to stderr if the data URI went to stdout."""
     from warpvec.svg.measure import file_quality
 
-    facts: dict[str, float] = {"uri_bytes": len(found.uri), "bytes": len(found.svg), "shapes": found.shape_count}
+    facts: dict[str, float] = {"uri_bytes": len(found.uri), "bytes": len(found.svg), "paths": found.shape_count}
     facts |= file_quality(found.svg, photo)
     start = "data URI of" if out == "-" else f"{in_one_line(out)}: {facts['bytes']:,} bytes,"
     size = f"{facts['uri_bytes']:,} bytes" if out == "-" else f"{facts['uri_bytes']:,} as a data URI"
     text = (
-        f"{start} {size}, {counted(found.shape_count, 'shape')}\n"
+        f"{start} {size}, {counted(found.shape_count, 'path')}\n"
         f"PSNR {facts['psnr']:.2f} dB, SSIM {facts['ssim']:.3f} (drawn by resvg at the size of the image)"
     )
     click.echo(json.dumps(finite(facts)) if as_json else text, err=out == "-")

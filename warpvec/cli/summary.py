@@ -65,6 +65,10 @@ _WIDTHS_SHOWN = 4
 """Widths of lines that the summary lists."""
 
 
+_REMOVED = {"node": "needless node", "path": "needless path", "loop": "needless loop of a path", "speck": "speck"}
+"""Name of what a drawing leaves out -> the same in the summary."""
+
+
 def finite(value: object) -> Any:
     """Return ``value`` with None in place of each infinite number."""
     if isinstance(value, dict):
@@ -78,13 +82,17 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     backdrops = ", over black and over white" if metrics["transparent"] else ""
     gradients = f" ({metrics['gradients']} with a gradient)" if metrics["gradients"] else ""
     counts = f"{counted(metrics['curves'], 'path')}{gradients}, {counted(metrics['segments'], 'segment')}"
+    size = "" if metrics["millimeters"] is None else "; {:.4g} x {:.4g} mm".format(*metrics["millimeters"])
     as_svg = "" if writer_of(out).suffix in SVG_SUFFIXES else " as SVG"
     lines = [
-        f"{{out}}: {counts}, {{bytes:,}} bytes{as_svg}, {{gzip_bytes:,}} gzipped",
+        f"{{out}}: {counts}, {{bytes:,}} bytes{as_svg}, {{gzip_bytes:,}} gzipped{size}",
         f"PSNR {{psnr:.2f}} dB, SSIM {{ssim:.3f}} (file drawn by resvg{backdrops})",
     ]
-    if metrics["strokes"] or any(metrics[name] for name in ("circles", "ellipses", "rects")):
-        lines.insert(1, "{found}")
+    kinds = [words for kind, words in metrics["kinds"].items() if kind != "path"]
+    if kinds:
+        lines.insert(1, f"of these {', '.join(kinds)}; {counted(metrics['parameters'], 'parameter')}")
+    if metrics.get("colors"):
+        lines.insert(1, f"{counted(len(metrics['colors']), 'colour')}: {', '.join(metrics['colors'])}")
     if "lines" in metrics:
         lines.insert(1, _lines_of(metrics))
     if metrics.get("start_psnr") is not None:
@@ -106,9 +114,9 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         is_decided = metrics["mode_reason"].startswith(_BECAUSE)
         hint = "else the picture decides" if is_decided else f"--mode {mode.likeliest_other} overrides"
         lines.append(f"mode: {mode.title} ({{mode_reason}}); {hint}")
-    left_out = [counted(count, name) for name, count in metrics.get("left_out", {}).items() if count]
-    if left_out:
-        lines.append("left out: " + ", ".join(left_out))
+    removed = [counted(count, _REMOVED.get(name, name)) for name, count in metrics.get("left_out", {}).items() if count]
+    if removed:
+        lines.append(f"{', '.join(removed)} removed")
     if metrics.get("levels"):
         parts = (f"{counted(level['curves'], 'path')} {level['psnr']:.2f} dB" for level in metrics["levels"])
         lines.append("up to each level: " + ", ".join(parts))

@@ -173,6 +173,16 @@ class Encoding:
             sides=self.sides if size is None else sides_of(size, columns, rows), layer_names=self.layer_names,
         )  # fmt: skip
 
+    def least_text(self) -> str:
+        """Return a text shorter than that of any drawing: one path in a view box of the fewest digits."""
+        picture, size = self.picture, self.options.size
+        sides = str(picture.width), str(picture.height)
+        sides = self.sides or sides if size is None else sides_of(size, picture.width, picture.height)
+        black, generation = torch.zeros(1, 3), torch.zeros(1, dtype=torch.int64)
+        points = torch.zeros(1, 3, 2)
+        path = Scene.uniform(points, black, torch.ones(1), black[0], generation, transparent=True)
+        return write_minified(path, 1, 1, sides)
+
     def text_psnr(self, text: str) -> float:
         """Return the PSNR in dB of the SVG ``text`` against the picture, as resvg draws it."""
         return psnr(draw_like(text, self.picture.pixels), self.picture.pixels)

@@ -145,5 +145,4 @@ def with_curves(settings: dict[str, Any], curves: int | str | None, goal: Goal) 
 def describe(facts: Mapping[str, Any]) -> str:
     """Return the facts of `warpvec.goals.search.make_facts` as one line of text."""
     parts = [quantity.describe(facts) for name, quantity in QUANTITIES.items() if facts[name] is not None]
-    counts = ", ".join(str(trial["curves"]) for trial in facts["trials"])
-    return f"goal: {'; '.join(parts) or 'as many paths as pay'}; fits made with {counts} paths"
+    return f"goal: {'; '.join(parts) or 'as many paths as pay'}"

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
 from warpvec.drawing.drawing import Drawing
+from warpvec.drawing.encoding import Encoding
 from warpvec.errors import InputError
 from warpvec.files import text_bytes
 from warpvec.goals.goal import Goal
@@ -80,6 +81,20 @@ def meet(goal: Goal, knob: Knob) -> Drawing:
     best = _chosen(goal, knob, trials)
     drawing, trial = _cut(drawings[best], trials[best], goal, knob, trials)
     return replace(drawing, goal_facts=make_facts(goal, trials, trial))
+
+
+def check_possible(goal: Goal, encoding: Encoding) -> None:
+    """Check, before the work, that a file of one path fits into the largest value of ``goal``.
+
+    Raises:
+        InputError: it does not.
+    """
+    if goal.limit is None or not goal.limit[0].is_of_text:
+        return
+    quantity, most = goal.limit
+    least = text_bytes(encoding.least_text(), gzip=goal.gzip)
+    if least > most:
+        raise InputError(quantity.name, "is too small for one path", f"{most:g}", f"give more than {least}")
 
 
 def trial_of(drawing: Drawing, goal: Goal) -> Trial:

@@ -25,11 +25,8 @@ from warpvec.svg.arcs import turn_of
 from warpvec.svg.document import parse_svg
 from warpvec.svg.path_data import Loop, arcs_of
 from warpvec.svg.read import read_svg
-from warpvec.svg.units import stated_size
+from warpvec.svg.units import MM_PER_PIXEL, stated_size
 from warpvec.svg.write import hex_colors
-
-MM_PER_PIXEL = 25.4 / 96.0
-"""A CSS pixel in millimetres."""
 
 PAGE_SHARE = 0.98
 """Share of the canvas above which the outline of a path is the page: no part fills a sheet to its edges."""

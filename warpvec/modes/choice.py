@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.flat.mode_choice import ModeChoice, choose_mode
+from warpvec.goals.search import check_possible
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Mode, Request
 
@@ -39,6 +40,7 @@ def draw_picture(request: Request, photo: Photo = PLAIN_PHOTO, outlines: KnownOu
     Raises:
         InputError: as the modes.
     """
+    check_possible(request.goal, request.encoding)
     with request.watch:
         if request.settings.mode != "auto":
             return _mode(request.settings.mode, photo, outlines).draw(request)

@@ -39,7 +39,7 @@ class Detail:
         self.refusal: tuple[str, str] | None = None
         if request.settings.cutout:  # in a drawing without overlaps each missing path would leave a hole
             remedy = "the size of the coarsest drawing, or leave --cutout out"
-            self.refusal = "must be enough for all shapes without overlaps", remedy
+            self.refusal = "must be enough for all paths without overlaps", remedy
 
     def attempts(self, trials: Sequence[Trial]) -> Iterator[Attempt]:
         """Find the coarsest detail that has the quality, or the finest that is within the size."""

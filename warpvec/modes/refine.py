@@ -17,6 +17,7 @@ from warpvec.geometry.joints import with_lines, without_kinds
 from warpvec.geometry.scene import Scene, over_white
 from warpvec.goals.goal import Goal, is_auto, settings_and_goal
 from warpvec.goals.registry import QUANTITIES
+from warpvec.goals.search import check_possible
 from warpvec.modes.path_count import CORRECTION_RATE
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Request
@@ -61,6 +62,7 @@ class Refine:
 
     def _drawn(self, request: Request) -> Drawing:
         start = place_on_picture(self.drawing, request.picture, self.name)
+        check_possible(request.goal, request.encoding)
         keeps = keeps_structure(request.settings, start, request.goal)
         if self.iterations == 0:
             from warpvec.polish.whole_drawing import drawing_as_read  # loads SciPy, which a photo does not need

@@ -54,12 +54,18 @@ def found_words(shapes: Mapping[tuple[str, Look], int], scale: float, parameters
         scale: pixels of a user unit.
         parameters: the numbers that shape them.
     """
-    parts = []
+    parts = kind_words(shapes, scale).values()
+    return f"{', '.join(parts) or counted(0, 'path')}; {counted(parameters, 'parameter')}"
+
+
+def kind_words(shapes: Mapping[tuple[str, Look], int], scale: float) -> dict[str, str]:
+    """Return what there is of each kind of ``SHAPE_KINDS`` in words, without kinds of which there is none."""
+    parts = {}
     for kind, count in shape_counts(shapes).items():
         own = {key: n for key, n in shapes.items() if key[0] == kind and key[1].is_stroked}
         if count:
-            parts.append(counted(count, SHAPE_KINDS[kind]) + _brackets(kind, count, sum(own.values()), own, scale))
-    return f"{', '.join(parts) or counted(0, 'path')}; {counted(parameters, 'parameter')}"
+            parts[kind] = counted(count, SHAPE_KINDS[kind]) + _brackets(kind, count, sum(own.values()), own, scale)
+    return parts
 
 
 def _brackets(kind: str, count: int, stroked: int, own: Mapping[tuple[str, Look], int], scale: float) -> str:

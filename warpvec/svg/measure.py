@@ -18,10 +18,10 @@ from warpvec.files import gzip_bytes
 from warpvec.image.alpha import is_transparent
 from warpvec.image.metrics import psnr, ssim
 from warpvec.svg.document import SVG_NAMESPACE, Document, SvgSource, parse_svg
-from warpvec.svg.found import found_words, stroke_looks
+from warpvec.svg.found import found_words, kind_words, stroke_looks
 from warpvec.svg.resvg import rasterize
 from warpvec.svg.segments import LETTERS, count_path
-from warpvec.svg.units import NUMBER, check_pixels, parse_length, stated_size, view_box
+from warpvec.svg.units import NUMBER, check_pixels, parse_length, physical_size, stated_size, view_box
 
 MAX_REACH = 2.0**24
 """Largest distance of a point from the origin in pixels; resvg ends the process somewhere between 3e8 and 1e9."""
@@ -76,7 +76,8 @@ def file_facts(svg: SvgSource) -> dict[str, Any]:
     Keys: ``paths`` (painted elements), ``gradients`` (those with one), ``segments``, ``parameters`` (the numbers that
     shape them, as `warpvec.svg.parameters` counts them), ``strokes`` (elements with a stroke, forms included),
     ``circles``, ``ellipses`` and ``rects`` (the paths that are one), ``stroke_looks`` and ``found`` (the looks of the
-    strokes, and all of this in words: `warpvec.svg.found`), ``bytes``, and ``gzip_bytes``.
+    strokes, and all of this in words: `warpvec.svg.found`), ``kinds`` (the parts of these words by kind of path),
+    ``millimeters`` (width and height, None for a size in pixels), ``bytes``, and ``gzip_bytes``.
     A segment is one curve, line or arc of a path. The line that closes a path counts if it has a length. A circle, an
     ellipse or a rectangle has four, a rectangle with round corners eight. A line has 2 parameters, a quadratic 4, a
     cubic 6, an arc 7, a circle 3, an ellipse 4, a rectangle 6, moves and closes none.
@@ -100,6 +101,8 @@ def file_facts(svg: SvgSource) -> dict[str, Any]:
         **{name: document.painted.names[element] for name, element in FORM_COUNTS.items()},
         "stroke_looks": stroke_looks(shapes, scale),
         "found": found_words(shapes, scale, parameters),
+        "kinds": kind_words(shapes, scale),
+        "millimeters": physical_size(document.root),
         "bytes": len(data),
         "gzip_bytes": len(gzip_bytes(data)),
     }

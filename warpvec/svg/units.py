@@ -19,6 +19,8 @@ MAX_SIDE = 1e6
 SIZE_UNITS = ("mm", "cm", "in", "pt", "px", "%")
 """Units of the size of a drawing; % is of its pixels."""
 
+_STATED_LENGTH = re.compile(rf"\s*{NUMBER}\s*(?:mm|cm|in|pt|pc)\s*")
+
 _SIZE = re.compile(rf"(\d{{1,9}}(?:\.\d{{0,9}})?|\.\d{{1,9}})\s*({'|'.join(SIZE_UNITS)})?", re.ASCII)
 
 # CSS pixels per unit of length (CSS 2.1, section 4.3.2); em and ex at resvg's font size of 16.
@@ -58,14 +60,17 @@ def parse_length(length: str, whole: float) -> float:
 
 
 def check_size(text: object) -> str:
-    """Return the size of a drawing, such as "90mm", without spaces; a plain number is in pixels.
+    """Return the size of a drawing, such as "90mm", without spaces.
 
     Raises:
         InputError: it is not a positive number with a unit of ``SIZE_UNITS``, or too large.
     """
     match = _SIZE.fullmatch(text.strip().lower()) if isinstance(text, str) else None
+    if match is not None and not match[2]:
+        rule = "must have a unit, so that a number is not taken for millimetres or for pixels"
+        raise InputError("size", rule, show(text), f"give {match[1]}mm or {match[1]}px")
     number = 0.0 if match is None else float(match[1])
-    unit = "px" if match is None else match[2] or "px"
+    unit = "px" if match is None else match[2]
     pixels = number * _PIXELS_PER_UNIT.get(unit, 1.0)
     if not 0.0 < pixels <= MAX_SIDE:
         units = ", ".join(SIZE_UNITS[:-1])
@@ -92,6 +97,19 @@ def _decimal(number: float) -> str:
     """Return ``number`` with enough digits for a thousandth of a pixel, and no needless ones."""
     text = f"{number:.4f}".rstrip("0").rstrip(".")
     return text if float(text) > 0 else f"{number:.9f}".rstrip("0")
+
+
+MM_PER_PIXEL = 25.4 / 96.0
+"""A CSS pixel in millimetres."""
+
+
+def physical_size(root: dict[str, str]) -> tuple[float, float] | None:
+    """Return width and height of an SVG in millimetres if its root states them in a unit of length, not in pixels."""
+    found = [_STATED_LENGTH.fullmatch(root.get(side, "")) for side in ("width", "height")]
+    if not all(found):
+        return None
+    across, down = stated_size(root)
+    return across * MM_PER_PIXEL, down * MM_PER_PIXEL
 
 
 def check_pixels(width: float, height: float) -> None:
