@@ -65,7 +65,7 @@ def test_the_wheel_contains_nothing_else(site: Path) -> None:
     kept = [
         path.name for pattern in (*folders, "inkscape/extension/*.inx") for path in (ROOT / "warpvec").glob(pattern)
     ]
-    assert others == {"py.typed", *kept}
+    assert others == {"py.typed", "__init__.pyi", *kept}
 
 
 def test_the_wheel_states_version_licence_and_command(site: Path) -> None:
@@ -81,8 +81,8 @@ def test_the_sdist_contains_the_kernels_once(wheel: Path) -> None:
     (path,) = wheel.parent.glob("*.tar.gz")
     with tarfile.open(path) as archive:
         names = [name.partition("/")[2] for name in archive.getnames()]
-    assert {f"kernels/{name}" for name in _sources(ROOT / "kernels")} <= set(names)
-    assert not [name for name in names if name.startswith("warpvec/kernels/")]
+    assert {f"warpvec/kernels/{name}" for name in _sources(ROOT / "kernels")} <= set(names)
+    assert not [name for name in names if name.startswith("kernels/")]
 
 
 def _run_from(site: Path, folder: Path, *arguments: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from warpvec.checks import check_flag
 from warpvec.drawing.file_options import FileOptions
@@ -13,6 +13,9 @@ from warpvec.errors import InputError
 from warpvec.goals.goal import settings_and_goal
 from warpvec.image.read import ImageSource, read_image
 from warpvec.inputs import read_file
+from warpvec.keywords.signature import with_keywords
+from warpvec.keywords.table import FILE_OPTIONS
+from warpvec.keywords.typed import Keywords
 from warpvec.modes.choice import draw_picture
 from warpvec.modes.refine import Refine, refine_settings
 from warpvec.modes.request import Request
@@ -23,6 +26,7 @@ from warpvec.watch.progress import OnProgress
 from warpvec.watch.watch import Watch
 
 
+@with_keywords
 def vectorize(
     image: ImageSource,
     curves: int | str | None = None,
@@ -30,11 +34,8 @@ def vectorize(
     preset: str = "default",
     background: str | None = None,
     metadata: bool = True,
-    trim: bool = False,
-    size: str | None = None,
-    plain_paths: bool = False,
     on_progress: OnProgress | None = None,
-    **options: Any,
+    **options: Unpack[Keywords],
 ) -> Result:
     """Turn ``image`` into closed Bezier paths.
 
@@ -46,19 +47,17 @@ def vectorize(
         preset: name of one of `warpvec.PRESETS`.
         background: colour behind a transparent image; None keeps it transparent.
         metadata: store the settings in the file.
-        trim: cut the paths off at the edges of the canvas.
-        size: width of the drawing with its unit, such as "90mm"; also cm, in, pt, px, and % of its pixels.
-        plain_paths: write paths only, no circles, ellipses or rectangles.
         on_progress: called after every iteration; it should be quick.
-        options: fields of `warpvec.FitConfig` that replace those of the preset, and goals: ``max_bytes``, the largest
-            size of the SVG text, after gzip if ``gzip`` is true; ``target_psnr`` (dB) or ``target_ssim``, which the
-            file must reach, drawn by resvg, with as few paths as possible.
+        options: the keywords of `warpvec.keywords.typed.Keywords`. Settings replace those of the preset. Goals are
+            ``max_bytes``, the largest size of the SVG text, after gzip if ``gzip`` is true; and ``target_psnr`` (dB) or
+            ``target_ssim``, which the file must reach, drawn by resvg, with as few paths as possible. Choices about the
+            file are ``size``, its width with a unit such as "90mm", ``trim``, ``plain_paths`` and others.
 
     Raises:
         InputError: the image cannot be read, or a setting is wrong.
     """
-    config, goal = settings_and_goal(preset, _given(curves, options))
-    file_options = _file_options(metadata, trim, size, plain_paths)
+    asked, file_options = _asked(curves, metadata, options)
+    config, goal = settings_and_goal(preset, asked)
     resolve_device(config.device)  # report an unknown device before reading the image
     title = title_of(image)
     pixels, watch = read_image(image, background, name="image"), Watch(on_progress, config.time_budget)
@@ -66,6 +65,7 @@ def vectorize(
     return Result(draw_picture(request), watch.facts())
 
 
+@with_keywords
 def refine(
     image: ImageSource,
     svg: str | os.PathLike[str] | bytes,
@@ -74,12 +74,9 @@ def refine(
     preset: str = "default",
     background: str | None = None,
     metadata: bool = True,
-    trim: bool = False,
-    size: str | None = None,
-    plain_paths: bool = False,
     free: bool = False,
     on_progress: OnProgress | None = None,
-    **options: Any,
+    **options: Unpack[Keywords],
 ) -> Result:
     """Fit the paths of ``svg`` to ``image``.
 
@@ -88,23 +85,23 @@ def refine(
     its text is the result, unchanged.
 
     Args:
-        image: the photo, as `vectorize` takes it.
+        image: the picture, as `vectorize` takes it.
         svg: a path, or the text or the bytes of a file of filled paths. Other content is left out.
         curves: number of paths, by default as many as there are. New paths are added where the picture is worst; paths
             with the lowest removal cost are removed. "auto" and goals as in `vectorize`.
         free: let smooth nodes become corners, lines curves, opaque paths translucent, and paths cross themselves.
-        preset, background, metadata, trim, size, plain_paths, on_progress: as in `vectorize`.
+        preset, background, metadata, on_progress: as in `vectorize`.
         options: as in `vectorize`. ``recycle_gap`` is 0 by default, ``precision`` that of the file, and ``iterations``
             at most 500 without a goal; 0 writes the drawing as it was read. ``opacity="opaque"`` first makes every path
             opaque, which may make the drawing worse.
 
     Raises:
-        InputError: the photo or the SVG cannot be read, they do not match, or a setting is wrong.
+        InputError: the picture or the SVG cannot be read, they do not match, or a setting is wrong.
     """
     data = _svg_data(svg)
     drawing = read_drawing(data)
-    config, goal, iterations = refine_settings(drawing, preset, _given(curves, options))
-    file_options = _file_options(metadata, trim, size, plain_paths)
+    asked, file_options = _asked(curves, metadata, options)
+    config, goal, iterations = refine_settings(drawing, preset, asked)
     resolve_device(config.device)
     pixels, watch = read_image(image, background, name="image"), Watch(on_progress, config.time_budget)
     request = Request.of(pixels, config, goal, title=title_of(image), options=file_options, watch=watch)
@@ -116,13 +113,12 @@ def title_of(image: ImageSource) -> str | None:
     return Path(image).stem if isinstance(image, str | os.PathLike) else None
 
 
-def _file_options(metadata: bool, trim: bool, size: str | None, plain_paths: bool) -> FileOptions:
+def _asked(curves: int | str | None, metadata: bool, options: Keywords) -> tuple[dict[str, Any], FileOptions]:
+    """Return the settings and goals that are asked for, and the choices about the file."""
     check_flag("metadata", metadata)
-    return FileOptions(no_metadata=not metadata, trim=trim, size=size, plain_paths=plain_paths)
-
-
-def _given(curves: int | str | None, options: dict[str, Any]) -> dict[str, Any]:
-    return options if curves is None else {**options, "curves": curves}
+    given: dict[str, Any] = {**options} if curves is None else {**options, "curves": curves}
+    of_file = {name: given.pop(name) for name in FILE_OPTIONS if name in given}
+    return given, FileOptions(no_metadata=not metadata, **of_file)
 
 
 def _svg_data(svg: str | os.PathLike[str] | bytes) -> bytes:

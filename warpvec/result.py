@@ -36,10 +36,13 @@ __all__ = ["Result"]
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """The result of a run.
+    """The drawing of a picture: a photo, flat art, black and white art or lines.
+
+    `save` writes it as SVG, PNG, PDF and more. `svg` is its text, `scene` its paths as tensors, and `metrics` are the
+    figures of its file, measured on what resvg draws.
 
     Attributes:
-        drawing: the drawing.
+        drawing: the drawing, in the mode that made it.
         run: history, iterations, seconds and interruption of the run.
     """
 
@@ -86,7 +89,10 @@ class Result:
 
     @property
     def history(self) -> list[HistoryEntry]:
-        """Records along the run: iteration, curves, psnr (internal, dB), seconds since the start."""
+        """Records along the run: iteration, curves (the number of paths), psnr (internal, dB), seconds since the start.
+
+        Drawings of flat art have one for each round of their fits.
+        """
         return self.run.history
 
     @property
@@ -141,14 +147,17 @@ class Result:
             InputError: ``scale`` is not above 0.
         """
         if not 0 < scale < float("inf"):
-            raise InputError("scale", "must be above 0 and finite", repr(scale), "1 gives the photo's size")
+            raise InputError("scale", "must be above 0 and finite", repr(scale), "1 gives the picture's size")
         picture = self.picture
         height, width = (max(1, round(side * scale)) for side in (picture.height, picture.width))
         scene = self.scene.scaled(width / picture.width, height / picture.height)
         return draw_exactly(scene, height, width, self.config.threads)
 
     def soft_image(self) -> NDArray[np.float32]:
-        """Return the fitted scene, neither converted nor rounded, as the fit drew it: [h, w, 3 or 4], reduced."""
+        """Return the scene as the fit drew it, neither converted nor rounded: [h, w, 3 or 4], at the size of the fit.
+
+        The renderer "splat" draws soft edges; others draw nearly what the file shows.
+        """
         return draw_pixels(self.drawing.fitted, *self.picture.reduced_size, **self.config.render_settings)
 
     @cached_property

@@ -73,7 +73,7 @@ def test_a_palette_is_kept_in_one_form(given: str, kept: str) -> None:
     assert FitConfig(palette=kept).palette == kept
 
 
-@pytest.mark.parametrize("palette", ["", "red,", "red blue", "#12345", "crimsn", 5, ["red"], "rgb(1,2,3)"])
+@pytest.mark.parametrize("palette", ["", "red,", "red blue", "#12345", "crimsn", 5, ["red", 5], [], "rgb(1,2,3)"])
 def test_other_palettes_are_refused(palette: Any) -> None:
     with pytest.raises(InputError, match="^palette must be colours such as 'red,#123,#a0b1c2', got .*; give one"):
         FitConfig(palette=palette)

@@ -250,7 +250,7 @@ def test_torch_tensors_of_any_layout_and_with_gradients():
     [
         (
             torch.rand(3, 6, 5),
-            "must have shape [h, w] or [h, w, 1 to 4], got [3, 6, 5]; put channels last, which is not",
+            "must have shape [h, w] or [h, w, 1 to 4], got [3, 6, 5]; its channels come first: give tensor.permute",
         ),
         (torch.full((2, 2), 255.0), "must be in [0, 1], got 255 to 255"),
         (torch.zeros(2, 2, dtype=torch.int32), "int32"),

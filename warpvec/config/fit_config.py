@@ -90,22 +90,32 @@ def _check_device(name: str, value: object) -> str:
 
 _COUNT_OR_SHARE = Real(0.0, MAX_CURVES)
 _DETAIL = Positive(DETAIL_MAX, f"must be above 0 and at most {DETAIL_MAX:g} pixels", "give 0.1 to 1")
-_LINE_WIDTH = Custom(_check_line_width, parse_text, "X|auto", f"auto, above 0 to {LINE_WIDTH_MAX:g}")
-_THRESHOLD = Custom(_check_threshold, parse_text, "auto|N", f"auto, 0 to {LEVEL_MAX}")
+_LINE_WIDTH = Custom(_check_line_width, parse_text, "X|auto", f"auto, above 0 to {LINE_WIDTH_MAX:g}", "float | str")
+_THRESHOLD = Custom(_check_threshold, parse_text, "auto|N", f"auto, 0 to {LEVEL_MAX}", "int | str")
 _CURVES = Custom(
-    Whole(1, MAX_CURVES).check, or_auto(parse_whole, "must be a whole number or auto"), "N|auto", f"1 to {MAX_CURVES}"
+    Whole(1, MAX_CURVES).check,
+    or_auto(parse_whole, "must be a whole number or auto"),
+    "N|auto",
+    f"1 to {MAX_CURVES}",
+    'int | Literal["auto"]',
 )
 _GRADIENTS = Custom(
-    _check_gradients, or_auto(parse_real, "must be a number or auto"), "X|auto", f"auto, 0 to {MAX_CURVES}"
+    _check_gradients,
+    or_auto(parse_real, "must be a number or auto"),
+    "X|auto",
+    f"auto, 0 to {MAX_CURVES}",
+    'float | Literal["auto"] | None',
 )
-_PALETTE = Custom(check_palette, parse_palette_or_file, "COLORS", "colours with commas between them")
+_PALETTE = Custom(
+    check_palette, parse_palette_or_file, "COLORS", "colours with commas between them", "str | Sequence[str]"
+)
 _SECONDS = Positive(
     MAX_SECONDS,
     f"must be a finite number of seconds above 0, and at most {MAX_SECONDS:g}",
     "leave it out for no limit",
     optional=True,
 )
-_DEVICE = Custom(_check_device, parse_text, "NAME", "auto, cpu, cuda, cuda:K")
+_DEVICE = Custom(_check_device, parse_text, "NAME", "auto, cpu, cuda, cuda:K", "str")
 _RATE, _SHARE, _WEIGHT = Real(0.0, MAX_RATE), Real(0.0, 1.0), Real(0.0, MAX_WEIGHT)
 _GAP = Whole(1, MAX_COUNT)
 

@@ -24,6 +24,10 @@ class Kind(Protocol):
     def limits(self) -> str:
         """Values that are allowed, for the table of settings."""
 
+    @property
+    def annotation(self) -> str:
+        """The type of the values that Python may give, as text."""
+
     def check(self, name: str, value: object) -> Any:
         """Return ``value`` in its normal form.
 
@@ -78,6 +82,7 @@ class Whole:
     high: int
     optional: bool = False
     metavar = "N"
+    annotation = "int"
 
     @property
     def limits(self) -> str:
@@ -98,6 +103,7 @@ class Real:
     low: float
     high: float
     metavar = "X"
+    annotation = "float"
 
     @property
     def limits(self) -> str:
@@ -125,6 +131,7 @@ class Positive:
     remedy: str
     optional: bool = False
     metavar = "X"
+    annotation = "float"
 
     @property
     def limits(self) -> str:
@@ -148,6 +155,7 @@ class Flag:
     """True and False."""
 
     metavar = ""
+    annotation = "bool"
     limits = "on or off"
 
     def check(self, name: str, value: object) -> bool:
@@ -172,6 +180,11 @@ class Choice:
         """Values that are allowed."""
         return ", ".join(self.names)
 
+    @property
+    def annotation(self) -> str:
+        """The type of the values, as text."""
+        return f"Literal[{', '.join(f'{chr(34)}{name}{chr(34)}' for name in self.names)}]"
+
     def check(self, name: str, value: object) -> str:
         """Return ``value``."""
         check_choice(name, value, self.names)
@@ -189,12 +202,14 @@ class Custom:
         parse: as in `Kind`.
         metavar: placeholder of a value on the command line.
         limits: values that are allowed, for the table of settings.
+        annotation: the type of the values that Python may give, as text.
     """
 
     check: Callable[[str, Any], Any]
     parse: Callable[[str, str], Any]
     metavar: str
     limits: str
+    annotation: str
 
 
 def or_auto(parse: Callable[[str, str], Any], rule: str) -> Callable[[str, str], Any]:

@@ -21,6 +21,8 @@ _COMMENT = re.compile(r"#(?!\w).*")
 def check_palette(name: str, value: object) -> str | None:
     """Return the normal form of a palette; None stays None."""
     del name
+    if isinstance(value, list | tuple) and all(isinstance(each, str) for each in value):
+        value = ",".join(value)
     return None if value is None else parse_palette(value)
 
 

@@ -24,7 +24,7 @@ class FileOptions:
     """
 
     size: str | None = setting(
-        None, Custom(_check_size, parse_text, "WIDTH", "90mm, 3in, 50%"),
+        None, Custom(_check_size, parse_text, "WIDTH", "90mm, 3in, 50%", "str"),
         "Width, such as 90mm; also in, cm, pt, px or %.", RESULT, is_daily=True,
     )  # fmt: skip
     """Width of the drawing with its unit, such as "90mm"; see `warpvec.svg.units.check_size`. None for its pixels."""

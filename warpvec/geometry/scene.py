@@ -9,9 +9,11 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from warpvec.checks import counted
 from warpvec.errors import InputError
 from warpvec.geometry.gradients import Gradients, check_shape
 from warpvec.geometry.lines import thirds
+from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.strokes import Strokes
 from warpvec.geometry.structure import Structure
@@ -102,6 +104,18 @@ class Scene:
         structure = Structure.uniform(points.shape[0], points.shape[1] // degree, points.device)
         segments = points.reshape(-1, degree, 2)
         return Scene(segments, structure, color, opacity, background, generation, transparent)
+
+    def __repr__(self) -> str:
+        structure = self.structure
+        counts = [counted(len(self), "path"), counted(structure.segment_count, "segment")]
+        masks = {
+            "gradient": None if self.gradients is None else self.gradients.kind != FLAT,
+            "stroke": None if self.strokes is None else self.strokes.is_stroked,
+            "form": None if self.forms is None else self.forms.is_form,
+        }
+        counts += [counted(int(mask.sum()), noun) for noun, mask in masks.items() if mask is not None]
+        backdrop = "transparent" if self.transparent else f"background {self.background.tolist()}"
+        return f"<Scene: {', '.join(counts)} of degree {self.degree}, {backdrop}, on {self.segments.device}>"
 
     def __len__(self) -> int:
         return self.structure.path_count

@@ -57,7 +57,7 @@ _CONTROL = slider(
 )  # fmt: skip
 
 QUANTITY = Quantity(
-    "max_bytes", Custom(_check, parse_size, "SIZE", f"1 to {LIMIT_MAX:g}"),
+    "max_bytes", Custom(_check, parse_size, "SIZE", f"1 to {LIMIT_MAX:g}", "int"),
     "Make the best file of at most this size (50000, 80k).", "SIZE", "largest", _measure, _describe,
     is_of_text=True, page=_CONTROL,
 )  # fmt: skip

@@ -225,8 +225,7 @@ def _unit_samples(samples: NDArray[Any], name: str) -> NDArray[np.float32]:
     """Return ``samples`` as float32 [h, w, 1 to 4] in [0, 1]."""
     samples = samples[..., None] if samples.ndim == 2 else samples
     if samples.ndim != 3 or samples.shape[2] not in (1, 2, 3, 4):
-        remedy = "put channels last, which is not guessed, and take one image of a batch"
-        raise InputError(name, "must have shape [h, w] or [h, w, 1 to 4]", str(list(samples.shape)), remedy)
+        raise InputError(name, "must have shape [h, w] or [h, w, 1 to 4]", str(list(samples.shape)), _reshape(samples))
     _check_size(samples.shape[1], samples.shape[0], samples.shape[2] in (2, 4), "this array", name)
     if samples.dtype == np.bool_:
         return samples.astype(np.float32)
@@ -235,6 +234,15 @@ def _unit_samples(samples: NDArray[Any], name: str) -> NDArray[np.float32]:
         unit /= np.float32(np.iinfo(samples.dtype).max)  # in place: of the largest image a copy takes 1.6 GB
         return unit
     return _unit_floats(samples, name)
+
+
+def _reshape(samples: NDArray[Any]) -> str:
+    """Return what to do with an array of a wrong shape."""
+    if samples.ndim == 3 and samples.shape[0] <= 4:
+        return "its channels come first: give tensor.permute(1, 2, 0) or array.transpose(1, 2, 0)"
+    if samples.ndim == 4:
+        return "give one image of the batch, with its channels last"
+    return "put channels last"
 
 
 def _unit_floats(samples: NDArray[Any], name: str) -> NDArray[np.float32]:
