@@ -16,7 +16,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
 from warpvec.errors import InputError
-from warpvec.files import check_writable, write_atomic
+from warpvec.files import check_writable, text_bytes, write_atomic
 from warpvec.geometry.scene import Scene, over_white
 from warpvec.image.metrics import psnr
 from warpvec.image.picture import Picture
@@ -25,10 +25,11 @@ from warpvec.rendering.draw import draw_8_bits, draw_exactly, draw_pixels
 from warpvec.rendering.thread_pool import usable_threads
 from warpvec.svg.layers import prefixes, read_layers
 from warpvec.svg.measure import evaluate, file_facts
+from warpvec.svg.on_pages import as_symbol, with_current_color
 from warpvec.svg.write import hex_colors
 from warpvec.watch.progress import HistoryEntry
 from warpvec.watch.watch import RunFacts
-from warpvec.writers.registry import check_suffix, encode
+from warpvec.writers.registry import PAGE_SUFFIXES, SVG_SUFFIXES, check_suffix, encode, writer_of
 from warpvec.writers.writer import Canvas, Target
 
 __all__ = ["Result"]
@@ -112,20 +113,37 @@ class Result:
 
     def svg(self) -> str:
         """Return the text of the SVG. Its user units are the picture's pixels."""
-        return self.drawing.text
+        symbol, text = self.encoding.options.symbol, self._text_for_pages()
+        return text if symbol is None else as_symbol(text, symbol)
+
+    def _text_for_pages(self) -> str:
+        color = self.encoding.options.current_color
+        return self.drawing.text if color is None else with_current_color(self.drawing.text, color)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the drawing to ``path``, whole or not at all; the suffix names the kind of file.
 
         ``.svg`` and ``.svgz`` hold the SVG, plain or gzipped. ``.png`` is the picture as resvg draws it, in the size of
-        the given picture. ``.pdf`` and ``.eps`` are for print, ``.dxf`` is for cutters.
+        the given picture. ``.pdf`` and ``.eps`` are for print, ``.dxf`` is for cutters,
+        and ``.jsx`` is a React component.
 
         Raises:
             InputError: ``path`` has another suffix, cannot be written, or needs an extra that is missing.
         """
         check_suffix(path, "path")
         check_writable(path, "path")
-        write_atomic(path, encode(self.svg(), path, self.target))
+        write_atomic(path, self.encoded(path))
+
+    def encoded(self, path: str | os.PathLike[str]) -> bytes:
+        """Return the bytes of the drawing as a file called ``path``.
+
+        Raises:
+            InputError: what the kind of file needs is missing.
+        """
+        suffix = writer_of(path).suffix
+        if suffix in SVG_SUFFIXES:
+            return encode(self.svg(), path)
+        return encode(self._text_for_pages() if suffix in PAGE_SUFFIXES else self.drawing.text, path, self.target)
 
     @property
     def canvas(self) -> Canvas:
@@ -179,7 +197,8 @@ class Result:
         drawing, opacity, picture = self.drawing, self.scene.opacity, self.picture
         rows, columns = picture.reduced_size
         return {
-            **evaluate(self.svg(), picture.pixels),
+            **evaluate(drawing.text, picture.pixels),
+            **self._sizes(),
             "mode": self.config.mode,
             "mode_reason": drawing.mode_reason,
             "renderer": self.config.renderer,
@@ -205,6 +224,10 @@ class Result:
             "levels": self._levels() if self.config.lod else None,
         }
 
+    def _sizes(self) -> dict[str, int]:
+        """Return the sizes of the SVG text, in which a page's colour may stand for one that was measured."""
+        return {"bytes": text_bytes(self.svg()), "gzip_bytes": text_bytes(self.svg(), gzip=True)}
+
     def _colors(self) -> list[str]:
         """Return the colours of the file, the canvas first and then from bottom to top."""
         scene = self.scene.cpu()
@@ -213,9 +236,10 @@ class Result:
 
     def _levels(self) -> list[dict[str, Any]]:
         """Return the number of paths and the PSNR of each prefix of the layers as a picture of its own."""
-        if not read_layers(self.svg()):  # no path is left
+        drawn = self.drawing.text
+        if not read_layers(drawn):  # no path is left
             return []
-        found = ((level, text, file_facts(text)["paths"]) for level, text in prefixes(self.svg()))
+        found = ((level, text, file_facts(text)["paths"]) for level, text in prefixes(drawn))
         return [{"level": k, "curves": n, "psnr": self.encoding.text_psnr(text)} for k, text, n in found]
 
     def _internal_psnr(self) -> float:

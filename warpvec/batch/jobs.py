@@ -140,7 +140,6 @@ class Vectorize:
         from warpvec.result import Result
         from warpvec.watch.progress import Regularly
         from warpvec.watch.watch import Watch
-        from warpvec.writers.registry import encode
 
         start = time.perf_counter()
         data = self.source.read(job.input, MAX_IMAGE_BYTES)
@@ -151,7 +150,7 @@ class Vectorize:
         request = Request.of(photo, config, self.goal, title=title, options=self.file_options, watch=watch)
         result = Result(draw_picture(request), watch.facts())
         metrics = result.metrics
-        self.target.write(job.output, encode(result.svg(), job.output))
+        self.target.write(job.output, result.encoded(job.output))
         return Record(
             input=job.input,
             output=job.output,

@@ -14,11 +14,12 @@ from warpvec.errors import InputError
 from warpvec.files import check_writable, naming_errors, write_atomic
 from warpvec.inputs import read_file
 from warpvec.writers.registry import SVG_SUFFIXES, WRITERS, encode, listed, writer_of
-from warpvec.writers.writer import DEFAULT_TARGET, Target
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from warpvec.result import Result
 
 _preset_option = click.option("--preset", default="default", metavar="NAME", help="Named settings to start from.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Report as one JSON object (infinity as null).")
@@ -155,10 +156,22 @@ def read_bytes(path: str, limit: int, name: str, kind: str = "a file") -> bytes:
     return read_stdin(limit, name) if path == "-" else read_file(path, limit, name, kind)
 
 
-def write_drawing(text: str, out: str, target: Target = DEFAULT_TARGET) -> None:
+def write_result(result: Result, out: str) -> None:
+    """Write the drawing of a run to the file ``out``, whole or not at all; or its SVG to stdout for "-".
+
+    Raises:
+        OSError: it cannot be written; the error has the file's name.
+    """
+    if out == "-":
+        write_drawing(result.svg(), out)
+    else:
+        write_atomic(out, result.encoded(out))
+
+
+def write_drawing(text: str, out: str) -> None:
     """Write the SVG ``text`` to the file ``out``, whole or not at all; or to stdout for "-".
 
-    The suffix decides the kind of file. The ``target`` is for some kinds.
+    The suffix decides the kind of file.
 
     Raises:
         OSError: it cannot be written; the error has the file's name.
@@ -167,4 +180,4 @@ def write_drawing(text: str, out: str, target: Target = DEFAULT_TARGET) -> None:
         with naming_errors("stdout"):
             write_stdout(text.encode())
     else:
-        write_atomic(out, encode(text, out, target))
+        write_atomic(out, encode(text, out))

@@ -121,6 +121,8 @@ class SettingsOption(click.Option):
         value: dict[str, Any] = {"is_flag": True} if is_flag else {
             "type": ValueOf(option.name, option.kind), "metavar": option.metavar or option.kind.metavar
         }  # fmt: skip
+        if option.bare is not None:
+            value |= {"is_flag": False, "flag_value": option.bare}
         is_silent = default is None or default is False
         shown = option.help if is_silent else f"{option.help} [{'on' if default is True else default}]"
         flags = [_flags(name, is_pair=is_flag and not is_switch) for name in names]

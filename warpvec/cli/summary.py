@@ -65,7 +65,7 @@ _WIDTHS_SHOWN = 4
 """Widths of lines that the summary lists."""
 
 
-_REMOVED = {"node": "needless node", "path": "needless path", "loop": "needless loop of a path", "speck": "speck"}
+_REMOVED = {"node": "needless node", "path": "needless path", "loop": "needless loop", "speck": "speck"}
 """Name of what a drawing leaves out -> the same in the summary."""
 
 

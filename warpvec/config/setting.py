@@ -45,6 +45,7 @@ class Setting:
         renderer: name of the only renderer that uses the setting; None for any renderer.
         old_name: former name, which still works; None for none.
         page: control on the page of `warpvec app`; None for none.
+        bare: value of the option without a value on the command line; None if it needs one.
     """
 
     name: str
@@ -62,6 +63,7 @@ class Setting:
     renderer: str | None = None
     old_name: str | None = None
     page: Control | None = None
+    bare: str | None = None
 
 
 def setting(default: Any, kind: Kind, help: str, section: str, **more: Any) -> Any:

@@ -2,17 +2,33 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
+from warpvec.checks import show
 from warpvec.config.fit_config import RESULT
 from warpvec.config.kinds import Custom, Flag, parse_text
+from warpvec.config.palette import parse_palette
 from warpvec.config.setting import setting, settings_of
+from warpvec.errors import InputError
+from warpvec.svg.on_pages import DARKEST, check_id
 from warpvec.svg.units import check_size
 
 
 def _check_size(name: str, value: object) -> str | None:
     del name
     return None if value is None else check_size(value)
+
+
+def _check_color(name: str, value: object) -> str | None:
+    """Return "#rrggbb" or ``DARKEST``; None stays None."""
+    if value is None or value == DARKEST:
+        return value if isinstance(value, str) else None
+    with suppress(InputError):
+        found = parse_palette(value)
+        if found.count("#") == 1:
+            return found
+    raise InputError(name, "must be a colour", show(value), "give one such as black, or put the option last")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +53,17 @@ class FileOptions:
 
     dxf_splines: bool = setting(False, Flag(), "DXF: write curves as splines, not as short lines.", RESULT)
     """Write outlines with curves as splines in DXF files, in place of chords within 0.01 mm."""
+
+    current_color: str | None = setting(
+        None, Custom(_check_color, parse_text, "COLOR", "a colour, or darkest", "str"),
+        "Give this colour (or the darkest) the page's text colour.", RESULT, bare=DARKEST,
+    )  # fmt: skip
+    """Colour that becomes "currentColor" in the file, which web pages set: the paint nearest to it, or "darkest"."""
+    symbol: str | None = setting(
+        None, Custom(check_id, parse_text, "ID", "letters, digits, - and _", "str"),
+        "Write a <symbol> with this id, for a sprite.", RESULT,
+    )  # fmt: skip
+    """Id of the symbol that the file consists of, for sprites of web pages; None for a drawing."""
 
     def __post_init__(self) -> None:
         for name, each in settings_of(FileOptions).items():

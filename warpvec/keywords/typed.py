@@ -144,3 +144,7 @@ class Keywords(TypedDict, total=False):
     """Write paths only, no circles, ellipses or rectangles."""
     dxf_splines: bool
     """DXF: write curves as splines, not as short lines."""
+    current_color: str | None
+    """Give this colour (or the darkest) the page's text colour."""
+    symbol: str | None
+    """Write a <symbol> with this id, for a sprite."""

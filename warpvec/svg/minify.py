@@ -55,7 +55,7 @@ def write_minified(
         ValueError: as `quantize`.
     """
     scene = quantize(scene, precision).cpu()
-    fills, definitions = fills_of(scene)
+    fills, definitions = fills_of(scene, short_ids=True)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{sides[0]}" height="{sides[1]}"'
         f' viewBox="0 0 {width} {height}">',

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from hashlib import sha256
 from itertools import pairwise
 from typing import Any, NamedTuple
 from xml.sax.saxutils import escape, quoteattr
@@ -226,8 +227,12 @@ def _line_rows(scene: Scene) -> NDArray[np.bool_]:
     return np.zeros(len(scene.segments), np.bool_) if is_line is None else is_line.numpy()
 
 
-def fills_of(scene: Scene) -> tuple[list[str], list[str]]:
-    """Return the ``fill`` of each path, and the lines that define its gradients; equal gradients are one."""
+def fills_of(scene: Scene, *, short_ids: bool = False) -> tuple[list[str], list[str]]:
+    """Return the ``fill`` of each path, and the lines that define its gradients; equal gradients are one.
+
+    An id follows from its gradient, so that files on one page share an id only with an equal gradient; or it is as
+    short as can be.
+    """
     fills = hex_colors(scene.color)
     if scene.gradients is None:
         return fills, []
@@ -237,9 +242,17 @@ def fills_of(scene: Scene) -> tuple[list[str], list[str]]:
     for row, kind in enumerate(gradients.kind.tolist()):
         if kind != FLAT:
             text = _gradient(kind, places[row], stops[row])
-            fills[row] = f"url(#{names.setdefault(text, f'g{len(names) + 1}')})"
+            if text not in names:
+                names[text] = f"g{len(names) + 1}" if short_ids else _content_id(text, names.values())
+            fills[row] = f"url(#{names[text]})"
     lines = [text.replace(" ", f' id="{name}" ', 1) for text, name in names.items()]
     return fills, ["<defs>", *lines, "</defs>"]
+
+
+def _content_id(text: str, taken: Collection[str]) -> str:
+    """Return an id that follows from ``text``, and is none of those ``taken``."""
+    digits = sha256(text.encode()).hexdigest()
+    return next(name for count in range(6, len(digits)) if (name := "g" + digits[:count]) not in taken)
 
 
 def _stop_lists(color: Tensor, gradients: Gradients) -> list[str]:

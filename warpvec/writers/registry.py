@@ -10,7 +10,7 @@ from warpvec.errors import InputError
 from warpvec.writers import svg, svgz
 from warpvec.writers.writer import DEFAULT_TARGET, Target, Writer
 
-_FILES = ("svg", "svgz", "png", "pdf", "eps", "dxf")
+_FILES = ("svg", "svgz", "png", "pdf", "eps", "dxf", "jsx")
 """Modules of this folder with a `WRITER`, in the order of messages."""
 
 _FOUND: list[Writer] = [import_module(f"warpvec.writers.{name}").WRITER for name in _FILES]
@@ -20,6 +20,10 @@ WRITERS: dict[str, Writer] = {writer.suffix: writer for writer in _FOUND}
 
 SVG_SUFFIXES = (svg.WRITER.suffix, svgz.WRITER.suffix)
 """Suffixes of files that hold the text of the SVG."""
+
+
+PAGE_SUFFIXES = (*SVG_SUFFIXES, ".jsx")
+"""Suffixes of files that web pages include as text."""
 
 
 def writer_of(path: str | os.PathLike[str]) -> Writer:
@@ -51,4 +55,4 @@ def encode(text: str, path: str | os.PathLike[str], target: Target = DEFAULT_TAR
     Raises:
         InputError: what the writer needs is missing.
     """
-    return writer_of(path).encode(text, target)
+    return writer_of(path).encode(text, target._replace(name=Path(path).stem))

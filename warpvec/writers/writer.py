@@ -26,10 +26,12 @@ class Target(NamedTuple):
     Attributes:
         canvas: the pixels of a picture; None for the size of the drawing.
         splines: whether a file for cutters has splines in place of chords.
+        name: name of the file without its suffix, from which a component gets its name.
     """
 
     canvas: Canvas | None = None
     splines: bool = False
+    name: str = "drawing"
 
 
 DEFAULT_TARGET = Target()

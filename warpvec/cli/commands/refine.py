@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from warpvec.checks import in_one_line
-from warpvec.cli.arguments import check_out, read_photo, read_svg_bytes, report_options, start_options, write_drawing
+from warpvec.cli.arguments import check_out, read_photo, read_svg_bytes, report_options, start_options, write_result
 from warpvec.cli.loading import quick_loading
 from warpvec.cli.options import file_options, given_options
 from warpvec.cli.settings_command import SettingsCommand
@@ -72,7 +72,7 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
         place_on_picture(loaded, request.picture, "--from")  # report a wrong picture before anything is written
         write_config(options, config, undecided=[name for name in DECIDED if options[name] is None])
         result = Result(mode.draw(request), watch.facts())
-    write_drawing(result.svg(), out, result.target)
+    write_result(result, out)
     if iterations != 0 and config.gradients == "auto" and not options["quiet"] and not result.metrics["gradients"]:
         click.echo("warpvec: no path got a gradient: none would have made the picture plainly better", err=True)
     end_fit(ctx, result, out, options)

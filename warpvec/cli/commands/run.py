@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from warpvec.cli.arguments import check_out, check_page, read_photo, report_options, start_options, write_drawing
+from warpvec.cli.arguments import check_out, check_page, read_photo, report_options, start_options, write_result
 from warpvec.cli.loading import quick_loading
 from warpvec.cli.options import file_options, options_of_mode, requested
 from warpvec.cli.settings_command import SettingsCommand
@@ -153,7 +153,7 @@ def _fit(
         result = Result(draw_picture(request, photo_mode), watch.facts())
         # Written before the video is finished: the fit is worth more than its video.
         try:
-            write_drawing(result.svg(), out, result.target)
+            write_result(result, out)
         except OSError as error:
             failure = error
         recorder.end(result)
