@@ -28,7 +28,7 @@ from warpvec.files import is_full
 from warpvec.image.formats import SUFFIXES
 from warpvec.writers.registry import SVG_SUFFIXES
 
-_COMMANDS = ("run", "refine", "batch", "eval", "app", "view", "lod", "info", "inkscape", "sample", "help")
+_COMMANDS = ("run", "refine", "batch", "eval", "app", "mcp", "view", "lod", "info", "inkscape", "sample", "help")
 """The commands in the order of the help. Each is in the module of ``warpvec.cli.commands`` with its name."""
 
 _FUNCTIONS = {"eval": "evaluate", "help": "show_help"}
