@@ -23,6 +23,11 @@ STACK = """<rect x="-6" y="8" width="50" height="40" fill="#123456"/>
 <path d="M10,20L58,36L30,61Z M24,30V50H34V44Z" fill="#c0f"/>"""
 
 
+HALVES = """<rect x="-1" y="-1" width="33" height="66" fill="#eee"/>
+<rect x="32" y="-1" width="33" height="66" fill="#eef"/>"""
+"""Two paths that cover the canvas."""
+
+
 def _scene(elements: str) -> Scene:
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{SIDE}" height="{SIDE}">'
     return read_svg(f"{head}{elements}</svg>").scene
@@ -96,7 +101,7 @@ def test_drawing_stays_the_same_inside_of_its_parts() -> None:
 @pytest.mark.parametrize("is_written", [False, True])
 def test_neighbours_share_the_very_same_edges(is_written: bool) -> None:
     # The canvas is covered, so that each edge but its border has a neighbour.
-    stacked = _scene(f'<rect width="{SIDE}" height="{SIDE}" fill="#eee"/>' + STACK)
+    stacked = _scene(HALVES + STACK)
     cut = cut_out(stacked, SIDE, SIDE, (0.01, 0.01) if is_written else None).scene
     if is_written:
         loaded = read_svg(write_svg(cut, SIDE, SIDE, precision=2))
@@ -107,6 +112,15 @@ def test_neighbours_share_the_very_same_edges(is_written: bool) -> None:
     assert len(forward) - len(alone) > 20
     assert all(any((edge[[0, 3], axis] == side).all() for axis in (0, 1) for side in (0, SIDE)) for edge in alone)
     assert _areas(cut).sum() == pytest.approx(SIDE * SIDE, rel=1e-6)
+
+
+@pytest.mark.parametrize(("page", "is_kept"), [("#fff", False), ("#fed", True)])
+def test_the_page_is_no_path_and_a_white_one_is_left_out(page: str, is_kept: bool) -> None:
+    stacked = _scene(f'<rect width="{SIDE}" height="{SIDE}" fill="{page}"/>' + STACK)
+    cut = cut_out(stacked, SIDE, SIDE)
+    assert _areas(cut.scene).sum() == pytest.approx(_areas(cut_out(_scene(STACK), SIDE, SIDE).scene).sum(), rel=1e-4)
+    assert cut.scene.transparent == (not is_kept) and cut.hidden_count == 0
+    assert np.abs(_drawn(cut.scene, 4).astype(int) - _drawn(stacked, 4)).mean() < 0.5  # of seams
 
 
 def test_lines_stay_lines_and_few() -> None:
@@ -148,7 +162,7 @@ def test_many_wild_paths_tile_the_canvas() -> None:
             f"C{x[k]:.1f},{y[k]:.1f} {x[k + 1]:.1f},{y[k + 1]:.1f} {x[k + 2]:.1f},{y[k + 2]:.1f}" for k in (1, 4)
         )
         blobs.append(f'<path d="M{x[0]:.1f},{y[0]:.1f}{curves}Z" fill="#{generator.integers(1 << 24):06x}"/>')
-    stacked = _scene(f'<rect width="{SIDE}" height="{SIDE}" fill="#eee"/>' + "".join(blobs))
+    stacked = _scene(HALVES + "".join(blobs))
     cut = cut_out(stacked, SIDE, SIDE).scene
     assert _areas(cut).sum() == pytest.approx(SIDE * SIDE, rel=1e-4)
     before, after = _drawn(stacked, 4).astype(int), _drawn(cut, 4).astype(int)

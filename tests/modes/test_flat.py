@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import torch
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
@@ -20,6 +21,7 @@ from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions import regions
 from warpvec.modes import choice
 from warpvec.svg.measure import draw as draw_svg
+from warpvec.svg.write import write_svg
 from warpvec.watch.progress import Progress
 
 SIDE = 64
@@ -117,15 +119,19 @@ def test_clean_art_in_black_and_white_has_strokes() -> None:
     assert '<circle fill="#000"' in result.svg()
 
 
-def test_cutouts_do_not_overlap() -> None:
+def test_cutouts_do_not_overlap_and_leave_the_white_page_out() -> None:
     cut = draw(cutout=True)
-    assert cut.scene.transparent
-    scene = cut.scene
-    segments = scene.segments.double()
-    following = segments[scene.structure.segment_next.long(), 0]
-    x, y = segments[:, 0].T
-    assert cut.metrics["psnr"] > 36
-    assert float((x * following[:, 1] - following[:, 0] * y).sum().abs()) / 2 == pytest.approx(SIDE**2, rel=1e-3)
+    assert cut.scene.transparent and cut.metrics["psnr"] > 36
+
+    def coverage(scene: warpvec.Scene) -> float:
+        return float(draw_svg(write_svg(scene, SIDE, SIDE), SIDE, SIDE, transparent=True)[..., 3].sum()) / 255
+
+    whole = coverage(cut.scene)
+    assert whole < 0.9 * SIDE**2
+    # Along their common edges two paths cover less together than each by itself.
+    assert sum(coverage(cut.scene.select(torch.tensor([k]))) for k in range(len(cut.scene))) == pytest.approx(
+        whole, rel=0.03
+    )
 
 
 def test_curves_colors_and_palettes_are_bounds(plain: warpvec.Result) -> None:

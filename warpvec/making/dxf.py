@@ -38,8 +38,8 @@ def encode_sheet(sheet: Sheet, *, splines: bool = False) -> bytes:
     try:
         document = ezdxf.new(_VERSION, units=ezdxf.units.MM)
         document.header["$EXTMIN"], document.header["$EXTMAX"] = (0.0, 0.0, 0.0), (sheet.width, sheet.height, 0.0)
-        for color in dict.fromkeys(part.color for part in sheet.parts):
-            document.layers.add(color, color=_nearest_index(color), true_color=int(color[1:], 16))
+        for name, color in {part.layer or part.color: part.color for part in sheet.parts}.items():
+            document.layers.add(name, color=_nearest_index(color), true_color=int(color[1:], 16))
         drawer = _Drawer(document.modelspace(), sheet.height, splines)
         for part in sheet.parts:
             drawer.draw(part)
@@ -69,9 +69,9 @@ class _Drawer:
         self._space, self._height, self._splines = space, height, splines
 
     def draw(self, part: Part) -> None:
-        """Draw a part on the layer of its colour."""
+        """Draw a part on its layer."""
         for shape in part.shapes:
-            self._draw_shape(shape, {"layer": part.color})
+            self._draw_shape(shape, {"layer": part.layer or part.color})
 
     def _draw_shape(self, shape: Shape, where: dict[str, str]) -> None:
         if isinstance(shape, Circle):

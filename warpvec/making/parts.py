@@ -20,6 +20,7 @@ from warpvec.geometry.forms.form import ANGLE, CORNER, FIRST, SECOND, X, Y
 from warpvec.geometry.forms.registry import CIRCLE, ELLIPSE, ROUND_RECT
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.strokes import CAPS, JOINS
 from warpvec.making.curves import Piece, arc_through, straight
 from warpvec.svg.arcs import turn_of
 from warpvec.svg.document import parse_svg
@@ -64,6 +65,15 @@ class Outline(NamedTuple):
 Shape = Circle | Ellipse | Outline
 
 
+class Stroke(NamedTuple):
+    """A stroke: its width in millimetres, its cap and join as SVG calls them, and the limit of its miters in widths."""
+
+    width: float
+    cap: str
+    join: str
+    miter_limit: float
+
+
 @dataclass(frozen=True)
 class Part:
     """A path of a drawing.
@@ -71,14 +81,18 @@ class Part:
     Attributes:
         color: "#rrggbb"; that of a gradient is the mean of its stops.
         shapes: its outlines, or the centre lines of a stroke.
-        width: width of the stroke in millimetres, 0 for a filled path.
-        is_plain: whether it has one opaque colour.
+        stroke: how it is stroked; None for a filled path.
+        has_gradient: whether it has more than one colour.
+        is_opaque: whether nothing shows through it.
+        layer: name of its layer; None for its colour.
     """
 
     color: str
     shapes: tuple[Shape, ...]
-    width: float
-    is_plain: bool
+    stroke: Stroke | None = None
+    has_gradient: bool = False
+    is_opaque: bool = True
+    layer: str | None = None
 
 
 @dataclass(frozen=True)
@@ -101,15 +115,18 @@ def read_parts(svg: str) -> Sheet:
     width, height = loaded.width * scale, loaded.height * scale
     scene = loaded.scene.cpu()
     shapes = list(_shapes(scene, loaded.precision, scale))
-    colors, plain = _colors(scene), _plain(scene)
-    widths = [0.0] * len(scene) if scene.strokes is None else (scene.strokes.width.double() * scale).tolist()
-    parts = [Part(*each) for each in zip(colors, shapes, widths, plain, strict=True)]
+    has_gradient = torch.zeros(len(scene), dtype=torch.bool)
+    opacity = scene.opacity
+    if scene.gradients is not None:
+        has_gradient, opacity = scene.gradients.kind != FLAT, opacity * scene.gradients.least_opacity()
+    rows = (_colors(scene), shapes, _strokes(scene, scale), has_gradient.tolist(), (opacity >= 1.0).tolist())
+    parts = [Part(*each) for each in zip(*rows, strict=True)]
     return Sheet(tuple(part for part in parts if part.shapes and not _is_page(part, width, height)), width, height)
 
 
 def _is_page(part: Part, width: float, height: float) -> bool:
     """Return whether a filled part has an outline that covers nearly all of the canvas."""
-    if part.width:
+    if part.stroke is not None:
         return False
     return any(
         abs(_area(np.clip(_corners(shape), 0.0, (width, height)))) >= PAGE_SHARE * width * height
@@ -142,10 +159,13 @@ def _colors(scene: Scene) -> list[str]:
     return ["#" + (name if len(name) == 6 else "".join(2 * digit for digit in name)) for name in names]
 
 
-def _plain(scene: Scene) -> list[bool]:
-    flat = torch.ones(len(scene), dtype=torch.bool) if scene.gradients is None else scene.gradients.kind == FLAT
-    plain: list[bool] = (flat & (scene.opacity >= 1.0)).tolist()
-    return plain
+def _strokes(scene: Scene, scale: float) -> list[Stroke | None]:
+    strokes = scene.strokes
+    if strokes is None:
+        return [None] * len(scene)
+    widths = (strokes.width.double() * scale).tolist()
+    rows = zip(widths, strokes.cap.tolist(), strokes.join.tolist(), strokes.miter_limit.tolist(), strict=True)
+    return [Stroke(width, CAPS[cap], JOINS[join], limit) if width else None for width, cap, join, limit in rows]
 
 
 # Shapes

@@ -14,6 +14,9 @@ class CuttingConstants:
     opaque: float = 0.999
     """Least opacity of a path that hides what is below it. A file states three decimals."""
 
+    white: float = 0.998
+    """Least level of a channel of a white page: 255 of 255, but for rounding."""
+
     # Chords that meet in their ends (cutting/noding.py)
 
     units: int = 1024

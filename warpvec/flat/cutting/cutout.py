@@ -31,7 +31,7 @@ class Cutout:
     """A drawing without overlaps.
 
     Attributes:
-        scene: paths that share their edges, over nothing.
+        scene: paths that share their edges, over nothing or over a page that is not white.
         hidden_count: number of paths of the drawing that nothing is left of, because others cover them.
         sliver_count: number of slivers that went to their neighbours.
         blended_count: number of translucent paths, which are mixed with the colours of what they cover.
@@ -46,8 +46,9 @@ class Cutout:
 def cut_out(scene: Scene, width: int, height: int, tick: tuple[float, float] | None = None) -> Cutout:
     """Return ``scene``, whose canvas is ``width`` x ``height`` pixels, without overlaps, and cut at the canvas.
 
-    The background, if there is one, becomes a path of its own. Where a translucent path lies on others, the parts get
-    their mixed colours; of two gradients on one another, the upper one counts with the mean of its colours.
+    Where the background shows, there is no path: a page is not cut. A white background is left out, as files are seen
+    over white. Where a translucent path lies on others or on the background, the parts get their mixed colours; of two
+    gradients on one another, the upper one counts with the mean of its colours.
 
     Args:
         tick: last decimals of the file in pixels, across and down. Points are rounded to them, so that the file states
@@ -64,14 +65,23 @@ def cut_out(scene: Scene, width: int, height: int, tick: tuple[float, float] | N
     owners, sliver_count = without_slivers(mapped, owners, path[mapped.curve])
     edges = CutEdges(mapped, owners, cubics, is_line, tick)
     loops = {owner: edges.loops(owner) for owner in range(1, len(keys))}
-    drawn = [owner for owner in sorted(loops, key=lambda each: keys[each][-1]) if loops[owner]]
-    used = {row for owner in drawn for row in keys[owner]}
+    shown = [owner for owner in sorted(loops, key=lambda each: keys[each][-1]) if loops[owner]]
+    used = {row for owner in shown for row in keys[owner]}
+    page = None if scene.transparent else (0,)
+    drawn = [owner for owner in shown if keys[owner] != page]
+    cut = _scene(stacked, [keys[owner] for owner in drawn], [loops[owner] for owner in drawn])
     return Cutout(
-        _scene(stacked, [keys[owner] for owner in drawn], [loops[owner] for owner in drawn]),
+        cut if page is None else _on_page(cut, scene.background.cpu()),
         hidden_count=len(stacked) - len(used),
         sliver_count=sliver_count,
         blended_count=sum(1 for row in used if _least_opacity(stacked)[row] < CUTTING.opaque),
     )
+
+
+def _on_page(cut: Scene, background: Tensor) -> Scene:
+    """Return the scene over its page; a white one is left out."""
+    is_white = bool((background >= CUTTING.white).all())
+    return cut if is_white else replace(cut, background=background, transparent=False)
 
 
 # The drawing as curves
