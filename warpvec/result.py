@@ -153,7 +153,8 @@ class Result:
     @property
     def target(self) -> Target:
         """What writers need to know beside the SVG."""
-        return Target(self.canvas, self.encoding.options.dxf_splines)
+        options = self.encoding.options
+        return Target(self.canvas, options.dxf_splines, per_inch=options.per_inch or 96.0)
 
     def render(self, scale: float = 1.0) -> NDArray[np.float32]:
         """Return the file's scene drawn with exact coverage, [h, w, 3], at ``scale`` times the picture's size, rounded.

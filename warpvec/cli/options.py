@@ -56,7 +56,10 @@ OTHER_DEFAULTS = {
 REFUSED = {"refine": ("mode", "detail", "cutout", "strokes", "threshold", "line_width")}
 """Command -> options that the help of the command leaves out: the command refuses all values but the default."""
 
-RARE = ("save_frames", "every", "checkpoint", "resume", "write_config", "retries", "ray_address")
+RARE = (
+    *("save_frames", "every", "checkpoint", "resume", "write_config", "retries", "ray_address"),
+    *("verbose", "check_cut", "bleed", "kerf", "min_width", "mirror", "marks", "weeding", "size_check"),
+)
 """Options of single commands that only --help-all shows."""
 
 _OTHER_OPTIONS = ("preset", "background", "levels", "history", "video", "config", "write_config", "engine")

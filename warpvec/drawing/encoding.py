@@ -20,7 +20,6 @@ from warpvec.image.picture import Picture
 from warpvec.svg.measure import draw_like
 from warpvec.svg.minify import write_minified
 from warpvec.svg.quantize import at_ticks, quantize
-from warpvec.svg.units import sides_of
 from warpvec.svg.write import write_svg
 
 STEP_SHARE = 1.0 / 70.0
@@ -160,24 +159,23 @@ class Encoding:
 
     def text(self, scene: Scene) -> str:
         """Return the SVG text of ``scene``."""
-        (rows, columns), size, scene = self.size, self.options.size, scene.scaled(*self._units)
+        (rows, columns), scene = self.size, scene.scaled(*self._units)
         picture = self.picture
         if self.is_minified:
             sides = self.sides or (str(columns), str(rows))
-            sides = sides if size is None else sides_of(size, picture.width, picture.height)
+            sides = self.options.sides(picture.width, picture.height) or sides
             keeps_layers = self.keeps_layers
             return write_minified(scene, columns, rows, sides, precision=self.precision, keeps_layers=keeps_layers)
         metadata = None if self.options.no_metadata else self.metadata or stated_settings(self.settings)
         return write_svg(
             scene, columns, rows, precision=self.precision, title=self.title, metadata=metadata,
-            sides=self.sides if size is None else sides_of(size, columns, rows), layer_names=self.layer_names,
+            sides=self.options.sides(columns, rows) or self.sides, layer_names=self.layer_names,
         )  # fmt: skip
 
     def least_text(self) -> str:
         """Return a text shorter than that of any drawing: one path in a view box of the fewest digits."""
-        picture, size = self.picture, self.options.size
-        sides = str(picture.width), str(picture.height)
-        sides = self.sides or sides if size is None else sides_of(size, picture.width, picture.height)
+        width, height = self.picture.width, self.picture.height
+        sides = self.options.sides(width, height) or self.sides or (str(width), str(height))
         black, generation = torch.zeros(1, 3), torch.zeros(1, dtype=torch.int64)
         points = torch.zeros(1, 3, 2)
         path = Scene.uniform(points, black, torch.ones(1), black[0], generation, transparent=True)

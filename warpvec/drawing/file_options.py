@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 from warpvec.checks import show
 from warpvec.config.fit_config import RESULT
-from warpvec.config.kinds import Custom, Flag, parse_text
+from warpvec.config.kinds import Choice, Custom, Flag, parse_text
 from warpvec.config.palette import parse_palette
 from warpvec.config.setting import setting, settings_of
 from warpvec.errors import InputError
 from warpvec.svg.on_pages import DARKEST, check_id
-from warpvec.svg.units import check_size
+from warpvec.svg.units import check_size, in_pixels_of, sides_of
 
 
 def _check_size(name: str, value: object) -> str | None:
@@ -54,6 +54,10 @@ class FileOptions:
     dxf_splines: bool = setting(False, Flag(), "DXF: write curves as splines, not as short lines.", RESULT)
     """Write outlines with curves as splines in DXF files, in place of chords within 0.01 mm."""
 
+    ppi: str = setting(
+        "mm", Choice(("mm", "96", "72")), "State --size as is (mm), or in pixels of 1/96 or 1/72 inch.", RESULT
+    )
+    """Unit of a size in real units: as given, or pixels of so many per inch, for programs that read no units."""
     current_color: str | None = setting(
         None, Custom(_check_color, parse_text, "COLOR", "a colour, or darkest", "str"),
         "Give this colour (or the darkest) the page's text colour.", RESULT, bare=DARKEST,
@@ -64,6 +68,18 @@ class FileOptions:
         "Write a <symbol> with this id, for a sprite.", RESULT,
     )  # fmt: skip
     """Id of the symbol that the file consists of, for sprites of web pages; None for a drawing."""
+
+    @property
+    def per_inch(self) -> float | None:
+        """Pixels per inch; None for real units."""
+        return None if self.ppi == "mm" else float(self.ppi)
+
+    def sides(self, width: int, height: int) -> tuple[str, str] | None:
+        """Return the attributes width and height of a drawing of this many pixels; None without a size."""
+        if self.size is None:
+            return None
+        sides = sides_of(self.size, width, height)
+        return sides if self.per_inch is None else in_pixels_of(sides, self.per_inch)
 
     def __post_init__(self) -> None:
         for name, each in settings_of(FileOptions).items():

@@ -144,6 +144,8 @@ class Keywords(TypedDict, total=False):
     """Write paths only, no circles, ellipses or rectangles."""
     dxf_splines: bool
     """DXF: write curves as splines, not as short lines."""
+    ppi: Literal["mm", "96", "72"]
+    """State --size as is (mm), or in pixels of 1/96 or 1/72 inch."""
     current_color: str | None
     """Give this colour (or the darkest) the page's text colour."""
     symbol: str | None

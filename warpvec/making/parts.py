@@ -6,8 +6,8 @@ The page is not a part: neither the background nor a path that covers nearly all
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -26,7 +26,7 @@ from warpvec.svg.arcs import turn_of
 from warpvec.svg.document import parse_svg
 from warpvec.svg.path_data import Loop, arcs_of
 from warpvec.svg.read import read_svg
-from warpvec.svg.units import MM_PER_PIXEL, stated_size
+from warpvec.svg.units import MM_PER_PIXEL, physical_size, stated_size
 from warpvec.svg.write import hex_colors
 
 PAGE_SHARE = 0.98
@@ -38,11 +38,20 @@ last decimal, such as 0.0026 mm."""
 
 
 class Circle(NamedTuple):
-    """A circle, in millimetres."""
+    """A circle, in millimetres; ``turn`` is 1 if the angle grows along it, else -1, as of a hole in such a circle."""
 
     x: float
     y: float
     radius: float
+    turn: int = 1
+
+    def moved(self, x: float, y: float) -> Circle:
+        """Return it moved."""
+        return self._replace(x=self.x + x, y=self.y + y)
+
+    def mirrored(self, width: float) -> Circle:
+        """Return it with left and right exchanged on a sheet of this width."""
+        return self._replace(x=width - self.x, turn=-self.turn)
 
 
 class Ellipse(NamedTuple):
@@ -54,12 +63,42 @@ class Ellipse(NamedTuple):
     second: float
     angle: float
 
+    @property
+    def axis(self) -> tuple[float, float]:
+        """The end of the first half axis, from the centre."""
+        return self.first * math.cos(self.angle), self.first * math.sin(self.angle)
+
+    @property
+    def degrees(self) -> float:
+        """The angle of the first half axis."""
+        return math.degrees(self.angle)
+
+    def moved(self, x: float, y: float) -> Ellipse:
+        """Return it moved."""
+        return self._replace(x=self.x + x, y=self.y + y)
+
+    def mirrored(self, width: float) -> Ellipse:
+        """Return it with left and right exchanged on a sheet of this width."""
+        return self._replace(x=width - self.x, angle=-self.angle)
+
 
 class Outline(NamedTuple):
     """Consecutive pieces, each of which starts where the one before ends."""
 
     pieces: tuple[Piece, ...]
     is_closed: bool
+
+    def moved(self, x: float, y: float) -> Outline:
+        """Return it moved."""
+        return self._replace(
+            pieces=tuple(piece._replace(points=piece.points + np.array([x, y])) for piece in self.pieces)
+        )
+
+    def mirrored(self, width: float) -> Outline:
+        """Return it with left and right exchanged on a sheet of this width."""
+        return self._replace(
+            pieces=tuple(Piece(piece.points * (-1, 1) + (width, 0), -piece.bulge) for piece in self.pieces)
+        )
 
 
 Shape = Circle | Ellipse | Outline
@@ -94,6 +133,10 @@ class Part:
     is_opaque: bool = True
     layer: str | None = None
 
+    def mapped(self, change: Callable[[Shape], Shape]) -> Part:
+        """Return the part with what ``change`` makes of each shape."""
+        return replace(self, shapes=tuple(map(change, self.shapes)))
+
 
 @dataclass(frozen=True)
 class Sheet:
@@ -104,14 +147,16 @@ class Sheet:
     height: float
 
 
-def read_parts(svg: str) -> Sheet:
-    """Return the parts of the drawing ``svg``, in its stated size; a pixel is 1/96 inch.
+def read_parts(svg: str, per_inch: float = 96.0) -> Sheet:
+    """Return the parts of the drawing ``svg``, in its stated size; there are ``per_inch`` pixels in an inch.
 
     Raises:
         InputError: as `warpvec.svg.read.read_svg`.
     """
     loaded = read_svg(svg)
-    scale = MM_PER_PIXEL * stated_size(parse_svg(svg).root)[0] / loaded.width
+    root = parse_svg(svg).root
+    pixel = MM_PER_PIXEL if physical_size(root) else 25.4 / per_inch
+    scale = pixel * stated_size(root)[0] / loaded.width
     width, height = loaded.width * scale, loaded.height * scale
     scene = loaded.scene.cpu()
     shapes = list(_shapes(scene, loaded.precision, scale))
@@ -255,4 +300,4 @@ def _circle_of(pieces: tuple[Piece, ...]) -> Circle | None:
     if not is_closed or abs(abs(turn) - 2.0 * math.pi) > 0.1 or spread > _SAME_CIRCLE:
         return None
     x, y, radius = found.mean(0).tolist()
-    return Circle(x, y, radius)
+    return Circle(x, y, radius, 1 if turn > 0.0 else -1)

@@ -79,6 +79,29 @@ def check_size(text: object) -> str:
     return f"{_decimal(number)}{unit}"
 
 
+def parse_millimeters(name: str, text: str) -> float:
+    """Return the millimetres of a length such as "0.2mm"; also in cm and in.
+
+    Raises:
+        InputError: it is none; messages call it ``name``.
+    """
+    match = _SIZE.fullmatch(text.strip().lower())
+    unit = "" if match is None else match[2] or ""
+    if match is None or unit not in ("mm", "cm", "in"):
+        raise InputError(name, "must be a length in mm, cm or in", show(text), "give one such as 0.2mm")
+    return float(match[1]) * _PIXELS_PER_UNIT[unit] * MM_PER_PIXEL
+
+
+def in_pixels_of(sides: tuple[str, str], pixels_per_inch: float) -> tuple[str, str]:
+    """Return ``sides`` with lengths as pixels, of which there are so many per inch; those in pixels stay."""
+    found = [re.fullmatch(r"([\d.]+)(mm|cm|in|pt)", side) for side in sides]
+    if not all(found):
+        return sides
+    inches = (float(match[1]) * _PIXELS_PER_UNIT[match[2]] / 96.0 for match in found if match)
+    across, down = (_decimal(pixels_per_inch * side) for side in inches)
+    return across, down
+
+
 def sides_of(size: str, width: int, height: int) -> tuple[str, str]:
     """Return the attributes width and height of a drawing of ``width`` x ``height`` pixels that is ``size`` wide.
 

@@ -23,7 +23,7 @@ def _encode(svg: str, target: Target) -> bytes:
     from warpvec.making.dxf import encode_sheet  # not above: it loads Torch, which the help does without
     from warpvec.making.parts import read_parts
 
-    return encode_sheet(read_parts(svg), splines=target.splines)
+    return encode_sheet(read_parts(svg, target.per_inch), splines=target.splines)
 
 
 WRITER = Writer(".dxf", "image/vnd.dxf", _encode, _check)

@@ -27,11 +27,13 @@ class Target(NamedTuple):
         canvas: the pixels of a picture; None for the size of the drawing.
         splines: whether a file for cutters has splines in place of chords.
         name: name of the file without its suffix, from which a component gets its name.
+        per_inch: pixels of a drawing without a size in real units that make an inch.
     """
 
     canvas: Canvas | None = None
     splines: bool = False
     name: str = "drawing"
+    per_inch: float = 96.0
 
 
 DEFAULT_TARGET = Target()

@@ -10,6 +10,7 @@ import click
 
 from warpvec.checks import in_one_line
 from warpvec.cli.arguments import check_out, read_photo, read_svg_bytes, report_options, start_options, write_result
+from warpvec.cli.cutting import check_cutting, cut, cut_options
 from warpvec.cli.loading import quick_loading
 from warpvec.cli.options import file_options, given_options
 from warpvec.cli.settings_command import SettingsCommand
@@ -26,6 +27,7 @@ DECIDED = ("mode", "curves", "iterations", "precision", "recycle_gap", "segments
 @click.argument("out", metavar="OUT")
 @click.option("--from", "drawing", metavar="SVG", required=True, help="SVG file to begin with.")
 @start_options
+@cut_options
 @report_options
 @click.option("--free", is_flag=True, help="Let corners, lines, opacities and crossings change too.")
 @click.pass_context
@@ -47,6 +49,7 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     of the drawing uses --lr-scale, but no other learning rate and no weight of the loss.
     """
     check_out(out, any_kind=True)
+    check_cutting(options)
     with quick_loading():
         from warpvec.drawing.given import place_on_picture, read_drawing
         from warpvec.modes.refine import Refine, refine_settings
@@ -75,4 +78,5 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     write_result(result, out)
     if iterations != 0 and config.gradients == "auto" and not options["quiet"] and not result.metrics["gradients"]:
         click.echo("warpvec: no path got a gradient: none would have made the picture plainly better", err=True)
+    cut(result, out, options)
     end_fit(ctx, result, out, options)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warpvec.cli.arguments import check_out, check_page, read_photo, report_options, start_options, write_result
+from warpvec.cli.cutting import check_cutting, cut, cut_options
 from warpvec.cli.loading import quick_loading
 from warpvec.cli.options import file_options, options_of_mode, requested
 from warpvec.cli.settings_command import SettingsCommand
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     help="Iterations from one frame or checkpoint to the next. In shorter fits every iteration is a frame. [50]",
 )  # fmt: skip
 @click.option("--placeholder", is_flag=True, help="Print a rough drawing of 1000 bytes as a data URI.")
+@cut_options
 @report_options
 @click.pass_context
 def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
@@ -68,10 +70,12 @@ def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
     gzip = options["gzip"] or Path(out).suffix.lower() == ".svgz"
     config, goal = requested({**options, "gzip": gzip})
     _check_outputs(out, options, goal)
+    check_cutting(options)
     config = _with_mode_of_checkpoints(config, options)
     checkpoint = None if options["resume"] is None else _resumed(config, options)
     config = config if checkpoint is None else checkpoint.config
     result = _fit(source, out, config, goal, checkpoint, options)
+    cut(result, out, options)
     end_fit(ctx, result, out, options, options_of_mode(options))
 
 

@@ -1,0 +1,150 @@
+"""Options of ``run`` and ``refine`` for machines that cut: a sheet for each colour, and what will go wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from warpvec.checks import counted, in_one_line
+from warpvec.errors import InputError
+from warpvec.files import check_writable, write_atomic
+from warpvec.svg.units import parse_millimeters
+
+if TYPE_CHECKING:
+    from warpvec.making.parts import Sheet
+    from warpvec.making.sheets import SheetOptions
+    from warpvec.result import Result
+
+_LENGTHS = ("bleed", "kerf", "min_width")
+_SWITCHES = ("mirror", "marks", "weeding", "size_check")
+
+SHEET_OPTIONS = (*_LENGTHS[:2], *_SWITCHES)
+"""Options that are of use with --sheets alone."""
+
+CUT_OPTIONS = ("sheets", "check_cut", *_LENGTHS, *_SWITCHES)
+"""Parameters that `cut_options` adds to a command."""
+
+MIN_WIDTH_MM = 0.5
+"""Width in millimetres below which --check-cut calls a place narrow: vinyl tears there, and wood burns away."""
+
+
+class _Length(click.ParamType):
+    """A length with its unit, in millimetres."""
+
+    name = "LENGTH"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the millimetres of a text such as "0.2mm"."""
+        if isinstance(value, float):
+            return value
+        name = "length" if param is None else param.opts[-1]
+        return parse_millimeters(name, str(value))
+
+
+def cut_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options to ``command``."""
+    length: dict[str, Any] = {"type": _Length(), "metavar": "LENGTH"}
+    options = (
+        click.option("--sheets", metavar="FOLDER", help="Write a sheet for each colour, for cutters."),
+        click.option("--check-cut", is_flag=True, help="Say what will go wrong when it is cut."),
+        click.option("--bleed", **length, help="Sheets: let colours reach so far below those on top."),
+        click.option("--kerf", **length, help="Sheets: make up for a cut of this width."),
+        click.option("--min-width", **length, help="Sheets: remove narrower places. Check: name them. [0.5mm]"),
+        click.option("--mirror", is_flag=True, help="Sheets: exchange left and right."),
+        click.option("--marks", is_flag=True, help="Sheets: add marks to lay them on each other by."),
+        click.option("--weeding", is_flag=True, help="Sheets: add a border around the drawing."),
+        click.option("--size-check", is_flag=True, help="Sheets: add a square of 20 mm to be measured."),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def check_cutting(options: Mapping[str, Any]) -> None:
+    """Check, before the work, the options of `cut_options`.
+
+    Raises:
+        InputError: one is given without --sheets, the folder cannot be used, or a package is missing.
+    """
+    if options["sheets"] is None:
+        for name in SHEET_OPTIONS:
+            if options[name]:
+                raise InputError(f"--{name.replace('_', '-')}", "must come with --sheets", remedy="add a folder")
+        if options["min_width"] and not options["check_cut"]:
+            raise InputError("--min-width", "must come with --sheets or --check-cut", remedy="add one of them")
+    else:
+        folder = Path(options["sheets"])
+        if folder.exists() and not folder.is_dir():
+            raise InputError("--sheets", "must be a folder", repr(options["sheets"]), "choose another name")
+        check_writable(folder if folder.exists() else folder.parent / "sheet.svg", "--sheets")
+    if options["sheets"] is not None or options["check_cut"]:
+        _check_packages()
+
+
+def _check_packages() -> None:
+    try:
+        import ezdxf  # noqa: F401
+        import shapely  # noqa: F401
+    except ImportError:
+        rule = "need the packages of the extra cut"
+        remedy = "pip install 'warpvec[cut]'"
+        raise InputError("--sheets and --check-cut", rule, "ezdxf or shapely is missing", remedy) from None
+
+
+def cut(result: Result, out: str, options: Mapping[str, Any]) -> None:
+    """Write the sheets and print the warnings that ``options`` ask for.
+
+    Raises:
+        OSError: a sheet cannot be written.
+    """
+    if options["sheets"] is None and not options["check_cut"]:
+        return
+    from warpvec.making.checks import cut_warnings
+    from warpvec.making.parts import read_parts
+
+    drawing, made = read_parts(result.drawing.text, result.target.per_inch), _sheet_options(result, options)
+    if options["check_cut"]:
+        found = cut_warnings(drawing, options["min_width"] or MIN_WIDTH_MM, made)
+        for text in found or ["nothing that would go wrong was found"]:
+            click.echo(f"warpvec: cut: {text}", err=True)
+    if options["sheets"] is not None:
+        names = _write_sheets(drawing, Path(options["sheets"]), out, made, result)
+        if not options["quiet"]:
+            folder = in_one_line(options["sheets"])
+            click.echo(f"warpvec: {folder}: {counted(len(names), 'sheet')}: {', '.join(names)}", err=True)
+
+
+def _sheet_options(result: Result, options: Mapping[str, Any]) -> SheetOptions:
+    from warpvec.making.sheets import SheetOptions
+
+    lengths = {name: options[name] or 0.0 for name in _LENGTHS}
+    if options["sheets"] is None:  # nothing is removed, so that it can be named
+        lengths["min_width"] = 0.0
+    return SheetOptions(
+        **lengths, mirror=options["mirror"], registration=options["marks"], weeding=options["weeding"],
+        size_check=options["size_check"], keeps_lines=result.config.mode == "lines",
+    )  # fmt: skip
+
+
+def _write_sheets(drawing: Sheet, folder: Path, out: str, made: SheetOptions, result: Result) -> list[str]:
+    """Write the sheets, and return the names of their files."""
+    from warpvec.making.dxf import encode_sheet
+    from warpvec.making.sheet_svg import sheet_text
+    from warpvec.making.sheets import sheets_of
+
+    choices = result.encoding.options
+    folder.mkdir(exist_ok=True)
+    names = []
+    for number, (color, sheet) in enumerate(sheets_of(drawing, made).items(), 1):
+        name = f"{number:02}-{color[1:]}"
+        if Path(out).suffix.lower() == ".dxf":
+            names.append(f"{name}.dxf")
+            data = encode_sheet(sheet, splines=choices.dxf_splines)
+        else:
+            names.append(f"{name}.svg")
+            data = sheet_text(sheet, choices.per_inch).encode()
+        write_atomic(folder / names[-1], data)
+    return names
