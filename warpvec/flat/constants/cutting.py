@@ -44,5 +44,22 @@ class CuttingConstants:
     sliver_rounds_max: int = 8
     """Most rounds. A sliver between slivers waits for the next round."""
 
+    # Spurs (cutting/spurs.py)
+
+    spur_cosine: float = 0.9
+    """Cosine of the angle of a corner from which it may be the tip of a spur."""
+
+    spur_tip_edges: int = 4
+    """Most edges of a tip. A blunt one has three: a side, its end, and the other side."""
+
+    spur_length: float = 0.6
+    """Shortest spur in pixels, 0.16 mm at 96 pixels an inch. Shorter ones are as small as what a cutter repeats."""
+
+    spur_step: float = 0.1
+    """Distance in pixels between the places where the width of a spur is looked at."""
+
+    spur_search: float = 60.0
+    """Longest spur in pixels. Outlines that nearly coincide for longer make slivers, or meet again."""
+
 
 CUTTING = CuttingConstants()

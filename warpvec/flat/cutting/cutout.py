@@ -17,8 +17,9 @@ from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.cut_edges import CurvePart, CutEdges
 from warpvec.flat.cutting.noding import chords_of, noded
-from warpvec.flat.cutting.planar_map import planar_map
+from warpvec.flat.cutting.planar_map import PlanarMap, planar_map
 from warpvec.flat.cutting.slivers import without_slivers
+from warpvec.flat.cutting.spurs import spur_mouths
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene
@@ -57,12 +58,23 @@ def cut_out(scene: Scene, width: int, height: int, tick: tuple[float, float] | N
     stacked = _with_background(scene.detach().cpu(), width, height)
     cubics, is_line, path = _curves(stacked, width, height)
     path_count = len(stacked) + 1
-    chords = noded(chords_of(cubics, is_line))
-    # The canvas is the last path: its edges count before all others.
-    mapped = planar_map(chords, path, path_count)
-    stacks = _visible_stacks(mapped.winding != 0, _least_opacity(stacked).numpy() >= CUTTING.opaque)
-    owners, keys = _numbered(stacks)
-    owners, sliver_count = without_slivers(mapped, owners, path[mapped.curve])
+    is_opaque = _least_opacity(stacked).numpy() >= CUTTING.opaque
+
+    def owned() -> tuple[PlanarMap, Integers, int, list[_Stack]]:
+        """Return the map of all curves, the owner of each face, the number of slivers, and what the owners show."""
+        # The canvas is the last path: its edges count before all others.
+        mapped = planar_map(noded(chords_of(cubics, is_line)), path, path_count)
+        owners, keys = _numbered(_visible_stacks(mapped.winding != 0, is_opaque))
+        return mapped, *without_slivers(mapped, owners, path[mapped.curve]), keys
+
+    mapped, owners, sliver_count, keys = owned()
+    mouths = spur_mouths(mapped, owners)
+    if len(mouths):
+        thirds = np.linspace(0.0, 1.0, 4)[None, :, None]
+        cubics = np.concatenate([cubics, mouths[:, :1] + thirds * (mouths[:, 1:] - mouths[:, :1])])
+        is_line = np.concatenate([is_line, np.ones(len(mouths), bool)])
+        path = np.concatenate([path, np.full(len(mouths), -1)])
+        mapped, owners, sliver_count, keys = owned()
     edges = CutEdges(mapped, owners, cubics, is_line, tick)
     loops = {owner: edges.loops(owner) for owner in range(1, len(keys))}
     shown = [owner for owner in sorted(loops, key=lambda each: keys[each][-1]) if loops[owner]]

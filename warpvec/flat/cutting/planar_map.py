@@ -51,7 +51,7 @@ def planar_map(chords: Chords, path_of_curve: Integers, path_count: int) -> Plan
     """Return the map of ``chords`` that meet in their ends only, which together form closed paths.
 
     Args:
-        path_of_curve: path of each curve, from 0 at the bottom.
+        path_of_curve: path of each curve, from 0 at the bottom; -1 for a curve that only parts faces.
         path_count: number of paths, N.
     """
     ends = np.concatenate([chords.start, chords.end])
@@ -62,7 +62,8 @@ def planar_map(chords: Chords, path_of_curve: Integers, path_count: int) -> Plan
     edge = edge.reshape(-1)
     delta = np.zeros((len(pairs), path_count), np.int64)
     path = path_of_curve[chords.curve]
-    np.add.at(delta, (edge, path), np.where(start < end, 1, -1))
+    is_outline = path >= 0
+    np.add.at(delta, (edge[is_outline], path[is_outline]), np.where(start < end, 1, -1)[is_outline])
     # The last chord in this order is that of the uppermost path.
     chosen = np.zeros(len(pairs), np.int64)
     order = np.argsort(path, kind="stable")
@@ -70,7 +71,8 @@ def planar_map(chords: Chords, path_of_curve: Integers, path_count: int) -> Plan
     forward = (start < end)[chosen]
     t = np.stack([np.where(forward, chords.t_start[chosen], chords.t_end[chosen]),
                   np.where(forward, chords.t_end[chosen], chords.t_start[chosen])], 1)  # fmt: skip
-    matters = delta.any(1)
+    matters: Mask = np.asarray(delta.any(1))
+    matters[edge[~is_outline]] = True
     tail = pairs[matters].reshape(-1)
     following = _following(vertex, tail)
     face, winding = _faces(vertex, tail, following, delta[matters])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpvec.arrays import Floats, Integers
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.planar_map import PlanarMap
@@ -17,13 +17,14 @@ def without_slivers(mapped: PlanarMap, owners: Integers, path_of_edge: Integers)
 
     Args:
         owners: owner of each face [F].
-        path_of_edge: path of each edge [E]; the last one is the canvas, over which nothing goes.
+        path_of_edge: path of each edge [E]; the last one is the canvas, over which nothing goes, and -1 is the mouth
+            of a spur, which parts two regions of one owner.
     """
     owners, count, length = owners.copy(), 0, mapped.lengths()
     areas = mapped.areas()
-    is_border = np.repeat(path_of_edge == mapped.winding.shape[1] - 1, 2)
+    is_border = np.repeat((path_of_edge == mapped.winding.shape[1] - 1) | (path_of_edge < 0), 2)
     for _ in range(CUTTING.sliver_rounds_max):
-        region = _regions(mapped, owners)
+        region = _regions(mapped, owners, path_of_edge >= 0)
         across = region[mapped.face.reshape(-1, 2)[:, ::-1].reshape(-1)]
         is_outline = region[mapped.face] != across
         region_area = np.bincount(region, areas)
@@ -54,8 +55,8 @@ def _neighbour(across: Integers, path: Integers, length: Floats) -> int | None:
     return int(np.bincount(across, length).argmax()) if len(across) else None
 
 
-def _regions(mapped: PlanarMap, owners: Integers) -> Integers:
-    """Return the number of the connected part of one owner that each face is in [F]."""
-    sides = mapped.face.reshape(-1, 2)
+def _regions(mapped: PlanarMap, owners: Integers, joins: Mask) -> Integers:
+    """Return the number of the connected part of one owner that each face is in [F]; edges that ``joins`` connect."""
+    sides = mapped.face.reshape(-1, 2)[joins]
     same = sides[owners[sides[:, 0]] == owners[sides[:, 1]]]
     return connected_parts(same[:, 0], same[:, 1], len(owners))
