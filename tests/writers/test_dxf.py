@@ -96,14 +96,16 @@ def test_a_dxf_file_is_the_svg_within_a_fiftieth_of_a_millimetre(splines: bool, 
     text = svg(PAGE + FORMS + PATHS)
     document = read(encode(text, "a.dxf", Target(splines=splines)), tmp_path)
     assert document.units == ezdxf.units.MM
+    # Programs place a drawing by its extents, such as Inkscape.
+    assert [tuple(document.header[name])[:2] for name in ("$EXTMIN", "$EXTMAX")] == [(0, 0), (300, 200)]
     assert farthest(points_of_dxf(document), points_of_svg(text)) < 0.02
 
 
-def test_circles_arcs_and_ellipses_are_true_ones(tmp_path: Path) -> None:
+def test_circles_and_arcs_are_true_ones(tmp_path: Path) -> None:
     space = read(encode(svg(PAGE + FORMS + PATHS), "a.dxf"), tmp_path).modelspace()
     kinds = [each.dxftype() for each in space]
     assert kinds == [
-        *("CIRCLE", "ELLIPSE", "LWPOLYLINE", "LWPOLYLINE"),
+        *("CIRCLE", "LWPOLYLINE", "LWPOLYLINE", "LWPOLYLINE"),
         *("LWPOLYLINE", "CIRCLE", "LWPOLYLINE", "LWPOLYLINE", "LWPOLYLINE"),
     ]
     circle, _, round_rect, rect, flag, hole, blob, line, triangle = space
@@ -159,3 +161,9 @@ def test_without_ezdxf_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setitem(sys.modules, "ezdxf", None)
     with pytest.raises(InputError, match=r"unless ezdxf is installed, which writes .dxf.*warpvec\[cut\]"):
         encode(svg(FORMS), tmp_path / "out.dxf")
+
+
+def test_ellipses_are_true_ones_on_request(tmp_path: Path) -> None:
+    space = read(encode(svg(FORMS), "a.dxf", Target(splines=True)), tmp_path).modelspace()
+    (ellipse,) = space.query("ELLIPSE")
+    assert (round(ellipse.dxf.major_axis.magnitude, 3), round(ellipse.dxf.ratio, 4)) == (37.5, 0.6667)

@@ -1,7 +1,7 @@
 """Write parts as DXF, by ezdxf (MIT, Manfred Moitzi), the extra "cut".
 
-Lengths are in millimetres, and a layer holds the parts of one colour. Circles, ellipses and arcs are true ones; cubics
-become chords, or splines on request. A stroke is its centre line.
+Lengths are in millimetres, and a layer holds the parts of one colour. Circles and arcs are true ones; ellipses
+and cubics become chords, or true ellipses and splines on request. A stroke is its centre line.
 """
 
 from __future__ import annotations
@@ -37,10 +37,16 @@ def encode_sheet(sheet: Sheet, *, splines: bool = False) -> bytes:
     ezdxf.options.write_fixed_meta_data_for_testing = True  # no times and no random numbers
     try:
         document = ezdxf.new(_VERSION, units=ezdxf.units.MM)
-        document.header["$EXTMIN"], document.header["$EXTMAX"] = (0.0, 0.0, 0.0), (sheet.width, sheet.height, 0.0)
+        space = document.modelspace()
+        extents = (0.0, 0.0, 0.0), (sheet.width, sheet.height, 0.0)
+        space.reset_extents(*extents)
+        # Inkscape places all parts by the header, which ezdxf 1.4 does not set from extents that begin at 0.
+        document.header["$EXTMIN"], document.header["$EXTMAX"] = extents
+        space.reset_limits((0.0, 0.0), (sheet.width, sheet.height))
+        document.set_modelspace_vport(1.1 * sheet.height, (sheet.width / 2.0, sheet.height / 2.0))
         for name, color in {part.layer or part.color: part.color for part in sheet.parts}.items():
             document.layers.add(name, color=_nearest_index(color), true_color=int(color[1:], 16))
-        drawer = _Drawer(document.modelspace(), sheet.height, splines)
+        drawer = _Drawer(space, sheet.height, splines)
         for part in sheet.parts:
             drawer.draw(part)
         return _bytes_of(document)
@@ -76,8 +82,10 @@ class _Drawer:
     def _draw_shape(self, shape: Shape, where: dict[str, str]) -> None:
         if isinstance(shape, Circle):
             self._space.add_circle((shape.x, self._height - shape.y), shape.radius, dxfattribs=where)
-        elif isinstance(shape, Ellipse):
+        elif isinstance(shape, Ellipse) and self._splines:
             self._draw_ellipse(shape, where)
+        elif isinstance(shape, Ellipse):  # Inkscape 1.2 reads a turned one as its mirror image
+            self._space.add_lwpolyline(self._up(shape.chords()), format="xy", close=True, dxfattribs=where)
         elif self._splines and any(piece.is_cubic for piece in shape.pieces):
             self._draw_spline(shape, where)
         else:

@@ -21,7 +21,7 @@ from warpvec.geometry.forms.registry import CIRCLE, ELLIPSE, ROUND_RECT
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.strokes import CAPS, JOINS
-from warpvec.making.curves import Piece, arc_through, straight
+from warpvec.making.curves import CHORD_ERROR, Piece, arc_through, straight
 from warpvec.svg.arcs import turn_of
 from warpvec.svg.document import parse_svg
 from warpvec.svg.path_data import Loop, arcs_of
@@ -45,6 +45,10 @@ class Circle(NamedTuple):
     radius: float
     turn: int = 1
 
+    def chords(self) -> Floats:
+        """Return points [K, 2] along it whose chords are at most ``CHORD_ERROR`` off."""
+        return Ellipse(self.x, self.y, self.radius, self.radius, 0.0).chords()[:: self.turn]
+
     def moved(self, x: float, y: float) -> Circle:
         """Return it moved."""
         return self._replace(x=self.x + x, y=self.y + y)
@@ -62,6 +66,14 @@ class Ellipse(NamedTuple):
     first: float
     second: float
     angle: float
+
+    def chords(self) -> Floats:
+        """Return points [K, 2] along it whose chords are at most ``CHORD_ERROR`` off."""
+        step = 2.0 * math.acos(max(1.0 - CHORD_ERROR / max(self.first, self.second), 0.5))
+        place = np.linspace(0.0, 2.0 * math.pi, max(8, math.ceil(2.0 * math.pi / step)), endpoint=False)
+        u, v = self.first * np.cos(place), self.second * np.sin(place)
+        cosine, sine = math.cos(self.angle), math.sin(self.angle)
+        return np.stack([self.x + u * cosine - v * sine, self.y + u * sine + v * cosine], 1)
 
     @property
     def axis(self) -> tuple[float, float]:

@@ -76,14 +76,7 @@ def line_of(shape: Shape) -> Floats:
     if isinstance(shape, Outline):
         parts = [piece.chords() for piece in shape.pieces]
         return np.concatenate(parts if shape.is_closed else [*parts, shape.pieces[-1].points[-1:]])
-    first, second = (shape.radius, shape.radius) if isinstance(shape, Circle) else (shape.first, shape.second)
-    turn = 0.0 if isinstance(shape, Circle) else shape.angle
-    step = 2.0 * np.arccos(max(1.0 - CHORD_ERROR / max(first, second), 0.5))
-    whole = 2.0 * np.pi * (shape.turn if isinstance(shape, Circle) else 1)
-    angle = np.linspace(0.0, whole, max(8, int(np.ceil(2.0 * np.pi / step))), endpoint=False)
-    u, v = first * np.cos(angle), second * np.sin(angle)
-    across, down = u * np.cos(turn) - v * np.sin(turn), u * np.sin(turn) + v * np.cos(turn)
-    return np.stack([shape.x + across, shape.y + down], 1)
+    return shape.chords()
 
 
 def areas_of(geometry: BaseGeometry) -> BaseGeometry:
