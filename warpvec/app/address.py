@@ -38,7 +38,7 @@ def read_token(port: int) -> str:
 
     A file that another user may have written or read is not trusted.
     """
-    path = _folder() / f"token-{port}"
+    path = private_folder() / f"token-{port}"
     known = _kept_token(path)
     if known is not None:
         return known
@@ -64,8 +64,8 @@ def open_socket(port: int | None) -> socket.socket:
         raise InputError("--port", "must be a free port", f"{port} ({reason})", "give another, or none") from error
 
 
-def _folder() -> Path:
-    """Return the folder for the token: the user's own one for running programs, or one for their state."""
+def private_folder() -> Path:
+    """Return the folder for secrets: the user's own one for running programs, or one for their state."""
     runtime, state = os.environ.get("XDG_RUNTIME_DIR"), os.environ.get("XDG_STATE_HOME")
     if runtime:
         return Path(runtime) / "warpvec"

@@ -7,8 +7,8 @@ have:
 - an Origin of this server or none, and no other site as its source (Sec-Fetch-Site),
 - the token, as the first part of its path. It is compared in a time that does not depend on it.
 
-The command line of a browser is visible to all users of the machine. So it gets the address of a ticket, which leads to
-the page once and soon, and not the token.
+The file that opens the browser (`warpvec.app.opening`) holds the address of a ticket, which leads to the page once and
+soon, and not the token: a file may be left behind or copied.
 """
 
 from __future__ import annotations
