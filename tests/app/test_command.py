@@ -63,9 +63,9 @@ def test_the_address_is_printed_and_the_browser_gets_a_private_file(
     opened: queue.SimpleQueue[tuple[str, str, int]] = queue.SimpleQueue()
     found: list[tuple[str, str, int]] = []
 
-    def run_server(listener: Any, token: str, **options: Any) -> None:
+    def run_server(listener: Any, identity: Any, **options: Any) -> None:
         root = f"http://127.0.0.1:{listener.getsockname()[1]}"
-        options["on_start"](f"{root}/{token}/", f"{root}/ticket")
+        options["on_start"](f"{root}/{identity.token}/", f"{root}/ticket")
         if opens:
             found.append(opened.get(timeout=limit(10)))
 

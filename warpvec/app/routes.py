@@ -57,11 +57,12 @@ class Routes:
         desk: pictures and fits.
         folder: where pictures are listed and drawings are saved; None for nowhere.
         formats: the formats in which a drawing can be saved.
+        key: what pages know their server by; see `warpvec.app.identity`.
     """
 
-    def __init__(self, desk: Desk, folder: Path | None, formats: list[str]) -> None:
+    def __init__(self, desk: Desk, folder: Path | None, formats: list[str], key: str) -> None:
         self._desk, self._folder, self._formats = desk, folder, formats
-        self._page, self._policy = page_text()
+        self._page, self._policy = page_text(key)
 
     def application(self) -> Starlette:
         """Return the ASGI application."""

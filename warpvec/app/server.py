@@ -19,6 +19,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from warpvec.app.desk import Desk
 from warpvec.app.export import usable_formats
 from warpvec.app.guard import Guard
+from warpvec.app.identity import Identity
 from warpvec.app.routes import Routes
 from warpvec.app.worker_process import WorkerProcess
 from warpvec.watch.interrupt import Listener
@@ -36,7 +37,7 @@ other programs' silent ones take up room."""
 
 def run_server(
     listener: socket.socket,
-    token: str,
+    identity: Identity,
     *,
     folder: Path | None,
     threads: int | None,
@@ -47,7 +48,7 @@ def run_server(
 
     Args:
         listener: a socket that listens at a port of this machine: a browser that is quicker than the server waits.
-        token: first part of every path.
+        identity: its secrets.
         folder: where pictures are listed and drawings are saved; None for nowhere.
         threads: CPU threads of fits; None for all cores.
         on_start: called with the address of the page when it can be opened, and with one that leads there only once.
@@ -66,15 +67,15 @@ def run_server(
         desk = Desk(worker)
         worker.start(desk.receive)
         try:
-            routes = Routes(desk, folder, await asyncio.to_thread(usable_formats))
-            guard = Guard(routes.application(), port, token)
+            routes = Routes(desk, folder, await asyncio.to_thread(usable_formats), identity.key)
+            guard = Guard(routes.application(), port, identity)
             config = uvicorn.Config(
                 guard, http=_Connection, backlog=BACKLOG, log_level="error",
                 access_log=False, server_header=False, lifespan="off", ws="none",
             )  # fmt: skip
             logging.getLogger("uvicorn.error").addFilter(_is_mistake)
             server = _Server(config, signals)
-            on_start(f"{root}/{token}/", f"{root}/{guard.new_ticket()}")
+            on_start(f"{root}/{identity.token}/", f"{root}/{guard.new_ticket()}")
             await server.serve([listener])
         finally:
             worker.end()

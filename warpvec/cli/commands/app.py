@@ -31,12 +31,13 @@ def app(folder: str | None, port: int | None, no_browser: bool, threads: int | N
     if any(find_spec(name) is None for name in ("starlette", "uvicorn")):
         rule = "needs the packages of the extra app"
         raise InputError("app", rule, "starlette or uvicorn is missing", "pip install 'warpvec[app]'")
-    from warpvec.app.address import open_socket, read_token
+    from warpvec.app.address import open_socket
+    from warpvec.app.identity import Identity, read_key
     from warpvec.app.opening import has_browser, leading_file, open_browser
     from warpvec.app.server import run_server
 
     listener = open_socket(port)
-    token = read_token(listener.getsockname()[1])
+    identity = Identity(read_key(listener.getsockname()[1]))
 
     def show(address: str, ticket_address: str) -> None:
         click.echo(f"The page is at {address}\nCtrl-C ends it.", err=True)
@@ -46,4 +47,4 @@ def app(folder: str | None, port: int | None, no_browser: bool, threads: int | N
 
     where = None if folder is None else Path(folder)
     with listener, ExitStack() as kept:
-        run_server(listener, token, folder=where, threads=threads, on_start=show, signals=signals.listener())
+        run_server(listener, identity, folder=where, threads=threads, on_start=show, signals=signals.listener())
