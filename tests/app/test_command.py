@@ -102,13 +102,15 @@ def test_a_signal_ends_a_busy_server(tmp_path: Path) -> None:
     # An exception that a handler raises in the middle of a request is lost there.
     server = DeskServer(tmp_path)
     stop = threading.Event()
+    drawing = b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><path d="M0 0H9" stroke="red"/></svg>'
 
-    def ask() -> None:
+    def ask(path: str, body: bytes | None) -> None:
         while not stop.is_set():
             with suppress(OSError, http.client.HTTPException):
-                urlopen(server.url, timeout=1).close()
+                urlopen(server.url + path, body, timeout=1).close()
 
-    threads = [threading.Thread(target=ask) for _ in range(2)]
+    tasks = [("", None), ("export?format=png", drawing), ("events?page=a", None)]
+    threads = [threading.Thread(target=ask, args=task) for task in tasks]
     for thread in threads:
         thread.start()
     try:

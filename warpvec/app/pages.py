@@ -69,6 +69,12 @@ class Pages:
         for stream in self._streams.get(page, ()):
             stream.put(kind, facts)
 
+    def end(self) -> None:
+        """End all streams: the server ends."""
+        for streams in self._streams.values():
+            for stream in streams:
+                stream.end()
+
     def _forget_after(self, page: str, seconds: float) -> None:
         self._stop_timer(page)
         self._timers[page] = asyncio.get_running_loop().call_later(seconds, self._end, page)

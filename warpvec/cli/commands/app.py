@@ -48,3 +48,4 @@ def app(folder: str | None, port: int | None, no_browser: bool, threads: int | N
     where = None if folder is None else Path(folder)
     with listener, ExitStack() as kept:
         run_server(listener, identity, folder=where, threads=threads, on_start=show, signals=signals.listener())
+    signals.end_if_signalled()
