@@ -19,7 +19,7 @@ from warpvec.sandbox.run import SandboxError, run_in_sandbox
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 
-TASK = {"work": "warpvec.svg.resvg_work", "options": {}, "memory": run.MAX_MEMORY}
+TASK = {"work": "warpvec.svg.resvg_work", "options": {}, "memory": run.MAX_MEMORY, "files": 0}
 
 WORK = """
 from warpvec.errors import InputError

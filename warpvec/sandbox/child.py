@@ -35,6 +35,8 @@ class Task(TypedDict):
     """Address space in bytes."""
     seconds: int
     """Time limit, of the clock and of the processor. The starting process ends the work before that."""
+    files: int
+    """Most files that the work may have open at a time: temporary ones of a library."""
     parent: int
     """Id of the starting process, without which nobody needs the result."""
 
@@ -49,7 +51,7 @@ def main() -> None:
     sys.path.append(str(Path(__file__).parents[2]))  # the package need not be installed
     work = importlib.import_module(task["work"]).work
     data = sys.stdin.buffer.read()
-    _forbid_files()
+    _limit_files(task["files"], task["memory"])
     try:
         for part in work(data, **task["options"]):
             sys.stdout.buffer.write(part)
@@ -85,13 +87,15 @@ def _limit_resources(**values: int) -> None:
             resource.setrlimit(getattr(resource, name), (value, value))
 
 
-def _forbid_files() -> None:
-    """Let nothing be opened from here on.
+def _limit_files(count: int, size: int) -> None:
+    """Let at most ``count`` files of ``size`` bytes be opened from here on.
 
     Where a system has no such limit, names without a slash are those of the root, where users write no files.
     """
     os.chdir(os.path.abspath(os.sep))
-    _limit_resources(RLIMIT_NOFILE=0, RLIMIT_FSIZE=0)
+    free = os.dup(0)  # the lowest number that is not in use
+    os.close(free)
+    _limit_resources(RLIMIT_NOFILE=free + count if count else 0, RLIMIT_FSIZE=size if count else 0)
 
 
 if __name__ == "__main__":

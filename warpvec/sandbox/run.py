@@ -1,4 +1,4 @@
-"""Run work on hostile input in a child process, which can open no file or connection and ends within limits.
+"""Run work on hostile input in a child process, which ends within limits and can open no file or connection.
 
 A few bytes can take hours, take more memory than there is, or end the process that reads them, in native code and in
 Python alike. The child process is no container: see `warpvec.sandbox.child` for its limits.
@@ -35,19 +35,27 @@ class SandboxError(Exception):
     """The work failed, or exceeded a limit. The message says which in a few words."""
 
 
-def run_in_sandbox(work: str, data: bytes | bytearray | memoryview, **options: Any) -> bytes:
+def run_in_sandbox(work: str, data: bytes | bytearray | memoryview, files: int = 0, **options: Any) -> bytes:
     """Return what the module ``work`` makes of ``data``.
 
     Args:
         work: name of the module.
         data: the hostile input.
+        files: most files that the work may have open at a time; 0 unless a library needs a temporary one.
         options: further arguments of the work, which JSON can hold.
 
     Raises:
         InputError: the work raised it.
         SandboxError: the work failed, or took more than ``MAX_SECONDS`` or ``MAX_MEMORY``.
     """
-    task = Task(work=work, options=options, memory=MAX_MEMORY, seconds=math.ceil(MAX_SECONDS) + 1, parent=os.getpid())
+    task = Task(
+        work=work,
+        options=options,
+        memory=MAX_MEMORY,
+        seconds=math.ceil(MAX_SECONDS) + 1,
+        files=files,
+        parent=os.getpid(),
+    )
     try:
         done = subprocess.run(
             # -P: modules of the current folder must not replace installed ones.
