@@ -33,7 +33,10 @@ def load(path: str, name: str) -> ModuleType:
 
 
 def writer(suffix: str, media_type: str, method: str, files: int = 0) -> Writer:
-    """Return the writer of files with this ``suffix``, which a ``method`` of CairoSVG makes with temporary ``files``."""
+    """Return the writer of files with this ``suffix``.
+
+    A ``method`` of CairoSVG makes them, with at most so many temporary ``files``.
+    """
 
     def encode(svg: str, canvas: Canvas | None) -> bytes:
         del canvas
