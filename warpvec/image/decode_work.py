@@ -15,7 +15,7 @@ from warpvec.image.decode import FORMATS, decode_file
 def work(data: bytes, label: str, name: str) -> list[bytes | memoryview]:
     """Return the shape and the type of the samples of the picture file ``data``, a line of JSON, and the samples."""
     samples = np.ascontiguousarray(decode_file(data, label, name))
-    return [json.dumps([samples.dtype.name, *samples.shape]).encode() + b"\n", memoryview(samples).cast("B")]
+    return [json.dumps([samples.dtype.name, *samples.shape]).encode() + b"\n", samples.data.cast("B")]
 
 
 def _load_readers() -> None:

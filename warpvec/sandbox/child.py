@@ -62,7 +62,7 @@ def main() -> None:
 
 def _report(error: BaseException) -> str | tuple[str | None, ...]:
     if type(error).__name__ == "InputError":
-        return error.__reduce__()[1]  # type: ignore[return-value] # its arguments
+        return error.__reduce__()[1]  # its arguments
     if isinstance(error, MemoryError):
         return "more memory is needed than there may be"
     return str(error) or type(error).__name__
