@@ -201,3 +201,12 @@ def test_images_with_alpha_have_a_limit_of_their_own(channel_count, words, monke
     assert words in complaint(read_image, np.zeros((3, 4, channel_count), np.uint8))
     assert "if it has alpha" in complaint(read_image, encode(np.zeros((3, 4, 4), np.uint8)))
     assert read_image(np.zeros((3, 4, 3), np.uint8)).shape == (3, 4, 3)
+
+
+def test_nothing_is_printed_of_a_tiff_with_too_many_samples(capfd):
+    # Pillow logs that there are more than it can decode.
+    data = encode(RGB, "TIFF")
+    samples = b"\x15\x01\x03\x00\x01\x00\x00\x00"  # the tag SamplesPerPixel, one short number
+    assert data.count(samples) == 1
+    complaint(read_image, data.replace(samples + b"\x03", samples + b"\x23"))
+    assert capfd.readouterr() == ("", "")
