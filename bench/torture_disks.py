@@ -170,7 +170,7 @@ def _check_lost(lost: Sequence[str], full: Sequence[str], code: int, stderr: str
     lines = stderr.splitlines()
     # A checkpoint may fail once and fit the next time, when the old one has made room.
     wanted = {name: f"warpvec: warning: {name} could not be written (" for name in FILES if name != "OUT"}
-    wanted["OUT"] = "warpvec: error: the disk is full ("
+    wanted["OUT"] = "warpvec: error: '"  # its name, and where the drawing is
     for name in lost:
         if sum(line.startswith(wanted[name]) for line in lines) != 1:
             raise Wrong(f"no single line about {name}: {stderr}")

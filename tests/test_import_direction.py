@@ -29,9 +29,9 @@ LEVEL |= {"__main__": len(LINES) + 1, "__init__": 0}
 PUBLIC = warpvec._MODULES
 """Name in the package -> the module that it is loaded from when it is first used."""
 
-COMPUTED_IMPORTS = {"__init__", "cli.main", "config.rooms", "goals.registry", "writers.registry"}
+COMPUTED_IMPORTS = {"__init__", "cli.main", "config.rooms", "goals.registry", "sandbox.child", "writers.registry"}
 """The modules that may compute the names of others: the public names, the commands, the rooms that register themselves,
-and the tables of goals and of kinds of files, which name modules of their own folder."""
+the tables of goals and of kinds of files, which name modules of their own folder, and the work in the sandbox."""
 
 
 @cache

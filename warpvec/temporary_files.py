@@ -41,7 +41,7 @@ _SWEEP_PAUSE = 600.0
 _LAST_WAIT = 1.0
 """Longest time in seconds that an ending process waits for a file that is being created. A network may be gone."""
 
-_NAME = re.compile(r"\.warpvec-(?P<kernel>[0-9a-f]{8})-[0-9a-f]{16}\.tmp(\.[a-z0-9]{1,5})?")
+_NAME = re.compile(r"\.?warpvec-(?P<kernel>[0-9a-f]{8})-[0-9a-f]{16}\.tmp(\.[a-z0-9]{1,5})?")
 
 # Temporary files that this process has created and not yet removed, and the handles that hold their locks.
 _live: dict[Path, int | None] = {}
@@ -57,21 +57,22 @@ _creating = threading.Lock()
 
 
 @contextmanager
-def temporary_file(target: Path, suffix: str = "") -> Iterator[Path]:
+def temporary_file(target: Path, suffix: str = "", *, mode: int = 0o666, is_hidden: bool = True) -> Iterator[Path]:
     """Yield the path of an empty file in the folder of ``target``, and remove it at the end unless it was moved.
 
-    The first call for a folder in `_SWEEP_PAUSE` also removes the stale temporary files in it. The mode of the file
-    follows the umask.
+    The first call for a folder in `_SWEEP_PAUSE` also removes the stale temporary files in it.
 
     Args:
         target: the file that the temporary one is to replace, with `os.replace`.
         suffix: end of the name, such as ".mp4", for writers that choose the format by it.
+        mode: who may read and write the file, as far as the umask allows it.
+        is_hidden: whether the name begins with a dot.
 
     Raises:
         OSError: the file cannot be created.
     """
     _sweep_at_times(target.parent)
-    file = _TemporaryFile(target.parent, suffix)
+    file = _TemporaryFile(target.parent, suffix, mode, "." if is_hidden else "")
     try:
         while not file.is_created():
             file.remove()
@@ -139,8 +140,8 @@ def at_abrupt_end(step: Callable[[], None]) -> Iterator[None]:
 class _TemporaryFile:
     """A file with a name of its own, locked while it exists."""
 
-    def __init__(self, folder: Path, suffix: str) -> None:
-        self._folder, self._suffix = folder, suffix
+    def __init__(self, folder: Path, suffix: str, mode: int, dot: str) -> None:
+        self._folder, self._suffix, self._mode, self._dot = folder, suffix, mode, dot
         self._handle: int | None = None
         self._choose_name()
 
@@ -149,7 +150,7 @@ class _TemporaryFile:
         self._choose_name()
         with _creating:
             _live[self.path] = None
-            self._handle = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+            self._handle = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, self._mode)
             _live[self.path] = self._handle
         if fcntl is None:  # Windows cannot move a file that is open
             self._close()
@@ -166,7 +167,7 @@ class _TemporaryFile:
         _live.pop(self.path, None)
 
     def _choose_name(self) -> None:
-        self.path = self._folder / f".warpvec-{_KERNEL}-{os.urandom(8).hex()}.tmp{self._suffix}"
+        self.path = self._folder / f"{self._dot}warpvec-{_KERNEL}-{os.urandom(8).hex()}.tmp{self._suffix}"
 
     def _close(self) -> None:
         handle, self._handle = self._handle, None

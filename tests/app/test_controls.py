@@ -83,7 +83,7 @@ def test_values_that_the_page_does_not_offer_are_refused(values: Any, message: s
 
 
 def test_limits_of_the_page_are_those_of_the_program() -> None:
-    text, _ = page_text()
+    text, _ = page_text("")
     assert f'<input id="png-width" type="number" min="1" max="{SIDE_MAX}"' in text
     assert f'data-photo-side="{PAGE_PHOTO_SIDE}"' in text
     assert "<!--" not in text.partition('<script type="application/json"')[0]

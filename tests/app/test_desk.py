@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import AsyncIterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
-from app_server import Server, server_fixture  # noqa: F401  (fixture)
+from app_server import TOKEN, Server, server_fixture  # noqa: F401  (fixture)
 from PIL import Image
 
 from warpvec.app import desk, folder, pages
 from warpvec.app.messages import Report, Stop
+from warpvec.errors import InputError
 
 
 def add(server: Server, page: str = "a", side: int = 8) -> str:
@@ -167,6 +170,7 @@ def test_pictures_of_a_closed_page_are_forgotten(server: Server, monkeypatch: py
     monkeypatch.setattr(pages, "FORGET_SECONDS", 0.0)
     server.report("ready")
     stream = server.act(lambda: server.desk.watch("a"))
+    server.act(lambda: server.desk.watch("b"))
     fit(server, add(server, "a"))
     add(server, "b")
     server.act(lambda: server.desk.pages.leave("a", stream))
@@ -275,3 +279,62 @@ def test_a_folder_that_has_gone_is_named(server: Server, tmp_path: Path) -> None
     assert answer.status_code == 404
     assert "the folder of the server cannot be read" in answer.text
     assert server.get("folder/b.png").status_code == 404
+
+
+@pytest.mark.skipif(os.name != "posix", reason="other systems have no such names and links")
+def test_names_and_links_that_no_page_can_use_are_not_in_the_folder(server: Server, tmp_path: Path) -> None:
+    inner = tmp_path / "pictures"
+    inner.mkdir()
+    (inner / "a.png").write_bytes(picture(4))
+    (tmp_path / "secret.png").write_bytes(picture(8))
+    (inner / "out.png").symlink_to(tmp_path / "secret.png")
+    (inner / "same.png").symlink_to("a.png")
+    (inner / "loop.png").symlink_to("loop.png")
+    (inner / "folder.png").mkdir()
+    with open(os.fsencode(inner) + b"/\xff\xfebad.png", "wb") as file:
+        file.write(picture(4))
+    assert folder.list_pictures(inner) == ["a.png", "same.png"]
+    assert folder.read_picture(inner, "same.png", 10**6) == picture(4)
+    with pytest.raises(InputError, match="must be in the folder of the server"):
+        folder.read_picture(inner, "out.png", 10**6)
+    (tmp_path / "loop.png").symlink_to("loop.png")
+    with open(os.fsencode(tmp_path) + b"/\xff\xfebad.png", "wb") as file:
+        file.write(picture(4))
+    answer = server.get("folder")
+    assert (answer.status_code, answer.json()) == (200, ["secret.png"])
+
+
+def test_a_picture_that_is_removed_before_its_request_has_arrived_blocks_no_other(server: Server) -> None:
+    server.report("ready")
+    gone, other = add(server), add(server)
+
+    async def body() -> AsyncIterator[bytes]:
+        yield b"{"
+        server.desk.remove(gone)
+        yield b"}"
+
+    path = f"/{TOKEN}/pictures/{gone}/fit"
+    assert server.ask("POST", path, content=body(), headers={"content-length": "2"}).status_code == 404
+    fit(server, other)
+    assert [job.name for job in server.worker.jobs] == ["red"]
+    assert statuses(server) == ["fitting"]
+
+
+def test_pictures_of_a_page_that_never_listens_are_forgotten(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pages, "FORGET_SECONDS", 0.0)
+    server.act(lambda: server.desk.watch("b"))
+    add(server, "a")
+    kept = add(server, "b")
+    server.act(lambda: None)
+    assert list(server.desk.pictures) == [kept]
+
+
+@pytest.mark.parametrize("name", ["start", "erased", "filled"])
+def test_text_with_half_a_character_is_refused(server: Server, name: str) -> None:
+    identifier = add(server)
+    for half in ("\\ud800", "\\udfff"):
+        answer = server.post(f"pictures/{identifier}/fit", f'{{"{name}": "<svg>{half}</svg>"}}'.encode())
+        assert (answer.status_code, "must be SVG text" in answer.text) == (422, True)
+    answer = server.post("reshape?to=outline", b'{"shapes": ["\\ud800"]}')
+    assert (answer.status_code, "must be a list of SVG texts" in answer.text) == (422, True)
+    fit(server, identifier, **{name: "<svg>\U0001f600</svg>"})

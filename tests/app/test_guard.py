@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hmac
 import os
 import re
 import stat
@@ -9,9 +10,10 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
-from app_server import PORT, TOKEN, Server, server_fixture  # noqa: F401  (fixture)
+from app_server import IDENTITY, PORT, TOKEN, Server, server_fixture  # noqa: F401  (fixture)
 
-from warpvec.app import address, guard
+from warpvec.app import address, guard, identity
+from warpvec.app.identity import Identity
 from warpvec.errors import InputError
 
 OWN = {"Host": f"127.0.0.1:{PORT}", "Origin": f"http://127.0.0.1:{PORT}"}
@@ -20,28 +22,29 @@ OWN = {"Host": f"127.0.0.1:{PORT}", "Origin": f"http://127.0.0.1:{PORT}"}
 @pytest.mark.parametrize(
     ("path", "headers", "status"),
     [
-        (f"/{TOKEN}/", OWN, 200),
-        (f"/{TOKEN}/", {"Host": f"localhost:{PORT}"}, 200),
-        (f"/{TOKEN}/folder", {**OWN, "Sec-Fetch-Site": "same-origin"}, 200),
+        ("/TOKEN/", OWN, 200),
+        ("/TOKEN/", {"Host": f"localhost:{PORT}"}, 200),
+        ("/TOKEN/folder", {**OWN, "Sec-Fetch-Site": "same-origin"}, 200),
         ("/", OWN, 403),
-        (f"/{TOKEN[:-1]}/", OWN, 403),
-        (f"/{TOKEN}x/folder", OWN, 403),
+        ("/SHORT/", OWN, 403),
+        ("/TOKENx/folder", OWN, 403),
         ("/folder", OWN, 403),
-        (f"//{TOKEN}/folder", OWN, 403),
-        (f"/{TOKEN}/folder", {"Host": "attacker.example"}, 421),
-        (f"/{TOKEN}/folder", {"Host": f"attacker.example:{PORT}"}, 421),
-        (f"/{TOKEN}/folder", {"Host": f"127.0.0.1:{PORT + 1}"}, 421),
-        (f"/{TOKEN}/folder", {"Origin": "http://attacker.example"}, 403),
-        (f"/{TOKEN}/folder", {"Origin": "null"}, 403),
-        (f"/{TOKEN}/folder", {"Origin": f"https://127.0.0.1:{PORT}"}, 403),
-        (f"/{TOKEN}/folder", {"Sec-Fetch-Site": "cross-site"}, 403),
-        (f"/{TOKEN}/folder", {"Sec-Fetch-Site": "same-site"}, 403),
+        ("//TOKEN/folder", OWN, 403),
+        ("/TOKEN/folder", {"Host": "attacker.example"}, 421),
+        ("/TOKEN/folder", {"Host": f"attacker.example:{PORT}"}, 421),
+        ("/TOKEN/folder", {"Host": f"127.0.0.1:{PORT + 1}"}, 421),
+        ("/TOKEN/folder", {"Origin": "http://attacker.example"}, 403),
+        ("/TOKEN/folder", {"Origin": "null"}, 403),
+        ("/TOKEN/folder", {"Origin": f"https://127.0.0.1:{PORT}"}, 403),
+        ("/TOKEN/folder", {"Sec-Fetch-Site": "cross-site"}, 403),
+        ("/TOKEN/folder", {"Sec-Fetch-Site": "same-site"}, 403),
     ],
 )
 def test_a_request_needs_the_token_and_comes_from_the_page(
     server: Server, path: str, headers: dict[str, str], status: int
 ) -> None:
-    answer = server.ask("GET", path, headers=headers)
+    # The token is another one in each process of the tests, so it is no part of their names.
+    answer = server.ask("GET", path.replace("TOKEN", TOKEN).replace("SHORT", TOKEN[:-1]), headers=headers)
     assert answer.status_code == status
     assert answer.headers["referrer-policy"] == "no-referrer"
     assert "default-src 'none'" in answer.headers["content-security-policy"]
@@ -93,22 +96,38 @@ async def _without_length() -> AsyncIterator[bytes]:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="the modes of files are POSIX's")
-def test_the_token_stays_for_a_restart_but_no_other_user_can_set_it(
+def test_the_key_stays_for_a_restart_but_no_other_user_can_set_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    token = address.read_token(PORT)
-    assert len(token) == 32
-    assert address.read_token(PORT) == token
-    assert address.read_token(PORT + 1) != token
-    path = tmp_path / "warpvec" / f"token-{PORT}"
+    key = identity.read_key(PORT)
+    assert identity.read_key(PORT) == key
+    assert identity.read_key(PORT + 1) != key
+    path = tmp_path / "warpvec" / f"key-{PORT}"
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
     path.chmod(0o644)
-    second = address.read_token(PORT)
-    assert second != token
+    second = identity.read_key(PORT)
+    assert second != key
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
-    monkeypatch.setattr(address, "TOKEN_SECONDS", 0.0)
-    assert address.read_token(PORT) != second
+    monkeypatch.setattr(identity, "KEY_SECONDS", 0.0)
+    assert identity.read_key(PORT) != second
+
+
+def test_each_start_has_a_token_of_its_own_that_only_the_key_gives(server: Server) -> None:
+    key = bytes.fromhex(IDENTITY.key)
+    nonce = "0f" * 16
+    answer = server.ask("GET", f"/proof?nonce={nonce}")
+    start, proof = answer.json()["start"], answer.json()["proof"]
+    assert TOKEN not in answer.text and IDENTITY.key not in answer.text
+    # As the page checks it, in app/assets/proof.js.
+    signed = hmac.new(key, f"proof 127.0.0.1:{PORT} {nonce} {start}".encode(), "sha256").hexdigest()
+    assert proof == signed
+    assert hmac.new(key, f"token {start}".encode(), "sha256").hexdigest()[:32] == TOKEN
+    assert server.ask("GET", f"/proof?nonce={nonce[:-1]}0").json()["proof"] != proof
+    assert Identity(IDENTITY.key).token != TOKEN
+    for query in ("", "?nonce=", "?nonce=0f", f"?nonce={nonce}%20"):
+        assert server.ask("GET", f"/proof{query}").status_code == 400
+    assert server.ask("GET", f"/proof?nonce={nonce}", headers={"Host": "attacker.example"}).status_code == 421
 
 
 def test_a_given_port_that_is_taken_is_refused_and_else_another_is_used() -> None:

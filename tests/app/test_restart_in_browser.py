@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import http.client
+import json
 import os
 import signal
+import threading
+from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +29,45 @@ def write_photo(path: Path, side: int = 400) -> Path:
     return path
 
 
+class Impostor:
+    """A program of another user that listens at the port of a server that has ended, and answers everything.
+
+    Args:
+        port: of the server.
+    """
+
+    def __init__(self, port: int) -> None:
+        lines: list[str] = []
+
+        class Handler(BaseHTTPRequestHandler):
+            def do_GET(self) -> None:
+                lines.append(self.requestline)
+                body = json.dumps({"start": "0" * 32, "proof": "0" * 64}).encode()
+                self.send_response(200)
+                self.send_header("Content-Length", str(len(body)))
+                self.end_headers()
+                self.wfile.write(body)
+
+            def do_POST(self) -> None:
+                self.do_GET()
+
+            def log_message(self, *parts: object) -> None:
+                pass
+
+        self.lines = lines
+        self._server = HTTPServer(("127.0.0.1", port), Handler)
+        self._thread = threading.Thread(target=self._server.serve_forever)
+
+    def __enter__(self) -> Impostor:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._server.shutdown()
+        self._thread.join()
+        self._server.server_close()
+
+
 @pytest.mark.skipif(not os.path.isdir("/proc"), reason="the processes are found in /proc")
 def test_the_page_says_that_the_server_has_ended_and_goes_on_with_a_new_one(browser, tmp_path: Path) -> None:
     server = DeskServer(tmp_path)
@@ -44,13 +86,20 @@ def test_the_page_says_that_the_server_has_ended_and_goes_on_with_a_new_one(brow
     count = file_facts(desk.save().read_bytes())["paths"]
     assert count > 0
     address = server.url
+    with Impostor(server.port) as impostor:
+        wait_for(lambda: len(impostor.lines) > 2)
+        desk.page.wait_for_function("() => document.getElementById('lost').textContent.includes('Another server')")
+    assert all(line.startswith("GET /proof?nonce=") for line in impostor.lines), impostor.lines
     server.start()
-    assert server.url == address
+    assert server.url != address
     desk.page.wait_for_selector("#lost", state="hidden")
     desk.wait_for_frame(12.0)
     desk.page.locator("#stop").click()
     desk.wait_for_status("Stopped")
     assert file_facts(desk.save().read_bytes())["paths"] >= count
+    desk.page.reload()
+    desk.page.wait_for_selector("body[data-desk]")
+    assert desk.page.url == server.url
     assert all("ERR_" in text or "reset" in text.lower() for text in desk.complaints)  # the browser's notes
     desk.page.close()
     assert server.end() == 130

@@ -13,11 +13,14 @@ from httpx import ASGITransport, AsyncClient, Response
 
 from warpvec.app.desk import Desk
 from warpvec.app.guard import Guard
+from warpvec.app.identity import Identity
 from warpvec.app.messages import FitJob, Report, Stop
 from warpvec.app.routes import Routes
 from warpvec.app.streams import Stream
 
-PORT, TOKEN = 8437, "t" * 32
+PORT = 8437
+IDENTITY = Identity("5a" * 32)
+TOKEN = IDENTITY.token
 
 
 class FakeWorker:
@@ -49,8 +52,8 @@ class Server:
         self.runner = runner
         self.worker = FakeWorker()
         self.desk = Desk(self.worker)
-        routes = Routes(self.desk, folder, ["svg", "svgz", "png"])
-        self.guard = Guard(routes.application(), PORT, TOKEN)
+        routes = Routes(self.desk, folder, ["svg", "svgz", "png"], IDENTITY.key)
+        self.guard = Guard(routes.application(), PORT, IDENTITY)
         transport = ASGITransport(self.guard)
         self.client = AsyncClient(transport=transport, base_url=f"http://127.0.0.1:{PORT}")
 

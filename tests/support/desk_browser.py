@@ -40,7 +40,7 @@ class DeskServer:
 
     Args:
         folder: of the pictures, or None.
-        runtime: folder of the token.
+        runtime: folder of the key.
         port: where it listens; None for a free one.
     """
 
@@ -106,7 +106,8 @@ class DeskPage:
         dialog.accept()
 
     def _note_request(self, request: Any) -> None:
-        if not request.url.startswith((self.server.url, "data:", "blob:")):
+        own = (self.server.url, f"http://127.0.0.1:{self.server.port}/proof?nonce=")
+        if not request.url.startswith((*own, "data:", "blob:")):
             self.complaints.append(request.url)
 
     def drop(self, *files: Path) -> None:

@@ -72,3 +72,12 @@ def skip_without_cairo() -> None:
         cairo.load("out.pdf", "OUT")
     except InputError as error:
         pytest.skip(str(error))
+
+
+def mask_bomb() -> str:
+    """Return a file of 30 nested masks, each drawn twice for the next one, that takes minutes."""
+    masks = "".join(
+        f'<mask id="m{k}">' + 2 * f'<rect width="8" height="4" fill="#fff" mask="url(#m{k + 1})"/>' + "</mask>"
+        for k in range(30)
+    )
+    return svg_file(masks + '<rect width="8" height="4" mask="url(#m0)"/>')

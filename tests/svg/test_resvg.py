@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import os
-import signal
-import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-from children import limit, runs, start, wait_for
 from PIL import Image
-from svg_files import make_scene, refusal, svg_file
+from svg_files import make_scene, mask_bomb, refusal, svg_file
 
 from warpvec.errors import InputError
+from warpvec.sandbox import run
 from warpvec.svg import measure, resvg
 from warpvec.svg.document import SVG_NAMESPACE as NAMESPACE
 from warpvec.svg.document import parse_svg
@@ -37,18 +32,6 @@ from warpvec.svg.write import write_svg
 )
 def test_files_that_end_the_process_of_resvg_are_refused(content):
     assert "one that resvg can draw" in refusal(draw, svg_file(content, 'width="32" height="24"'))
-
-
-ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-
-
-def mask_bomb() -> str:
-    """Return a file of 30 nested masks, each drawn twice for the next one, that takes minutes."""
-    masks = "".join(
-        f'<mask id="m{k}">' + 2 * f'<rect width="8" height="4" fill="#fff" mask="url(#m{k + 1})"/>' + "</mask>"
-        for k in range(30)
-    )
-    return svg_file(masks + '<rect width="8" height="4" mask="url(#m0)"/>')
 
 
 BAD_PATH = "M4 5c1 .5 3-1e9 4 1-1 2-3 2-4-1z"
@@ -158,7 +141,7 @@ def test_shapes_that_paint_the_canvas_many_times_are_drawn_in_the_child(monkeypa
 
 
 def test_files_that_take_too_long_are_refused(monkeypatch):
-    monkeypatch.setattr(resvg, "MAX_SECONDS", 1.0)
+    monkeypatch.setattr(run, "MAX_SECONDS", 1.0)
     assert "not done in 1 s" in refusal(draw, mask_bomb())
 
 
@@ -202,36 +185,3 @@ def test_a_panic_of_resvg_in_this_process_is_an_input_error():
     svg = svg_file('<circle r="1e30" stroke="red" stroke-dasharray="1"/>')
     with pytest.raises(InputError, match="one that resvg can draw"):
         resvg.rasterize(svg, sandboxed=False)
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux ends a process with the one that started it")
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
-def test_the_child_process_ends_with_the_one_that_started_it(tmp_path, number):
-    (tmp_path / "bomb.svg").write_text(mask_bomb())
-    program = "from warpvec.svg.resvg import rasterize; rasterize(open('bomb.svg').read())"
-    with start([sys.executable, "-c", program], cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE) as drawing:
-        child = wait_for(lambda: busy_child(drawing.pid))
-        drawing.send_signal(number)
-        drawing.communicate(timeout=limit(20))
-        wait_for(lambda: not runs(child))
-
-
-def busy_child(pid: int) -> int | None:
-    """Return the child of a process once it has worked for a while, so that it is drawing."""
-    children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
-    ticks = [int(Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[11]) for child in children]
-    return int(children[0]) if ticks and ticks[0] > 15 else None
-
-
-def test_a_child_process_without_the_one_that_started_it_draws_nothing():
-    arguments = {"options": {}, "memory": resvg.MAX_MEMORY, "seconds": 20, "parent": os.getpid() + 1}
-    command = [sys.executable, resvg.resvg_child.__file__, json.dumps(arguments)]
-    done = subprocess.run(command, input=svg_file().encode(), capture_output=True, check=False)
-    assert done.returncode and not done.stdout
-
-
-def test_a_child_process_that_nobody_stops_ends_by_itself():
-    arguments = {"options": {}, "memory": resvg.MAX_MEMORY, "seconds": 1, "parent": os.getpid()}
-    command = [sys.executable, resvg.resvg_child.__file__, json.dumps(arguments)]
-    done = subprocess.run(command, input=mask_bomb().encode(), capture_output=True, check=False, timeout=limit(20))
-    assert done.returncode and not done.stdout

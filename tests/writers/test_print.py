@@ -10,12 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from children import limit
 from PIL import Image
 from short_fits import vectorize_briefly
 from svg_files import skip_without_cairo
 
 import warpvec
 from warpvec.errors import InputError
+from warpvec.sandbox import run
 from warpvec.svg.measure import draw
 from warpvec.svg.read import read_svg
 from warpvec.writers.registry import encode
@@ -103,3 +105,25 @@ def test_strokes_stay_strokes_in_pdf() -> None:
     text = b"".join(pages)
     assert len(re.findall(rb"\bS\b", text)) == 2
     assert b"3.75 w" in text and b"1 J" in text and b"2 j" in text  # 5 px in points, round ends, cut-off corners
+
+
+USES = "".join(f'<g id="a{i}">{10 * f"""<use xlink:href="#a{i - 1}"/>"""}</g>' for i in range(1, 10))
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ('<g id="a"><use xlink:href="#a"/></g>', "recursion"),
+        ('<rect width="9" height="9" fill="rgb(1,2)"/>', "not enough values"),
+        ('<rect width="9" height="9" opacity="x"/>', "could not convert"),
+        (f'<rect id="a0" width="1" height="1"/>{USES}<use xlink:href="#a9"/>', "not done in 1 s"),
+    ],
+)
+def test_drawings_that_cairo_cannot_write_in_time_are_refused(
+    content: str, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    skip_without_cairo()
+    monkeypatch.setattr(run, "MAX_SECONDS", 1.0 if "1 s" in words else limit(15.0))
+    head = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="9" height="9">'
+    with pytest.raises(InputError, match=f"must be one that CairoSVG can write as .pdf.*({words})"):
+        encode(f"{head}{content}</svg>", "out.pdf")

@@ -109,6 +109,7 @@ class Desk:
         """Keep a picture of ``size`` (width, height) that ``page`` has sent."""
         picture = PagePicture(secrets.token_hex(8), page, name, data, *size)
         self.pictures[picture.identifier] = picture
+        self.pages.expect(page)
         return picture
 
     def remove(self, identifier: str) -> None:

@@ -22,10 +22,24 @@ _UNUSABLE = re.compile(r"[^\w .()+,=@-]+")
 
 
 def list_pictures(folder: Path) -> list[str]:
-    """Return the names of the pictures directly in ``folder``, in order."""
+    """Return the names of the pictures directly in ``folder``, in order.
+
+    Links that lead out of the folder, and names that are not Unicode, which no page can ask for, are left out.
+    """
     with os.scandir(folder) as entries:
-        names = [e.name for e in entries if e.name.lower().endswith(SUFFIXES) and e.is_file()]
+        names = [entry.name for entry in entries if entry.name.lower().endswith(SUFFIXES) and _is_inside(entry)]
     return sorted(names)[:LISTED_MAX]
+
+
+def _is_inside(entry: os.DirEntry[str]) -> bool:
+    try:
+        entry.name.encode()
+        if not entry.is_symlink():
+            return entry.is_file()
+        target = Path(entry.path).resolve(strict=True)
+        return target.is_file() and target.is_relative_to(Path(entry.path).parent.resolve())
+    except (OSError, RuntimeError, UnicodeError):  # such as a link to itself
+        return False
 
 
 def read_picture(folder: Path, name: str, limit: int) -> bytes:

@@ -5,10 +5,11 @@ have:
 
 - the Host of this server, which a name that was made to point to this machine (DNS rebinding) does not have,
 - an Origin of this server or none, and no other site as its source (Sec-Fetch-Site),
-- the token, as the first part of its path. It is compared in a time that does not depend on it.
+- the token, as the first part of its path. It is compared in a time that does not depend on it. Without the token
+  there is only a proof that this is the server of a page (`warpvec.app.identity`).
 
-The command line of a browser is visible to all users of the machine. So it gets the address of a ticket, which leads to
-the page once and soon, and not the token.
+The file that opens the browser (`warpvec.app.opening`) holds the address of a ticket, which leads to the page once and
+soon, and not the token: a file may be left behind or copied.
 """
 
 from __future__ import annotations
@@ -17,9 +18,12 @@ import hmac
 import secrets
 import time
 
-from starlette.datastructures import Headers, MutableHeaders
-from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.datastructures import MutableHeaders
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from warpvec.app.identity import PROOF_PATH, Identity
 
 HEADERS = {
     "Cache-Control": "no-store",
@@ -46,11 +50,11 @@ class Guard:
     Args:
         app: serves the paths below the token.
         port: port of the server.
-        token: first part of every allowed path.
+        identity: the secrets of the server.
     """
 
-    def __init__(self, app: ASGIApp, port: int, token: str) -> None:
-        self._app, self._token = app, token
+    def __init__(self, app: ASGIApp, port: int, identity: Identity) -> None:
+        self._app, self._identity = app, identity
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
         self._ticket, self._ticket_end = "", 0.0
 
@@ -73,25 +77,29 @@ class Guard:
                     headers.setdefault(name, value)
             await send(message)
 
-        answer = self._answer(Headers(scope=scope), scope["path"])
+        answer = self._answer(Request(scope), scope["path"])
         if answer is not None:
             await answer(scope, receive, send_with_headers)
             return
-        prefix = f"/{self._token}"
+        prefix = f"/{self._identity.token}"
         inner = {**scope, "root_path": scope.get("root_path", "") + prefix}
         await self._app(inner, receive, send_with_headers)
 
-    def _answer(self, headers: Headers, path: str) -> Response | None:
-        """Return a refusal, or the way to the page for a ticket; None for a request that may pass."""
+    def _answer(self, request: Request, path: str) -> Response | None:
+        """Return a refusal, a proof, or the way to the page for a ticket; None for a request that may pass."""
+        headers = request.headers
         host, origin = headers.get("host", ""), headers.get("origin")
         if host not in self._hosts or len(headers.getlist("host")) != 1:
             return PlainTextResponse("This server answers only to its own name.\n", 421)
         if origin is not None and origin != f"http://{host}":
             return PlainTextResponse("Requests of other sites are refused.\n", 403)
+        if path == PROOF_PATH:
+            proof = self._identity.proof(host, request.query_params.get("nonce", ""))
+            return PlainTextResponse("The nonce must have 32 digits.\n", 400) if proof is None else JSONResponse(proof)
         if path.startswith(f"/{TICKET_PATH}/"):
             return self._exchange(path.removeprefix(f"/{TICKET_PATH}/"))
         given = path.split("/")[1] if path.startswith("/") else ""
-        if not hmac.compare_digest(given.encode(), self._token.encode()):
+        if not hmac.compare_digest(given.encode(), self._identity.token.encode()):
             return PlainTextResponse("Open the address that warpvec app has printed: its token is missing.\n", 403)
         # After the token: a browser that opens a link from another program may call it cross-site.
         is_page = path.count("/") <= 2 and path.endswith("/")
@@ -106,4 +114,4 @@ class Guard:
             words = "This address has been used or is too old. Open the one that warpvec app has printed.\n"
             return PlainTextResponse(words, 403)
         self._ticket = ""
-        return RedirectResponse(f"/{self._token}/", 303)
+        return RedirectResponse(f"/{self._identity.token}/", 303)

@@ -17,8 +17,8 @@ NONCE_BYTES = 18
 """Random bytes of the nonce of a server's page."""
 
 
-def page_text() -> tuple[str, str]:
-    """Return the HTML of the page and its content security policy.
+def page_text(key: str) -> tuple[str, str]:
+    """Return the HTML of the page and its content security policy; ``key`` is that of `warpvec.app.identity`.
 
     The policy allows scripts with a nonce, this style, images that the page makes, and requests to the server.
     """
@@ -34,7 +34,7 @@ def page_text() -> tuple[str, str]:
 <link rel="icon" href="data:,">
 <style>{style}</style>
 </head>
-<body class="desk" data-photo-side="{viewer.PAGE_PHOTO_SIDE}">
+<body class="desk" data-photo-side="{viewer.PAGE_PHOTO_SIDE}" data-key="{key}">
 {_panel()}{asset("viewer", "page.html")}
 <script type="application/json" id="controls">{controls_data()}</script>
 <script type="application/json" id="data">{viewer.embedded_data({"name": "warpvec"})}</script>

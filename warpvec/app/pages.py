@@ -36,6 +36,11 @@ class Pages:
         """Yield the pages that listen."""
         return iter(self._streams)
 
+    def expect(self, page: str) -> None:
+        """Forget ``page`` after a while unless it listens, or is hidden."""
+        if page not in self._streams and page not in self._timers:
+            self._forget_after(page, FORGET_SECONDS)
+
     def join(self, page: str) -> Stream:
         """Return a new stream of events for ``page``."""
         self._resting.discard(page)
@@ -68,6 +73,12 @@ class Pages:
         """Send an event to ``page``; see `Stream.put`."""
         for stream in self._streams.get(page, ()):
             stream.put(kind, facts)
+
+    def end(self) -> None:
+        """End all streams: the server ends."""
+        for streams in self._streams.values():
+            for stream in streams:
+                stream.end()
 
     def _forget_after(self, page: str, seconds: float) -> None:
         self._stop_timer(page)

@@ -57,11 +57,12 @@ class Routes:
         desk: pictures and fits.
         folder: where pictures are listed and drawings are saved; None for nowhere.
         formats: the formats in which a drawing can be saved.
+        key: what pages know their server by; see `warpvec.app.identity`.
     """
 
-    def __init__(self, desk: Desk, folder: Path | None, formats: list[str]) -> None:
+    def __init__(self, desk: Desk, folder: Path | None, formats: list[str], key: str) -> None:
         self._desk, self._folder, self._formats = desk, folder, formats
-        self._page, self._policy = page_text()
+        self._page, self._policy = page_text(key)
 
     def application(self) -> Starlette:
         """Return the ASGI application."""
@@ -129,11 +130,12 @@ class Routes:
 
     async def fit(self, request: Request) -> Response:
         """Queue a picture for a fit with the settings in the body."""
-        picture = self._picture(request)
+        self._picture(request)
         asked = _object(await _body(request, MAX_TEXT_BYTES))
+        picture = self._picture(request)  # it may have been removed while the body arrived
         settings = FitSettings(asked.get("settings", {}))
         texts = {name: asked.get(name) for name in ("start", "erased", "filled")}
-        if not all(text is None or isinstance(text, str) for text in texts.values()):
+        if not all(text is None or _is_text(text) for text in texts.values()):
             raise InputError("start", "must be SVG text", "something else", "reload the page")
         keeps_paths = asked.get("keepsPaths") is True
         self._desk.fit(picture, settings, locked=_places(asked.get("locked", [])), keeps_paths=keeps_paths, **texts)
@@ -173,7 +175,7 @@ class Routes:
         from warpvec.app.reshaping import reshape  # not above: it brings the stages of flat art, which few pages need
 
         texts = _object(await _body(request, MAX_TEXT_BYTES)).get("shapes")
-        if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
+        if not isinstance(texts, list) or not all(map(_is_text, texts)):
             raise InputError("shapes", "must be a list of SVG texts", "something else", "reload the page")
         found = await asyncio.to_thread(reshape, texts, request.query_params.get("to", ""))
         return JSONResponse({"shapes": found})
@@ -231,6 +233,17 @@ async def _body(request: Request, limit: int) -> bytes:
         except ClientDisconnect:
             raise HTTPException(400, "the request ended early") from None
     raise HTTPException(413, f"a file may have at most {limit >> 20} MiB")
+
+
+def _is_text(found: object) -> bool:
+    """Return whether a value of JSON is text that can be encoded: text of JSON may hold half a character."""
+    if not isinstance(found, str):
+        return False
+    try:
+        found.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _object(data: bytes) -> dict[str, Any]:

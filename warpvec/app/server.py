@@ -10,6 +10,7 @@ import asyncio
 import logging
 import socket
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from warpvec.app.desk import Desk
 from warpvec.app.export import usable_formats
 from warpvec.app.guard import Guard
+from warpvec.app.identity import Identity
 from warpvec.app.routes import Routes
 from warpvec.app.worker_process import WorkerProcess
 from warpvec.watch.interrupt import Listener
@@ -33,10 +35,13 @@ SILENT_SECONDS = 10.0
 """Time in which a new connection must bring its first request, and any connection the rest of one that it has begun:
 other programs' silent ones take up room."""
 
+END_SECONDS = 3
+"""Time for requests to be answered after a signal: a file that is being saved is written whole."""
+
 
 def run_server(
     listener: socket.socket,
-    token: str,
+    identity: Identity,
     *,
     folder: Path | None,
     threads: int | None,
@@ -47,14 +52,11 @@ def run_server(
 
     Args:
         listener: a socket that listens at a port of this machine: a browser that is quicker than the server waits.
-        token: first part of every path.
+        identity: its secrets.
         folder: where pictures are listed and drawings are saved; None for nowhere.
         threads: CPU threads of fits; None for all cores.
         on_start: called with the address of the page when it can be opened, and with one that leads there only once.
         signals: says when a signal has come; None for Python's own handling of Ctrl-C.
-
-    Raises:
-        KeyboardInterrupt: a signal has come.
     """
     if signals is not None:
         signals.hold()
@@ -62,19 +64,20 @@ def run_server(
     root = f"http://{host}:{port}"
 
     async def serve() -> None:
+        asyncio.get_running_loop().set_default_executor(_Threads())
         worker = WorkerProcess(threads)
         desk = Desk(worker)
         worker.start(desk.receive)
         try:
-            routes = Routes(desk, folder, await asyncio.to_thread(usable_formats))
-            guard = Guard(routes.application(), port, token)
+            routes = Routes(desk, folder, await asyncio.to_thread(usable_formats), identity.key)
+            guard = Guard(routes.application(), port, identity)
             config = uvicorn.Config(
                 guard, http=_Connection, backlog=BACKLOG, log_level="error",
-                access_log=False, server_header=False, lifespan="off", ws="none",
+                access_log=False, server_header=False, lifespan="off", ws="none", timeout_graceful_shutdown=END_SECONDS,
             )  # fmt: skip
             logging.getLogger("uvicorn.error").addFilter(_is_mistake)
-            server = _Server(config, signals)
-            on_start(f"{root}/{token}/", f"{root}/{guard.new_ticket()}")
+            server = _Server(config, signals, desk.pages.end)
+            on_start(f"{root}/{identity.token}/", f"{root}/{guard.new_ticket()}")
             await server.serve([listener])
         finally:
             worker.end()
@@ -118,21 +121,35 @@ class _Connection(H11Protocol):
             self.transport.abort()
 
 
+class _Threads(ThreadPoolExecutor):
+    """Threads for requests, for which the end of the event loop does not wait: a drawing may take long."""
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        super().shutdown(wait=False, cancel_futures=True)
+
+
 def _is_mistake(record: logging.LogRecord) -> bool:
-    """Return whether a message is of more than a request that the end of the server has cut off."""
-    error = record.exc_info[1] if record.exc_info else None
-    return not isinstance(error, (asyncio.CancelledError, KeyboardInterrupt))
+    """Return whether a message is of more than requests that the end of the server has cut off."""
+    return record.exc_info is not None and not isinstance(record.exc_info[1], asyncio.CancelledError)
 
 
 class _Server(uvicorn.Server):
     """A server that leaves the signals to the command, and asks ten times a second whether one has come.
 
-    A handler that raises would not do: uvicorn takes an exception within a request for a fault of that request.
+    Neither a handler nor the loop of the server may raise. uvicorn takes an exception within a request for a fault of
+    that request, and after one in its own loop it still accepts connections, while asyncio waits for all requests.
+
+    Args:
+        config: uvicorn's.
+        signals: says when a signal has come; None for Python's own handling of Ctrl-C.
+        on_end: called when a signal has come; ends what would be sent without end.
     """
 
-    def __init__(self, config: uvicorn.Config, signals: Listener | None = None) -> None:
+    def __init__(
+        self, config: uvicorn.Config, signals: Listener | None = None, on_end: Callable[[], None] = lambda: None
+    ) -> None:
         super().__init__(config)
-        self._signals = signals
+        self._signals, self._on_end = signals, on_end
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
@@ -140,5 +157,6 @@ class _Server(uvicorn.Server):
 
     async def on_tick(self, counter: int) -> bool:
         if self._signals is not None and self._signals.has_signal():
-            raise KeyboardInterrupt
+            self._on_end()
+            return True
         return await super().on_tick(counter)

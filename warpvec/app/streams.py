@@ -20,6 +20,7 @@ class Stream:
     def __init__(self) -> None:
         self._events: dict[str, tuple[str, dict[str, Any]]] = {}
         self._news = asyncio.Event()
+        self._has_ended = False
 
     def put(self, kind: str, facts: dict[str, Any]) -> None:
         """Add an event; one of the same kind and picture that has not been sent is left out."""
@@ -28,10 +29,15 @@ class Stream:
         self._events[key] = (kind, facts)
         self._news.set()
 
+    def end(self) -> None:
+        """Send no more events."""
+        self._has_ended = True
+        self._news.set()
+
     async def texts(self) -> AsyncIterator[bytes]:
-        """Yield the events as a page receives them, without end."""
+        """Yield the events as a page receives them, until `end`."""
         yield f"retry: {RETRY_MS}\n\n".encode()
-        while True:
+        while not self._has_ended:
             if not self._events:
                 try:
                     await asyncio.wait_for(self._news.wait(), BEAT_SECONDS)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from warpvec.cli.rescue import rescued
 from warpvec.cli.streams import check_stdout, read_stdin, write_stdout
 from warpvec.errors import InputError
 from warpvec.files import check_writable, naming_errors, write_atomic
@@ -159,25 +160,38 @@ def read_bytes(path: str, limit: int, name: str, kind: str = "a file") -> bytes:
 def write_result(result: Result, out: str) -> None:
     """Write the drawing of a run to the file ``out``, whole or not at all; or its SVG to stdout for "-".
 
+    If it cannot be written, its SVG is written elsewhere.
+
     Raises:
-        OSError: it cannot be written; the error has the file's name.
+        click.ClickException: it was written elsewhere.
+        OSError: it cannot be written anywhere; the error has the file's name.
+        InputError: it cannot be encoded as such a file, and its SVG cannot be written anywhere.
     """
     if out == "-":
         write_drawing(result.svg(), out)
     else:
-        write_atomic(out, result.encoded(out))
+        _write_or_rescue(lambda: result.encoded(out), result.svg(), out)
 
 
 def write_drawing(text: str, out: str) -> None:
     """Write the SVG ``text`` to the file ``out``, whole or not at all; or to stdout for "-".
 
-    The suffix decides the kind of file.
+    The suffix decides the kind of file. If it cannot be written, the text is written elsewhere.
 
     Raises:
-        OSError: it cannot be written; the error has the file's name.
+        click.ClickException: it was written elsewhere.
+        OSError: it cannot be written anywhere; the error has the file's name.
+        InputError: as `warpvec.writers.registry.encode`, and the text cannot be written anywhere.
     """
     if out == "-":
         with naming_errors("stdout"):
             write_stdout(text.encode())
     else:
-        write_atomic(out, encode(text, out))
+        _write_or_rescue(lambda: encode(text, out), text, out)
+
+
+def _write_or_rescue(encoded: Callable[[], bytes], text: str, out: str) -> None:
+    try:
+        write_atomic(out, encoded())
+    except (OSError, InputError) as error:
+        raise rescued(text, out, error) or error from error

@@ -56,6 +56,8 @@ class _Group(click.Group):
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
+        if not _has_working_folder():  # libraries end the process without one
+            raise click.UsageError("the working folder does not exist any more; change to another one")
         try:
             return super().invoke(ctx)
         except InputError as error:
@@ -89,6 +91,14 @@ class _Group(click.Group):
         finally:
             settle_stdout()
         sys.exit(code or 0)
+
+
+def _has_working_folder() -> bool:
+    try:
+        os.getcwd()
+    except OSError:
+        return False
+    return True
 
 
 _SURPLUS = "Got unexpected extra argument"

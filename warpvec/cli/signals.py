@@ -59,6 +59,13 @@ def raised_interrupts() -> AbstractContextManager[None]:
     return nullcontext() if _Listener.current is None else _Listener.current.raising()
 
 
+def end_if_signalled() -> None:
+    """End this process at once if a signal has come, although threads of it still work: nothing waits for them."""
+    listening = _Listener.current
+    if listening is not None and listening.number is not None:
+        _end_now(128 + listening.number)
+
+
 def listener() -> Listener | None:
     """Return what listens to the signals of this process, for the watch over a run; None outside of `run_command`."""
     return _Listener.current

@@ -43,12 +43,14 @@ def scene_of(regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch
             layers.append(layer)
             loops.append(found)
     fits = _fitted(loops, tolerance, watch)
+    shown = [index for index, found in enumerate(fits) if found]  # of the others there was no time for a loop
+    layers, fits = [layers[index] for index in shown], [fits[index] for index in shown]
     flat = [fit for found in fits for fit in found]
     segments = np.concatenate([segments for segments, _ in flat]) if flat else np.zeros((0, 3, 2))
     is_line = np.concatenate([mask for _, mask in flat]) if flat else np.zeros(0, bool)
     counts = [[len(segments) for segments, _ in found] for found in fits]
     structure = Structure.of_loops(counts, torch.from_numpy(is_line) if is_line.any() else None)
-    return _painted(regions, layers[: len(fits)], torch.from_numpy(segments).float(), structure)
+    return _painted(regions, layers, torch.from_numpy(segments).float(), structure)
 
 
 def _fitted(loops: Sequence[Sequence[Floats]], tolerance: float, watch: Watch) -> list[list[Curves]]:
@@ -58,8 +60,28 @@ def _fitted(loops: Sequence[Sequence[Floats]], tolerance: float, watch: Watch) -
         if watch.is_over() and len(fits) >= DRAWING.layers_min:
             break
         some = loops[first : first + DRAWING.layers_at_once]
-        found = iter(fit_loops([loop for each in some for loop in each], tolerance))
-        fits += [[next(found) for _ in each] for each in some]
+        found = iter(_fitted_together([loop for each in some for loop in each], tolerance, watch))
+        fits += [[fit for fit in (next(found) for _ in each) if fit is not None] for each in some]
+    return fits
+
+
+def _fitted_together(loops: Sequence[Floats], tolerance: float, watch: Watch) -> list[Curves | None]:
+    """Return the curves of ``loops``, together unless they have very many points.
+
+    Then the longest are fitted first, and those that are left once the ``watch`` is over are None.
+    """
+    sizes = [len(loop) for loop in loops]
+    if sum(sizes) <= DRAWING.points_at_once:
+        return list(fit_loops(loops, tolerance, watch))
+    fits: list[Curves | None] = [None] * len(loops)
+    longest_first = sorted(range(len(loops)), key=lambda index: -sizes[index])
+    parts = np.cumsum([sizes[index] for index in longest_first]) // DRAWING.points_at_once
+    for part in np.unique(parts):
+        if part > parts[0] and watch.is_over():
+            break
+        chosen = [index for index, own in zip(longest_first, parts, strict=True) if own == part]
+        for index, fit in zip(chosen, fit_loops([loops[index] for index in chosen], tolerance, watch), strict=True):
+            fits[index] = fit
     return fits
 
 

@@ -48,7 +48,7 @@ _DATA_URL = re.compile(r"[\x00-\x20]*data:[^,#]*,")
 _REFERENCES = {
     "image": _DATA_URL,
     # A fragment names an element. If there is none, resvg takes it for a file; a name without a slash is then looked
-    # for in the root of the file system, and on most systems not even there; see `resvg_child`.
+    # for in the root of the file system, and on most systems not even there; see `sandbox.child`.
     "feImage": re.compile(rf"{_DATA_URL.pattern}|#[^/\\]*\Z"),
     # resvg looks for the element alone.
     "use": re.compile(r"\s*(?:#|data:)"),

@@ -1,18 +1,13 @@
-"""Draw SVG text with resvg, in a process of its own where it could do harm.
+"""Draw SVG text with resvg, in the sandbox where it could do harm.
 
 resvg is native code. Drawings with plain fills only are drawn in this process. All others (with patterns, filters,
-masks, strokes or style sheets) are drawn in a child process with limits on time and memory, because a few bytes can
-take hours, take more memory than there is, or fail an assertion that ends the process. The child can open no file.
+masks, strokes or style sheets) are drawn in the sandbox, because a few bytes can take hours, take more memory than
+there is, or fail an assertion that ends the process.
 """
 
 from __future__ import annotations
 
 import io
-import json
-import math
-import os
-import subprocess
-import sys
 from typing import Any
 
 import numpy as np
@@ -21,16 +16,7 @@ from numpy.typing import NDArray
 from PIL.PngImagePlugin import PngImageFile
 
 from warpvec.errors import InputError
-from warpvec.svg import resvg_child
-from warpvec.svg.resvg_child import MARK, Limits
-
-MAX_SECONDS = 15.0
-"""Time limit for rendering in a child process; the largest drawings of editors take some seconds, and so does
-the largest canvas."""
-
-MAX_MEMORY = 2**31
-"""Address space of the child process in bytes, where the system can limit it: four canvases of the largest size, which
-are enough for a drawing with one layer (3.6 canvases), and for two (8.5) up to 60 megapixels."""
+from warpvec.sandbox.run import SandboxError, run_in_sandbox
 
 _BAND_PIXELS = 4_000_000
 """Pixels of a drawing that are converted at a time."""
@@ -45,10 +31,10 @@ def rasterize(
     """Draw ``text`` at its own size, or at the largest size of its proportions within ``width`` x ``height`` pixels.
 
     The result is sRGB over white [h, w, 3], or with straight alpha [h, w, 4] if ``transparent``. ``sandboxed`` draws in
-    a child process.
+    the sandbox.
 
     Raises:
-        InputError: resvg cannot draw it, or rendering it in a child process exceeds ``MAX_SECONDS`` or ``MAX_MEMORY``.
+        InputError: resvg cannot draw it, or not within the limits of the sandbox.
     """
     background = None if transparent else "#ffffff"
     options = {"width": width, "height": height, "background": background, **_OPTIONS}
@@ -80,22 +66,10 @@ def _draw_here(text: str, options: dict[str, Any]) -> bytes:
 
 
 def _draw_in_sandbox(text: str, options: dict[str, Any]) -> bytes:
-    limits = Limits(options=options, memory=MAX_MEMORY, seconds=math.ceil(MAX_SECONDS) + 1, parent=os.getpid())
     try:
-        done = subprocess.run(
-            # -P: modules of the current folder must not replace installed ones.
-            [sys.executable, "-P", resvg_child.__file__, json.dumps(limits)],
-            input=text.encode(),
-            capture_output=True,
-            timeout=MAX_SECONDS,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        raise _refusal(f"not done in {MAX_SECONDS:g} s") from None
-    if done.returncode == 0:
-        return done.stdout
-    message = done.stderr.decode(errors="replace").rpartition(MARK)[2]
-    raise _refusal(message if MARK.encode() in done.stderr else f"it failed with code {done.returncode}")
+        return run_in_sandbox("warpvec.svg.resvg_work", text.encode(), **options)
+    except SandboxError as error:
+        raise _refusal(str(error)) from None
 
 
 def _refusal(reason: str) -> InputError:

@@ -1,6 +1,7 @@
 """Convert an SVG of warpvec by CairoSVG, which keeps paths, gradients and the size in real units.
 
-CairoSVG (LGPL, maintained by CourtBouillon) is the extra "print".
+CairoSVG (LGPL, maintained by CourtBouillon) is the extra "print". It works in the sandbox: a small SVG can take it
+hours, and it raises exceptions of many kinds.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 
 from warpvec.errors import InputError
+from warpvec.sandbox.run import SandboxError, run_in_sandbox
 from warpvec.writers.writer import Target, Writer
 
 
@@ -30,17 +32,19 @@ def load(path: str, name: str) -> ModuleType:
     return module
 
 
-def writer(suffix: str, media_type: str, method: str) -> Writer:
-    """Return the writer of files with this ``suffix``, which a ``method`` of CairoSVG makes."""
+def writer(suffix: str, media_type: str, method: str, files: int = 0) -> Writer:
+    """Return the writer of files with this ``suffix``.
+
+    A ``method`` of CairoSVG makes them, with at most so many temporary ``files``.
+    """
 
     def encode(svg: str, target: Target) -> bytes:
-        from warpvec.writers.round_corners import (
-            with_round_paths,
-        )  # not above: it takes time that the help does without
-
         del target
-        module = load(f"drawing{suffix}", "path")
-        data: bytes = getattr(module, method)(bytestring=with_round_paths(svg).encode())
-        return data
+        load(f"drawing{suffix}", "path")
+        try:
+            return run_in_sandbox("warpvec.writers.cairo_work", svg.encode(), files, method=method)
+        except SandboxError as error:
+            rule = f"must be one that CairoSVG can write as {suffix}"
+            raise InputError("SVG", rule, f"an error ({error})", "save it as SVG") from None
 
     return Writer(suffix, media_type, encode, load)

@@ -10,7 +10,7 @@ import re
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from warpvec.geometry.forms.circle import QUARTER_HANDLE
+from warpvec.geometry.quarter import QUARTER_HANDLE
 from warpvec.svg.document import local_name, parse_svg
 from warpvec.svg.units import NUMBER
 

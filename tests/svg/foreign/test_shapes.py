@@ -28,3 +28,12 @@ def test_a_path_is_not_searched_for_its_start_at_every_end_of_a_subpath(monkeypa
     monkeypatch.setattr(svgelements.Path, "z_point", property(lambda path: 1 / 0))
     monkeypatch.setattr(svgelements.Path, "_validate_close", lambda path, index: 1 / 0)
     assert read_svg(text).scene.segments.equal(expected)
+
+
+def test_closes_that_only_draw_the_same_point_again_make_no_subpaths():
+    for data in ("M3 4h9v9", "M3 4"):
+        few, complete = shapes.read_subpaths(data + "zz")
+        for more in ("zzz", "zZ\nz z" * 1000):
+            found = shapes.read_subpaths(data + more)
+            assert found[1] == complete
+            assert [subpath.points.tolist() for subpath in found[0]] == [subpath.points.tolist() for subpath in few]

@@ -16,6 +16,10 @@ const LOST_TEXT =
   "The server has ended. The drawing stays on this page and can be saved as SVG. " +
   "Run warpvec app again to go on: this page then connects to it.";
 
+const OTHER_TEXT =
+  "Another server answers at this address. The drawing stays on this page and can be saved as SVG. " +
+  "To go on, open the address that warpvec app has printed.";
+
 export class Desk {
   constructor(view) {
     this.view = view;
@@ -24,7 +28,7 @@ export class Desk {
     this.current = null;
     this.list = new PictureList(find("pictures"), (picture) => this.open(picture), (picture) => this.remove(picture));
     this.panel = new ControlPanel((positions, name) => this.changeSettings(positions, name));
-    this.server = new Server((kind, facts) => this.receive(kind, facts), () => this.lose(), () => this.find());
+    this.server = new Server((kind, facts) => this.receive(kind, facts), (isOther) => this.lose(isOther), () => this.find());
     this.saver = new Saver(this.server);
     this.connect();
     this.refresh();
@@ -234,8 +238,8 @@ export class Desk {
     });
   }
 
-  lose() {
-    find("lost").textContent = LOST_TEXT;
+  lose(isOther) {
+    find("lost").textContent = isOther ? OTHER_TEXT : LOST_TEXT;
     find("lost").hidden = false;
     this.refresh();
   }

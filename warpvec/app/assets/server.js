@@ -1,6 +1,8 @@
-/* The server: requests below the token of the address, and its stream of events. */
+/* The server: requests below the token of the address, and its stream of events. Whenever the page has no stream, the
+ * server must prove itself first. */
 
-const BASE = location.pathname;
+import { provenPath, WrongServer } from "app/proof.js";
+
 const RETRY_MS = 1000;
 // A browser opens six connections to a server, and a stream takes one, so that a seventh page would never load: a page
 // that is hidden gives its stream up after this time.
@@ -16,13 +18,17 @@ function pageIdentifier() {
 }
 
 export class Server {
-  /** `receive(kind, facts)` takes the events; `onLost` and `onFound` say whether there is a server. */
+  /** `receive(kind, facts)` takes the events; `onLost(isOther)` and `onFound` say whether there is a server: another
+   * one may answer. */
   constructor(receive, onLost, onFound) {
     this.receive = receive;
     this.onLost = onLost;
     this.onFound = onFound;
     this.page = pageIdentifier();
+    this.base = location.pathname;
     this.isOnline = false;
+    this.isListening = false;
+    this.turn = 0;
     this.timer = 0;
     /** @type {EventSource | null} */
     this.source = null;
@@ -32,8 +38,35 @@ export class Server {
     addEventListener("pagehide", () => this.leave());
   }
 
-  listen() {
-    const source = new EventSource(`${BASE}events?page=${this.page}`);
+  /** Lets the server prove itself, and learns its token: it may have been started again. */
+  async prove() {
+    const base = await provenPath(document.body.dataset.key);
+    if (base === this.base) return;
+    this.base = base;
+    history.replaceState(null, "", base); // so that the page can be loaded again
+  }
+
+  async listen() {
+    this.close();
+    this.isListening = true;
+    const turn = this.turn;
+    const isPresent = () => this.turn === turn;
+    const lose = (isOther) => {
+      if (!isPresent()) return;
+      this.isOnline = false;
+      this.source?.close(); // it would try again by itself, whoever answers
+      this.source = null;
+      this.onLost(isOther);
+      setTimeout(() => isPresent() && this.listen(), RETRY_MS);
+    };
+    try {
+      await this.prove();
+    } catch (error) {
+      lose(error instanceof WrongServer);
+      return;
+    }
+    if (!isPresent()) return;
+    const source = new EventSource(`${this.base}events?page=${this.page}`);
     this.source = source;
     for (const kind of ["hello", "server", "ready", "queue", "status", "mode", "frame", "done", "failed"]) {
       source.addEventListener(kind, (event) => this.receive(kind, JSON.parse(event.data)));
@@ -42,18 +75,13 @@ export class Server {
       this.isOnline = true;
       this.onFound();
     });
-    source.addEventListener("error", () => {
-      this.isOnline = false;
-      this.onLost();
-      if (source.readyState !== EventSource.CLOSED) return; // it tries again by itself
-      setTimeout(() => this.source === source && this.listen(), RETRY_MS);
-    });
+    source.addEventListener("error", () => lose(false));
   }
 
   restOrWake() {
     clearTimeout(this.timer);
     if (document.hidden) this.timer = setTimeout(() => this.rest(), REST_MS);
-    else if (!this.source) this.listen();
+    else if (!this.isListening) this.listen();
   }
 
   /** Gives the stream up. The server keeps the pictures, and fits them; it tells all when the page listens again. */
@@ -62,27 +90,28 @@ export class Server {
     this.close(); // first, as the request needs a connection too
     const isNoted = await this.ask("POST", `rest?page=${this.page}`).then(() => true, () => false);
     if (isNoted && document.hidden) return;
-    // It is shown again, or the server has ended, which a new stream tells.
-    this.close();
-    this.listen();
+    this.listen(); // it is shown again, or the server has ended, which a new stream tells
   }
 
   close() {
+    this.turn += 1;
+    this.isListening = false;
     this.source?.close();
     this.source = null;
   }
 
   /** Tells the server that the page is closed, which it sees by itself if there is a stream. */
   leave() {
-    if (this.source) this.close();
-    else navigator.sendBeacon(`${BASE}leave?page=${this.page}`);
+    if (this.isListening) this.close();
+    else navigator.sendBeacon(`${this.base}leave?page=${this.page}`);
   }
 
   /** Returns the answer to a request; throws an error with the server's own words if it refuses. */
   async ask(method, path, body) {
     let response;
     try {
-      response = await fetch(BASE + path, { method, body });
+      if (!this.source || !this.isOnline) await this.prove();
+      response = await fetch(this.base + path, { method, body });
     } catch {
       if (body instanceof Blob && !(await isReadable(body))) throw new Error("The file cannot be read. Was it moved or deleted?");
       throw new Error("The server does not answer. Start warpvec app again.");
@@ -127,7 +156,7 @@ export class Server {
   }
 
   previewUrl(id) {
-    return `${BASE}pictures/${id}/preview`;
+    return `${this.base}pictures/${id}/preview`;
   }
 }
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import threading
-import webbrowser
+from contextlib import ExitStack, suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -12,9 +10,6 @@ import click
 
 from warpvec.cli import signals
 from warpvec.errors import InputError
-
-TEXT_BROWSERS = ("www-browser", "lynx", "links", "elinks", "w3m")
-"""Browsers that run in the terminal: `webbrowser` starts them if there are no others."""
 
 
 @click.command(short_help="Make and edit drawings on a page in the browser.")
@@ -36,30 +31,21 @@ def app(folder: str | None, port: int | None, no_browser: bool, threads: int | N
     if any(find_spec(name) is None for name in ("starlette", "uvicorn")):
         rule = "needs the packages of the extra app"
         raise InputError("app", rule, "starlette or uvicorn is missing", "pip install 'warpvec[app]'")
-    from warpvec.app.address import open_socket, read_token
+    from warpvec.app.address import open_socket
+    from warpvec.app.identity import Identity, read_key
+    from warpvec.app.opening import has_browser, leading_file, open_browser
     from warpvec.app.server import run_server
 
     listener = open_socket(port)
-    token = read_token(listener.getsockname()[1])
+    identity = Identity(read_key(listener.getsockname()[1]))
 
     def show(address: str, ticket_address: str) -> None:
         click.echo(f"The page is at {address}\nCtrl-C ends it.", err=True)
-        if not no_browser:
-            open_browser(ticket_address)
+        if not no_browser and has_browser():
+            with suppress(OSError):  # the address has been printed
+                open_browser(kept.enter_context(leading_file(ticket_address)))
 
     where = None if folder is None else Path(folder)
-    with listener:
-        run_server(listener, token, folder=where, threads=threads, on_start=show, signals=signals.listener())
-
-
-def open_browser(address: str) -> None:
-    """Open the default browser. The page does not work in browsers for terminals, which are not opened.
-
-    The commands of some browsers end with the browser. A thread of its own waits for them.
-    """
-    try:
-        name = getattr(webbrowser.get(), "name", "")
-    except webbrowser.Error:
-        return  # there is none; the address has been printed
-    if os.path.basename(name) not in TEXT_BROWSERS:
-        threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+    with listener, ExitStack() as kept:
+        run_server(listener, identity, folder=where, threads=threads, on_start=show, signals=signals.listener())
+    signals.end_if_signalled()

@@ -145,7 +145,7 @@ def _fit(
 
     resolve_device(config.device)
     frames, video, every = options["save_frames"], options["video"], options["every"]
-    failure: OSError | None = None
+    failure: OSError | InputError | click.ClickException | None = None
     with recorded(photo, config, frames, video, every, quiet=options["quiet"]) as recorder:
         write_config(options, config)
         watch = Watch(recorder, config.time_budget, listener())
@@ -158,7 +158,7 @@ def _fit(
         # Written before the video is finished: the fit is worth more than its video.
         try:
             write_result(result, out)
-        except OSError as error:
+        except (OSError, InputError, click.ClickException) as error:
             failure = error
         recorder.end(result)
     if options["page"] is not None:

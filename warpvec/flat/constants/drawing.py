@@ -40,6 +40,9 @@ class DrawingConstants:
     layers_at_once: int = 32
     """Layers whose outlines are fitted together. The memory of a thousand together is 300 MB."""
 
+    points_at_once: int = 30_000
+    """Points of outlines above which those of so many layers are fitted in parts, between which the clock is seen."""
+
     # Layers of a file (color_layers.py)
 
     boxes_touch: float = 0.5

@@ -13,24 +13,26 @@ from warpvec.flat.curves.cycle_search import cheapest_cycle
 from warpvec.flat.curves.outline_nodes import find_nodes, roughness, sample_loops
 from warpvec.flat.curves.piece_joining import Pieces, join_pieces
 from warpvec.flat.curves.span_costs import span_costs
+from warpvec.watch.watch import UNWATCHED, Watch
 
 Curves = tuple[Floats, Mask]
 """The control points [n, 3, 2] of a loop, and a mask of its lines [n]."""
 
 
-def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance) -> list[Curves]:
+def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance, watch: Watch = UNWATCHED) -> list[Curves]:
     """Return the curves for each closed polyline [m, 2].
 
     The pieces of a loop are those of the cheapest cycle through nodes along it (`find_nodes`): few pieces, lines
     rather than cubics, each within ``tolerance`` pixels of the outline, and few kinks where it is smooth. A rough
-    outline, such as that of a compressed picture, has a larger tolerance.
+    outline, such as that of a compressed picture, has a larger tolerance. Once the ``watch`` is
+    over, the pieces are short.
     """
     if not loops:
         return []
     samples = sample_loops(loops)
     nodes = find_nodes(samples)
     allowed = np.maximum(tolerance, np.minimum(CURVES.noise_factor * roughness(samples), CURVES.noise_tolerance_max))
-    spans = span_costs(samples, nodes, allowed)
+    spans = span_costs(samples, nodes, allowed, watch)
     cycles = [first + np.array(cheapest_cycle(spans.cost[first:stop])) for first, stop in pairwise(nodes.first)]
     pieces = _pieces(nodes.first, cycles, spans.is_line)
     segments = join_pieces(samples, nodes, pieces, allowed)

@@ -11,6 +11,7 @@ from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cubic_fitting import fit_cubics
 from warpvec.flat.curves.outline_nodes import Nodes, Samples
+from warpvec.watch.watch import UNWATCHED, Watch
 
 
 class SpanCosts(NamedTuple):
@@ -32,8 +33,11 @@ class Places(NamedTuple):
     parameters: Floats
 
 
-def span_costs(samples: Samples, nodes: Nodes, tolerance: Floats) -> SpanCosts:
-    """Return the costs of pieces that stay within ``tolerance`` pixels [L] of each outline."""
+def span_costs(samples: Samples, nodes: Nodes, tolerance: Floats, watch: Watch = UNWATCHED) -> SpanCosts:
+    """Return the costs of pieces that stay within ``tolerance`` pixels [L] of each outline.
+
+    Once the ``watch`` is over, no longer pieces are tried.
+    """
     loop = np.repeat(np.arange(len(nodes.first) - 1), np.diff(nodes.first))
     count = np.diff(nodes.first)[loop]
     longest = int(min(CURVES.span_length_max, count.max() - 1))
@@ -45,7 +49,7 @@ def span_costs(samples: Samples, nodes: Nodes, tolerance: Floats) -> SpanCosts:
         end = nodes.first[loop[start]] + (start - nodes.first[loop[start]] + steps) % count[start]
         is_tried = (steps < count[start]) & ((steps <= CURVES.short_span) | (is_likely[start] & is_likely[end]))
         start, steps = start[is_tried], steps[is_tried]
-        if not len(start):
+        if not len(start) or (length > 1 and watch.is_over()):
             break
         distance = _try(samples, nodes, loop, start, steps, tolerance[loop], spans)
         active = np.unique(start[distance < CURVES.span_alive * tolerance[loop[start]]])

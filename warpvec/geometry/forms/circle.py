@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import torch
 from torch import Tensor
 
 from warpvec.geometry.forms.form import FIRST, Floats, Form, X, Y
-
-QUARTER_HANDLE = 4.0 / 3.0 * math.tan(math.pi / 8.0)
-"""Length of the handles of a quarter of a circle of radius 1."""
+from warpvec.geometry.quarter import QUARTER_HANDLE
 
 _ENDS = torch.tensor([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]], dtype=torch.float64)
 _NEXT = _ENDS.roll(-1, 0)

@@ -1,0 +1,30 @@
+"""Decode a picture file in a child process; see `warpvec.sandbox.run`."""
+
+from __future__ import annotations
+
+import io
+import json
+from contextlib import suppress
+
+import numpy as np
+from PIL import Image, MpoImagePlugin, TiffImagePlugin  # noqa: F401 # of JPEG files with several pictures, of EXIF
+
+from warpvec.image.decode import FORMATS, decode_file
+
+
+def work(data: bytes, label: str, name: str) -> list[bytes | memoryview]:
+    """Return the shape and the type of the samples of the picture file ``data``, a line of JSON, and the samples."""
+    samples = np.ascontiguousarray(decode_file(data, label, name))
+    return [json.dumps([samples.dtype.name, *samples.shape]).encode() + b"\n", samples.data.cast("B")]
+
+
+def _load_readers() -> None:
+    """Let Pillow load all that it loads when it reads a file of a format for the first time."""
+    for format in FORMATS:
+        stream = io.BytesIO()
+        with suppress(OSError, KeyError):  # Pillow may be built without some
+            Image.new("RGB", (1, 1)).save(stream, format)
+            decode_file(stream.getvalue(), format, format)
+
+
+_load_readers()
