@@ -83,6 +83,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         f"{{out}}: {counts}, {{bytes:,}} bytes{as_svg}, {{gzip_bytes:,}} gzipped",
         f"PSNR {{psnr:.2f}} dB, SSIM {{ssim:.3f}} (file drawn by resvg{backdrops})",
     ]
+    if metrics.get("psnr_as_fitted") is not None:
+        lines.append("PSNR {psnr_as_fitted:.2f} dB against the picture before it was enlarged")
     if metrics["strokes"] or any(metrics[name] for name in ("circles", "ellipses", "rects")):
         lines.insert(1, "{found}")
     if "lines" in metrics:
@@ -106,6 +108,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         is_decided = metrics["mode_reason"].startswith(_BECAUSE)
         hint = "else the picture decides" if is_decided else f"--mode {mode.likeliest_other} overrides"
         lines.append(f"mode: {mode.title} ({{mode_reason}}); {hint}")
+    if metrics.get("condition_words"):
+        lines.append("the picture: {condition_words}")
     left_out = [counted(count, name) for name, count in metrics.get("left_out", {}).items() if count]
     if left_out:
         lines.append("left out: " + ", ".join(left_out))

@@ -21,6 +21,9 @@ class ConditionConstants:
     """Share of the mean diagonal that is added to it, so that every enlargement has an inverse. More of it would blur
     the small picture."""
 
+    cut_off_rounds: int = 6
+    """Rounds in which pixels that were cut off at black or white get the values that the others predict."""
+
     rows: int = 32
     """Rows and columns that are looked at, among those that change most. The time is in proportion to them."""
 

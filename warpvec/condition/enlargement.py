@@ -55,8 +55,13 @@ def find_enlargement(gray: NDArray[np.floating[Any]]) -> Enlargement | None:
     if best is None:
         return None
     sides = (best.along, best.across) if width >= height else (best.across, best.along)
-    rest = along.unexplained(best.along, best.kernel)
-    return Enlargement(*sides, best.kernel, along.length / best.along, rest)
+    names = [NEAREST] if best.kernel == NEAREST else list(KERNELS)
+    rest = {
+        name: Upsampling(along.length, best.along, name).unexplained_of_cut_off(along.rows, 0.5, 254.5)
+        for name in names
+    }
+    kernel = min(names, key=lambda name: rest[name])
+    return Enlargement(*sides, kernel, along.length / best.along, rest[kernel])
 
 
 class _Candidate(NamedTuple):

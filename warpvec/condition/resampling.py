@@ -8,10 +8,11 @@ few diagonals.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import solveh_banded
+from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.sparse import csr_matrix
 
 from warpvec.arrays import Floats
@@ -85,12 +86,36 @@ class Upsampling:
         """Return the small rows [small, N] that explain the large ``rows`` [large, N] best, by least squares."""
         return self._solved(self.matrix.T @ rows)
 
+    def inverse_of_cut_off(self, rows: Floats, low: float, high: float) -> Floats:
+        """Return the small rows [small, N] that explain ``rows`` [large, N], cut off at ``low`` and ``high``, best.
+
+        Kernels with negative weights overshoot beside an edge, and what is darker than black is saved as black. Such a
+        pixel may have any value beyond, so the one that the others predict takes its place.
+        """
+        is_low, is_high = rows <= low, rows >= high
+        small = self.inverse(rows)
+        for _ in range(CONDITION.cut_off_rounds):
+            predicted = self.matrix @ small
+            beyond = np.where(is_high, np.maximum(predicted, rows), np.where(is_low, np.minimum(predicted, rows), rows))
+            small = self.inverse(beyond)
+        return small
+
     def unexplained(self, rows: Floats) -> float:
         """Return the root mean square of what no small rows explain of the large ``rows`` [large, N]."""
         return float(np.sqrt(np.mean((rows - self.matrix @ self.inverse(rows)) ** 2)))
 
+    def unexplained_of_cut_off(self, rows: Floats, low: float, high: float) -> float:
+        """Return what no small rows explain of ``rows`` [large, N], cut off at ``low`` and ``high``; else as above."""
+        predicted = self.matrix @ self.inverse_of_cut_off(rows, low, high)
+        return float(np.sqrt(np.mean((rows - predicted.clip(low, high)) ** 2)))
+
     def _solved(self, sums: Floats) -> Floats:
         """Return the solution s [small, N] of U^T U s = ``sums`` [small, N]."""
+        return np.asarray(cho_solve_banded((self._factor, True), sums, check_finite=False), np.float64)
+
+    @cached_property
+    def _factor(self) -> Any:
+        """The banded Cholesky factor of U^T U."""
         small, width = self.matrix.shape[1], self._weights.shape[1]
         bands = np.zeros((width, small))
         for offset in range(width):
@@ -99,5 +124,4 @@ class Upsampling:
             places = self._columns[:, : width - offset]
             bands[offset] = np.bincount(places.ravel(), products.ravel(), minlength=small)
         bands[0] += CONDITION.ridge * bands[0].mean()
-        result: Any = solveh_banded(bands, sums, lower=True, check_finite=False)
-        return np.asarray(result, np.float64)
+        return cholesky_banded(bands, lower=True, check_finite=False)

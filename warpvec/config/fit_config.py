@@ -173,6 +173,15 @@ class CoreSettings:
     )  # fmt: skip
     """Width of all strokes of lines in pixels of the picture, as a number, or "auto" for the widths in the picture."""
 
+    as_is: bool = setting(
+        False,
+        Flag(),
+        "Drawings: do not undo an enlargement of the picture.",
+        KIND,
+        stated="if used",
+    )
+    """Draw the pixels as they are. Else drawings are made from the picture before it was enlarged, if it was."""
+
     curves: int = setting(
         512, _CURVES, "Number of paths; auto: as many as clearly help. With a goal, and in flat art: the most.",
         GOAL, is_daily=True,

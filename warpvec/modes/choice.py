@@ -13,6 +13,7 @@ from warpvec.drawing.drawing import Drawing
 from warpvec.flat.mode_choice import ModeChoice, choose_mode
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Mode, Request
+from warpvec.modes.restored import measured, restored
 
 if TYPE_CHECKING:  # the modes of drawings load SciPy, which a photo does not need
     from warpvec.modes.flat import KnownOutlines
@@ -40,15 +41,28 @@ def draw_picture(request: Request, photo: Photo = PLAIN_PHOTO, outlines: KnownOu
         InputError: as the modes.
     """
     with request.watch:
-        if request.settings.mode != "auto":
-            return _mode(request.settings.mode, photo, outlines).draw(request)
+        if request.settings.mode == "photo":
+            return photo.draw(request)
         if not photo.is_plain:
             return photo.draw(_in_mode(request, "photo"))
-        return _draw_chosen(request, photo, outlines)
+        condition = measured(request)
+        drawn = restored(request, condition)
+        if request.settings.mode == "auto":
+            drawing = _draw_chosen(drawn, request, photo, outlines)
+        else:
+            drawing = _mode(request.settings.mode, photo, outlines).draw(drawn)
+        return replace(drawing, condition=condition)
 
 
-def _draw_chosen(request: Request, photo: Photo, outlines: KnownOutlines | None) -> Drawing:
-    """Return the drawing in the mode that the picture asks for, or as a photo if it proves to be no flat art."""
+def _draw_chosen(request: Request, given: Request, photo: Photo, outlines: KnownOutlines | None) -> Drawing:
+    """Return the drawing in the mode that the picture asks for, or as a photo if it proves to be no flat art.
+
+    Args:
+        request: what to draw, with the picture as it was before its enlargement.
+        given: the same with the picture as it is, for a photo.
+        photo: how a photo is drawn.
+        outlines: of the last picture of flat art.
+    """
     mode, reason = chosen_mode(request.picture.reduced, request.settings)
     if mode != "photo":
         from warpvec.flat.regions.regions import NotFlatArtError
@@ -63,7 +77,7 @@ def _draw_chosen(request: Request, photo: Photo, outlines: KnownOutlines | None)
             if not _is_too_far(drawing, chosen):
                 return replace(drawing, mode_reason=reason)
             reason = f"as flat art it has only {drawing.psnr:.1f} dB"
-    return replace(photo.draw(_in_mode(request, "photo")), mode_reason=reason)
+    return replace(photo.draw(_in_mode(given, "photo")), mode_reason=reason)
 
 
 def _mode(name: str, photo: Photo, outlines: KnownOutlines | None, may_refuse: bool = False) -> Mode:
@@ -102,7 +116,7 @@ def _is_too_far(drawing: Drawing, request: Request) -> bool:
     is_bounded = bool(request.goal) or is_cut_short or settings.curves < FitConfig.curves
     has_paints = _has_paints(settings) or settings.gradients == 0.0
     is_free = settings.mode == "flat" and not (has_paints or is_bounded or settings.cutout)
-    return is_free and drawing.psnr < FLAT_PSNR_MIN
+    return is_free and drawing.encoding.psnr_as_fitted(drawing.text) < FLAT_PSNR_MIN
 
 
 def _has_paints(settings: FitConfig) -> bool:

@@ -1,0 +1,38 @@
+"""What a drawing mode sees of a picture that was enlarged: the picture before."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from warpvec.image.picture import reduce_image
+from warpvec.modes.request import Request
+
+if TYPE_CHECKING:  # measuring loads SciPy, which the fit of a photo does not need
+    from warpvec.condition.condition import Condition
+
+
+def measured(request: Request) -> Condition | None:
+    """Return what has happened to the picture of ``request``; None if its settings take it as it is."""
+    if request.settings.as_is:
+        return None
+    from warpvec.condition.condition import measure_condition
+
+    return measure_condition(request.picture.pixels)
+
+
+def restored(request: Request, condition: Condition | None) -> Request:
+    """Return ``request`` with the picture as it was before its enlargement, in place of the copy that is fitted.
+
+    The file keeps the size of the given picture. A goal for the quality is about the picture as it is.
+    """
+    if condition is None or condition.enlargement is None or request.goal.quality is not None:
+        return request
+    from warpvec.condition.restoration import before_enlargement
+
+    picture = request.picture
+    small = before_enlargement(picture.pixels, condition.enlargement)
+    reduced = reduce_image(small, request.settings.fit_size)
+    return replace(
+        request, encoding=replace(request.encoding, picture=replace(picture, reduced=reduced, is_restored=True))
+    )
