@@ -42,6 +42,11 @@ class Enlargement:
     factor: float
     unexplained: float
 
+    @property
+    def is_of_whole_pixels(self) -> bool:
+        """Whether each pixel became a square of pixels."""
+        return self.kernel == NEAREST and float(self.factor).is_integer()
+
 
 def find_enlargement(gray: NDArray[np.floating[Any]]) -> Enlargement | None:
     """Return the enlargement of the levels ``gray`` [h, w] in [0, 255]; None if there is none."""

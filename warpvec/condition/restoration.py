@@ -16,6 +16,8 @@ def before_enlargement(pixels: Floats32, enlargement: Enlargement) -> Floats32:
     It has eight bits, as it had, so that even areas are even again. Programs enlarge colours that are multiplied by
     alpha.
     """
+    if enlargement.is_of_whole_pixels and pixels.shape[0] % enlargement.height == 0:
+        return _cells(pixels, enlargement)
     height, width = pixels.shape[:2]
     down = Upsampling(height, enlargement.height, enlargement.kernel)
     across = Upsampling(width, enlargement.width, enlargement.kernel)
@@ -24,6 +26,15 @@ def before_enlargement(pixels: Floats32, enlargement: Enlargement) -> Floats32:
     small = np.stack([_inverse(across, _inverse(down, channel).T).T for channel in channels], -1).astype(np.float32)
     whole = straight(small) if is_transparent(pixels) else small.clip(0.0, 1.0)
     return np.asarray(np.rint(255.0 * whole) / 255.0, np.float32)
+
+
+def _cells(pixels: Floats32, enlargement: Enlargement) -> Floats32:
+    """Return the mean of the inside of each square of ``pixels`` [h, w, 3 or 4]: JPEG mixes colours at its sides."""
+    rows, columns, side = enlargement.height, enlargement.width, pixels.shape[1] // enlargement.width
+    squares = pixels.reshape(rows, pixels.shape[0] // rows, columns, side, -1)
+    margin = min(squares.shape[1], side) // 3
+    inside = squares[:, margin : squares.shape[1] - margin, :, margin : side - margin]
+    return np.asarray(np.rint(255.0 * inside.mean((1, 3), np.float64)) / 255.0, np.float32)
 
 
 def _inverse(enlargement: Upsampling, rows: Floats) -> Floats:
