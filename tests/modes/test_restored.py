@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from damage import drawn, enlarged, levels_of
-from PIL import Image
+from damage import drawn, enlarged, levels_of, unevenly_lit
+from PIL import Image, ImageDraw
 from PIL.Image import Resampling
 
 import warpvec
+from warpvec.config.fit_config import FitConfig
+from warpvec.goals.goal import make_goal
 from warpvec.image.metrics import psnr
+from warpvec.modes.request import Request
+from warpvec.modes.restored import measured, restored
 from warpvec.svg.measure import draw
 
 WIDTH, FACTOR = 80, 5
@@ -40,7 +44,19 @@ def test_a_clean_drawing_is_drawn_as_it_is() -> None:
 
 
 def test_a_goal_for_the_quality_is_about_the_given_picture() -> None:
-    large = enlarged(drawn(WIDTH), FACTOR, Resampling.BICUBIC)
-    result = drawing_of(large, mode="flat", target_psnr=20.0)
-    assert not result.picture.is_restored
-    assert result.metrics["psnr_as_fitted"] is None
+    pixels = (levels_of(enlarged(drawn(WIDTH), FACTOR, Resampling.BICUBIC)) / 255.0).astype(np.float32)
+    for goal, is_restored in ((make_goal(max_bytes=9000), True), (make_goal(target_psnr=20.0), False)):
+        request = Request.of(pixels, FitConfig(), goal)
+        assert restored(request, measured(request)).picture.is_restored == is_restored
+
+
+def test_paper_is_drawn_in_even_light() -> None:
+    sheet = Image.new("RGB", (240, 200), "white")
+    ImageDraw.Draw(sheet).line((30, 40, 200, 150), fill="black", width=5)
+    pixels = (levels_of(unevenly_lit(sheet, 0.5)) / 255.0).astype(np.float32)
+    request = Request.of(pixels, FitConfig())
+    picture = restored(request, measured(request)).picture
+    assert picture.is_restored
+    gray = picture.reduced.mean(2)
+    is_paper = levels_of(sheet).min(2) == 255.0
+    assert gray[is_paper].min() > 0.8 > 0.4 > gray[levels_of(sheet).max(2) == 0.0].max()

@@ -84,7 +84,7 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         f"PSNR {{psnr:.2f}} dB, SSIM {{ssim:.3f}} (file drawn by resvg{backdrops})",
     ]
     if metrics.get("psnr_as_fitted") is not None:
-        lines.append("PSNR {psnr_as_fitted:.2f} dB against the picture before it was enlarged")
+        lines.append("PSNR {psnr_as_fitted:.2f} dB against the picture as it was before")
     if metrics["strokes"] or any(metrics[name] for name in ("circles", "ellipses", "rects")):
         lines.insert(1, "{found}")
     if "lines" in metrics:

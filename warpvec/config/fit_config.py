@@ -176,11 +176,11 @@ class CoreSettings:
     as_is: bool = setting(
         False,
         Flag(),
-        "Drawings: do not undo an enlargement of the picture.",
+        "Drawings: do not undo an enlargement or uneven light.",
         KIND,
         stated="if used",
     )
-    """Draw the pixels as they are. Else drawings are made from the picture before it was enlarged, if it was."""
+    """Draw the pixels as they are. Else drawings are made from the picture before it was enlarged, or in even light."""
 
     curves: int = setting(
         512, _CURVES, "Number of paths; auto: as many as clearly help. With a goal, and in flat art: the most.",

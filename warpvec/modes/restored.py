@@ -1,4 +1,4 @@
-"""What a drawing mode sees of a picture that was enlarged: the picture before."""
+"""What a drawing mode sees of a picture that was enlarged or unevenly lit: the picture before."""
 
 from __future__ import annotations
 
@@ -22,17 +22,24 @@ def measured(request: Request) -> Condition | None:
 
 
 def restored(request: Request, condition: Condition | None) -> Request:
-    """Return ``request`` with the picture as it was before its enlargement, in place of the copy that is fitted.
+    """Return ``request`` with the picture as it was before its enlargement, or in even light, in place of its copy.
 
     The file keeps the size of the given picture. A goal for the quality is about the picture as it is.
     """
-    if condition is None or condition.enlargement is None or request.goal.quality is not None:
+    if condition is None or request.goal.quality is not None:
         return request
-    from warpvec.condition.restoration import before_enlargement
-
     picture = request.picture
-    small = before_enlargement(picture.pixels, condition.enlargement)
-    reduced = reduce_image(small, request.settings.fit_size)
+    if condition.enlargement is not None:
+        from warpvec.condition.restoration import before_enlargement
+
+        pixels = before_enlargement(picture.pixels, condition.enlargement)
+    elif condition.light is not None and not picture.is_transparent:
+        from warpvec.condition.light import in_even_light
+
+        pixels = in_even_light(picture.pixels, condition.light)
+    else:
+        return request
+    reduced = reduce_image(pixels, request.settings.fit_size)
     return replace(
         request, encoding=replace(request.encoding, picture=replace(picture, reduced=reduced, is_restored=True))
     )
