@@ -60,3 +60,14 @@ def test_paper_is_drawn_in_even_light() -> None:
     gray = picture.reduced.mean(2)
     is_paper = levels_of(sheet).min(2) == 255.0
     assert gray[is_paper].min() > 0.8 > 0.4 > gray[levels_of(sheet).max(2) == 0.0].max()
+
+
+def test_ink_on_unevenly_lit_paper_is_black_and_white_art() -> None:
+    sheet = Image.new("RGB", (240, 200), "white")
+    pen = ImageDraw.Draw(sheet)
+    for k in range(5):
+        pen.line((30, 30 + 30 * k, 200, 60 + 25 * k), fill="black", width=4)
+    lit = unevenly_lit(sheet, 0.5)
+    assert warpvec.vectorize(np.asarray(lit), iterations=2).config.mode == "mono"
+    sheet.paste((200, 30, 30), (20, 170, 90, 195))
+    assert warpvec.vectorize(np.asarray(unevenly_lit(sheet, 0.5)), iterations=2).config.mode == "flat"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
-from warpvec.flat.mode_choice import ModeChoice, choose_mode
+from warpvec.flat.mode_choice import ModeChoice, choose_mode, is_gray
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Mode, Request
 from warpvec.modes.restored import measured, restored
@@ -127,6 +127,8 @@ def chosen_mode(reduced: NDArray[np.float32], settings: FitConfig, condition: Co
         if (found is None or is_exact) and are_pixels_meant(reduced, color_tolerance(condition), is_exact):
             return ModeChoice("pixel", "few colours, edges between whole pixels")
     choice, has_colors = choose_mode(reduced), settings.colors > 0 or settings.palette is not None
+    if condition is not None and condition.light is not None and is_gray(reduced):
+        choice = ModeChoice("mono", "ink on paper in uneven light")
     return choice._replace(mode="flat") if choice.mode == "mono" and has_colors else choice
 
 
