@@ -61,6 +61,12 @@ def test_pixel_art_saved_as_jpeg_gets_its_colors_again() -> None:
     assert len(result.scene) == 3
 
 
+def test_a_shape_of_two_colors_is_not_pixel_art() -> None:
+    y, x = np.mgrid[:32, :48]
+    disc = np.where((x - 24) ** 2 + (y - 16) ** 2 < 120, 0, 255).astype(np.uint8)
+    assert warpvec.vectorize(disc, iterations=2).config.mode != "pixel"
+
+
 @sweep("width", [16, 24, 48])
 def test_clean_icons_are_not_pixel_art(width: int) -> None:
     assert warpvec.vectorize(drawn(width), iterations=2).config.mode != "pixel"

@@ -14,6 +14,7 @@ from warpvec.image.metrics import psnr
 from warpvec.modes.request import Request
 from warpvec.modes.restored import measured, restored
 from warpvec.svg.measure import draw
+from warpvec.watch.progress import Progress
 
 WIDTH, FACTOR = 80, 5
 
@@ -71,3 +72,14 @@ def test_ink_on_unevenly_lit_paper_is_black_and_white_art() -> None:
     assert warpvec.vectorize(np.asarray(lit), iterations=2).config.mode == "mono"
     sheet.paste((200, 30, 30), (20, 170, 90, 195))
     assert warpvec.vectorize(np.asarray(unevenly_lit(sheet, 0.5)), iterations=2).config.mode == "flat"
+
+
+def test_progress_shows_the_size_of_the_given_picture() -> None:
+    seen: list[float] = []
+
+    def look(progress: Progress) -> None:
+        seen.append(float(progress.scene().segments.max()))
+
+    large = enlarged(drawn(WIDTH), FACTOR, Resampling.BICUBIC)
+    warpvec.vectorize(np.asarray(large), iterations=2, on_progress=look)
+    assert min(seen) > 0.8 * large.height

@@ -13,7 +13,7 @@ from warpvec.drawing.drawing import Drawing
 from warpvec.flat.mode_choice import ModeChoice, choose_mode, is_gray
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Mode, Request
-from warpvec.modes.restored import measured, restored
+from warpvec.modes.restored import measured, restored, shown_at_usual_size
 
 if TYPE_CHECKING:  # the modes of drawings load SciPy, which a photo does not need
     from warpvec.condition.condition import Condition
@@ -51,7 +51,8 @@ def draw_picture(request: Request, photo: Photo = PLAIN_PHOTO, outlines: KnownOu
         if request.settings.mode == "auto":
             drawing = _draw_chosen(drawn, request, condition, photo, outlines)
         else:
-            drawing = _mode(request.settings.mode, photo, outlines, condition).draw(drawn)
+            with shown_at_usual_size(drawn, request):
+                drawing = _mode(request.settings.mode, photo, outlines, condition).draw(drawn)
         return replace(drawing, condition=condition)
 
 
@@ -74,7 +75,8 @@ def _draw_chosen(
         chosen = _in_mode(request, mode)
         may_refuse = not (_has_paints(chosen.settings) or chosen.settings.cutout)
         try:
-            drawing = _mode(mode, photo, outlines, condition, may_refuse).draw(chosen)
+            with shown_at_usual_size(chosen, given):
+                drawing = _mode(mode, photo, outlines, condition, may_refuse).draw(chosen)
         except NotFlatArtError as error:
             reason = str(error)
         else:

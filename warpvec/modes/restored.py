@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from warpvec.image.picture import reduce_image
 from warpvec.modes.request import Request
+from warpvec.watch.progress import Progress
 
 if TYPE_CHECKING:  # measuring loads SciPy, which the fit of a photo does not need
     from warpvec.condition.condition import Condition
@@ -43,3 +46,22 @@ def restored(request: Request, condition: Condition | None) -> Request:
     return replace(
         request, encoding=replace(request.encoding, picture=replace(picture, reduced=reduced, is_restored=True))
     )
+
+
+@contextmanager
+def shown_at_usual_size(request: Request, given: Request) -> Iterator[None]:
+    """Show the scenes of ``request``, with a restored picture, in pixels of the copy that ``given`` has."""
+    watch, show = request.watch, request.watch.on_progress
+    if show is None or not request.picture.is_restored:
+        yield
+        return
+    (rows, columns), (height, width) = request.picture.reduced_size, given.picture.reduced_size
+
+    def show_scaled(progress: Progress) -> None:
+        show(replace(progress, scene=lambda: progress.scene().scaled(width / columns, height / rows)))
+
+    watch.on_progress = show_scaled
+    try:
+        yield
+    finally:
+        watch.on_progress = show

@@ -43,5 +43,9 @@ class PixelConstants:
     corners_min: int = 24
     """Fewest corners: less is a mark of a few rectangles."""
 
+    code_corners: float = 0.15
+    """Fewest corners for each pixel in a picture of two colours: a QR code with its margin has 0.4, a disc without
+    anti-aliasing 0.03."""
+
 
 PIXELS = PixelConstants()

@@ -30,7 +30,8 @@ def are_pixels_meant(image: Floats32, tolerance: int, is_enlarged: bool) -> bool
         return False
     sides, corners = _sides_and_corners(cells)
     run_max = PIXELS.small_run_max if longest <= PIXELS.small_side else PIXELS.run_max
-    return corners >= PIXELS.corners_min and sides / corners <= run_max
+    is_code = len(cells.colors) > 2 or corners >= PIXELS.code_corners * cells.label.size
+    return corners >= PIXELS.corners_min and sides / corners <= run_max and is_code
 
 
 def antialiased_share(cells: Cells, least: int) -> float:
