@@ -25,9 +25,10 @@ class PixelConstants:
 
     chosen_colors_max: int = 32
     chosen_side_max: int = 192
+    given_side_max: int = 32
     small_side: int = 64
     """Most colours and longest side in pixels of pixel art and codes, whose largest have 177; and longest side of
-    pictures that were not enlarged."""
+    pictures that were not enlarged, and of small ones."""
 
     between_levels: int = 8
     between_share_max: float = 0.05

@@ -20,7 +20,7 @@ def are_pixels_meant(image: Floats32, tolerance: int, is_enlarged: bool) -> bool
         is_enlarged: whether it was enlarged, with whole pixels.
     """
     longest = max(image.shape[:2])
-    if longest > (PIXELS.chosen_side_max if is_enlarged else PIXELS.small_side):
+    if longest > (PIXELS.chosen_side_max if is_enlarged else PIXELS.given_side_max):
         return False
     cells = find_cells(image, tolerance, PIXELS.colors_max)
     if not 2 <= len(cells.colors) <= min(PIXELS.chosen_colors_max, cells.label.size**0.5):
