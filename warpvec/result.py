@@ -193,7 +193,9 @@ class Result:
         one as it came in. ``bytes`` and ``gzip_bytes`` are sizes of the SVG text, plain and gzipped. ``levels`` lists
         ``curves`` and ``psnr`` of each prefix of the layers, after a fit with ``lod``. ``goal`` holds the facts about
         the goal. Drawings in the mode lines also have ``lines``, ``line_widths``, ``wide_areas`` and ``pen_up``: see
-        `warpvec.modes.lines`.
+        `warpvec.modes.lines`. ``condition`` has what had happened to the picture, and ``condition_words`` says it;
+        they are None if nobody looked, and the words also if nothing had. ``psnr_as_fitted`` compares the file with the
+        picture as it was before its enlargement, if that was fitted.
         """
         drawing, opacity, picture = self.drawing, self.scene.opacity, self.picture
         rows, columns = picture.reduced_size
@@ -222,6 +224,9 @@ class Result:
             "threads": usable_threads(self.config.threads) if drawing.device == "cpu" else None,
             "interrupted": self.interrupted,
             "goal": drawing.goal_facts,
+            "condition": None if drawing.condition is None else drawing.condition.facts,
+            "condition_words": None if drawing.condition is None else drawing.condition.words,
+            "psnr_as_fitted": drawing.encoding.psnr_as_fitted(drawing.text) if picture.is_restored else None,
             "levels": self._levels() if self.config.lod else None,
         }
 

@@ -16,7 +16,6 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.given import place_on_picture, read_drawing
-from warpvec.image.picture import reduce_image
 from warpvec.image.read import read_image
 from warpvec.modes.choice import chosen_mode, draw_picture
 from warpvec.modes.flat import KnownOutlines
@@ -24,6 +23,7 @@ from warpvec.modes.path_count import CORRECTION_RATE
 from warpvec.modes.photo import Photo
 from warpvec.modes.refine import ITERATIONS, with_drawing_settings
 from warpvec.modes.request import Request
+from warpvec.modes.restored import measured, restored
 from warpvec.polish.edited import Edited, fit_again
 from warpvec.polish.erasing import erase, hole_of
 from warpvec.result import Result
@@ -56,7 +56,9 @@ def run_job(
     pixels = read_image(job.data, name="picture")
     mode, reason = job.settings.mode, None
     if mode == "auto":
-        mode, reason = chosen_mode(reduce_image(pixels, FitConfig.fit_size), job.settings.config("flat"))
+        request = _request(job, pixels, job.settings.config("flat"), watch)
+        condition = measured(request)
+        mode, reason = chosen_mode(restored(request, condition).picture.reduced, request.settings, condition)
     height, width = pixels.shape[:2]
     report("mode", {"mode": mode, "reason": reason, "width": width, "height": height})
     if job.erased is not None:

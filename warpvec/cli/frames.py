@@ -84,7 +84,8 @@ class Recorder:
         """Draw the ``result`` if it is flat art, which is no scene of a fit: its forms become regular after the fit."""
         if self._takers and is_outlined(result.config.mode):
             self._last += 1
-            self._draw(result.drawing.fitted)
+            (height, width), (rows, columns) = self._size, result.picture.reduced_size
+            self._draw(result.drawing.fitted.scaled(width / columns, height / rows))
 
     def _draw(self, scene: Scene) -> None:
         image = draw_pixels(scene, *self._size, **self._settings)

@@ -93,6 +93,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.insert(1, f"of these {', '.join(kinds)}; {counted(metrics['parameters'], 'parameter')}")
     if metrics.get("colors"):
         lines.insert(1, f"{counted(len(metrics['colors']), 'colour')}: {', '.join(metrics['colors'])}")
+    if metrics.get("psnr_as_fitted") is not None:
+        lines.append("PSNR {psnr_as_fitted:.2f} dB against the picture as it was before")
     if "lines" in metrics:
         lines.insert(1, _lines_of(metrics))
     if metrics.get("start_psnr") is not None:
@@ -114,6 +116,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         is_decided = metrics["mode_reason"].startswith(_BECAUSE)
         hint = "else the picture decides" if is_decided else f"--mode {mode.likeliest_other} overrides"
         lines.append(f"mode: {mode.title} ({{mode_reason}}); {hint}")
+    if metrics.get("condition_words"):
+        lines.append("the picture: {condition_words}")
     removed = [counted(count, _REMOVED.get(name, name)) for name, count in metrics.get("left_out", {}).items() if count]
     if removed:
         lines.append(f"{', '.join(removed)} removed")

@@ -148,12 +148,12 @@ class CoreSettings:
     """
 
     mode: str = setting(
-        "auto", Choice(("auto", *MODES)), "Kind: auto, photo, flat (logos), mono or lines.",
+        "auto", Choice(("auto", *MODES)), "Kind: auto, photo, flat, mono, lines or pixel.",
         KIND, is_daily=True, stated="never", page=_MODE_CONTROL,
     )  # fmt: skip
     """"auto": the picture decides. "photo": fit paths. "flat": outline the regions of a logo, an icon or a drawing.
-    "mono": outline the dark areas in black. "lines": draw each line by a stroke along its middle. A setting that only
-    one mode has selects that mode."""
+    "mono": outline the dark areas in black. "lines": draw each line by a stroke along its middle. "pixel": draw each
+    pixel as a square. A setting that only one mode has selects that mode."""
     detail: float = setting(
         0.1, _DETAIL, "Drawings: how far outlines may move, in pixels.", KIND, is_daily=True,
         modes=("flat", "mono", "lines"),
@@ -183,6 +183,16 @@ class CoreSettings:
     )  # fmt: skip
     """Width of all strokes of lines in pixels of the picture, as a number, or "auto" for the widths in the picture."""
 
+    as_is: bool = setting(
+        False,
+        Flag(),
+        "Drawings: do not undo an enlargement or uneven light.",
+        KIND,
+        modes=("flat", "mono", "lines", "pixel"),
+        stated="if used",
+    )
+    """Draw the pixels as they are. Else drawings are made from the picture before it was enlarged, or in even light."""
+
     curves: int = setting(
         512, _CURVES, "Number of paths; auto: as many as clearly help. With a goal, and in flat art: the most.",
         GOAL, is_daily=True,
@@ -195,7 +205,7 @@ class CoreSettings:
 
     colors: int = setting(
         0, Whole(0, 256), "Most colours, 0 for any; makes paths opaque.", RESULT, is_daily=True,
-        modes=("photo", "flat"), is_binding=True,
+        modes=("photo", "flat", "pixel"), is_binding=True,
         page=slider(
             "Colours", "Largest number of different colours in the drawing",
             (0, 2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64), lambda count: str(count or "any"),

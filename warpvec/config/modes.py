@@ -42,6 +42,10 @@ MODES = {
         "lines", "drawings of lines", "mono", True, "Lines",
         "Lines only: a stroke along the middle of each line, as for pen plotters, engravers and signatures",
     ),
+    "pixel": ModeName(
+        "pixels", "pixel art", "flat", True, "Pixel",
+        "Pixel art and codes: each pixel is a square, and those of a colour are one exact path",
+    ),
 }  # fmt: skip
 """Every mode that a picture can be drawn in, by the value of the setting "mode"."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import torch
 from torch import Tensor
@@ -17,6 +17,9 @@ from warpvec.fit.visibility import canvas_areas, removal_changes, visible_areas,
 from warpvec.geometry.cubics import to_cubics
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
+
+if TYPE_CHECKING:  # it loads SciPy, which the fit of a photo does not need
+    from warpvec.condition.condition import Condition
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +39,7 @@ class Drawing:
         start_psnr: PSNR in dB of the file that was refined; None without one.
         line_facts: what a drawing of lines says of them; see `warpvec.modes.lines`. None for other drawings.
         goal_facts: the goal, if there was one, and whether the file meets it; see `warpvec.goals.search`.
+        condition: what had happened to the picture; None if nobody looked.
     """
 
     fitted: Scene
@@ -49,6 +53,7 @@ class Drawing:
     start_psnr: float | None = None
     line_facts: dict[str, Any] | None = None
     goal_facts: dict[str, Any] | None = None
+    condition: Condition | None = None
 
     @staticmethod
     def of(fitted: Scene, encoding: Encoding, device: str, **more: Any) -> Drawing:

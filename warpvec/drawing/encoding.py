@@ -181,6 +181,14 @@ class Encoding:
         path = Scene.uniform(points, black, torch.ones(1), black[0], generation, transparent=True)
         return write_minified(path, 1, 1, sides)
 
+    def psnr_as_fitted(self, text: str) -> float:
+        """Return the PSNR in dB of the SVG ``text``, as resvg draws it, against what was fitted.
+
+        That is the picture, or a small copy of it as it was before it was enlarged.
+        """
+        image = self.picture.reduced if self.picture.is_restored else self.picture.pixels
+        return psnr(draw_like(text, image), image)
+
     def text_psnr(self, text: str) -> float:
         """Return the PSNR in dB of the SVG ``text`` against the picture, as resvg draws it."""
         return psnr(draw_like(text, self.picture.pixels), self.picture.pixels)

@@ -140,6 +140,11 @@ def _color_count(levels: Levels, is_still: Mask) -> int:
     return max(1, int((areas >= MODE_CHOICE.color_area * is_still.size).sum()))
 
 
+def is_gray(image: Floats32) -> bool:
+    """Return whether ``image`` [h, w, 3] in [0, 1] has no colours but those that scans and JPEG give to greys."""
+    return bool((255.0 * np.ptp(image[..., :3], 2) > MODE_CHOICE.grey_max).mean() <= MODE_CHOICE.colored_max)
+
+
 def _is_black_and_white(levels: Levels, change: Levels) -> bool:
     """Return whether the picture has nothing but dark ink on light paper, with strong edges."""
     if ((levels.max(2) - levels.min(2)) > MODE_CHOICE.grey_max).mean() > MODE_CHOICE.colored_max:

@@ -19,11 +19,13 @@ class Picture:
         pixels: the picture [h, w, 3], sRGB-encoded in [0, 1], or [h, w, 4] with straight alpha.
         reduced: its copy, reduced to the size of a fit.
         title: title of its drawing; None for none.
+        is_restored: whether the copy shows the picture as it was before something happened to it.
     """
 
     pixels: NDArray[np.float32]
     reduced: NDArray[np.float32]
     title: str | None = None
+    is_restored: bool = False
 
     @staticmethod
     def of(pixels: NDArray[np.float32], fit_size: int, title: str | None = None) -> Picture:

@@ -20,8 +20,8 @@ class Keywords(TypedDict, total=False):
     """Use the fewest paths that reach this SSIM (0.6 to 0.9)."""
     gzip: bool
     """Count max_bytes after gzip."""
-    mode: Literal["auto", "photo", "flat", "mono", "lines"]
-    """Kind: auto, photo, flat (logos), mono or lines."""
+    mode: Literal["auto", "photo", "flat", "mono", "lines", "pixel"]
+    """Kind: auto, photo, flat, mono, lines or pixel."""
     detail: float
     """Drawings: how far outlines may move, in pixels."""
     cutout: bool
@@ -32,6 +32,8 @@ class Keywords(TypedDict, total=False):
     """Black and white: level from 0 to 255 below which a pixel is dark, or auto (Otsu's)."""
     line_width: float | str
     """Lines: width of all strokes in pixels, or auto (as in the picture)."""
+    as_is: bool
+    """Drawings: do not undo an enlargement or uneven light."""
     colors: int
     """Most colours, 0 for any; makes paths opaque."""
     palette: str | Sequence[str] | None

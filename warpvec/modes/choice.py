@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
-from warpvec.flat.mode_choice import ModeChoice, choose_mode
+from warpvec.flat.mode_choice import ModeChoice, choose_mode, is_gray
 from warpvec.goals.search import check_possible
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Mode, Request
+from warpvec.modes.restored import measured, restored, shown_at_usual_size
 
 if TYPE_CHECKING:  # the modes of drawings load SciPy, which a photo does not need
+    from warpvec.condition.condition import Condition
     from warpvec.modes.flat import KnownOutlines
 
 FLAT_PSNR_MIN = 26.0
@@ -42,44 +44,70 @@ def draw_picture(request: Request, photo: Photo = PLAIN_PHOTO, outlines: KnownOu
     """
     check_possible(request.goal, request.encoding)
     with request.watch:
-        if request.settings.mode != "auto":
-            return _mode(request.settings.mode, photo, outlines).draw(request)
+        if request.settings.mode == "photo":
+            return photo.draw(request)
         if not photo.is_plain:
             return photo.draw(_in_mode(request, "photo"))
-        return _draw_chosen(request, photo, outlines)
+        condition = measured(request)
+        drawn = restored(request, condition)
+        if request.settings.mode == "auto":
+            drawing = _draw_chosen(drawn, request, condition, photo, outlines)
+        else:
+            with shown_at_usual_size(drawn, request):
+                drawing = _mode(request.settings.mode, photo, outlines, condition).draw(drawn)
+        return replace(drawing, condition=condition)
 
 
-def _draw_chosen(request: Request, photo: Photo, outlines: KnownOutlines | None) -> Drawing:
-    """Return the drawing in the mode that the picture asks for, or as a photo if it proves to be no flat art."""
-    mode, reason = chosen_mode(request.picture.reduced, request.settings)
+def _draw_chosen(
+    request: Request, given: Request, condition: Condition | None, photo: Photo, outlines: KnownOutlines | None
+) -> Drawing:
+    """Return the drawing in the mode that the picture asks for, or as a photo if it proves to be no flat art.
+
+    Args:
+        request: what to draw, with the picture as it was before its enlargement.
+        given: the same with the picture as it is, for a photo.
+        condition: what has happened to the picture; None if nobody looked.
+        photo: how a photo is drawn.
+        outlines: of the last picture of flat art.
+    """
+    mode, reason = chosen_mode(request.picture.reduced, request.settings, condition)
     if mode != "photo":
         from warpvec.flat.regions.regions import NotFlatArtError
 
         chosen = _in_mode(request, mode)
         may_refuse = not (_has_paints(chosen.settings) or chosen.settings.cutout)
         try:
-            drawing = _mode(mode, photo, outlines, may_refuse).draw(chosen)
+            with shown_at_usual_size(chosen, given):
+                drawing = _mode(mode, photo, outlines, condition, may_refuse).draw(chosen)
         except NotFlatArtError as error:
             reason = str(error)
         else:
             if not _is_too_far(drawing, chosen):
                 return replace(drawing, mode_reason=reason)
             reason = f"as flat art it has only {drawing.psnr:.1f} dB"
-    return replace(photo.draw(_in_mode(request, "photo")), mode_reason=reason)
+    return replace(photo.draw(_in_mode(given, "photo")), mode_reason=reason)
 
 
-def _mode(name: str, photo: Photo, outlines: KnownOutlines | None, may_refuse: bool = False) -> Mode:
+def _mode(
+    name: str,
+    photo: Photo,
+    outlines: KnownOutlines | None,
+    condition: Condition | None = None,
+    may_refuse: bool = False,
+) -> Mode:
     """Return the mode ``name``. To add a mode, write its file in this folder, and add it here."""
     if name == "photo":
         return photo
     from warpvec.modes.flat import Flat, KnownOutlines
     from warpvec.modes.lines import Lines
     from warpvec.modes.mono import Mono
+    from warpvec.modes.pixel import Pixel
 
     modes: dict[str, Mode] = {
         "flat": Flat(KnownOutlines() if outlines is None else outlines, may_refuse),
         "mono": Mono(),
         "lines": Lines(),
+        "pixel": Pixel(color_tolerance(condition)),
     }
     return modes[name]
 
@@ -88,13 +116,31 @@ def _in_mode(request: Request, mode: str) -> Request:
     return request.with_settings(replace(request.settings, mode=mode))
 
 
-def chosen_mode(reduced: NDArray[np.float32], settings: FitConfig) -> ModeChoice:
+def chosen_mode(reduced: NDArray[np.float32], settings: FitConfig, condition: Condition | None = None) -> ModeChoice:
     """Return the mode that a picture asks for, by its copy that is ``reduced`` to the size of a fit.
 
-    A drawing that is to have the colours of the ``settings`` is not black and white art.
+    A drawing that is to have the colours of the ``settings`` is not black and white art. Pixels are meant only if
+    somebody has looked at the ``condition`` of the picture.
     """
+    is_bound = settings.palette is not None or settings.colors > 0 or settings.cutout or settings.strokes != "auto"
+    if condition is not None and not is_bound:
+        from warpvec.flat.pixels.choice import are_pixels_meant
+
+        found = condition.enlargement
+        is_exact = found is not None and found.is_of_whole_pixels
+        if (found is None or is_exact) and are_pixels_meant(reduced, color_tolerance(condition), is_exact):
+            return ModeChoice("pixel", "few colours, edges between whole pixels")
     choice, has_colors = choose_mode(reduced), settings.colors > 0 or settings.palette is not None
+    if condition is not None and condition.light is not None and is_gray(reduced):
+        choice = ModeChoice("mono", "ink on paper in uneven light")
     return choice._replace(mode="flat") if choice.mode == "mono" and has_colors else choice
+
+
+def color_tolerance(condition: Condition | None) -> int:
+    """Return the largest difference of a channel, in levels, between colours that were one before a JPEG."""
+    from warpvec.flat.constants.pixels import PIXELS
+
+    return 0 if condition is None or condition.jpeg is None else PIXELS.jpeg_levels
 
 
 def _is_too_far(drawing: Drawing, request: Request) -> bool:
@@ -104,7 +150,7 @@ def _is_too_far(drawing: Drawing, request: Request) -> bool:
     is_bounded = bool(request.goal) or is_cut_short or settings.curves < FitConfig.curves
     has_paints = _has_paints(settings) or settings.gradients == 0.0
     is_free = settings.mode == "flat" and not (has_paints or is_bounded or settings.cutout)
-    return is_free and drawing.psnr < FLAT_PSNR_MIN
+    return is_free and drawing.encoding.psnr_as_fitted(drawing.text) < FLAT_PSNR_MIN
 
 
 def _has_paints(settings: FitConfig) -> bool:

@@ -1,0 +1,97 @@
+"""Enlargements are found with their exact size, and only where there are some."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from damage import as_jpeg, blurred, drawn, enlarged, levels_of, noisy
+from PIL import Image
+from PIL.Image import Resampling
+from sweep import sweep
+
+from warpvec.condition.enlargement import Enlargement, find_enlargement
+from warpvec.condition.resampling import NEAREST
+from warpvec.condition.restoration import before_enlargement
+
+LUMA = np.array([0.299, 0.587, 0.114])
+
+
+def found_in(image: Image.Image) -> Enlargement | None:
+    return find_enlargement(levels_of(image) @ LUMA)
+
+
+@sweep(
+    ("kernel", "width", "factor"),
+    [
+        (kernel, width, factor)
+        for kernel in (Resampling.BILINEAR, Resampling.BICUBIC, Resampling.LANCZOS)
+        for width, factor in ((50, 8.0), (110, 2.0), (130, 1.5), (90, 2.7))
+    ]
+    + [(Resampling.BICUBIC, 75, 5.2), (Resampling.BILINEAR, 75, 5.2)],
+)
+def test_an_enlargement_is_found_with_its_exact_size_and_kernel(kernel: Resampling, width: int, factor: float) -> None:
+    small = drawn(width)
+    found = found_in(enlarged(small, factor, kernel))
+    assert found is not None
+    assert (found.width, found.height) == small.size
+    if factor != 2.0:  # linear and cubic kernels make the same pictures from different ones there
+        assert found.kernel == kernel.name.lower()
+
+
+@sweep("factor", [2, 3, 8, 20])
+def test_whole_pixels_are_found_with_their_exact_size(factor: int) -> None:
+    found = found_in(enlarged(drawn(40), factor, Resampling.NEAREST))
+    assert found is not None
+    assert (found.width, found.kernel) == (40, NEAREST)
+
+
+@sweep("quality", [90, 75, 60])
+def test_an_enlargement_is_found_after_jpeg(quality: int) -> None:
+    found = found_in(as_jpeg(enlarged(drawn(100), 4.0, Resampling.BICUBIC), quality))
+    assert found is not None
+    assert found.width == 100
+
+
+@sweep("width", [64, 100, 257, 512])
+def test_nothing_is_found_in_clean_blurred_noisy_and_compressed_pictures(width: int) -> None:
+    clean = drawn(width)
+    blurs = [blurred(clean, deviation) for deviation in (0.5, 1.0, 2.0)]
+    for image in (clean, *blurs, noisy(clean, 5.0), as_jpeg(clean, 60), as_jpeg(clean, 90)):
+        assert found_in(image) is None
+
+
+def test_edges_and_a_ramp_on_a_grid_of_whole_pixels_are_no_enlargement() -> None:
+    levels = np.full((64, 64), 255.0)
+    levels[8:44, 8:44] = np.round(np.linspace(18, 11, 36))[:, None]
+    assert find_enlargement(levels) is None
+
+
+def test_nothing_is_found_in_even_and_in_tiny_pictures() -> None:
+    assert find_enlargement(np.full((64, 64), 200.0)) is None
+    assert find_enlargement(np.arange(9.0).reshape(3, 3)) is None
+
+
+@pytest.mark.parametrize("kernel", [Resampling.BILINEAR, Resampling.BICUBIC, Resampling.LANCZOS, Resampling.NEAREST])
+def test_the_picture_before_its_enlargement_comes_back(kernel: Resampling) -> None:
+    small = drawn(60)
+    large = enlarged(small, 4.0, kernel)
+    found = found_in(large)
+    assert found is not None
+    restored = before_enlargement((levels_of(large) / 255.0).astype(np.float32), found)
+    error = 255.0 * restored - levels_of(small)
+    assert (
+        np.sqrt((error**2).mean()) < 1.5
+    )  # rounding of the large picture, and what was cut off beyond black and white
+
+
+def test_a_transparent_picture_comes_back_with_its_alpha() -> None:
+    small = drawn(60).convert("RGBA")
+    alpha = Image.fromarray(np.where(levels_of(small)[..., 2] > 200, 0, 255).astype(np.uint8))
+    small.putalpha(alpha)
+    large = small.resize((240, 192), Resampling.BICUBIC)
+    pixels = np.asarray(large).astype(np.float32) / 255.0
+    restored = before_enlargement(pixels, Enlargement(60, 48, "bicubic", 4.0, 0.0))
+    expected = np.asarray(small).astype(np.float64) / 255.0
+    assert np.abs(restored[..., 3] - expected[..., 3]).mean() < 0.02
+    is_opaque = expected[..., 3] == 1.0
+    assert np.abs(restored[..., :3] - expected[..., :3])[is_opaque].mean() < 0.02

@@ -1,0 +1,85 @@
+"""An enlarged picture is drawn as it was before, at the size that it has now."""
+
+from __future__ import annotations
+
+import numpy as np
+from damage import drawn, enlarged, levels_of, unevenly_lit
+from PIL import Image, ImageDraw
+from PIL.Image import Resampling
+
+import warpvec
+from warpvec.config.fit_config import FitConfig
+from warpvec.goals.goal import make_goal
+from warpvec.image.metrics import psnr
+from warpvec.modes.request import Request
+from warpvec.modes.restored import measured, restored
+from warpvec.svg.measure import draw
+from warpvec.watch.progress import Progress
+
+WIDTH, FACTOR = 80, 5
+
+
+def drawing_of(image: Image.Image, **options: object) -> warpvec.Result:
+    return warpvec.vectorize(np.asarray(image), iterations=6, **options)
+
+
+def test_an_enlarged_drawing_gets_the_edges_of_its_original() -> None:
+    original = levels_of(drawn(WIDTH * FACTOR))
+    large = enlarged(drawn(WIDTH), FACTOR, Resampling.BICUBIC)
+    restored, as_is = drawing_of(large), drawing_of(large, as_is=True, mode="flat")
+    size = (large.width, large.height)
+    errors = [psnr(draw(result.svg(), *size), original.astype(np.float32) / 255.0) for result in (restored, as_is)]
+    assert errors[0] > errors[1] + 2.0
+    assert len(restored.scene.segments) < len(as_is.scene.segments)
+    assert (restored.picture.width, restored.picture.height) == size
+    assert restored.metrics["condition"]["enlarged"]["width"] == WIDTH
+    assert restored.metrics["psnr_as_fitted"] > restored.metrics["psnr"]
+    assert as_is.metrics["condition"] is None
+
+
+def test_a_clean_drawing_is_drawn_as_it_is() -> None:
+    clean = drawn(WIDTH)
+    result = drawing_of(clean, metadata=False)
+    assert result.svg() == drawing_of(clean, as_is=True, metadata=False).svg()
+    assert result.metrics["condition_words"] is None
+
+
+def test_a_goal_for_the_quality_is_about_the_given_picture() -> None:
+    pixels = (levels_of(enlarged(drawn(WIDTH), FACTOR, Resampling.BICUBIC)) / 255.0).astype(np.float32)
+    for goal, is_restored in ((make_goal(max_bytes=9000), True), (make_goal(target_psnr=20.0), False)):
+        request = Request.of(pixels, FitConfig(), goal)
+        assert restored(request, measured(request)).picture.is_restored == is_restored
+
+
+def test_paper_is_drawn_in_even_light() -> None:
+    sheet = Image.new("RGB", (240, 200), "white")
+    ImageDraw.Draw(sheet).line((30, 40, 200, 150), fill="black", width=5)
+    pixels = (levels_of(unevenly_lit(sheet, 0.5)) / 255.0).astype(np.float32)
+    request = Request.of(pixels, FitConfig())
+    picture = restored(request, measured(request)).picture
+    assert picture.is_restored
+    gray = picture.reduced.mean(2)
+    is_paper = levels_of(sheet).min(2) == 255.0
+    assert gray[is_paper].min() > 0.8 > 0.4 > gray[levels_of(sheet).max(2) == 0.0].max()
+
+
+def test_ink_on_unevenly_lit_paper_is_black_and_white_art() -> None:
+    sheet = Image.new("RGB", (240, 200), "white")
+    pen = ImageDraw.Draw(sheet)
+    for k in range(5):
+        pen.line((30, 30 + 30 * k, 200, 60 + 25 * k), fill="black", width=4)
+    lit = unevenly_lit(sheet, 0.5)
+    assert warpvec.vectorize(np.asarray(lit), iterations=2).config.mode == "mono"
+    sheet.paste((200, 30, 30), (20, 170, 90, 195))
+    assert warpvec.vectorize(np.asarray(unevenly_lit(sheet, 0.5)), iterations=2).config.mode == "flat"
+
+
+def test_progress_shows_the_size_of_the_given_picture() -> None:
+    seen: list[float] = []
+
+    def look(progress: Progress) -> None:
+        seen.append(float(progress.scene().segments.max()))
+
+    large = enlarged(drawn(WIDTH), FACTOR, Resampling.BICUBIC)
+    warpvec.vectorize(np.asarray(large), iterations=2, on_progress=look)
+    assert min(seen) > 0.8 * large.height

@@ -1,0 +1,1 @@
+"""What has happened to a picture before it came to us: enlarged, blurred, noisy, saved as JPEG."""

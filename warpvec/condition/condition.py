@@ -1,0 +1,115 @@
+"""All that was measured of what has happened to a picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.arrays import Floats32
+from warpvec.condition.blur import measure_blur
+from warpvec.condition.constants import CONDITION
+from warpvec.condition.enlargement import Enlargement, find_enlargement
+from warpvec.condition.jpeg import Jpeg, find_jpeg
+from warpvec.condition.levels import Palette, find_palette
+from warpvec.condition.light import Light, find_uneven_light
+from warpvec.condition.noise import measure_noise
+from warpvec.condition.restoration import before_enlargement
+from warpvec.image.alpha import is_transparent, over
+
+
+@dataclass(frozen=True, eq=False)
+class Condition:
+    """What has happened to a picture; as it stands, nothing.
+
+    Attributes:
+        enlargement: how it was enlarged; None if it was not.
+        blur: standard deviation of its blur, in pixels before the enlargement; 0 for none.
+        noise: standard deviation of the noise of each channel, in levels of 255; zeros for none.
+        jpeg: what it was saved as; None for no JPEG.
+        palette: its few colours; None for many.
+        light: the light on its paper; None if it is even, or no paper.
+    """
+
+    enlargement: Enlargement | None = None
+    blur: float = 0.0
+    noise: tuple[float, ...] = (0.0, 0.0, 0.0)
+    jpeg: Jpeg | None = None
+    palette: Palette | None = None
+    light: Light | None = None
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        found, jpeg, palette = self.enlargement, self.jpeg, self.palette
+        return {
+            "enlarged": None
+            if found is None
+            else {"factor": found.factor, "width": found.width, "height": found.height, "kernel": found.kernel},
+            "blur": self.blur,
+            "noise": list(self.noise),
+            "jpeg": None if jpeg is None else {"quality": jpeg.quality, "subsampled": jpeg.is_subsampled},
+            "colors": None if palette is None else palette.color_count,
+            "dithered": palette is not None and palette.is_dithered,
+            "uneven_light": 0.0 if self.light is None else self.light.range,
+        }
+
+    @property
+    def words(self) -> str | None:
+        """What has happened, in a few words; None if nothing has."""
+        found, jpeg, parts = self.enlargement, self.jpeg, list[str]()
+        if found is not None:
+            size = f"{found.width} x {found.height} px"
+            parts.append(f"enlarged {found.factor:.3g} times from {size} ({found.kernel})")
+        if self.blur:
+            parts.append(f"blur {self.blur:.1f} px")
+        if any(self.noise):
+            parts.append(f"noise {np.mean(self.noise):.1f} levels")
+        if jpeg is not None:
+            parts.append(f"JPEG about {jpeg.quality}{', colours at half size' if jpeg.is_subsampled else ''}")
+        if self.palette is not None and self.palette.is_dithered:
+            parts.append(f"dithered in {self.palette.color_count} colours")
+        if self.light is not None:
+            parts.append(f"light uneven by {self.light.range:.0f} levels")
+        return "; ".join(parts) or None
+
+
+def measure_condition(pixels: Floats32) -> Condition:
+    """Measure what has happened to ``pixels`` [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if four.
+
+    Very large pictures are measured in a window in their middle, apart from their enlargement.
+    """
+    seen = over(pixels, 1.0) if is_transparent(pixels) else pixels
+    enlargement = find_enlargement(_gray(pixels, seen))
+    part = _window(seen)
+    levels = 255.0 * part.astype(np.float64)
+    if enlargement is None:
+        small = levels
+    else:
+        restored = before_enlargement(pixels, enlargement)
+        small = 255.0 * _window(over(restored, 1.0) if is_transparent(pixels) else restored).astype(np.float64)
+    noise = measure_noise(small)
+    return Condition(
+        enlargement,
+        measure_blur(small @ CONDITION.luma, max(noise)),
+        noise,
+        find_jpeg(levels),
+        find_palette(np.rint(small)),
+        find_uneven_light(levels) if part.size == seen.size else None,
+    )
+
+
+def _gray(pixels: Floats32, seen: Floats32) -> NDArray[np.floating[Any]]:
+    """Return the levels [h, w] in [0, 255] of ``pixels``, ``seen`` over white, or those of alpha if these are even."""
+    gray = seen @ (255.0 * np.array(CONDITION.luma, np.float32))
+    return 255.0 * pixels[..., 3] if is_transparent(pixels) and np.ptp(gray) < 1.0 else gray
+
+
+def _window(pixels: Floats32) -> Floats32:
+    """Return the middle of ``pixels`` [h, w, 3], on the grid of JPEG."""
+    sides = [
+        slice(start := max(0, side - CONDITION.window) // 16 * 8, start + CONDITION.window) for side in pixels.shape[:2]
+    ]
+    return pixels[sides[0], sides[1]]

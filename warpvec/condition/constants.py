@@ -1,0 +1,201 @@
+"""The numbers of the measurement of a picture's condition."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class ConditionConstants:
+    """When a picture counts as enlarged, blurred, noisy, saved as JPEG or unevenly lit. Levels are of 255."""
+
+    luma: tuple[float, float, float] = (0.299, 0.587, 0.114)
+    """Weights of red, green and blue in the brightness."""
+
+    window: int = 1536
+    """Side in pixels of the part of a very large picture that is looked at."""
+
+    # Enlargement (enlargement.py, resampling.py)
+
+    ridge: float = 1e-4
+    """Share of the mean diagonal that is added to it, so that every enlargement has an inverse. More of it would blur
+    the small picture."""
+
+    cut_off_rounds: int = 6
+    """Rounds in which pixels that were cut off at black or white get the values that the others predict."""
+
+    rows: int = 32
+    """Rows and columns that are looked at, among those that change most. The time is in proportion to them."""
+
+    side_min: int = 8
+    """Smallest side in pixels of a picture before its enlargement."""
+
+    factor_min: float = 1.3
+    """Smallest enlargement that is looked for. Smaller ones leave too little to compare."""
+
+    factors: tuple[float, ...] = (1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 24.0, 32.0)
+    sides: tuple[int, ...] = (
+        16, 24, 32, 48, 64, 72, 80, 96, 100, 120, 128, 144, 150, 160, 180, 192, 200, 240, 256, 300, 320, 400, 480, 500,
+        512, 600, 640,
+    )  # fmt: skip
+    """Enlargements, and sides before it, that people use."""
+
+    always: tuple[float, ...] = (1.5, 2.0, 3.0, 4.0)
+    usual_count: int = 8
+    """Enlargements that are always tried, and number of the others among those that people use, by their spectrum: an
+    enlargement by 2 changes every other pixel, which a spectrum hardly shows."""
+
+    peaks: int = 4
+    """Peaks of the spectrum of changes that are tried."""
+
+    spectrum_window: int = 121
+    change_levels: float = 4.0
+    """Entries of a spectrum whose median is the usual height at their middle; and change of levels that counts little
+    beside noise."""
+
+    tried: int = 6
+    scan_dip_max: float = 0.95
+    """Sizes with the deepest dips that all kernels are tried with, and the largest share that they may leave
+    unexplained at the first look, whose kernel may be another."""
+
+    dip_reach: int = 5
+    """Sizes on either side of one that it is compared with. Drawings with few edges have small dips everywhere."""
+
+    clean_share: float = 0.75
+    clean_levels: float = 0.05
+    """A picture is clean if this share of the second differences along its busiest lines have at most so many levels.
+    An enlargement of it by whole pixels leaves no more unexplained: a ramp on a grid of four pixels leaves 0.4 levels,
+    and pixel art after JPEG has differences of 0.5."""
+
+    dip_levels: float = 0.3
+    """Levels that rounding leaves unexplained; they are added to what is compared with."""
+
+    dip_max: float = 0.8
+    nearest_dip_max: float = 0.35
+    axis_dip_max: float = 0.87
+    """Largest share that the right size leaves unexplained of what sizes beside it do: the geometric mean of both axes
+    for kernels that interpolate, and for whole pixels, and that of one axis. Of 100 clean drawings of 64 to 512 px, as
+    they are, blurred and as JPEG of quality 40 to 90, and 12 photos, the lowest mean is 0.86; one strongly blurred
+    drawing with bars has 0.76, and 0.88 on one axis. Of 115 drawings that were enlarged by 1.5 to 8, 107 are found, and
+    76 of 105 that were then saved as JPEG of quality 60 to 90."""
+
+    # Noise (noise.py)
+
+    noise_block: int = 8
+    noise_side: int = 200
+    noise_small_block: int = 5
+    noise_rows_min: int = 6
+    noise_blocks: int = 4096
+    """Side of the blocks; shortest side of a picture from which they have this side, and their side in smaller ones,
+    where larger ones would all have edges; fewest rows of blocks; and most blocks."""
+
+    noise_quantile: float = 0.25
+    noise_spread: float = 1.5
+    noise_spread_up: float = 1.9
+    noise_share_min: float = 0.45
+    """Noise is about that of the quarter of the white blocks with least; blocks agree within these factors below and
+    above, and this share of all does so. With 0.4, the grain of a Kodak photo (kodim09, 1.9 levels) is noise."""
+
+    memory_max: float = 1.3
+    """Most by which neighbours differ more than in white noise; film grain and texture have 1.4 and more."""
+
+    cut_share: float = 0.4
+    spoiled_share: float = 0.05
+    """Share of a block at black or white from which half of its noise was cut off, and from which some was."""
+
+    noise_min: float = 1.0
+    noise_max: float = 48.0
+    """Least noise in levels that is not rounding, and most that is not the picture."""
+
+    # Blur (blur.py)
+
+    blur_pairs: tuple[tuple[float, float], ...] = ((0.7, 1.4), (1.4, 2.8), (2.8, 5.6))
+    blur_reach: float = 2.0
+    """Pairs of deviations in pixels that slopes are compared at, and the blur over the finer one from which the next
+    pair measures better."""
+
+    antialiasing: float = 0.16
+    """Variance in square pixels of an edge as a renderer draws it: 0.12 if it is oblique and 0.21 along the grid."""
+
+    blur_min: float = 0.45
+    """Smallest blur in pixels. Anti-aliased edges have up to 0.37."""
+
+    blur_tile: int = 64
+    blur_tiles: int = 48
+    """Side of the tiles in pixels, and number of those with the most edges. More take longer."""
+
+    blur_slope_share: float = 0.25
+    blur_noise_factor: float = 3.0
+    """An edge is at least so steep, as a share of the steepest, and over the noise of the slopes."""
+
+    blur_edges_min: int = 24
+    blur_quantile: float = 0.5
+    """Fewest pixels along edges, and which of their blurs counts. Corners and thin lines seem sharper, shades
+    softer."""
+
+    # JPEG (jpeg.py)
+
+    jpeg_blocks: int = 1024
+    jpeg_cut_off_max: float = 0.05
+    jpeg_change_min: float = 8.0
+    jpeg_whole_blocks_min: int = 60
+    """Blocks that are looked at; largest share of pixels at black or white in a block that a decoder left whole; and
+    change of levels in a block that tells. With fewer whole blocks than the last number, others count too."""
+
+    jpeg_frequency_max: int = 4
+    jpeg_rounding: float = 1.5
+    jpeg_values_min: int = 40
+    """Highest sum of a frequency's numbers that is looked at; smallest value of the transform that rounding to levels
+    cannot make; and fewest values that tell a quality."""
+
+    jpeg_score_min: float = 0.12
+    """Smallest score of a JPEG, for very many values. The highest score by chance of 80 clean pictures is 0.06, and
+    0.19 for 40 values. At quality 90 drawings have 0.1 to 0.6: a fifth of them, on white, are not found, but hardly
+    changed."""
+
+    jpeg_color_max: float = 0.2
+    """Largest part of the change of colours that half of their resolution leaves unexplained: it is 0.06 to 0.19 if
+    they have half of it, and 0.2 to 0.44 if not (40 drawings, quality 50 to 90)."""
+
+    # Levels (levels.py)
+
+    palette_max: int = 64
+    palette_step: int = 7
+    """Most colours of a palette, and the step between the rows of a first look. Grey JPEGs have up to 256."""
+
+    dither_side_min: int = 64
+    dither_share_min: float = 0.02
+    dither_step: float = 12.0
+    """Shortest side of a dithered picture, because single pixels of pixel art are meant; smallest share of pixels that
+    differ from both neighbours in a row, which are alike, in a picture of few colours; and the smallest difference in
+    levels. Drawings with sharp edges have at most 0.004."""
+
+    # Light of paper (light.py)
+
+    paper_side_min: int = 96
+    paper_tiles: int = 32
+    paper_window: int = 11
+    """Shortest side of a scan; tiles along its longer side; and tiles along the longest dark area that is ink."""
+
+    paper_color_max: float = 40.0
+    """Largest mean difference of the channels of paper, in levels: it may be yellow, but not a sky."""
+
+    paper_quantile: float = 0.25
+    paper_grain_max: float = 10.0
+    paper_grain_min: float = 1.0
+    """Paper varies in a tile as in the quarter of the tiles with least; largest deviation there, in levels, as walls
+    vary more; and least median of its second differences: with less, a gradient was drawn, not lit."""
+
+    paper_deviations: float = 3.0
+    paper_levels: float = 6.0
+    paper_share_min: float = 0.78
+    paper_brighter_max: float = 0.01
+    """A pixel is paper within so many deviations of the grain, and so many levels more; least share of such pixels; and
+    largest share of brighter ones: nothing is brighter than paper."""
+
+    paper_range_min: float = 16.0
+    paper_dark_min: float = 64.0
+    """Least difference in light that matters, and darkest paper, in levels."""
+
+
+CONDITION = ConditionConstants()

@@ -1,0 +1,208 @@
+"""Find out whether a picture was enlarged, from which size, and by which kernel.
+
+An enlarged row of N pixels has only n numbers. The rows of n pixels that explain it best (`resampling`) leave almost
+nothing unexplained, but those of n - 2 or n + 2 pixels do, because their grid is another. No clean picture has such a
+dip, and no blurred one. Which sizes are worth a try is seen in the changes of a row: the variance of second differences
+of an interpolated row has the period of the enlargement. Source: Gallagher, Detection of linear and cubic interpolation
+in JPEG compressed images, 2005.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from warpvec.arrays import Floats
+from warpvec.condition.constants import CONDITION
+from warpvec.condition.resampling import KERNELS, NEAREST, Upsampling
+
+
+@dataclass(frozen=True)
+class Enlargement:
+    """An enlargement that was found.
+
+    Attributes:
+        width: width in pixels before it.
+        height: height in pixels before it.
+        kernel: a key of `warpvec.condition.resampling.KERNELS`, or ``NEAREST``.
+        factor: enlargement of the longer side.
+        unexplained: root mean square in levels of what the enlargement does not explain along the edges that were
+            looked at.
+    """
+
+    width: int
+    height: int
+    kernel: str
+    factor: float
+    unexplained: float
+
+    @property
+    def is_of_whole_pixels(self) -> bool:
+        """Whether each pixel became a square of pixels."""
+        return self.kernel == NEAREST and float(self.factor).is_integer()
+
+
+def find_enlargement(gray: NDArray[np.floating[Any]]) -> Enlargement | None:
+    """Return the enlargement of the levels ``gray`` [h, w] in [0, 255]; None if there is none."""
+    height, width = gray.shape
+    along, across = (Lines(busiest(line)) for line in ((gray.T, gray) if width >= height else (gray, gray.T)))
+    if min(along.length, across.length) < CONDITION.side_min * CONDITION.factor_min or not along.rows.any():
+        return None
+    found = [_checked(along, across, size, NEAREST) for size in _whole_sizes(along.length)]
+    exact = next((each for each in found if each is not None), None)  # multiples of its size explain it too
+    best = exact or _best([_checked(along, across, size) for size in _deepest(along, _sizes_to_try(along, across))])
+    if best is None:
+        return None
+    sides = (best.along, best.across) if width >= height else (best.across, best.along)
+    names = [NEAREST] if best.kernel == NEAREST else list(KERNELS)
+    rest = {
+        name: Upsampling(along.length, best.along, name).unexplained_of_cut_off(along.rows, 0.5, 254.5)
+        for name in names
+    }
+    kernel = min(names, key=lambda name: rest[name])
+    return Enlargement(*sides, kernel, along.length / best.along, rest[kernel])
+
+
+class _Candidate(NamedTuple):
+    """An enlargement that both axes speak for: the sizes along and across, its kernel, and its dip."""
+
+    along: int
+    across: int
+    kernel: str
+    dip: float
+
+
+def _best(found: list[_Candidate | None]) -> _Candidate | None:
+    """Return the candidate with the deepest dip; of those with whole pixels, the smallest."""
+    clear = [each for each in found if each is not None]
+    exact = [each for each in clear if each.kernel == NEAREST]
+    if exact:
+        return min(exact, key=lambda each: each.along)
+    return min(clear, key=lambda each: each.dip, default=None)
+
+
+class Lines:
+    """Lines of a picture, and what is unexplained of them by each size."""
+
+    def __init__(self, rows: Floats) -> None:
+        """Keep the ``rows`` [length, N]."""
+        self.rows, self.length = rows, len(rows)
+        self._known: dict[tuple[int, str], float] = {}
+
+    def unexplained(self, size: int, kernel: str) -> float:
+        """Return the root mean square in levels of what rows of ``size`` pixels do not explain."""
+        if (size, kernel) not in self._known:
+            self._known[size, kernel] = Upsampling(self.length, size, kernel).unexplained(self.rows)
+        return self._known[size, kernel]
+
+    def dip(self, size: int, kernel: str, reach: int = 2) -> float:
+        """Return what ``size`` leaves unexplained, as a share of the least that sizes beside it, within reach, do."""
+        sizes = [size + step for step in range(-reach, reach + 1) if step != 0 and size + step > 1]
+        beside = min(self.unexplained(each, kernel) for each in sizes)
+        return (self.unexplained(size, kernel) + CONDITION.dip_levels) / (beside + CONDITION.dip_levels)
+
+    @cached_property
+    def is_clean(self) -> bool:
+        """Whether most changes are exactly as before: no JPEG and no noise."""
+        return (
+            float(np.quantile(np.abs(np.diff(self.rows, 2, axis=0)), CONDITION.clean_share)) <= CONDITION.clean_levels
+        )
+
+    @cached_property
+    def spectrum(self) -> Floats:
+        """How much more the changes repeat at each of ``_FREQUENCIES`` than at those beside it."""
+        change = np.abs(np.diff(self.rows, 2, axis=0))
+        profile = (change / (change.max(0) + CONDITION.change_levels)).mean(1)
+        count = 4 * len(profile)
+        power = np.abs(np.fft.rfft((profile - profile.mean()) * np.hanning(len(profile)), count))
+        relative = power / (median_filter(power, CONDITION.spectrum_window) + 1e-9)
+        return np.interp(_FREQUENCIES, np.arange(len(power)) / count, relative)
+
+
+SCANNED = "bilinear"
+"""The kernel that sizes are looked for with: it is quick, and what other kernels have made dips with it too."""
+
+_FREQUENCIES = np.linspace(1.0 / 40.0, 0.5, 8000)
+"""Repetitions per pixel at which spectra are compared."""
+
+
+def busiest(lines: NDArray[np.floating[Any]]) -> Floats:
+    """Return the columns [length, N] of ``lines`` [length, M] that change most, spread over the picture."""
+    activity = (np.diff(lines, axis=0) ** 2).sum(0)
+    order = np.argsort(-activity)[: 4 * CONDITION.rows]
+    return np.asarray(lines[:, np.sort(order)[:: max(1, len(order) // CONDITION.rows)]], np.float64)
+
+
+def _usual_sizes(length: int) -> list[int]:
+    """Return the sizes that people enlarge to ``length`` from."""
+    return _possible({*CONDITION.sides, *(round(length / factor) for factor in CONDITION.factors)}, length)
+
+
+def _whole_sizes(length: int) -> list[int]:
+    """Return the sizes that ``length`` is a multiple of, the smallest first."""
+    return _possible({size for size in range(1, length // 2 + 1) if length % size == 0}, length)
+
+
+def _possible(sizes: set[int], length: int) -> list[int]:
+    return sorted(size for size in sizes if CONDITION.side_min <= size <= length / CONDITION.factor_min)
+
+
+def _sizes_to_try(along: Lines, across: Lines) -> list[int]:
+    """Return the sizes that the spectra of both axes speak for."""
+    spectrum, length = along.spectrum + across.spectrum, along.length
+
+    def strength(size: int) -> float:
+        frequency = size / length
+        is_near = np.abs(_FREQUENCIES - min(frequency, 1.0 - frequency)) < 0.5 / length
+        return float(spectrum[is_near].max(initial=0.0))
+
+    usual = sorted(_usual_sizes(length), key=strength)[-CONDITION.usual_count :]
+    sizes = {*usual, *(round(length / factor) for factor in CONDITION.always)}
+    left = spectrum.copy()
+    for _ in range(CONDITION.peaks):
+        frequency = float(_FREQUENCIES[left.argmax()])
+        left[np.abs(_FREQUENCIES - frequency) < 1.5 / length] = 0.0
+        for share in (frequency, 1.0 - frequency):  # the second is seen as the first, because pixels are whole
+            sizes |= {round(length * share) + step for step in (-1, 0, 1)}
+    return _possible(sizes, length)
+
+
+def _deepest(along: Lines, sizes: list[int]) -> list[int]:
+    """Return the few of the ``sizes`` with the deepest dips at a first look."""
+    best = sorted(sizes, key=lambda size: along.dip(size, SCANNED))[: CONDITION.tried]
+    return [size for size in best if along.dip(size, SCANNED) <= CONDITION.scan_dip_max]
+
+
+def _may_be_whole_pixels(along: Lines, across: Lines, size: int) -> bool:
+    """Return whether each pixel may have become a square of pixels: of equal ones, exactly, if the picture is clean.
+
+    Edges of a drawing may lie on such a grid by chance.
+    """
+    other = round(size * across.length / along.length)
+    rest = max(along.unexplained(size, NEAREST), across.unexplained(other, NEAREST))
+    return rest <= CONDITION.clean_levels or not (along.is_clean and across.is_clean)
+
+
+def _checked(along: Lines, across: Lines, size: int, kernel: str | None = None) -> _Candidate | None:
+    """Return the enlargement from ``size`` along, if both axes speak for it; by the ``kernel`` that explains most."""
+    name = kernel or min([NEAREST, *KERNELS], key=lambda each: along.unexplained(size, each))
+    limit = CONDITION.nearest_dip_max if name == NEAREST else CONDITION.dip_max
+    dips = [along.dip(size, name, CONDITION.dip_reach)]
+    if dips[0] > CONDITION.axis_dip_max:
+        return None
+    if name == NEAREST and not _may_be_whole_pixels(along, across, size):
+        return None
+    middle = round(size * across.length / along.length)
+    near = [max(CONDITION.side_min // 2, middle + step) for step in (-1, 0, 1)]
+    other = min(near, key=lambda each: across.unexplained(each, name))
+    if other > CONDITION.side_min // 2 and across.rows.any():
+        dips.append(across.dip(other, name, CONDITION.dip_reach))
+    mean = math.prod(dips) ** (1.0 / len(dips))
+    is_clear = max(dips) <= CONDITION.axis_dip_max and mean <= limit
+    return _Candidate(size, other, name, mean) if is_clear else None

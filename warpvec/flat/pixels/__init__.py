@@ -1,0 +1,1 @@
+"""Pictures whose pixels are meant: pixel art and codes."""

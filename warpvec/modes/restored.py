@@ -1,0 +1,67 @@
+"""What a drawing mode sees of a picture that was enlarged or unevenly lit: the picture before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from warpvec.image.picture import reduce_image
+from warpvec.modes.request import Request
+from warpvec.watch.progress import Progress
+
+if TYPE_CHECKING:  # measuring loads SciPy, which the fit of a photo does not need
+    from warpvec.condition.condition import Condition
+
+
+def measured(request: Request) -> Condition | None:
+    """Return what has happened to the picture of ``request``; None if its settings take it as it is."""
+    if request.settings.as_is:
+        return None
+    from warpvec.condition.condition import measure_condition
+
+    return measure_condition(request.picture.pixels)
+
+
+def restored(request: Request, condition: Condition | None) -> Request:
+    """Return ``request`` with the picture as it was before its enlargement, or in even light, in place of its copy.
+
+    The file keeps the size of the given picture. A goal for the quality is about the picture as it is.
+    """
+    if condition is None or request.goal.quality is not None:
+        return request
+    picture = request.picture
+    if condition.enlargement is not None:
+        from warpvec.condition.restoration import before_enlargement
+
+        pixels = before_enlargement(picture.pixels, condition.enlargement)
+    elif condition.light is not None and not picture.is_transparent:
+        from warpvec.condition.light import in_even_light
+
+        pixels = in_even_light(picture.pixels, condition.light)
+    else:
+        return request
+    reduced = reduce_image(pixels, request.settings.fit_size)
+    return replace(
+        request, encoding=replace(request.encoding, picture=replace(picture, reduced=reduced, is_restored=True))
+    )
+
+
+@contextmanager
+def shown_at_usual_size(request: Request, given: Request) -> Iterator[None]:
+    """Show the scenes of ``request``, with a restored picture, in pixels of the copy that ``given`` has."""
+    watch, show = request.watch, request.watch.on_progress
+    if show is None or not request.picture.is_restored:
+        yield
+        return
+    (rows, columns), (height, width) = request.picture.reduced_size, given.picture.reduced_size
+
+    def show_scaled(progress: Progress) -> None:
+        show(replace(progress, scene=lambda: progress.scene().scaled(width / columns, height / rows)))
+
+    watch.on_progress = show_scaled
+    try:
+        yield
+    finally:
+        watch.on_progress = show
