@@ -117,7 +117,8 @@ def test_a_drawing_that_is_missing_is_that_of_from(photo: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "options", [["--mode", "flat"], ["--detail", "1"], ["--cutout"], ["--strokes", "off"], ["--threshold", "9"]]
+    "options",
+    [["--mode", "flat"], ["--detail", "1"], ["--cutout"], ["--strokes", "off"], ["--threshold", "9"], ["--as-is"]],
 )
 def test_the_help_leaves_out_what_is_refused(photo: Path, options: list[str]) -> None:
     assert_refused(_refine(photo, *options), f"{options[0]} must ")

@@ -43,7 +43,8 @@ def given_mode(usual: Mapping[str, Any], given: Mapping[str, Any], table: Table)
     if mode == "auto":
         return "photo" if _changed_photo_settings(usual, given, table) else mode
     of_photos = _changed_photo_settings(usual, given, table)
-    wrong = of_photos if is_outlined(mode) else _changed(["detail"], usual, given)
+    of_drawings = [name for name, each in table.items() if "photo" not in each.modes and not each.is_binding]
+    wrong = of_photos if is_outlined(mode) else _changed(of_drawings, usual, given)
     _refuse(wrong, given, mode, table, always=True)
     return mode
 
