@@ -66,6 +66,15 @@ def test_edges_and_a_ramp_on_a_grid_of_whole_pixels_are_no_enlargement() -> None
     assert find_enlargement(levels) is None
 
 
+def test_an_icon_whose_edges_lie_on_a_grid_is_no_enlargement() -> None:
+    # Bars of an icon of 24 px, drawn at 512 px: each edge shares its pixel in one of three ways.
+    scale = 512 / 24
+    places = np.arange(513)[:, None] / scale
+    bars = [[2, 6], [8, 12], [14, 18], [20, 22]]
+    share = scale * sum(np.diff(np.clip(places, *bar), axis=0) for bar in bars)
+    assert find_enlargement(np.round(255 - 255 * share @ share.T)) is None
+
+
 def test_nothing_is_found_in_even_and_in_tiny_pictures() -> None:
     assert find_enlargement(np.full((64, 64), 200.0)) is None
     assert find_enlargement(np.arange(9.0).reshape(3, 3)) is None

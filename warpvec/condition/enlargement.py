@@ -179,24 +179,25 @@ def _deepest(along: Lines, sizes: list[int]) -> list[int]:
     return [size for size in best if along.dip(size, SCANNED) <= CONDITION.scan_dip_max]
 
 
-def _may_be_whole_pixels(along: Lines, across: Lines, size: int) -> bool:
-    """Return whether each pixel may have become a square of pixels: of equal ones, exactly, if the picture is clean.
+def _is_explained(along: Lines, across: Lines, sizes: tuple[int, int], kernel: str) -> bool:
+    """Return whether an enlargement from ``sizes`` along and across leaves hardly more than rounding, or JPEG.
 
-    Edges of a drawing may lie on such a grid by chance.
+    Edges of an icon may lie on a grid by chance, but a clean picture that was enlarged is explained exactly.
     """
-    other = round(size * across.length / along.length)
-    rest = max(along.unexplained(size, NEAREST), across.unexplained(other, NEAREST))
-    return rest <= CONDITION.clean_levels or not (along.is_clean and across.is_clean)
+    rest = along.unexplained(sizes[0], kernel), across.unexplained(sizes[1], kernel)
+    if along.is_clean and across.is_clean:
+        return max(rest) <= (CONDITION.clean_levels if kernel == NEAREST else CONDITION.clean_rest_max)
+    return min(rest) <= CONDITION.rest_max  # what was cut off at black or white may be on one axis alone
 
 
 def _checked(along: Lines, across: Lines, size: int, kernel: str | None = None) -> _Candidate | None:
     """Return the enlargement from ``size`` along, if both axes speak for it; by the ``kernel`` that explains most."""
     name = kernel or min([NEAREST, *KERNELS], key=lambda each: along.unexplained(size, each))
     limit = CONDITION.nearest_dip_max if name == NEAREST else CONDITION.dip_max
+    if name == NEAREST and along.length % size:
+        return None  # squares of unequal sizes are as likely the edges of a drawing
     dips = [along.dip(size, name, CONDITION.dip_reach)]
     if dips[0] > CONDITION.axis_dip_max:
-        return None
-    if name == NEAREST and not _may_be_whole_pixels(along, across, size):
         return None
     middle = round(size * across.length / along.length)
     near = [max(CONDITION.side_min // 2, middle + step) for step in (-1, 0, 1)]
@@ -205,4 +206,5 @@ def _checked(along: Lines, across: Lines, size: int, kernel: str | None = None) 
         dips.append(across.dip(other, name, CONDITION.dip_reach))
     mean = math.prod(dips) ** (1.0 / len(dips))
     is_clear = max(dips) <= CONDITION.axis_dip_max and mean <= limit
+    is_clear = is_clear and _is_explained(along, across, (size, other), name)
     return _Candidate(size, other, name, mean) if is_clear else None
