@@ -109,6 +109,8 @@ def _simpler(stroke: Stroke, tolerance: float) -> Stroke:
 def _rounded(stroke: Stroke, rise: Floats32) -> Stroke:
     """Return a stroke with round corners where sharp ones have raised the error [h, w] most; forms stay."""
     free = [line for line, form in zip(stroke.lines, stroke.forms, strict=True) if form is None]
+    if not free:
+        return stroke
     corners = [corners_of(line) for line in free]
     places = np.concatenate([curves_of(line)[is_corner, 0] for line, is_corner in zip(free, corners, strict=True)])
     if not len(places):
