@@ -210,7 +210,7 @@ def test_a_ramp_of_opacity_and_colour_is_one_region() -> None:
     regions = find_regions(np.round(255 * image).astype(np.float32) / 255)
     assert len(regions) == 1 and regions.paints.count.tolist() == [3]
     assert error(image, regions) < 1.0
-    np.testing.assert_allclose(regions.paints.shown[0, 1] * regions.paints.opacity[0], 0.9, atol=0.01)
+    np.testing.assert_allclose(regions.paints.shown[0, :3] * regions.paints.opacity[0], [0.5, 0.9, 0.5], atol=0.01)
 
 
 def test_parts_of_one_gradient_share_it() -> None:

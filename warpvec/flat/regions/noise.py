@@ -9,8 +9,9 @@ from scipy import ndimage
 
 from warpvec.arrays import Floats32
 from warpvec.flat.constants.regions import REGIONS
+from warpvec.image import colors
 
-LUMA = np.array([0.299, 0.587, 0.114], np.float32)
+LUMA = np.array(colors.LUMA, np.float32)
 """Weights of red, green and blue in the brightness that JPEG stores at full resolution."""
 
 

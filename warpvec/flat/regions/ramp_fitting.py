@@ -152,11 +152,16 @@ def _within_range(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Flo
     return knots, values
 
 
+def stop_weights(knots: Floats, places: Floats) -> Floats:
+    """Return the share [N, M] of each stop at ``knots`` [M] in the colour at each of ``places`` [N]."""
+    part = np.clip((places[:, None] - knots[:-1]) / np.maximum(np.diff(knots), 1e-9), 0.0, 1.0)
+    ends = np.ones((len(places), 1))
+    return np.hstack([ends, part]) - np.hstack([part, 0.0 * ends])
+
+
 def _colors_at_knots(knots: Floats, at: Floats, means: Floats, count: Floats) -> tuple[Floats, float]:
     """Return the colours [M, 3] at ``knots`` [M] that fit the means best, and the error that remains."""
-    part = np.clip((at[:, None] - knots[:-1]) / np.maximum(np.diff(knots), 1e-9), 0.0, 1.0)
-    ends = np.ones((len(at), 1))
-    weights = np.hstack([ends, part]) - np.hstack([part, 0.0 * ends])
+    weights = stop_weights(knots, at)
     heavy = count[:, None] * weights
     matrix = np.einsum("bi,bj->ij", heavy, weights)
     matrix += 1e-9 * np.trace(matrix) * np.eye(len(knots))

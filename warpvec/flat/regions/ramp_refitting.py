@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from warpvec.arrays import Mask
 from warpvec.flat.constants.regions import REGIONS
-from warpvec.flat.regions.ramp_fitting import Ramp
+from warpvec.flat.regions.ramp_fitting import Ramp, stop_weights
 from warpvec.geometry.paints.registry import kind_of
 
 Floats = NDArray[np.floating[Any]]
@@ -49,13 +49,13 @@ def _moved(ramp: Ramp, points: Floats, colors: Floats, *, are_colors_free: bool)
 
 
 def _error(ramp: Ramp, points: Floats, colors: Floats) -> float:
-    return float(np.square(colors - _weights(ramp.knots, ramp.direction.places(points)) @ ramp.colors).sum())
+    return float(np.square(colors - stop_weights(ramp.knots, ramp.direction.places(points)) @ ramp.colors).sum())
 
 
 def _stepped(ramp: Ramp, points: Floats, colors: Floats, *, are_colors_free: bool) -> Ramp | None:
     """Return ``ramp`` after a step; None if its stops would change their order."""
     places = ramp.direction.places(points)
-    weights = _weights(ramp.knots, places)
+    weights = stop_weights(ramp.knots, places)
     slopes = _slopes(ramp, places)
     rest = colors - weights @ ramp.colors
     change = ramp.direction.changes(points, places)
@@ -85,13 +85,6 @@ def _is_told(ramp: Ramp, places: Floats) -> Mask:
     return told
 
 
-def _weights(knots: Floats, places: Floats) -> Floats:
-    """Return the share [N, M] of each stop in the colour at each of ``places`` [N]."""
-    part = np.clip((places[:, None] - knots[:-1]) / np.maximum(np.diff(knots), 1e-9), 0.0, 1.0)
-    ends = np.ones((len(places), 1))
-    return np.hstack([ends, part]) - np.hstack([part, 0.0 * ends])
-
-
 def _slopes(ramp: Ramp, places: Floats) -> Floats:
     """Return how the colours [N, D] change per pixel at ``places`` [N]; not at all beyond the ends."""
     per_pixel = np.diff(ramp.colors, axis=0) / np.maximum(np.diff(ramp.knots), 1e-9)[:, None]
@@ -102,7 +95,12 @@ def _slopes(ramp: Ramp, places: Floats) -> Floats:
 
 
 def _with_level_ends(ramp: Ramp, points: Floats) -> Ramp:
-    """Return ``ramp`` with the ends that no pixel tells moved out to the first place of nearly whole levels."""
+    """Return ``ramp`` with the ends that no pixel tells moved out to the first place of nearly whole levels.
+
+    A ramp of opacities stays: beyond what is seen, its colours are too uncertain.
+    """
+    if ramp.colors.shape[1] > 3:
+        return ramp
     told = _is_told(ramp, ramp.direction.places(points))
     knots, values = ramp.knots.copy(), ramp.colors.copy()
     extent = float(np.ptp(knots))
@@ -113,7 +111,7 @@ def _with_level_ends(ramp: Ramp, points: Floats) -> Ramp:
         reach = knots[end] - knots[inner]
         parts = 1.0 + np.linspace(0.0, REGIONS.refit_reach * extent / abs(reach), REGIONS.refit_places)
         shown = values[inner] + parts[:, None] * (values[end] - values[inner])
-        levels = 255.0 * shown[:, :3]
+        levels = 255.0 * shown
         off = np.abs(levels - np.round(levels)).max(1)
         off[((shown < 0.0) | (shown > 1.0)).any(1)] = np.inf
         best = int(np.argmax(off <= max(REGIONS.refit_level, off.min())))

@@ -1,4 +1,4 @@
-"""Where the stops of a ramp lie: the bends of the colours along it."""
+"""Find the places of the stops of a ramp: the bends of the colours along it."""
 
 from __future__ import annotations
 
