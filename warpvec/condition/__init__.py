@@ -1,1 +1,1 @@
-"""What has happened to a picture before it came to us: enlarged, blurred, noisy, saved as JPEG."""
+"""Measure what has happened to a picture: it was enlarged, blurred, saved as JPEG, or is noisy."""

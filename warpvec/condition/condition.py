@@ -18,6 +18,7 @@ from warpvec.condition.light import Light, find_uneven_light
 from warpvec.condition.noise import measure_noise
 from warpvec.condition.restoration import before_enlargement
 from warpvec.image.alpha import is_transparent, over
+from warpvec.image.colors import LUMA
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +94,7 @@ def measure_condition(pixels: Floats32) -> Condition:
     noise = measure_noise(small)
     return Condition(
         enlargement,
-        measure_blur(small @ CONDITION.luma, max(noise)),
+        measure_blur(small @ LUMA, max(noise)),
         noise,
         find_jpeg(levels),
         find_palette(np.rint(small)),
@@ -103,7 +104,7 @@ def measure_condition(pixels: Floats32) -> Condition:
 
 def _gray(pixels: Floats32, seen: Floats32) -> NDArray[np.floating[Any]]:
     """Return the levels [h, w] in [0, 255] of ``pixels``, ``seen`` over white, or those of alpha if these are even."""
-    gray = seen @ (255.0 * np.array(CONDITION.luma, np.float32))
+    gray = seen @ (255.0 * np.array(LUMA, np.float32))
     return 255.0 * pixels[..., 3] if is_transparent(pixels) and np.ptp(gray) < 1.0 else gray
 
 

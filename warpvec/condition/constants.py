@@ -9,9 +9,6 @@ from dataclasses import dataclass
 class ConditionConstants:
     """When a picture counts as enlarged, blurred, noisy, saved as JPEG or unevenly lit. Levels are of 255."""
 
-    luma: tuple[float, float, float] = (0.299, 0.587, 0.114)
-    """Weights of red, green and blue in the brightness."""
-
     window: int = 1536
     """Side in pixels of the part of a very large picture that is looked at."""
 

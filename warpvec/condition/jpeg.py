@@ -18,6 +18,7 @@ from warpvec.arrays import Floats
 from warpvec.condition.constants import CONDITION
 from warpvec.condition.enlargement import busiest
 from warpvec.condition.resampling import Upsampling
+from warpvec.image.colors import LUMA
 
 _STEPS = np.array([
     [16, 11, 10, 16, 24, 40, 51, 61], [12, 12, 14, 19, 26, 58, 60, 55], [14, 13, 16, 24, 40, 57, 69, 56],
@@ -26,7 +27,7 @@ _STEPS = np.array([
 ])  # fmt: skip
 """Steps of brightness at quality 50, by vertical and horizontal frequency."""
 
-_LUMA = np.array([0.299, 0.587, 0.114])
+_LUMA = np.array(LUMA)
 _COLOR = np.array([[-0.168736, -0.331264, 0.5], [0.5, -0.418688, -0.081312]])
 """Weights of red, green and blue in the brightness and the two colour differences of JFIF."""
 

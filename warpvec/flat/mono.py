@@ -19,6 +19,7 @@ from warpvec.flat.curves.contours import contours_of, signed_area
 from warpvec.flat.curves.curve_fitting import Curves, fit_loops
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
+from warpvec.image.colors import LUMA
 from warpvec.watch.watch import UNWATCHED, Watch
 
 
@@ -144,7 +145,7 @@ def _gray(image: NDArray[Any]) -> Floats:
     values = image.astype(np.float64) / (255.0 if image.dtype == np.uint8 else 1.0)
     if values.shape[2] == 4:
         values = values[..., :3] * values[..., 3:] + 1.0 - values[..., 3:]
-    return values @ np.array([0.299, 0.587, 0.114])
+    return values @ np.array(LUMA)
 
 
 def _pure_share(coverage: Floats) -> float:

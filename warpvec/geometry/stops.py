@@ -1,4 +1,4 @@
-"""What gradients have beyond two opaque stops at their ends: more stops, offsets, opacities, and a second radius."""
+"""The stops of gradients that have more than two opaque ones at their ends: offsets, opacities, and a second radius."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a drawing mode sees of a picture that was enlarged or unevenly lit: the picture before."""
+"""Give drawing modes the picture as it was before it was enlarged or unevenly lit."""
 
 from __future__ import annotations
 

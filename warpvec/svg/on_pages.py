@@ -13,6 +13,7 @@ from xml.etree.ElementTree import Element
 from xml.sax.saxutils import escape, quoteattr
 
 from warpvec.errors import InputError
+from warpvec.image.colors import LUMA
 from warpvec.svg.document import SVG_NAMESPACE, local_name, parse_svg
 
 DARKEST = "darkest"
@@ -22,9 +23,6 @@ _PAINT = re.compile(
     r'(<(?!rect (?:id="background" )?width=)[^<>]*?\b(?:fill|stroke)=")(#[0-9a-f]{3}|#[0-9a-f]{6})(?=")'
 )
 """The colour of a shape of warpvec's own files. The background is a rectangle whose first attribute is its width."""
-
-_LUMA = (0.299, 0.587, 0.114)
-"""Weights of red, green and blue in how bright a colour looks (ITU-R BT.601)."""
 
 _REFERENCE = re.compile(r"url\(#([^()]+)\)")
 
@@ -49,7 +47,7 @@ def with_current_color(svg: str, color: str) -> str:
 
 
 def _brightness(color: str) -> float:
-    return sum(weight * level for weight, level in zip(_LUMA, _levels(color), strict=True))
+    return sum(weight * level for weight, level in zip(LUMA, _levels(color), strict=True))
 
 
 def _distance_from(color: str) -> Callable[[str], float]:

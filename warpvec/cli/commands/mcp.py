@@ -16,7 +16,7 @@ def mcp(folders: tuple[str, ...], threads: int | None) -> None:
     """Serve the tools vectorize, refine and evaluate over stdin and stdout, as MCP clients start it.
 
     The tools read and write files in FOLDER alone. A client lists the command, such as
-    {"command": "warpvec", "args": ["mcp", "/home/me/pictures"]}. It ends when stdin ends.
+    {"command": "warpvec", "args": ["mcp", "pictures"]}. It ends when stdin ends.
     """
     if find_spec("mcp") is None:
         raise InputError("mcp", "needs the package of the extra mcp", "none", "pip install 'warpvec[mcp]'")

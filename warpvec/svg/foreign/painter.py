@@ -83,11 +83,11 @@ class Painter:
             return
         box = bounding_box(np.concatenate([open_curves(subpath) for subpath in subpaths]))
         space = Space(state.matrix, box, state.viewport, self._size)
+        form = shape_form(name, attributes, state.viewport, state.matrix)
         is_below = properties["paint-order"].partition("fill")[0].strip().startswith("stroke")
         drawn = 0
         for role in ("stroke", "fill") if is_below else ("fill", "stroke"):
             before = len(self.outlines)
-            form = shape_form(name, attributes, state.viewport, state.matrix)
             if role == "fill" and fill is not None:
                 self._add_fill(name, subpaths, form, fill, space, state)
             elif role == "stroke" and stroke is not None:
