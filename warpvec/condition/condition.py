@@ -18,7 +18,7 @@ from warpvec.condition.light import Light, find_uneven_light
 from warpvec.condition.noise import measure_noise
 from warpvec.condition.restoration import before_enlargement
 from warpvec.image.alpha import is_transparent, over
-from warpvec.image.colors import LUMA
+from warpvec.image.luma import LUMA
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from warpvec.arrays import Floats
 from warpvec.condition.constants import CONDITION
 from warpvec.condition.enlargement import busiest
 from warpvec.condition.resampling import Upsampling
-from warpvec.image.colors import LUMA
+from warpvec.image.luma import LUMA
 
 _STEPS = np.array([
     [16, 11, 10, 16, 24, 40, 51, 61], [12, 12, 14, 19, 26, 58, 60, 55], [14, 13, 16, 24, 40, 57, 69, 56],

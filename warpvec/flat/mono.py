@@ -19,7 +19,7 @@ from warpvec.flat.curves.contours import contours_of, signed_area
 from warpvec.flat.curves.curve_fitting import Curves, fit_loops
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
-from warpvec.image.colors import LUMA
+from warpvec.image.luma import LUMA
 from warpvec.watch.watch import UNWATCHED, Watch
 
 

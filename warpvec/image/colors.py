@@ -1,4 +1,4 @@
-"""Parse colours as users write them, and weigh how bright they are."""
+"""Parse colours as users write them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,6 @@ from numpy.typing import NDArray
 from PIL import ImageColor
 
 from warpvec.errors import InputError
-
-LUMA = (0.299, 0.587, 0.114)
-"""Weights of red, green and blue in how bright a colour is (ITU-R BT.601), as JPEG has them."""
 
 
 def parse_color(text: str, name: str = "background") -> NDArray[np.float32]:

@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element
 from xml.sax.saxutils import escape, quoteattr
 
 from warpvec.errors import InputError
-from warpvec.image.colors import LUMA
+from warpvec.image.luma import LUMA
 from warpvec.svg.document import SVG_NAMESPACE, local_name, parse_svg
 
 DARKEST = "darkest"

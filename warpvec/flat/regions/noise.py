@@ -9,9 +9,9 @@ from scipy import ndimage
 
 from warpvec.arrays import Floats32
 from warpvec.flat.constants.regions import REGIONS
-from warpvec.image import colors
+from warpvec.image import luma
 
-LUMA = np.array(colors.LUMA, np.float32)
+LUMA = np.array(luma.LUMA, np.float32)
 """Weights of red, green and blue in the brightness that JPEG stores at full resolution."""
 
 
