@@ -67,6 +67,11 @@ class FlatDrawing:
     known: FlatOutlines | None = None
     tracing: Scene | None = None
 
+    @property
+    def is_small(self) -> bool:
+        """Whether the picture is so small that it is likely to be shown larger."""
+        return max(self.image.shape[:2]) <= DRAWING.small_side
+
     @cached_property
     def critic(self) -> Critic:
         """The judge of all changes."""
@@ -89,25 +94,27 @@ class FlatDrawing:
     def draw(self, detail: float) -> tuple[Scene, dict[str, int]]:
         """Return the drawing with the nodes and paths that show at ``detail`` pixels, and what it leaves out.
 
-        That is counted by its name: "path", "loop" and "node".
+        That is counted by its name: "path", "loop" and "node". Outlines of small pictures may move by less than
+        ``detail``, unless a form explains them; see `DRAWING.small_detail`.
 
         Raises:
             NotFlatArtError: the picture is plainly no flat art, and ``may_refuse``.
         """
+        fine = detail * (DRAWING.small_detail if self.is_small else 1.0)
         scene, watch, left_out = self.outlines.fitted, self.watch, dict[str, int]()
         if not watch.is_over():
-            fewer, loop_count = remove_paths(scene, self.critic, watch, detail)
+            fewer, loop_count = remove_paths(scene, self.critic, watch, fine)
             scene, left_out = fewer, {"path": len(scene) - len(fewer), "loop": loop_count}
         if len(scene) and not watch.is_over():
             count = len(scene.segments)
-            scene = simplify(scene, self.critic, watch, detail)
+            scene = simplify(scene, self.critic, watch, fine)
             left_out["node"] = count - len(scene.segments)
             scene = self._polished(scene, DRAWING.last_iterations)
             # Last, as a fit would undo exact circles and level lines.
             scene = regularize(scene, self.critic, watch, detail)
             # A file of parts without overlaps has outlines only.
             is_wanted = self.config.strokes == "auto" and not self.config.cutout
-            strokes = find_strokes(scene, self.critic, watch, detail) if is_wanted else {}
+            strokes = find_strokes(scene, self.critic, watch, fine) if is_wanted else {}
             count = len(self.outlines.traced)
             scene, strokes = set_apart(scene, strokes, count)
             is_stroke = torch.isin(scene.generation, torch.tensor(list(strokes), dtype=torch.int64))
@@ -118,7 +125,7 @@ class FlatDrawing:
     def _traced_regions(self) -> Scene:
         found = find_regions(self.image.numpy(), self.config.min_area, self.watch, self.may_refuse)
         regions = self._repainted(with_fewer_regions(found, REGIONS.regions_max))
-        tolerance = CURVES.tolerance if max(self.image.shape[:2]) >= DRAWING.small_side else DRAWING.small_tolerance
+        tolerance = DRAWING.small_tolerance if self.is_small else CURVES.tolerance
         return self._on_canvas(scene_of(regions, tolerance, watch=self.watch))
 
     def _on_canvas(self, scene: Scene) -> Scene:

@@ -77,7 +77,7 @@ def mono_tracing(
         noise_tolerance = MONO.noise_deviations * _noise(coverage) / MONO.edge_slope
         is_sharp = _pure_share(coverage) >= MONO.sharp_share
         is_clean = is_sharp and noise_tolerance <= CURVES.tolerance
-        is_small = is_sharp and max(coverage.shape) < DRAWING.small_side
+        is_small = is_sharp and max(coverage.shape) <= DRAWING.small_side
         least = DRAWING.small_tolerance if is_small else CURVES.tolerance
         tolerance = max(least, noise_tolerance) if tolerance is None else tolerance
         outlines = contours_of(coverage) if is_sharp else _interpolated(coverage)

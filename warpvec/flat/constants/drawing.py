@@ -25,8 +25,12 @@ class DrawingConstants:
 
     small_side: int = 128
     small_tolerance: float = 0.14
-    """Longer side of small pictures in pixels, and the largest distance in pixels of their traced outlines from the
+    """Longest side of small pictures in pixels, and the largest distance in pixels of their traced outlines from the
     curves: they are shown several times larger. The mean PSNR of icons at four times their size is 0.8 dB higher so."""
+
+    small_detail: float = 0.5
+    """Share of the detail by which outlines of small pictures may move, as they are shown larger. The colour error of
+    icons of 128 px is 0.11 with 0.5 and 0.14 with 1, and their files need 9 % more numbers."""
 
     snap: float = 2.5 / 255.0
     """A fitted colour that differs by less in every channel from what the inside of its region shows is that colour:

@@ -115,7 +115,10 @@ class StrokeConstants:
     """Half of the length of that part in widths. Bends of a stroke with a corner look round over half a width."""
 
     tolerance: float = 0.35
-    """Largest distance in pixels between a centre line and its pieces before they are fitted to the picture."""
+    tolerance_share: float = 0.018
+    """Largest distance in pixels between a centre line and its pieces before they are fitted to the picture, and the
+    same in widths. In an icon of 128 px, pieces farther away lose round corners, and no fit finds them again. With
+    0.014, small round corners become two corners."""
 
     again_shares: tuple[float, ...] = (2.0, 2.0, 0.6, 0.2)
     """The same distance once the centre line is fitted to the picture, in shares of the detail. The picture says
