@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from damage import as_jpeg, blurred, drawn, levels_of, noisy
 from sweep import sweep
 
 from warpvec.condition.jpeg import Jpeg, find_jpeg
+from warpvec.svg.measure import draw
 
 
 @sweep(("width", "quality"), [(width, quality) for width in (128, 400) for quality in (30, 50, 60, 75, 85, 90)])
@@ -29,3 +31,9 @@ def test_pictures_that_were_not_compressed_are_no_jpeg(width: int) -> None:
     clean = drawn(width)
     for image in (clean, blurred(clean, 1.0), noisy(clean, 5.0)):
         assert find_jpeg(levels_of(image)) is None
+
+
+def test_level_bars_are_no_jpeg_although_their_blocks_look_rounded() -> None:
+    bars = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24"><rect width="24" height="24" fill="#fff"/>
+<path d="M5 9h14M5 15h14" stroke="#000" stroke-width="2" stroke-linecap="round"/></svg>"""
+    assert find_jpeg(draw(bars, 512, 512).astype(np.float64)) is None

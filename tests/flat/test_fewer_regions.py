@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from damage import as_jpeg, drawn, levels_of
 
 import warpvec.flat.regions.regions as regions_module
 from warpvec.flat.constants.drawing import DRAWING
+from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
-from warpvec.flat.regions.regions import NotFlatArtError, Regions, find_regions
+from warpvec.flat.regions.regions import NotFlatArtError, Regions, find_regions, require_explained
 from warpvec.flat.scene_building import scene_of
 from warpvec.flat.simplification.circles import ellipse_of
 from warpvec.watch.watch import Watch
@@ -77,3 +79,12 @@ def test_late_regions_have_flat_paints() -> None:
 def test_an_outline_that_shows_at_one_point_is_no_ellipse() -> None:
     points = np.random.default_rng(1).random((20, 2))
     assert ellipse_of(points, np.eye(20)[3]) is None
+
+
+def test_regions_explain_a_drawing_as_jpeg_but_no_texture() -> None:
+    flat = (levels_of(as_jpeg(drawn(400), 60)) / 255.0).astype(np.float32)
+    require_explained(find_regions(flat), flat, MODE_CHOICE.unexplained_max)
+    waves = np.sin(np.indices((120, 120)).sum(0) / 3.0) * np.sin(np.indices((120, 120))[0] / 5.0)
+    texture = np.repeat(0.5 + 0.25 * waves[..., None], 3, 2).astype(np.float32)
+    with pytest.raises(NotFlatArtError, match="levels of it unexplained"):
+        require_explained(find_regions(texture), texture, MODE_CHOICE.unexplained_max)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from damage import drawn, enlarged, levels_of, unevenly_lit
+from damage import drawn, enlarged, levels_of, noisy, unevenly_lit
 from PIL import Image, ImageDraw
 from PIL.Image import Resampling
 
@@ -83,3 +83,12 @@ def test_progress_shows_the_size_of_the_given_picture() -> None:
     large = enlarged(drawn(WIDTH), FACTOR, Resampling.BICUBIC)
     warpvec.vectorize(np.asarray(large), iterations=2, on_progress=look)
     assert min(seen) > 0.8 * large.height
+
+
+def test_a_noisy_drawing_becomes_flat_art_of_as_few_paths_as_the_clean_one() -> None:
+    clean, given = drawn(240), noisy(drawn(240), 10.0)
+    results = [drawing_of(image, metadata=False) for image in (clean, given)]
+    assert results[1].config.mode == "flat"
+    assert len(results[1].scene) <= 1.5 * len(results[0].scene)
+    pixels, before = ((levels_of(image) / 255.0).astype(np.float32) for image in (given, clean))
+    assert psnr(draw(results[1].svg(), 240, 192), before) > psnr(pixels, before) + 6.0

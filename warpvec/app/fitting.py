@@ -58,7 +58,7 @@ def run_job(
     if mode == "auto":
         request = _request(job, pixels, job.settings.config("flat"), watch)
         condition = measured(request)
-        mode, reason = chosen_mode(restored(request, condition).picture.reduced, request.settings, condition)
+        mode, reason, _ = chosen_mode(restored(request, condition).picture.reduced, request.settings, condition)
     height, width = pixels.shape[:2]
     report("mode", {"mode": mode, "reason": reason, "width": width, "height": height})
     if job.erased is not None:

@@ -110,6 +110,19 @@ class ConditionConstants:
     noise_max: float = 48.0
     """Least noise in levels that is not rounding, and most that is not the picture."""
 
+    # Before the noise (denoising.py)
+
+    denoised_min: float = 0.5
+    """Least deviation of the noise of a channel, in levels, when others have more: a channel of one level has none."""
+
+    alike_reach: int = 6
+    alike_side: int = 3
+    alike_spread: float = 1.0
+    """Reach in pixels in which pixels that are alike are looked for; side of the squares around them that are compared;
+    and root mean square by which squares may differ, beyond noise of deviation 1, to count a third. Noise of 8 and 15
+    levels on two drawings falls to 41.9 to 49.2 dB; reaching 8 pixels gains 0.9 dB for 1.7 times the time, and squares
+    of 5 pixels lose 1.7 to 2.8 dB."""
+
     # Blur (blur.py)
 
     blur_pairs: tuple[tuple[float, float], ...] = ((0.7, 1.4), (1.4, 2.8), (2.8, 5.6))
@@ -144,6 +157,11 @@ class ConditionConstants:
     jpeg_whole_blocks_min: int = 60
     """Blocks that are looked at; largest share of pixels at black or white in a block that a decoder left whole; and
     change of levels in a block that tells. With fewer whole blocks than the last number, others count too."""
+
+    jpeg_equal_max: float = 0.78
+    """Largest share of neighbours in these blocks that have exactly the same level. Of 23 icons as JPEG of quality 40
+    to 95, 0.71 at most do; the clean icons whose blocks look rounded by chance, an equals sign and a QR code, have 0.96
+    and 0.85."""
 
     jpeg_frequency_max: int = 4
     jpeg_rounding: float = 1.5

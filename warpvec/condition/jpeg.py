@@ -63,6 +63,8 @@ def find_jpeg(levels: Floats) -> Jpeg | None:
 def _quality_of(levels: Floats) -> int | None:
     """Return the quality by the brightness of ``levels`` [h, w, 3]; None if it was not rounded."""
     blocks = _telling_blocks(levels)
+    if (np.diff(blocks, axis=2) == 0.0).sum() > CONDITION.jpeg_equal_max * 56 * len(blocks):
+        return None  # a block that JPEG has changed has ringing, not areas of one level
     transform = np.abs(dctn(blocks, axes=(1, 2), norm="ortho"))
     order = np.add.outer(range(8), range(8))
     rows, columns = np.nonzero((order > 0) & (order <= CONDITION.jpeg_frequency_max))

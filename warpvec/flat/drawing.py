@@ -18,7 +18,7 @@ from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.regions.fewer_colors import with_colors, with_flat_paints, with_palette
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
-from warpvec.flat.regions.regions import Regions, find_regions
+from warpvec.flat.regions.regions import Regions, find_regions, require_explained
 from warpvec.flat.scene_building import scene_of
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.fewer_paths import with_fewer_paths
@@ -58,6 +58,7 @@ class FlatDrawing:
         may_refuse: whether to refuse a picture that is plainly no flat art; see `NotFlatArtError`.
         known: outlines that are known already; None to find them.
         tracing: outlines that were traced in another way; None to trace those of the regions.
+        unexplained_max: root mean square in levels that regions may leave of the picture, if it may be refused.
     """
 
     image: Tensor
@@ -66,6 +67,7 @@ class FlatDrawing:
     may_refuse: bool = False
     known: FlatOutlines | None = None
     tracing: Scene | None = None
+    unexplained_max: float = math.inf
 
     @property
     def is_small(self) -> bool:
@@ -124,6 +126,8 @@ class FlatDrawing:
 
     def _traced_regions(self) -> Scene:
         found = find_regions(self.image.numpy(), self.config.min_area, self.watch, self.may_refuse)
+        if self.may_refuse:
+            require_explained(found, self.image.numpy(), self.unexplained_max)
         regions = self._repainted(with_fewer_regions(found, REGIONS.regions_max))
         tolerance = DRAWING.small_tolerance if self.is_small else CURVES.tolerance
         return self._on_canvas(scene_of(regions, tolerance, watch=self.watch))

@@ -7,6 +7,7 @@ small block, and soft shading. Four shares of the picture measure that, and a we
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,10 +21,18 @@ Levels = NDArray[np.int16]
 
 
 class ModeChoice(NamedTuple):
-    """The mode that suits a picture, and the reason in a few words."""
+    """The mode that suits a picture, and the reason in a few words.
+
+    Attributes:
+        mode: its name.
+        reason: why it suits.
+        unexplained_max: largest root mean square in levels that areas of one paint may leave unexplained of flat art;
+            a picture of which they leave more is a photo.
+    """
 
     mode: str
     reason: str
+    unexplained_max: float = math.inf
 
 
 class Shares(NamedTuple):
@@ -42,19 +51,27 @@ class Shares(NamedTuple):
     lonely: float
 
 
-def choose_mode(image: Floats32) -> ModeChoice:
+def choose_mode(image: Floats32, was_noisy: bool = False) -> ModeChoice:
     """Return the mode for ``image`` [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha or none.
 
-    Transparent parts are seen over white, and pictures with some are not taken for black and white art.
+    Transparent parts are seen over white, and pictures with some are not taken for black and white art. Where the four
+    shares leave a doubt, the picture is flat art if areas of one paint explain it.
+
+    Args:
+        image: the picture.
+        was_noisy: whether it had noise, which is gone.
     """
     levels = _copy_of(image)
     change = _changes(levels)
     is_still = change <= MODE_CHOICE.still_change
     percent = f"{100 * is_still.mean():.0f} % of the area is flat"
-    if image.shape[2] == 3 and _is_black_and_white(levels, change):
+    if image.shape[2] == 3 and _is_black_and_white(levels, change, was_noisy):
         return ModeChoice("mono", f"dark on light, {percent}")
-    if flatness(shares_of(levels, change)) <= 0.0:
+    is_flat = flatness(shares_of(levels, change))
+    if is_flat <= MODE_CHOICE.photo_flatness:
         return ModeChoice("photo", f"textured or shaded, {percent}")
+    if is_flat <= 0.0:
+        return ModeChoice("flat", f"areas of one paint explain it, {percent}", MODE_CHOICE.unexplained_max)
     count = _color_count(levels, is_still)
     colors = "1 colour" if count == 1 else f"{count} colours" if count <= MODE_CHOICE.colors_shown else "shaded colours"
     return ModeChoice("flat", f"{colors}, {percent}")
@@ -145,7 +162,7 @@ def is_gray(image: Floats32) -> bool:
     return bool((255.0 * np.ptp(image[..., :3], 2) > MODE_CHOICE.grey_max).mean() <= MODE_CHOICE.colored_max)
 
 
-def _is_black_and_white(levels: Levels, change: Levels) -> bool:
+def _is_black_and_white(levels: Levels, change: Levels, was_noisy: bool) -> bool:
     """Return whether the picture has nothing but dark ink on light paper, with strong edges."""
     if ((levels.max(2) - levels.min(2)) > MODE_CHOICE.grey_max).mean() > MODE_CHOICE.colored_max:
         return False
@@ -164,7 +181,7 @@ def _is_black_and_white(levels: Levels, change: Levels) -> bool:
     ):
         return False
     is_far = ~_widened(is_strong, MODE_CHOICE.edge_reach)
-    is_scan = bool(is_far.any()) and float(np.median(change[is_far])) >= MODE_CHOICE.scan_noise
+    is_scan = was_noisy or (bool(is_far.any()) and float(np.median(change[is_far])) >= MODE_CHOICE.scan_noise)
     is_shade = np.minimum(np.abs(grey - black), np.abs(grey - white)) > MODE_CHOICE.shade_levels
     if is_scan:
         is_shaded = (is_far & (change > MODE_CHOICE.shade_step)).mean() > MODE_CHOICE.shade_step_share_max

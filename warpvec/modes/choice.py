@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -64,28 +65,42 @@ def _draw_chosen(
     """Return the drawing in the mode that the picture asks for, or as a photo if it proves to be no flat art.
 
     Args:
-        request: what to draw, with the picture as it was before its enlargement.
+        request: what to draw, with the picture as it was before its enlargement and noise.
         given: the same with the picture as it is, for a photo.
         condition: what has happened to the picture; None if nobody looked.
         photo: how a photo is drawn.
         outlines: of the last picture of flat art.
     """
-    mode, reason = chosen_mode(request.picture.reduced, request.settings, condition)
-    if mode != "photo":
+    choice = chosen_mode(request.picture.reduced, request.settings, condition)
+    reason = choice.reason
+    if choice.mode != "photo":
         from warpvec.flat.regions.regions import NotFlatArtError
 
-        chosen = _in_mode(request, mode)
+        chosen = _in_mode(request, choice.mode)
         may_refuse = not (_has_paints(chosen.settings) or chosen.settings.cutout)
         try:
             with shown_at_usual_size(chosen, given):
-                drawing = _mode(mode, photo, outlines, condition, may_refuse).draw(chosen)
+                mode = _mode(choice.mode, photo, outlines, condition, choice if may_refuse else None)
+                drawing = mode.draw(chosen)
         except NotFlatArtError as error:
             reason = str(error)
         else:
+            if _is_too_far(drawing, chosen):
+                drawing = _with_more_paths(drawing, chosen, mode)
             if not _is_too_far(drawing, chosen):
                 return replace(drawing, mode_reason=reason)
             reason = f"as flat art it has only {drawing.psnr:.1f} dB"
     return replace(photo.draw(_in_mode(given, "photo")), mode_reason=reason)
+
+
+def _with_more_paths(drawing: Drawing, request: Request, mode: Mode) -> Drawing:
+    """Return the ``drawing`` of flat art, or one of more paths if it has all that it may have: dots of a halftone."""
+    from warpvec.flat.constants.regions import REGIONS
+
+    settings = request.settings
+    if len(drawing.scene) < settings.curves or settings.curves >= REGIONS.regions_max:
+        return drawing
+    return mode.draw(request.with_settings(replace(settings, curves=REGIONS.regions_max)))
 
 
 def _mode(
@@ -93,9 +108,12 @@ def _mode(
     photo: Photo,
     outlines: KnownOutlines | None,
     condition: Condition | None = None,
-    may_refuse: bool = False,
+    choice: ModeChoice | None = None,
 ) -> Mode:
-    """Return the mode ``name``. To add a mode, write its file in this folder, and add it here."""
+    """Return the mode ``name``. It may refuse a picture whose ``choice`` it is; None if it must draw it.
+
+    To add a mode, write its file in this folder, and add it here.
+    """
     if name == "photo":
         return photo
     from warpvec.modes.flat import Flat, KnownOutlines
@@ -103,8 +121,9 @@ def _mode(
     from warpvec.modes.mono import Mono
     from warpvec.modes.pixel import Pixel
 
+    outlines = KnownOutlines() if outlines is None else outlines
     modes: dict[str, Mode] = {
-        "flat": Flat(KnownOutlines() if outlines is None else outlines, may_refuse),
+        "flat": Flat(outlines, choice is not None, math.inf if choice is None else choice.unexplained_max),
         "mono": Mono(),
         "lines": Lines(),
         "pixel": Pixel(color_tolerance(condition)),
@@ -130,7 +149,11 @@ def chosen_mode(reduced: NDArray[np.float32], settings: FitConfig, condition: Co
         is_exact = found is not None and found.is_of_whole_pixels
         if (found is None or is_exact) and are_pixels_meant(reduced, color_tolerance(condition), is_exact):
             return ModeChoice("pixel", "few colours, edges between whole pixels")
-    choice, has_colors = choose_mode(reduced), settings.colors > 0 or settings.palette is not None
+    choice = choose_mode(reduced, condition is not None and any(condition.noise))
+    has_colors = settings.colors > 0 or settings.palette is not None
+    if math.isfinite(choice.unexplained_max) and (_has_paints(settings) or settings.cutout):
+        # Such drawings differ from their picture anyway, so that what they leave tells nothing.
+        choice = ModeChoice("photo", "textured or shaded")
     if condition is not None and condition.light is not None and is_gray(reduced):
         choice = ModeChoice("mono", "ink on paper in uneven light")
     return choice._replace(mode="flat") if choice.mode == "mono" and has_colors else choice

@@ -1,4 +1,4 @@
-"""Give drawing modes the picture as it was before it was enlarged or unevenly lit."""
+"""Give drawing modes the picture as it was before it was enlarged, unevenly lit or noisy."""
 
 from __future__ import annotations
 
@@ -7,6 +7,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
+from warpvec.image.alpha import is_transparent
 from warpvec.image.picture import reduce_image
 from warpvec.modes.request import Request
 from warpvec.watch.progress import Progress
@@ -25,13 +29,13 @@ def measured(request: Request) -> Condition | None:
 
 
 def restored(request: Request, condition: Condition | None) -> Request:
-    """Return ``request`` with the picture as it was before its enlargement, or in even light, in place of its copy.
+    """Return ``request`` with the picture as it was before its enlargement and noise, or in even light, as its copy.
 
     The file keeps the size of the given picture. A goal for the quality is about the picture as it is.
     """
     if condition is None or request.goal.quality is not None:
         return request
-    picture = request.picture
+    picture, pixels = request.picture, request.picture.pixels
     if condition.enlargement is not None:
         from warpvec.condition.restoration import before_enlargement
 
@@ -40,12 +44,26 @@ def restored(request: Request, condition: Condition | None) -> Request:
         from warpvec.condition.light import in_even_light
 
         pixels = in_even_light(picture.pixels, condition.light)
-    else:
+    elif not any(condition.noise):
         return request
     reduced = reduce_image(pixels, request.settings.fit_size)
+    if any(condition.noise) and condition.light is None:
+        reduced = _without_noise(reduced, condition.noise, reduced[..., 0].size / pixels[..., 0].size)
     return replace(
         request, encoding=replace(request.encoding, picture=replace(picture, reduced=reduced, is_restored=True))
     )
+
+
+def _without_noise(reduced: NDArray[np.float32], noise: tuple[float, ...], share: float) -> NDArray[np.float32]:
+    """Return the picture ``reduced`` [h, w, 3 or 4] without noise, of which a smaller ``share`` of the pixels has less.
+
+    The noise of transparent pictures was measured over white, and stays.
+    """
+    if is_transparent(reduced):
+        return reduced
+    from warpvec.condition.denoising import before_noise
+
+    return before_noise(reduced, tuple(np.sqrt(share) * each for each in noise))
 
 
 @contextmanager

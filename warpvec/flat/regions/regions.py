@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,6 +82,21 @@ def find_regions(image: Floats32, min_area: float = 0.0, watch: Watch = UNWATCHE
     assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, watch)
     label, other, share = assignment.label, assignment.other, assignment.share
     return Regions(label, other, share, paints, find_canvas(label, paints))
+
+
+def require_explained(regions: Regions, image: Floats32, unexplained_max: float) -> None:
+    """Refuse ``image`` [h, w, 3 or 4] if ``regions`` leave more than so many levels, a root mean square, unexplained.
+
+    What they leave of a drawing is what has happened to it, such as JPEG; of a photo they leave its texture.
+
+    Raises:
+        NotFlatArtError: they leave more.
+    """
+    if math.isinf(unexplained_max):
+        return
+    unexplained = 255.0 * float(np.sqrt(np.mean((regions.mixed() - premultiplied(image))[..., :3] ** 2)))
+    if unexplained > unexplained_max:
+        raise NotFlatArtError(f"areas of one paint leave {unexplained:.0f} levels of it unexplained")
 
 
 def _require_flat_art(seeds: Integers32) -> None:
