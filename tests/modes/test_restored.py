@@ -83,3 +83,12 @@ def test_progress_shows_the_size_of_the_given_picture() -> None:
     large = enlarged(drawn(WIDTH), FACTOR, Resampling.BICUBIC)
     warpvec.vectorize(np.asarray(large), iterations=2, on_progress=look)
     assert min(seen) > 0.8 * large.height
+
+
+def test_a_given_threshold_is_a_level_of_the_picture_as_it_is() -> None:
+    sheet = Image.new("RGB", (240, 200), "white")
+    ImageDraw.Draw(sheet).line((30, 40, 200, 150), fill="black", width=5)
+    pixels = (levels_of(unevenly_lit(sheet, 0.5)) / 255.0).astype(np.float32)
+    for threshold, is_restored in (("auto", True), ("100", False)):
+        request = Request.of(pixels, FitConfig(mode="mono", threshold=threshold))
+        assert restored(request, measured(request)).picture.is_restored == is_restored
