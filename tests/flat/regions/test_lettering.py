@@ -57,3 +57,10 @@ def test_marks_below_the_area_asked_for_are_left_out() -> None:
     image = np.repeat(1.0 - covered[..., None], 3, 2).astype(np.float32)
     drawn, without = (np.count_nonzero(find_regions(image, area).label[20:, 35:38]) for area in (0.0, 4.0))
     assert drawn > without == 0
+
+
+def test_dot_of_an_i_stays_though_it_has_hardly_a_pixel_of_ink() -> None:
+    covered = letters(STEM, BAR) + letters(box(31.0, 12.0, 33.0, 24.0)) + letters(box(35.2, 16.0, 36.0, 24.0))
+    dot = letters(box(35.2, 13.0, 36.0, 14.0))
+    regions = regions_on_white(covered + dot)
+    assert np.abs(ink_in(regions) - covered - dot).max() < 0.02

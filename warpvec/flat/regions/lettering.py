@@ -69,14 +69,17 @@ class Mixing(NamedTuple):
     is_lettering: Mask | None = None
 
 
-def with_lettering(picture: Floats32, found: Mixing, tolerances: Tolerances, area_min: float = 0.0) -> Mixing:
+def with_lettering(
+    picture: Floats32, found: Mixing, tolerances: Tolerances, area_min: float, lone_area_min: float
+) -> Mixing:
     """Return the regions ``found`` with one for each word of small thin marks, in place of their own.
 
     Args:
         picture: premultiplied RGBA [h, w, 4].
         found: the regions of the picture.
         tolerances: those of the picture.
-        area_min: marks of less ink, in square pixels, are left out.
+        area_min: marks of less ink, in square pixels, are left out: the dot of an i has hardly one.
+        lone_area_min: the same for marks that are no part of a word, which may be specks.
     """
     marks = _marks(picture, found, tolerances)
     if not 0 < len(marks) <= LETTERING.marks_max:
@@ -87,7 +90,8 @@ def with_lettering(picture: Floats32, found: Mixing, tolerances: Tolerances, are
     for word, ink in zip(words, _inks(words, found.paints, tolerances), strict=True):
         covered = [np.clip(mark.height / ink.depth, 0.0, 1.0) for mark in word]
         if _is_thin(np.concatenate(covered)):
-            large = [(mark, part) for mark, part in zip(word, covered, strict=True) if part.sum() >= area_min]
+            least = area_min if len(word) > 1 else lone_area_min
+            large = [(mark, part) for mark, part in zip(word, covered, strict=True) if part.sum() >= least]
             for mark, part in large:
                 _write(mark, part, len(found.paints) + len(colors), result)
             colors += [_straight(ink.value)] * bool(large)

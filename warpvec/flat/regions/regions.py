@@ -88,7 +88,7 @@ def find_regions(image: Floats32, min_area: float = 0.0, watch: Watch = UNWATCHE
     # Blur and noise mix more than two paints in a pixel.
     is_plain = tolerances.noise <= LETTERING.noise_max and tolerances.reach <= REGIONS.sharp_reach
     if is_plain and not watch.is_over():
-        found = with_lettering(picture, found, tolerances, limits.clear_area)
+        found = with_lettering(picture, found, tolerances, min_area, limits.clear_area)
     label, other, share, paints, is_lettering = found
     return Regions(label, other, share, paints, find_canvas(label, paints), is_lettering)
 
