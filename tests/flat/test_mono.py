@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 
 from warpvec.errors import InputError
 from warpvec.flat import mono
@@ -113,3 +114,17 @@ def test_late_tracings_have_the_largest_outlines(monkeypatch: pytest.MonkeyPatch
     left = tracing.scene.segments[:, 0, 0].numpy().round()
     assert set(left.tolist()) == {24.0, 36.0, 64.0, 80.0}
     assert tracing.speck_count == 2
+
+
+def test_small_letters_of_a_scan_keep_their_strokes() -> None:
+    # Letters of 12 px with strokes of 1.6 px and serifs, blurred by half a pixel as by a scanner.
+    letter = "<path d='M2.3 2h9v3h-1l-.6-1.4H5.5v3.8h3.2v1.6H5.5v4h4.4l.8-1.8h1L11 14.6H2.3v-1h1.4V3H2.3z'/>"
+    letters = "".join(f"<g transform='translate({8 + 14.3 * k} {8 + 17.4 * j})'>{letter}</g>" for j in range(5)
+                      for k in range(6))  # fmt: skip
+    svg = f"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 100 100' width='100' height='100'>{letters}</svg>"
+    clean = draw(svg, 400, 400)
+    covered = 1.0 - clean[..., 0].reshape(100, 4, 100, 4).mean((1, 3)) / 255.0
+    gray = np.rint(240.0 - 200.0 * gaussian_filter(covered, 0.5)).astype(np.uint8)
+    tracing = mono_tracing(np.repeat(gray[..., None], 3, 2))
+    traced = draw(write_svg(tracing.scene, 100, 100), 400, 400)
+    assert _overlap(traced, clean) > 0.75

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import torch
 from flat_regions import box, disc, regions_of, split_regions
-from numpy.typing import NDArray
 
 from warpvec.flat.curves.contours import signed_area
 from warpvec.flat.layers.outlines import outlines
@@ -30,7 +29,7 @@ def error_of_file(regions: Regions) -> float:
 
 
 def areas(regions: Regions) -> list[list[float]]:
-    return [[signed_area(loop) for loop in outlines(regions, layer)] for layer in stack(regions)]
+    return [[signed_area(loop.points) for loop in outlines(regions, layer)] for layer in stack(regions)]
 
 
 def test_shape_is_filled_beneath_what_lies_on_it() -> None:
@@ -100,7 +99,6 @@ def test_picture_without_shapes_is_an_empty_scene() -> None:
 
 
 def test_shape_that_is_cut_off_ends_at_the_border() -> None:
-    found: list[NDArray[np.float64]] = outlines((regions := regions_of([(disc(0, 48, 30), RED)])), stack(regions)[0])
-    assert len(found) == 1
-    assert found[0].min() == 0.0
-    assert abs(signed_area(found[0])) == pytest.approx(np.pi * 450, rel=0.01)
+    (found,) = outlines((regions := regions_of([(disc(0, 48, 30), RED)])), stack(regions)[0])
+    assert found.points.min() == 0.0
+    assert abs(signed_area(found.points)) == pytest.approx(np.pi * 450, rel=0.01)

@@ -11,6 +11,7 @@ from warpvec.arrays import Floats
 from warpvec.flat import scene_building
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.curves.curve_fitting import fit_loops
+from warpvec.flat.layers.outlines import Outline
 from warpvec.watch.watch import UNWATCHED, Watch
 
 OVER = Watch(time_budget=1e-9)
@@ -30,17 +31,18 @@ def few_points_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 LOOPS = [gear(5.0 + index % 7, 30.0 * index) for index in range(40)]
+OUTLINES = [Outline(loop, is_fine=False) for loop in LOOPS]
 
 
 def test_the_longest_outlines_are_fitted_before_the_time_is_over() -> None:
-    found = scene_building._fitted_together(LOOPS, 0.1, OVER)
+    found = scene_building._fitted_together(OUTLINES, 0.1, OVER)
     sizes = [[len(loop) for loop, fit in zip(LOOPS, found, strict=True) if (fit is None) == out] for out in (0, 1)]
     assert 0 < sum(sizes[0]) < 1000 and sizes[1]
     assert min(sizes[0]) >= max(sizes[1])
 
 
 def test_outlines_of_many_points_are_all_fitted_if_there_is_time() -> None:
-    for loop, fit in zip(LOOPS, scene_building._fitted_together(LOOPS, 0.1, UNWATCHED), strict=True):
+    for loop, fit in zip(LOOPS, scene_building._fitted_together(OUTLINES, 0.1, UNWATCHED), strict=True):
         assert fit is not None
         assert np.linalg.norm(fit[0][:, None, 0] - loop, axis=2).min(1).max() < 2.0  # of its own loop
 

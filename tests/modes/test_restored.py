@@ -92,3 +92,12 @@ def test_a_noisy_drawing_becomes_flat_art_of_as_few_paths_as_the_clean_one() -> 
     assert len(results[1].scene) <= 1.5 * len(results[0].scene)
     pixels, before = ((levels_of(image) / 255.0).astype(np.float32) for image in (given, clean))
     assert psnr(draw(results[1].svg(), 240, 192), before) > psnr(pixels, before) + 6.0
+
+
+def test_a_given_threshold_is_a_level_of_the_picture_as_it_is() -> None:
+    sheet = Image.new("RGB", (240, 200), "white")
+    ImageDraw.Draw(sheet).line((30, 40, 200, 150), fill="black", width=5)
+    pixels = (levels_of(unevenly_lit(sheet, 0.5)) / 255.0).astype(np.float32)
+    for threshold, is_restored in (("auto", True), ("100", False)):
+        request = Request.of(pixels, FitConfig(mode="mono", threshold=threshold))
+        assert restored(request, measured(request)).picture.is_restored == is_restored

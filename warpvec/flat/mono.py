@@ -69,7 +69,7 @@ def mono_tracing(
     gray = _gray(image)
     levels = find_levels(gray, None if threshold == "auto" else threshold / 255.0)
     coverage = np.clip(0.5 + (levels.threshold - gray) / (levels.paper - levels.ink), 0.0, 1.0)
-    is_clean = False
+    is_clean, scale = False, MONO.soft_scale
     if has_two_levels(coverage):
         tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
         outlines = _interpolated(ndimage.gaussian_filter(coverage, MONO.staircase_blur))
@@ -77,13 +77,14 @@ def mono_tracing(
         noise_tolerance = MONO.noise_deviations * _noise(coverage) / MONO.edge_slope
         is_sharp = _pure_share(coverage) >= MONO.sharp_share
         is_clean = is_sharp and noise_tolerance <= CURVES.tolerance
+        scale = 1.0 if is_sharp else MONO.soft_scale
         is_small = is_sharp and max(coverage.shape) <= DRAWING.small_side
         least = DRAWING.small_tolerance if is_small else CURVES.tolerance
         tolerance = max(least, noise_tolerance) if tolerance is None else tolerance
         outlines = contours_of(coverage) if is_sharp else _interpolated(coverage)
     by_area = sorted(outlines, key=lambda outline: -abs(signed_area(outline)))
     kept = [outline for outline in by_area[: MONO.outlines_max] if abs(signed_area(outline)) >= min_area]
-    fitted = _fitted(kept, tolerance, watch)
+    fitted = _fitted(kept, tolerance, scale, watch)
     left_out = len(outlines) - len(fitted)
     return MonoTracing(_scene(fitted), 255.0 * levels.threshold, coverage, is_clean, left_out)
 
@@ -176,13 +177,14 @@ def _noise(coverage: Floats) -> float:
     return float(1.4826 * np.median(np.abs(mixed)) / 2)
 
 
-def _fitted(outlines: list[Floats], tolerance: float, watch: Watch) -> list[Curves]:
-    """Return the curves of ``outlines``, or of the first of them once the ``watch`` is over."""
+def _fitted(outlines: list[Floats], tolerance: float, scale: float, watch: Watch) -> list[Curves]:
+    """Return the curves of ``outlines``, fitted at ``scale``, or of the first of them once the ``watch`` is over."""
     fitted: list[Curves] = []
     for first in range(0, len(outlines), MONO.outlines_at_once):
         if fitted and watch.is_over():
             break
-        fitted += fit_loops(outlines[first : first + MONO.outlines_at_once], tolerance)
+        larger = [scale * outline for outline in outlines[first : first + MONO.outlines_at_once]]
+        fitted += [(points / scale, is_line) for points, is_line in fit_loops(larger, scale * tolerance)]
     return fitted
 
 

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import torch
 
-from warpvec.arrays import Floats
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
+from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.curves.curve_fitting import Curves, fit_loops
-from warpvec.flat.layers.outlines import outlines
+from warpvec.flat.layers.outlines import Outline, outlines
 from warpvec.flat.layers.stacking import StackedLayer, stack
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
 from warpvec.flat.regions.paints import Paints
@@ -34,7 +34,7 @@ def scene_of(regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch
     if watch.is_over():
         regions = with_fewer_regions(regions, DRAWING.layers_min + 1)  # and the canvas
     layers: list[StackedLayer] = []
-    loops: list[list[Floats]] = []
+    loops: list[list[Outline]] = []
     for layer in stack(regions):
         if watch.is_over() and len(layers) >= DRAWING.layers_min:
             break
@@ -53,7 +53,7 @@ def scene_of(regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch
     return _painted(regions, layers, torch.from_numpy(segments).float(), structure)
 
 
-def _fitted(loops: Sequence[Sequence[Floats]], tolerance: float, watch: Watch) -> list[list[Curves]]:
+def _fitted(loops: Sequence[Sequence[Outline]], tolerance: float, watch: Watch) -> list[list[Curves]]:
     """Return the curves of the ``loops`` of each layer, or of the lowest layers once the ``watch`` is over."""
     fits: list[list[Curves]] = []
     for first in range(0, len(loops), DRAWING.layers_at_once):
@@ -65,14 +65,14 @@ def _fitted(loops: Sequence[Sequence[Floats]], tolerance: float, watch: Watch) -
     return fits
 
 
-def _fitted_together(loops: Sequence[Floats], tolerance: float, watch: Watch) -> list[Curves | None]:
+def _fitted_together(loops: Sequence[Outline], tolerance: float, watch: Watch) -> list[Curves | None]:
     """Return the curves of ``loops``, together unless they have very many points.
 
     Then the longest are fitted first, and those that are left once the ``watch`` is over are None.
     """
-    sizes = [len(loop) for loop in loops]
+    sizes = [len(loop.points) for loop in loops]
     if sum(sizes) <= DRAWING.points_at_once:
-        return list(fit_loops(loops, tolerance, watch))
+        return list(_curves(loops, tolerance, watch))
     fits: list[Curves | None] = [None] * len(loops)
     longest_first = sorted(range(len(loops)), key=lambda index: -sizes[index])
     parts = np.cumsum([sizes[index] for index in longest_first]) // DRAWING.points_at_once
@@ -80,9 +80,17 @@ def _fitted_together(loops: Sequence[Floats], tolerance: float, watch: Watch) ->
         if part > parts[0] and watch.is_over():
             break
         chosen = [index for index, own in zip(longest_first, parts, strict=True) if own == part]
-        for index, fit in zip(chosen, fit_loops([loops[index] for index in chosen], tolerance, watch), strict=True):
+        for index, fit in zip(chosen, _curves([loops[index] for index in chosen], tolerance, watch), strict=True):
             fits[index] = fit
     return fits
+
+
+def _curves(loops: Sequence[Outline], tolerance: float, watch: Watch) -> list[Curves]:
+    """Return the curves of ``loops``. Those of thin parts are fitted as if they were larger."""
+    scale = np.array([LETTERING.scale if loop.is_fine else 1.0 for loop in loops])
+    points = [loop.points * factor for loop, factor in zip(loops, scale, strict=True)]
+    fits = fit_loops(points, tolerance, watch)
+    return [(segments / factor, is_line) for (segments, is_line), factor in zip(fits, scale, strict=True)]
 
 
 def _painted(regions: Regions, layers: Sequence[StackedLayer], segments: torch.Tensor, structure: Structure) -> Scene:

@@ -31,7 +31,8 @@ def measured(request: Request) -> Condition | None:
 def restored(request: Request, condition: Condition | None) -> Request:
     """Return ``request`` with the picture as it was before its enlargement and noise, or in even light, as its copy.
 
-    The file keeps the size of the given picture. A goal for the quality is about the picture as it is.
+    The file keeps the size of the given picture. A goal for the quality is about the picture as it is, and so is a
+    threshold that is given: it is one level for the whole picture.
     """
     if condition is None or request.goal.quality is not None:
         return request
@@ -40,7 +41,7 @@ def restored(request: Request, condition: Condition | None) -> Request:
         from warpvec.condition.restoration import before_enlargement
 
         pixels = before_enlargement(picture.pixels, condition.enlargement)
-    elif condition.light is not None and not picture.is_transparent:
+    elif condition.light is not None and not picture.is_transparent and request.settings.threshold == "auto":
         from warpvec.condition.light import in_even_light
 
         pixels = in_even_light(picture.pixels, condition.light)

@@ -42,6 +42,12 @@ class MonoConstants:
     by half a pixel, as by a scanner, or enlarged. Where edges are sharp, sums of coverage are exact (`contours_of`);
     where they are not, interpolation is, and it suffers less from noise."""
 
+    soft_scale: float = 2.0
+    """Enlargement at which curves are fitted to outlines of scans and of pictures of two levels: the fit expects
+    corners as sharp as those of a renderer, farther apart than in the letters of a scan. The IoU of scan_deed with the
+    clean ink is 0.86, at scale 1 it is 0.81; that of ink_photo 0.96 and 0.94, that of plan_1bit 0.914 and 0.907. At 3,
+    no picture has more."""
+
     pure_levels: float = 0.05
     """A pixel is ink or paper if its level is at most so far from that, as a share of their difference."""
 

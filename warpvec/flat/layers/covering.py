@@ -41,7 +41,9 @@ def cover_of(regions: Regions, members: Collection[int], above: Collection[int])
     visible = is_member[regions.label]
     share = LAYERS.cover_depth_share if is_opaque(regions, members) else 0.0
     depth = max(LAYERS.cover_depth_min, share * float(visible.sum()) ** 0.5)
-    top, bottom, left, right = _box(visible, int(depth + 2.0 * LAYERS.cover_margin) if above else 2)
+    margin = int(depth + 2.0 * LAYERS.cover_margin) if above else 2
+    reached = visible | is_member[regions.other] if is_lettering(regions, members) else visible
+    top, bottom, left, right = _box(reached, margin)
     box = np.s_[top:bottom, left:right]
     part = replace(regions, label=regions.label[box], other=regions.other[box], share=regions.share[box])
     corner = np.array([left, top], np.float64)
@@ -55,6 +57,11 @@ def cover_of(regions: Regions, members: Collection[int], above: Collection[int])
     beside = visible & ndimage.binary_dilation(hidden, np.ones((3, 3), bool))
     coverage = np.where(hidden | beside, shown + mixed(part, is_above), shown)
     return Cover(coverage, shown, hides, from_out, corner)
+
+
+def is_lettering(regions: Regions, members: Collection[int]) -> bool:
+    """Return whether the regions ``members`` are words of small thin marks."""
+    return regions.is_lettering is not None and bool(regions.is_lettering[list(members)].all())
 
 
 def is_opaque(regions: Regions, members: Collection[int]) -> bool:

@@ -85,7 +85,8 @@ def _painted(regions: Regions, color: Floats) -> Regions:
     opacity = regions.paints.mean_opacity()[first]
     kinds = np.full(len(first), FLAT, np.int32)
     flat = replace(regions.paints.select(first), color=kept, end_color=kept, kind=kinds, opacity=opacity)
-    return Regions(label, other, share, flat, canvas)
+    is_lettering = None if regions.is_lettering is None else regions.is_lettering[first]
+    return Regions(label, other, share, flat, canvas, is_lettering)
 
 
 def _joined(regions: Regions, paint: Integers) -> Integers:

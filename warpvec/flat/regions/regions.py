@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpvec.arrays import Floats32, Integers32
+from warpvec.arrays import Floats32, Integers32, Mask
+from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import assign
+from warpvec.flat.regions.lettering import Mixing, with_lettering
 from warpvec.flat.regions.noise import Tolerances, measure_tolerances
 from warpvec.flat.regions.paint_fitting import fit_paints
 from warpvec.flat.regions.paints import Paints
@@ -36,6 +38,8 @@ class Regions:
         share: share of ``label`` in each pixel [h, w] (float32), in [0.5, 1].
         paints: paints of the regions [K]; the opacity is 0 where the picture is transparent.
         canvas: region that fills the canvas behind all others; None if the picture has no such region.
+        is_lettering: words of small thin marks [K]; None for no such regions. They need not be connected, and may have
+            the smaller share of most of their pixels.
     """
 
     label: Integers32
@@ -43,6 +47,7 @@ class Regions:
     share: Floats32
     paints: Paints
     canvas: int | None = None
+    is_lettering: Mask | None = None
 
     def __len__(self) -> int:
         return len(self.paints)
@@ -80,8 +85,13 @@ def find_regions(image: Floats32, min_area: float = 0.0, watch: Watch = UNWATCHE
     assignment = assign(picture, seeds, paints, tolerances, canvas)
     paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas, watch)
     assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, watch)
-    label, other, share = assignment.label, assignment.other, assignment.share
-    return Regions(label, other, share, paints, find_canvas(label, paints))
+    found = Mixing(assignment.label, assignment.other, assignment.share, paints)
+    # Blur and noise mix more than two paints in a pixel.
+    is_plain = tolerances.noise <= LETTERING.noise_max and tolerances.reach <= REGIONS.sharp_reach
+    if is_plain and not watch.is_over():
+        found = with_lettering(picture, found, tolerances, min_area, limits.clear_area)
+    label, other, share, paints, is_lettering = found
+    return Regions(label, other, share, paints, find_canvas(label, paints), is_lettering)
 
 
 def require_explained(regions: Regions, image: Floats32, unexplained_max: float) -> None:

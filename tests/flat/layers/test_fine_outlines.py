@@ -1,0 +1,27 @@
+"""Tests of warpvec.flat.layers.fine_outlines: outlines of parts that are thinner than pixels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from flat_regions import box, coverage, disc
+
+from warpvec.flat.curves.contours import signed_area
+from warpvec.flat.layers.fine_outlines import fine_contours_of
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3, 0.5])
+def test_stroke_narrower_than_a_pixel_is_one_outline_of_its_area(offset: float) -> None:
+    covered = coverage(box(8.0 + offset, 4.0, 8.8 + offset, 20.0), 24, 24)
+    (loop,) = fine_contours_of(covered)
+    assert abs(signed_area(loop)) == pytest.approx(0.8 * 16.0, rel=0.15)
+    # Where in a pixel a narrower stroke lies, no coverage tells.
+    assert (loop[:, 0].min() + loop[:, 0].max()) / 2.0 == pytest.approx(8.4 + offset, abs=0.12)
+
+
+def test_hole_of_a_small_ring_stays_open() -> None:
+    covered = coverage(disc(12.0, 12.0, 3.0), 24, 24) - coverage(disc(12.0, 12.0, 1.8), 24, 24)
+    outer, inner = sorted((signed_area(loop) for loop in fine_contours_of(covered)), key=abs, reverse=True)
+    assert abs(outer) == pytest.approx(9.0 * np.pi, rel=0.05)
+    assert abs(inner) == pytest.approx(1.8**2 * np.pi, rel=0.1)
+    assert outer * inner < 0

@@ -1,0 +1,66 @@
+"""Tests of warpvec.flat.regions.lettering: small marks whose strokes are narrower than two pixels."""
+
+from __future__ import annotations
+
+import numpy as np
+from flat_regions import Shape, box, coverage
+
+from warpvec.flat.regions.regions import Regions, find_regions
+
+SIDE = 64
+STEM, BAR = box(20.5, 12.0, 21.5, 24.0), box(20.5, 17.6, 28.0, 18.4)
+
+
+def letters(*shapes: Shape, x: float = 0.0) -> np.ndarray:
+    """Return the coverage [h, w] of ``shapes``, moved to the right by ``x`` pixels."""
+    parts = [coverage(lambda u, v, shape=shape: shape(u - x, v), SIDE, SIDE) for shape in shapes]
+    return np.clip(np.sum(parts, axis=0), 0.0, 1.0)
+
+
+def regions_on_white(covered: np.ndarray, ink: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Regions:
+    """Return the regions of a picture with ``covered`` [h, w] of ``ink``, rounded to 8 bits."""
+    image = 1.0 - covered[..., None] * (1.0 - np.array(ink))
+    return find_regions((np.rint(255.0 * image) / 255.0).astype(np.float32))
+
+
+def ink_in(regions: Regions) -> np.ndarray:
+    """Return how much of each pixel [h, w] shows anything but the canvas."""
+    share = regions.share.astype(np.float64)
+    return share * (regions.label != regions.canvas) + (1.0 - share) * (regions.other != regions.canvas)
+
+
+def test_stroke_without_a_pixel_of_pure_ink_keeps_its_coverage_and_the_ink_of_its_word() -> None:
+    # The stem covers two columns by half; only the heavy letter beside it shows how black the ink is.
+    covered = letters(STEM, BAR) + letters(box(31.0, 12.0, 33.0, 24.0))
+    regions = regions_on_white(covered)
+    assert np.abs(ink_in(regions) - covered).max() < 0.02
+    assert len(regions) == 2
+    assert sorted(regions.paints.color[:, 0]) == [0.0, 1.0]
+
+
+def test_inks_of_two_words_on_one_ground_stay_apart() -> None:
+    black, gray = letters(STEM, BAR), letters(STEM, BAR, x=24.0)
+    regions = regions_on_white(black + 0.5 * gray + letters(box(31.0, 12.0, 32.0, 24.0)))
+    colors = np.unique(regions.paints.color[np.unique(regions.label[12:24])].round(2))
+    assert len(colors) == 3
+
+
+def test_mark_of_two_colors_stays_as_it_was() -> None:
+    covered, dot = letters(box(20.0, 20.0, 32.0, 32.0)), letters(box(24.0, 24.0, 28.0, 28.0))
+    image = 1.0 - covered[..., None] * np.array([0.2, 0.5, 0.9]) - dot[..., None] * np.array([0.6, 0.0, 0.0])
+    regions = find_regions(image.astype(np.float32))
+    assert len(regions) == 3
+
+
+def test_marks_below_the_area_asked_for_are_left_out() -> None:
+    covered = letters(STEM, BAR) + letters(box(31.0, 12.0, 33.0, 24.0)) + letters(box(35.0, 22.0, 36.5, 23.5))
+    image = np.repeat(1.0 - covered[..., None], 3, 2).astype(np.float32)
+    drawn, without = (np.count_nonzero(find_regions(image, area).label[20:, 35:38]) for area in (0.0, 4.0))
+    assert drawn > without == 0
+
+
+def test_dot_of_an_i_stays_though_it_has_hardly_a_pixel_of_ink() -> None:
+    covered = letters(STEM, BAR) + letters(box(31.0, 12.0, 33.0, 24.0)) + letters(box(35.2, 16.0, 36.0, 24.0))
+    dot = letters(box(35.2, 13.0, 36.0, 14.0))
+    regions = regions_on_white(covered + dot)
+    assert np.abs(ink_in(regions) - covered - dot).max() < 0.02

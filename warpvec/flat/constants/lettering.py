@@ -1,0 +1,84 @@
+"""The numbers of flat art: how small marks on one paint, such as letters, are found and outlined."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class LetteringConstants:
+    """How small marks on one paint, such as letters, are found and outlined."""
+
+    # Marks on one paint (regions/lettering.py)
+
+    noise_max: float = 2.5 / 255
+    """Noise of a picture up to which marks are looked for. Screens with gradients have 2.0 levels."""
+
+    ground_area_min: int = 256
+    """Pixels of one flat paint that can be the ground of marks. The counters of letters of 40 px have fewer."""
+
+    height_max: int = 48
+    width_max: int = 96
+    """Shorter and longer side in pixels of the largest mark: letters of 40 px with their accents, two of which may
+    touch."""
+
+    islands_max: int = 8192
+    marks_max: int = 2048
+    """Most islands in grounds that are looked at, and most marks: more are a texture. The time grows by the first, and
+    the memory by the square of the second, up to 150 MB."""
+
+    pure_part_max: float = 0.6
+    """Share of the ink of a group of marks that lies in pixels of pure ink. With more, the usual regions are as good:
+    letters of 8 to 20 px have 0 to 0.5, and letters of 40 px have 0.7."""
+
+    pure_share: float = 0.95
+    """Share of ink in a pixel of pure ink."""
+
+    mix_part: float = 0.98
+    """Share of the pixels of a mark that are a mix of its ink and the ground."""
+
+    ink_contrast_min: float = 0.15
+    """Least difference of ink and ground in some channel: fainter marks are shades."""
+
+    direction_min: float = 0.98
+    """Least cosine between the differences from the ground of two marks of one ink."""
+
+    reach_across: float = 0.6
+    reach_down: float = 0.3
+    reach_min: float = 1.5
+    """Distances between two marks of one word or line, beside and above each other: as shares of the height of the
+    larger one, and the least in pixels. Spaces have 0.4; lines of text are 0.3 and more apart."""
+
+    depth_share_min: float = 0.7
+    """Marks of one ink are at least so pure, as a share of the purest beside them: a pale word beside a dark one has an
+    ink of its own."""
+
+    weak_side_max: int = 2
+    """Rows or columns of marks that may have no pure pixel, such as dots and the letter l."""
+
+    ink_near: float = 0.85
+    lone_ink_near: float = 0.6
+    """Ink of a word, and of a mark alone, that reaches this share of an ink known from elsewhere is that ink: thin
+    letters may have no pure pixel, and one alone says less."""
+
+    # Outlines of thin parts (layers/fine_outlines.py)
+
+    fineness: int = 4
+    """Sub-pixels along the side of a pixel."""
+
+    rounds: int = 12
+    """Rounds of correction after which the sub-pixels of a pixel have its coverage, to 0.01."""
+
+    steepness: float = 3.0
+    """Rise of the coverage of a sub-pixel with the height of the field: over a third of its range it is an edge.
+    Corrections are divided by it, or they would swing."""
+
+    loop_area_min: float = 0.25
+    """Area in square pixels of the smallest loop of a thin part: the hole of an e of 10 px has 0.5."""
+
+    scale: float = 3.0
+    """Enlargement at which curves are fitted to the outline of a thin part: corners and bends of letters are closer to
+    each other than the fit expects of pixels."""
+
+
+LETTERING = LetteringConstants()
