@@ -319,7 +319,7 @@ def test_edited_paths_are_named_when_fitting_again(open_page) -> None:
     assert locked == [1]
     assert_draws_as(text, changed(green=(119, 20, 60, "#0a0", "1", 0)))
     # The path stays marked as edited in the drawing that the fit returns.
-    viewer.page.evaluate("(text) => { warpvecView.showDrawing(text); warpvecView.endDrawing(); }", text)
+    viewer.page.evaluate("(text) => { warpvecView.finishDrawing({ svg: text }); }", text)
     viewer.press_button("fit-again")
     assert viewer.page.evaluate("() => window.asked[1]") == [1]
     viewer.page.locator("#keep-edited").uncheck()

@@ -125,8 +125,8 @@ export class Server {
     return (await this.ask("POST", `pictures?${query}`, blob)).json();
   }
 
-  fit(id, request) {
-    return this.ask("POST", `pictures/${id}/fit`, JSON.stringify(request));
+  async fit(id, request) {
+    return (await this.ask("POST", `pictures/${id}/fit`, JSON.stringify(request))).json();
   }
 
   stop(id) {

@@ -51,6 +51,8 @@ function formatTick(value) {
   return String(Number(value.toPrecision(4)));
 }
 
+export const MEASURING = "measuring …";
+
 export function formatDb(value) {
   if (value === undefined || value === null || Number.isNaN(value)) return "–";
   return Number.isFinite(value) ? `${value.toFixed(2)} dB` : "∞ dB";

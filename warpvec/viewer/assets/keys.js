@@ -1,6 +1,7 @@
 /* Keyboard shortcuts. They work unless the focused control uses the key itself. */
 
 import { fillTable, find } from "viewer/dom.js";
+import { selectAlike, selectAll, selectNext } from "viewer/selecting.js";
 
 const STEP = 1;
 const BIG_STEP = 10;
@@ -62,7 +63,7 @@ function commandKey(app, event) {
   if (key === "s") app.save();
   else if (key === "z" && !inText) event.shiftKey ? app.redo() : app.undo();
   else if (key === "y" && !inText) app.redo();
-  else if (key === "a" && !inText) app.selectAll();
+  else if (key === "a" && !inText) selectAll(app);
   else if (key === "g" && !inText) event.shiftKey ? app.editor.ungroup() : app.editor.group();
   else return false;
   return true;
@@ -94,7 +95,7 @@ function plainActions(app) {
     h: () => app.setTool("pan"), c: () => app.toggleCaret(),
     d: () => app.setShow("drawing"), g: () => app.setShow("layers"), r: () => app.setShow("residual"),
     p: () => app.setSplit(app.split ? 0 : 50), ",": () => app.showLayers(app.shownCount - 1), ".": () => app.showLayers(app.shownCount + 1),
-    "[": () => app.selectNext(-1), "]": () => app.selectNext(1), k: () => app.selectAlike("fill"), l: () => app.selectAlike("layer"),
+    "[": () => selectNext(app, -1), "]": () => selectNext(app, 1), k: () => selectAlike(app, "fill"), l: () => selectAlike(app, "layer"),
     "<": () => editor.scale(0.9), ">": () => editor.scale(1.1),
     "(": () => editor.turn(-TURN_DEGREES), ")": () => editor.turn(TURN_DEGREES),
     "+": () => stage.zoom(1.4), "=": () => stage.zoom(1.4), "-": () => stage.zoom(1 / 1.4), 0: () => stage.fit(),

@@ -40,7 +40,7 @@ export class LayerTable {
       const { row, box, count, psnr } = this.rows[i];
       box.checked = layer.visible;
       row.classList.toggle("off", i >= app.shownCount || !layer.visible);
-      const texts = [layer.items.length.toLocaleString("en"), formatDb(app.meter?.known(layers.slice(0, i + 1)))];
+      const texts = [layer.items.length.toLocaleString("en"), formatDb(app.figures.psnrOf(layers.slice(0, i + 1)))];
       if (count.textContent !== texts[0]) count.textContent = texts[0];
       const kinds = countedKinds(layer.items);
       if (count.title !== kinds) count.title = kinds;

@@ -18,7 +18,7 @@ const WORDS = {
   near: ["Near", "Also change similar colours: those that differ by at most this, of 255."],
   layer: ["Layer", "A group of paths that are shown and hidden together. Upper layers hide lower ones."],
   segment: ["Segment", "A line or a curve between two nodes."],
-  bytes: ["File size", "The size of the file before your edits, in bytes."],
+  bytes: ["File size", "The size of the file that is saved, in bytes."],
   gzip: ["Gzipped", "The file size after compression, as web servers send the file."],
   generation: ["Generation", "Paths that the fit of a photo added at the same time. Early ones are large, later ones show detail."],
   residual: ["Residual", "The difference between the drawing and the picture: black where they are equal."],
@@ -32,7 +32,7 @@ const WORDS = {
 // Rows of the table of figures and their words.
 const FIGURE_WORDS = {
   Paths: "path", Layers: "layer", Canvas: "canvas", "File size": "bytes", Gzipped: "gzip", Segments: "segment",
-  "PSNR (resvg)": "psnr", SSIM: "ssim",
+  Closeness: "psnr", SSIM: "ssim",
 };
 
 /** Explains the first cells of the rows of the table of figures. */
