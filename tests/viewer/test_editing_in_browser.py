@@ -341,7 +341,7 @@ def test_two_fingers_zoom_and_one_edits(open_page) -> None:
 
     fingers("touchStart", (x, y))
     fingers("touchEnd")
-    assert viewer.selected() == "1 of 4 paths selected: Generation 0"
+    assert viewer.selected() == "1 of 4 paths selected: Pass 1"
     viewer.press_button("adding")
     fingers("touchStart", viewer.at(210, 130))
     fingers("touchEnd")

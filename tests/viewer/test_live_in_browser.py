@@ -29,7 +29,7 @@ def test_frames_keep_view_and_selection_and_are_one_undo_step(open_page) -> None
     call(viewer, "showDrawing", FRAME)
     assert viewer.color(30, 30) == (0, 0xCC, 0xCC)
     assert viewer.at(0, 0) == before
-    assert viewer.selected() == "1 of 4 paths selected: Generation 0"
+    assert viewer.selected() == "1 of 4 paths selected: Pass 1"
     # Nothing is edited while frames come.
     viewer.press("Delete", "ArrowLeft", "Control+z")
     assert "stop the fit" in viewer.text("message")

@@ -186,7 +186,7 @@ class Routes:
         kind, name = request.query_params.get("format", "svg"), request.query_params.get("name", "drawing")
         text = (await _body(request, MAX_TEXT_BYTES)).decode("utf-8", "replace")
         width, is_clear = request.query_params.get("width"), request.query_params.get("transparent") == "1"
-        data = await asyncio.to_thread(encode, text, kind, _whole(width), transparent=is_clear)
+        data = await asyncio.to_thread(encode, text, kind, _whole(width), name=name, transparent=is_clear)
         if request.query_params.get("to") != "folder" or self._folder is None:
             return Response(data, media_type=MEDIA_TYPES[kind])
         try:

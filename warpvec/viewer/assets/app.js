@@ -3,6 +3,7 @@
 import { strokeOutline } from "viewer/brush.js";
 import { Caret } from "viewer/caret.js";
 import { formatBytes } from "viewer/charts.js";
+import { followColors } from "viewer/colornames.js";
 import { hexColor } from "viewer/colors.js";
 import { Commands } from "viewer/commands.js";
 import { Editor, painted } from "viewer/edit.js";
@@ -143,6 +144,7 @@ export class App {
   changed() {
     this.edited = true;
     this.split = 0;
+    followColors(this.drawing);
     const present = new Set(this.drawing.layers.flatMap(({ items }) => items));
     this.keepSelected((item) => present.has(item));
     this.refresh();

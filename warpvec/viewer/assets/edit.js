@@ -128,7 +128,7 @@ export class Editor {
     const [layer] = this.layers;
     if (!layer || !name || name === layer.name) return;
     const id = LAYER_ID.test(layer.id) ? `layer-${freeNumber(app.drawing.layers)}` : layer.id;
-    app.commands.record("Rename layer", [], [layer], () => Object.assign(layer, { id, name }));
+    app.commands.record("Rename layer", [], [layer], () => Object.assign(layer, { id, name, isNamedByColor: false }));
   }
 
   /** Moves the layer of the selected path up (1) or down (-1) in the order of layers. */

@@ -122,7 +122,7 @@ function orderEdits(drawing) {
 function layerEdits(drawing) {
   const { layers, base } = drawing;
   const isArranged = !sameLayers(drawing) || itemsOf(drawing).some((item) => item.origin && item.layer !== item.origin.layer);
-  const renamed = base.layers.filter(({ layer, name }) => layers.includes(layer) && layer.name !== name);
+  const renamed = base.layers.filter(({ layer, name }) => layers.includes(layer) && layer.name !== name && !layer.isNamedByColor);
   return [
     ...renamed.map(({ layer, name }) => ({ kind: "layer", name, to: layer.name })),
     ...(isArranged ? [{ kind: "layers" }] : []),

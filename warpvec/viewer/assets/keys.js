@@ -26,7 +26,7 @@ const KEYS = [
   ["A  S  L", "with the node tool: add a node after the chosen one, smooth or corner, line or curve"],
   ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"],
   ["Ctrl+S", "save the SVG"],
-  ["D  G  R", "show the drawing, its layers in colours, or the residual"],
+  ["D  G  R", "show the drawing, its layers in colours, or the differences"],
   [",  and  .", "fewer or more layers"],
   ["P", "show or hide the picture on the left half"],
 ];

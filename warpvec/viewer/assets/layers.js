@@ -1,6 +1,7 @@
 /* Table of layers: visibility, number of paths, and PSNR of the picture up to each layer. */
 
 import { formatDb } from "viewer/charts.js";
+import { mainColor } from "viewer/colornames.js";
 import { countedKinds } from "viewer/kinds.js";
 
 // Colours from the first generation to the last: viridis, whose lightness rises evenly.
@@ -25,9 +26,8 @@ export class LayerTable {
     });
     row.insertCell().append(box);
     const swatch = document.createElement("i");
-    swatch.style.background = this.app.layerColor(layer);
     row.insertCell().append(swatch, layer.name);
-    const cells = { count: row.insertCell(), psnr: row.insertCell() };
+    const cells = { swatch, count: row.insertCell(), psnr: row.insertCell() };
     cells.psnr.hidden = !this.app.meter;
     return { row, box, ...cells };
   }
@@ -37,7 +37,9 @@ export class LayerTable {
     // The drawing has other layers by now: the next frame makes a table of those.
     if (layers !== app.drawing.layers) return;
     for (const [i, layer] of layers.entries()) {
-      const { row, box, count, psnr } = this.rows[i];
+      const { row, box, count, psnr, swatch } = this.rows[i];
+      const color = app.show === "layers" ? app.layerColor(layer) : mainColor(layer) ?? "transparent";
+      if (swatch.dataset.color !== color) [swatch.dataset.color, swatch.style.background] = [color, color];
       box.checked = layer.visible;
       row.classList.toggle("off", i >= app.shownCount || !layer.visible);
       const texts = [layer.items.length.toLocaleString("en"), formatDb(app.figures.psnrOf(layers.slice(0, i + 1)))];

@@ -161,12 +161,14 @@ export class Panel {
     ];
     const known = (value, format) => (value === undefined ? MEASURING : format(value));
     if ("bytes" in figures) rows.push(["File size", known(figures.bytes, formatBytes)]);
-    if ("gzip_bytes" in figures) rows.push(["Gzipped", formatBytes(figures.gzip_bytes)]);
-    if ("segments" in figures) rows.push(["Segments", figures.segments.toLocaleString("en")]);
     if ("psnr" in figures) rows.push(["Closeness", known(figures.psnr, formatDb)]);
-    if ("ssim" in figures) rows.push(["SSIM", figures.ssim.toFixed(4)]);
+    const details = [];
+    if ("gzip_bytes" in figures) details.push(["Gzipped", formatBytes(figures.gzip_bytes)]);
+    if ("segments" in figures) details.push(["Segments", figures.segments.toLocaleString("en")]);
+    if ("ssim" in figures) details.push(["Likeness of structure", figures.ssim.toFixed(4)]);
     fillTable(find("figures"), rows);
-    explainFigures(find("figures"));
+    fillTable(find("more-figures"), details);
+    for (const table of ["figures", "more-figures"]) explainFigures(find(table));
     const parts = [countedKinds(app.drawing.layers.flatMap(({ items }) => items))];
     if (app.live.isOn) parts.push("drawing …");
     if ("bytes" in figures) parts.push(known(figures.bytes, formatBytes));

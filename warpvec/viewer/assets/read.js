@@ -238,7 +238,7 @@ export function newLayer(group, index) {
   const id = group?.id || "";
   const generation = Number(id.match(LAYER_ID)?.[1] ?? index);
   const label = group?.getAttribute("label") || group?.getAttribute("inkscape:label") || id;
-  const name = LAYER_ID.test(id) ? `Generation ${generation}` : label || `Layer ${index + 1}`;
+  const name = LAYER_ID.test(id) ? `Pass ${generation + 1}` : label || `Layer ${index + 1}`;
   return { key: index, id, name, generation, items: [], version: nextVersion(), visible: true };
 }
 
