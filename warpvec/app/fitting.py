@@ -62,11 +62,12 @@ def run_job(
         mode, reason = chosen_mode(restored(request, condition).picture.reduced, request.settings, condition)
     height, width = pixels.shape[:2]
     report("mode", {"mode": mode, "reason": reason, "width": width, "height": height})
-    if job.erased is not None:
-        pixels = erase(pixels, hole_of(pixels, job.erased))
+    hole = None if job.erased is None else hole_of(pixels, job.erased)
+    if hole is not None:
+        pixels = erase(pixels, hole)
     if job.start is not None and job.keeps_paths:
         if job.before is not None:
-            pixels = wanted_picture(pixels, job.before, job.start)
+            pixels = wanted_picture(pixels, job.before, job.start, hole)
         drawing = _fit_again(job, pixels, mode, threads, watch)
     elif mode == "photo":
         drawing = _photo(job, pixels, threads, watch)

@@ -11,7 +11,7 @@ POST   /pictures/ID/stop        end the fit with its best drawing so far
 DELETE /pictures/ID             forget it
 GET    /folder                  names of the pictures in the folder of the server
 GET    /folder/NAME             one of them
-POST   /reshape?to=             {shapes: SVG texts of one shape each} -> the same shapes in other words
+POST   /reshape?to=             {shapes: SVG texts of one shape each} -> the same shapes in other words, or what is left
 POST   /export?format=&width=&transparent=&name=&to=   SVG text in the body -> a file, or its name in the folder
 """
 

@@ -34,10 +34,11 @@ def hole_of(photo: Pixels, shapes: str) -> NDArray[np.bool_]:
     return _grown(draw(shapes, width, height, transparent=True)[..., 3] > 0, margin)
 
 
-def wanted_picture(photo: Pixels, before: str, after: str) -> Pixels:
+def wanted_picture(photo: Pixels, before: str, after: str, hole: NDArray[np.bool_] | None = None) -> Pixels:
     """Return ``photo`` [h, w, 3 or 4] as the drawing ``after`` shows it where that differs from ``before``.
 
-    A fit then compares recoloured and moved shapes with what the user wants, and not with the picture.
+    A fit then compares recoloured and moved shapes with what the user wants, and not with the picture. The ``hole``
+    [h, w] of erased shapes stays as it has been filled.
 
     Raises:
         InputError: one of the drawings is no SVG with the proportions of the picture.
@@ -45,6 +46,8 @@ def wanted_picture(photo: Pixels, before: str, after: str) -> Pixels:
     height, width, channels = photo.shape
     old, new = (draw(text, width, height, transparent=channels == 4) / np.float32(255.0) for text in (before, after))
     changed = _grown(np.abs(new - old).max(-1) > CHANGED, 1)
+    if hole is not None:
+        changed &= ~hole
     return np.where(changed[..., None], new, photo).astype(np.float32)
 
 

@@ -80,7 +80,8 @@ export class Sheet {
     if (!picture.newest) return {};
     const { view } = this;
     const text = !view.state.live && view.isEdited ? view.unedited() : this.exactText(view.drawingText());
-    const erased = view.deleted();
+    // Erased areas are filled in from around them in photos. Of flat art, the shapes below show there.
+    const erased = view.deleted().filter(({ isArea }) => !isArea || picture.mode === "photo");
     const filled = erased.filter(({ isNew }) => isNew);
     picture.sent = {
       start: hasShapes(text) ? text : null, erased: shapesText(erased, picture), filled: shapesText(filled, picture),

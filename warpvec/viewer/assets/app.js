@@ -7,6 +7,7 @@ import { followColors } from "viewer/colornames.js";
 import { hexColor } from "viewer/colors.js";
 import { Commands } from "viewer/commands.js";
 import { Editor, painted } from "viewer/edit.js";
+import { Eraser } from "viewer/eraser.js";
 import { Figures } from "viewer/figures.js";
 import { Gesture } from "viewer/gesture.js";
 import { LAYER_COLORS } from "viewer/layers.js";
@@ -35,6 +36,7 @@ export class App {
     this.nodes = new NodeTool(this);
     this.caret = new Caret(this);
     this.figures = new Figures(this);
+    this.eraser = new Eraser(this);
     this.palettes = new PalettePanel(this);
     // Each click adds to the selection, as with Shift, which a touch screen lacks.
     this.adding = false;

@@ -18,7 +18,7 @@ import { isGradient, paintOf, withPaint } from "viewer/gradients.js";
 import { counterparts, holdsOthers, overlapOf } from "viewer/likeness.js";
 import { affineBetween, followNodes } from "viewer/movement.js";
 import { inverse } from "viewer/planes.js";
-import { IDENTITY } from "viewer/read.js";
+import { IDENTITY, LAYER_ID } from "viewer/read.js";
 
 // An outline of which the nodes have been edited replaces one that covers the same place to this share.
 const SAME_OUTLINE = 0.85;
@@ -95,7 +95,7 @@ function changeOf(item, colors, base) {
   const isDrawn = !matrix && strokeText(item) !== strokeText(origin);
   if (!isMoved && !isPainted && !isFaded && !isDrawn) return [];
   const isWhole = !holdsOthers(origin, base.items);
-  return [{ kind: "change", before, after, matrix, isMoved, isPainted, isFaded, isDrawn, isWhole }];
+  return [{ kind: "change", before, after, matrix, isMoved, isPainted, isFaded, isDrawn, isWhole, isErased: item.isErased }];
 }
 
 /** Returns the colours of a paint as text; where a gradient lies does not count. */
@@ -179,6 +179,8 @@ const APPLY = {
     return true;
   },
   change: (edit, drawing, found) => {
+    // What is erased of a photo is not drawn again.
+    if (edit.isErased && drawing.layers.every(({ id }) => LAYER_ID.test(id))) return true;
     const items = found.of(edit.before, edit.isWhole);
     return items.length > 0 && items.filter((item, i) => changeItem(edit, item, i === 0)).length > 0;
   },
@@ -234,6 +236,7 @@ function changeItem(edit, item, isFirst) {
 export function editsInWords(edits) {
   const words = edits.map((edit) => {
     if (edit.kind !== "change") return KIND_WORDS[edit.kind];
+    if (edit.isErased) return "erased part";
     if (edit.isMoved) return edit.matrix ? "moved shape" : "changed outline";
     return edit.isPainted ? "coloured shape" : "changed look";
   });

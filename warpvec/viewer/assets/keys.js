@@ -8,7 +8,7 @@ const BIG_STEP = 10;
 const TURN_DEGREES = 5;
 
 const KEYS = [
-  ["V  N  B  I  H", "select, edit nodes, brush, pick a colour, pan"],
+  ["V  N  B  O  E  I  H", "select, edit nodes, brush, lasso, eraser, pick a colour, pan"],
   ["C", "a cross on the drawing: arrows move it (Shift: far, Ctrl: finely), Enter clicks, Space presses and releases"],
   ["Space + drag, middle button", "pan; on a touch screen two fingers pan and zoom"],
   ["Wheel, + and −", "zoom; Shift + wheel pans"],
@@ -92,6 +92,7 @@ function plainActions(app) {
   const { editor, stage } = app;
   return {
     v: () => app.setTool("select"), n: () => app.setTool("node"), b: () => app.setTool("brush"), i: () => app.setTool("pick"),
+    o: () => window.desk?.reshape && app.setTool("lasso"), e: () => window.desk?.reshape && app.setTool("eraser"),
     h: () => app.setTool("pan"), c: () => app.toggleCaret(),
     d: () => app.setShow("drawing"), g: () => app.setShow("layers"), r: () => app.setShow("residual"),
     p: () => app.setSplit(app.split ? 0 : 50), ",": () => app.showLayers(app.shownCount - 1), ".": () => app.showLayers(app.shownCount + 1),

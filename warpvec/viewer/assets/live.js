@@ -44,7 +44,8 @@
  *       Ctrl+S and the button "Save SVG", instead of a download.
  *   window.desk.reshape(to, svgTexts)
  *       "Stroke to outline" and the like, which are hidden without it; `to` is "outline", "stroke", "circle", "ellipse" or
- *       "rect". Resolves to {svg, distance} or {refused} for each text, which has one shape on a canvas of its own. */
+ *       "rect". Resolves to {svg, distance} or {refused} for each text, which has one shape on a canvas of its own. With
+ *       "cut" each shape is followed by the area to take out, and the answer may also be {gone} or {same}. */
 
 import { multiply, scaling, translation } from "viewer/basics.js";
 import { capture, nextVersion } from "viewer/commands.js";

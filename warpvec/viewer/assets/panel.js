@@ -133,6 +133,7 @@ export class Panel {
     if (!app.live.isOn) this.showFacts();
     const layers = app.shownLayers;
     setText("shown-paths", countedKinds(layers.flatMap(({ items }) => items)));
+    for (const label of findAll("[data-server]")) label.hidden = !window.desk?.reshape;
     setChoice("tool", app.tool);
     setChoice("show", app.show);
     find("legend").hidden = app.show !== "residual";
