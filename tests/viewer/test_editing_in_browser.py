@@ -290,7 +290,7 @@ def test_levels_are_made_moved_and_merged(open_page) -> None:
     assert len(set(identifiers)) == 3
     assert viewer.page.locator("#layers tbody tr").count() == 3
     viewer.slide("layer-name", 'Eyes & "lids"')
-    assert viewer.page.locator("#layers tbody tr").nth(2).inner_text().split("\t")[1] == 'Eyes & "lids"'
+    assert viewer.page.locator("#layers tbody tr").nth(2).inner_text().split("\t")[2] == 'Eyes & "lids"'
     assert 'inkscape:label="Eyes &amp; &quot;lids&quot;"' in viewer.saved()
     viewer.press_button("undo")
     assert "Eyes" not in viewer.saved()

@@ -67,7 +67,7 @@ def test_another_document_replaces_the_first(open_page) -> None:
     assert viewer.page.inner_text("h1") == "leaf"
     assert viewer.color(15, 10) == (0, 0, 255)
     assert viewer.page.locator("#undo").is_disabled()
-    assert viewer.page.locator("#layers input").count() == 1
+    assert viewer.page.locator("#layers tbody tr").count() == 1
 
 
 def test_a_measurement_ends_with_the_drawing_that_it_measures(open_page, tmp_path: Path) -> None:
@@ -86,4 +86,4 @@ def test_a_measurement_ends_with_the_drawing_that_it_measures(open_page, tmp_pat
     frame = drawing({**SQUARES, "top": (10, 10, 9, "#fff", "1", 2)}, levels=3)
     viewer.page.evaluate(script, frame)
     call(viewer, "finishDrawing", {"svg": frame})
-    assert viewer.page.locator("#layers input").count() == 3
+    assert viewer.page.locator("#layers tbody tr").count() == 3

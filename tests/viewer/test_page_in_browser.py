@@ -77,7 +77,7 @@ def test_it_shows_levels_photo_generations_and_residual(open_page) -> None:
     page.get_by_role("radio", name="Differences").check()
     assert max(viewer.color(230, 80)) <= 4
     assert min(viewer.color(210, 130)[:2]) > 240
-    page.locator("#layers input").last.uncheck()
+    page.locator("#layers [aria-label^=Show]").last.uncheck()
     assert viewer.text("shown-paths") == "2 paths"
 
 

@@ -99,9 +99,10 @@ export class App {
     return this.show === "layers" ? this.byLayer : PLAIN;
   }
 
-  /** Items that a click may select: visible, and of the layer chosen in the filter. */
+  /** Items that a click may select: visible, not locked, and of the layer chosen in the filter. */
   get pickable() {
-    return this.shownLayers.filter((layer) => !this.filter || layer === this.filter).flatMap(({ items }) => items);
+    const isOpen = (layer) => !layer.isLocked && (!this.filter || layer === this.filter);
+    return this.shownLayers.filter(isOpen).flatMap(({ items }) => items);
   }
 
   get pathCount() {
@@ -157,7 +158,7 @@ export class App {
     this.keepLayers();
     this.keepView();
     const shown = new Set(this.shownLayers);
-    this.keepSelected(({ layer }) => shown.has(layer));
+    this.keepSelected(({ layer }) => shown.has(layer) && !layer.isLocked);
     this.stage.request();
     this.panel.request();
     this.live.onChange?.();

@@ -5,6 +5,7 @@ import { endColors, isGradient, paintOf, withPaint } from "viewer/gradients.js";
 import { MAX_SHOWN_POINTS } from "viewer/nodetool.js";
 import { asKind } from "viewer/paints.js";
 import { grownBox } from "viewer/paths.js";
+import { removeBackground, useBrand } from "viewer/wholecolors.js";
 import { selectAlike, selectAll, selectNext } from "viewer/selecting.js";
 
 export class EditPanel {
@@ -54,6 +55,7 @@ export class EditPanel {
       back: () => editor.reorder("back"), "scale-apply": () => editor.scale(find("scale").valueAsNumber / 100),
       "turn-apply": () => editor.turn(find("turn").valueAsNumber), group: () => editor.group(), ungroup: () => editor.ungroup(),
       "layer-up": () => editor.moveLayer(1), "layer-down": () => editor.moveLayer(-1), caret: () => app.toggleCaret(),
+      "remove-background": () => removeBackground(app), "brand-apply": () => useBrand(app, find("brand").value),
     });
   }
 

@@ -26,7 +26,7 @@ const KEYS = [
   ["A  S  L", "with the node tool: add a node after the chosen one, smooth or corner, line or curve"],
   ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"],
   ["Ctrl+S", "save the SVG"],
-  ["D  G  R", "show the drawing, its layers in colours, or the differences"],
+  ["D  G  U  R", "show the drawing, its layers in colours, all paths as lines, or the differences"],
   [",  and  .", "fewer or more layers"],
   ["P", "show or hide the picture on the left half"],
 ];
@@ -94,7 +94,7 @@ function plainActions(app) {
     v: () => app.setTool("select"), n: () => app.setTool("node"), b: () => app.setTool("brush"), i: () => app.setTool("pick"),
     o: () => window.desk?.reshape && app.setTool("lasso"), e: () => window.desk?.reshape && app.setTool("eraser"),
     h: () => app.setTool("pan"), c: () => app.toggleCaret(),
-    d: () => app.setShow("drawing"), g: () => app.setShow("layers"), r: () => app.setShow("residual"),
+    d: () => app.setShow("drawing"), g: () => app.setShow("layers"), r: () => app.setShow("residual"), u: () => app.setShow("outlines"),
     p: () => app.setSplit(app.split ? 0 : 50), ",": () => app.showLayers(app.shownCount - 1), ".": () => app.showLayers(app.shownCount + 1),
     "[": () => selectNext(app, -1), "]": () => selectNext(app, 1), k: () => selectAlike(app, "fill"), l: () => selectAlike(app, "layer"),
     "<": () => editor.scale(0.9), ">": () => editor.scale(1.1),

@@ -241,7 +241,7 @@ function replaceDrawing(app, next) {
     layer.version = nextVersion();
     const old = places.get(layer.name);
     if (!old) continue;
-    layer.visible = old.visible;
+    [layer.visible, layer.isLocked] = [old.visible, old.isLocked];
     old.items.forEach((item, i) => {
       if (app.selection.has(item) && layer.items[i]) chosen.push(layer.items[i]);
     });
