@@ -1,4 +1,4 @@
-"""The whole drawing: colours of a brand, without its background, as lines, and layers that are locked."""
+"""Changes of whole drawings and paths: fewer nodes, colours of a brand, without its background, as lines, and layers that are locked."""
 
 from __future__ import annotations
 
@@ -57,3 +57,16 @@ def test_lines_show_the_paths_of_hidden_layers_too(open_page) -> None:
     inside, edge = page.colors([(65, 25), (50.05, 25)])
     assert inside == (255, 255, 255)
     assert max(edge) < 200
+
+
+def test_needless_nodes_are_left_out_and_corners_stay(open_page) -> None:
+    data = "M10 10h10 10 10v12 18h-30z"
+    page = open_page(SVG.replace("M10 10h30v30h-30z", data))
+    page.click(20, 20)
+    page.press_button("simplify")
+    assert page.text("message") == "7 nodes became 4"
+    assert 'd="M10 10h30v30h-30z"' in page.saved()
+    page.press_button("simplify")
+    assert "No node can be left out" in page.text("message")
+    page.press("Control+z")
+    assert f'd="{data}"' in page.saved()

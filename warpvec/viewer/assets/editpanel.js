@@ -55,6 +55,7 @@ export class EditPanel {
       back: () => editor.reorder("back"), "scale-apply": () => editor.scale(find("scale").valueAsNumber / 100),
       "turn-apply": () => editor.turn(find("turn").valueAsNumber), group: () => editor.group(), ungroup: () => editor.ungroup(),
       "layer-up": () => editor.moveLayer(1), "layer-down": () => editor.moveLayer(-1), caret: () => app.toggleCaret(),
+      simplify: () => editor.simplify(find("tolerance").valueAsNumber),
       "remove-background": () => removeBackground(app), "brand-apply": () => useBrand(app, find("brand").value),
     });
   }
