@@ -1,4 +1,4 @@
-"""Changes of whole drawings and paths: fewer nodes, colours of a brand, without its background, as lines, and layers that are locked."""
+"""Changes of whole drawings and paths: size, fewer nodes, a brand, no background, lines, and locked layers."""
 
 from __future__ import annotations
 
@@ -70,3 +70,17 @@ def test_needless_nodes_are_left_out_and_corners_stay(open_page) -> None:
     assert "No node can be left out" in page.text("message")
     page.press("Control+z")
     assert f'd="{data}"' in page.saved()
+
+
+def test_the_width_is_stated_in_millimetres_and_undone(open_page) -> None:
+    page = open_page(SVG)
+    page.choose("size-unit", "mm")
+    assert 'width="26.458mm" height="21.167mm"' in page.saved()
+    page.page.locator("#size-width").fill("90")
+    page.page.locator("#size-width").press("Enter")
+    assert 'width="90mm" height="72mm" viewBox="0 0 100 80"' in page.saved()
+    assert "90 × 72 mm" in page.text("figures")
+    page.page.locator("#undo").click()
+    page.page.locator("#undo").click()
+    assert 'width="100" height="80"' in page.saved()
+    assert page.page.input_value("#size-width") == "100"

@@ -3,6 +3,7 @@
  * Each item knows its origin, the item as it was read, and a drawing knows all its origins (`base`). An edit is {kind, ...}:
  *   color       {from, to, uses}         a colour that has been replaced in all its uses
  *   background  {to}
+ *   size        {width, height}          as the file states them
  *   change      {before, after, matrix}  another paint, place or outline; `matrix` if the shape has only been moved
  *   delete      {before}
  *   add         {after, layerName}
@@ -31,6 +32,7 @@ export function itemsOf({ layers }) {
 export function isPristine(drawing) {
   const { base } = drawing;
   const items = itemsOf(drawing);
+  if (drawing.width !== base.width || drawing.height !== base.height) return false;
   if (drawing.background !== base.background || items.length !== base.items.length) return false;
   if (!sameLayers(drawing) || drawing.layers.some(({ name }, i) => name !== base.layers[i].name)) return false;
   return items.every((item, i) => item.origin === base.items[i] && sameState(item, item.origin) && item.layer === item.origin.layer);
@@ -58,6 +60,7 @@ export function editsOf(drawing) {
     ...(drawing.past ?? []),
     ...[...colors].map(([from, to]) => ({ kind: "color", from, to, uses: base.items.filter((origin) => paintOf(origin) === from) })),
     ...(drawing.background === base.background ? [] : [{ kind: "background", to: drawing.background }]),
+    ...(drawing.width === base.width ? [] : [{ kind: "size", width: drawing.width, height: drawing.height }]),
     ...changes,
     ...deletedItems(drawing).map((before) => ({ kind: "delete", before, isWhole: !holdsOthers(before, base.items) })),
     ...added.map((after) => ({ kind: "add", after: frozen(after), layerName: after.layer.name })),
@@ -137,7 +140,7 @@ function layerEdits(drawing) {
 export function applyEdits(edits, drawing, matrix) {
   const placed = edits.map((edit) => inUnits(edit, matrix));
   const found = new Finder(drawing);
-  const order = ["color", "background", "change", "delete", "order", "layer", "layers", "add"];
+  const order = ["color", "background", "size", "change", "delete", "order", "layer", "layers", "add"];
   const sorted = placed.map((edit, i) => ({ edit, i })).sort((a, b) => order.indexOf(a.edit.kind) - order.indexOf(b.edit.kind));
   return sorted.filter(({ edit }) => !APPLY[edit.kind](edit, drawing, found)).map(({ i }) => edits[i]);
 }
@@ -176,6 +179,10 @@ const APPLY = {
   },
   background: ({ to }, drawing) => {
     drawing.background = to;
+    return true;
+  },
+  size: ({ width, height }, drawing) => {
+    Object.assign(drawing, { width, height });
     return true;
   },
   change: (edit, drawing, found) => {
@@ -244,6 +251,7 @@ export function editsInWords(edits) {
 }
 
 const KIND_WORDS = {
-  color: "replaced colour", background: "background", delete: "deleted shape", add: "added shape", order: "shape in another order",
+  color: "replaced colour", background: "background", size: "size", delete: "deleted shape", add: "added shape",
+  order: "shape in another order",
   layer: "name of a layer", layers: "arrangement of layers",
 };

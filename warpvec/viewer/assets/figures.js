@@ -13,8 +13,8 @@ export class Figures {
   }
 
   get key() {
-    const { layers, background } = this.app.drawing;
-    return `${signatures(layers, PLAIN).at(-1)} ${background?.fill} ${background?.opacity}`;
+    const { layers, background, width, height } = this.app.drawing;
+    return [signatures(layers, PLAIN).at(-1), background?.fill, background?.opacity, width, height].join(" ");
   }
 
   /** Whether the drawing is the file that it was read from. */

@@ -11,6 +11,7 @@ import { LayerTable } from "viewer/layers.js";
 import { formatNumber } from "viewer/paths.js";
 import { runUntil } from "viewer/raster.js";
 import { ShapePanel } from "viewer/shapepanel.js";
+import { SizePanel } from "viewer/size.js";
 import { StopPanel } from "viewer/stoppanel.js";
 import { connectWords, explainFigures } from "viewer/words.js";
 
@@ -29,6 +30,7 @@ export class Panel {
     this.stops = new StopPanel(app);
     app.palettes.connect();
     this.again = new FitAgain(app);
+    this.size = new SizePanel(app);
     connectWords();
     this.reopen();
   }
@@ -144,6 +146,7 @@ export class Panel {
     this.stops.show();
     app.palettes.show();
     this.again.show();
+    this.size.show();
     this.showFigures();
     this.layerTable.show();
     this.measureSoon(layers);
@@ -159,6 +162,7 @@ export class Panel {
       ["Paths", app.pathCount.toLocaleString("en")],
       ["Layers", String(app.drawing.layers.filter(({ items }) => items.length).length)],
       ["Canvas", app.drawing.box.slice(2).map((side) => formatNumber(side, 2)).join(" × ")],
+      ["Size", this.size.text],
     ];
     const known = (value, format) => (value === undefined ? MEASURING : format(value));
     if ("bytes" in figures) rows.push(["File size", known(figures.bytes, formatBytes)]);

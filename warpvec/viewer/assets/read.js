@@ -42,7 +42,7 @@ export function readDrawing(text) {
     background,
     layers,
     notes: reader.notes,
-    base: { items, layers: layers.map((layer) => ({ layer, name: layer.name })), background },
+    base: { items, layers: layers.map((layer) => ({ layer, name: layer.name })), background, width: size.width, height: size.height },
     facts: { figures: {}, history: [] },
     past: [],
     erased: [],

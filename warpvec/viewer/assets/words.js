@@ -25,13 +25,14 @@ const WORDS = {
   psnr: ["Closeness", "How close the drawing is to the picture: at 30 dB it is good, at 40 dB it looks the same (PSNR)."],
   ssim: ["Likeness of structure", "How close the drawing is to the picture in structure: 1 is equal."],
   canvas: ["Canvas", "Width and height of the drawing, in its own units."],
+  size: ["Size", "Width and height of the drawing on paper: 96 pixels are an inch."],
   iteration: ["Step", "A step of the fit, in which every path changes a little."],
   convergence: ["How it came closer", "How the closeness grew while the picture was drawn."],
 };
 
 // Rows of the table of figures and their words.
 const FIGURE_WORDS = {
-  Paths: "path", Layers: "layer", Canvas: "canvas", "File size": "bytes", Gzipped: "gzip", Segments: "segment",
+  Paths: "path", Layers: "layer", Canvas: "canvas", Size: "size", "File size": "bytes", Gzipped: "gzip", Segments: "segment",
   Closeness: "psnr", "Likeness of structure": "ssim",
 };
 
