@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from warpvec.app.fitting import result_facts, run_job
+from warpvec.app.fitting import run_job
 from warpvec.app.messages import FitJob
 from warpvec.app.settings import FitSettings
 from warpvec.errors import InputError
@@ -50,7 +50,7 @@ def again(mode: str = "flat", **more: object) -> tuple[str, list[str]]:
     """Fit a drawing again; return the text and the data of its paths."""
     job = FitJob(1, picture(PAPER, TRUE), "x", FitSettings({"mode": mode}), keeps_paths=True, **more)  # type: ignore[arg-type]
     found = run_job(job, lambda kind, facts: None, Watch(), 1)
-    text = result_facts(found)["svg"]
+    text = found["svg"]
     return text, re.findall(r'<path[^>]* d="([^"]*)"', text)
 
 
@@ -65,6 +65,14 @@ def test_free_paths_move_to_the_picture_and_locked_ones_stay() -> None:
     kept, paths = again(start=edited, locked=(1,))
     assert color_at(kept, 20, 20) == (0x20, 0xC0, 0x40)
     assert paths[1] == "M9 9h21v21h-21z"
+
+
+def test_what_the_user_has_recoloured_is_not_fitted_back() -> None:
+    before = svg(PAPER, square(9, 21, "#e04020"))
+    edited = svg(PAPER, square(9, 21, "#20c040"))
+    text, _ = again(start=edited, before=before)
+    assert np.abs(np.subtract(color_at(text, 20, 20), (0x20, 0xC0, 0x40))).max() <= 2
+    assert np.abs(np.subtract(color_at(text, 5, 5), (0x30, 0x60, 0xA0))).max() <= 2
 
 
 def test_paths_beside_a_locked_one_adapt_to_the_picture() -> None:
@@ -114,7 +122,7 @@ def test_another_detail_goes_on_from_the_outlines(monkeypatch: pytest.MonkeyPatc
 
     def drawn(kept: KnownOutlines, detail: float, data: bytes = picture(PAPER, TRUE)) -> str:
         job = FitJob(1, data, "x", FitSettings({"mode": "flat", "detail": detail}))
-        return str(result_facts(run_job(job, lambda kind, facts: None, Watch(), 1, kept))["svg"])
+        return str(run_job(job, lambda kind, facts: None, Watch(), 1, kept)["svg"])
 
     drawn(outlines, 0.1)
     second = drawn(outlines, 0.4)
@@ -130,4 +138,4 @@ def test_black_and_white_art_that_is_to_have_colours_is_flat_art(colors: int, mo
     Image.fromarray(np.where(np.hypot(*np.mgrid[-32:32, -32:32]) < 20.5, 0, 255).astype(np.uint8)).save(stream, "PNG")
     job, seen = FitJob(1, stream.getvalue(), "x", FitSettings({"colors": colors})), []
     found = run_job(job, lambda kind, facts: seen.append(facts["mode"]), Watch(), 1)
-    assert (seen, found.config.mode) == ([mode], mode)
+    assert (seen, found["mode"]) == ([mode], mode)

@@ -57,7 +57,7 @@ def test_a_photo_is_drawn_while_one_watches_and_saved(desk: DeskPage, photo: Pat
     assert desk.page.inner_text("#found") == "found: photo"
     assert desk.states() == ["photo done"]
     saved = desk.save()
-    stated = float(desk.page.locator("#fit-figures tr", has_text="PSNR").inner_text().split()[1])
+    stated = float(desk.page.locator("#fit-figures tr", has_text="Closeness").inner_text().split()[1])
     assert abs(file_psnr(saved, photo) - stated) < 0.1  # the page writes a third decimal less
     assert stated > 22
     with Image.open(desk.save("png")) as image:

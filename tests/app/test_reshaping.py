@@ -117,3 +117,14 @@ def test_the_server_answers_and_names_what_is_wrong(server: Server) -> None:
     ]:
         answer = server.post(f"reshape?to={to}", body)
         assert answer.status_code == 422 and words in answer.text, to
+
+
+def test_an_area_is_cut_out_of_a_shape() -> None:
+    square, half, away = (filled(f"M{left} 20h40v40h-40z") for left in (20, 40, 80))
+    left, same, gone = reshape([square, half, square, away, square, filled("M0 0h120v90h-120z")], "cut")
+    assert np.array_equal(draw(str(left["svg"])), draw(filled("M20 20h20v40h-20z")))
+    assert (same, gone) == ({"same": True}, {"gone": True})
+    (line,) = reshape([STROKE, filled("M0 0h60v90h-60z")], "cut")
+    rest = draw(str(line["svg"]))
+    assert rest[:, :60].min() == 255
+    assert np.array_equal(rest[:, 64:] < 128, draw(STROKE)[:, 64:] < 128)

@@ -33,7 +33,7 @@ def shapes_fixture(desk: DeskPage, tmp_path: Path) -> Iterator[DeskPage]:
     desk.drop(picture)
     desk.wait_for_status("done")
     desk.page.locator("#sides label").nth(1).click()  # Edit
-    desk.page.evaluate("(svg) => { warpvecView.showDrawing(svg); warpvecView.endDrawing('Given'); }", SHAPES)
+    desk.page.evaluate("(svg) => { warpvecView.finishDrawing({ svg, label: 'Given' }); }", SHAPES)
     return desk
 
 

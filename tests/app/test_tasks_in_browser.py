@@ -100,7 +100,7 @@ def test_a_photo_becomes_a_file_of_few_bytes(desk: DeskPage, tmp_path: Path, way
     saved = save(desk, way)
     assert 0.7 * 5000 < saved.stat().st_size <= 5000
     target = read_image(source)
-    stated = float(desk.page.locator("#fit-figures tr", has_text="PSNR").inner_text().split()[1])
+    stated = float(desk.page.locator("#fit-figures tr", has_text="Closeness").inner_text().split()[1])
     assert abs(psnr(draw_like(saved.read_bytes(), target), target) - stated) < 0.01
     # Less: it goes on from there, and the page compares in the right units.
     with desk.fitting():
@@ -111,7 +111,7 @@ def test_a_photo_becomes_a_file_of_few_bytes(desk: DeskPage, tmp_path: Path, way
     assert save(desk, way).stat().st_size <= 3000
     desk.page.wait_for_function("() => /^[\\d.]+ dB$/.test(document.getElementById('shown-psnr').textContent)")
     shown = float(desk.page.inner_text("#shown-psnr").split()[0])
-    stated = float(desk.page.locator("#fit-figures tr", has_text="PSNR").inner_text().split()[1])
+    stated = float(desk.page.locator("#fit-figures tr", has_text="Closeness").inner_text().split()[1])
     assert abs(shown - stated) < 1.0
 
 
@@ -144,7 +144,7 @@ def test_a_photo_becomes_a_file_of_50_kilobytes(desk: DeskPage, tmp_path: Path) 
     assert 0.9 * 50_000 < saved.stat().st_size <= 50_000
     target = read_image(source)
     found = psnr(draw_like(saved.read_bytes(), target), target)
-    stated = float(desk.page.locator("#fit-figures tr", has_text="PSNR").inner_text().split()[1])
+    stated = float(desk.page.locator("#fit-figures tr", has_text="Closeness").inner_text().split()[1])
     assert abs(found - stated) < 0.01
     assert found > 30
 

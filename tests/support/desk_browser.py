@@ -149,7 +149,7 @@ class DeskPage:
     def wait_for_frame(self, psnr: float = 0.0) -> None:
         """Wait for a frame of a running fit, of at least ``psnr`` dB."""
         script = """(psnr) => {
-            const text = document.getElementById("fit-figures").textContent.match(/PSNR([\\d.]+)/);
+            const text = document.getElementById("fit-figures").textContent.match(/Closeness([\\d.]+)/);
             return window.warpvecView.state.live && text && Number(text[1]) >= psnr;
         }"""
         self.page.wait_for_function(script, arg=psnr)

@@ -290,7 +290,7 @@ def test_levels_are_made_moved_and_merged(open_page) -> None:
     assert len(set(identifiers)) == 3
     assert viewer.page.locator("#layers tbody tr").count() == 3
     viewer.slide("layer-name", 'Eyes & "lids"')
-    assert viewer.page.locator("#layers tbody tr").nth(2).inner_text().split("\t")[1] == 'Eyes & "lids"'
+    assert viewer.page.locator("#layers tbody tr").nth(2).inner_text().split("\t")[2] == 'Eyes & "lids"'
     assert 'inkscape:label="Eyes &amp; &quot;lids&quot;"' in viewer.saved()
     viewer.press_button("undo")
     assert "Eyes" not in viewer.saved()
@@ -319,7 +319,7 @@ def test_edited_paths_are_named_when_fitting_again(open_page) -> None:
     assert locked == [1]
     assert_draws_as(text, changed(green=(119, 20, 60, "#0a0", "1", 0)))
     # The path stays marked as edited in the drawing that the fit returns.
-    viewer.page.evaluate("(text) => { warpvecView.showDrawing(text); warpvecView.endDrawing(); }", text)
+    viewer.page.evaluate("(text) => { warpvecView.finishDrawing({ svg: text }); }", text)
     viewer.press_button("fit-again")
     assert viewer.page.evaluate("() => window.asked[1]") == [1]
     viewer.page.locator("#keep-edited").uncheck()
@@ -341,7 +341,7 @@ def test_two_fingers_zoom_and_one_edits(open_page) -> None:
 
     fingers("touchStart", (x, y))
     fingers("touchEnd")
-    assert viewer.selected() == "1 of 4 paths selected: Generation 0"
+    assert viewer.selected() == "1 of 4 paths selected: Pass 1"
     viewer.press_button("adding")
     fingers("touchStart", viewer.at(210, 130))
     fingers("touchEnd")

@@ -130,11 +130,11 @@ def test_a_drawing_with_holes_lines_and_gradients_is_shown_and_saved_as_it_is(op
 
 def test_holes_are_not_part_of_a_path(open_page) -> None:
     viewer = open_page(DRAWING)
-    assert viewer.click(20, 60) == "1 of 3 paths selected: Generation 0"
+    assert viewer.click(20, 60) == "1 of 3 paths selected: Pass 1"
     assert viewer.click(60, 60) == "Nothing selected"
     assert viewer.click(170, 60) == "Nothing selected"
     viewer.drag((5, 5), (115, 115))
-    assert viewer.selected() == "1 of 3 paths selected: Generation 0"
+    assert viewer.selected() == "1 of 3 paths selected: Pass 1"
     viewer.press("Delete")
     saved = viewer.saved()
     assert saved.count("<linearGradient") == 0 and saved.count("<radialGradient") == 1

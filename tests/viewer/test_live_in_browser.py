@@ -29,13 +29,12 @@ def test_frames_keep_view_and_selection_and_are_one_undo_step(open_page) -> None
     call(viewer, "showDrawing", FRAME)
     assert viewer.color(30, 30) == (0, 0xCC, 0xCC)
     assert viewer.at(0, 0) == before
-    assert viewer.selected() == "1 of 4 paths selected: Generation 0"
+    assert viewer.selected() == "1 of 4 paths selected: Pass 1"
     # Nothing is edited while frames come.
     viewer.press("Delete", "ArrowLeft", "Control+z")
     assert "stop the fit" in viewer.text("message")
     assert call(viewer, "drawingText").count("<path") == 4
-    call(viewer, "showDrawing", drawing({name: SQUARES[name] for name in ("red", "green")}))
-    call(viewer, "endDrawing", "Fit")
+    call(viewer, "finishDrawing", {"svg": drawing({name: SQUARES[name] for name in ("red", "green")})})
     assert call(viewer, "drawingText").count("<path") == 2
     viewer.press("Control+z")
     assert viewer.text("message") == "Undone: Fit"
@@ -50,7 +49,7 @@ def test_frames_that_are_not_wanted_leave_no_trace(open_page) -> None:
     viewer = open_page(drawing())
     text = call(viewer, "drawingText")
     call(viewer, "showDrawing", FRAME)
-    call(viewer, "endDrawing", None)
+    call(viewer, "endDrawing")
     assert call(viewer, "drawingText") == text
     assert viewer.page.locator("#undo").is_disabled()
     assert viewer.color(30, 30) == (0xCC, 0, 0)
@@ -68,7 +67,7 @@ def test_another_document_replaces_the_first(open_page) -> None:
     assert viewer.page.inner_text("h1") == "leaf"
     assert viewer.color(15, 10) == (0, 0, 255)
     assert viewer.page.locator("#undo").is_disabled()
-    assert viewer.page.locator("#layers input").count() == 1
+    assert viewer.page.locator("#layers tbody tr").count() == 1
 
 
 def test_a_measurement_ends_with_the_drawing_that_it_measures(open_page, tmp_path: Path) -> None:
@@ -84,6 +83,7 @@ def test_a_measurement_ends_with_the_drawing_that_it_measures(open_page, tmp_pat
         window.warpvecView.showDrawing(text);
         for (let step = steps.next(); !step.done; step = steps.next());
     }"""
-    viewer.page.evaluate(script, drawing({**SQUARES, "top": (10, 10, 9, "#fff", "1", 2)}, levels=3))
-    call(viewer, "endDrawing", "Fit")
-    assert viewer.page.locator("#layers input").count() == 3
+    frame = drawing({**SQUARES, "top": (10, 10, 9, "#fff", "1", 2)}, levels=3)
+    viewer.page.evaluate(script, frame)
+    call(viewer, "finishDrawing", {"svg": frame})
+    assert viewer.page.locator("#layers tbody tr").count() == 3

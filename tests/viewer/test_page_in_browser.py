@@ -74,15 +74,16 @@ def test_it_shows_levels_photo_generations_and_residual(open_page) -> None:
     page.get_by_role("radio", name="Layers").check()
     assert viewer.color(130, 30) == (68, 1, 84)
     assert viewer.color(210, 130) == (253, 231, 37)
-    page.get_by_role("radio", name="Residual").check()
+    page.get_by_role("radio", name="Differences").check()
     assert max(viewer.color(230, 80)) <= 4
     assert min(viewer.color(210, 130)[:2]) > 240
-    page.locator("#layers input").last.uncheck()
+    page.locator("#layers [aria-label^=Show]").last.uncheck()
     assert viewer.text("shown-paths") == "2 paths"
 
 
 def test_it_plots_the_fit_and_lists_figures_and_settings(open_page) -> None:
     viewer = open_page(drawing(), photo=png(PHOTO), history=HISTORY)
+    viewer.page.get_by_text("Details").first.click()
     line = viewer.page.locator("#plot .line")
     by_iteration = line.get_attribute("d")
     assert by_iteration.count("L") == len(HISTORY) - 1
@@ -97,10 +98,10 @@ def test_it_plots_the_fit_and_lists_figures_and_settings(open_page) -> None:
 
 def test_paths_are_selected_by_click_band_level_and_key(open_page) -> None:
     viewer = open_page(drawing())
-    assert viewer.click(70, 70) == "1 of 4 paths selected: Generation 1"
-    assert viewer.click(70, 70, "Alt") == "1 of 4 paths selected: Generation 0"
+    assert viewer.click(70, 70) == "1 of 4 paths selected: Pass 2"
+    assert viewer.click(70, 70, "Alt") == "1 of 4 paths selected: Pass 1"
     assert viewer.click(130, 30, "Shift") == "2 of 4 paths selected"
-    assert viewer.click(130, 30, "Shift") == "1 of 4 paths selected: Generation 0"
+    assert viewer.click(130, 30, "Shift") == "1 of 4 paths selected: Pass 1"
     assert viewer.click(5, 5) == "Nothing selected"
     viewer.drag((110, 10), (230, 150))
     assert viewer.selected() == "2 of 4 paths selected"
@@ -112,15 +113,15 @@ def test_paths_are_selected_by_click_band_level_and_key(open_page) -> None:
     viewer.page.keyboard.up("Alt")
     assert viewer.selected() == "2 of 4 paths selected"
     viewer.press("Escape")
-    viewer.choose("filter", "Generation 1")
+    viewer.choose("filter", "Pass 2")
     viewer.drag((110, 10), (230, 150))
-    assert viewer.selected() == "1 of 4 paths selected: Generation 1"
+    assert viewer.selected() == "1 of 4 paths selected: Pass 2"
     assert viewer.click(130, 30) == "Nothing selected"
     viewer.choose("filter", "All shown")
     viewer.press("Control+a")
     assert viewer.selected() == "4 of 4 paths selected"
     viewer.press("Escape", "]", "]", "[")
-    assert viewer.selected() == "1 of 4 paths selected: Generation 0"
+    assert viewer.selected() == "1 of 4 paths selected: Pass 1"
     # Hidden paths cannot be selected.
     viewer.slide("shown-count", "1")
     viewer.page.locator("#surface").focus()
@@ -173,7 +174,7 @@ def _delete(viewer: Viewer) -> None:
 
 def _reorder(viewer: Viewer) -> None:
     viewer.click(30, 30)
-    viewer.choose("to-layer", "Generation 1")
+    viewer.choose("to-layer", "Pass 2")
     viewer.press_button("back")
     viewer.press_button("raise")
 
@@ -238,7 +239,7 @@ def _press_until_disabled(viewer: Viewer, button: str) -> int:
 
 def test_a_brush_stroke_is_a_closed_path_of_its_level(open_page) -> None:
     viewer = open_page(drawing())
-    viewer.choose("brush-layer", "Generation 0")
+    viewer.choose("brush-layer", "Pass 1")
     _brush(viewer)
     saved = viewer.saved()
     assert groups_of(saved) == [("layer-1-generation-0", 3), ("layer-2-generation-1", 2)]

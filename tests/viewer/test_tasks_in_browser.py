@@ -164,7 +164,7 @@ BAND = ((4, 4), (55, 60))
 def test_a_selection_by_a_rubber_band_is_deleted_with_the_mouse(sheet: Viewer) -> None:
     hand = MouseOnly(sheet)
     hand.drag(*BAND)
-    assert sheet.selected() == "1 of 5 paths selected: Generation 0"
+    assert sheet.selected() == "1 of 5 paths selected: Pass 1"
     hand.press("delete")
     assert_draws_as(hand.save(), REST)
 
@@ -176,7 +176,7 @@ def test_a_selection_by_a_rubber_band_is_deleted_with_keys(sheet: Viewer) -> Non
     hands.press(" ")
     hands.go(*BAND[1])
     hands.press(" ")
-    assert sheet.selected() == "1 of 5 paths selected: Generation 0"
+    assert sheet.selected() == "1 of 5 paths selected: Pass 1"
     hands.press("Delete")
     assert_draws_as(hands.save(), REST)
 

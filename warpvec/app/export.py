@@ -23,13 +23,16 @@ def usable_formats() -> list[str]:
     return found
 
 
-def encode(text: str, kind: str, width: int | None = None, *, transparent: bool = False) -> bytes:
+def encode(
+    text: str, kind: str, width: int | None = None, *, name: str = "drawing", transparent: bool = False
+) -> bytes:
     """Return the bytes of the file of ``kind`` with the drawing ``text``.
 
     Args:
         text: SVG text.
         kind: one of ``MEDIA_TYPES``.
         width: width of a PNG in pixels; None for that of the drawing.
+        name: of the file, which becomes that of a component.
         transparent: whether a PNG has alpha instead of white paper.
 
     Raises:
@@ -39,4 +42,4 @@ def encode(text: str, kind: str, width: int | None = None, *, transparent: bool 
         raise InputError("format", f"must be one of {', '.join(MEDIA_TYPES)}", repr(kind), "reload the page")
     drawing_size(text)
     canvas = canvas_of(text, width, transparent=transparent) if kind == "png" else None
-    return WRITERS[f".{kind}"].encode(text, Target(canvas))
+    return WRITERS[f".{kind}"].encode(text, Target(canvas, name=name))

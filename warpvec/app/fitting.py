@@ -25,9 +25,10 @@ from warpvec.modes.refine import ITERATIONS, with_drawing_settings
 from warpvec.modes.request import Request
 from warpvec.modes.restored import measured, restored
 from warpvec.polish.edited import Edited, fit_again
-from warpvec.polish.erasing import erase, hole_of
+from warpvec.polish.erasing import erase, hole_of, wanted_picture
 from warpvec.result import Result
-from warpvec.svg.measure import file_facts
+from warpvec.svg.measure import file_facts, file_quality
+from warpvec.svg.write import runs_of
 from warpvec.watch.watch import Watch
 
 LATE_SHARE = 0.5
@@ -40,8 +41,8 @@ def run_job(
     watch: Watch,
     threads: int | None,
     outlines: KnownOutlines | None = None,
-) -> Result:
-    """Return the drawing that ``job`` asks for.
+) -> dict[str, Any]:
+    """Return the facts of the drawing that ``job`` asks for; see `result_facts`.
 
     Args:
         job: what to do.
@@ -53,7 +54,7 @@ def run_job(
     Raises:
         InputError: the picture or the drawing to go on from cannot be read, or the settings do not fit together.
     """
-    pixels = read_image(job.data, name="picture")
+    given = pixels = read_image(job.data, name="picture")
     mode, reason = job.settings.mode, None
     if mode == "auto":
         request = _request(job, pixels, job.settings.config("flat"), watch)
@@ -61,9 +62,12 @@ def run_job(
         mode, reason, _ = chosen_mode(restored(request, condition).picture.reduced, request.settings, condition)
     height, width = pixels.shape[:2]
     report("mode", {"mode": mode, "reason": reason, "width": width, "height": height})
-    if job.erased is not None:
-        pixels = erase(pixels, hole_of(pixels, job.erased))
+    hole = None if job.erased is None else hole_of(pixels, job.erased)
+    if hole is not None:
+        pixels = erase(pixels, hole)
     if job.start is not None and job.keeps_paths:
+        if job.before is not None:
+            pixels = wanted_picture(pixels, job.before, job.start, hole)
         drawing = _fit_again(job, pixels, mode, threads, watch)
     elif mode == "photo":
         drawing = _photo(job, pixels, threads, watch)
@@ -72,7 +76,8 @@ def run_job(
         if job.settings.mode == "auto":  # the drawing may show that it is rather a photo
             config = replace(config, mode="auto")
         drawing = draw_picture(_request(job, pixels, config, watch), outlines=outlines)
-    return Result(drawing, watch.facts())
+    result = Result(drawing, watch.facts())
+    return result_facts(result, None if pixels is given else given)
 
 
 def _request(job: FitJob, pixels: NDArray[np.float32], config: FitConfig, watch: Watch) -> Request:
@@ -88,10 +93,16 @@ def _fit_again(job: FitJob, pixels: NDArray[np.float32], mode: str, threads: int
     return fit_again(edited, _request(job, pixels, config, watch).encoding, watch)
 
 
-def result_facts(result: Result) -> dict[str, Any]:
-    """Return the SVG text and the figures of its file that the page shows."""
+def result_facts(result: Result, given: NDArray[np.float32] | None = None) -> dict[str, Any]:
+    """Return the SVG text and the figures of its file that the page shows.
+
+    Args:
+        result: the drawing.
+        given: the picture [h, w, 3 or 4] to measure the file against; None for that of the drawing, which differs if
+            the user has edited what is to be drawn.
+    """
     text = result.svg()
-    psnr = result.file_psnr
+    psnr = result.file_psnr if given is None else file_quality(text.encode(), given)["psnr"]
     return {
         "svg": text,
         **file_facts(text),
@@ -100,7 +111,18 @@ def result_facts(result: Result) -> dict[str, Any]:
         "stopped": result.interrupted,
         "mode": result.config.mode,
         "history": [entry for entry in result.history if math.isfinite(entry["psnr"])],
+        "layers": _layers(result),
     }
+
+
+def _layers(result: Result) -> list[dict[str, Any]] | None:
+    """Return name and number of paths of each layer of a file that is too short to state them; None if it does."""
+    encoding, generation = result.encoding, result.scene.generation.numpy()
+    if not encoding.is_minified or not len(generation):
+        return None
+    names = encoding.layer_names or {}
+    runs = [(int(generation[start]), stop - start) for start, stop in runs_of(generation)]
+    return [{"name": names.get(level, f"Pass {level + 1}"), "count": count} for level, count in runs]
 
 
 def _photo(job: FitJob, pixels: NDArray[np.float32], threads: int | None, watch: Watch) -> Drawing:

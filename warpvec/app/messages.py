@@ -18,6 +18,7 @@ class FitJob:
         name: title of the drawing.
         settings: what the page asks for.
         start: SVG text to go on from; None to begin from nothing.
+        before: SVG text of ``start`` before the user edited it, without the deleted shapes; None if that is unknown.
         locked: places of paths in ``start`` that keep their form and paint.
         erased: SVG text whose shapes are taken out of the picture before the fit; None for none.
         filled: those of them that new paths of a photo are to fill; None for none.
@@ -30,6 +31,7 @@ class FitJob:
     name: str
     settings: FitSettings
     start: str | None = field(default=None, repr=False)
+    before: str | None = field(default=None, repr=False)
     locked: tuple[int, ...] = ()
     erased: str | None = field(default=None, repr=False)
     filled: str | None = field(default=None, repr=False)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,11 +23,14 @@ from warpvec.flat.strokes.recognition import find_strokes
 from warpvec.flat.strokes.stroke import with_strokes
 from warpvec.geometry.forms.form import Fitted
 from warpvec.geometry.forms.registry import CIRCLE, ELLIPSE, RECT, ROUND_RECT, form_of
+from warpvec.geometry.loops import Outline, make_scene
 from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.image.read import read_image
 from warpvec.image.write import png_bytes
+from warpvec.svg.foreign.shapes import Loop
+from warpvec.svg.foreign.skia import Combiner, load_skia
 from warpvec.svg.measure import draw
 from warpvec.svg.read import read_svg
 from warpvec.svg.stroke_outlines import without_strokes
@@ -49,6 +53,9 @@ the picture is exact, and here the outline has been rounded and perhaps edited b
 SAME_DISTANCE = 0.05
 """Two forms whose largest distances from a shape differ by less, in pixels, are as good: the one of fewer numbers is
 taken."""
+
+CUT = "cut"
+"""What the page asks for to erase a part of shapes."""
 
 _SAMPLES = 16
 """Points of each segment to which a form is fitted."""
@@ -74,17 +81,55 @@ def reshape(texts: list[str], to: str) -> list[dict[str, Any]]:
 
     Args:
         texts: an SVG of one shape each.
-        to: a key of ``WAYS``.
+        to: a key of ``WAYS``, or ``CUT``: then each shape is followed by the area to take out, on the same canvas.
 
     Raises:
         InputError: ``to`` is unknown, there are too many shapes, a text is no SVG, or a package is missing.
     """
-    if to not in WAYS:
-        raise InputError("to", f"must be one of {', '.join(WAYS)}", repr(to), "reload the page")
+    if to not in (*WAYS, CUT):
+        raise InputError("to", f"must be one of {', '.join((*WAYS, CUT))}", repr(to), "reload the page")
     if len(texts) > SHAPES_MAX:
         raise InputError("shapes", f"must be at most {SHAPES_MAX} at a time", str(len(texts)), "select fewer")
     with _LOCK:
+        if to == CUT:
+            return _cut_all(texts)
         return [_answer(text, WAYS[to]) for text in texts]
+
+
+def _cut_all(texts: list[str]) -> list[dict[str, Any]]:
+    """Return what is left of each first one of two shapes without the second one, or "gone" or "same" in its place."""
+    if load_skia() is None:
+        rule = "need skia-pathops to be cut, which is not installed"
+        raise InputError("shapes", rule, str(len(texts) // 2), "pip install 'warpvec[refine]'")
+    combiner = Combiner()
+    return [_cut(*pair, combiner) for pair in zip(texts[::2], texts[1::2], strict=False)]
+
+
+def _cut(text: str, area: str, combiner: Combiner) -> dict[str, Any]:
+    scene, cutter = (read_svg(each).scene for each in (text, area))
+    if len(scene) != 1 or len(cutter) != 1:
+        return {"refused": "A shape of several parts in one cannot be cut."}
+    whole = without_strokes(scene.outlined())
+    one, two = _loops(whole), _loops(cutter.outlined())
+    common = combiner.common(one, two)
+    rest = combiner.without(one, two)
+    if common is None or rest is None:
+        return {"refused": "A shape is too intricate to be cut."}
+    if not common:
+        return {"same": True}
+    if not rest:
+        return {"gone": True}
+    points = np.concatenate([loop.points for loop in rest])
+    counts, is_line = tuple(len(loop.is_line) for loop in rest), np.concatenate([loop.is_line for loop in rest])
+    drawn = make_scene([Outline(points, (0.0, 0.0, 0.0), 1.0, 0, counts, is_line)], (1.0, 1.0, 1.0))
+    return {"svg": _written(drawn, text)}
+
+
+def _loops(scene: Scene) -> list[Loop]:
+    """Return the loops of a scene of one filled path."""
+    rows, is_line = scene.segments.double().numpy(), scene.structure.lines.numpy()
+    bounds = pairwise(scene.structure.loop_first_segment.tolist())
+    return [Loop(rows[start:stop].reshape(-1, 2), is_line[start:stop]) for start, stop in bounds]
 
 
 def _answer(text: str, way: Callable[[str, Scene], Reshaped | str]) -> dict[str, Any]:

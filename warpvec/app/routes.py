@@ -6,12 +6,12 @@ POST   /rest?page=              the page is hidden and gives up its events
 POST   /leave?page=             it is closed, or loaded again
 POST   /pictures?page=&name=    a picture's file in the body -> its facts
 GET    /pictures/ID/preview     the picture as PNG, for browsers that cannot read its format
-POST   /pictures/ID/fit         {settings, start, locked, erased, filled, keepsPaths}: fit it, or go on
+POST   /pictures/ID/fit         {settings, start, before, locked, erased, filled, keepsPaths}: fit it, or go on
 POST   /pictures/ID/stop        end the fit with its best drawing so far
 DELETE /pictures/ID             forget it
 GET    /folder                  names of the pictures in the folder of the server
 GET    /folder/NAME             one of them
-POST   /reshape?to=             {shapes: SVG texts of one shape each} -> the same shapes in other words
+POST   /reshape?to=             {shapes: SVG texts of one shape each} -> the same shapes in other words, or what is left
 POST   /export?format=&width=&transparent=&name=&to=   SVG text in the body -> a file, or its name in the folder
 """
 
@@ -134,12 +134,13 @@ class Routes:
         asked = _object(await _body(request, MAX_TEXT_BYTES))
         picture = self._picture(request)  # it may have been removed while the body arrived
         settings = FitSettings(asked.get("settings", {}))
-        texts = {name: asked.get(name) for name in ("start", "erased", "filled")}
+        texts = {name: asked.get(name) for name in ("start", "before", "erased", "filled")}
         if not all(text is None or _is_text(text) for text in texts.values()):
             raise InputError("start", "must be SVG text", "something else", "reload the page")
         keeps_paths = asked.get("keepsPaths") is True
         self._desk.fit(picture, settings, locked=_places(asked.get("locked", [])), keeps_paths=keeps_paths, **texts)
-        return JSONResponse(picture.facts(), 202)
+        assert picture.job is not None
+        return JSONResponse({**picture.facts(), "fit": picture.job.number}, 202)
 
     async def stop(self, request: Request) -> Response:
         """End the fit of a picture with its best result."""
@@ -185,7 +186,7 @@ class Routes:
         kind, name = request.query_params.get("format", "svg"), request.query_params.get("name", "drawing")
         text = (await _body(request, MAX_TEXT_BYTES)).decode("utf-8", "replace")
         width, is_clear = request.query_params.get("width"), request.query_params.get("transparent") == "1"
-        data = await asyncio.to_thread(encode, text, kind, _whole(width), transparent=is_clear)
+        data = await asyncio.to_thread(encode, text, kind, _whole(width), name=name, transparent=is_clear)
         if request.query_params.get("to") != "folder" or self._folder is None:
             return Response(data, media_type=MEDIA_TYPES[kind])
         try:

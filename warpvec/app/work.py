@@ -66,6 +66,6 @@ class Worker:
 
         self._mailbox.check()
         watch = Watch(on_progress, listener=self._mailbox)
-        result = run_job(job, report, watch, self._threads, self._outlines)
+        facts = run_job(job, report, watch, self._threads, self._outlines)
         self._mailbox.check()
-        return result_facts(result)
+        return facts

@@ -1,4 +1,4 @@
-"""Take shapes out of a picture: their pixels are filled from around them, as far as a fit needs it."""
+"""Change a picture as a user has changed its drawing: deleted shapes are filled from around, others are drawn anew."""
 
 from __future__ import annotations
 
@@ -12,6 +12,12 @@ Pixels = NDArray[np.float32]
 MARGIN = 2
 """Pixels around the shapes that are filled too: soft edges still show a little of what was there."""
 
+MARGIN_SHARE = 1.0 / 400.0
+"""The same as a share of the longer side: the edges of large photos are softer than those of small ones."""
+
+CHANGED = 3.0 / 255.0
+"""Difference of a channel from which on a pixel has been edited: what resvg draws of an unedited shape is the same."""
+
 
 def hole_of(photo: Pixels, shapes: str) -> NDArray[np.bool_]:
     """Return the pixels [h, w] that ``shapes`` paint, and those next to them.
@@ -24,7 +30,25 @@ def hole_of(photo: Pixels, shapes: str) -> NDArray[np.bool_]:
         InputError: ``shapes`` is not such an SVG.
     """
     height, width = photo.shape[:2]
-    return _grown(draw(shapes, width, height, transparent=True)[..., 3] > 0, MARGIN)
+    margin = max(MARGIN, round(MARGIN_SHARE * max(height, width)))
+    return _grown(draw(shapes, width, height, transparent=True)[..., 3] > 0, margin)
+
+
+def wanted_picture(photo: Pixels, before: str, after: str, hole: NDArray[np.bool_] | None = None) -> Pixels:
+    """Return ``photo`` [h, w, 3 or 4] as the drawing ``after`` shows it where that differs from ``before``.
+
+    A fit then compares recoloured and moved shapes with what the user wants, and not with the picture. The ``hole``
+    [h, w] of erased shapes stays as it has been filled.
+
+    Raises:
+        InputError: one of the drawings is no SVG with the proportions of the picture.
+    """
+    height, width, channels = photo.shape
+    old, new = (draw(text, width, height, transparent=channels == 4) / np.float32(255.0) for text in (before, after))
+    changed = _grown(np.abs(new - old).max(-1) > CHANGED, 1)
+    if hole is not None:
+        changed &= ~hole
+    return np.where(changed[..., None], new, photo).astype(np.float32)
 
 
 def erase(photo: Pixels, hole: NDArray[np.bool_]) -> Pixels:

@@ -66,7 +66,7 @@ export class ControlPanel {
       elementOf(name).disabled = !isUsed || overridden.has(name);
       if (form !== "slider") continue;
       const shown = settings.find(({ modes }) => modes.includes(kind ?? "photo")) ?? settings[0];
-      this.showText(name, overridden.has(name) ? "by file size" : shown.texts[this.positions[name]]);
+      this.showText(name, overridden.has(name) ? "by size" : shown.texts[this.positions[name]]);
     }
   }
 

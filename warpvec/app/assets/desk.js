@@ -1,6 +1,6 @@
 /* The desk: pictures come in, the server draws them, and the viewer's page shows and edits the drawing. */
 
-import { find, findAll, findNamed } from "viewer/dom.js";
+import { find, findAll, findNamed, setText } from "viewer/dom.js";
 import { ControlPanel, DEFAULT_POSITIONS, settingsForServer } from "app/controls.js";
 import { connectDropping, setControl, showSide, showStatus } from "app/parts.js";
 import { PagePicture } from "app/picture.js";
@@ -40,11 +40,11 @@ export class Desk {
       this.add([...find("files").files]);
       find("files").value = "";
     });
-    find("stop").addEventListener("click", () => this.attempt(() => this.server.stop(this.current.id)));
-    find("restart").addEventListener("click", () => {
-      this.current.erased = [];
-      this.requestFit(this.current, {});
-    });
+    find("stop").addEventListener("click", () => this.stop(this.current));
+    find("restart").addEventListener("click", () => this.requestFit(this.current, {}, "dropped"));
+    find("keep-mine").addEventListener("click", () => this.decide(false));
+    find("take-new").addEventListener("click", () => this.decide(true));
+    this.view.onChange = () => this.follow();
     find("folder").addEventListener("change", () => this.addFromFolder(find("folder").value));
     for (const input of findNamed("side")) input.addEventListener("change", () => showSide(input.value));
     for (const button of findAll("[data-format]")) {
@@ -58,9 +58,11 @@ export class Desk {
 
   // Pictures
 
+  /** Takes new pictures; the first of them is shown as soon as it has arrived. */
   add(files) {
-    for (const file of files) {
+    for (const [i, file] of files.entries()) {
       const picture = new PagePicture(file.name.replace(/\.[^.]+$/, "") || "picture", file, this.panel.positions);
+      picture.isFirst = i === 0;
       this.pictures.push(picture);
       this.uploading = (this.uploading ?? Promise.resolve()).then(() => this.begin(picture));
     }
@@ -85,8 +87,8 @@ export class Desk {
       return;
     }
     if (!this.pictures.includes(picture)) return; // it was removed in the meantime
-    await this.requestFit(picture, {});
-    if (!this.current || !this.pictures.some((other) => other !== picture && other.isBusy)) await this.open(picture);
+    await this.requestFit(picture, {}, "again");
+    if (picture.isFirst || !this.current) await this.open(picture);
   }
 
   /** Sends a picture, only once however many requests wait for it. */
@@ -111,7 +113,9 @@ export class Desk {
     this.panel.show(picture.positions, picture.mode, picture.reason);
     const opened = picture.width ? this.sheet.open(picture, this.server.previewUrl(picture.id)) : null;
     this.refresh();
-    await this.attempt(() => opened);
+    await this.attempt(async () => {
+      if ((await opened) && picture.isUnseen) this.showResult(picture);
+    });
   }
 
   async remove(picture) {
@@ -131,38 +135,80 @@ export class Desk {
     const picture = this.current;
     if (!picture) return;
     picture.positions = positions;
+    picture.proposal = "";
     clearTimeout(picture.timer);
     if (picture.status === "loading") return; // its first fit will have them
     picture.timer = setTimeout(() => {
       const { filled, start, ...erased } = this.sheet.present(picture);
-      this.requestFit(picture, name === "mode" ? erased : { start, ...erased });
+      this.requestFit(picture, name === "mode" ? erased : { start, ...erased }, "again");
     }, SETTLE_MS);
   }
 
-  async requestFit(picture, more) {
+  async requestFit(picture, more, edits = picture?.asked.edits) {
     if (!picture) return;
     clearTimeout(picture.timer);
+    Object.assign(picture, { proposal: "", isStopping: false, asked: { positions: picture.positions, edits } });
+    // The result of the fit before, if it is on its way, is not wanted any more.
+    picture.unwanted = Math.max(picture.unwanted, picture.lastFit);
     const request = { settings: settingsForServer(picture.positions), ...more };
     await this.attempt(async () => {
       if (!picture.id) await this.upload(picture);
       if (!this.pictures.includes(picture)) return;
       Object.assign(picture, { status: "waiting", message: "" });
       this.refresh();
-      await this.server.fit(picture.id, request).catch(async (error) => {
+      const { fit } = await this.server.fit(picture.id, request).catch(async (error) => {
         if (error.status !== 404 || !picture.blob) throw error;
         await this.upload(picture); // the server has forgotten it
-        await this.server.fit(picture.id, request);
+        return this.server.fit(picture.id, request);
       });
+      picture.lastFit = fit;
     }, picture);
   }
 
   /** Fits the edited drawing again; the paths at `locked` stay, and deleted ones are filled in. */
   async fitAgain(text, locked) {
-    if (!this.current?.newest || !this.sheet.shows(this.current)) {
+    const picture = this.current;
+    if (!picture?.newest || !this.sheet.shows(picture)) {
       this.view.say("There is no drawing to fit again yet");
       return;
     }
-    await this.requestFit(this.current, { ...this.sheet.present(this.current), start: text, locked, keepsPaths: true });
+    const before = this.view.unedited();
+    await this.requestFit(picture, { ...this.sheet.present(picture), start: text, before, locked, keepsPaths: true }, "included");
+  }
+
+  async stop(picture) {
+    picture.isStopping = true;
+    this.refresh();
+    await this.attempt(() => this.server.stop(picture.id));
+  }
+
+  /** Shows a result, or keeps the drawing with the edits for which the result has no place, until the user decides. */
+  showResult(picture) {
+    picture.isUnseen = false;
+    picture.proposal = this.sheet.finish(picture);
+    if (picture.proposal) this.follow(true);
+  }
+
+  /** Takes the new drawing, without the edits that it has no place for, or keeps the user's own. */
+  decide(isNew) {
+    const picture = this.current;
+    if (isNew && picture.proposal) this.sheet.finish(picture, true);
+    picture.proposal = "";
+    this.refresh();
+  }
+
+  /** Shows the settings of the drawing that the page shows: undo and redo bring back others. */
+  follow(isSure = false) {
+    const picture = this.sheet.picture;
+    const { facts } = this.view;
+    const isOther = this.followed !== facts.text;
+    this.followed = facts.text;
+    if (picture && facts.positions && (isSure || (isOther && !picture.isBusy)) && !this.view.state.live) {
+      clearTimeout(picture.timer);
+      Object.assign(picture, { positions: facts.positions, mode: facts.mode, reason: facts.reason });
+      if (picture === this.current) this.panel.show(picture.positions, picture.mode, picture.reason);
+    }
+    this.refresh();
   }
 
   // Events
@@ -178,9 +224,7 @@ export class Desk {
 
   update(picture, kind, facts) {
     const isShown = this.sheet.shows(picture);
-    if (kind === "status") picture.status = facts.status;
-    // A fit that was stopped before it began leaves the last frame of the one that it was to replace.
-    if (facts.status === "stopped" && picture.frame) this.finish(picture, { ...picture.frame, psnr: null });
+    if (kind === "status") this.setStatus(picture, facts.status);
     if (kind === "mode") {
       Object.assign(picture, { mode: facts.mode, reason: facts.reason });
       if (picture === this.current) this.panel.show(picture.positions, picture.mode, picture.reason);
@@ -193,18 +237,33 @@ export class Desk {
     if (kind === "done") this.finish(picture, facts);
     if (kind === "failed") {
       Object.assign(picture, { frame: null, message: facts.message });
-      if (isShown) this.view.endDrawing(null);
+      this.giveUp(picture);
     }
+  }
+
+  setStatus(picture, status) {
+    picture.status = status;
+    if (!picture.isBusy) picture.isStopping = false;
+    if (status !== "stopped") return;
+    // A fit that was stopped before it began leaves the last frame of the one that it was to replace.
+    if (picture.frame) this.finish(picture, { ...picture.frame, psnr: undefined });
+    else if (picture.asked.positions !== picture.result?.positions) this.giveUp(picture);
+  }
+
+  /** Lets the drawing from before a fit without a result stand, with its settings. */
+  giveUp(picture) {
+    if (!this.sheet.shows(picture)) return;
+    this.view.endDrawing();
+    this.follow(true);
   }
 
   finish(picture, facts) {
     // The stream has been interrupted, and tells again what is known: the drawing may have been edited since.
-    if (picture.fit === facts.fit) return;
-    const { svg, history, psnr, bytes, gzip_bytes, segments } = facts;
-    const figures = { psnr, bytes, gzip_bytes, segments };
-    const result = { fit: facts.fit, text: svg, history: history ?? [], figures, result: facts };
-    Object.assign(picture, { frame: null, isSaved: false, ...result });
-    if (this.sheet.shows(picture)) this.sheet.finish(picture);
+    if (picture.fit === facts.fit || facts.fit === picture.unwanted) return;
+    // The last frame of a fit that was ended has not been measured as a file.
+    const result = { ...facts, positions: picture.asked.positions, psnr: "mode" in facts ? facts.psnr : undefined };
+    Object.assign(picture, { frame: null, isSaved: false, fit: facts.fit, result, isUnseen: true });
+    if (this.sheet.shows(picture)) this.showResult(picture);
   }
 
   /** Learns which pictures the server has, and gives it back those that it has lost: it was started again, or this
@@ -286,8 +345,11 @@ export class Desk {
     const { current, server } = this;
     this.list.show(this.pictures, current);
     find("empty").hidden = this.pictures.length > 0;
-    showStatus(current, Boolean(current) && this.sheet.opening === current);
-    find("stop").disabled = !current?.isBusy || !server.isOnline;
+    const figures = this.sheet.shows(current) && !this.view.state.live ? this.view.figures : null;
+    showStatus(current, Boolean(current) && this.sheet.opening === current, figures);
+    find("proposal").hidden = !current?.proposal;
+    setText("proposal-text", `The new drawing has no place for: ${current?.proposal}.`);
+    find("stop").disabled = !current?.isBusy || current.isStopping || !server.isOnline;
     find("restart").disabled = !current?.width || !server.isOnline || current.status === "waiting";
     const canSave = Boolean(current?.newest);
     for (const button of findAll("[data-format]")) {

@@ -7,7 +7,7 @@ import { showSide } from "app/parts.js";
 
 function start(view) {
   document.querySelector("header").after(find("lost"), find("sides"), find("desk"));
-  find("stage").append(find("empty"));
+  find("stage").append(find("empty"), find("proposal"));
   showSide("make");
   const desk = new Desk(view);
   window.desk = {

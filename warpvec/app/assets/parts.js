@@ -1,10 +1,10 @@
 /* Small parts of the panel: what the present fit says, dropping and pasting files, and which side is shown. */
 
-import { formatBytes, formatDb } from "viewer/charts.js";
+import { formatBytes, formatDb, MEASURING } from "viewer/charts.js";
 import { fillTable, find, setText } from "viewer/dom.js";
 import { progressOf } from "app/picture.js";
 
-const PSNR_HINT = "How close the drawing is to the picture: 30 is good, at 40 they look the same";
+const CLOSENESS_HINT = "How close the drawing is to the picture: 30 is good, at 40 they look the same";
 
 export function showSide(name) {
   document.body.dataset.side = name;
@@ -16,21 +16,24 @@ export function setControl(id, value) {
   find(id).dispatchEvent(new Event("input", { bubbles: true }));
 }
 
-/** Says how the fit of a picture goes on; while it `isOpening`, its drawing is not there yet. */
-export function showStatus(picture, isOpening) {
+/** Says how the fit of a picture goes on; while it `isOpening`, its drawing is not there yet. `figures` are those of the
+ * drawing that is shown, when no fit is running. */
+export function showStatus(picture, isOpening, figures) {
   setText("fit-status", isOpening && !picture.isBusy ? "Opening …" : statusText(picture));
   const frame = picture?.isBusy ? picture.frame : null;
   find("fit-progress").hidden = !picture?.isBusy;
   if (frame) find("fit-progress").value = progressOf(frame);
   else find("fit-progress").removeAttribute("value");
-  const rows = figureRows(frame ?? (picture?.isBusy ? null : picture?.result), Boolean(frame));
+  const rows = frame ? frameRows(frame) : picture?.isBusy || !picture?.result || !figures ? [] : resultRows(figures, picture.result);
   find("fit-figures").hidden = !rows.length;
   fillTable(find("fit-figures"), rows);
 }
 
 function statusText(picture) {
   if (!picture) return "Drop a picture, paste one, or choose one.";
+  if (picture.isStopping && picture.isBusy) return "Stopping …";
   if (picture.message) return picture.message;
+  if (picture.proposal && !picture.isBusy) return "Your drawing is kept.";
   const words = {
     loading: "Loading …", idle: "", failed: "The drawing failed.", done: "The drawing is done.",
     waiting: picture.place ? `Waiting for ${picture.place} other ${picture.place === 1 ? "drawing" : "drawings"} …` : "Starting …",
@@ -40,12 +43,19 @@ function statusText(picture) {
   return words[picture.status];
 }
 
-function figureRows(facts, isRunning) {
-  if (!facts) return [];
-  const rows = [["Paths", facts.paths.toLocaleString("en")], ["File size", formatBytes(facts.bytes)]];
-  if (facts.psnr !== null) rows.push(["PSNR", formatDb(facts.psnr), PSNR_HINT]);
-  const seconds = isRunning ? facts.left : facts.seconds;
-  if (seconds !== null && seconds !== undefined) rows.push([isRunning ? "Time left" : "Time", formatSeconds(seconds)]);
+/** Returns the figures of a frame. Under a limit of bytes, its size is not that of the file, which is found at the end. */
+function frameRows({ paths, psnr, left }) {
+  const rows = [["Paths", paths.toLocaleString("en")]];
+  if (psnr !== null) rows.push(["Closeness", formatDb(psnr), CLOSENESS_HINT]);
+  if (left !== null && left !== undefined) rows.push(["Time left", formatSeconds(left)]);
+  return rows;
+}
+
+/** Returns the figures of the drawing, as everywhere on the page, and the time that its fit took. */
+function resultRows({ bytes, psnr }, { seconds }) {
+  const rows = [["File size", bytes === undefined ? MEASURING : formatBytes(bytes)]];
+  rows.push(["Closeness", psnr === undefined ? MEASURING : formatDb(psnr), CLOSENESS_HINT]);
+  if (seconds !== undefined) rows.push(["Time", formatSeconds(seconds)]);
   return rows;
 }
 

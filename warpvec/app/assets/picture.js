@@ -22,15 +22,25 @@ export class PagePicture {
   frame = null;
   // The image to compare with.
   photo = null;
-  // The drawing: the SVG text of the last result, its facts, the number of its fit, and whether it has been saved.
-  text = null;
+  // The result of the last fit, its number, and whether the drawing has been saved.
   result = null;
-  figures = {};
-  history = [];
   fit = null;
   isSaved = false;
-  // Paths that the user has deleted: what they show does not come back.
-  erased = [];
+  // What the last fit was asked for: the positions of the controls, and what is to become of the edits; see live.js.
+  asked = { positions: null, edits: "dropped" };
+  // The drawing with its edits while another picture is shown, and whether a result has come since.
+  kept = null;
+  isUnseen = false;
+  // A result that has no place for some edits, which are named: the user decides.
+  proposal = "";
+  // What was sent with the last fit, for a server that has forgotten it.
+  sent = {};
+  isStopping = false;
+  // The number of the last fit that was asked for, and of one that another has replaced.
+  lastFit = 0;
+  unwanted = 0;
+  // Whether it is the first of those that came together: it is shown at once.
+  isFirst = false;
   // The upload that is under way, and the timer until changed settings take effect.
   arriving = null;
   timer = 0;
@@ -47,11 +57,12 @@ export class PagePicture {
 
   /** The newest drawing: the present frame of a fit, or the result of the last one. */
   get newest() {
-    return this.frame?.svg ?? this.text;
+    return this.frame?.svg ?? this.result?.svg ?? null;
   }
 
   /** Shows the list entry in words. */
   get state() {
+    if (this.isStopping && this.isBusy) return "stopping";
     if (this.status === "waiting" && this.place > 0) return `waiting, ${this.place} before`;
     if (this.status === "fitting" && this.frame) return `${Math.round(progressOf(this.frame) * 100)} %`;
     return STATUS_WORDS[this.status];

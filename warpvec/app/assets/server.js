@@ -125,8 +125,8 @@ export class Server {
     return (await this.ask("POST", `pictures?${query}`, blob)).json();
   }
 
-  fit(id, request) {
-    return this.ask("POST", `pictures/${id}/fit`, JSON.stringify(request));
+  async fit(id, request) {
+    return (await this.ask("POST", `pictures/${id}/fit`, JSON.stringify(request))).json();
   }
 
   stop(id) {
@@ -145,7 +145,7 @@ export class Server {
     return (await this.ask("GET", `folder/${encodeURIComponent(name)}`)).blob();
   }
 
-  /** Returns shapes in other words: strokes, outlines or forms. */
+  /** Returns shapes in other words: strokes, outlines or forms; with "cut", what is left of each first one of two. */
   async reshape(to, texts) {
     const body = JSON.stringify({ shapes: texts });
     return (await (await this.ask("POST", `reshape?${new URLSearchParams({ to })}`, body)).json()).shapes;

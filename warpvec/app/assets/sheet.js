@@ -1,7 +1,7 @@
 /* The drawing in the viewer's page: whose it is, the frames and results of its fits, and what the user has changed. */
 
 import { find } from "viewer/dom.js";
-import { boxOf, hasShapes, lostPaths, shapesText, stillLost } from "app/erased.js";
+import { hasShapes, shapesText } from "app/erased.js";
 import { setControl } from "app/parts.js";
 import { emptyDrawing } from "app/picture.js";
 
@@ -9,38 +9,36 @@ export class Sheet {
   // The picture whose drawing the page shows, and the one whose photo is being loaded to be shown next.
   picture = null;
   opening = null;
-  // The drawing as the page has written it when it was opened, and its user units.
-  text = null;
-  box = "";
 
   constructor(view) {
     this.view = view;
   }
 
-  /** Shows a picture as soon as its photo is loaded; without one, if this cannot be. */
+  /** Shows a picture as soon as its photo is loaded; without one, if this cannot be. Returns whether it is shown now. */
   async open(picture, previewUrl) {
     this.opening = this.shows(picture) ? null : picture;
-    if (!this.opening) return;
+    if (!this.opening) return false;
     await picture.prepare((address) => this.view.loadPhoto(address), previewUrl);
-    if (this.opening !== picture) return;
+    if (this.opening !== picture) return false;
     this.keepEdits();
     this.put(picture);
+    return true;
   }
 
   /** Shows a picture whose photo is loaded. */
   put(picture) {
-    const { name, photo, history, figures } = picture;
-    const svg = picture.text ?? emptyDrawing(picture);
-    [this.picture, this.opening, this.box] = [picture, null, boxOf(svg)];
-    this.view.show({ svg, name, photo, history, figures });
+    const { name, photo, kept, result } = picture;
+    if (!kept) picture.isUnseen = false;
+    const svg = result?.svg ?? emptyDrawing(picture);
+    [this.picture, this.opening] = [picture, null];
+    this.view.show({ svg, name, photo, kept, facts: result ? factsOf(picture, result) : { positions: null } });
     setControl("split", picture.newest ? 0 : 100);
     find("png-width").value = picture.width;
-    this.text = picture.text && this.view.drawingText();
     if (picture.frame) this.view.showDrawing(picture.frame.svg);
   }
 
   clear() {
-    [this.picture, this.opening, this.text] = [null, null, null];
+    [this.picture, this.opening] = [null, null];
     this.view.show({ name: "warpvec" });
   }
 
@@ -57,46 +55,50 @@ export class Sheet {
     });
   }
 
-  /** Shows the result of a fit in place of its frames. */
-  finish(picture) {
-    if (boxOf(picture.text) !== this.box) {
-      // Other user units: what was measured before, and earlier edits, are in the old ones.
-      this.put(picture);
-      return;
-    }
-    this.view.showDrawing(picture.text);
-    this.view.endDrawing("Fit");
-    this.view.showFigures(Object.fromEntries(Object.entries(picture.figures).filter(([, value]) => value !== undefined)));
-    this.view.markSaved(); // as far as edits go; see `isSaved` of the picture
-    this.text = this.view.drawingText();
+  /** Shows the result of a fit in place of its frames, with the edits of the drawing before.
+   *
+   * Returns in words the edits for which it has no place: then the drawing before stays, unless `isForced`. */
+  finish(picture, isForced = false) {
+    const { result } = picture;
+    const { edits } = picture.asked;
+    const left = this.view.finishDrawing({ svg: result.svg, facts: factsOf(picture, result), edits, isForced });
+    if (!left && !this.view.isEdited) this.view.markSaved(); // as far as edits go; see `isSaved` of the picture
+    return left;
   }
 
-  /** Keeps the edited drawing of the shown picture, before another is shown. */
+  /** Keeps the drawing of the shown picture with its edits and undo steps, before another is shown. */
   keepEdits() {
     const { picture, view } = this;
-    if (!picture?.text || view.state.live) return;
-    const text = view.drawingText();
-    if (text === this.text) return;
-    this.present(picture); // notes what has been deleted
-    Object.assign(picture, { text, isSaved: !view.state.edited });
+    if (!picture) return;
+    if (view.state.live) view.endDrawing();
+    Object.assign(picture, { kept: view.keep(), isSaved: picture.isSaved && !view.state.edited });
   }
 
-  /** Returns the drawing to go on from, and the shapes that the user has deleted from it: all, and the new ones. */
+  /** Returns the drawing to go on from, without edits, and the shapes that the user has deleted: all, and the new ones. */
   present(picture) {
-    const isShown = this.shows(picture) && picture.newest;
-    const text = isShown ? this.exactText(this.view.drawingText()) : picture.newest;
-    if (!text) return {};
-    const isEdited = isShown && !this.view.state.live && this.text && text !== picture.text;
-    const lost = isEdited ? lostPaths(this.text, text) : [];
-    const known = new Set(lost.map(({ d }) => d));
-    picture.erased = [...stillLost(picture.erased, text).filter(({ d }) => !known.has(d)), ...lost];
-    const start = hasShapes(text) ? text : null;
-    return { start, erased: shapesText(picture.erased, picture), filled: shapesText(lost, picture) };
+    if (!this.shows(picture)) return picture.sent;
+    if (!picture.newest) return {};
+    const { view } = this;
+    const text = !view.state.live && view.isEdited ? view.unedited() : this.exactText(view.drawingText());
+    // Erased areas are filled in from around them in photos. Of flat art, the shapes below show there.
+    const erased = view.deleted().filter(({ isArea }) => !isArea || picture.mode === "photo");
+    const filled = erased.filter(({ isNew }) => isNew);
+    picture.sent = {
+      start: hasShapes(text) ? text : null, erased: shapesText(erased, picture), filled: shapesText(filled, picture),
+    };
+    return picture.sent;
   }
 
   /** Returns the file of the last fit instead of `text`, the drawing as the page writes it, if it has not been edited. */
   exactText(text) {
-    const { picture, view } = this;
-    return picture?.text && !view.state.live && text === this.text ? picture.text : text;
+    const { written, text: exact } = this.view.facts;
+    return exact && !this.view.state.live && text === written ? exact : text;
   }
+}
+
+/** Returns the facts of a result that belong to its drawing. */
+function factsOf({ asked, mode, reason }, { svg, history, psnr, bytes, gzip_bytes, segments, layers }) {
+  const figures = { bytes, gzip_bytes, segments, ...(psnr === undefined ? {} : { psnr }) };
+  const known = Object.fromEntries(Object.entries(figures).filter(([, value]) => value !== undefined));
+  return { figures: known, history: history ?? [], text: svg, layers, mode, reason, positions: asked.positions };
 }

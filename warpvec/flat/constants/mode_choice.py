@@ -45,7 +45,7 @@ class ModeChoiceConstants:
     """Up to the first the shares tell a photo; from there to 0 they leave a doubt. Then a picture is flat art if its
     regions leave at most the second unexplained, a root mean square in levels. In doubt are the icon fav32_bourbon,
     which leaves 2.5, and jq30_redis, a logo as JPEG of quality 30, which leaves 4.5. Kodak's photos and ovals of
-    them, of 96 to 256 pixels, as they are, noisy, and as JPEG of quality 30 to 70, leave 6.0 to 28."""
+    them, of 96 to 256 pixels, as they are, noisy, and as JPEG of quality 30 to 70, leave 6.0 to 41."""
 
     color_area: float = 0.002
     """Smallest share of the picture that counts as a colour in the reason."""

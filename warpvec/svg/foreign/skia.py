@@ -112,6 +112,14 @@ class Combiner:
 
         return self._combined(intersect, one, two)
 
+    def without(self, one: list[Loop], two: list[Loop]) -> list[Loop] | None:
+        """Return what one shape has beside another, both under the non-zero rule; None if Skia cannot tell."""
+
+        def subtract(skia: ModuleType, first: Any, second: Any) -> Any:
+            return skia.op(first, second, skia.PathOp.DIFFERENCE, fix_winding=True)
+
+        return self._combined(subtract, one, two)
+
     def _combined(self, combine: Callable[..., Any], *shapes: list[Loop]) -> list[Loop] | None:
         loops = [loop for shape in shapes for loop in shape]
         if self.skia is None or not loops:

@@ -3,18 +3,20 @@
 import { strokeOutline } from "viewer/brush.js";
 import { Caret } from "viewer/caret.js";
 import { formatBytes } from "viewer/charts.js";
+import { followColors } from "viewer/colornames.js";
 import { hexColor } from "viewer/colors.js";
 import { Commands } from "viewer/commands.js";
 import { Editor, painted } from "viewer/edit.js";
+import { Eraser } from "viewer/eraser.js";
+import { Figures } from "viewer/figures.js";
 import { Gesture } from "viewer/gesture.js";
 import { LAYER_COLORS } from "viewer/layers.js";
-import { EMPTY, Live } from "viewer/live.js";
+import { drawingOf, EMPTY, Live } from "viewer/live.js";
 import { rampColor } from "viewer/measure.js";
 import { NodeTool } from "viewer/nodetool.js";
-import { paintKey, PalettePanel } from "viewer/palette.js";
+import { PalettePanel } from "viewer/palette.js";
 import { formatNumber, unionOfBoxes } from "viewer/paths.js";
 import { itemsAt, PLAIN } from "viewer/raster.js";
-import { readDrawing } from "viewer/read.js";
 import { writeDrawing } from "viewer/save.js";
 
 // A stroke that is thinner than twice this can be clicked so near its centre line.
@@ -33,6 +35,8 @@ export class App {
     this.editor = new Editor(this);
     this.nodes = new NodeTool(this);
     this.caret = new Caret(this);
+    this.figures = new Figures(this);
+    this.eraser = new Eraser(this);
     this.palettes = new PalettePanel(this);
     // Each click adds to the selection, as with Shift, which a touch screen lacks.
     this.adding = false;
@@ -42,7 +46,8 @@ export class App {
   /** Shows a document; `data` is that in the page, and `meter` compares with its photo, if there is one. */
   open(data, meter) {
     this.data = data;
-    this.drawing = readDrawing(data.svg ?? EMPTY);
+    const facts = { figures: data.figures ?? {}, history: data.history ?? [], ...data.facts };
+    this.drawing = data.kept?.drawing ?? drawingOf(data.svg ?? EMPTY, facts);
     this.meter = meter;
     this.selection = new Set();
     this.layerLimit = Infinity;
@@ -53,7 +58,8 @@ export class App {
     this.edited = false;
     const { layers, box } = this.drawing;
     this.brush = { fill: "#d9480f", opacity: 1, width: Math.max(Math.round(box[2] / 60), 1), layer: layers.at(-1) };
-    this.commands = new Commands(() => this.mayChange(), () => this.changed());
+    this.commands = data.kept?.commands ?? new Commands(() => this.mayChange(), () => this.changed());
+    this.shownBox = box;
     this.panel?.reopen();
     this.stage?.fit();
   }
@@ -93,9 +99,10 @@ export class App {
     return this.show === "layers" ? this.byLayer : PLAIN;
   }
 
-  /** Items that a click may select: visible, and of the layer chosen in the filter. */
+  /** Items that a click may select: visible, not locked, and of the layer chosen in the filter. */
   get pickable() {
-    return this.shownLayers.filter((layer) => !this.filter || layer === this.filter).flatMap(({ items }) => items);
+    const isOpen = (layer) => !layer.isLocked && (!this.filter || layer === this.filter);
+    return this.shownLayers.filter(isOpen).flatMap(({ items }) => items);
   }
 
   get pathCount() {
@@ -124,18 +131,6 @@ export class App {
     this.refresh();
   }
 
-  selectAll() {
-    if (this.nodes.path) this.nodes.chooseAll();
-    else this.select(this.pickable);
-  }
-
-  /** Selects all paths that have the "fill" or the "layer" of a selected one. */
-  selectAlike(what) {
-    const keyOfItem = (item) => (what === "fill" ? paintKey(item) : item.layer);
-    const keys = new Set([...this.selection].map(keyOfItem));
-    if (keys.size) this.select(this.pickable.filter((item) => keys.has(keyOfItem(item))));
-  }
-
   /** Moves the chosen nodes or the selection by a key; returns whether there was something to move. */
   nudge(dx, dy) {
     if (this.nodes.nudge(dx, dy)) return true;
@@ -148,19 +143,11 @@ export class App {
     this.caret.toggle();
   }
 
-  /** Selects the path after (1) or before (-1) the selected one, in drawing order. */
-  selectNext(step) {
-    const items = this.pickable;
-    if (!items.length) return;
-    const current = items.findIndex((item) => this.selection.has(item));
-    const start = current < 0 ? (step > 0 ? -1 : 0) : current;
-    this.select([items[(start + step + items.length) % items.length]]);
-  }
-
   /** Updates the page after a command has changed the drawing, or has been undone. */
   changed() {
     this.edited = true;
     this.split = 0;
+    followColors(this.drawing);
     const present = new Set(this.drawing.layers.flatMap(({ items }) => items));
     this.keepSelected((item) => present.has(item));
     this.refresh();
@@ -169,11 +156,21 @@ export class App {
   /** Updates the page after a change of the visible layers, the colours or the split. */
   refresh() {
     this.keepLayers();
+    this.keepView();
     const shown = new Set(this.shownLayers);
-    this.keepSelected(({ layer }) => shown.has(layer));
+    this.keepSelected(({ layer }) => shown.has(layer) && !layer.isLocked);
     this.stage.request();
     this.panel.request();
     this.live.onChange?.();
+  }
+
+  /** Shows the whole drawing if it is in other user units by now. */
+  keepView() {
+    const { box } = this.drawing;
+    if (box.every((value, i) => value === this.shownBox[i])) return;
+    this.brush.width = Math.max((this.brush.width * box[2]) / this.shownBox[2], Number.MIN_VALUE);
+    this.shownBox = box;
+    this.stage.fit();
   }
 
   /** Finds the layers of filter and brush again by their names, if the drawing has others now. */

@@ -3,7 +3,7 @@
 import { multiply } from "viewer/basics.js";
 import { hexColor } from "viewer/colors.js";
 import { inBox, keyOf, PaintedDrawing, pixelBox, placeOf } from "viewer/painted.js";
-import { unionOfBoxes } from "viewer/paths.js";
+import { path2dOf, unionOfBoxes } from "viewer/paths.js";
 import { inverse, Planes } from "viewer/planes.js";
 import { newCanvas } from "viewer/raster.js";
 
@@ -50,7 +50,22 @@ export class Art {
       this.drawAll(view, () => this.drawScaled(view, app.meter.residual(app.drawing, app.shownLayers)));
       return false;
     }
+    if (app.show === "outlines") {
+      this.drawAll(view, () => this.drawLines(view));
+      return false;
+    }
     return this.drawPicture(wanted, view, deadline) || (!isMoving && this.drawAhead(wanted, deadline));
+  }
+
+  /** Draws the outlines of all paths, those of hidden layers too, on white. */
+  drawLines(view) {
+    const { context, app } = this;
+    const [x, y, width, height] = app.drawing.box;
+    context.setTransform(...view);
+    context.fillStyle = "#ffffff";
+    context.fillRect(x, y, width, height);
+    Object.assign(context, { lineWidth: 1 / view[0], strokeStyle: "#1b1c1e", lineJoin: "round", lineCap: "butt" });
+    for (const { shape } of app.drawing.layers.flatMap(({ items }) => items)) context.stroke(path2dOf(shape));
   }
 
   get isResidual() {

@@ -47,7 +47,7 @@ function differingRange(before, after) {
 }
 
 /** Returns the indices of a longest rising part of `numbers`: the items that need not be moved to sort them. */
-function longestRise(numbers) {
+export function longestRise(numbers) {
   // The index of the smallest number that ends a rise of each length, and the index before each one.
   const ends = [];
   const previous = numbers.map((number, index) => {

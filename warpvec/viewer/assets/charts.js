@@ -13,13 +13,13 @@ export function plotHistory(figure, history, axis) {
   const y = (value) => height - bottom - ((value - ys[0]) / (ys.at(-1) - ys[0])) * (height - top - bottom);
   const svg = svgElement("svg", { viewBox: `0 0 ${width} ${height}`, role: "img" });
   const last = points.at(-1);
-  svg.setAttribute("aria-label", `PSNR rises from ${points[0].psnr.toFixed(2)} to ${last.psnr.toFixed(2)} dB`);
+  svg.setAttribute("aria-label", `Closeness rises from ${points[0].psnr.toFixed(2)} to ${last.psnr.toFixed(2)} dB`);
   for (const tick of ys) {
     svg.append(svgElement("path", { class: "grid", d: `M${left} ${y(tick)}H${width - right}` }));
     svg.append(svgText(left - 5, y(tick) + 3.5, formatTick(tick), "end"));
   }
   for (const tick of xs) svg.append(svgText(x(tick), height - bottom + 14, formatTick(tick), "middle"));
-  svg.append(svgText((left + width - right) / 2, height - 3, axis === "seconds" ? "seconds" : "iterations", "middle"));
+  svg.append(svgText((left + width - right) / 2, height - 3, axis === "seconds" ? "seconds" : "steps", "middle"));
   const line = points.map((record) => `${x(record[axis]).toFixed(1)} ${y(record.psnr).toFixed(1)}`).join("L");
   svg.append(svgElement("path", { class: "line", d: `M${line}` }));
   svg.append(svgElement("circle", { class: "dot", cx: x(last[axis]), cy: y(last.psnr), r: 3 }));
@@ -50,6 +50,8 @@ function niceTicks(low, high) {
 function formatTick(value) {
   return String(Number(value.toPrecision(4)));
 }
+
+export const MEASURING = "measuring …";
 
 export function formatDb(value) {
   if (value === undefined || value === null || Number.isNaN(value)) return "–";

@@ -3,8 +3,10 @@
 import { multiply, rotation, scaling, translation } from "viewer/basics.js";
 import { FORM_NAMES, shapeOfForm, transformForm } from "viewer/forms.js";
 import { paintOf, recolored, transformFill, withPaint } from "viewer/gradients.js";
+import { nodesOf } from "viewer/nodes.js";
 import { boxesMeet, transformShape } from "viewer/paths.js";
 import { IDENTITY, LAYER_ID, newLayer } from "viewer/read.js";
+import { simplified } from "viewer/simplify.js";
 
 export class Editor {
   constructor(app) {
@@ -128,7 +130,7 @@ export class Editor {
     const [layer] = this.layers;
     if (!layer || !name || name === layer.name) return;
     const id = LAYER_ID.test(layer.id) ? `layer-${freeNumber(app.drawing.layers)}` : layer.id;
-    app.commands.record("Rename layer", [], [layer], () => Object.assign(layer, { id, name }));
+    app.commands.record("Rename layer", [], [layer], () => Object.assign(layer, { id, name, isNamedByColor: false }));
   }
 
   /** Moves the layer of the selected path up (1) or down (-1) in the order of layers. */
@@ -164,6 +166,18 @@ export class Editor {
   /** Changes the width, cap, join or miter limit of the selected strokes. */
   restroke(change) {
     this.each("Stroke", (item) => item.stroke && Object.assign(item, { stroke: { ...item.stroke, ...change } }));
+  }
+
+  /** Leaves out nodes of the selected paths, whose outlines may move by `tolerance`. Forms stay forms. */
+  simplify(tolerance) {
+    const count = () => this.items.reduce((sum, { shape }) => sum + nodesOf(shape).length, 0);
+    if (!(tolerance > 0) || !this.items.length) return;
+    const before = count();
+    const shapes = new Map(this.items.filter(({ shape }) => !shape.form).map((item) => [item, simplified(item.shape, tolerance)]));
+    const fewer = [...shapes].filter(([item, shape]) => nodesOf(shape).length < nodesOf(item.shape).length);
+    const made = new Map(fewer);
+    if (fewer.length) this.each("Simplify", (item) => made.has(item) && Object.assign(item, { shape: made.get(item) }));
+    this.app.say(fewer.length ? `${before} nodes became ${count()}` : "No node can be left out within that distance");
   }
 
   /** Makes paths of the selected forms, whose nodes can be moved one by one. */

@@ -5,6 +5,8 @@ import { endColors, isGradient, paintOf, withPaint } from "viewer/gradients.js";
 import { MAX_SHOWN_POINTS } from "viewer/nodetool.js";
 import { asKind } from "viewer/paints.js";
 import { grownBox } from "viewer/paths.js";
+import { removeBackground, useBrand } from "viewer/wholecolors.js";
+import { selectAlike, selectAll, selectNext } from "viewer/selecting.js";
 
 export class EditPanel {
   constructor(app) {
@@ -46,13 +48,15 @@ export class EditPanel {
     const { app } = this;
     const { editor } = app;
     connectClicks({
-      "select-all": () => app.selectAll(), "select-none": () => app.select([]), adding: () => app.setAdding(!app.adding),
-      "path-last": () => app.selectNext(-1), "path-next": () => app.selectNext(1),
-      "same-fill": () => app.selectAlike("fill"), "same-layer": () => app.selectAlike("layer"), delete: () => editor.remove(),
+      "select-all": () => selectAll(app), "select-none": () => app.select([]), adding: () => app.setAdding(!app.adding),
+      "path-last": () => selectNext(app, -1), "path-next": () => selectNext(app, 1),
+      "same-fill": () => selectAlike(app, "fill"), "same-layer": () => selectAlike(app, "layer"), delete: () => editor.remove(),
       front: () => editor.reorder("front"), raise: () => editor.reorder("raise"), lower: () => editor.reorder("lower"),
       back: () => editor.reorder("back"), "scale-apply": () => editor.scale(find("scale").valueAsNumber / 100),
       "turn-apply": () => editor.turn(find("turn").valueAsNumber), group: () => editor.group(), ungroup: () => editor.ungroup(),
       "layer-up": () => editor.moveLayer(1), "layer-down": () => editor.moveLayer(-1), caret: () => app.toggleCaret(),
+      simplify: () => editor.simplify(find("tolerance").valueAsNumber),
+      "remove-background": () => removeBackground(app), "brand-apply": () => useBrand(app, find("brand").value),
     });
   }
 

@@ -1,13 +1,14 @@
 /* Keyboard shortcuts. They work unless the focused control uses the key itself. */
 
 import { fillTable, find } from "viewer/dom.js";
+import { selectAlike, selectAll, selectNext } from "viewer/selecting.js";
 
 const STEP = 1;
 const BIG_STEP = 10;
 const TURN_DEGREES = 5;
 
 const KEYS = [
-  ["V  N  B  I  H", "select, edit nodes, brush, pick a colour, pan"],
+  ["V  N  B  O  E  I  H", "select, edit nodes, brush, lasso, eraser, pick a colour, pan"],
   ["C", "a cross on the drawing: arrows move it (Shift: far, Ctrl: finely), Enter clicks, Space presses and releases"],
   ["Space + drag, middle button", "pan; on a touch screen two fingers pan and zoom"],
   ["Wheel, + and −", "zoom; Shift + wheel pans"],
@@ -25,7 +26,7 @@ const KEYS = [
   ["A  S  L", "with the node tool: add a node after the chosen one, smooth or corner, line or curve"],
   ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"],
   ["Ctrl+S", "save the SVG"],
-  ["D  G  R", "show the drawing, its layers in colours, or the residual"],
+  ["D  G  U  R", "show the drawing, its layers in colours, all paths as lines, or the differences"],
   [",  and  .", "fewer or more layers"],
   ["P", "show or hide the picture on the left half"],
 ];
@@ -62,7 +63,7 @@ function commandKey(app, event) {
   if (key === "s") app.save();
   else if (key === "z" && !inText) event.shiftKey ? app.redo() : app.undo();
   else if (key === "y" && !inText) app.redo();
-  else if (key === "a" && !inText) app.selectAll();
+  else if (key === "a" && !inText) selectAll(app);
   else if (key === "g" && !inText) event.shiftKey ? app.editor.ungroup() : app.editor.group();
   else return false;
   return true;
@@ -91,10 +92,11 @@ function plainActions(app) {
   const { editor, stage } = app;
   return {
     v: () => app.setTool("select"), n: () => app.setTool("node"), b: () => app.setTool("brush"), i: () => app.setTool("pick"),
+    o: () => window.desk?.reshape && app.setTool("lasso"), e: () => window.desk?.reshape && app.setTool("eraser"),
     h: () => app.setTool("pan"), c: () => app.toggleCaret(),
-    d: () => app.setShow("drawing"), g: () => app.setShow("layers"), r: () => app.setShow("residual"),
+    d: () => app.setShow("drawing"), g: () => app.setShow("layers"), r: () => app.setShow("residual"), u: () => app.setShow("outlines"),
     p: () => app.setSplit(app.split ? 0 : 50), ",": () => app.showLayers(app.shownCount - 1), ".": () => app.showLayers(app.shownCount + 1),
-    "[": () => app.selectNext(-1), "]": () => app.selectNext(1), k: () => app.selectAlike("fill"), l: () => app.selectAlike("layer"),
+    "[": () => selectNext(app, -1), "]": () => selectNext(app, 1), k: () => selectAlike(app, "fill"), l: () => selectAlike(app, "layer"),
     "<": () => editor.scale(0.9), ">": () => editor.scale(1.1),
     "(": () => editor.turn(-TURN_DEGREES), ")": () => editor.turn(TURN_DEGREES),
     "+": () => stage.zoom(1.4), "=": () => stage.zoom(1.4), "-": () => stage.zoom(1 / 1.4), 0: () => stage.fit(),

@@ -1,6 +1,7 @@
-/* Table of layers: visibility, number of paths, and PSNR of the picture up to each layer. */
+/* Table of layers: visibility, lock, number of paths, and PSNR of the picture up to each layer. */
 
 import { formatDb } from "viewer/charts.js";
+import { mainColor } from "viewer/colornames.js";
 import { countedKinds } from "viewer/kinds.js";
 
 // Colours from the first generation to the last: viridis, whose lightness rises evenly.
@@ -23,11 +24,18 @@ export class LayerTable {
       layer.visible = box.checked;
       this.app.refresh();
     });
+    const lock = document.createElement("input");
+    Object.assign(lock, { type: "checkbox", checked: Boolean(layer.isLocked) });
+    lock.setAttribute("aria-label", `Lock ${layer.name}`);
+    lock.addEventListener("change", () => {
+      layer.isLocked = lock.checked;
+      this.app.refresh();
+    });
     row.insertCell().append(box);
+    row.insertCell().append(lock);
     const swatch = document.createElement("i");
-    swatch.style.background = this.app.layerColor(layer);
     row.insertCell().append(swatch, layer.name);
-    const cells = { count: row.insertCell(), psnr: row.insertCell() };
+    const cells = { swatch, lock, count: row.insertCell(), psnr: row.insertCell() };
     cells.psnr.hidden = !this.app.meter;
     return { row, box, ...cells };
   }
@@ -37,10 +45,13 @@ export class LayerTable {
     // The drawing has other layers by now: the next frame makes a table of those.
     if (layers !== app.drawing.layers) return;
     for (const [i, layer] of layers.entries()) {
-      const { row, box, count, psnr } = this.rows[i];
+      const { row, box, lock, count, psnr, swatch } = this.rows[i];
+      const color = app.show === "layers" ? app.layerColor(layer) : mainColor(layer) ?? "transparent";
+      if (swatch.dataset.color !== color) [swatch.dataset.color, swatch.style.background] = [color, color];
       box.checked = layer.visible;
+      lock.checked = Boolean(layer.isLocked);
       row.classList.toggle("off", i >= app.shownCount || !layer.visible);
-      const texts = [layer.items.length.toLocaleString("en"), formatDb(app.meter?.known(layers.slice(0, i + 1)))];
+      const texts = [layer.items.length.toLocaleString("en"), formatDb(app.figures.psnrOf(layers.slice(0, i + 1)))];
       if (count.textContent !== texts[0]) count.textContent = texts[0];
       const kinds = countedKinds(layer.items);
       if (count.title !== kinds) count.title = kinds;

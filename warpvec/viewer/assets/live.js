@@ -3,18 +3,30 @@
  *   open({svg, name, photo, history, figures})
  *       Shows another document and forgets all edits, undo steps and the selection. Resolves when it is shown. `photo` is
  *       the address of an image (data: or blob:), or null. `history` and `figures` may be missing.
- *   loadPhoto(address), show({svg, name, photo, history, figures})
+ *   loadPhoto(address), show({svg, name, photo, history, figures, facts, kept})
  *       The same in two parts, of which the second one takes no time in between: `photo` is what the first one resolves
- *       to, or null.
+ *       to, or null. `kept` is a drawing with its undo steps from `keep()`, in place of `svg`. `facts` are more facts of
+ *       the file.
+ *   keep()
+ *       Returns the drawing with its undo steps, for `show`.
  *   showDrawing(svgText)
  *       Shows a frame of a running fit. View, hidden layers and, by their places, the selected paths are kept. Until
- *       `endDrawing` nothing can be edited, and nothing is measured, which would take time from the fit. It costs about
- *       as much as parsing and drawing once; call it with the newest frame only.
- *   endDrawing(label = "Fit")
- *       Ends the frames: the last one is the drawing from now on, in one undo step named `label`. If it is `null`, the
- *       drawing from before the frames returns.
- *   showFigures({psnr, bytes, ...})
- *       Replaces some of the figures of the file that the page shows; null removes one.
+ *       `finishDrawing` or `endDrawing` nothing can be edited, and nothing is measured, which would take time from the
+ *       fit. It costs about as much as parsing and drawing once; call it with the newest frame only.
+ *   finishDrawing({svg, facts, label, edits, isForced})
+ *       Ends the frames with a result, in one undo step named `label`. `facts` are {figures, history} of the file, and
+ *       whatever else belongs to the drawing: undo restores all together. `edits` says what becomes of the edits of the
+ *       drawing before: "again" applies them to the result, "included" says that it has them, and "dropped" drops them.
+ *       Returns "", or in words the edits for which the result has no place. Then the drawing from before the frames
+ *       returns, unless `isForced`.
+ *   endDrawing()
+ *       Ends the frames, and the drawing from before them returns.
+ *   facts, note({...})  the facts of the drawing; changes some of them
+ *   isEdited            whether the drawing differs from the file of its fit
+ *   unedited()          the SVG text of the drawing without the edits, but without the deleted shapes too
+ *   deleted()           what the user has deleted: {d, rule, box, isNew} of each shape; the box is that of its user units,
+ *                       and it is new if the last fit did not know of it
+ *   figures             the figures that the page shows: those of the file, or what is measured of the edited drawing
  *   drawingText()       the SVG text of the drawing as edited, the same that "Save" writes
  *   markSaved()         says that the present drawing is saved
  *   say(text)           shows a line below the picture, which screen readers announce
@@ -32,12 +44,16 @@
  *       Ctrl+S and the button "Save SVG", instead of a download.
  *   window.desk.reshape(to, svgTexts)
  *       "Stroke to outline" and the like, which are hidden without it; `to` is "outline", "stroke", "circle", "ellipse" or
- *       "rect". Resolves to {svg, distance} or {refused} for each text, which has one shape on a canvas of its own. */
+ *       "rect". Resolves to {svg, distance} or {refused} for each text, which has one shape on a canvas of its own. With
+ *       "cut" each shape is followed by the area to take out, and the answer may also be {gone} or {same}. */
 
-import { capture } from "viewer/commands.js";
+import { multiply, scaling, translation } from "viewer/basics.js";
+import { capture, nextVersion } from "viewer/commands.js";
+import { applyEdits, deletedItems, editsInWords, editsOf, isPristine, itemsOf } from "viewer/edits.js";
 import { loadPhoto, Meter } from "viewer/measure.js";
-import { readDrawing } from "viewer/read.js";
-import { writeDrawing } from "viewer/save.js";
+import { writeShape } from "viewer/paths.js";
+import { newLayer, readDrawing } from "viewer/read.js";
+import { decimalsFor, writeDrawing } from "viewer/save.js";
 
 export const EMPTY = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 300 200"/>';
 
@@ -60,10 +76,15 @@ export class Live {
   }
 
   show(data) {
-    const { box } = readDrawing(data.svg ?? EMPTY);
-    const meter = data.photo ? new Meter(data.photo, box) : null;
+    const meter = data.photo ? new Meter(data.photo) : null;
     [this.opening, this.before] = [null, null];
-    this.app.open({ name: "drawing", history: [], figures: {}, ...data }, meter);
+    this.app.open({ name: "drawing", ...data }, meter);
+  }
+
+  keep() {
+    const { app } = this;
+    app.endKeys();
+    return { drawing: app.drawing, commands: app.commands };
   }
 
   get isOn() {
@@ -74,34 +95,83 @@ export class Live {
     const { app } = this;
     app.endKeys();
     app.cancel();
-    app.panel.stopMeasuring();
-    const next = readDrawing(svgText);
     this.before ??= capture([], [], app.drawing);
-    const { box } = app.drawing;
-    replaceDrawing(app, next);
-    if (!sameBox(box, next.box)) app.stage.fit();
-    app.refresh();
+    this.replace(readDrawing(svgText));
   }
 
-  endDrawing(label = "Fit") {
+  finishDrawing({ svg, facts, label = "Fit", edits = "dropped", isForced = false }) {
+    const { app } = this;
+    const next = drawingOf(svg, facts);
+    app.endKeys();
+    app.cancel();
+    this.before ??= capture([], [], app.drawing);
+    const { before } = this;
+    const old = before.frame.state;
+    const made = edits === "dropped" ? [] : editsOf(old);
+    const left = edits === "again" ? applyEdits(made, next, unitsBetween(old.box, next.box)) : [];
+    if (left.length && !isForced) {
+      this.endDrawing();
+      return editsInWords(left);
+    }
+    next.past = edits === "included" ? made : [];
+    next.erased = edits === "dropped" ? [] : erasedOf(old).map((area) => ({ ...area, isNew: false }));
+    this.before = null;
+    this.replace(next);
+    // Before the first drawing there is nothing to go back to.
+    if (old.base.items.length || app.commands.done.length) app.commands.push(label, before);
+    else app.setSplit(0);
+    return "";
+  }
+
+  endDrawing() {
     const { app, before } = this;
     if (!before) return;
     this.before = null;
-    if (label !== null) {
-      app.commands.push(label, before);
-      return;
-    }
-    const { box } = app.drawing;
     Object.assign(app.drawing, before.frame.state);
-    if (!sameBox(box, app.drawing.box)) app.stage.fit();
     app.select([]);
   }
 
-  showFigures(figures) {
+  replace(next) {
     const { app } = this;
-    const known = Object.entries({ ...app.data.figures, ...figures }).filter(([, value]) => value !== null);
-    app.data = { ...app.data, figures: Object.fromEntries(known) };
+    app.panel.stopMeasuring();
+    replaceDrawing(app, next);
+    app.refresh();
+  }
+
+  get facts() {
+    return this.shown.facts;
+  }
+
+  /** The drawing that the user has: from before the frames, if there are any. */
+  get shown() {
+    return this.before?.frame.state ?? this.app.drawing;
+  }
+
+  note(facts) {
+    const { app, shown } = this;
+    shown.facts = { ...shown.facts, ...facts };
     app.panel.request();
+  }
+
+  unedited() {
+    const { shown } = this;
+    const gone = new Set(deletedItems(shown));
+    const layers = shown.base.layers.map(({ layer, name }) => ({ ...layer, name, items: [] }));
+    const places = new Map(shown.base.layers.map(({ layer }, i) => [layer, layers[i]]));
+    for (const origin of shown.base.items) if (!gone.has(origin)) places.get(origin.layer).items.push(origin);
+    return writeDrawing({ ...shown, layers, background: shown.base.background });
+  }
+
+  get figures() {
+    return this.app.figures.all;
+  }
+
+  get isEdited() {
+    return !isPristine(this.shown);
+  }
+
+  deleted() {
+    return erasedOf(this.shown);
   }
 
   drawingText() {
@@ -124,8 +194,43 @@ export class Live {
   }
 }
 
-function sameBox(a, b) {
-  return a.every((value, i) => value === b[i]);
+/** Returns what is deleted of a drawing, and of those that it came from. */
+function erasedOf(drawing) {
+  const decimals = decimalsFor(drawing.box);
+  const box = drawing.box.join(" ");
+  const gone = deletedItems(drawing).map(({ shape, rule }) => ({ d: writeShape(shape, decimals), rule, box, isNew: true }));
+  return [...drawing.erased, ...gone];
+}
+
+/** Returns the matrix from the user units of one box to those of another one around the same picture. */
+function unitsBetween(from, to) {
+  const scale = scaling(to[2] / from[2], to[3] / from[3], 0, 0);
+  return multiply(translation(to[0], to[1]), multiply(scale, translation(-from[0], -from[1])));
+}
+
+/** Returns the drawing of a file with its `facts`. A short file has no layers: the facts name them, with their counts.
+ *
+ * @param {string} svg
+ * @param {any} facts */
+export function drawingOf(svg, facts) {
+  const drawing = readDrawing(svg);
+  const written = writeDrawing(drawing);
+  if (facts?.layers) divideLayers(drawing, facts.layers);
+  drawing.facts = { figures: {}, history: [], written: facts?.layers ? writeDrawing(drawing) : written, ...facts };
+  return drawing;
+}
+
+function divideLayers(drawing, stated) {
+  const items = itemsOf(drawing);
+  if (items.length !== stated.reduce((sum, { count }) => sum + count, 0)) return;
+  let place = 0;
+  drawing.layers = stated.map(({ name, count }, index) => {
+    const layer = { ...newLayer(null, index), name, items: items.slice(place, place + count) };
+    for (const item of layer.items) item.layer = item.origin.layer = layer;
+    place += count;
+    return layer;
+  });
+  drawing.base.layers = drawing.layers.map((layer) => ({ layer, name: layer.name }));
 }
 
 /** Puts the content of `next` into the app's drawing; hidden layers and the selection are found again by place. */
@@ -133,9 +238,10 @@ function replaceDrawing(app, next) {
   const places = new Map(app.drawing.layers.map((layer) => [layer.name, layer]));
   const chosen = [];
   for (const layer of next.layers) {
+    layer.version = nextVersion();
     const old = places.get(layer.name);
     if (!old) continue;
-    layer.visible = old.visible;
+    [layer.visible, layer.isLocked] = [old.visible, old.isLocked];
     old.items.forEach((item, i) => {
       if (app.selection.has(item) && layer.items[i]) chosen.push(layer.items[i]);
     });

@@ -9,6 +9,7 @@ const MAX_OUTLINES_MOVING = 40;
 const HANDLE_RADIUS = 4.5;
 const TURN_HANDLE_PX = 26;
 const CARET_PX = 11;
+const ERASER_OPACITY = 0.7;
 
 export class Marks {
   constructor(app, stage, canvas) {
@@ -138,9 +139,17 @@ export class Marks {
 
   drawStroke() {
     const { context, app, stage } = this;
+    if (app.tool === "lasso") {
+      context.beginPath();
+      for (const point of stage.stroke) context.lineTo(...stage.toStage(...point));
+      context.closePath();
+      this.strokeTwice(() => context.stroke(), [4, 3]);
+      return;
+    }
     Object.assign(context, { lineWidth: app.brush.width * stage.view.scale, lineCap: "round", lineJoin: "round" });
-    context.strokeStyle = app.brush.fill;
-    context.globalAlpha = app.brush.opacity;
+    const isEraser = app.tool === "eraser";
+    context.strokeStyle = isEraser ? "#ffffff" : app.brush.fill;
+    context.globalAlpha = isEraser ? ERASER_OPACITY : app.brush.opacity;
     context.beginPath();
     for (const point of stage.stroke) context.lineTo(...stage.toStage(...point));
     if (stage.stroke.length === 1) context.lineTo(...stage.toStage(...stage.stroke[0]));

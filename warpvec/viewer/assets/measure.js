@@ -18,31 +18,37 @@ export async function loadPhoto(url) {
 }
 
 export class Meter {
-  constructor(image, box) {
+  constructor(image) {
     const [width, height] = [image.naturalWidth, image.naturalHeight];
     const { canvas, context } = newCanvas(width, height);
     context.drawImage(image, 0, 0);
     this.photo = canvas;
     this.pixels = context.getImageData(0, 0, width, height).data;
     this.own = newCanvas(width, height);
-    const [scaleX, scaleY] = [width / box[2], height / box[3]];
-    /** @type {[number, number, number, number, number, number]} */
-    this.matrix = [scaleX, 0, 0, scaleY, -box[0] * scaleX, -box[1] * scaleY];
     this.measured = new Map();
     this.map = newCanvas(width, height);
     this.mapped = null;
   }
 
+  /** Returns the matrix from the user units of a drawing to pixels of the photo.
+   *
+   * @returns {[number, number, number, number, number, number]} */
+  matrixOf({ box: [x, y, width, height] }) {
+    const [scaleX, scaleY] = [this.photo.width / width, this.photo.height / height];
+    return [scaleX, 0, 0, scaleY, -x * scaleX, -y * scaleY];
+  }
+
   /** Measures the picture of the first layer, of the first two, and so on, in steps. */
   *measuring(drawing, layers) {
     const { canvas, context } = this.own;
-    const keys = signatures(layers, PLAIN).slice(1);
+    const keys = keysOf(drawing, layers);
+    const matrix = this.matrixOf(drawing);
     if (keys.every((key) => this.measured.has(key))) return;
     if (this.measured.size > 1000) this.measured.clear();
-    context.setTransform(...this.matrix);
+    context.setTransform(...matrix);
     paintBackground(context, drawing, PLAIN);
     for (const [i, { items }] of layers.entries()) {
-      yield* painting(context, items, PLAIN, windowOf(canvas, this.matrix));
+      yield* painting(context, items, PLAIN, windowOf(canvas, matrix));
       if (!this.measured.has(keys[i])) this.measured.set(keys[i], yield* comparing(this.drawn(), this.pixels));
     }
   }
@@ -53,17 +59,17 @@ export class Meter {
   }
 
   /** Returns the PSNR in dB of the picture of `layers` if it has been measured already. */
-  known(layers) {
-    return this.measured.get(signatures(layers, PLAIN).at(-1));
+  known(drawing, layers) {
+    return this.measured.get(keysOf(drawing, layers).at(-1));
   }
 
   /** Returns a canvas that shows the largest channel difference of each pixel. */
   residual(drawing, layers) {
-    const key = signatures(layers, PLAIN).at(-1);
+    const key = keysOf(drawing, layers).at(-1);
     if (this.mapped === key) return this.map.canvas;
     this.mapped = key;
     const { canvas, context } = this.own;
-    runUntil(paintDrawing(context, drawing, layers.flatMap(({ items }) => items), PLAIN, this.matrix), Infinity);
+    runUntil(paintDrawing(context, drawing, layers.flatMap(({ items }) => items), PLAIN, this.matrixOf(drawing)), Infinity);
     const drawn = this.drawn();
     const image = this.map.context.createImageData(canvas.width, canvas.height);
     const target = new Uint32Array(image.data.buffer);
@@ -77,6 +83,12 @@ export class Meter {
     this.map.context.putImageData(image, 0, 0);
     return this.map.canvas;
   }
+}
+
+/** Returns keys of the picture of the first layer, of the first two, and so on. */
+function keysOf({ background, box }, layers) {
+  const paper = [background?.fill, background?.opacity, ...box].join(" ");
+  return signatures(layers, PLAIN).slice(1).map((key) => `${paper} ${key}`);
 }
 
 /** Returns the PSNR over the colour channels of two arrays of RGBA pixels, in steps. */

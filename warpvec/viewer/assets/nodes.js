@@ -171,7 +171,7 @@ export function segmentsOf({ points: p, kinds = [] }) {
   });
 }
 
-function joined(pieces, closed) {
+export function joined(pieces, closed) {
   const points = [...pieces[0].points[0], ...pieces.flatMap((piece) => piece.points.slice(1).flat())];
   return { points: Float64Array.from(points), closed, kinds: pieces.map(({ kind }) => kind) };
 }
@@ -190,7 +190,7 @@ function between(a, b, t) {
   return [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
 }
 
-function joinedPieces(first, second) {
+export function joinedPieces(first, second) {
   const [a, b] = first.points;
   const [, , c, d] = second.points;
   const lengths = [first, second].map(({ points }) => distance(points[0], points[3]) || 1);

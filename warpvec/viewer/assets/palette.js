@@ -164,7 +164,7 @@ function swatch(color, count) {
 }
 
 /** Returns the colours that an item is painted with. */
-function colorsOf({ fill, stroke }) {
+export function colorsOf({ fill, stroke }) {
   const colors = (paint) => (isGradient(paint) ? paint.stops.map(({ color }) => color) : paint ? [paint] : []);
   return [...colors(fill), ...colors(stroke?.color)];
 }
@@ -181,7 +181,7 @@ function itemsByColor({ layers, background }) {
 }
 
 /** Returns fill and stroke with each colour that `swapped` has replaced by the other one. */
-function withColors({ fill, stroke }, swapped) {
+export function withColors({ fill, stroke }, swapped) {
   const color = stroke && paintWith(stroke.color, swapped);
   return { fill: paintWith(fill, swapped), stroke: stroke && color !== stroke.color ? { ...stroke, color } : stroke };
 }

@@ -1,7 +1,7 @@
 /* The controls beside the drawing: they show the state and pass on the user's actions. */
 
 import { FitAgain } from "viewer/again.js";
-import { formatBytes, formatDb, plotHistory, settingRows } from "viewer/charts.js";
+import { formatBytes, formatDb, MEASURING, plotHistory, settingRows } from "viewer/charts.js";
 import {
   connectClicks, fillSelect, fillTable, find, findAll, onInput, onPick, setChoice, setText, setValue,
 } from "viewer/dom.js";
@@ -11,6 +11,7 @@ import { LayerTable } from "viewer/layers.js";
 import { formatNumber } from "viewer/paths.js";
 import { runUntil } from "viewer/raster.js";
 import { ShapePanel } from "viewer/shapepanel.js";
+import { SizePanel } from "viewer/size.js";
 import { StopPanel } from "viewer/stoppanel.js";
 import { connectWords, explainFigures } from "viewer/words.js";
 
@@ -29,6 +30,7 @@ export class Panel {
     this.stops = new StopPanel(app);
     app.palettes.connect();
     this.again = new FitAgain(app);
+    this.size = new SizePanel(app);
     connectWords();
     this.reopen();
   }
@@ -38,22 +40,27 @@ export class Panel {
     const { app } = this;
     this.stopMeasuring(); // of the document before
     find("title").textContent = app.drawing.title || app.data.name;
-    const missing = { photo: !app.meter, history: !(app.data.history?.length > 1) };
-    for (const element of findAll("[data-needs]")) element.hidden = missing[element.dataset.needs];
-    this.fillStatic();
+    this.factsShown = null;
+    this.showFacts();
     this.relist();
-    if (!missing.history) this.showPlot("iteration");
+    const notes = [...app.drawing.notes].map(([text, count]) => `${count} × ${text}`);
+    this.say(notes.length ? `Shown differently from the file: ${notes.join("; ")}` : "");
     this.request();
   }
 
-  fillStatic() {
+  /** Shows what belongs to the file of the drawing, whenever that is another one. */
+  showFacts() {
     const { app } = this;
+    const { facts } = app.drawing;
+    if (this.factsShown === facts) return;
+    this.factsShown = facts;
+    const missing = { photo: !app.meter, history: !(facts.history?.length > 1) };
+    for (const element of findAll("[data-needs]")) element.hidden = missing[element.dataset.needs];
+    if (!missing.history) this.showPlot("iteration");
     const rows = settingRows(app.drawing.settings);
     fillTable(find("settings"), rows);
     find("settings-box").hidden = !rows.length;
     find("width").max = Math.max(Math.round(app.drawing.box[2] / 4), 2);
-    const notes = [...app.drawing.notes].map(([text, count]) => `${count} × ${text}`);
-    this.say(notes.length ? `Shown differently from the file: ${notes.join("; ")}` : "");
   }
 
   /** Shows the layers of the drawing, whenever their list is another one. */
@@ -125,8 +132,10 @@ export class Panel {
     this.pending = false;
     const { app } = this;
     if (this.listed !== app.drawing.layers || this.names !== layerNames(app.drawing)) this.relist();
+    if (!app.live.isOn) this.showFacts();
     const layers = app.shownLayers;
     setText("shown-paths", countedKinds(layers.flatMap(({ items }) => items)));
+    for (const label of findAll("[data-server]")) label.hidden = !window.desk?.reshape;
     setChoice("tool", app.tool);
     setChoice("show", app.show);
     find("legend").hidden = app.show !== "residual";
@@ -137,6 +146,7 @@ export class Panel {
     this.stops.show();
     app.palettes.show();
     this.again.show();
+    this.size.show();
     this.showFigures();
     this.layerTable.show();
     this.measureSoon(layers);
@@ -146,42 +156,49 @@ export class Panel {
 
   showFigures() {
     const { app } = this;
-    const { figures } = app.data;
+    // While a fit is running, the figures are those of its frames, beside its progress.
+    const figures = app.live.isOn ? {} : app.figures.all;
     const rows = [
       ["Paths", app.pathCount.toLocaleString("en")],
       ["Layers", String(app.drawing.layers.filter(({ items }) => items.length).length)],
       ["Canvas", app.drawing.box.slice(2).map((side) => formatNumber(side, 2)).join(" × ")],
+      ["Size", this.size.text],
     ];
-    if ("bytes" in figures) rows.push(["File size", formatBytes(figures.bytes)]);
-    if ("gzip_bytes" in figures) rows.push(["Gzipped", formatBytes(figures.gzip_bytes)]);
-    if ("segments" in figures) rows.push(["Segments", figures.segments.toLocaleString("en")]);
-    if ("psnr" in figures) rows.push(["PSNR (resvg)", formatDb(figures.psnr ?? Infinity)]);
-    if ("ssim" in figures) rows.push(["SSIM", figures.ssim.toFixed(4)]);
+    const known = (value, format) => (value === undefined ? MEASURING : format(value));
+    if ("bytes" in figures) rows.push(["File size", known(figures.bytes, formatBytes)]);
+    if ("psnr" in figures) rows.push(["Closeness", known(figures.psnr, formatDb)]);
+    const details = [];
+    if ("gzip_bytes" in figures) details.push(["Gzipped", formatBytes(figures.gzip_bytes)]);
+    if ("segments" in figures) details.push(["Segments", figures.segments.toLocaleString("en")]);
+    if ("ssim" in figures) details.push(["Likeness of structure", figures.ssim.toFixed(4)]);
     fillTable(find("figures"), rows);
-    explainFigures(find("figures"));
+    fillTable(find("more-figures"), details);
+    for (const table of ["figures", "more-figures"]) explainFigures(find(table));
     const parts = [countedKinds(app.drawing.layers.flatMap(({ items }) => items))];
-    if ("bytes" in figures) parts.push(formatBytes(figures.bytes));
-    if ("psnr" in figures) parts.push(`${formatDb(figures.psnr ?? Infinity)} (resvg)`);
-    if (app.edited) parts.push("edited");
+    if (app.live.isOn) parts.push("drawing …");
+    if ("bytes" in figures) parts.push(known(figures.bytes, formatBytes));
+    if ("psnr" in figures) parts.push(known(figures.psnr, formatDb));
+    if (app.edited && !app.live.isOn) parts.push("edited");
+    if (parts.slice(-3).filter((part) => part === MEASURING).length > 1) parts.splice(parts.indexOf(MEASURING), 1);
     setText("summary", parts.join(" · "));
   }
 
-  /** Measures the PSNR of the visible picture and of each layer after a pause, in steps between frames. */
+  /** Measures the shown picture, each layer and the file after a pause, in steps between frames. */
   measureSoon(layers) {
     const { app } = this;
     this.stopMeasuring();
-    if (!app.meter) return;
-    const known = app.meter.known(layers);
-    setText("shown-psnr", app.live.isOn ? "" : known === undefined ? "… dB" : formatDb(known));
+    const known = app.meter && app.figures.psnrOf(layers);
+    setText("shown-psnr", app.live.isOn || !app.meter ? "" : known === undefined ? MEASURING : formatDb(known));
     if (!app.live.isOn) this.timer = setTimeout(() => this.measure(this.measuring(layers)), MEASURE_DELAY_MS);
   }
 
   *measuring(layers) {
-    const { meter, drawing } = this.app;
-    yield* meter.measuring(drawing, layers);
-    setText("shown-psnr", formatDb(meter.known(layers)));
-    yield* meter.measuring(drawing, drawing.layers);
+    const { app } = this;
+    yield* app.figures.measuring(layers);
+    if (app.meter) setText("shown-psnr", formatDb(app.figures.psnrOf(layers)));
+    this.showFigures();
     this.layerTable.show();
+    app.live.onChange?.();
   }
 
   measure(steps) {
@@ -193,7 +210,7 @@ export class Panel {
   }
 
   showPlot(axis) {
-    plotHistory(find("plot"), this.app.data.history, axis);
+    plotHistory(find("plot"), this.app.drawing.facts.history, axis);
   }
 
   /** Updates whatever depends on the view: the split line, its labels, the zoom. */

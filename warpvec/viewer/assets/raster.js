@@ -48,12 +48,14 @@ let probe = null;
 
 /** Returns the items that paint the point x, y of user units, the topmost first; thin strokes within `slack` too. */
 export function itemsAt(items, x, y, slack) {
-  probe ??= newCanvas(1, 1).context;
   const near = items.filter((item) => boxesMeet(grownBox(reachOf(item), slack), [x, y, x, y]));
-  return near.reverse().filter((item) => paints(probe, item, x, y, slack));
+  return near.reverse().filter((item) => paints(item, x, y, slack));
 }
 
-function paints(context, { shape, fill, rule, stroke }, x, y, slack) {
+/** Tells whether an item paints the point x, y of user units; a thin stroke also within `slack`. */
+export function paints({ shape, fill, rule, stroke }, x, y, slack = 0) {
+  probe ??= newCanvas(1, 1).context;
+  const context = probe;
   if (fill && context.isPointInPath(path2dOf(shape), x, y, rule)) return true;
   if (!stroke) return false;
   const { width, cap, join, limit } = stroke;

@@ -1,7 +1,9 @@
 /* Reads a drawing from SVG text that warpvec/svg/sanitize.py reduced. Only numbers, colours and names are taken from
  * the parsed document; none of its elements is ever inserted into the page.
  *
- * A drawing is {width, height, box, title, metadata, settings, background, layers, notes}. A layer is {key, id, name,
+ * A drawing is {width, height, box, title, metadata, settings, background, layers, notes, base}, and has more that belongs
+ * to it, which undo restores with it: {facts, past, erased}, see live.js. Its base is what was read, to which edits.js
+ * compares. A layer is {key, id, name,
  * generation, items, version, visible}; its version grows with each change. An item is {layer, shape, fill, opacity,
  * rule, stroke, origin}; fill and the colour of the stroke are as in gradients.js, and origin is the item as it was read, or
  * null. */
@@ -29,14 +31,21 @@ export function readDrawing(text) {
   const size = readSize(root);
   const reader = new Reader(parsed, size.box);
   const metadata = childText(root, "metadata");
+  const background = reader.background(root);
+  const layers = reader.layers(root);
+  const items = layers.flatMap((layer) => layer.items.map(({ origin }) => origin));
   return {
     ...size,
     title: childText(root, "title"),
     metadata,
     settings: parseObject(metadata),
-    background: reader.background(root),
-    layers: reader.layers(root),
+    background,
+    layers,
     notes: reader.notes,
+    base: { items, layers: layers.map((layer) => ({ layer, name: layer.name })), background, width: size.width, height: size.height },
+    facts: { figures: {}, history: [] },
+    past: [],
+    erased: [],
   };
 }
 
@@ -228,15 +237,15 @@ function initialContext() {
 export function newLayer(group, index) {
   const id = group?.id || "";
   const generation = Number(id.match(LAYER_ID)?.[1] ?? index);
-  const label = group?.getAttribute("label") || id;
-  const name = LAYER_ID.test(id) ? `Generation ${generation}` : label || `Layer ${index + 1}`;
+  const label = group?.getAttribute("label") || group?.getAttribute("inkscape:label") || id;
+  const name = LAYER_ID.test(id) ? `Pass ${generation + 1}` : label || `Layer ${index + 1}`;
   return { key: index, id, name, generation, items: [], version: nextVersion(), visible: true };
 }
 
 function merged(layers) {
   const layer = { ...newLayer(null, 0), name: "All paths" };
   layer.items = layers.flatMap(({ items }) => items);
-  for (const item of layer.items) item.layer = layer;
+  for (const item of layer.items) item.layer = item.origin.layer = layer;
   return layer;
 }
 

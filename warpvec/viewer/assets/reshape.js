@@ -80,9 +80,10 @@ export class Reshaper {
 
 const CHANGED = { refused: "The shape was changed in the meantime." };
 
-/** Returns the text of an item on a canvas of its own, and the `matrix` to it; black, as the paint does not matter. */
-function sent(item, to, box) {
-  const [left, top, right, bottom] = reachOf(item);
+/** Returns the text of an item on a canvas of its own, or that of the item `on`, and the `matrix` to it; black, as the
+ * paint does not matter. */
+export function sent(item, to, box, on = item) {
+  const [left, top, right, bottom] = reachOf(on);
   const extent = Math.max(right - left, bottom - top, 1e-9);
   const scale = Math.min(Math.max(1, DRAWING_MIN / Math.max(box[2], box[3])), SHAPE_MAX / extent);
   const matrix = multiply(translation(MARGIN_PX - scale * left, MARGIN_PX - scale * top), scaling(scale, scale, 0, 0));
@@ -98,7 +99,7 @@ function sent(item, to, box) {
 }
 
 /** Returns the items that replace one: the shapes of the answer in its paint, where it was. */
-function replacements({ item, svg, matrix }, to) {
+export function replacements({ item, svg, matrix }, to) {
   const found = readDrawing(svg).layers.flatMap(({ items }) => items);
   const shapes = found.map((each) => ({ ...transformed(each, inverse(matrix)), isStroke: !each.fill }));
   const { layer, opacity } = item;

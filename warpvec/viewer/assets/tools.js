@@ -12,6 +12,8 @@ const HANDLE_REACH_PX = 9;
 const TOUCH_REACH_PX = 20;
 const TURN_STEP = Math.PI / 12;
 const BRUSH_STEP_PX = 2;
+// Tools that follow the pointer.
+const STROKES = new Set(["brush", "lasso", "eraser"]);
 
 export class Pointer {
   constructor(app, surface) {
@@ -47,7 +49,7 @@ export class Pointer {
     const { kind, point } = this.kindOf(event, start);
     this.drag = { start, last: start, event, kind, point, moved: false };
     if (kind === "point") this.app.nodes.choose(point, event.shiftKey || this.app.adding);
-    if (this.drag.kind === "brush") this.app.stage.stroke = [this.app.stage.toUser(...start)];
+    if (STROKES.has(kind)) this.app.stage.stroke = [this.app.stage.toUser(...start)];
     if (this.drag.kind === "pick") this.app.pickColor(start);
     this.app.stage.request();
   }
@@ -84,7 +86,7 @@ export class Pointer {
     drag.moved = true;
     if (drag.kind === "pan") app.stage.pan(now[0] - drag.last[0], now[1] - drag.last[1]);
     else if (drag.kind === "band") this.stretchBand(now);
-    else if (drag.kind === "brush") this.extendStroke(event);
+    else if (STROKES.has(drag.kind)) this.extendStroke(event);
     else if (drag.kind === "pick") app.pickColor(now);
     else if (drag.kind === "point") this.movePoint(drag, event, now);
     else this.transform(event, now);
@@ -93,8 +95,8 @@ export class Pointer {
 
   hover(event) {
     const { app, surface } = this;
-    const cursors = { select: "default", node: "default", brush: "crosshair", pick: "crosshair", pan: "grab" };
-    let cursor = cursors[app.panning ? "pan" : app.tool];
+    const cursors = { select: "default", node: "default", pan: "grab" };
+    let cursor = cursors[app.panning ? "pan" : app.tool] ?? "crosshair";
     if (app.tool === "select" && app.selection.size && app.selection.size <= MAX_OUTLINES) {
       const { kind } = this.kindOf(event, this.at(event));
       if (typeof kind === "number") cursor = kind % 2 ? "nesw-resize" : "nwse-resize";
@@ -159,7 +161,7 @@ export class Pointer {
     if (!drag) return;
     this.drag = null;
     if (drag.kind === "band") this.finishBand(drag, event);
-    else if (drag.kind === "brush") this.finishStroke();
+    else if (STROKES.has(drag.kind)) this.finishStroke(drag.kind);
     else if (app.gesture) app.end();
     else if (!drag.moved && drag.kind === "move") this.click(drag, event);
   }
@@ -201,11 +203,12 @@ export class Pointer {
     app.select(found.slice(next, next + 1));
   }
 
-  finishStroke() {
+  finishStroke(kind) {
     const { app } = this;
     const { stroke } = app.stage;
     app.stage.stroke = null;
-    app.addStroke(stroke);
+    if (kind === "brush") app.addStroke(stroke);
+    else app.eraser.run(kind, stroke);
   }
 
   /** Cancels the current action. */

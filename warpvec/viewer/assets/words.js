@@ -15,24 +15,25 @@ const WORDS = {
   hex: ["Colour code", "Red, green and blue as six digits from 0 to f, as in web pages: #ff0000 is red."],
   hue: ["Hue", "The place of a colour in the rainbow, from red over green and blue to red again."],
   saturation: ["Vivid", "From grey to the most vivid colour; also called saturation."],
-  near: ["Near", "Also change similar colours: those that differ by at most this, of 255."],
+  near: ["Similar colours", "Also change similar colours: those that differ by at most this, of 255."],
   layer: ["Layer", "A group of paths that are shown and hidden together. Upper layers hide lower ones."],
   segment: ["Segment", "A line or a curve between two nodes."],
-  bytes: ["File size", "The size of the file before your edits, in bytes."],
+  bytes: ["File size", "The size of the file that is saved, in bytes."],
   gzip: ["Gzipped", "The file size after compression, as web servers send the file."],
-  generation: ["Generation", "Paths that the fit of a photo added at the same time. Early ones are large, later ones show detail."],
-  residual: ["Residual", "The difference between the drawing and the picture: black where they are equal."],
-  psnr: ["PSNR", "How close the drawing is to the picture, in decibels (dB). With 3 dB more the squared error is half as large."],
-  ssim: ["SSIM", "How close the drawing is to the picture in structure: 1 is equal."],
+  generation: ["Pass", "Paths that were added to a photo at the same time. Those of early passes are large, later ones show detail."],
+  residual: ["Differences", "The difference between the drawing and the picture: black where they are equal."],
+  psnr: ["Closeness", "How close the drawing is to the picture: at 30 dB it is good, at 40 dB it looks the same (PSNR)."],
+  ssim: ["Likeness of structure", "How close the drawing is to the picture in structure: 1 is equal."],
   canvas: ["Canvas", "Width and height of the drawing, in its own units."],
-  iteration: ["Iteration", "A step of the fit, in which every path changes a little."],
-  convergence: ["Convergence", "How the PSNR grew during the fit."],
+  size: ["Size", "Width and height of the drawing on paper: 96 pixels are an inch."],
+  iteration: ["Step", "A step of the fit, in which every path changes a little."],
+  convergence: ["How it came closer", "How the closeness grew while the picture was drawn."],
 };
 
 // Rows of the table of figures and their words.
 const FIGURE_WORDS = {
-  Paths: "path", Layers: "layer", Canvas: "canvas", "File size": "bytes", Gzipped: "gzip", Segments: "segment",
-  "PSNR (resvg)": "psnr", SSIM: "ssim",
+  Paths: "path", Layers: "layer", Canvas: "canvas", Size: "size", "File size": "bytes", Gzipped: "gzip", Segments: "segment",
+  Closeness: "psnr", "Likeness of structure": "ssim",
 };
 
 /** Explains the first cells of the rows of the table of figures. */

@@ -1,0 +1,54 @@
+/* Words for colours, and the names of layers that are named after their colour, as "green #2e9b4f". */
+
+import { hslOf } from "viewer/colors.js";
+import { isGradient, paintOf } from "viewer/gradients.js";
+
+// A name of flat art: words for a colour and its code.
+const NAMED_BY_COLOR = /^[a-z ]+ (#[0-9a-f]{6})( \(\d+\))?$/;
+/** The hue in degrees at which each one ends.
+ *
+ * @type {[number, string][]} */
+const HUES = [
+  [15, "red"], [42, "orange"], [66, "yellow"], [165, "green"], [195, "turquoise"], [255, "blue"], [290, "violet"], [340, "pink"],
+  [361, "red"],
+];
+const GREY_SATURATION = 0.12;
+// Lightness below which a colour is black or dark, and above which it is light or white.
+const [BLACK, DARK, LIGHT, WHITE] = [0.08, 0.3, 0.75, 0.96];
+// Dark orange is brown.
+const BROWN = 0.4;
+
+/** Returns a colour in words: "dark green". */
+export function colorWords(color) {
+  const [hue, saturation, lightness] = hslOf(color);
+  if (lightness <= BLACK) return "black";
+  if (lightness >= WHITE) return "white";
+  const shade = lightness < DARK ? "dark " : lightness > LIGHT ? "light " : "";
+  if (saturation < GREY_SATURATION) return `${shade}grey`;
+  const name = HUES.find(([end]) => hue < end)[1];
+  return name === "orange" && lightness < BROWN ? "brown" : `${shade}${name}`;
+}
+
+/** Returns the colour of most items of a layer; null without one. */
+export function mainColor({ items }) {
+  const counts = new Map();
+  for (const item of items) {
+    const paint = paintOf(item);
+    const color = isGradient(paint) ? paint.stops[0].color : paint;
+    if (color) counts.set(color, (counts.get(color) ?? 0) + 1);
+  }
+  return [...counts].sort((a, b) => b[1] - a[1])[0]?.[0] ?? null;
+}
+
+/** Names the layers that are named after a colour after the one that they have now. `stated` are their names as read. */
+export function followColors(drawing) {
+  const stated = new Map(drawing.base.layers.map(({ layer, name }) => [layer, name]));
+  for (const layer of drawing.layers) {
+    const code = layer.name.match(NAMED_BY_COLOR)?.[1];
+    const color = mainColor(layer);
+    if (!code || !color || code === color) continue;
+    const first = stated.get(layer);
+    const name = first?.includes(color) ? first : `${colorWords(color)} ${color}`;
+    Object.assign(layer, { name, isNamedByColor: name !== first });
+  }
+}
