@@ -37,6 +37,7 @@ def restored(request: Request, condition: Condition | None) -> Request:
     if condition is None or request.goal.quality is not None:
         return request
     picture, pixels = request.picture, request.picture.pixels
+    is_noisy = any(condition.noise) and condition.light is None
     if condition.enlargement is not None:
         from warpvec.condition.restoration import before_enlargement
 
@@ -45,10 +46,10 @@ def restored(request: Request, condition: Condition | None) -> Request:
         from warpvec.condition.light import in_even_light
 
         pixels = in_even_light(picture.pixels, condition.light)
-    elif not any(condition.noise):
+    elif not is_noisy:
         return request
     reduced = reduce_image(pixels, request.settings.fit_size)
-    if any(condition.noise) and condition.light is None:
+    if is_noisy:
         reduced = _without_noise(reduced, condition.noise, reduced[..., 0].size / pixels[..., 0].size)
     return replace(
         request, encoding=replace(request.encoding, picture=replace(picture, reduced=reduced, is_restored=True))
