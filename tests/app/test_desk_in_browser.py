@@ -11,6 +11,7 @@ from desk_browser import DeskPage, desk_fixture, desk_server_fixture  # noqa: F4
 from logo import logo
 from pictures import picture
 from PIL import Image
+from scipy.ndimage import gaussian_filter
 
 from warpvec.image.metrics import psnr
 from warpvec.image.read import read_image
@@ -26,10 +27,11 @@ def photo(tmp_path: Path) -> Path:
 
 
 def write_photo(path: Path, scale: int = 4) -> Path:
+    """Write a picture with texture: spots wider than a pixel, as noise of single pixels is no part of a drawing."""
     rng = np.random.default_rng(0)
     base = np.kron(picture().numpy(), np.ones((scale, scale, 1)))
-    noisy = np.clip(base + rng.normal(0, 0.05, base.shape), 0, 1)
-    Image.fromarray((255 * noisy).astype(np.uint8)).save(path)
+    spots = gaussian_filter(rng.normal(0, 0.3, base.shape), (1.5, 1.5, 0))
+    Image.fromarray((255 * np.clip(base + spots, 0, 1)).astype(np.uint8)).save(path)
     return path
 
 
