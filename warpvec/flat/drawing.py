@@ -55,19 +55,18 @@ class FlatDrawing:
         image: the picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
         config: settings of the run.
         watch: progress, stop, clock and history of the run.
-        may_refuse: whether to refuse a picture that is plainly no flat art; see `NotFlatArtError`.
+        unexplained_max: root mean square in levels that regions may leave of the picture; a picture of which they leave
+            more, or that is plainly no flat art, is refused, see `NotFlatArtError`. None to draw it in any case.
         known: outlines that are known already; None to find them.
         tracing: outlines that were traced in another way; None to trace those of the regions.
-        unexplained_max: root mean square in levels that regions may leave of the picture, if it may be refused.
     """
 
     image: Tensor
     config: FitConfig
     watch: Watch = field(default_factory=Watch)
-    may_refuse: bool = False
+    unexplained_max: float | None = None
     known: FlatOutlines | None = None
     tracing: Scene | None = None
-    unexplained_max: float = math.inf
 
     @property
     def is_small(self) -> bool:
@@ -84,7 +83,7 @@ class FlatDrawing:
         """The outlines of the regions.
 
         Raises:
-            NotFlatArtError: the picture is plainly no flat art, and ``may_refuse``.
+            NotFlatArtError: the picture is plainly no flat art, and may be refused.
         """
         if self.known is not None:
             return self.known
@@ -100,7 +99,7 @@ class FlatDrawing:
         ``detail``, unless a form explains them; see `DRAWING.small_detail`.
 
         Raises:
-            NotFlatArtError: the picture is plainly no flat art, and ``may_refuse``.
+            NotFlatArtError: the picture is plainly no flat art, and may be refused.
         """
         fine = detail * (DRAWING.small_detail if self.is_small else 1.0)
         scene, watch, left_out = self.outlines.fitted, self.watch, dict[str, int]()
@@ -125,8 +124,9 @@ class FlatDrawing:
         return self._snapped(scene), left_out
 
     def _traced_regions(self) -> Scene:
-        found = find_regions(self.image.numpy(), self.config.min_area, self.watch, self.may_refuse)
-        if self.may_refuse:
+        may_refuse = self.unexplained_max is not None
+        found = find_regions(self.image.numpy(), self.config.min_area, self.watch, may_refuse)
+        if self.unexplained_max is not None:
             require_explained(found, self.image.numpy(), self.unexplained_max)
         regions = self._repainted(with_fewer_regions(found, REGIONS.regions_max))
         tolerance = DRAWING.small_tolerance if self.is_small else CURVES.tolerance

@@ -67,10 +67,10 @@ def choose_mode(image: Floats32, was_noisy: bool = False) -> ModeChoice:
     percent = f"{100 * is_still.mean():.0f} % of the area is flat"
     if image.shape[2] == 3 and _is_black_and_white(levels, change, was_noisy):
         return ModeChoice("mono", f"dark on light, {percent}")
-    is_flat = flatness(shares_of(levels, change))
-    if is_flat <= MODE_CHOICE.photo_flatness:
+    score = flatness(shares_of(levels, change))
+    if score <= MODE_CHOICE.photo_flatness:
         return ModeChoice("photo", f"textured or shaded, {percent}")
-    if is_flat <= 0.0:
+    if score <= 0.0:
         return ModeChoice("flat", f"areas of one paint explain it, {percent}", MODE_CHOICE.unexplained_max)
     count = _color_count(levels, is_still)
     colors = "1 colour" if count == 1 else f"{count} colours" if count <= MODE_CHOICE.colors_shown else "shaded colours"

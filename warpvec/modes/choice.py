@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
+from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.mode_choice import ModeChoice, choose_mode, is_gray
 from warpvec.goals.search import check_possible
 from warpvec.modes.photo import Photo
@@ -77,30 +78,31 @@ def _draw_chosen(
         from warpvec.flat.regions.regions import NotFlatArtError
 
         chosen = _in_mode(request, choice.mode)
-        may_refuse = not (_has_paints(chosen.settings) or chosen.settings.cutout)
+        unexplained_max = choice.unexplained_max if _is_like_picture(chosen.settings) else None
         try:
             with shown_at_usual_size(chosen, given):
-                mode = _mode(choice.mode, photo, outlines, condition, choice if may_refuse else None)
+                mode = _mode(choice.mode, photo, outlines, condition, unexplained_max)
                 drawing = mode.draw(chosen)
         except NotFlatArtError as error:
             reason = str(error)
         else:
-            if _is_too_far(drawing, chosen):
-                drawing = _with_more_paths(drawing, chosen, mode)
-            if not _is_too_far(drawing, chosen):
+            is_too_far = _is_too_far(drawing, chosen)
+            if is_too_far and _has_all_paths(drawing, chosen.settings):
+                drawing = mode.draw(_with_more_paths(chosen))
+                is_too_far = _is_too_far(drawing, chosen)
+            if not is_too_far:
                 return replace(drawing, mode_reason=reason)
             reason = f"as flat art it has only {drawing.psnr:.1f} dB"
     return replace(photo.draw(_in_mode(given, "photo")), mode_reason=reason)
 
 
-def _with_more_paths(drawing: Drawing, request: Request, mode: Mode) -> Drawing:
-    """Return the ``drawing`` of flat art, or one of more paths if it has all that it may have: dots of a halftone."""
-    from warpvec.flat.constants.regions import REGIONS
+def _has_all_paths(drawing: Drawing, settings: FitConfig) -> bool:
+    """Return whether a drawing of flat art has all paths that it may have, and could have more: dots of a halftone."""
+    return settings.curves <= len(drawing.scene) < REGIONS.regions_max
 
-    settings = request.settings
-    if len(drawing.scene) < settings.curves or settings.curves >= REGIONS.regions_max:
-        return drawing
-    return mode.draw(request.with_settings(replace(settings, curves=REGIONS.regions_max)))
+
+def _with_more_paths(request: Request) -> Request:
+    return request.with_settings(replace(request.settings, curves=REGIONS.regions_max))
 
 
 def _mode(
@@ -108,9 +110,9 @@ def _mode(
     photo: Photo,
     outlines: KnownOutlines | None,
     condition: Condition | None = None,
-    choice: ModeChoice | None = None,
+    unexplained_max: float | None = None,
 ) -> Mode:
-    """Return the mode ``name``. It may refuse a picture whose ``choice`` it is; None if it must draw it.
+    """Return the mode ``name``. The mode flat may refuse a picture by ``unexplained_max``; see `FlatDrawing`.
 
     To add a mode, write its file in this folder, and add it here.
     """
@@ -123,7 +125,7 @@ def _mode(
 
     outlines = KnownOutlines() if outlines is None else outlines
     modes: dict[str, Mode] = {
-        "flat": Flat(outlines, choice is not None, math.inf if choice is None else choice.unexplained_max),
+        "flat": Flat(outlines, unexplained_max),
         "mono": Mono(),
         "lines": Lines(),
         "pixel": Pixel(color_tolerance(condition)),
@@ -151,8 +153,8 @@ def chosen_mode(reduced: NDArray[np.float32], settings: FitConfig, condition: Co
             return ModeChoice("pixel", "few colours, edges between whole pixels")
     choice = choose_mode(reduced, condition is not None and any(condition.noise))
     has_colors = settings.colors > 0 or settings.palette is not None
-    if math.isfinite(choice.unexplained_max) and (_has_paints(settings) or settings.cutout):
-        # Such drawings differ from their picture anyway, so that what they leave tells nothing.
+    if math.isfinite(choice.unexplained_max) and not _is_like_picture(settings):
+        # What they leave unexplained tells nothing, so that the doubt stays.
         choice = ModeChoice("photo", "textured or shaded")
     if condition is not None and condition.light is not None and is_gray(reduced):
         choice = ModeChoice("mono", "ink on paper in uneven light")
@@ -174,6 +176,11 @@ def _is_too_far(drawing: Drawing, request: Request) -> bool:
     has_paints = _has_paints(settings) or settings.gradients == 0.0
     is_free = settings.mode == "flat" and not (has_paints or is_bounded or settings.cutout)
     return is_free and drawing.encoding.psnr_as_fitted(drawing.text) < FLAT_PSNR_MIN
+
+
+def _is_like_picture(settings: FitConfig) -> bool:
+    """Return whether a drawing with these settings is to look like its picture, so that differences tell something."""
+    return not (_has_paints(settings) or settings.cutout)
 
 
 def _has_paints(settings: FitConfig) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -28,12 +27,10 @@ class KnownOutlines:
 
     _work: FlatDrawing | None = None
 
-    def begin(
-        self, request: Request, settings: FitConfig, may_refuse: bool, unexplained_max: float = math.inf
-    ) -> FlatDrawing:
+    def begin(self, request: Request, settings: FitConfig, unexplained_max: float | None) -> FlatDrawing:
         """Return the work on a picture with ``settings``: with the known outlines if they are right for it."""
         image, watch, known = torch.from_numpy(request.picture.reduced), request.watch, self._work
-        work = FlatDrawing(image, settings, watch, may_refuse, unexplained_max=unexplained_max)
+        work = FlatDrawing(image, settings, watch, unexplained_max)
         if known is None or not torch.equal(known.image, image):
             return work
         same = {name: getattr(settings, name) for name in ("detail", "cutout", "strokes", "minify")}
@@ -54,22 +51,20 @@ class Flat:
     Attributes:
         outlines: of the last picture, for a caller that draws it again with another detail; they become those of this
             picture.
-        may_refuse: whether to refuse a picture that is plainly no flat art.
-        unexplained_max: see `warpvec.flat.mode_choice.ModeChoice`.
+        unexplained_max: when to refuse a picture; see `warpvec.flat.drawing.FlatDrawing`.
     """
 
     outlines: KnownOutlines = field(default_factory=KnownOutlines)
-    may_refuse: bool = False
-    unexplained_max: float = math.inf
+    unexplained_max: float | None = None
 
     def draw(self, request: Request) -> Drawing:
         """Return the drawing of flat art. A goal decides the detail and, if need be, the number of paths.
 
         Raises:
-            NotFlatArtError: the picture is plainly no flat art, and ``may_refuse``.
+            NotFlatArtError: the picture is plainly no flat art, and may be refused.
         """
         with single_torch_thread(), torch.no_grad():
-            work = self.outlines.begin(request, reduced_settings(request), self.may_refuse, self.unexplained_max)
+            work = self.outlines.begin(request, reduced_settings(request), self.unexplained_max)
 
             def draw(detail: float) -> Drawing:
                 scene, left_out = work.draw(detail)
