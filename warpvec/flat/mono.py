@@ -15,8 +15,8 @@ from warpvec.errors import InputError
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.mono import MONO
-from warpvec.flat.curves.contours import contours_of, signed_area
-from warpvec.flat.curves.curve_fitting import Curves, fit_loops
+from warpvec.flat.curves.contours import contours_of, interpolated_contours, signed_area
+from warpvec.flat.curves.curve_fitting import Curves, fit_enlarged
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.image.luma import LUMA
@@ -72,7 +72,7 @@ def mono_tracing(
     is_clean, scale = False, MONO.soft_scale
     if has_two_levels(coverage):
         tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
-        outlines = _interpolated(ndimage.gaussian_filter(coverage, MONO.staircase_blur))
+        outlines = interpolated_contours(np.pad(ndimage.gaussian_filter(coverage, MONO.staircase_blur), 1), 1)
     else:
         noise_tolerance = MONO.noise_deviations * _noise(coverage) / MONO.edge_slope
         is_sharp = _pure_share(coverage) >= MONO.sharp_share
@@ -81,7 +81,7 @@ def mono_tracing(
         is_small = is_sharp and max(coverage.shape) <= DRAWING.small_side
         least = DRAWING.small_tolerance if is_small else CURVES.tolerance
         tolerance = max(least, noise_tolerance) if tolerance is None else tolerance
-        outlines = contours_of(coverage) if is_sharp else _interpolated(coverage)
+        outlines = contours_of(coverage) if is_sharp else interpolated_contours(np.pad(coverage, 1), 1)
     by_area = sorted(outlines, key=lambda outline: -abs(signed_area(outline)))
     kept = [outline for outline in by_area[: MONO.outlines_max] if abs(signed_area(outline)) >= min_area]
     fitted = _fitted(kept, tolerance, scale, watch)
@@ -157,17 +157,6 @@ def _pure_share(coverage: Floats) -> float:
     return float((has_ink & has_paper)[is_partial].mean()) if is_partial.any() else 1.0
 
 
-def _interpolated(coverage: Floats) -> list[Floats]:
-    """Return the closed contours [n, 2] where ``coverage`` [h, w], interpolated between pixels, is a half."""
-    from contourpy import contour_generator
-
-    field = np.pad(coverage, 1)
-    limit = np.array(coverage.shape[::-1], np.float64)
-    # The centre of the first pixel lies at 0.5, behind a pixel of padding.
-    lines: list[Any] = list(contour_generator(z=field).lines(0.5))
-    return [np.clip(line[:-1] - 0.5, 0.0, limit) for line in lines if len(line) > 3]
-
-
 def _noise(coverage: Floats) -> float:
     """Return the standard deviation of the noise of ``coverage`` [h, w], from the differences of nearby pixels."""
     if min(coverage.shape) < 2:
@@ -183,8 +172,8 @@ def _fitted(outlines: list[Floats], tolerance: float, scale: float, watch: Watch
     for first in range(0, len(outlines), MONO.outlines_at_once):
         if fitted and watch.is_over():
             break
-        larger = [scale * outline for outline in outlines[first : first + MONO.outlines_at_once]]
-        fitted += [(points / scale, is_line) for points, is_line in fit_loops(larger, scale * tolerance)]
+        some = outlines[first : first + MONO.outlines_at_once]
+        fitted += fit_enlarged(some, [scale] * len(some), scale * tolerance)
     return fitted
 
 

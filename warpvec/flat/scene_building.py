@@ -10,7 +10,7 @@ import torch
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.lettering import LETTERING
-from warpvec.flat.curves.curve_fitting import Curves, fit_loops
+from warpvec.flat.curves.curve_fitting import Curves, fit_enlarged
 from warpvec.flat.layers.outlines import Outline, outlines
 from warpvec.flat.layers.stacking import StackedLayer, stack
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
@@ -72,7 +72,7 @@ def _fitted_together(loops: Sequence[Outline], tolerance: float, watch: Watch) -
     """
     sizes = [len(loop.points) for loop in loops]
     if sum(sizes) <= DRAWING.points_at_once:
-        return list(_curves(loops, tolerance, watch))
+        return [*_curves(loops, tolerance, watch)]
     fits: list[Curves | None] = [None] * len(loops)
     longest_first = sorted(range(len(loops)), key=lambda index: -sizes[index])
     parts = np.cumsum([sizes[index] for index in longest_first]) // DRAWING.points_at_once
@@ -87,10 +87,8 @@ def _fitted_together(loops: Sequence[Outline], tolerance: float, watch: Watch) -
 
 def _curves(loops: Sequence[Outline], tolerance: float, watch: Watch) -> list[Curves]:
     """Return the curves of ``loops``. Those of thin parts are fitted as if they were larger."""
-    scale = np.array([LETTERING.scale if loop.is_fine else 1.0 for loop in loops])
-    points = [loop.points * factor for loop, factor in zip(loops, scale, strict=True)]
-    fits = fit_loops(points, tolerance, watch)
-    return [(segments / factor, is_line) for (segments, is_line), factor in zip(fits, scale, strict=True)]
+    scales = [LETTERING.scale if loop.is_fine else 1.0 for loop in loops]
+    return fit_enlarged([loop.points for loop in loops], scales, tolerance, watch)
 
 
 def _painted(regions: Regions, layers: Sequence[StackedLayer], segments: torch.Tensor, structure: Structure) -> Scene:

@@ -33,6 +33,23 @@ def contours_of(coverage: NDArray[Any]) -> list[Floats]:
     return [np.clip(loop + (0.5 - margin), 0.0, limit) for loop in found]
 
 
+def interpolated_contours(field: NDArray[np.float64], margin: int, fineness: int = 1) -> list[Floats]:
+    """Return the closed contours [n, 2] where a ``field``, interpolated between its values, is a half, in pixels.
+
+    Args:
+        field: values [f (h + 2 margin), f (w + 2 margin)], with ``margin`` pixels around the picture [h, w].
+        margin: those pixels.
+        fineness: f, values along the side of a pixel.
+    """
+    from contourpy import contour_generator
+
+    limit = np.array(field.shape[::-1], np.float64) / fineness - 2 * margin
+    loops: list[Any] = list(contour_generator(z=field).lines(CURVES.contour_level))
+    # The first value stands for the centre of its part of a pixel.
+    first = 0.5 / fineness - margin
+    return [np.clip(loop[:-1] / fineness + first, 0.0, limit) for loop in loops if len(loop) > _LOOP_MIN]
+
+
 def signed_area(loop: Floats) -> float:
     """Return the area in square pixels that a polyline [n, 2] encloses; its sign says which way it runs."""
     following = np.roll(loop, -1, axis=0)

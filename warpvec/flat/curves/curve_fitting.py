@@ -40,6 +40,21 @@ def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance, watc
     return list(zip(np.split(segments, stops), np.split(pieces.is_line, stops), strict=True))
 
 
+def fit_enlarged(
+    loops: Sequence[Floats],
+    scales: Sequence[float],
+    tolerance: float = CURVES.tolerance,
+    watch: Watch = UNWATCHED,
+) -> list[Curves]:
+    """Return the curves for each closed polyline [m, 2], fitted as if it were so many times larger.
+
+    The ``tolerance`` is in pixels of the larger ones.
+    """
+    larger = [scale * loop for scale, loop in zip(scales, loops, strict=True)]
+    fits = fit_loops(larger, tolerance, watch)
+    return [(segments / scale, is_line) for (segments, is_line), scale in zip(fits, scales, strict=True)]
+
+
 def _pieces(first_node: Integers, cycles: Sequence[Integers], is_line: Mask) -> Pieces:
     start = np.concatenate(cycles)
     rows = np.split(np.arange(len(start)), np.cumsum([len(cycle) for cycle in cycles])[:-1])

@@ -61,7 +61,8 @@ def cover_of(regions: Regions, members: Collection[int], above: Collection[int])
 
 def is_lettering(regions: Regions, members: Collection[int]) -> bool:
     """Return whether the regions ``members`` are words of small thin marks."""
-    return regions.is_lettering is not None and bool(regions.is_lettering[list(members)].all())
+    found = regions.lettering_among(list(members))
+    return found is not None and bool(found.all())
 
 
 def is_opaque(regions: Regions, members: Collection[int]) -> bool:

@@ -6,25 +6,20 @@ each pixel have its coverage. Source of the idea: sub-pixel mapping in remote se
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from PIL import Image
 
 from warpvec.arrays import Floats
 from warpvec.flat.constants.lettering import LETTERING
+from warpvec.flat.curves.contours import interpolated_contours
+
+_MARGIN = 2
+"""Pixels around the coverage, so that the smooth field falls to nothing there."""
 
 
 def fine_contours_of(coverage: Floats) -> list[Floats]:
     """Return the closed contours [n, 2] of ``coverage`` [h, w] as `warpvec.flat.curves.contours.contours_of` does."""
-    from contourpy import contour_generator
-
-    margin, fine = 2, LETTERING.fineness
-    field = fine_field(np.pad(coverage, margin))
-    place = (np.arange(field.shape[1]) + 0.5) / fine - margin, (np.arange(field.shape[0]) + 0.5) / fine - margin
-    loops: list[Any] = list(contour_generator(x=place[0], y=place[1], z=field).lines(0.5))
-    limit = np.array(coverage.shape[::-1], np.float64)
-    return [np.clip(np.asarray(loop)[:-1], 0.0, limit) for loop in loops if len(loop) > 3]
+    return interpolated_contours(fine_field(np.pad(coverage, _MARGIN)), _MARGIN, LETTERING.fineness)
 
 
 def fine_field(coverage: Floats) -> Floats:

@@ -85,8 +85,7 @@ def _painted(regions: Regions, color: Floats) -> Regions:
     opacity = regions.paints.mean_opacity()[first]
     kinds = np.full(len(first), FLAT, np.int32)
     flat = replace(regions.paints.select(first), color=kept, end_color=kept, kind=kinds, opacity=opacity)
-    is_lettering = None if regions.is_lettering is None else regions.is_lettering[first]
-    return Regions(label, other, share, flat, canvas, is_lettering)
+    return Regions(label, other, share, flat, canvas, regions.lettering_among(first))
 
 
 def _joined(regions: Regions, paint: Integers) -> Integers:

@@ -25,8 +25,7 @@ def with_fewer_regions(regions: Regions, count: int) -> Regions:
     other = np.where(keep[regions.label] & keep[regions.other], regions.other, label)
     share = np.where(other == label, np.float32(1), regions.share)
     paints, label = regions.paints.select(np.flatnonzero(keep)), number[label]
-    is_lettering = None if regions.is_lettering is None else regions.is_lettering[keep]
-    return Regions(label, number[other], share, paints, find_canvas(label, paints), is_lettering)
+    return Regions(label, number[other], share, paints, find_canvas(label, paints), regions.lettering_among(keep))
 
 
 def _prominence(regions: Regions) -> Floats:

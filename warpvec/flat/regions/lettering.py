@@ -7,8 +7,7 @@ colour of all its marks.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
@@ -16,6 +15,7 @@ from scipy import ndimage
 from warpvec.arrays import Floats32, Integers, Integers32, Mask, Places
 from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.lettering import LETTERING
+from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paint_fitting import flat_paints
 from warpvec.flat.regions.paints import Paints
@@ -59,47 +59,44 @@ class _Mark:
         return int((self.box[2:] - self.box[:2]).min()) < LETTERING.weak_side_max
 
 
-class Mixing(NamedTuple):
-    """Which regions mix in each pixel; as the fields of `warpvec.flat.regions.regions.Regions`."""
-
-    label: Integers32
-    other: Integers32
-    share: Floats32
-    paints: Paints
-    is_lettering: Mask | None = None
-
-
 def with_lettering(
-    picture: Floats32, found: Mixing, tolerances: Tolerances, area_min: float, lone_area_min: float
-) -> Mixing:
-    """Return the regions ``found`` with one for each word of small thin marks, in place of their own.
+    picture: Floats32,
+    found: Assignment,
+    paints: Paints,
+    tolerances: Tolerances,
+    area_min: float,
+    lone_area_min: float,
+) -> tuple[Assignment, Paints, Mask | None]:
+    """Return the mix and the paints with a region for each word of small thin marks, and a mask of these regions [K].
+
+    The mask is None if there are none. Of the mix, only the two regions of each pixel and their share are changed.
 
     Args:
         picture: premultiplied RGBA [h, w, 4].
-        found: the regions of the picture.
+        found: the mix of regions in each pixel.
+        paints: those of the regions.
         tolerances: those of the picture.
         area_min: marks of less ink, in square pixels, are left out: the dot of an i has hardly one.
         lone_area_min: the same for marks that are no part of a word, which may be specks.
     """
-    marks = _marks(picture, found, tolerances)
+    marks = _marks(picture, found.label, paints, tolerances)
     if not 0 < len(marks) <= LETTERING.marks_max:
-        return found
-    result = Mixing(found.label.copy(), found.other.copy(), found.share.copy(), found.paints)
+        return found, paints, None
+    result = found.copy()
     words = _words(marks)
     colors: list[Floats32] = []
-    for word, ink in zip(words, _inks(words, found.paints, tolerances), strict=True):
+    for word, ink in zip(words, _inks(words, paints, tolerances), strict=True):
         covered = [np.clip(mark.height / ink.depth, 0.0, 1.0) for mark in word]
         if _is_thin(np.concatenate(covered)):
             least = area_min if len(word) > 1 else lone_area_min
             large = [(mark, part) for mark, part in zip(word, covered, strict=True) if part.sum() >= least]
             for mark, part in large:
-                _write(mark, part, len(found.paints) + len(colors), result)
+                _write(mark, part, len(paints) + len(colors), result)
             colors += [_straight(ink.value)] * bool(large)
     if not colors:
-        return found
-    is_lettering = np.arange(len(found.paints) + len(colors)) >= len(found.paints)
-    paints = found.paints.joined(flat_paints(np.stack(colors)))
-    return _compact(result._replace(paints=paints, is_lettering=is_lettering))
+        return found, paints, None
+    is_lettering = np.arange(len(paints) + len(colors)) >= len(paints)
+    return _compact(result, paints.joined(flat_paints(np.stack(colors))), is_lettering)
 
 
 def _is_thin(covered: Floats32) -> bool:
@@ -107,9 +104,9 @@ def _is_thin(covered: Floats32) -> bool:
     return bool(covered[covered >= LETTERING.pure_share].sum() <= LETTERING.pure_part_max * covered.sum())
 
 
-def _marks(picture: Floats32, found: Mixing, tolerances: Tolerances) -> list[_Mark]:
+def _marks(picture: Floats32, label: Integers32, paints: Paints, tolerances: Tolerances) -> list[_Mark]:
     """Return the islands in grounds of one paint that are mixes of the ground and one ink."""
-    grounds = _grounds(picture, found, tolerances)
+    grounds = _grounds(picture, label, paints, tolerances)
     islands, count = ndimage.label(grounds == NONE, np.ones((3, 3), bool))
     if count > LETTERING.islands_max:
         return []
@@ -127,7 +124,7 @@ def _marks(picture: Floats32, found: Mixing, tolerances: Tolerances) -> list[_Ma
         if len(beside) != 1 or beside[0] == NONE:
             continue
         y, x = (place - 1 + first for place, first in zip(np.nonzero(inside), (rows.start, columns.start), strict=True))
-        behind = found.paints.at(np.full(len(y), beside[0]), x + np.float32(0.5), y + np.float32(0.5))
+        behind = paints.at(np.full(len(y), beside[0]), x + np.float32(0.5), y + np.float32(0.5))
         corners = np.array([rows.start, columns.start, rows.stop - 1, columns.stop - 1], np.int64)
         pixels = np.ravel_multi_index((y, x), grounds.shape)
         mark = _mark(picture[y, x], behind, pixels, int(beside[0]), corners, tolerances)
@@ -136,20 +133,19 @@ def _marks(picture: Floats32, found: Mixing, tolerances: Tolerances) -> list[_Ma
     return marks
 
 
-def _grounds(picture: Floats32, found: Mixing, tolerances: Tolerances) -> Integers32:
+def _grounds(picture: Floats32, label: Integers32, paints: Paints, tolerances: Tolerances) -> Integers32:
     """Return the ground [h, w] that each pixel shows, or ``NONE``.
 
     Regions of one flat paint are one ground, named by the first of them.
     """
-    paints = found.paints
     values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity])
     own = np.where(paints.kind == FLAT, -1, np.arange(len(paints)))
     _, first, same = np.unique(np.column_stack([values, own]), axis=0, return_index=True, return_inverse=True)
-    size = np.bincount(found.label.ravel(), minlength=len(paints))
+    size = np.bincount(label.ravel(), minlength=len(paints))
     name = np.where(size >= LETTERING.ground_area_min, first[same.ravel()], NONE).astype(np.int32)
-    y, x = np.indices(found.label.shape, np.float32) + np.float32(0.5)
-    difference = np.abs((picture - paints.at(found.label, x, y)) @ tolerances.metric).max(-1)
-    return np.where(difference <= tolerances.paint, name[found.label], np.int32(NONE))
+    y, x = np.indices(label.shape, np.float32) + np.float32(0.5)
+    difference = np.abs((picture - paints.at(label, x, y)) @ tolerances.metric).max(-1)
+    return np.where(difference <= tolerances.paint, name[label], np.int32(NONE))
 
 
 def _mark(
@@ -263,7 +259,7 @@ def _straight(value: Floats32) -> Floats32:
     return np.append(np.clip(value[:3] / max(opacity, 1e-6), 0.0, 1.0), opacity).astype(np.float32)
 
 
-def _write(mark: _Mark, covered: Floats32, region: int, result: Mixing) -> None:
+def _write(mark: _Mark, covered: Floats32, region: int, result: Assignment) -> None:
     """Make ``mark`` a part of the ``region``, which has ``covered`` [n] of each of its pixels."""
     is_own: Mask = covered > 0.5
     is_own[covered.argmax()] = True  # a mark that nowhere has more than its ground is still one
@@ -273,11 +269,11 @@ def _write(mark: _Mark, covered: Floats32, region: int, result: Mixing) -> None:
     result.share[place] = np.where(is_own, np.maximum(covered, 0.5), 1.0 - covered)
 
 
-def _compact(found: Mixing) -> Mixing:
-    """Return the regions ``found``, numbered anew without those that no pixel shows."""
-    shown = np.bincount(found.label.ravel(), minlength=len(found.paints)) > 0
+def _compact(found: Assignment, paints: Paints, is_lettering: Mask) -> tuple[Assignment, Paints, Mask]:
+    """Return the regions, numbered anew without those that no pixel shows."""
+    shown = np.bincount(found.label.ravel(), minlength=len(paints)) > 0
     number = (np.cumsum(shown) - 1).astype(np.int32)
     other = np.where(shown[found.other], found.other, found.label)
     share = np.where(other == found.label, np.float32(1), found.share)
-    is_lettering = None if found.is_lettering is None else found.is_lettering[shown]
-    return Mixing(number[found.label], number[other], share, found.paints.select(np.flatnonzero(shown)), is_lettering)
+    numbered = replace(found, label=number[found.label], other=number[other], share=share)
+    return numbered, paints.select(np.flatnonzero(shown)), is_lettering[shown]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from warpvec.arrays import Floats32, Integers32, Mask
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import assign
-from warpvec.flat.regions.lettering import Mixing, with_lettering
+from warpvec.flat.regions.lettering import with_lettering
 from warpvec.flat.regions.noise import Tolerances, measure_tolerances
 from warpvec.flat.regions.paint_fitting import fit_paints
 from warpvec.flat.regions.paints import Paints
@@ -52,6 +53,10 @@ class Regions:
     def __len__(self) -> int:
         return len(self.paints)
 
+    def lettering_among(self, rows: Any) -> Mask | None:
+        """Return which of the regions ``rows`` are words of small thin marks; None if the picture has none."""
+        return None if self.is_lettering is None else self.is_lettering[rows]
+
     def mixed(self) -> Floats32:
         """Return the picture that the regions, their paints and shares state: premultiplied RGBA [h, w, 4]."""
         y, x = np.indices(self.label.shape, np.float32) + np.float32(0.5)
@@ -85,19 +90,21 @@ def find_regions(image: Floats32, min_area: float = 0.0, watch: Watch = UNWATCHE
     assignment = assign(picture, seeds, paints, tolerances, canvas)
     paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas, watch)
     assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, watch)
-    found = Mixing(assignment.label, assignment.other, assignment.share, paints)
+    is_lettering = None
     # Blur and noise mix more than two paints in a pixel.
     is_plain = tolerances.noise <= LETTERING.noise_max and tolerances.reach <= REGIONS.sharp_reach
     if is_plain and not watch.is_over():
-        found = with_lettering(picture, found, tolerances, min_area, limits.clear_area)
-    label, other, share, paints, is_lettering = found
+        assignment, paints, is_lettering = with_lettering(
+            picture, assignment, paints, tolerances, min_area, limits.clear_area
+        )
+    label, other, share = assignment.label, assignment.other, assignment.share
     return Regions(label, other, share, paints, find_canvas(label, paints), is_lettering)
 
 
 def require_explained(regions: Regions, image: Floats32, unexplained_max: float) -> None:
     """Refuse ``image`` [h, w, 3 or 4] if ``regions`` leave more than so many levels, a root mean square, unexplained.
 
-    What they leave of a drawing is what has happened to it, such as JPEG; of a photo they leave its texture.
+    Of a drawing they leave the traces of a JPEG, for example. Of a photo they leave the texture.
 
     Raises:
         NotFlatArtError: they leave more.

@@ -47,13 +47,11 @@ class _Nodes(NamedTuple):
     is_corner: Mask
 
 
-def fit_line(line: Line, width: float, tolerance: float | None = None, nodes_max: int = STROKES.nodes_max) -> Rows:
+def fit_line(line: Line, width: float, tolerance: float, nodes_max: int = STROKES.nodes_max) -> Rows:
     """Return the cheapest rows within ``tolerance`` pixels of a ``line`` of a stroke of ``width`` pixels.
 
-    Pieces may end at corners, and at ``nodes_max`` other places at most. Without a tolerance it follows from the width.
+    Pieces may end at corners, and at ``nodes_max`` other places at most.
     """
-    if tolerance is None:
-        tolerance = min(STROKES.tolerance, STROKES.tolerance_share * width)
     points = resampled(line)
     if len(points) < 3:
         return _single(points, line.is_closed)
