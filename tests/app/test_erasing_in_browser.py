@@ -14,21 +14,6 @@ pytestmark = NEEDS_BROWSER
 WHITE, GREEN, YELLOW = (255, 255, 255), (0x2E, 0x9B, 0x4F), (0xF2, 0xC2, 0x30)
 
 
-def drag(desk: DeskPage, *points: tuple[float, float]) -> None:
-    """Press at the first point of the drawing, move along the others, and release."""
-    script = """() => {
-        const surface = document.getElementById("surface"), { left, top } = surface.getBoundingClientRect();
-        const [scale, x, y] = surface.dataset.view.split(" ").map(Number);
-        return [scale, x + left, y + top];
-    }"""
-    scale, left, top = desk.page.evaluate(script)
-    for i, (x, y) in enumerate(points):
-        desk.page.mouse.move(left + scale * x, top + scale * y, steps=6)
-        if i == 0:
-            desk.page.mouse.down()
-    desk.page.mouse.up()
-
-
 @pytest.mark.parametrize("choice", ["keep-mine", "take-new"])
 def test_the_lasso_cuts_shapes_and_the_user_decides_what_stays(
     browser, quick_server: QuickServer, tmp_path: Path, choice: str
@@ -38,7 +23,7 @@ def test_the_lasso_cuts_shapes_and_the_user_decides_what_stays(
     desk.drop(write_logo(tmp_path / "logo.png"))
     desk.wait_for_status("done")
     page.keyboard.press("o")
-    drag(desk, (10, 10), (70, 10), (70, 130), (10, 130), (10, 10))
+    desk.drag((10, 10), (70, 10), (70, 130), (10, 130), (10, 10))
     page.wait_for_function("() => document.getElementById('message').textContent.startsWith('Erased')")
     assert page.inner_text("#message") == "Erased from 2 paths"
     assert [desk.color(x, 70) for x in (40, 66, 76, 90)] == [WHITE, WHITE, YELLOW, GREEN]

@@ -58,6 +58,17 @@ def open_page_fixture(browser: Any, tmp_path: Path) -> Iterator[Callable[..., Vi
         viewer.close()
 
 
+def window_positions(page: Any, points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return the window positions of ``points`` of the drawing that ``page`` shows."""
+    script = """() => {
+        const surface = document.getElementById("surface"), { left, top } = surface.getBoundingClientRect();
+        const [scale, x, y] = surface.dataset.view.split(" ").map(Number);
+        return [scale, x + left, y + top];
+    }"""
+    scale, left, top = page.evaluate(script)
+    return [(left + scale * x, top + scale * y) for x, y in points]
+
+
 class Viewer:
     """A drawing in a page of its own, which records the errors and outside requests of the page.
 
@@ -106,13 +117,7 @@ class Viewer:
 
     def all_at(self, points: list[tuple[float, float]]) -> list[tuple[float, float]]:
         """Return the window positions of points of the drawing."""
-        script = """() => {
-            const surface = document.getElementById("surface"), { left, top } = surface.getBoundingClientRect();
-            const [scale, x, y] = surface.dataset.view.split(" ").map(Number);
-            return [scale, x + left, y + top];
-        }"""
-        scale, left, top = self.page.evaluate(script)
-        return [(left + scale * x, top + scale * y) for x, y in points]
+        return window_positions(self.page, points)
 
     def click(self, x: float, y: float, *modifiers: str) -> str:
         """Click on the drawing and return the text about the selection."""

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import CHROMIUM
+from browser import CHROMIUM, window_positions
 from children import limit, start
 
 from warpvec.app.address import open_socket
@@ -180,13 +180,15 @@ class DeskPage:
 
     def click(self, x: float, y: float) -> None:
         """Click on the point x, y of the drawing."""
-        script = """() => {
-            const surface = document.getElementById("surface"), { left, top } = surface.getBoundingClientRect();
-            const [scale, x, y] = surface.dataset.view.split(" ").map(Number);
-            return [scale, x + left, y + top];
-        }"""
-        scale, left, top = self.page.evaluate(script)
-        self.page.mouse.click(left + scale * x, top + scale * y)
+        self.page.mouse.click(*window_positions(self.page, [(x, y)])[0])
+
+    def drag(self, *points: tuple[float, float]) -> None:
+        """Press at the first point of the drawing, move along the others, and release."""
+        for i, place in enumerate(window_positions(self.page, list(points))):
+            self.page.mouse.move(*place, steps=6)
+            if i == 0:
+                self.page.mouse.down()
+        self.page.mouse.up()
 
     def caret_gap(self, x: float, y: float) -> list[float]:
         """Return the pixels to the right and down from the cross for keys to the point x, y of the drawing."""

@@ -97,7 +97,10 @@ def reshape(texts: list[str], to: str) -> list[dict[str, Any]]:
 
 
 def _cut_all(texts: list[str]) -> list[dict[str, Any]]:
-    """Return what is left of each first one of two shapes without the second one, or "gone" or "same" in its place."""
+    """Cut an area out of each shape, which stands before it in ``texts``.
+
+    An answer has the rest of the shape as "svg", or says that the shape is "gone" or the "same".
+    """
     if load_skia() is None:
         rule = "need skia-pathops to be cut, which is not installed"
         raise InputError("shapes", rule, str(len(texts) // 2), "pip install 'warpvec[refine]'")
