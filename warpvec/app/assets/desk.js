@@ -234,7 +234,8 @@ export class Desk {
       picture.frame = facts;
       if (isShown) this.sheet.showFrameSoon();
     }
-    if (kind === "done") this.finish(picture, facts);
+    // The fit that another one has replaced may still end: its result is not wanted. Its last frame is, if the user stops.
+    if (kind === "done" && facts.fit !== picture.unwanted) this.finish(picture, facts);
     if (kind === "failed") {
       Object.assign(picture, { frame: null, message: facts.message });
       this.giveUp(picture);
@@ -259,7 +260,7 @@ export class Desk {
 
   finish(picture, facts) {
     // The stream has been interrupted, and tells again what is known: the drawing may have been edited since.
-    if (picture.fit === facts.fit || facts.fit === picture.unwanted) return;
+    if (picture.fit === facts.fit) return;
     // The last frame of a fit that was ended has not been measured as a file.
     const result = { ...facts, positions: picture.asked.positions, psnr: "mode" in facts ? facts.psnr : undefined };
     Object.assign(picture, { frame: null, isSaved: false, fit: facts.fit, result, isUnseen: true });
