@@ -36,7 +36,7 @@ def write_photo(path: Path, scale: int = 4) -> Path:
 
 
 def write_logo(path: Path, transparent: bool) -> Path:
-    pixels = logo(2)
+    pixels = logo(1)
     image = Image.fromarray(pixels)
     if not transparent:
         paper = Image.new("RGBA", image.size, "white")
@@ -153,10 +153,10 @@ def test_an_edited_drawing_is_fitted_again(desk: DeskPage, tmp_path: Path) -> No
     # The yellow disc goes, the black bar becomes green and stays so.
     page = desk.page
     page.locator("#sides label").nth(1).click()
-    desk.click(128, 124)
+    desk.click(64, 62)
     page.keyboard.press("Delete")
     assert desk.paths() == count - 1
-    desk.click(264, 218)
+    desk.click(132, 108)
     page.locator("#fill").fill("#00aa00")
     page.locator("#fill").dispatch_event("change")
     with desk.fitting():
@@ -166,15 +166,15 @@ def test_an_edited_drawing_is_fitted_again(desk: DeskPage, tmp_path: Path) -> No
     after = desk.save()
     target = read_image(source)
     first, second = (draw_like(file.read_bytes(), target).astype(int) for file in (before, after))
-    assert tuple(second[218, 264]) == (0, 0xAA, 0)
-    assert np.abs(second[124, 128] - (20, 110, 220)).max() < 24  # the blue ring's colour is all around the disc
-    assert np.abs(first[124, 128] - (255, 200, 40)).max() < 8
+    assert tuple(second[108, 132]) == (0, 0xAA, 0)
+    assert np.abs(second[62, 64] - (20, 110, 220)).max() < 24  # the blue ring's colour is all around the disc
+    assert np.abs(first[62, 64] - (255, 200, 40)).max() < 8
     outside = np.ones(target.shape[:2], bool)
-    outside[205:230, 220:310] = False  # the bar
-    outside[80:170, 80:175] = False  # the disc
+    outside[102:116, 110:155] = False  # the bar
+    outside[40:85, 40:88] = False  # the disc
     assert np.abs(first - second)[outside].mean() < 1.0
     # A slider does not bring it back.
     with desk.fitting():
         desk.slide("set-detail", 16)
     third = draw_like(desk.save().read_bytes(), target).astype(int)
-    assert np.abs(third[124, 128] - (20, 110, 220)).max() < 24
+    assert np.abs(third[62, 64] - (20, 110, 220)).max() < 24

@@ -24,17 +24,17 @@ from torture_runner import Ended, run_all
 pytestmark = [pytest.mark.slow, pytest.mark.longest_wait(600)]
 
 CASES = {
-    "images": 120,
-    "svgs": 75,
-    "checkpoints": 100,
-    "toml": 50,
-    "commands": 75,
-    "batch": 2,
-    "options": 50,
-    "disks": 2,
+    "images": 60,
+    "svgs": 40,
+    "checkpoints": 50,
+    "toml": 30,
+    "commands": 40,
+    "batch": 1,
+    "options": 30,
+    "disks": 1,
     "kills": 1,
 }
-"""Numbers of cases that together take about a minute on two cores; `bench/torture.py` runs any number."""
+"""Numbers of cases that together take about half a minute on two cores; `bench/torture.py` runs any number."""
 
 PATIENCE = 5.0
 """Factor of all time limits: other tests run at the same time. Hangs are found all the same."""

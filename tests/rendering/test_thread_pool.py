@@ -101,7 +101,7 @@ def draw(_=None):
     tensors = random_scene(1, 80, 300, 400)
     scene = Scene.uniform(*(tensor.float() for tensor in tensors[:4]), torch.zeros(80, dtype=torch.int64))
     photo = warpvec.render(scene, 300, 400, threads=2).numpy()
-    return photo, warpvec.vectorize(photo, curves=16, iterations=4, threads=2).svg()
+    return photo, warpvec.vectorize(photo, mode="photo", curves=16, iterations=4, threads=2).svg()
 
 torch.set_num_threads(2)
 photo, svg = draw()

@@ -13,6 +13,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from glob import glob
 from typing import Any, TypeVar
 
 Found = TypeVar("Found")
@@ -79,3 +81,21 @@ def runs(number: int) -> bool:
             return file.read().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
+
+
+def descendants(number: int) -> list[int]:
+    """Return the processes that a process has started, and those that they have. Empty where there is no /proc."""
+    found: list[int] = []
+    for path in glob(f"/proc/{number}/task/*/children"):
+        with suppress(OSError), open(path) as file:
+            for child in map(int, file.read().split()):
+                found += [child, *descendants(child)]
+    return found
+
+
+def work_of(number: int) -> float:
+    """Return seconds of processor time of a running process and of its children that have ended."""
+    with suppress(OSError), open(f"/proc/{number}/stat") as file:
+        times = file.read().rpartition(")")[2].split()[11:15]  # utime, stime, cutime, cstime of proc(5)
+        return sum(map(int, times)) / os.sysconf("SC_CLK_TCK")
+    return 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -54,7 +55,7 @@ time.sleep(60)
 def test_a_test_that_waits_too_long_fails_where_it_waits(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hangs, "limit", lambda seconds: seconds)
     monkeypatch.setattr(hangs, "PERIOD", 0.1)
-    with pytest.raises(hangs.HangError, match="this process worked"), hangs.no_hang(0.2):
+    with pytest.raises(hangs.HangError, match="its children worked"), hangs.no_hang(0.2):
         time.sleep(60)
 
 
@@ -65,3 +66,14 @@ def test_time_in_which_a_test_works_is_no_hang(monkeypatch: pytest.MonkeyPatch) 
     with hangs.no_hang(0.2):
         while time.monotonic() < end:
             pass
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the work of a running child is not known")
+def test_the_work_of_a_running_grandchild_counts() -> None:
+    busy = f"[{sys.executable!r}, '-c', 'while True: pass']"
+    parent = start([sys.executable, "-c", f"import subprocess; subprocess.run({busy})"], start_new_session=True)
+    try:
+        before = hangs._work()
+        wait_for(lambda: hangs._work() > before + 0.5)
+    finally:
+        os.killpg(parent.pid, signal.SIGKILL)

@@ -228,7 +228,9 @@ def apply(matrix: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[n
 def compose(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the matrix [2, 3] that applies ``inner`` first, then ``outer``."""
     with np.errstate(all="ignore"):
-        return outer[:, :2] @ inner + np.pad(outer[:, 2:], ((0, 0), (2, 0)))
+        composed = outer[:, :2] @ inner
+        composed[:, 2] += outer[:, 2]
+    return composed
 
 
 # Largest angle for one cubic: its error for a quarter of a circle is 0.03 % of the radius.
