@@ -100,7 +100,7 @@ def test_broken_files_are_named_and_harm_nothing(desk: DeskPage, tmp_path: Path,
 
 
 def test_stop_keeps_the_best_drawing_and_a_slider_goes_on_from_it(desk: DeskPage, tmp_path: Path) -> None:
-    source = write_photo(tmp_path / "large.png", 10)
+    source = write_photo(tmp_path / "large.png", 6)
     desk.slide("set-detail", 24)
     desk.drop(source)
     desk.wait_for_frame(15.0)

@@ -62,8 +62,11 @@ def test_a_component_has_a_name_that_react_takes(stem: str, name: str) -> None:
     assert component_name(stem) == name
 
 
+QUICK = {"mode": "photo", "curves": 6, "iterations": 4, "gradients": 3, "threads": 1}
+
+
 def test_saved_files_for_pages_are_measured_as_drawn(tmp_path: Path) -> None:
-    options = {"background": "white", "threads": 1, "metadata": False}
+    options = {**QUICK, "background": "white", "metadata": False}
     plain = warpvec.vectorize(logo(), **options)
     result = warpvec.vectorize(logo(), **options, current_color="#146edc", symbol="logo")
     for name in ("a.svg", "my-logo.jsx"):
@@ -77,7 +80,7 @@ def test_saved_files_for_pages_are_measured_as_drawn(tmp_path: Path) -> None:
 
 
 def test_files_share_the_id_of_a_gradient_only_if_it_is_equal() -> None:
-    found = [warpvec.vectorize(logo(), background=color, threads=1).svg() for color in ("white", "#fafafa")]
+    found = [warpvec.vectorize(logo(), **QUICK, background=color).svg() for color in ("white", "#fafafa")]
     gradients = [dict(re.findall(r'<\w+Gradient id="(\w+)"(.*?)</', text)) for text in found]
     assert all(gradients)
     assert all(gradients[0][name] == gradients[1][name] for name in gradients[0].keys() & gradients[1].keys())
