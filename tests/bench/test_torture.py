@@ -26,8 +26,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.longest_wait(600)]
 CASES = {
     "images": 60,
     "svgs": 40,
-    "checkpoints": 50,
-    "toml": 30,
+    "checkpoints": 100,
+    "toml": 50,
     "commands": 40,
     "batch": 1,
     "options": 30,
