@@ -16,6 +16,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.given import place_on_picture, read_drawing
+from warpvec.drawing.not_kept import not_kept
 from warpvec.image.read import read_image
 from warpvec.modes.choice import chosen_mode, draw_picture
 from warpvec.modes.flat import KnownOutlines
@@ -77,7 +78,8 @@ def run_job(
             config = replace(config, mode="auto")
         drawing = draw_picture(_request(job, pixels, config, watch), outlines=outlines)
     result = Result(drawing, watch.facts())
-    return result_facts(result, None if pixels is given else given)
+    is_fitted_again = job.start is not None and job.keeps_paths
+    return result_facts(result, None if pixels is given else given, is_fitted_again=is_fitted_again)
 
 
 def _request(job: FitJob, pixels: NDArray[np.float32], config: FitConfig, watch: Watch) -> Request:
@@ -93,13 +95,16 @@ def _fit_again(job: FitJob, pixels: NDArray[np.float32], mode: str, threads: int
     return fit_again(edited, _request(job, pixels, config, watch).encoding, watch)
 
 
-def result_facts(result: Result, given: NDArray[np.float32] | None = None) -> dict[str, Any]:
+def result_facts(
+    result: Result, given: NDArray[np.float32] | None = None, *, is_fitted_again: bool = False
+) -> dict[str, Any]:
     """Return the SVG text and the figures of its file that the page shows.
 
     Args:
         result: the drawing.
         given: the picture [h, w, 3 or 4] to measure the file against; None for that of the drawing, which differs if
             the user has edited what is to be drawn.
+        is_fitted_again: whether an edited drawing was fitted, which has lost no more than the one before.
     """
     text = result.svg()
     psnr = result.file_psnr if given is None else file_quality(text.encode(), given)["psnr"]
@@ -112,6 +117,7 @@ def result_facts(result: Result, given: NDArray[np.float32] | None = None) -> di
         "mode": result.config.mode,
         "history": [entry for entry in result.history if math.isfinite(entry["psnr"])],
         "layers": _layers(result),
+        "not_kept": None if is_fitted_again else list(not_kept(result.drawing).values()),
     }
 
 

@@ -118,6 +118,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.append(f"mode: {mode.title} ({{mode_reason}}); {hint}")
     if metrics.get("condition_words"):
         lines.append("the picture: {condition_words}")
+    if metrics.get("not_kept"):
+        lines.append(f"not kept: {'; '.join(metrics['not_kept'].values())}")
     removed = [counted(count, _REMOVED.get(name, name)) for name, count in metrics.get("left_out", {}).items() if count]
     if removed:
         lines.append(f"{', '.join(removed)} removed")

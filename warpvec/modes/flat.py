@@ -69,7 +69,7 @@ class Flat:
             def draw(detail: float) -> Drawing:
                 scene, left_out = work.draw(detail)
                 self.outlines.keep(work, request)
-                return finished(request, scene, detail, left_out)
+                return replace(finished(request, scene, detail, left_out), roughly=work.outlines.roughly)
 
             return drawn(request, draw)
 

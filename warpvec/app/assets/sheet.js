@@ -61,6 +61,8 @@ export class Sheet {
   finish(picture, isForced = false) {
     const { result } = picture;
     const { edits } = picture.asked;
+    // A drawing that was fitted again has lost no more than the one before.
+    result.not_kept ??= this.view.facts.notKept;
     const left = this.view.finishDrawing({ svg: result.svg, facts: factsOf(picture, result), edits, isForced });
     if (!left && !this.view.isEdited) this.view.markSaved(); // as far as edits go; see `isSaved` of the picture
     return left;
@@ -97,8 +99,9 @@ export class Sheet {
 }
 
 /** Returns the facts of a result that belong to its drawing. */
-function factsOf({ asked, mode, reason }, { svg, history, psnr, bytes, gzip_bytes, segments, layers }) {
+function factsOf({ asked, mode, reason }, result) {
+  const { svg, history, psnr, bytes, gzip_bytes, segments, layers, not_kept: notKept } = result;
   const figures = { bytes, gzip_bytes, segments, ...(psnr === undefined ? {} : { psnr }) };
   const known = Object.fromEntries(Object.entries(figures).filter(([, value]) => value !== undefined));
-  return { figures: known, history: history ?? [], text: svg, layers, mode, reason, positions: asked.positions };
+  return { figures: known, history: history ?? [], text: svg, layers, notKept, mode, reason, positions: asked.positions };
 }
