@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from warpvec.checks import counted
 from warpvec.drawing.drawing import Drawing
 
 TEXTURE_PSNR = 30.0
 """Closeness in dB below which a drawing lacks texture that one sees beside the picture."""
+
+COLORED_MIN = 48.0 / 255.0
+"""Difference of a pixel's channels from which it is coloured: ink and paper in photos of scans have up to 40 levels."""
 
 
 def not_kept(drawing: Drawing) -> dict[str, str]:
@@ -34,13 +39,16 @@ def _areas(drawing: Drawing) -> str | None:
 
 def _colors(drawing: Drawing) -> str | None:
     settings = drawing.encoding.settings
-    if settings.mode == "mono":
-        return "colours and greys, which are black or white"
-    if settings.mode == "lines":
-        return "colours and changes of width within a line"
+    if settings.mode in ("mono", "lines"):
+        return "colours, which are black or white" if _is_colored(drawing) else None
     if settings.palette is not None:
         return "colours outside of the palette"
     return f"colours beyond {settings.colors}, which are the nearest of these" if settings.colors else None
+
+
+def _is_colored(drawing: Drawing) -> bool:
+    pixels = drawing.encoding.picture.reduced[..., :3]
+    return bool(np.ptp(pixels, -1).max() > COLORED_MIN)
 
 
 def _shades(drawing: Drawing) -> str | None:
