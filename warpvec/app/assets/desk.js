@@ -184,9 +184,27 @@ export class Desk {
 
   /** Shows a result, or keeps the drawing with the edits for which the result has no place, until the user decides. */
   showResult(picture) {
-    picture.isUnseen = false;
-    picture.proposal = this.sheet.finish(picture);
-    if (picture.proposal) this.follow(true);
+    const { result } = picture;
+    const erasing = result.left ? null : this.sheet.eraseFrom(picture);
+    if (erasing) this.attempt(() => this.showErased(picture, result, erasing));
+    else {
+      picture.isUnseen = false;
+      picture.proposal = this.sheet.finish(picture);
+      if (picture.proposal) this.follow(true);
+    }
+  }
+
+  /** Shows a result as soon as the server has erased from it what was erased before, if it is still wanted then. */
+  async showErased(picture, result, erasing) {
+    result.left = new Map();
+    picture.message = "Erasing …";
+    try {
+      result.left = await erasing;
+    } finally {
+      picture.message = "";
+      const isWanted = picture.result === result && picture.isUnseen && result.fit !== picture.unwanted;
+      if (isWanted && this.sheet.shows(picture)) this.showResult(picture);
+    }
   }
 
   /** Takes the new drawing, without the edits that it has no place for, or keeps the user's own. */

@@ -55,6 +55,13 @@ export class Sheet {
     });
   }
 
+  /** Returns a promise of what is left of shapes of the result without what has been erased; null for nothing erased. */
+  eraseFrom(picture) {
+    const { result, asked } = picture;
+    if (asked.edits !== "again" || !this.view.isEdited) return null;
+    return this.view.eraseFrom({ svg: result.svg, facts: factsOf(picture, result) });
+  }
+
   /** Shows the result of a fit in place of its frames, with the edits of the drawing before.
    *
    * Returns in words the edits for which it has no place: then the drawing before stays, unless `isForced`. */
@@ -63,7 +70,7 @@ export class Sheet {
     const { edits } = picture.asked;
     // A drawing that was fitted again has lost no more than the one before.
     result.not_kept ??= this.view.facts.notKept;
-    const left = this.view.finishDrawing({ svg: result.svg, facts: factsOf(picture, result), edits, isForced });
+    const left = this.view.finishDrawing({ svg: result.svg, facts: factsOf(picture, result), edits, isForced, left: result.left });
     if (!left && !this.view.isEdited) this.view.markSaved(); // as far as edits go; see `isSaved` of the picture
     return left;
   }
