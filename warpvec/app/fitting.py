@@ -24,7 +24,7 @@ from warpvec.modes.path_count import CORRECTION_RATE
 from warpvec.modes.photo import Photo
 from warpvec.modes.refine import ITERATIONS, with_drawing_settings
 from warpvec.modes.request import Request
-from warpvec.modes.restored import measured, restored
+from warpvec.modes.restored import Restoration
 from warpvec.polish.edited import Edited, fit_again
 from warpvec.polish.erasing import erase, hole_of, wanted_picture
 from warpvec.result import Result
@@ -56,11 +56,10 @@ def run_job(
         InputError: the picture or the drawing to go on from cannot be read, or the settings do not fit together.
     """
     given = pixels = read_image(job.data, name="picture")
-    mode, reason = job.settings.mode, None
+    mode, reason, known = job.settings.mode, None, None
     if mode == "auto":
-        request = _request(job, pixels, job.settings.config("flat"), watch)
-        condition = measured(request)
-        mode, reason, _ = chosen_mode(restored(request, condition).picture.reduced, request.settings, condition)
+        known = Restoration.of(_request(job, pixels, job.settings.config("flat"), watch))
+        mode, reason, _ = chosen_mode(known.request.picture.reduced, known.given.settings, known.condition)
     height, width = pixels.shape[:2]
     report("mode", {"mode": mode, "reason": reason, "width": width, "height": height})
     hole = None if job.erased is None else hole_of(pixels, job.erased)
@@ -76,7 +75,7 @@ def run_job(
         config = replace(job.settings.config(mode), threads=threads)
         if job.settings.mode == "auto":  # the drawing may show that it is rather a photo
             config = replace(config, mode="auto")
-        drawing = draw_picture(_request(job, pixels, config, watch), outlines=outlines)
+        drawing = draw_picture(_request(job, pixels, config, watch), outlines=outlines, known=known)
     result = Result(drawing, watch.facts())
     is_fitted_again = job.start is not None and job.keeps_paths
     return result_facts(result, None if pixels is given else given, is_fitted_again=is_fitted_again)
