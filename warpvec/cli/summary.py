@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -33,14 +33,19 @@ _BECAUSE = "because of "
 
 
 def end_fit(
-    ctx: click.Context, result: Result, out: str, options: dict[str, Any], deciding: Sequence[str] = ()
+    ctx: click.Context,
+    result: Result,
+    out: str,
+    options: dict[str, Any],
+    deciding: Sequence[str] = (),
+    more: Mapping[str, Any] | None = None,
 ) -> None:
     """Print the summary of a fit as ``options`` ask for it, and exit with 130 if Ctrl-C ended the fit.
 
-    ``deciding`` are the options that have decided the mode, as there is no --mode.
+    ``deciding`` are the options that have decided the mode, as there is no --mode. JSON also has ``more``.
     """
     if options["as_json"] or not options["quiet"]:
-        metrics = {**result.metrics, "history": result.history}
+        metrics = {**result.metrics, "history": result.history, **(more or {})}
         if deciding and metrics["mode_reason"] is None:
             metrics["mode_reason"] = _BECAUSE + ", ".join(deciding)
         reason = _why_on_cpu(result.config.device, metrics["device"], options["verbose"])
