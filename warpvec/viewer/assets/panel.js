@@ -237,7 +237,8 @@ export class Panel {
     line.classList.toggle("parked", !app.split);
     Object.assign(line.style, { left: `${left}px`, top: `${top}px`, height: `${height * stage.view.scale}px` });
     for (const tag of ["tag-photo", "tag-drawing"]) {
-      find(tag).hidden = !app.split;
+      // Beside the whole picture nothing of the drawing is seen.
+      find(tag).hidden = !app.split || (tag === "tag-drawing" && app.split >= 100);
       Object.assign(find(tag).style, { left: `${left}px`, top: `${top + 8}px` });
     }
     setText("zoom", `${Math.round(stage.view.scale * 100)} %`);
