@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
+from warpvec.drawing.not_kept import not_kept
 from warpvec.errors import InputError
 from warpvec.files import check_writable, text_bytes, write_atomic
 from warpvec.geometry.scene import Scene, over_white
@@ -194,7 +195,8 @@ class Result:
         ``curves`` and ``psnr`` of each prefix of the layers, after a fit with ``lod``. ``goal`` holds the facts about
         the goal. Drawings in the mode lines also have ``lines``, ``line_widths``, ``wide_areas`` and ``pen_up``: see
         `warpvec.modes.lines`. ``condition`` has what had happened to the picture, and ``condition_words`` says it;
-        they are None if nobody looked, and the words also if nothing had. ``psnr_as_fitted`` compares the file with the
+        they are None if nobody looked, and the words also if nothing had. ``not_kept`` says what of the picture the
+        drawing could not keep, by names such as "noise" and "shades". ``psnr_as_fitted`` compares the file with the
         picture as it was before its enlargement, if that was fitted.
         """
         drawing, opacity, picture = self.drawing, self.scene.opacity, self.picture
@@ -224,6 +226,7 @@ class Result:
             "threads": usable_threads(self.config.threads) if drawing.device == "cpu" else None,
             "interrupted": self.interrupted,
             "goal": drawing.goal_facts,
+            "not_kept": not_kept(drawing),
             "condition": None if drawing.condition is None else drawing.condition.facts,
             "condition_words": None if drawing.condition is None else drawing.condition.words,
             "psnr_as_fitted": drawing.encoding.psnr_as_fitted(drawing.text) if picture.is_restored else None,

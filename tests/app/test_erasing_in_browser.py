@@ -1,4 +1,4 @@
-"""The lasso cuts shapes, and a drawing with edits that a new one has no place for stays until the user decides."""
+"""The lasso cuts shapes, also those of the next drawing; what a drawing has no place for is left to the user."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ pytestmark = NEEDS_BROWSER
 WHITE, GREEN, YELLOW = (255, 255, 255), (0x2E, 0x9B, 0x4F), (0xF2, 0xC2, 0x30)
 
 
-@pytest.mark.parametrize("choice", ["keep-mine", "take-new"])
-def test_the_lasso_cuts_shapes_and_the_user_decides_what_stays(
-    browser, quick_server: QuickServer, tmp_path: Path, choice: str
+def test_what_the_lasso_cuts_is_cut_from_the_next_drawing_too(
+    browser, quick_server: QuickServer, tmp_path: Path
 ) -> None:
     desk = DeskPage(browser, quick_server, tmp_path)
     page = desk.page
@@ -30,14 +29,34 @@ def test_the_lasso_cuts_shapes_and_the_user_decides_what_stays(
     page.keyboard.press("Control+z")
     assert desk.color(40, 70) == GREEN
     page.keyboard.press("Control+Shift+z")
+    for is_cut in (True, False):
+        page.locator("#set-cutout").set_checked(is_cut)
+        page.wait_for_function(
+            "(isCut) => warpvecView.facts.positions.cutout == isCut && !warpvecView.state.live", arg=is_cut
+        )
+        assert page.locator("#proposal").is_hidden()
+        assert [desk.color(x, 70) for x in (40, 66, 76, 90)] == [WHITE, WHITE, YELLOW, GREEN]
+    desk.close()
+
+
+@pytest.mark.parametrize("choice", ["keep-mine", "take-new"])
+def test_the_user_decides_about_edits_that_a_new_drawing_has_no_place_for(
+    browser, quick_server: QuickServer, tmp_path: Path, choice: str
+) -> None:
+    desk = DeskPage(browser, quick_server, tmp_path)
+    page = desk.page
+    desk.drop(write_logo(tmp_path / "logo.png"))
+    desk.wait_for_status("done")
+    desk.click(40, 70)
+    page.keyboard.press("Control+g")
+    page.keyboard.press("Delete")
     page.locator("#set-cutout").check()
     page.locator("#proposal").wait_for()
-    assert "1 erased part" in page.inner_text("#proposal-text")
+    assert "arrangement of layers" in page.inner_text("#proposal-text")
     assert (desk.color(40, 70), page.is_checked("#set-cutout")) == (WHITE, False)
     page.locator(f"#{choice}").click()
     assert page.locator("#proposal").is_hidden()
-    is_new = choice == "take-new"
-    assert (desk.color(40, 70), page.is_checked("#set-cutout")) == ((GREEN, True) if is_new else (WHITE, False))
+    assert (desk.color(40, 70), page.is_checked("#set-cutout")) == (WHITE, choice == "take-new")
     page.keyboard.press("Control+z")
-    assert (desk.color(40, 70), page.is_checked("#set-cutout")) == ((WHITE, False) if is_new else (GREEN, False))
+    assert page.is_checked("#set-cutout") is False
     desk.close()

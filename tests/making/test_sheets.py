@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable
 from dataclasses import replace
@@ -142,12 +143,14 @@ def flag(tmp_path: Path) -> Path:
 
 def test_the_command_writes_a_sheet_for_each_colour(flag: Path) -> None:
     folder = flag.parent / "sheets"
-    options = ("--size", "90mm", "--kerf", "0.2mm", "--check-cut", "--ppi", "72")
+    options = ("--size", "90mm", "--kerf", "0.2mm", "--check-cut", "--ppi", "72", "--json")
     result = invoke("run", flag, flag.with_name("out.svg"), "--sheets", folder, *options)
     assert result.exit_code == 0, result.stderr
     assert sorted(path.name for path in folder.iterdir()) == ["01-0000c8.svg", "02-c80000.svg"]
     assert "2 sheets: 01-0000c8.svg, 02-c80000.svg" in result.stderr
     assert "cut: nothing that would go wrong was found" in result.stderr
+    facts = json.loads(result.stdout)
+    assert (facts["cut_warnings"], facts["sheets"]) == ([], ["01-0000c8.svg", "02-c80000.svg"])
     assert _sides((folder / "01-0000c8.svg").read_text()) == ["255.118", "191.339"]
     assert _sides(flag.with_name("out.svg").read_text()) == ["255.1181", "191.3386"]
 

@@ -16,7 +16,7 @@ from PIL import Image, ImageDraw
 import warpvec
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
-from warpvec.flat.color_layers import color_name
+from warpvec.flat.color_layers.layering import color_name
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions import regions
 from warpvec.modes import choice

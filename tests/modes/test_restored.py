@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from damage import drawn, enlarged, levels_of, noisy, unevenly_lit
 from PIL import Image, ImageDraw
 from PIL.Image import Resampling
@@ -12,7 +13,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.goals.goal import make_goal
 from warpvec.image.metrics import psnr
 from warpvec.modes.request import Request
-from warpvec.modes.restored import measured, restored
+from warpvec.modes.restored import Restoration, measured, restored
 from warpvec.svg.measure import draw
 from warpvec.watch.progress import Progress
 
@@ -49,6 +50,21 @@ def test_a_goal_for_the_quality_is_about_the_given_picture() -> None:
     for goal, is_restored in ((make_goal(max_bytes=9000), True), (make_goal(target_psnr=20.0), False)):
         request = Request.of(pixels, FitConfig(), goal)
         assert restored(request, measured(request)).picture.is_restored == is_restored
+
+
+def test_what_is_known_of_a_picture_is_not_measured_again(monkeypatch) -> None:
+    pixels = (levels_of(noisy(drawn(160), 9.0)) / 255.0).astype(np.float32)
+    request = Request.of(pixels, FitConfig(mode="flat"))
+    known = Restoration.of(request)
+    assert known.request.picture.is_restored
+    monkeypatch.delattr("warpvec.condition.condition.measure_condition")
+    again = Restoration.of(Request.of(pixels, FitConfig(mode="mono")), known)
+    assert again.request.picture.reduced is known.request.picture.reduced
+    assert again.request.settings.mode == "mono"
+    for_quality = Request.of(pixels, FitConfig(), make_goal(target_psnr=20.0))
+    assert not Restoration.of(for_quality, known).request.picture.is_restored
+    with pytest.raises(ImportError):
+        Restoration.of(Request.of(pixels.copy(), FitConfig()), known)
 
 
 def test_paper_is_drawn_in_even_light() -> None:

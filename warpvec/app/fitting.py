@@ -16,6 +16,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.given import place_on_picture, read_drawing
+from warpvec.drawing.not_kept import not_kept
 from warpvec.image.read import read_image
 from warpvec.modes.choice import chosen_mode, draw_picture
 from warpvec.modes.flat import KnownOutlines
@@ -23,7 +24,7 @@ from warpvec.modes.path_count import CORRECTION_RATE
 from warpvec.modes.photo import Photo
 from warpvec.modes.refine import ITERATIONS, with_drawing_settings
 from warpvec.modes.request import Request
-from warpvec.modes.restored import measured, restored
+from warpvec.modes.restored import Restoration
 from warpvec.polish.edited import Edited, fit_again
 from warpvec.polish.erasing import erase, hole_of, wanted_picture
 from warpvec.result import Result
@@ -55,11 +56,10 @@ def run_job(
         InputError: the picture or the drawing to go on from cannot be read, or the settings do not fit together.
     """
     given = pixels = read_image(job.data, name="picture")
-    mode, reason = job.settings.mode, None
+    mode, reason, known = job.settings.mode, None, None
     if mode == "auto":
-        request = _request(job, pixels, job.settings.config("flat"), watch)
-        condition = measured(request)
-        mode, reason, _ = chosen_mode(restored(request, condition).picture.reduced, request.settings, condition)
+        known = Restoration.of(_request(job, pixels, job.settings.config("flat"), watch))
+        mode, reason, _ = chosen_mode(known.request.picture.reduced, known.given.settings, known.condition)
     height, width = pixels.shape[:2]
     report("mode", {"mode": mode, "reason": reason, "width": width, "height": height})
     hole = None if job.erased is None else hole_of(pixels, job.erased)
@@ -75,9 +75,10 @@ def run_job(
         config = replace(job.settings.config(mode), threads=threads)
         if job.settings.mode == "auto":  # the drawing may show that it is rather a photo
             config = replace(config, mode="auto")
-        drawing = draw_picture(_request(job, pixels, config, watch), outlines=outlines)
+        drawing = draw_picture(_request(job, pixels, config, watch), outlines=outlines, known=known)
     result = Result(drawing, watch.facts())
-    return result_facts(result, None if pixels is given else given)
+    is_fitted_again = job.start is not None and job.keeps_paths
+    return result_facts(result, None if pixels is given else given, is_fitted_again=is_fitted_again)
 
 
 def _request(job: FitJob, pixels: NDArray[np.float32], config: FitConfig, watch: Watch) -> Request:
@@ -93,13 +94,16 @@ def _fit_again(job: FitJob, pixels: NDArray[np.float32], mode: str, threads: int
     return fit_again(edited, _request(job, pixels, config, watch).encoding, watch)
 
 
-def result_facts(result: Result, given: NDArray[np.float32] | None = None) -> dict[str, Any]:
+def result_facts(
+    result: Result, given: NDArray[np.float32] | None = None, *, is_fitted_again: bool = False
+) -> dict[str, Any]:
     """Return the SVG text and the figures of its file that the page shows.
 
     Args:
         result: the drawing.
         given: the picture [h, w, 3 or 4] to measure the file against; None for that of the drawing, which differs if
             the user has edited what is to be drawn.
+        is_fitted_again: whether an edited drawing was fitted, which has lost no more than the one before.
     """
     text = result.svg()
     psnr = result.file_psnr if given is None else file_quality(text.encode(), given)["psnr"]
@@ -112,6 +116,7 @@ def result_facts(result: Result, given: NDArray[np.float32] | None = None) -> di
         "mode": result.config.mode,
         "history": [entry for entry in result.history if math.isfinite(entry["psnr"])],
         "layers": _layers(result),
+        "not_kept": None if is_fitted_again else list(not_kept(result.drawing).values()),
     }
 
 

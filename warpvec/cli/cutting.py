@@ -94,27 +94,29 @@ def _check_packages() -> None:
         raise InputError("--sheets and --check-cut", rule, "ezdxf or shapely is missing", remedy) from None
 
 
-def cut(result: Result, out: str, options: Mapping[str, Any]) -> None:
-    """Write the sheets and print the warnings that ``options`` ask for.
+def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Write the sheets and print the warnings that ``options`` ask for; return both for the summary.
 
     Raises:
         OSError: a sheet cannot be written.
     """
+    facts: dict[str, Any] = {}
     if options["sheets"] is None and not options["check_cut"]:
-        return
+        return facts
     from warpvec.making.checks import cut_warnings
     from warpvec.making.parts import read_parts
 
     drawing, made = read_parts(result.drawing.text, result.target.per_inch), _sheet_options(result, options)
     if options["check_cut"]:
-        found = cut_warnings(drawing, options["min_width"] or MIN_WIDTH_MM, made)
+        found = facts["cut_warnings"] = cut_warnings(drawing, options["min_width"] or MIN_WIDTH_MM, made)
         for text in found or ["nothing that would go wrong was found"]:
             click.echo(f"warpvec: cut: {text}", err=True)
     if options["sheets"] is not None:
-        names = _write_sheets(drawing, Path(options["sheets"]), out, made, result)
+        names = facts["sheets"] = _write_sheets(drawing, Path(options["sheets"]), out, made, result)
         if not options["quiet"]:
             folder = in_one_line(options["sheets"])
             click.echo(f"warpvec: {folder}: {counted(len(names), 'sheet')}: {', '.join(names)}", err=True)
+    return facts
 
 
 def _sheet_options(result: Result, options: Mapping[str, Any]) -> SheetOptions:

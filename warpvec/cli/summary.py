@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -33,14 +33,19 @@ _BECAUSE = "because of "
 
 
 def end_fit(
-    ctx: click.Context, result: Result, out: str, options: dict[str, Any], deciding: Sequence[str] = ()
+    ctx: click.Context,
+    result: Result,
+    out: str,
+    options: dict[str, Any],
+    deciding: Sequence[str] = (),
+    more: Mapping[str, Any] | None = None,
 ) -> None:
     """Print the summary of a fit as ``options`` ask for it, and exit with 130 if Ctrl-C ended the fit.
 
-    ``deciding`` are the options that have decided the mode, as there is no --mode.
+    ``deciding`` are the options that have decided the mode, as there is no --mode. JSON also has ``more``.
     """
     if options["as_json"] or not options["quiet"]:
-        metrics = {**result.metrics, "history": result.history}
+        metrics = {**result.metrics, "history": result.history, **(more or {})}
         if deciding and metrics["mode_reason"] is None:
             metrics["mode_reason"] = _BECAUSE + ", ".join(deciding)
         reason = _why_on_cpu(result.config.device, metrics["device"], options["verbose"])
@@ -118,6 +123,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.append(f"mode: {mode.title} ({{mode_reason}}); {hint}")
     if metrics.get("condition_words"):
         lines.append("the picture: {condition_words}")
+    if metrics.get("not_kept"):
+        lines.append(f"not kept: {'; '.join(metrics['not_kept'].values())}")
     removed = [counted(count, _REMOVED.get(name, name)) for name, count in metrics.get("left_out", {}).items() if count]
     if removed:
         lines.append(f"{', '.join(removed)} removed")

@@ -35,6 +35,8 @@ class Drawing:
         device: the processor that the fit ran on.
         mode_reason: why the drawing is of this mode; None if a setting decided it.
         left_out: number of parts of the picture or drawing that the file leaves out, by their name.
+        roughly: number of parts of the picture that the drawing shows only roughly, by their name; see
+            `warpvec.drawing.not_kept`.
         given: text of the file that was refined, if the drawing is this file as it came in.
         start_psnr: PSNR in dB of the file that was refined; None without one.
         line_facts: what a drawing of lines says of them; see `warpvec.modes.lines`. None for other drawings.
@@ -49,6 +51,7 @@ class Drawing:
     device: str
     mode_reason: str | None = None
     left_out: dict[str, int] = field(default_factory=dict)
+    roughly: dict[str, int] = field(default_factory=dict)
     given: str | None = None
     start_psnr: float | None = None
     line_facts: dict[str, Any] | None = None

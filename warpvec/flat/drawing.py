@@ -19,6 +19,7 @@ from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.regions.fewer_colors import with_colors, with_flat_paints, with_palette
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
 from warpvec.flat.regions.regions import Regions, find_regions, require_explained
+from warpvec.flat.regions.small_text import small_word_count
 from warpvec.flat.scene_building import scene_of
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.fewer_paths import with_fewer_paths
@@ -41,10 +42,13 @@ class FlatOutlines(NamedTuple):
     Attributes:
         traced: a path for each region, numbered by its generation, so that a path that stays finds its colour again.
         fitted: the paths that the settings allow, fitted to the picture.
+        roughly: number of parts of the picture that they show only roughly, or not at all, by their name: "area",
+            "gradient" and "small word".
     """
 
     traced: Scene
     fitted: Scene
+    roughly: dict[str, int]
 
 
 @dataclass(frozen=True)
@@ -87,10 +91,11 @@ class FlatDrawing:
         """
         if self.known is not None:
             return self.known
-        traced = self._traced_regions() if self.tracing is None else self.tracing
+        traced, roughly = self._traced_regions() if self.tracing is None else (self.tracing, {})
         traced = replace(traced, generation=torch.arange(len(traced)))
         fewer = with_fewer_paths(traced, self.critic, self.config.curves)
-        return FlatOutlines(traced, self._polished(fewer, DRAWING.first_iterations))
+        roughly["area"] = roughly.get("area", 0) + len(traced) - len(fewer)
+        return FlatOutlines(traced, self._polished(fewer, DRAWING.first_iterations), roughly)
 
     def draw(self, detail: float) -> tuple[Scene, dict[str, int]]:
         """Return the drawing with the nodes and paths that show at ``detail`` pixels, and what it leaves out.
@@ -123,14 +128,21 @@ class FlatDrawing:
             scene = replace(scene, generation=scene.generation % count)
         return self._snapped(scene), left_out
 
-    def _traced_regions(self) -> Scene:
+    def _traced_regions(self) -> tuple[Scene, dict[str, int]]:
         may_refuse = self.unexplained_max is not None
         found = find_regions(self.image.numpy(), self.config.min_area, self.watch, may_refuse)
         if self.unexplained_max is not None:
             require_explained(found, self.image.numpy(), self.unexplained_max)
-        regions = self._repainted(with_fewer_regions(found, REGIONS.regions_max))
+        fewer = with_fewer_regions(found, REGIONS.regions_max)
+        regions = self._repainted(fewer)
+        gradient_count = int((fewer.paints.kind != FLAT).sum()) - int((regions.paints.kind != FLAT).sum())
+        roughly = {
+            "area": len(found) - len(fewer),
+            "gradient": gradient_count,
+            "small word": small_word_count(found),
+        }
         tolerance = DRAWING.small_tolerance if self.is_small else CURVES.tolerance
-        return self._on_canvas(scene_of(regions, tolerance, watch=self.watch))
+        return self._on_canvas(scene_of(regions, tolerance, watch=self.watch)), roughly
 
     def _on_canvas(self, scene: Scene) -> Scene:
         """Return ``scene`` with a canvas if the picture is opaque: that of its lowest path if no region is one."""

@@ -16,7 +16,7 @@ from warpvec.flat.mode_choice import ModeChoice, choose_mode, is_gray
 from warpvec.goals.search import check_possible
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Mode, Request
-from warpvec.modes.restored import measured, restored, shown_at_usual_size
+from warpvec.modes.restored import Restoration, shown_at_usual_size
 
 if TYPE_CHECKING:  # the modes of drawings load SciPy, which a photo does not need
     from warpvec.condition.condition import Condition
@@ -31,7 +31,12 @@ PLAIN_PHOTO = Photo()
 """A fit that begins with nothing, and whose state is not saved."""
 
 
-def draw_picture(request: Request, photo: Photo = PLAIN_PHOTO, outlines: KnownOutlines | None = None) -> Drawing:
+def draw_picture(
+    request: Request,
+    photo: Photo = PLAIN_PHOTO,
+    outlines: KnownOutlines | None = None,
+    known: Restoration | None = None,
+) -> Drawing:
     """Return the drawing that ``request`` asks for, in the mode of its settings.
 
     With the mode auto, the picture decides. Paths to begin with or a checkpoint mean that it is a photo.
@@ -40,6 +45,7 @@ def draw_picture(request: Request, photo: Photo = PLAIN_PHOTO, outlines: KnownOu
         request: what to draw.
         photo: how a photo is drawn.
         outlines: of the last picture of flat art; see `warpvec.modes.flat.Flat`.
+        known: what has been found out of the picture already.
 
     Raises:
         InputError: as the modes.
@@ -50,8 +56,8 @@ def draw_picture(request: Request, photo: Photo = PLAIN_PHOTO, outlines: KnownOu
             return photo.draw(request)
         if not photo.is_plain:
             return photo.draw(_in_mode(request, "photo"))
-        condition = measured(request)
-        drawn = restored(request, condition)
+        found = Restoration.of(request, known)
+        condition, drawn = found.condition, found.request
         if request.settings.mode == "auto":
             drawing = _draw_chosen(drawn, request, condition, photo, outlines)
         else:

@@ -11,7 +11,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
 from warpvec.fit.loop import single_torch_thread
-from warpvec.flat.color_layers import layered
+from warpvec.flat.color_layers.layering import layered
 from warpvec.flat.cutting.cutout import cut_out
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.geometry.scene import Scene
@@ -69,7 +69,7 @@ class Flat:
             def draw(detail: float) -> Drawing:
                 scene, left_out = work.draw(detail)
                 self.outlines.keep(work, request)
-                return finished(request, scene, detail, left_out)
+                return replace(finished(request, scene, detail, left_out), roughly=work.outlines.roughly)
 
             return drawn(request, draw)
 
@@ -92,8 +92,10 @@ def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, 
     if request.settings.cutout:
         scene, more = _without_overlaps(scene, encoding)
         left_out |= more
-    scene, names = layered(scene)
     settings = replace(request.settings, detail=detail)
+    # Who asks for colours, or cuts them out of a material each, wants them apart.
+    is_by_color = settings.cutout or settings.colors > 0 or settings.palette is not None
+    scene, names = layered(scene, *encoding.picture.reduced_size, joins_shades=not is_by_color)
     encoding = replace(encoding, settings=settings, layer_names=names)
     return Drawing.of(scene, encoding, "cpu", left_out=left_out)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,47 @@ from warpvec.watch.progress import Progress
 
 if TYPE_CHECKING:  # measuring loads SciPy, which the fit of a photo does not need
     from warpvec.condition.condition import Condition
+
+
+@dataclass(frozen=True, eq=False)
+class Restoration:
+    """What has happened to a picture, and a request for its drawing as it was before.
+
+    Attributes:
+        given: the request with the picture as it is.
+        condition: what has happened; None if nobody looked.
+        request: the same request with the picture as it was before, for modes of drawings.
+    """
+
+    given: Request
+    condition: Condition | None
+    request: Request
+
+    @staticmethod
+    def of(request: Request, known: Restoration | None = None) -> Restoration:
+        """Return the restoration of ``request``, with what is ``known`` from another request for the same picture."""
+        if known is None or not known._is_of(request):
+            condition = measured(request)
+        else:
+            condition = known.condition
+            if known._suits(request):
+                picture = replace(known.request.picture, title=request.picture.title)
+                found = replace(request, encoding=replace(request.encoding, picture=picture))
+                return Restoration(request, condition, found)
+        return Restoration(request, condition, restored(request, condition))
+
+    def _is_of(self, request: Request) -> bool:
+        """Return whether the condition is that of the picture of ``request``."""
+        is_same = self.given.picture.pixels is request.picture.pixels
+        return is_same and self.given.settings.as_is == request.settings.as_is
+
+    def _suits(self, request: Request) -> bool:
+        """Return whether ``request`` gets the same copy of its picture; see `restored`."""
+        one, other = self.given, request
+        is_same = all(
+            getattr(one.settings, name) == getattr(other.settings, name) for name in ("threshold", "fit_size")
+        )
+        return is_same and (one.goal.quality is None) == (other.goal.quality is None)
 
 
 def measured(request: Request) -> Condition | None:

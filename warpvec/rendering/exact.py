@@ -92,6 +92,15 @@ class ExactRenderer(TileRenderer):
             self._compositing.run(*hits[:3], paint, tiles)
             yield planes_from_tiles(tiles, self.grid)
 
+    def covered_tiles(self, scene: Scene) -> tuple[Tensor, Tensor]:
+        """Return the pairs [K] of a path and a tile, counted by rows, of which the path covers a part or all."""
+        self._flattening.run(scene.segments, scene.structure, scene.strokes)
+        self._binning.run(self._flattening, len(scene))
+        count = int(wp.to_torch(self._binning.tile_first_hit)[self.grid.count])
+        hits = (wp.to_torch(each)[:count].long().cpu() for each in (self._binning.hit_pair, self._binning.hit_tile))
+        pair, tile = hits
+        return wp.to_torch(self._binning.pair_path).cpu()[pair].long(), tile
+
     def _slot_places(self, binning: Binning, path: Tensor, x: Tensor, y: Tensor) -> tuple[Tensor, Tensor]:
         """Return where the winding of ``path`` at each pixel lies in ``slot_winding``, and whether it lies there."""
         arrays = (binning.path_tile_box, binning.path_first_pair, binning.pair_class, binning.pair_slot)

@@ -1,14 +1,11 @@
-"""Which region lies above which, what a layer covers below others, and layers of one colour, by construction."""
+"""Which region lies above which, and what a layer covers below others."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-import torch
-from flat_drawings import BLUE, RED, drawing
 from flat_regions import box, disc, regions_of, split_regions
 
-from warpvec.flat.color_layers import layered, path_boxes
 from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.layers.covering import chosen, cover_of, mixed
 from warpvec.flat.layers.hidden_borders import is_in, with_simple_hidden_borders
@@ -86,19 +83,3 @@ def test_a_hidden_detour_becomes_few_lines_and_what_shows_stays() -> None:
     assert is_in(cover.above, np.array([[30.0, 30.0], [10.0, 30.0], [-5.0, 3.0]]) - cover.corner).tolist() == [
         True, False, False,
     ]  # fmt: skip
-
-
-def _square(left: float, top: float) -> torch.Tensor:
-    corners = torch.tensor([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]]) + torch.tensor([left, top])
-    share = torch.tensor([0.0, 1 / 3, 2 / 3])[None, :, None]
-    return (corners[:, None] + share * (corners.roll(-1, 0) - corners)[:, None]).reshape(-1, 2)
-
-
-@pytest.mark.parametrize(("left", "count"), [(40.0, 2), (15.0, 3)])
-def test_a_path_joins_the_layer_of_its_colour_unless_it_covers_what_lies_between(left: float, count: int) -> None:
-    scene = drawing((RED, [_square(2, 2)]), (BLUE, [_square(20, 2)]), (RED, [_square(left, 2)]))
-    found, names = layered(scene)
-    assert len(names) == count == len(set(names.values()))
-    assert path_boxes(scene)[0].tolist() == [2.0, 2.0, 12.0, 12.0]
-    order = found.color[:, 0].tolist()
-    assert order == pytest.approx([RED[0], RED[0], BLUE[0]] if count == 2 else [RED[0], BLUE[0], RED[0]])

@@ -1,24 +1,18 @@
 /* The desk: pictures come in, the server draws them, and the viewer's page shows and edits the drawing. */
 
 import { find, findAll, findNamed, setText } from "viewer/dom.js";
-import { ControlPanel, DEFAULT_POSITIONS, settingsForServer } from "app/controls.js";
-import { connectDropping, setControl, showSide, showStatus } from "app/parts.js";
+import { ControlPanel, settingsForServer } from "app/controls.js";
+import { Meeting } from "app/meeting.js";
+import { connectDropping, showSide, showStatus } from "app/parts.js";
 import { PagePicture } from "app/picture.js";
 import { PictureList } from "app/queue.js";
+import { Results } from "app/results.js";
 import { Saver } from "app/saving.js";
 import { Server } from "app/server.js";
 import { Sheet } from "app/sheet.js";
 
 // Time after the last move of a slider until the fit goes on with it.
 const SETTLE_MS = 250;
-
-const LOST_TEXT =
-  "The server has ended. The drawing stays on this page and can be saved as SVG. " +
-  "Run warpvec app again to go on: this page then connects to it.";
-
-const OTHER_TEXT =
-  "Another server answers at this address. The drawing stays on this page and can be saved as SVG. " +
-  "To go on, open the address that warpvec app has printed.";
 
 export class Desk {
   constructor(view) {
@@ -27,8 +21,11 @@ export class Desk {
     this.pictures = [];
     this.current = null;
     this.list = new PictureList(find("pictures"), (picture) => this.open(picture), (picture) => this.remove(picture));
+    this.results = new Results(this);
+    this.meeting = new Meeting(this);
     this.panel = new ControlPanel((positions, name) => this.changeSettings(positions, name));
-    this.server = new Server((kind, facts) => this.receive(kind, facts), (isOther) => this.lose(isOther), () => this.find());
+    const { meeting } = this;
+    this.server = new Server((kind, facts) => this.receive(kind, facts), (isOther) => meeting.lose(isOther), () => meeting.find());
     this.saver = new Saver(this.server);
     this.connect();
     this.refresh();
@@ -42,8 +39,8 @@ export class Desk {
     });
     find("stop").addEventListener("click", () => this.stop(this.current));
     find("restart").addEventListener("click", () => this.requestFit(this.current, {}, "dropped"));
-    find("keep-mine").addEventListener("click", () => this.decide(false));
-    find("take-new").addEventListener("click", () => this.decide(true));
+    find("keep-mine").addEventListener("click", () => this.results.decide(false));
+    find("take-new").addEventListener("click", () => this.results.decide(true));
     this.view.onChange = () => this.follow();
     find("folder").addEventListener("change", () => this.addFromFolder(find("folder").value));
     for (const input of findNamed("side")) input.addEventListener("change", () => showSide(input.value));
@@ -114,7 +111,7 @@ export class Desk {
     const opened = picture.width ? this.sheet.open(picture, this.server.previewUrl(picture.id)) : null;
     this.refresh();
     await this.attempt(async () => {
-      if ((await opened) && picture.isUnseen) this.showResult(picture);
+      if ((await opened) && picture.isUnseen) this.results.show(picture);
     });
   }
 
@@ -182,21 +179,6 @@ export class Desk {
     await this.attempt(() => this.server.stop(picture.id));
   }
 
-  /** Shows a result, or keeps the drawing with the edits for which the result has no place, until the user decides. */
-  showResult(picture) {
-    picture.isUnseen = false;
-    picture.proposal = this.sheet.finish(picture);
-    if (picture.proposal) this.follow(true);
-  }
-
-  /** Takes the new drawing, without the edits that it has no place for, or keeps the user's own. */
-  decide(isNew) {
-    const picture = this.current;
-    if (isNew && picture.proposal) this.sheet.finish(picture, true);
-    picture.proposal = "";
-    this.refresh();
-  }
-
   /** Shows the settings of the drawing that the page shows: undo and redo bring back others. */
   follow(isSure = false) {
     const picture = this.sheet.picture;
@@ -214,98 +196,11 @@ export class Desk {
   // Events
 
   receive(kind, facts) {
-    if (kind === "hello") this.greet(facts);
-    else if (kind === "server") this.meet(facts);
+    if (kind === "hello") this.meeting.greet(facts);
+    else if (kind === "server") this.meeting.meet(facts);
     else if (kind === "queue") for (const picture of this.pictures) picture.place = facts.places[picture.id] ?? 0;
     const picture = this.pictures.find(({ id }) => id && id === facts.id);
-    if (picture) this.update(picture, kind, facts);
-    this.refresh();
-  }
-
-  update(picture, kind, facts) {
-    const isShown = this.sheet.shows(picture);
-    if (kind === "status") this.setStatus(picture, facts.status);
-    if (kind === "mode") {
-      Object.assign(picture, { mode: facts.mode, reason: facts.reason });
-      if (picture === this.current) this.panel.show(picture.positions, picture.mode, picture.reason);
-    }
-    if (kind === "frame") {
-      if (isShown && !picture.newest) setControl("split", 0);
-      picture.frame = facts;
-      if (isShown) this.sheet.showFrameSoon();
-    }
-    // The fit that another one has replaced may still end: its result is not wanted. Its last frame is, if the user stops.
-    if (kind === "done" && facts.fit !== picture.unwanted) this.finish(picture, facts);
-    if (kind === "failed") {
-      Object.assign(picture, { frame: null, message: facts.message });
-      this.giveUp(picture);
-    }
-  }
-
-  setStatus(picture, status) {
-    picture.status = status;
-    if (!picture.isBusy) picture.isStopping = false;
-    if (status !== "stopped") return;
-    // A fit that was stopped before it began leaves the last frame of the one that it was to replace.
-    if (picture.frame) this.finish(picture, { ...picture.frame, psnr: undefined });
-    else if (picture.asked.positions !== picture.result?.positions) this.giveUp(picture);
-  }
-
-  /** Lets the drawing from before a fit without a result stand, with its settings. */
-  giveUp(picture) {
-    if (!this.sheet.shows(picture)) return;
-    this.view.endDrawing();
-    this.follow(true);
-  }
-
-  finish(picture, facts) {
-    // The stream has been interrupted, and tells again what is known: the drawing may have been edited since.
-    if (picture.fit === facts.fit) return;
-    // The last frame of a fit that was ended has not been measured as a file.
-    const result = { ...facts, positions: picture.asked.positions, psnr: "mode" in facts ? facts.psnr : undefined };
-    Object.assign(picture, { frame: null, isSaved: false, fit: facts.fit, result, isUnseen: true });
-    if (this.sheet.shows(picture)) this.showResult(picture);
-  }
-
-  /** Learns which pictures the server has, and gives it back those that it has lost: it was started again, or this
-   * page did not answer for a while, as when the computer slept. */
-  greet({ pictures }) {
-    const isFirst = !this.hasMet;
-    this.hasMet = true;
-    if (isFirst) {
-      // This page was loaded again. The state of each picture follows its drawing.
-      for (const { status, ...facts } of pictures) {
-        if (this.pictures.some(({ id }) => id === facts.id)) continue; // it was dropped before the server was found
-        this.pictures.push(Object.assign(new PagePicture(facts.name, null, DEFAULT_POSITIONS), facts, { status: "idle" }));
-      }
-      if (this.pictures.length && !this.current) this.open(this.pictures[0]);
-      return;
-    }
-    const known = new Set(pictures.map(({ id }) => id));
-    for (const picture of this.pictures.filter(({ id, blob }) => id && blob && !known.has(id))) {
-      picture.id = null;
-      if (picture.isBusy) this.requestFit(picture, { ...this.sheet.present(picture), filled: null });
-    }
-  }
-
-  async meet(facts) {
-    this.saver.setUp(facts);
-    find("folder-field").hidden = !facts.folder;
-    if (!facts.folder) return;
-    await this.attempt(async () => {
-      const names = await this.server.folder();
-      find("folder").replaceChildren(new Option("Open from the folder …", ""), ...names.map((name) => new Option(name)));
-    });
-  }
-
-  lose(isOther) {
-    find("lost").textContent = isOther ? OTHER_TEXT : LOST_TEXT;
-    find("lost").hidden = false;
-    this.refresh();
-  }
-
-  find() {
-    find("lost").hidden = true;
+    if (picture) this.results.update(picture, kind, facts);
     this.refresh();
   }
 

@@ -55,13 +55,22 @@ export class Sheet {
     });
   }
 
+  /** Returns a promise of what is left of shapes of the result without what has been erased; null for nothing erased. */
+  eraseFrom(picture) {
+    const { result, asked } = picture;
+    if (asked.edits !== "again" || !this.view.isEdited) return null;
+    return this.view.eraseFrom({ svg: result.svg, facts: factsOf(picture, result) });
+  }
+
   /** Shows the result of a fit in place of its frames, with the edits of the drawing before.
    *
    * Returns in words the edits for which it has no place: then the drawing before stays, unless `isForced`. */
   finish(picture, isForced = false) {
     const { result } = picture;
     const { edits } = picture.asked;
-    const left = this.view.finishDrawing({ svg: result.svg, facts: factsOf(picture, result), edits, isForced });
+    // A drawing that was fitted again has lost no more than the one before.
+    result.not_kept ??= this.view.facts.notKept;
+    const left = this.view.finishDrawing({ svg: result.svg, facts: factsOf(picture, result), edits, isForced, left: result.left });
     if (!left && !this.view.isEdited) this.view.markSaved(); // as far as edits go; see `isSaved` of the picture
     return left;
   }
@@ -97,8 +106,9 @@ export class Sheet {
 }
 
 /** Returns the facts of a result that belong to its drawing. */
-function factsOf({ asked, mode, reason }, { svg, history, psnr, bytes, gzip_bytes, segments, layers }) {
+function factsOf({ asked, mode, reason }, result) {
+  const { svg, history, psnr, bytes, gzip_bytes, segments, layers, not_kept: notKept } = result;
   const figures = { bytes, gzip_bytes, segments, ...(psnr === undefined ? {} : { psnr }) };
   const known = Object.fromEntries(Object.entries(figures).filter(([, value]) => value !== undefined));
-  return { figures: known, history: history ?? [], text: svg, layers, mode, reason, positions: asked.positions };
+  return { figures: known, history: history ?? [], text: svg, layers, notKept, mode, reason, positions: asked.positions };
 }

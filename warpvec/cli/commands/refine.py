@@ -78,5 +78,5 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     write_result(result, out)
     if iterations != 0 and config.gradients == "auto" and not options["quiet"] and not result.metrics["gradients"]:
         click.echo("warpvec: no path got a gradient: none would have made the picture plainly better", err=True)
-    cut(result, out, options)
-    end_fit(ctx, result, out, options)
+    made = cut(result, out, options)
+    end_fit(ctx, result, out, options, more=made)

@@ -75,8 +75,8 @@ def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
     checkpoint = None if options["resume"] is None else _resumed(config, options)
     config = config if checkpoint is None else checkpoint.config
     result = _fit(source, out, config, goal, checkpoint, options)
-    cut(result, out, options)
-    end_fit(ctx, result, out, options, options_of_mode(options))
+    made = cut(result, out, options)
+    end_fit(ctx, result, out, options, options_of_mode(options), made)
 
 
 def _check_outputs(out: str, options: dict[str, Any], goal: Goal) -> None:

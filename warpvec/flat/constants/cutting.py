@@ -55,11 +55,15 @@ class CuttingConstants:
     spur_length: float = 0.6
     """Shortest spur in pixels, 0.16 mm at 96 pixels an inch. Shorter ones are as small as what a cutter repeats."""
 
+    spur_rounds_max: int = 2
+    """Most rounds: where a spur was, a shorter one may be left."""
+
     spur_step: float = 0.1
     """Distance in pixels between the places where the width of a spur is looked at."""
 
-    spur_search: float = 60.0
-    """Longest spur in pixels. Outlines that nearly coincide for longer make slivers, or meet again."""
+    spur_search: tuple[float, ...] = (2.0, 60.0)
+    """Lengths in pixels along which spurs are looked for: most corners that may be tips are wide soon. Outlines that
+    nearly coincide for longer make slivers, or meet again."""
 
 
 CUTTING = CuttingConstants()

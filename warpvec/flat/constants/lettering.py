@@ -61,6 +61,13 @@ class LetteringConstants:
     """Ink of a word, and of a mark alone, that reaches this share of an ink known from elsewhere is that ink: thin
     letters may have no pure pixel, and one alone says less."""
 
+    # Words too small to be read (regions/small_text.py)
+
+    word_marks_min: int = 3
+    legible_height: float = 7.0
+    """Least marks of a word, and the height in pixels, with the soft edges, below which its letters cannot be read:
+    small letters of a font of 10 px have 7, which `bench/reading.py` reads, and those of 8 px have 6."""
+
     # Outlines of thin parts (layers/fine_outlines.py)
 
     fineness: int = 4

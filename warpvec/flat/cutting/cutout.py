@@ -16,7 +16,7 @@ from torch import Tensor
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.cut_edges import CurvePart, CutEdges
-from warpvec.flat.cutting.noding import chords_of, noded
+from warpvec.flat.cutting.noding import Chords, chords_of, noded
 from warpvec.flat.cutting.planar_map import PlanarMap, planar_map
 from warpvec.flat.cutting.slivers import without_slivers
 from warpvec.flat.cutting.spurs import spur_mouths
@@ -60,21 +60,26 @@ def cut_out(scene: Scene, width: int, height: int, tick: tuple[float, float] | N
     path_count = len(stacked) + 1
     is_opaque = _least_opacity(stacked).numpy() >= CUTTING.opaque
 
-    def owned() -> tuple[PlanarMap, Integers, int, list[_Stack]]:
-        """Return the map of all curves, the owner of each face, the number of slivers, and what the owners show."""
+    def owned(chords: Chords) -> tuple[PlanarMap, Integers, int, list[_Stack]]:
+        """Return the map of ``chords``, the owner of each face, the number of slivers, and what the owners show."""
         # The canvas is the last path: its edges count before all others.
-        mapped = planar_map(noded(chords_of(cubics, is_line)), path, path_count)
+        mapped = planar_map(chords, path, path_count)
         owners, keys = _numbered(_visible_stacks(mapped.winding != 0, is_opaque))
         return mapped, *without_slivers(mapped, owners, path[mapped.curve]), keys
 
-    mapped, owners, sliver_count, keys = owned()
-    mouths = spur_mouths(mapped, owners)
-    if len(mouths):
+    chords = noded(chords_of(cubics, is_line))
+    mapped, owners, sliver_count, keys = owned(chords)
+    for _ in range(CUTTING.spur_rounds_max):
+        mouths = spur_mouths(mapped, owners)
+        if not len(mouths):
+            break
         thirds = np.linspace(0.0, 1.0, 4)[None, :, None]
-        cubics = np.concatenate([cubics, mouths[:, :1] + thirds * (mouths[:, 1:] - mouths[:, :1])])
-        is_line = np.concatenate([is_line, np.ones(len(mouths), bool)])
+        added, lines = mouths[:, :1] + thirds * (mouths[:, 1:] - mouths[:, :1]), np.ones(len(mouths), bool)
+        # All that was broken stays so.
+        chords = noded(chords.joined(chords_of(added, lines), len(cubics)))
+        cubics, is_line = np.concatenate([cubics, added]), np.concatenate([is_line, lines])
         path = np.concatenate([path, np.full(len(mouths), -1)])
-        mapped, owners, sliver_count, keys = owned()
+        mapped, owners, sliver_count, keys = owned(chords)
     edges = CutEdges(mapped, owners, cubics, is_line, tick)
     loops = {owner: edges.loops(owner) for owner in range(1, len(keys))}
     shown = [owner for owner in sorted(loops, key=lambda each: keys[each][-1]) if loops[owner]]

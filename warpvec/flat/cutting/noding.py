@@ -39,6 +39,12 @@ class Chords:
         """Return the chords ``rows``, indices or a mask."""
         return Chords(self.start[rows], self.end[rows], self.curve[rows], self.t_start[rows], self.t_end[rows])
 
+    def joined(self, other: Chords, curve_count: int) -> Chords:
+        """Return these chords and those of ``other``, whose curves come after ``curve_count`` curves."""
+        names = ("start", "end", "t_start", "t_end")
+        start, end, t_start, t_end = (np.concatenate([getattr(self, name), getattr(other, name)]) for name in names)
+        return Chords(start, end, np.concatenate([self.curve, other.curve + curve_count]), t_start, t_end)
+
 
 def chords_of(cubics: Floats, is_line: Mask) -> Chords:
     """Return the chords of ``cubics`` [R, 4, 2] in pixels, on the grid; a line is one chord."""

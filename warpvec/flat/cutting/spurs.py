@@ -24,12 +24,16 @@ def spur_mouths(mapped: PlanarMap, owners: Integers) -> Floats:
     before[following[is_cut]] = np.flatnonzero(is_cut)
     places = mapped.vertex / CUTTING.units
     tail, head = places[mapped.tail], places[mapped.tail[np.arange(len(mapped.tail)) ^ 1]]
+    length, after, back = mapped.lengths().tolist(), following.tolist(), before.tolist()
     mouths = []
     for last_edge, first in _tips(np.flatnonzero(is_cut), following, head - tail):
-        there = _walked([tail[first], *(head[each] for each in _chain(first, following, head, tail))])
-        here = _walked([head[last_edge], *(tail[each] for each in _chain(last_edge, before, tail, head))])
-        steps = min(len(there), len(here))
-        is_wide = np.hypot(*(there[:steps] - here[:steps]).T) > CUTTING.sliver_width
+        for reach in CUTTING.spur_search:
+            there = _walked([tail[first], *(head[each] for each in _chain(first, after, length, reach))], reach)
+            here = _walked([head[last_edge], *(tail[each] for each in _chain(last_edge, back, length, reach))], reach)
+            steps = min(len(there), len(here))
+            is_wide = np.hypot(*(there[:steps] - here[:steps]).T) > CUTTING.sliver_width
+            if is_wide.any():
+                break
         last = (int(is_wide.argmax()) if is_wide.any() else steps) - 1
         if last * CUTTING.spur_step >= CUTTING.spur_length:
             mouths.append([there[last], here[last]])
@@ -58,20 +62,20 @@ def outline_order(mapped: PlanarMap, is_cut: Mask) -> Integers:
     return found
 
 
-def _chain(first: int, following: Integers, ends: Floats, starts: Floats) -> list[int]:
-    """Return consecutive half-edges from ``first`` on, as long as spurs are looked for."""
+def _chain(first: int, following: list[int], length: list[float], reach: float) -> list[int]:
+    """Return consecutive half-edges from ``first`` on, ``reach`` pixels long or more."""
     chain: list[int] = []
-    length = 0.0
-    while length < CUTTING.spur_search and first not in chain[:1]:
+    walked = 0.0
+    while walked < reach and first not in chain[:1]:
         chain.append(first)
-        length += float(np.hypot(*(ends[first] - starts[first])))
-        first = int(following[first])
+        walked += length[first]
+        first = following[first]
     return chain
 
 
-def _walked(points: list[Floats]) -> Floats:
-    """Return places [K, 2] at equal steps along a line through ``points``."""
+def _walked(points: list[Floats], reach: float) -> Floats:
+    """Return places [K, 2] at equal steps along a line through ``points``, up to ``reach`` pixels."""
     line = np.array(points)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
-    steps = np.arange(0.0, min(along[-1], CUTTING.spur_search), CUTTING.spur_step)
+    steps = np.arange(0.0, min(along[-1], reach), CUTTING.spur_step)
     return np.stack([np.interp(steps, along, axis) for axis in line.T], 1)

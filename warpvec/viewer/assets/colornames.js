@@ -4,7 +4,7 @@ import { hslOf } from "viewer/colors.js";
 import { isGradient, paintOf } from "viewer/gradients.js";
 
 // A name of flat art: words for a colour and its code.
-const NAMED_BY_COLOR = /^[a-z ]+ (#[0-9a-f]{6})( \(\d+\))?$/;
+const NAMED_BY_COLOR = /^[a-z ]+ (#[0-9a-f]{6})( and shades)?( \(\d+\))?$/;
 /** The hue in degrees at which each one ends.
  *
  * @type {[number, string][]} */
@@ -44,11 +44,11 @@ export function mainColor({ items }) {
 export function followColors(drawing) {
   const stated = new Map(drawing.base.layers.map(({ layer, name }) => [layer, name]));
   for (const layer of drawing.layers) {
-    const code = layer.name.match(NAMED_BY_COLOR)?.[1];
+    const [, code, shades = ""] = layer.name.match(NAMED_BY_COLOR) ?? [];
     const color = mainColor(layer);
     if (!code || !color || code === color) continue;
     const first = stated.get(layer);
-    const name = first?.includes(color) ? first : `${colorWords(color)} ${color}`;
+    const name = first?.includes(color) ? first : `${colorWords(color)} ${color}${shades}`;
     Object.assign(layer, { name, isNamedByColor: name !== first });
   }
 }

@@ -4,7 +4,8 @@
  *   color       {from, to, uses}         a colour that has been replaced in all its uses
  *   background  {to}
  *   size        {width, height}          as the file states them
- *   change      {before, after, matrix}  another paint, place or outline; `matrix` if the shape has only been moved
+ *   change      {before, after, matrix}  another paint, place or outline; `matrix` if the shape has only been moved, and
+ *                                        `erased` has the areas that were taken out of it
  *   delete      {before}
  *   add         {after, layerName}
  *   order       {before, below}          the item lies on `below` now, or at the bottom
@@ -98,7 +99,7 @@ function changeOf(item, colors, base) {
   const isDrawn = !matrix && strokeText(item) !== strokeText(origin);
   if (!isMoved && !isPainted && !isFaded && !isDrawn) return [];
   const isWhole = !holdsOthers(origin, base.items);
-  return [{ kind: "change", before, after, matrix, isMoved, isPainted, isFaded, isDrawn, isWhole, isErased: item.isErased }];
+  return [{ kind: "change", before, after, matrix, isMoved, isPainted, isFaded, isDrawn, isWhole, erased: item.erased }];
 }
 
 /** Returns the colours of a paint as text; where a gradient lies does not count. */
@@ -136,10 +137,11 @@ function layerEdits(drawing) {
  *
  * @param {any[]} edits
  * @param {any} drawing
- * @param {number[]} matrix from the user units of the edits to those of the drawing */
-export function applyEdits(edits, drawing, matrix) {
+ * @param {number[]} matrix from the user units of the edits to those of the drawing
+ * @param {Map<number, any[]>} left what is left of items after erasing, by their place; see `erasing.js` */
+export function applyEdits(edits, drawing, matrix, left = new Map()) {
   const placed = edits.map((edit) => inUnits(edit, matrix));
-  const found = new Finder(drawing);
+  const found = new Finder(drawing, left);
   const order = ["color", "background", "size", "change", "delete", "order", "layer", "layers", "add"];
   const sorted = placed.map((edit, i) => ({ edit, i })).sort((a, b) => order.indexOf(a.edit.kind) - order.indexOf(b.edit.kind));
   return sorted.filter(({ edit }) => !APPLY[edit.kind](edit, drawing, found)).map(({ i }) => edits[i]);
@@ -155,7 +157,8 @@ function inUnits(edit, matrix) {
 
 /** Finds the items of a new drawing that an item of the old one was, as they were read. */
 class Finder {
-  constructor(drawing) {
+  constructor(drawing, left) {
+    this.left = left;
     this.items = itemsOf(drawing);
     this.origins = drawing.base.items;
     this.known = new Map();
@@ -167,6 +170,11 @@ class Finder {
       this.known.set(before, origins.map((origin) => this.items[this.origins.indexOf(origin)]));
     }
     return this.known.get(before);
+  }
+
+  /** Returns what erasing leaves of an item; undefined if nothing was erased of it. */
+  leftOf({ origin }) {
+    return this.left.get(this.origins.indexOf(origin));
   }
 }
 
@@ -187,8 +195,12 @@ const APPLY = {
   },
   change: (edit, drawing, found) => {
     // What is erased of a photo is not drawn again.
-    if (edit.isErased && drawing.layers.every(({ id }) => LAYER_ID.test(id))) return true;
+    if (edit.erased && isOfPhoto(drawing)) return true;
     const items = found.of(edit.before, edit.isWhole);
+    if (edit.erased && items.some((item) => found.leftOf(item))) {
+      for (const item of items) leaveRest(edit, item, found.leftOf(item) ?? [item]);
+      return true;
+    }
     return items.length > 0 && items.filter((item, i) => changeItem(edit, item, i === 0)).length > 0;
   },
   delete: ({ before, isWhole }, drawing, found) => {
@@ -219,6 +231,20 @@ const APPLY = {
   layers: () => false,
 };
 
+/** Tells whether a drawing is one of a photo, by its layers. */
+export function isOfPhoto({ layers }) {
+  return layers.every(({ id }) => LAYER_ID.test(id));
+}
+
+/** Replaces an item by what erasing leaves of it. */
+function leaveRest(edit, item, [rest]) {
+  if (!rest) item.layer.items = item.layer.items.filter((other) => other !== item);
+  else {
+    Object.assign(item, { shape: rest.shape, rule: rest.rule, erased: rest.erased });
+    changeItem({ ...edit, isMoved: false }, item, false);
+  }
+}
+
 function changeItem(edit, item, isFirst) {
   const { after, before, matrix } = edit;
   if (edit.isMoved) {
@@ -243,7 +269,7 @@ function changeItem(edit, item, isFirst) {
 export function editsInWords(edits) {
   const words = edits.map((edit) => {
     if (edit.kind !== "change") return KIND_WORDS[edit.kind];
-    if (edit.isErased) return "erased part";
+    if (edit.erased) return "erased part";
     if (edit.isMoved) return edit.matrix ? "moved shape" : "changed outline";
     return edit.isPainted ? "coloured shape" : "changed look";
   });

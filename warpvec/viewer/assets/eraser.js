@@ -28,10 +28,10 @@ export class Eraser {
     this.isBusy = true;
     app.say("Erasing …");
     try {
-      const asked = items.map((item) => ({ item, state: item.shape, ...sent(item, item.fill ? "cut" : "outline", drawing.box) }));
-      const answers = await ask(asked, area, drawing.box);
-      const isSame = asked.every(({ item, state }) => item.shape === state);
-      if (app.drawing === drawing && isSame && app.mayChange()) this.finish(asked.map((each, i) => Object.assign(each, answers[i])), area);
+      const shapes = items.map(({ shape }) => shape);
+      const answered = await cut(items, area, drawing.box);
+      const isSame = items.every(({ shape }, i) => shape === shapes[i]);
+      if (app.drawing === drawing && isSame && app.mayChange()) this.finish(answered, area);
     } catch (error) {
       app.say(error.message);
     } finally {
@@ -43,9 +43,9 @@ export class Eraser {
   finish(answered, area) {
     const { app } = this;
     const { drawing } = app;
-    const hit = answered.filter(({ svg, gone }) => svg || gone);
+    const hit = answered.filter(({ left }) => left);
     const refused = answered.find((each) => each.refused)?.refused;
-    const left = new Map(hit.map((each) => [each.item, each.gone ? [] : rest(each)]));
+    const left = new Map(hit.map((each) => [each.item, each.left]));
     const layers = [...new Set(hit.map(({ item }) => item.layer))];
     const noted = { d: writeShape(area, decimalsFor(drawing.box)), rule: null, box: drawing.box.join(" "), isNew: true, isArea: true };
     if (hit.length) {
@@ -56,6 +56,22 @@ export class Eraser {
     }
     app.say([hit.length ? `Erased from ${counted(hit.length, "path")}` : "Nothing to erase there", refused].filter(Boolean).join(". "));
   }
+}
+
+/** Cuts an `area` out of items. Returns {item, left, refused} of each: what is left of it, undefined if the area is
+ * elsewhere or the server refuses.
+ *
+ * @param {any[]} items
+ * @param {any} area a shape, in the user units of the items
+ * @param {number[]} box the box of their drawing */
+export async function cut(items, area, box) {
+  const asked = items.map((item) => ({ item, ...sent(item, item.fill ? "cut" : "outline", box) }));
+  const answers = await ask(asked, area, box);
+  return asked.map((each, i) => {
+    const { svg, gone, refused } = answers[i];
+    const left = gone ? [] : svg ? rest({ ...each, svg }, area) : undefined;
+    return { item: each.item, left, refused };
+  });
 }
 
 async function ask(asked, area, box) {
@@ -69,10 +85,11 @@ async function ask(asked, area, box) {
 }
 
 /** Returns what is left of an item: the same item in its new shape. */
-function rest(each) {
+function rest(each, area) {
   const { item } = each;
   const [first] = replacements(each, item.fill ? "cut" : "outline");
-  return first ? [{ ...item, fill: first.fill, stroke: first.stroke, shape: first.shape, rule: "nonzero", isErased: true }] : [];
+  const { fill, stroke, shape } = first ?? {};
+  return first ? [{ ...item, fill, stroke, shape, rule: "nonzero", erased: [...(item.erased ?? []), area] }] : [];
 }
 
 function polygon(points) {

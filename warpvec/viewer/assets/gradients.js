@@ -12,6 +12,11 @@ const GRADIENT_SIDES = { linear: ["x1", "y1", "x2", "y2"], radial: ["cx", "cy", 
 const LINEAR_DEFAULTS = { x1: "0%", y1: "0%", x2: "100%", y2: "0%" };
 const RADIAL_DEFAULTS = { cx: "50%", cy: "50%", r: "50%" };
 const MAX_REFERENCES = 16;
+// The `id` that the file states for a gradient, which it keeps as long as it is not changed.
+const STATED_IDS = new WeakMap();
+const SAFE_ID = /^[A-Za-z_][\w.-]*$/;
+// Names of one hash that are tried: layers have others, and equal hashes are rare.
+const NAMES_TRIED = 8;
 
 export function isGradient(fill) {
   return typeof fill === "object" && fill !== null;
@@ -96,7 +101,9 @@ export class GradientReader {
     const numbers = this.numbers(kind, own, inBox ? [0, 0, 1, 1] : this.canvas);
     let placed = parseTransform(own("gradientTransform") ?? "");
     if (inBox) placed = multiply([box[2] - box[0], 0, 0, box[3] - box[1], box[0], box[1]], placed);
-    return transformFill({ kind, numbers, matrix: null, spread, stops, onCanvas: null }, multiply(matrix, placed));
+    const paint = transformFill({ kind, numbers, matrix: null, spread, stops, onCanvas: null }, multiply(matrix, placed));
+    STATED_IDS.set(paint, id);
+    return paint;
   }
 
   /** Returns the gradient and those that it takes missing attributes from. */
@@ -140,19 +147,34 @@ function lengthOf(text, whole) {
   return text.trim().endsWith("%") ? (value / 100) * whole : value;
 }
 
-/** Names the gradients of the `items` for a file: equal ones share a name. Returns their elements by name and paint. */
+/** Names the gradients of the `items` for a file: equal ones share a name. Returns their elements by name and paint.
+ *
+ * A name is the one that was read, or follows from the gradient, so that files on one web page share one only with an
+ * equal gradient. */
 export function nameGradients(items, taken, decimals) {
-  const prefix = taken.some((id) => /^g\d+$/.test(id)) ? "gradient" : "g";
+  const used = new Set(taken);
   const byText = new Map();
   const names = new Map();
   for (const paint of items.flatMap(({ fill, stroke }) => [fill, stroke?.color])) {
     if (!isGradient(paint) || names.has(paint)) continue;
     const text = writeGradient(paint, decimals);
-    if (!byText.has(text)) byText.set(text, `${prefix}${byText.size + 1}`);
+    if (!byText.has(text)) {
+      const name = [STATED_IDS.get(paint), ...contentNames(text)].find((each) => SAFE_ID.test(each ?? "") && !used.has(each));
+      byText.set(text, name);
+      used.add(name);
+    }
     names.set(paint, byText.get(text));
   }
   const lines = [...byText].map(([text, name]) => text.replace(" ", ` id="${name}" `));
   return { names, lines: lines.length ? ["<defs>", ...lines, "</defs>"] : [] };
+}
+
+/** Returns names that follow from a text: by its hash (FNV-1a), then with a number after it. */
+function contentNames(text) {
+  let hash = 0x811c9dc5;
+  for (const byte of new TextEncoder().encode(text)) hash = Math.imul(hash ^ byte, 0x01000193) >>> 0;
+  const name = `g${hash.toString(16).padStart(8, "0")}`;
+  return [name, ...Array.from({ length: NAMES_TRIED }, (_, i) => `${name}-${i + 2}`)];
 }
 
 function writeGradient({ kind, numbers, matrix, spread, stops }, decimals) {

@@ -13,7 +13,10 @@
  *       Shows a frame of a running fit. View, hidden layers and, by their places, the selected paths are kept. Until
  *       `finishDrawing` or `endDrawing` nothing can be edited, and nothing is measured, which would take time from the
  *       fit. It costs about as much as parsing and drawing once; call it with the newest frame only.
- *   finishDrawing({svg, facts, label, edits, isForced})
+ *   eraseFrom({svg, facts})
+ *       Resolves to what is left of shapes of a result without the parts that were erased of the drawing before; null, and
+ *       no promise, if nothing is to be erased. It is the argument `left` of `finishDrawing`.
+ *   finishDrawing({svg, facts, label, edits, isForced, left})
  *       Ends the frames with a result, in one undo step named `label`. `facts` are {figures, history} of the file, and
  *       whatever else belongs to the drawing: undo restores all together. `edits` says what becomes of the edits of the
  *       drawing before: "again" applies them to the result, "included" says that it has them, and "dropped" drops them.
@@ -50,6 +53,7 @@
 import { multiply, scaling, translation } from "viewer/basics.js";
 import { capture, nextVersion } from "viewer/commands.js";
 import { applyEdits, deletedItems, editsInWords, editsOf, isPristine, itemsOf } from "viewer/edits.js";
+import { eraseAgain, mustErase } from "viewer/erasing.js";
 import { loadPhoto, Meter } from "viewer/measure.js";
 import { writeShape } from "viewer/paths.js";
 import { newLayer, readDrawing } from "viewer/read.js";
@@ -99,7 +103,13 @@ export class Live {
     this.replace(readDrawing(svgText));
   }
 
-  finishDrawing({ svg, facts, label = "Fit", edits = "dropped", isForced = false }) {
+  eraseFrom({ svg, facts }) {
+    const old = this.shown;
+    const next = drawingOf(svg, facts);
+    return mustErase(old, next) ? eraseAgain(old, next, unitsBetween(old.box, next.box)) : null;
+  }
+
+  finishDrawing({ svg, facts, label = "Fit", edits = "dropped", isForced = false, left: rests = new Map() }) {
     const { app } = this;
     const next = drawingOf(svg, facts);
     app.endKeys();
@@ -108,7 +118,7 @@ export class Live {
     const { before } = this;
     const old = before.frame.state;
     const made = edits === "dropped" ? [] : editsOf(old);
-    const left = edits === "again" ? applyEdits(made, next, unitsBetween(old.box, next.box)) : [];
+    const left = edits === "again" ? applyEdits(made, next, unitsBetween(old.box, next.box), rests) : [];
     if (left.length && !isForced) {
       this.endDrawing();
       return editsInWords(left);

@@ -173,6 +173,7 @@ export class Panel {
     if ("ssim" in figures) details.push(["Likeness of structure", figures.ssim.toFixed(4)]);
     fillTable(find("figures"), rows);
     fillTable(find("more-figures"), details);
+    this.showNotKept(app.live.isOn ? [] : app.drawing.facts.notKept ?? []);
     for (const table of ["figures", "more-figures"]) explainFigures(find(table));
     const parts = [countedKinds(app.drawing.layers.flatMap(({ items }) => items))];
     if (app.live.isOn) parts.push("drawing …");
@@ -181,6 +182,15 @@ export class Panel {
     if (app.edited && !app.live.isOn) parts.push("edited");
     if (parts.slice(-3).filter((part) => part === MEASURING).length > 1) parts.splice(parts.indexOf(MEASURING), 1);
     setText("summary", parts.join(" · "));
+  }
+
+  /** Lists what the drawing could not keep of its picture. */
+  showNotKept(words) {
+    const list = find("not-kept");
+    find("not-kept-box").hidden = !words.length;
+    if (list.dataset.shown === words.join()) return;
+    list.dataset.shown = words.join();
+    list.replaceChildren(...words.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
   }
 
   /** Measures the shown picture, each layer and the file after a pause, in steps between frames. */
@@ -227,7 +237,8 @@ export class Panel {
     line.classList.toggle("parked", !app.split);
     Object.assign(line.style, { left: `${left}px`, top: `${top}px`, height: `${height * stage.view.scale}px` });
     for (const tag of ["tag-photo", "tag-drawing"]) {
-      find(tag).hidden = !app.split;
+      // Beside the whole picture nothing of the drawing is seen.
+      find(tag).hidden = !app.split || (tag === "tag-drawing" && app.split >= 100);
       Object.assign(find(tag).style, { left: `${left}px`, top: `${top + 8}px` });
     }
     setText("zoom", `${Math.round(stage.view.scale * 100)} %`);

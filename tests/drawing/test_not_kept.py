@@ -1,0 +1,33 @@
+"""What a drawing could not keep of its picture, from what its run has found out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+import warpvec
+from warpvec.condition.condition import Condition
+from warpvec.drawing.not_kept import not_kept
+
+RAMP = np.full((32, 32, 3), 255, np.uint8)
+RAMP[6:26, 6:26] = np.linspace((0, 0, 160), (0, 0, 96), 20)[:, None]
+
+
+def test_what_settings_cost_is_said() -> None:
+    plain, flat = (warpvec.vectorize(RAMP, mode="flat", threads=1, **more) for more in ({}, {"gradients": 0}))
+    assert plain.metrics["not_kept"] == {}
+    assert flat.metrics["not_kept"] == {"shades": "1 gradient, one colour each"}
+    photo = warpvec.vectorize(RAMP, mode="photo", curves=2, iterations=2, threads=1)
+    assert set(photo.metrics["not_kept"]) == {"shades", "texture"}
+    assert not_kept(replace(photo.drawing, start_psnr=20.0)) == {}  # it was refined
+
+
+def test_what_was_removed_is_said() -> None:
+    drawing = warpvec.vectorize(RAMP, mode="flat", threads=1).drawing
+    encoding = replace(drawing.encoding, picture=replace(drawing.encoding.picture, is_restored=True))
+    noisy = replace(drawing, condition=Condition(noise=(9.0, 9.0, 9.0)))
+    assert not_kept(noisy) == {}  # measured, but left alone
+    found = not_kept(replace(noisy, encoding=encoding, left_out={"speck": 3, "node": 9}, roughly={"small word": 1}))
+    assert found["specks"].startswith("3 specks") and found["text"].startswith("1 word ")
+    assert set(found) == {"text", "noise", "specks"}

@@ -1,0 +1,105 @@
+"""Say what of its picture a drawing could not keep, from what its run has found out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from warpvec.checks import counted
+from warpvec.drawing.drawing import Drawing
+
+TEXTURE_PSNR = 30.0
+"""Closeness in dB below which a drawing lacks texture that one sees beside the picture."""
+
+COLORED_MIN = 48.0 / 255.0
+"""Difference of a pixel's channels from which it is coloured: ink and paper in photos of scans have up to 40 levels."""
+
+
+def not_kept(drawing: Drawing) -> dict[str, str]:
+    """Return what the ``drawing`` could not keep: a short name that stays, and words for people.
+
+    A drawing that was fitted from another one keeps what that one had.
+    """
+    if drawing.start_psnr is not None:
+        return {}
+    said = {name: say(drawing) for name, say in _KINDS.items()}
+    return {name: words for name, words in said.items() if words}
+
+
+def _text(drawing: Drawing) -> str | None:
+    count = drawing.roughly.get("small word", 0)
+    return f"{counted(count, 'word')} of letters too small to be read" if count else None
+
+
+def _areas(drawing: Drawing) -> str | None:
+    count = drawing.roughly.get("area", 0)
+    return f"{counted(count, 'small area')} beyond the largest number of paths" if count else None
+
+
+def _colors(drawing: Drawing) -> str | None:
+    settings = drawing.encoding.settings
+    if settings.mode in ("mono", "lines"):
+        return "colours, which are black or white" if _is_colored(drawing) else None
+    if settings.palette is not None:
+        return "colours outside of the palette"
+    return f"colours beyond {settings.colors}, which are the nearest of these" if settings.colors else None
+
+
+def _is_colored(drawing: Drawing) -> bool:
+    pixels = drawing.encoding.picture.reduced[..., :3]
+    return bool(np.ptp(pixels, -1).max() > COLORED_MIN)
+
+
+def _shades(drawing: Drawing) -> str | None:
+    count = drawing.roughly.get("gradient", 0)
+    if count:
+        return f"{counted(count, 'gradient')}, one colour each"
+    is_stepped = drawing.encoding.settings.mode == "photo" and drawing.scene.gradients is None
+    return "smooth shades, which are steps of one colour each" if is_stepped else None
+
+
+def _texture(drawing: Drawing) -> str | None:
+    encoding = drawing.encoding
+    if encoding.settings.mode not in ("photo", "flat") or _colors(drawing):
+        return None
+    is_restored = encoding.picture.is_restored
+    psnr = encoding.psnr_as_fitted(drawing.text) if is_restored else drawing.psnr
+    return "fine texture, which is smooth" if psnr < TEXTURE_PSNR else None
+
+
+def _noise(drawing: Drawing) -> str | None:
+    condition = drawing.condition
+    is_removed = condition is not None and any(condition.noise) and drawing.encoding.picture.is_restored
+    return "noise" if is_removed else None
+
+
+def _light(drawing: Drawing) -> str | None:
+    condition = drawing.condition
+    is_evened = condition is not None and condition.light is not None and drawing.encoding.picture.is_restored
+    return "light and shadow on the paper" if is_evened else None
+
+
+def _specks(drawing: Drawing) -> str | None:
+    count = drawing.left_out.get("speck", 0) + drawing.left_out.get("sliver", 0)
+    return f"{counted(count, 'speck')} too small to be meant" if count else None
+
+
+def _translucency(drawing: Drawing) -> str | None:
+    if drawing.left_out.get("translucent fill", 0):
+        return "translucent fills, which are blended with what lies below"
+    settings, is_transparent = drawing.encoding.settings, drawing.encoding.picture.is_transparent
+    return "translucent places" if is_transparent and settings.opacity == "opaque" else None
+
+
+def _size(drawing: Drawing) -> str | None:
+    rows, columns = drawing.encoding.picture.reduced_size
+    is_reduced = drawing.encoding.picture.enlargement[0] > 1.0 and not drawing.encoding.picture.is_restored
+    return f"detail finer than in a picture of {columns} x {rows} px" if is_reduced else None
+
+
+_KINDS: dict[str, Callable[[Drawing], str | None]] = {
+    "text": _text, "areas": _areas, "colors": _colors, "shades": _shades, "texture": _texture, "noise": _noise,
+    "light": _light, "specks": _specks, "translucency": _translucency, "size": _size,
+}  # fmt: skip
+"""Name of what may be lost -> what says it, in the order in which people are told."""

@@ -1,0 +1,89 @@
+"""Layers of a drawing for its file: one for each colour, where the paths that overlap allow it, with a readable name.
+
+A designer recolours a drawing colour by colour, and a cutter or plotter loads one material or pen after another. How
+deep a shape lies in others is in the order of the paths already.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import torch
+
+from warpvec.arrays import Floats
+from warpvec.flat.color_layers.order import few_layers
+from warpvec.flat.color_layers.overlaps import overlapping_paths
+from warpvec.flat.color_layers.shades import shade_groups
+from warpvec.geometry.paints.registry import FLAT, kind_of
+from warpvec.geometry.scene import Scene
+from warpvec.image.oklab import to_oklab
+
+
+def layered(scene: Scene, height: int, width: int, *, joins_shades: bool = True) -> tuple[Scene, dict[int, str]]:
+    """Return ``scene`` with its paths in layers of one colour each, which are its generations, and the layers' names.
+
+    Paths that overlap keep their order, so that the picture of ``height`` x ``width`` pixels stays the same. A colour
+    has more than one layer only if this order asks for it.
+
+    Args:
+        scene: the paths.
+        height, width: size of the canvas in the pixels of the scene.
+        joins_shades: whether shades that differ little share a layer.
+    """
+    paints = [_paint(scene, path) for path in range(len(scene))]
+    numbers = {paint: number for number, paint in enumerate(dict.fromkeys(paints))}
+    group = shade_groups(scene) if joins_shades else np.array([numbers[paint] for paint in paints], np.int64)
+    layers = few_layers(group, overlapping_paths(scene, height, width))
+    order = torch.tensor([path for layer in layers for path in layer], dtype=torch.int64)
+    generation = torch.tensor([place for place, layer in enumerate(layers) for _ in layer], dtype=torch.int64)
+    names = _unique([_layer_name([paints[path] for path in layer]) for layer in layers])
+    return replace(scene.select(order), generation=generation), dict(enumerate(names))
+
+
+def _layer_name(paints: list[str]) -> str:
+    """Return the name of a layer of ``paints``: that of most of its paths."""
+    counted = Counter(paints)
+    return counted.most_common(1)[0][0] + (" and shades" if len(counted) > 1 else "")
+
+
+def color_name(color: Floats) -> str:
+    """Return the CSS name of the colour that looks most like ``color`` [3] in [0, 1], and its code: "red #e4002b"."""
+    names, places = _css_colors()
+    nearest = int(np.square(places - to_oklab(color[None])).sum(1).argmin())
+    code = bytes(np.rint(255.0 * color.clip(0.0, 1.0)).astype(np.uint8)).hex()
+    return f"{names[nearest]} #{code}"
+
+
+def _paint(scene: Scene, path: int) -> str:
+    """Return the name of a path's paint; equal paints have equal names."""
+    color = scene.color[path].double().numpy()
+    opacity = round(100 * float(scene.opacity[path]))
+    suffix = "" if opacity == 100 else f", {opacity} % opaque"
+    if scene.gradients is None or int(scene.gradients.kind[path]) == FLAT:
+        return color_name(color) + suffix
+    kind = kind_of(int(scene.gradients.kind[path])).name
+    end = scene.gradients.end_color[path].double().numpy()
+    return f"{kind} {color_name(color)} to {color_name(end)}{suffix}"
+
+
+def _unique(names: list[str]) -> list[str]:
+    """Return ``names`` with a running number after each that occurs again."""
+    seen: Counter[str] = Counter()
+    found = []
+    for name in names:
+        seen[name] += 1
+        found.append(name if seen[name] == 1 else f"{name} ({seen[name]})")
+    return found
+
+
+@cache
+def _css_colors() -> tuple[list[str], Floats]:
+    """Return the names of CSS colours, and their places [C, 3] in OKLab. Of two spellings, the American one stays."""
+    from PIL import ImageColor
+
+    names = [name for name in ImageColor.colormap if "grey" not in name]
+    levels = [ImageColor.getrgb(name)[:3] for name in names]
+    return names, to_oklab(np.array(levels, np.float64) / 255.0)
