@@ -16,12 +16,13 @@ from warpvec.fit.path_models import path_model
 from warpvec.fit.similarity import Similarity
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.registry import LINEAR
-from warpvec.geometry.scene import Scene, of_one_color
+from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import ALPHA_MIN, MATTES, is_transparent, over, premultiplied
 from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.outline_adjoint import OutlineAdjoint
 from warpvec.rendering.registry import make_renderer
+from warpvec.rendering.stages.pixel_slopes import HitSlopes
 from warpvec.rendering.tile_renderer import Adjoints
 
 
@@ -158,22 +159,23 @@ class Target:
             signs = torch.randint(0, 2, shape, generator=generator, dtype=torch.int8).to(scene.segments)
             yield self._renderer.adjoint(_over(scene, matte), share * (2.0 * signs - 1.0))
 
-    def winding_slopes(self, scene: Scene, path: Tensor, x: Tensor, y: Tensor) -> Tensor:
-        """Return how pixels change with the winding of a path: [M, 3], or [M, 4] if there are mattes.
+    def pixel_slopes(self, scene: Scene) -> Iterator[HitSlopes]:
+        """Yield how pixels change with the paints and the windings of the paths of ``scene``, some tiles at a time.
 
-        See `ExactRenderer.winding_slopes`. With mattes these are the channels over a grey one, and the difference of
-        black and white, which all channels share: the sum of their squares is the mean over black and white.
+        Only the exact renderer can. If there are mattes, the scene lies over a grey one; see `matte_scale`.
         """
-        if self._views[0][1] is None:
-            return self._exact.winding_slopes(scene, path, x, y)
-        grey = replace(scene, background=torch.full_like(scene.background, sum(MATTES) / 2.0))
-        clear = replace(of_one_color(scene, torch.zeros_like(scene.color)), background=torch.ones_like(grey.background))
-        difference = self._exact.winding_slopes(clear, path, x, y, channels=1)
-        return torch.cat([self._exact.winding_slopes(grey, path, x, y), 0.5 * 3.0**0.5 * difference], 1)
+        if self._views[0][1] is not None:
+            scene = replace(scene, background=torch.full_like(scene.background, sum(MATTES) / 2.0))
+        yield from self._exact.pixel_slopes(scene)
 
-    def shares(self, scene: Scene) -> Iterator[Tensor]:
-        """Yield the visible share of each path in each pixel, three paths at a time [3, h, w]."""
-        yield from self._exact.shares(scene)
+    @property
+    def matte_scale(self) -> float:
+        """Factor of the derivatives of transmittance that makes them half of the difference of black and white mattes.
+
+        With it, the sum of the squares of derivatives over the grey matte and of this is their mean over black and
+        white. All channels share the difference. It is 0 without mattes.
+        """
+        return 0.0 if self._views[0][1] is None else 0.5 * 3.0**0.5
 
     @property
     def _exact(self) -> ExactRenderer:
