@@ -136,7 +136,7 @@ def test_flat_is_no_kind_of_gradient() -> None:
 
 
 WHOLE_TILE = HitSlopes(
-    (0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros(1, np.bool_),
+    (0, 1), *(np.zeros(1, np.int64) for _ in range(3)), np.zeros(1, np.bool_),
     np.ones((1, 256), np.float32), np.zeros((1, 4, 256), np.float32),
 )  # fmt: skip
 

@@ -30,7 +30,7 @@ def slopes_of(scene: Scene, renderer: ExactRenderer) -> tuple[Tensor, Tensor]:
     """Return the visible share of each path [N, 36, 40], and the slopes by the first path's winding [4, 36, 40]."""
     share, slopes = torch.zeros(len(scene), 48, 48), torch.zeros(4, 48, 48)
     for part in renderer.pixel_slopes(scene):
-        for tile, path, is_partial, *found in zip(*part[1:], strict=True):
+        for tile, path, _, is_partial, *found in zip(*part[1:], strict=True):
             rows, columns = (slice(TILE * k, TILE * (k + 1)) for k in divmod(int(tile), 3))
             own, by_winding = (torch.from_numpy(each.copy()).unflatten(-1, (TILE, TILE)).mT for each in found)
             share[path, rows, columns] = own

@@ -5,10 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+import torch
 import warp as wp
+from torch import Tensor
 
 from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
+from warpvec.kernels.constants import COLUMNS, TILE
+from warpvec.kernels.pixel_slopes import SLOPE_PLANES
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.outline_adjoint import OutlineAdjoint
 from warpvec.rendering.stages.binning import Binning
@@ -62,6 +67,25 @@ class ExactRenderer(TileRenderer):
     def pixel_slopes(self, scene: Scene) -> Iterator[HitSlopes]:
         """Yield how the pixels of ``scene`` change with paints and windings of its paths, some tiles at a time."""
         yield from self._slopes.run(*self._cover(scene))
+
+    def outline_slopes(self, scene: Scene) -> Tensor:
+        """Return how sums over all pixels change with the segments of ``scene``: [4, R, 3, 2].
+
+        These are the sums of red, green and blue, and that of the transmittance of all paths.
+        """
+        hits = self._cover(scene)
+        size = self._binning.slot_count * COLUMNS * TILE
+        by_winding = np.zeros((SLOPE_PLANES, self._binning.slot_count, COLUMNS * TILE), np.float32)
+        for part in self._slopes.run(*hits):
+            slots = part.slot[part.is_partial]
+            by_winding[:, slots, : TILE * TILE] = part.slopes[part.is_partial].swapaxes(0, 1)
+        found = torch.empty((SLOPE_PLANES, *scene.segments.shape), dtype=self.dtype, device=self.device)
+        winding = wp.to_torch(hits[2]).reshape(-1)[:size]
+        for plane, out in zip(torch.from_numpy(by_winding), found, strict=True):
+            winding.copy_(plane.reshape(-1))
+            adj_edges = self._coverage.adjoint(self._flattening, self._binning, len(scene.segments))
+            self._flattening.adjoint(adj_edges, out)
+        return found
 
     @property
     def counts(self) -> Counts:

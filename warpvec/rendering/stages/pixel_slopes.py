@@ -27,6 +27,7 @@ class HitSlopes(NamedTuple):
     Attributes:
         tiles: the first tile, and the one after the last.
         tile, path: of each hit [H], sorted by tile and then by path.
+        slot: where ``slot_winding`` has the windings of a partial hit [H].
         is_partial: whether an edge of the path lies in the tile [H].
         share: derivative of the pixels by the colour of the path [H, TILE TILE], column by column, 0 outside of the
             canvas.
@@ -37,6 +38,7 @@ class HitSlopes(NamedTuple):
     tiles: tuple[int, int]
     tile: NDArray[np.int64]
     path: NDArray[np.int64]
+    slot: NDArray[np.int64]
     is_partial: NDArray[np.bool_]
     share: NDArray[np.float32]
     slopes: NDArray[np.float32]
@@ -59,6 +61,7 @@ class PixelSlopes:
         hit_pair = binning.hit_pair.numpy()[: first_hit[-1]]
         tile = binning.hit_tile.numpy()[: first_hit[-1]].astype(np.int64)
         path = binning.pair_path.numpy()[hit_pair].astype(np.int64)
+        slot = binning.pair_slot.numpy()[hit_pair].astype(np.int64)
         is_partial = binning.pair_class.numpy()[hit_pair] == PARTIAL
         inputs = [
             *hits_of(binning, tile_first_visible),
@@ -84,7 +87,7 @@ class PixelSlopes:
             share, slopes = (array.numpy().reshape(-1) for array in outputs)
             own, pixel_count = slice(start, end), (end - start) * TILE * TILE
             yield HitSlopes(
-                (part.start, part.end), tile[own], path[own], is_partial[own],
+                (part.start, part.end), tile[own], path[own], slot[own], is_partial[own],
                 share[:pixel_count].reshape(-1, TILE * TILE),
                 slopes[: SLOPE_PLANES * pixel_count].reshape(-1, SLOPE_PLANES, TILE * TILE),
             )  # fmt: skip
