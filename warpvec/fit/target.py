@@ -23,7 +23,7 @@ from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.outline_adjoint import OutlineAdjoint
 from warpvec.rendering.registry import make_renderer
 from warpvec.rendering.stages.pixel_slopes import HitSlopes
-from warpvec.rendering.tile_renderer import Adjoints
+from warpvec.rendering.tile_renderer import Adjoints, mean_adjoints
 
 
 class OutlineStep(NamedTuple):
@@ -43,8 +43,8 @@ class Target:
     """An image [h, w, 3 or 4] on ``device``, with a renderer of its size.
 
     An image with (straight) alpha is compared over a black and over a white matte, which take the place of the scene's
-    background. One renderer draws both, so a step takes twice the time. The opacity that paths need follows from the
-    two together: the more a path lets through, the more its pixels differ between the mattes.
+    background. One renderer draws both; on the CPU it covers the paths once for them. The opacity that paths need
+    follows from the two together: the more a path lets through, the more its pixels differ between the mattes.
 
     Attributes:
         device: where the image is.
@@ -74,10 +74,15 @@ class Target:
 
         The next step overwrites the memory of all but the loss.
         """
+        if self._views[0][1] is not None and self.fits is None:
+            return self._renderer.mean_fit_step(scene, self._mattes(), want_removal_cost)
         parts = zip(self._steps, self._prepared, strict=True)
         return _mean_adjoints(
             [self._take(step, _over(scene, matte), prepared, want_removal_cost) for step, (prepared, matte) in parts]
         )
+
+    def _mattes(self) -> list[tuple[Tensor, Tensor]]:
+        return [(prepared, matte) for prepared, matte in self._prepared if matte is not None]
 
     def removal_costs(self, scene: Scene) -> Tensor:
         """Return how the loss of ``scene`` rises without each path [N]."""
@@ -276,8 +281,7 @@ def _mean_adjoints(adjoints: list[Adjoints]) -> Adjoints:
     """Return the mean of ``adjoints``; the next step leaves its loss alone."""
     if len(adjoints) == 1:
         return replace(adjoints[0], canvas_sums=adjoints[0].canvas_sums.clone())
-    names = [name for name, value in vars(adjoints[0]).items() if value is not None]
-    return replace(adjoints[0], **{n: torch.stack([getattr(a, n) for a in adjoints]).mean(0) for n in names})
+    return mean_adjoints(adjoints)
 
 
 def _filled_colors(image: Tensor) -> Tensor:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from copy import copy
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -79,6 +80,12 @@ class Paint:
         counts = [as_warp(each, wp.int32) for each in (stops.count, stops.place_kind)]
         self.stop_arrays = [*counts, as_warp(stops.form, types.vec5), as_warp(stops.ramps, types.vec8)]
         self.hiding, self.stops = as_warp(stops.hiding, lanes.dtype), stops
+
+    def over(self, background: Tensor, lanes: Lanes) -> Paint:
+        """Return the same paint over another ``background`` [3]."""
+        found = copy(self)
+        found.arrays = [*self.arrays[:2], as_warp(background.reshape(1, 3), lanes.vec3)]
+        return found
 
     @property
     def variant(self) -> tuple[bool, bool]:
