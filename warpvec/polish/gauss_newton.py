@@ -25,14 +25,16 @@ from warpvec.polish.variables import Variables
 def gauss_newton(variables: Variables, x: Tensor, held: Tensor) -> sparse.csc_matrix:
     """Return the matrix [K, K] in float64 at the values ``x`` [K]; rows and columns of opacities are empty.
 
+    Those of locked paths are of no use: their outlines, and what their gradients do away from outlines, are left out.
     Handles that are ``held`` [R, 2] do not get longer or shorter; see `Variables.held`.
     """
     scene, target = variables.scene(x), variables.target
     height, width = target.size
     path = scene.structure.segment_path.cpu().numpy().astype(np.int64)
-    columns = -(-width // TILE)
-    outlines = OutlineSlopes(crossed_pixels(scene, height, width), path, columns, target.matte_scale)
-    paints = PaintSlopes(scene, width, height, outlines.pixels)
+    is_free = None if variables.locked is None else ~variables.locked.cpu().numpy()
+    crossed = crossed_pixels(scene, height, width, is_free)
+    outlines = OutlineSlopes(crossed, path, -(-width // TILE), target.matte_scale)
+    paints = PaintSlopes(scene, width, height, outlines.pixels, is_free)
     for part in target.pixel_slopes(scene):
         outlines.add(part)
         paints.add(part)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from warpvec.arrays import Mask
 from warpvec.geometry.paints.kind import GEOMETRY_SIZE
 from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
@@ -36,15 +37,19 @@ class PaintSlopes:
         scene: the drawing.
         width, height: size of the canvas.
         pixels: the pixels that an outline crosses [P]; see `warpvec.polish.outline_slopes.OutlineSlopes`.
+        is_free: paths whose gradients count in the other pixels [N]; None for all.
     """
 
-    def __init__(self, scene: Scene, width: int, height: int, pixels: NDArray[np.int64]) -> None:
+    def __init__(
+        self, scene: Scene, width: int, height: int, pixels: NDArray[np.int64], is_free: Mask | None = None
+    ) -> None:
         self._count, self._size, self._pixels = len(scene), (width, height), pixels
         paints = scene.gradients
         self._kind = np.zeros(len(scene), np.int32) if paints is None else paints.kind.cpu().numpy()
         self._color = scene.color.double().cpu().numpy()
         self._end_color = self._color if paints is None else paints.end_color.double().cpu().numpy()
         self._ends = None if paints is None else paints.whole_geometry.double().cpu().numpy()
+        self._is_ramp = (self._kind != FLAT) & (True if is_free is None else is_free)
         self._stops = None if paints is None or paints.stops is None else stop_rows(scene, paints)
         per_path = 0 if paints is None else 7 + sum(part[0].numel() for part in stop_parts(paints) if len(part))
         self.value_count = (4 + per_path) * len(scene) + 3
@@ -71,7 +76,7 @@ class PaintSlopes:
         self._add_background(part, self._open[first:last])
         is_crossed = np.zeros((part.tiles[1] - part.tiles[0], TILE_PIXELS), np.bool_)
         is_crossed[tile - part.tiles[0], place] = True
-        for own in np.unique(part.path[self._kind[part.path] != FLAT]):
+        for own in np.unique(part.path[self._is_ramp[part.path]]):
             self._add_gradient(own, part, is_crossed)
 
     def elsewhere(self) -> sparse.csr_matrix:
