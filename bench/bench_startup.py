@@ -2,12 +2,15 @@
 
 It times `warpvec --help`, and a short `warpvec run` from the start of the process to its first iteration and to its
 end, with cached kernels and with an empty kernel cache. The run uses every kernel of a fit: it adds and recycles
-paths. "import torch" is timed too, as a lower limit for any program that uses torch.
+paths. "import torch" is timed too, as a lower limit for any program that uses torch. Last, the time of the imports of
+flat art is shared out among the packages that they load.
 """
 
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import tempfile
 import time
 from collections import defaultdict
@@ -15,13 +18,14 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import click
-from bench_fit import run_child
+from bench_fit import CHECKOUT, run_child
 from harness import Span, Statistics, machine_facts, machine_line, markdown_table, summarize
 
 _WATCHED = Path(__file__).with_name("watched_run.py")
 _SHORT = ("--curves", 32, "--iterations", 40, "--inflation-gap", 1, "--recycle-gap", 5, "--json", "-q")
 _HELP, _IMPORT = "warpvec --help", "import torch"
 _FIRST, _END = "cached run, to its first iteration", "cached run, to its end"
+_SHARE_MIN = 0.01  # of packages that are printed
 _COLD = "empty kernel cache, to its end"
 
 
@@ -45,6 +49,21 @@ def time_run(image: Path, environment: Mapping[str, str] | None = None) -> tuple
         run = run_child(command, environment)
     seen = json.loads(run.stdout.splitlines()[-1])
     return Span(seen["first_iteration"] - start, seen["first_cpu"]), Span(run.wall, run.cpu)
+
+
+def import_shares(module: str = "warpvec.modes.flat") -> dict[str, float]:
+    """Return the seconds that each package takes to load for ``module``, the slowest first.
+
+    Python's own clock of imports makes them slower, but hardly changes their shares.
+    """
+    found: dict[str, float] = defaultdict(float)
+    command = [sys.executable, "-X", "importtime", "-c", f"import {module}"]
+    run = subprocess.run(command, cwd=CHECKOUT, capture_output=True, text=True, check=True)
+    for line in run.stderr.splitlines():
+        own, _, name = line.removeprefix("import time:").partition("|")
+        if own.strip().isdigit():
+            found[name.rpartition("|")[2].strip().partition(".")[0]] += int(own) / 1e6
+    return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
 def measure(image: Path, repeat: int, cold: bool) -> dict[str, Statistics]:
@@ -79,8 +98,13 @@ def main(image: Path, repeat: int, cold: bool) -> None:
     click.echo(markdown_table(["seconds", "median", "min", "spread", "CPU"], rows) + "\n")
     if cold:
         click.echo(f"a first run takes {found[_COLD].minimum - found[_END].minimum:.1f} s longer")
+    shares = import_shares()
+    whole = sum(shares.values())
+    largest = [(name, seconds) for name, seconds in shares.items() if seconds >= _SHARE_MIN * whole]
+    rows = [[name, f"{seconds:.2f}", f"{100 * seconds / whole:.0f} %"] for name, seconds in largest]
+    click.echo(markdown_table(["imports of flat art", "seconds", "share"], rows) + "\n")
     click.echo(machine_line(facts))
-    line = {"bench": "startup", **facts, "ms": found}
+    line = {"bench": "startup", **facts, "ms": found, "imports": shares}
     click.echo(json.dumps(line, default=Statistics.milliseconds))
 
 

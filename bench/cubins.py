@@ -38,6 +38,7 @@ FACTORY_ARGUMENTS = {
         (fused, curvature, *paints) for fused in _BOTH for curvature in _BOTH for paints in _PAINTS
     ],
     "coverage": [(linked,) for linked in _BOTH],
+    "pixel_slopes": list(_PAINTS),
     "splat_coverage_adjoint": [(covariance,) for covariance in _BOTH],
     "splatting_adjoint": [(covariance,) for covariance in _BOTH],
 }

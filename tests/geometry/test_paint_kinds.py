@@ -24,6 +24,7 @@ from warpvec.kernels import gradients as kernel_gradients
 from warpvec.kernels.lanes import make_lanes
 from warpvec.polish.paint_slopes import PaintSlopes
 from warpvec.rendering.launch import start_warp
+from warpvec.rendering.stages.pixel_slopes import HitSlopes
 from warpvec.svg.quantize import quantize
 from warpvec.svg.read import read_svg
 from warpvec.svg.write import write_svg
@@ -134,11 +135,17 @@ def test_flat_is_no_kind_of_gradient() -> None:
         kind_of(FLAT)
 
 
+WHOLE_TILE = HitSlopes(
+    (0, 1), *(np.zeros(1, np.int64) for _ in range(3)), np.zeros(1, np.bool_),
+    np.ones((1, 256), np.float32), np.zeros((1, 4, 256), np.float32),
+)  # fmt: skip
+
+
 @pytest.mark.parametrize(
     "use",
     [
         lambda scene: write_svg(scene, 40, 32),
-        lambda scene: PaintSlopes(scene, 40, np.arange(9)).add(np.ones((1, 40 * 32), np.float32)),
+        lambda scene: PaintSlopes(scene, 40, 32, np.arange(9)).add(WHOLE_TILE),
         lambda scene: scene.gradients.scaled(2.0, 2.0),
         lambda scene: warpvec.render(scene, 32, 40),
     ],

@@ -18,7 +18,7 @@ from warpvec.geometry.strokes import Strokes
 from warpvec.geometry.structure import Structure
 from warpvec.rendering.draw import draw_pixels
 from warpvec.rendering.launch import resolve_device
-from warpvec.rendering.operator import draw_adjoint
+from warpvec.rendering.operator import draw_adjoint, outline_slopes
 
 # Long enough to use each kernel of a fit: steps, an inflation, and a recycling, which asks for removal costs.
 _SHORT = {"curves": 4, "initial_curves": 2, "iterations": 8, "inflation_gap": 1, "time_budget": None}
@@ -46,6 +46,7 @@ def compile_kernels(device: str = "auto") -> float:
         visible_areas(to_cubics(scene)[0], 16, 16)
     for where in {resolve_device(device), "cpu"}:
         draw_adjoint(_stroke().to(where), torch.ones(16, 16, 3, device=where))
+        outline_slopes(_stroke().to(where), 16, 16)
     return time.perf_counter() - start
 
 

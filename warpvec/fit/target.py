@@ -16,13 +16,14 @@ from warpvec.fit.path_models import path_model
 from warpvec.fit.similarity import Similarity
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.registry import LINEAR
-from warpvec.geometry.scene import Scene, of_one_color
+from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import ALPHA_MIN, MATTES, is_transparent, over, premultiplied
 from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.outline_adjoint import OutlineAdjoint
 from warpvec.rendering.registry import make_renderer
-from warpvec.rendering.tile_renderer import Adjoints
+from warpvec.rendering.stages.pixel_slopes import HitSlopes
+from warpvec.rendering.tile_renderer import Adjoints, mean_adjoints
 
 
 class OutlineStep(NamedTuple):
@@ -42,8 +43,8 @@ class Target:
     """An image [h, w, 3 or 4] on ``device``, with a renderer of its size.
 
     An image with (straight) alpha is compared over a black and over a white matte, which take the place of the scene's
-    background. One renderer draws both, so a step takes twice the time. The opacity that paths need follows from the
-    two together: the more a path lets through, the more its pixels differ between the mattes.
+    background. One renderer draws both; on the CPU it covers the paths once for them. The opacity that paths need
+    follows from the two together: the more a path lets through, the more its pixels differ between the mattes.
 
     Attributes:
         device: where the image is.
@@ -73,10 +74,15 @@ class Target:
 
         The next step overwrites the memory of all but the loss.
         """
+        if self._views[0][1] is not None and self.fits is None:
+            return self._renderer.mean_fit_step(scene, self._mattes(), want_removal_cost)
         parts = zip(self._steps, self._prepared, strict=True)
         return _mean_adjoints(
             [self._take(step, _over(scene, matte), prepared, want_removal_cost) for step, (prepared, matte) in parts]
         )
+
+    def _mattes(self) -> list[tuple[Tensor, Tensor]]:
+        return [(prepared, matte) for prepared, matte in self._prepared if matte is not None]
 
     def removal_costs(self, scene: Scene) -> Tensor:
         """Return how the loss of ``scene`` rises without each path [N]."""
@@ -158,22 +164,23 @@ class Target:
             signs = torch.randint(0, 2, shape, generator=generator, dtype=torch.int8).to(scene.segments)
             yield self._renderer.adjoint(_over(scene, matte), share * (2.0 * signs - 1.0))
 
-    def winding_slopes(self, scene: Scene, path: Tensor, x: Tensor, y: Tensor) -> Tensor:
-        """Return how pixels change with the winding of a path: [M, 3], or [M, 4] if there are mattes.
+    def pixel_slopes(self, scene: Scene) -> Iterator[HitSlopes]:
+        """Yield how pixels change with the paints and the windings of the paths of ``scene``, some tiles at a time.
 
-        See `ExactRenderer.winding_slopes`. With mattes these are the channels over a grey one, and the difference of
-        black and white, which all channels share: the sum of their squares is the mean over black and white.
+        Only the exact renderer can. If there are mattes, the scene lies over a grey one; see `matte_scale`.
         """
-        if self._views[0][1] is None:
-            return self._exact.winding_slopes(scene, path, x, y)
-        grey = replace(scene, background=torch.full_like(scene.background, sum(MATTES) / 2.0))
-        clear = replace(of_one_color(scene, torch.zeros_like(scene.color)), background=torch.ones_like(grey.background))
-        difference = self._exact.winding_slopes(clear, path, x, y, channels=1)
-        return torch.cat([self._exact.winding_slopes(grey, path, x, y), 0.5 * 3.0**0.5 * difference], 1)
+        if self._views[0][1] is not None:
+            scene = replace(scene, background=torch.full_like(scene.background, sum(MATTES) / 2.0))
+        yield from self._exact.pixel_slopes(scene)
 
-    def shares(self, scene: Scene) -> Iterator[Tensor]:
-        """Yield the visible share of each path in each pixel, three paths at a time [3, h, w]."""
-        yield from self._exact.shares(scene)
+    @property
+    def matte_scale(self) -> float:
+        """Factor of the derivatives of transmittance that makes them half of the difference of black and white mattes.
+
+        With it, the sum of the squares of derivatives over the grey matte and of this is their mean over black and
+        white. All channels share the difference. It is 0 without mattes.
+        """
+        return 0.0 if self._views[0][1] is None else 0.5 * 3.0**0.5
 
     @property
     def _exact(self) -> ExactRenderer:
@@ -274,8 +281,7 @@ def _mean_adjoints(adjoints: list[Adjoints]) -> Adjoints:
     """Return the mean of ``adjoints``; the next step leaves its loss alone."""
     if len(adjoints) == 1:
         return replace(adjoints[0], canvas_sums=adjoints[0].canvas_sums.clone())
-    names = [name for name, value in vars(adjoints[0]).items() if value is not None]
-    return replace(adjoints[0], **{n: torch.stack([getattr(a, n) for a in adjoints]).mean(0) for n in names})
+    return mean_adjoints(adjoints)
 
 
 def _filled_colors(image: Tensor) -> Tensor:

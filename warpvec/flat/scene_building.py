@@ -35,7 +35,7 @@ def scene_of(regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch
         regions = with_fewer_regions(regions, DRAWING.layers_min + 1)  # and the canvas
     layers: list[StackedLayer] = []
     loops: list[list[Outline]] = []
-    for layer in stack(regions):
+    for layer in stack(regions, watch):
         if watch.is_over() and len(layers) >= DRAWING.layers_min:
             break
         found = outlines(regions, layer)

@@ -38,14 +38,19 @@ class FoldGuard:
         self._is_guarded = (overlapping_pairs(start) <= PAIRS_GUARDED_MAX) & is_on
         if start.strokes is not None:  # lines may cross
             self._is_guarded &= ~start.strokes.is_stroked
+        if variables.locked is not None:
+            self._is_guarded &= ~variables.locked
         # The start of a later part may cross itself only until its file is rounded, which allows no crossing.
         as_written = crossings_of_rows(self._written(start), self._is_guarded)
         self._crossings = torch.minimum(crossings_of_rows(start, self._is_guarded), as_written)
         self._is_guarded &= sums_of_paths(start, self._crossings) <= 2 * CROSSINGS_GUARDED_MAX
+        self._is_on = bool(self._is_guarded.any())
         self._safe = variables.start
 
     def folds(self, x: Tensor) -> Tensor:
         """Return the segments [R] (bool) that cross more often than at the start, once a file has rounded them."""
+        if not self._is_on:
+            return torch.zeros_like(self._crossings, dtype=torch.bool)
         found = crossings_of_rows(self._written(self._variables.scene(x)), self._is_guarded)
         return (found > self._crossings) & (found > 0)
 

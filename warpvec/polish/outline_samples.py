@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Mask
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.scene import Scene
 from warpvec.polish.stroke_samples import stroke_samples
@@ -35,15 +36,19 @@ class CrossedPixels(NamedTuple):
     slopes: NDArray[np.float64]
 
 
-def crossed_pixels(scene: Scene, height: int, width: int) -> CrossedPixels:
-    """Return the pixels of a canvas that the curves of the cubic ``scene`` cross.
+def crossed_pixels(scene: Scene, height: int, width: int, paths: Mask | None = None) -> CrossedPixels:
+    """Return the pixels of a canvas that the curves of the cubic ``scene`` cross, or those of some ``paths`` [N].
 
     A move of the curve by (u, v) changes the winding of a pixel by the integral of (x' v - y' u) dt over the part of
     the curve in the pixel, as in ``kernels/coverage_adjoint.py``; here it is summed over samples.
     """
-    row, place, slopes = _of_fills(scene)
-    if scene.strokes is not None:
-        parts = zip((row, place, slopes), _of_strokes(scene), strict=True)
+    path = scene.structure.segment_path.cpu().numpy()
+    wanted = np.ones(len(path), np.bool_) if paths is None else paths[path]
+    if scene.strokes is None:
+        row, place, slopes = _of_fills(scene, wanted)
+    else:
+        is_stroked = scene.strokes.is_stroked.cpu().numpy()[path]
+        parts = zip(_of_fills(scene, wanted & ~is_stroked), _of_strokes(scene, wanted), strict=True)
         row, place, slopes = (np.concatenate(both) for both in parts)
     x, y = np.floor(place).astype(np.int64).T
     kept = (x >= 0) & (x < width) & (y >= 0) & (y < height)
@@ -62,28 +67,32 @@ _Slopes = tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]
 """The segment [M], the place [M, 2] and the slopes [M, 9] of samples."""
 
 
-def _of_fills(scene: Scene) -> _Slopes:
-    curves = whole_curves(scene).double().cpu().numpy()
-    row, gap, weights, tangents = _samples(curves)
-    if scene.strokes is not None:
-        is_fill = (~scene.strokes.is_stroked)[scene.structure.segment_path.long()].cpu().numpy()[row]
-        row, gap, weights, tangents = row[is_fill], gap[is_fill], weights[is_fill], tangents[is_fill]
-    points = np.einsum("mk,mkd->md", weights, curves[row])
-    return row, points, _with_width(weights, gap[:, None] * tangents, np.zeros(len(row)))
+def _of_fills(scene: Scene, wanted: Mask) -> _Slopes:
+    """Return the samples of the curves that are ``wanted`` [R], as the outlines of fills."""
+    rows = np.flatnonzero(wanted)
+    curves = whole_curves(scene).double().cpu().numpy()[rows]
+    curve, gap, weights, tangents = _samples(curves)
+    points = np.einsum("mk,mkd->md", weights, curves[curve])
+    return rows[curve], points, _with_width(weights, gap[:, None] * tangents, np.zeros(len(curve)))
 
 
-def _of_strokes(scene: Scene) -> _Slopes:
+def _of_strokes(scene: Scene, wanted: Mask) -> _Slopes:
+    """Return the samples of the strokes with the rows that are ``wanted`` [R]."""
     found = stroke_samples(scene)
     by_width = (found.along[:, 0] * found.outward[:, 1] - found.along[:, 1] * found.outward[:, 0]) / 2.0
-    return found.row, found.place, _with_width(found.weights, found.along, by_width)
+    kept = wanted[found.row]
+    return found.row[kept], found.place[kept], _with_width(found.weights, found.along, by_width)[kept]
 
 
 def _with_width(
     weights: NDArray[np.float64], along: NDArray[np.float64], by_width: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the slopes [M, 9] of pieces of outlines ``along`` [M, 2] whose points have the ``weights`` [M, 4]."""
-    by_points = (np.stack([-along[:, 1:], along[:, :1]], 2) * weights[:, :, None]).reshape(-1, 8)
-    return np.concatenate([by_points, by_width[:, None]], 1)
+    slopes = np.empty((len(weights), 9))
+    slopes[:, 0:8:2] = -along[:, 1:] * weights
+    slopes[:, 1:8:2] = along[:, :1] * weights
+    slopes[:, 8] = by_width
+    return slopes
 
 
 def _samples(

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from warpvec.arrays import Mask
 from warpvec.geometry.paints.kind import GEOMETRY_SIZE
 from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.stops import STOPS_MAX
+from warpvec.kernels.constants import TILE
+from warpvec.polish.outline_slopes import TILE_PIXELS
 from warpvec.polish.stop_slopes import StopRow, inner_color_index, slopes_of, stop_rows
 from warpvec.polish.stop_variables import stop_parts
+from warpvec.rendering.stages.pixel_slopes import HitSlopes
 
 Values = NDArray[np.float64]
 
@@ -26,81 +31,127 @@ class PaintSlopes:
 
     These are colours [N, 3], opacities [N] (always 0 here), background [3], and with gradients their end colours [N, 3]
     and ends [N, 4]. `Stops` follow: inner colours [N, 6, 3], offsets [N, 8], opacities [N, 8] (always 0 here), and the
-    breadth [N]. The visible shares of all paths are added one after another.
+    breadth [N]. The parts of a drawing are added one after another.
+
+    Args:
+        scene: the drawing.
+        width, height: size of the canvas.
+        pixels: the pixels that an outline crosses [P]; see `warpvec.polish.outline_slopes.OutlineSlopes`.
+        is_free: paths whose gradients count in the other pixels [N]; None for all.
     """
 
-    def __init__(self, scene: Scene, width: int, pixels: NDArray[np.int64]) -> None:
-        self._count, self._width, self._pixels = len(scene), width, pixels
+    def __init__(
+        self, scene: Scene, width: int, height: int, pixels: NDArray[np.int64], is_free: Mask | None = None
+    ) -> None:
+        self._count, self._size, self._pixels = len(scene), (width, height), pixels
         paints = scene.gradients
         self._kind = np.zeros(len(scene), np.int32) if paints is None else paints.kind.cpu().numpy()
         self._color = scene.color.double().cpu().numpy()
         self._end_color = self._color if paints is None else paints.end_color.double().cpu().numpy()
         self._ends = None if paints is None else paints.whole_geometry.double().cpu().numpy()
+        self._is_ramp = (self._kind != FLAT) & (True if is_free is None else is_free)
         self._stops = None if paints is None or paints.stops is None else stop_rows(scene, paints)
         per_path = 0 if paints is None else 7 + sum(part[0].numel() for part in stop_parts(paints) if len(part))
         self.value_count = (4 + per_path) * len(scene) + 3
-        self._seen = 0
-        self._at_pixels: list[tuple[Values, _Ramp | None]] = []  # the shares and ramps of each path in ``pixels``
-        self._covered: Values | None = None
-        self._squares: list[tuple[list[int], Values]] = []  # blocks of the matrix
+        self._parts: list[_Shares] = []  # of the crossed pixels
+        self._squares = np.zeros(len(scene))  # sums of the squared shares elsewhere
+        self._blocks: list[tuple[list[int], Values]] = []  # blocks of the matrix, of gradients elsewhere
+        self._open = np.ones(len(pixels))  # the share of the background in the crossed pixels
+        self._open_squares = 0.0  # the sum of its squares elsewhere
 
-    def add(self, shares: NDArray[np.float32]) -> None:
-        """Add the ``shares`` [n, h w] of the next n paths in all pixels; rows past the last path are left."""
-        if self._covered is None:
-            self._covered = np.zeros(shares.shape[1])
-        for share in shares[: self._count - self._seen].astype(np.float64):
-            here = share[self._pixels]
-            self._covered += share
-            self._at_pixels.append((here, self._ramp_of(self._seen, self._pixels)))
-            if self._kind[self._seen] == FLAT:
-                square = np.full((1, 1), np.square(share).sum() - np.square(here).sum())
-                self._squares += [([3 * self._seen + channel], square) for channel in range(3)]
-            else:
-                self._add_gradient(self._seen, share)
-            self._seen += 1
+    def add(self, part: HitSlopes) -> None:
+        """Add some more tiles."""
+        first, last = np.searchsorted(self._pixels, TILE_PIXELS * np.array(part.tiles))
+        tile, place = np.divmod(self._pixels[first:last], TILE_PIXELS)
+        starts, ends = (np.searchsorted(part.tile, tile, side) for side in ("left", "right"))
+        counts = ends - starts
+        owner = np.repeat(np.arange(len(tile)), counts)
+        hit = np.arange(len(owner)) + np.repeat(starts - np.cumsum(counts) + counts, counts)
+        share, path = part.share[hit, place[owner]].astype(np.float64), part.path[hit]
+        self._open[first:last] -= np.bincount(owner, share, len(tile))
+        whole = np.einsum("hp,hp->h", part.share, part.share, dtype=np.float64)
+        self._squares += np.bincount(part.path, whole, self._count) - np.bincount(path, share * share, self._count)
+        shown = share > SHARE_MIN
+        self._parts.append(_Shares(first + owner[shown], path[shown], share[shown]))
+        self._add_background(part, self._open[first:last])
+        is_crossed = np.zeros((part.tiles[1] - part.tiles[0], TILE_PIXELS), np.bool_)
+        is_crossed[tile - part.tiles[0], place] = True
+        for own in np.unique(part.path[self._is_ramp[part.path]]):
+            self._add_gradient(own, part, is_crossed)
 
     def elsewhere(self) -> sparse.csr_matrix:
         """Return the Gauss-Newton matrix [V, V] of the other pixels. It ignores that paths overlap there."""
-        squares = list(self._squares)
-        if self._covered is not None:
-            seen = 1.0 - self._covered
-            rest = np.full((1, 1), max(np.square(seen).sum() - np.square(seen[self._pixels]).sum(), 0.0))
-            squares += [([4 * self._count + channel], rest) for channel in range(3)]
-        rows = [np.repeat(columns, len(columns)) for columns, _ in squares]
-        columns = [np.tile(columns, len(columns)) for columns, _ in squares]
-        values = [square.ravel() for _, square in squares]
+        flat = np.flatnonzero(self._kind == FLAT)
+        colors = (3 * flat[:, None] + np.arange(3)).ravel()
+        background = 4 * self._count + np.arange(3)
+        rows, columns = [colors, background], [colors, background]
+        values = [np.repeat(self._squares[flat], 3), np.full(3, max(self._open_squares, 0.0))]
+        for indices, block in self._blocks:
+            rows.append(np.repeat(indices, len(indices)))
+            columns.append(np.tile(indices, len(indices)))
+            values.append(block.ravel())
         where = (np.concatenate(rows), np.concatenate(columns))
         return sparse.csr_matrix((np.concatenate(values), where), shape=(self.value_count,) * 2)
 
     def at_pixels(self, channel: int) -> sparse.csr_matrix:
         """Return the derivative of one channel of ``pixels`` by the paints [P, V]."""
-        columns: list[tuple[int, Values]] = []
-        for path, (share, ramp) in enumerate(self._at_pixels):
-            columns += self._columns(path, channel, share, ramp)
-        if self._covered is not None:
-            columns.append((4 * self._count + channel, 1.0 - self._covered[self._pixels]))
-        found = [(value, *np.nonzero(np.abs(value) > SHARE_MIN)) for _, value in columns]
-        indices = [np.full(len(rows), index) for (index, _), (_, rows) in zip(columns, found, strict=True)]
-        values = np.concatenate([value[rows] for value, rows in found])
-        where = (np.concatenate([rows for _, rows in found]), np.concatenate(indices))
-        return sparse.csr_matrix((values, where), shape=(len(self._pixels), self.value_count))
+        pixel, path, share = self._shares
+        flat = self._kind[path] == FLAT
+        seen = np.flatnonzero(self._open > SHARE_MIN)
+        rows, columns = [pixel[flat], seen], [3 * path[flat] + channel, np.full(len(seen), 4 * self._count + channel)]
+        values = [share[flat], self._open[seen]]
+        for own in np.unique(path[~flat]):
+            chosen = path == own
+            rows_here, share_here = pixel[chosen], share[chosen]
+            found = self._columns(own, channel, share_here, self._ramp_of(own, *self._centers(self._pixels[rows_here])))
+            for index, value in found:
+                kept = np.abs(value) > SHARE_MIN
+                rows.append(rows_here[kept])
+                columns.append(np.full(int(kept.sum()), index))
+                values.append(value[kept])
+        where = (np.concatenate(rows), np.concatenate(columns))
+        return sparse.csr_matrix((np.concatenate(values), where), shape=(len(self._pixels), self.value_count))
 
-    def nothing(self) -> sparse.csr_matrix:
-        """Return the derivative of something that no paint changes, such as alpha [P, V]."""
-        return sparse.csr_matrix((len(self._pixels), self.value_count))
+    @cached_property
+    def _shares(self) -> _Shares:
+        return _Shares(*(np.concatenate(arrays) for arrays in zip(*self._parts, strict=True)))
 
-    def _add_gradient(self, path: int, share: Values) -> None:
+    def _add_background(self, part: HitSlopes, crossed: Values) -> None:
+        """Add the squared share of the background in the pixels that no outline crosses."""
+        count = part.tiles[1] - part.tiles[0]
+        tiles = np.arange(*part.tiles)
+        width, height = self._size
+        columns = -(-width // TILE)
+        inside = [
+            np.minimum(TILE, side - TILE * index)
+            for side, index in ((width, tiles % columns), (height, tiles // columns))
+        ]
+        is_own, first = np.unique(part.tile, return_index=True)
+        covered = np.add.reduceat(part.share, first, axis=0, dtype=np.float64) if len(first) else np.zeros((0, 1))
+        areas = (inside[0] * inside[1]).astype(np.float64)
+        # The sum of (1 - c)^2, as c is 0 outside of the canvas.
+        squares = np.bincount(is_own - part.tiles[0], (covered * (covered - 2.0)).sum(1), count) + areas
+        self._open_squares += float(squares.sum() - np.square(crossed).sum())
+
+    def _add_gradient(self, path: int, part: HitSlopes, is_crossed: NDArray[np.bool_]) -> None:
         """Add the block of a gradient in the pixels that no outline crosses."""
-        shown = share > SHARE_MIN
-        shown[self._pixels] = False
-        pixels = np.flatnonzero(shown)
-        if not len(pixels):
+        hits = np.flatnonzero(part.path == path)
+        shown = (part.share[hits] > SHARE_MIN) & ~is_crossed[part.tile[hits] - part.tiles[0]]
+        row, place = np.nonzero(shown)
+        if not len(row):
             return
-        ramp = self._ramp_of(path, pixels)
+        share = part.share[hits][shown].astype(np.float64)
+        ramp = self._ramp_of(path, *self._centers(TILE_PIXELS * part.tile[hits][row] + place))
         for channel in range(3):
-            found = self._columns(path, channel, share[pixels], ramp)
+            found = self._columns(path, channel, share, ramp)
             slopes = np.stack([value for _, value in found], 1)
-            self._squares.append(([index for index, _ in found], slopes.T @ slopes))
+            self._blocks.append(([index for index, _ in found], slopes.T @ slopes))
+
+    def _centers(self, pixels: NDArray[np.int64]) -> tuple[Values, Values]:
+        """Return the centres x and y of ``pixels``."""
+        tile, place = np.divmod(pixels, TILE_PIXELS)
+        row, column = np.divmod(tile, -(-self._size[0] // TILE))
+        return TILE * column + place // TILE + 0.5, TILE * row + place % TILE + 0.5
 
     def _columns(self, path: int, channel: int, share: Values, ramp: _Ramp | None) -> list[tuple[int, Values]]:
         """Return which values of the paint of ``path`` change a ``channel`` of some pixels, and how."""
@@ -133,17 +184,24 @@ class PaintSlopes:
         numbers.append(offsets + 2 * STOPS_MAX * count + path)
         return found + [(index, change * slope) for index, slope in zip(numbers, ramp.slopes, strict=True)]
 
-    def _ramp_of(self, path: int, pixels: NDArray[np.int64]) -> _Ramp | None:
-        """Return the ramp of ``path`` in the ``pixels``, or None if the path is flat."""
+    def _ramp_of(self, path: int, x: Values, y: Values) -> _Ramp | None:
+        """Return the ramp of ``path`` at some places, or None if the path is flat."""
         if self._kind[path] == FLAT or self._ends is None:
             return None
-        y, x = np.divmod(pixels, self._width)
-        paint, place = kind_of(int(self._kind[path])), (self._ends[path], x + 0.5, y + 0.5)
+        paint, place = kind_of(int(self._kind[path])), (self._ends[path], x, y)
         share, slopes = paint.share(*place), paint.slopes(*place)
         if self._stops is not None:
             return _Ramp(share, slopes)
         slopes[:, (share <= 0.0) | (share >= 1.0)] = 0.0
         return _Ramp(share.clip(0.0, 1.0), slopes)
+
+
+class _Shares(NamedTuple):
+    """The visible share of paths in crossed pixels: index of the pixel, path, and share, each [M]."""
+
+    pixel: NDArray[np.int64]
+    path: NDArray[np.int64]
+    share: Values
 
 
 class _Ramp(NamedTuple):

@@ -58,6 +58,7 @@ class Variables:
         is_free: values that a fit may change [K].
         opacity_range: first value that is an opacity, and the one after the last.
         target, joints: the image, and the kinds of the nodes.
+        locked: paths [N] (bool) that keep their values; None for none.
     """
 
     def __init__(
@@ -91,6 +92,7 @@ class Variables:
             own = scene.forms.is_form
             self.is_free &= ~self.points_of(own[scene.structure.segment_path.long()])
             self._of(self.is_free)[-1].copy_(is_used(scene.forms.parameters, scene.forms.kind))
+        self.locked = locked
         self._locked = None if locked is None else self._values_of(locked)
         if self._locked is not None:
             self.is_free &= ~self._locked
@@ -263,14 +265,15 @@ class Variables:
                 numbers = self._of(x)[-1].detach().clone().requires_grad_()
                 segments = replace(self._scene.forms, parameters=numbers).placed(segments, self._scene.structure)
                 self._leaves.append(numbers)
-        scene, (color, opacity, background, *paints) = self._memory, self._of(self.limited(x))[3:]
+        scene, limited = self._memory, self._of(self.limited(x))
+        _, _, _, color, opacity, background, *paints = limited
         shown = [(scene.segments, segments.detach()), (scene.color, color), (scene.opacity, opacity)]
         shown.append((scene.background, background))
         if scene.gradients is not None:
             own = (scene.gradients.end_color, scene.gradients.geometry, *stop_parts(scene.gradients))
             shown += zip(own, paints[: len(own)], strict=True)
         if scene.strokes is not None:
-            shown.append((scene.strokes.width, self._of(self.limited(x))[self._width_part]))
+            shown.append((scene.strokes.width, limited[self._width_part]))
         if scene.forms is not None:
             shown.append((scene.forms.parameters, paints[-1]))
         for memory, values in shown:

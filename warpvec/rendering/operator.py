@@ -98,6 +98,18 @@ def draw_adjoint(
         return _adjoints(scene, adj_image, renderer, thread_count, text)
 
 
+def outline_slopes(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:
+    """Return how sums over all pixels change with the segments of ``scene``; see `ExactRenderer.outline_slopes`."""
+    tensors = _inputs(scene)[:_VALUES]
+    _check_kinds(tensors)
+    thread_count = 0 if threads is None else check_count("threads", threads, 1, MAX_THREADS)
+    device, dtype = scene.segments.device, scene.segments.dtype
+    with torch.no_grad(), _turn(device):
+        stages = _renderer("exact", height, width, str(device), dtype, thread_count, _as_text("exact", 3, {}))
+        found: Tensor = stages.outline_slopes(scene)
+    return found
+
+
 def _inputs(scene: Scene) -> list[Tensor]:
     """Return the tensors of an operator: ``_VALUES`` that it differentiates, the kinds of paint, and the structure.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -73,6 +74,12 @@ class Adjoints:
         """
         assert self.removal_cost is not None
         return self.removal_cost + opacity * self.opacity
+
+
+def mean_adjoints(adjoints: Sequence[Adjoints], without: Sequence[str] = ()) -> Adjoints:
+    """Return the mean of ``adjoints``; those that are named in ``without`` are the memory of the first one."""
+    names = [name for name, value in vars(adjoints[0]).items() if value is not None and name not in without]
+    return replace(adjoints[0], **{name: torch.stack([getattr(a, name) for a in adjoints]).mean(0) for name in names})
 
 
 class TileRenderer(ABC):
@@ -156,8 +163,21 @@ class TileRenderer(ABC):
 
         If ``out`` is given, the adjoints are written there, and only the removal costs allocate a tensor.
         """
-        adjoints = self.make_adjoints(scene) if out is None else out
         hits = self._cover(scene)
+        adjoints = self._paint_step(scene, hits, prepared_target, want_removal_cost, out)
+        self._collect(scene, adjoints)
+        return adjoints
+
+    def _paint_step(
+        self,
+        scene: Scene,
+        hits: Hits,
+        prepared_target: Tensor,
+        want_removal_cost: bool,
+        out: Adjoints | None = None,
+    ) -> Adjoints:
+        """Return the adjoints of a fused step without those of the outlines."""
+        adjoints = self.make_adjoints(scene) if out is None else out
         scale = 1.0 / (3 * self.grid.height * self.grid.width)
         curvature = torch.empty_like(adjoints.opacity) if want_removal_cost else adjoints.opacity
         into = self._paint_adjoints(adjoints, curvature)
@@ -165,8 +185,27 @@ class TileRenderer(ABC):
         # The loss without path i, minus the loss: a parabola, as the image is affine in the opacity of one path.
         o = hits[-1].opacity
         cost = o * o * curvature * scale - o * into.opacity if want_removal_cost else None
-        self._collect(scene, adjoints)
         return replace(adjoints, removal_cost=cost)
+
+    def mean_fit_step(
+        self, scene: Scene, views: Sequence[tuple[Tensor, Tensor]], want_removal_cost: bool = False
+    ) -> Adjoints:
+        """Return the mean of `fit_step` over several ``views``: a prepared target, and its background [3].
+
+        Each path is covered once for all of them, and so are the adjoints of the outlines.
+        """
+        hits = self._cover(scene)
+        coverage = wp.to_torch(hits[2])
+        covered, total, parts = coverage.clone(), torch.zeros_like(coverage), []
+        for prepared_target, background in views:
+            coverage.copy_(covered)
+            over = (*hits[:3], hits[3].over(background, self._lanes))
+            parts.append(self._paint_step(scene, over, prepared_target, want_removal_cost))
+            total += coverage
+        coverage.copy_(total / len(views))
+        adjoints = mean_adjoints(parts, without=("segments", "width"))
+        self._collect(scene, adjoints)
+        return adjoints
 
     def set_capacity(self, limit: Counts | None) -> None:
         """Give the next renders the capacity ``limit`` and read no counts back; with None, read counts again."""

@@ -11,6 +11,7 @@ from warpvec.flat.layers.covering import chosen, cover_of, mixed
 from warpvec.flat.layers.hidden_borders import is_in, with_simple_hidden_borders
 from warpvec.flat.layers.junctions import border_shares, evidence_above, find_junctions
 from warpvec.flat.layers.merging import alike, interrupted_pairs
+from warpvec.watch.watch import Watch
 
 INK, GOLD, TEAL = (0.0, 0.0, 0.3, 1.0), (0.9, 0.7, 0.0, 1.0), (0.0, 0.5, 0.5, 1.0)
 WHITE = (1.0, 1.0, 1.0, 1.0)
@@ -21,6 +22,12 @@ def test_the_disc_on_a_border_lies_above_both_sides() -> None:
     above = evidence_above(find_junctions(regions, np.arange(3)), 3)
     assert above[2, 0] > 0.5 and above[2, 1] > 0.5
     np.testing.assert_allclose(above, -above.T)
+
+
+def test_no_junction_is_looked_for_once_the_time_is_up() -> None:
+    regions = regions_of([(box(32, 0, 64, 64), INK), (disc(32, 32, 14), GOLD)], 64, 64, WHITE)
+    assert len(find_junctions(regions, np.arange(3)).region) > 0
+    assert len(find_junctions(regions, np.arange(3), Watch(time_budget=0.0)).region) == 0
 
 
 def test_shares_of_borders_are_counted_by_sides_of_pixels() -> None:

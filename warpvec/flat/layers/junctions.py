@@ -15,6 +15,7 @@ from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.curves.contours import contours_of
 from warpvec.flat.curves.outline_nodes import sample_loops, sides_of, turns_of
 from warpvec.flat.regions.regions import Regions
+from warpvec.watch.watch import UNWATCHED, Watch
 
 Integers = NDArray[Any]
 
@@ -41,11 +42,14 @@ class Junctions(NamedTuple):
     forth: Floats
 
 
-def find_junctions(regions: Regions, shown: Integers) -> Junctions:
-    """Return the junctions of all regions ``shown`` [n]."""
+def find_junctions(regions: Regions, shown: Integers, watch: Watch = UNWATCHED) -> Junctions:
+    """Return the junctions of all regions ``shown`` [n]. Once the ``watch`` is over, those so far must do."""
     labels = np.pad(regions.label, 1, constant_values=NO_NEIGHBOUR)
-    boxes = boxes_of(regions)
-    found = [part for region in shown for part in _junctions_of(regions, int(region), labels, boxes[region])]
+    boxes, found = boxes_of(regions), list[Junctions]()
+    for region in shown:
+        if watch.is_over():
+            break
+        found += _junctions_of(regions, int(region), labels, boxes[region])
     if not found:
         none, pairs = np.zeros(0, np.int64), np.zeros((0, 2))
         return Junctions(none, none, none, np.zeros(0), pairs, pairs, pairs)

@@ -14,6 +14,7 @@ from warpvec.flat.layers.junctions import border_shares, evidence_above, find_ju
 from warpvec.flat.layers.line_regions import line_regions
 from warpvec.flat.layers.merging import alike, interrupted_pairs
 from warpvec.flat.regions.regions import Regions
+from warpvec.watch.watch import UNWATCHED, Watch
 
 
 @dataclass(frozen=True)
@@ -34,8 +35,10 @@ class StackedLayer:
         return tuple(region for part in self.parts for region in part)
 
 
-def stack(regions: Regions) -> list[StackedLayer]:
+def stack(regions: Regions, watch: Watch = UNWATCHED) -> list[StackedLayer]:
     """Return the layers of ``regions``, the lowest first.
+
+    Once the ``watch`` is over, borders and areas alone say what lies above.
 
     A region lies beneath those that it surrounds. Of neighbours, the one whose outline goes on where a third one meets
     both lies above, or the one that has more of its border with the other; else the smaller one, its holes filled.
@@ -46,7 +49,7 @@ def stack(regions: Regions) -> list[StackedLayer]:
     """
     shown = np.nonzero(~is_outside(regions))[0]
     area, surrounds = filled_areas(regions.label, len(regions))
-    junctions = find_junctions(regions, shown)
+    junctions = find_junctions(regions, shown, watch)
     above = evidence_above(junctions, len(regions))
     shares = border_shares(regions.label, len(regions))
     above += LAYERS.border_evidence * (shares - shares.T) + LAYERS.area_evidence * np.sign(

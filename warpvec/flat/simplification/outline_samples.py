@@ -13,9 +13,8 @@ from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.nodes import split
 from warpvec.geometry.scene import Scene, of_one_color
-from warpvec.image.alpha import MATTES
 from warpvec.rendering.draw import draw_exactly
-from warpvec.rendering.operator import draw_adjoint
+from warpvec.rendering.operator import outline_slopes
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,17 +117,15 @@ def _contrast(scene: Scene, height: int, width: int, threads: int | None) -> Flo
     normal = np.stack([-along[..., 1], along[..., 0]], -1)
     normal /= np.maximum(np.linalg.norm(along, axis=-1), 1e-9)[..., None]
     length = (reach[:, 1:] + reach[:, :-1]) / 2.0
-    backgrounds = [torch.full((3,), matte) for matte in MATTES] if scene.transparent else [scene.background]
-    total = np.zeros((count, SIMPLIFICATION.segment_samples))
-    for background in backgrounds:
-        for channel in range(3):
-            adj_image = scene.segments.new_zeros((height, width, 3))
-            adj_image[..., channel] = 1.0
-            adjoints = draw_adjoint(replace(pieces, background=background), adj_image, threads=threads)
-            moves = adjoints.segments.double().numpy().reshape(count, SIMPLIFICATION.segment_samples + 1, 3, 2)
-            change = ((moves[:, 1:, :2].sum(2) + moves[:, :-1, 2]) * normal).sum(-1)
-            total += np.square(change / np.maximum(length, 1e-9))
-    return np.where(length > 1e-6, total, 0.0) / len(backgrounds)
+    background = torch.zeros(3) if scene.transparent else scene.background
+    slopes = outline_slopes(replace(pieces, background=background), height, width, threads).double().numpy()
+    moves = slopes.reshape(len(slopes), count, SIMPLIFICATION.segment_samples + 1, 3, 2)
+    changes = ((moves[:, :, 1:, :2].sum(3) + moves[:, :, :-1, 2]) * normal).sum(-1) / np.maximum(length, 1e-9)
+    *colors, matte = changes
+    total = sum(np.square(color) for color in colors)
+    if scene.transparent:
+        total = (total + sum(np.square(color + matte) for color in colors)) / 2.0
+    return np.where(length > 1e-6, total, 0.0)
 
 
 def _top_paths(scene: Scene, height: int, width: int, threads: int | None) -> Integers:

@@ -281,12 +281,24 @@ class _Piece(NamedTuple):
 
 def _cheapest(points: Floats, nodes: _Nodes, tolerance: float) -> list[_Piece]:
     """Return the pieces of the cheapest way from the first node to the last, in order."""
+    number = np.arange(len(nodes.place))
+    # No piece passes a corner: the first start of the pieces to a node is the last corner before it.
+    corner = np.maximum.accumulate(np.where(nodes.is_corner, number, 0))
+    first = np.concatenate([[0], corner[:-1]])
+    counts = number - first
+    bounds = np.concatenate([[0], np.cumsum(counts)])
+    ends = np.repeat(number, counts)
+    starts = np.arange(len(ends)) - np.repeat(bounds[:-1], counts) + np.repeat(first, counts)
+    costs, handles = _costs(points, nodes, starts, ends, tolerance)
     best: list[_Piece] = [_Piece(0.0, -1, True, np.zeros((2, 2)))]
-    for end in range(1, len(nodes.place)):
-        starts = np.arange(end)
-        blocked = np.flatnonzero(nodes.is_corner[1:end]) + 1
-        starts = starts[starts >= (blocked[-1] if len(blocked) else 0)]
-        best.append(min(_pieces_to(points, nodes, starts, end, best, tolerance), key=lambda piece: piece.cost))
+    so_far = np.zeros(len(number))
+    for end in range(1, len(number)):
+        own = slice(bounds[end], bounds[end + 1])
+        total = so_far[starts[own], None] + costs[own]
+        chosen, kind = divmod(int(np.argmin(total)), 2)
+        so_far[end] = total[chosen, kind]
+        row = int(bounds[end]) + chosen
+        best.append(_Piece(so_far[end], int(starts[row]), kind == 1, handles[row]))
     pieces, at = [], len(best) - 1
     while at > 0:
         pieces.append(best[at])
@@ -294,38 +306,35 @@ def _cheapest(points: Floats, nodes: _Nodes, tolerance: float) -> list[_Piece]:
     return pieces[::-1]
 
 
-def _pieces_to(
-    points: Floats, nodes: _Nodes, starts: Integers, end: int, best: list[_Piece], tolerance: float
-) -> list[_Piece]:
-    """Return the best way to the node ``end`` through a piece from each of the ``starts``."""
+def _costs(points: Floats, nodes: _Nodes, starts: Integers, ends: Integers, tolerance: float) -> tuple[Floats, Floats]:
+    """Return the cost of a cubic and of a line from each of the nodes ``starts`` to one of ``ends`` [B, 2].
+
+    Also return the handles of the cubics [B, 2, 2].
+    """
     share = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
-    first, last = nodes.place[starts], nodes.place[end]
+    first, last = nodes.place[starts], nodes.place[ends]
     place = first[:, None] + share * (last - first)[:, None]
     low = np.floor(place).astype(int)
     rest = (place - low)[..., None]
     between = points[low] * (1.0 - rest) + points[np.minimum(low + 1, len(points) - 1)] * rest
-    a, d = points[first], np.repeat(points[last][None], len(starts), 0)
-    directions = np.stack([nodes.after[starts], -np.repeat(nodes.before[end][None], len(starts), 0)], 1)
+    a, d = points[first], points[last]
+    directions = np.stack([nodes.after[starts], -nodes.before[ends]], 1)
     cubics = fit_lengths(a, d, directions, between, np.tile(share, (len(starts), 1)))
     chord = _unit(d - a)
     offset = between - a[:, None]
     along = (offset * chord[:, None]).sum(2).clip(0.0, np.linalg.norm(d - a, axis=1)[:, None])
     away = np.linalg.norm(offset - along[..., None] * chord[:, None], axis=2).max(1)
-    kinks = _kinks(chord, directions[:, 0], nodes.is_corner[starts] | (starts == 0))
-    kinks += _kinks(chord, -directions[:, 1], np.full(len(starts), nodes.is_corner[end] or end == len(nodes.place) - 1))
-    found = []
-    for k, start in enumerate(starts.tolist()):
-        so_far = best[start].cost
-        cost = so_far + STROKES.cubic_cost + _excess(cubics.distance[k], tolerance)
-        found.append(_Piece(cost, start, False, cubics.handles[k]))
-        cost = so_far + STROKES.line_cost + _excess(away[k], tolerance) + STROKES.kink_cost * float(kinks[k])
-        found.append(_Piece(cost, start, True, cubics.handles[k]))
-    return found
+    is_free = nodes.is_corner.copy()
+    is_free[[0, -1]] = True
+    kinks = _kinks(chord, directions[:, 0], is_free[starts]) + _kinks(chord, -directions[:, 1], is_free[ends])
+    of_cubics = STROKES.cubic_cost + _excess(cubics.distance, tolerance)
+    of_lines = STROKES.line_cost + _excess(away, tolerance) + STROKES.kink_cost * kinks
+    return np.stack([of_cubics, of_lines], 1), cubics.handles
 
 
-def _excess(distance: float, tolerance: float) -> float:
-    """Return the cost of a piece that is so far from the line, in pixels; infinite if that cannot be measured."""
-    return STROKES.excess_cost * max(float(np.nan_to_num(distance, nan=np.inf)) - tolerance, 0.0)
+def _excess(distance: Floats, tolerance: float) -> Floats:
+    """Return the cost of pieces that are so far from the line [B], in pixels; infinite if that cannot be measured."""
+    return STROKES.excess_cost * np.maximum(np.where(np.isnan(distance), np.inf, distance) - tolerance, 0.0)
 
 
 def _kinks(chord: Floats, direction: Floats, is_free: Mask) -> Floats:

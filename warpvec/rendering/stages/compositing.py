@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from copy import copy
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -38,12 +39,6 @@ def from_tiles(tiles: Tensor, grid: TileGrid) -> Tensor:
     """Invert :func:`to_tiles`."""
     image = tiles.reshape(grid.rows, grid.columns, 3, TILE, TILE).permute(0, 4, 1, 3, 2)
     return image.reshape(grid.rows * TILE, grid.columns * TILE, 3)[: grid.height, : grid.width].contiguous()
-
-
-def planes_from_tiles(tiles: Tensor, grid: TileGrid) -> Tensor:
-    """Return the image of [tiles, 3, TILE, TILE] as three planes [3, h, w]."""
-    planes = tiles.reshape(grid.rows, grid.columns, 3, TILE, TILE).permute(2, 0, 4, 1, 3)
-    return planes.reshape(3, grid.rows * TILE, grid.columns * TILE)[:, : grid.height, : grid.width].contiguous()
 
 
 class Paint:
@@ -85,6 +80,12 @@ class Paint:
         counts = [as_warp(each, wp.int32) for each in (stops.count, stops.place_kind)]
         self.stop_arrays = [*counts, as_warp(stops.form, types.vec5), as_warp(stops.ramps, types.vec8)]
         self.hiding, self.stops = as_warp(stops.hiding, lanes.dtype), stops
+
+    def over(self, background: Tensor, lanes: Lanes) -> Paint:
+        """Return the same paint over another ``background`` [3]."""
+        found = copy(self)
+        found.arrays = [*self.arrays[:2], as_warp(background.reshape(1, 3), lanes.vec3)]
+        return found
 
     @property
     def variant(self) -> tuple[bool, bool]:
@@ -162,7 +163,7 @@ class Compositing:
     ) -> None:
         """Composite into ``tile_image`` [tiles, 3, TILE, TILE]."""
         lanes = self._lanes
-        arguments = [*_hits(binning, tile_first_visible), slot_winding, *paint.arrays]
+        arguments = [*hits_of(binning, tile_first_visible), slot_winding, *paint.arrays]
         arguments += [*paint.gradients, *paint.stop_arrays]
         kernel = kernels.make_kernels(lanes, *paint.variant).composite
         outputs = [self._grid.columns, _lane_array(tile_image, lanes)]
@@ -196,7 +197,7 @@ class Compositing:
         size = [grid.columns, grid.height, grid.width]
         scale = lanes.dtype(error_scale or 0.0)
         paints = [*paint.arrays, *paint.gradients, *paint.stop_arrays]
-        inputs = [*_hits(binning, tile_first_visible), *paints, *size, *reference, scale, chunk, depth]
+        inputs = [*hits_of(binning, tile_first_visible), *paints, *size, *reference, scale, chunk, depth]
         outputs = [stack, slot_winding, pair_sums, tile_sums]
         # Chunks are whole tiles, because the scalar lanes of a tile add to the same sums.
         threads, tiles = lanes.tile_threads, self._launch.chunk_items(grid.count)
@@ -224,7 +225,7 @@ class Compositing:
         arguments = [group_sums, scale, capacity.flags, capacity.dropped_steps, capacity.fits, canvas_sums]
         self._launch(stage.gather_canvas, CANVAS_TERMS, arguments)
 
-    def _stack(self, binning: Binning) -> tuple[int, int, wp.array, list[_TileRange]]:
+    def _stack(self, binning: Binning) -> tuple[int, int, wp.array, list[TileRange]]:
         """Return what holds the colours behind each hit.
 
         These are: tiles per chunk (0 on scalar lanes), entries per chunk, the stack, and the tiles of each launch.
@@ -235,16 +236,16 @@ class Compositing:
         chunk = self._launch.chunk_items(count)
         depth = 1 + int(np.diff(binning.tile_first_hit.numpy()[: count + 1]).max())
         size = -(-count // chunk) * depth * 3 * lanes.tile_vectors
-        return chunk, depth, self._buffers.get("stack", size, lanes.vector), [_TileRange(0, count, 0)]
+        return chunk, depth, self._buffers.get("stack", size, lanes.vector), [TileRange(0, count, 0)]
 
-    def _stack_of_all(self, binning: Binning) -> tuple[wp.array, list[_TileRange]]:
+    def _stack_of_all(self, binning: Binning) -> tuple[wp.array, list[TileRange]]:
         """Return a stack for all tiles; if there is too little memory, one for fewer tiles at a time, and which."""
         count = self._grid.count
         entry_count = binning.pair_count + count
         can_cut = self._launch.capacity.limit is None  # else the host does not know the hits of each tile
         if entry_count <= self._stack_entries_max or not can_cut:
             try:
-                return self._make_stack(entry_count), [_TileRange(0, count, 0)]
+                return self._make_stack(entry_count), [TileRange(0, count, 0)]
             except (InputError, RuntimeError):
                 if not can_cut:
                     raise
@@ -254,7 +255,7 @@ class Compositing:
         while True:
             entry_count = max(self._stack_entries_max, deepest)
             try:
-                return self._make_stack(entry_count), _tile_ranges(tile_entries, entry_count)
+                return self._make_stack(entry_count), tile_ranges(tile_entries, entry_count)
             except (InputError, RuntimeError):
                 if entry_count == deepest:
                     raise
@@ -264,7 +265,7 @@ class Compositing:
         return self._buffers.get("stack", entry_count * 3 * TILE * TILE, self._lanes.vector)
 
 
-class _TileRange(NamedTuple):
+class TileRange(NamedTuple):
     """Tiles of one launch, ``end`` excluded, and the entries of the stack for all tiles that lie before theirs."""
 
     start: int
@@ -272,17 +273,18 @@ class _TileRange(NamedTuple):
     first_entry: int
 
 
-def _tile_ranges(tile_entries: NDArray[np.int64], entry_count: int) -> list[_TileRange]:
+def tile_ranges(tile_entries: NDArray[np.int64], entry_count: int) -> list[TileRange]:
     """Cut the tiles into ranges of at most ``entry_count`` entries; tile t has the entries [t] to [t + 1]."""
     ranges, start, count = [], 0, len(tile_entries) - 1
     while start < count:
         end = int(np.searchsorted(tile_entries, tile_entries[start] + entry_count, "right")) - 1
-        ranges.append(_TileRange(start, end, int(tile_entries[start])))
+        ranges.append(TileRange(start, end, int(tile_entries[start])))
         start = end
     return ranges
 
 
-def _hits(binning: Binning, tile_first_visible: wp.array) -> list[Any]:
+def hits_of(binning: Binning, tile_first_visible: wp.array) -> list[Any]:
+    """Return what kernels take to walk over the visible hits of a tile."""
     pairs = [binning.hit_pair, binning.pair_path, binning.pair_class, binning.pair_slot]
     return [binning.tile_first_hit, tile_first_visible, *pairs]
 
