@@ -48,13 +48,13 @@ def _blur_of_copy(request: Request, condition: Condition | None) -> float:
 
     Where light is uneven, paper and shades are as soft as blur.
     """
-    across = request.picture.reduction[0]
     if request.settings.blur != "auto":
-        return across * float(request.settings.blur)
-    if condition is None or not condition.edge_blur.is_even or condition.light is not None:
-        return 0.0
-    factor = 1.0 if condition.enlargement is None else condition.enlargement.factor
-    blur = across * factor * condition.blur
+        given = float(request.settings.blur)
+    elif condition is None or not condition.edge_blur.is_even or condition.light is not None:
+        given = 0.0
+    else:
+        given = condition.blur * (1.0 if condition.enlargement is None else condition.enlargement.factor)
+    blur = given * request.picture.reduction[0]
     return blur if blur >= CONDITION.blur_min else 0.0
 
 
