@@ -197,10 +197,12 @@ class Result:
         `warpvec.modes.lines`. ``condition`` has what had happened to the picture, and ``condition_words`` says it;
         they are None if nobody looked, and the words also if nothing had. ``not_kept`` says what of the picture the
         drawing could not keep, by names such as "noise" and "shades". ``psnr_as_fitted`` compares the file with the
-        picture as it was before its enlargement, if that was fitted.
+        picture as it was before its enlargement, if that was fitted. If the picture is blurred, and its drawing is
+        not, ``blur_undone`` is the deviation in pixels, and ``psnr_as_fitted`` blurs the file as the picture is.
         """
         drawing, opacity, picture = self.drawing, self.scene.opacity, self.picture
         rows, columns = picture.reduced_size
+        is_restored = picture.is_restored or picture.blur > 0.0
         return {
             **evaluate(drawing.text, picture.pixels),
             **self._sizes(),
@@ -229,7 +231,8 @@ class Result:
             "not_kept": not_kept(drawing),
             "condition": None if drawing.condition is None else drawing.condition.facts,
             "condition_words": None if drawing.condition is None else drawing.condition.words,
-            "psnr_as_fitted": drawing.encoding.psnr_as_fitted(drawing.text) if picture.is_restored else None,
+            "psnr_as_fitted": drawing.encoding.psnr_as_fitted(drawing.text) if is_restored else None,
+            "blur_undone": picture.blur / picture.reduction[0],
             "levels": self._levels() if self.config.lod else None,
         }
 

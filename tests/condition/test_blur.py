@@ -14,7 +14,7 @@ LUMA = np.array([0.299, 0.587, 0.114])
 
 
 def blur_of(image: Image.Image, noise: float = 0.0) -> float:
-    return measure_blur(levels_of(image) @ LUMA, noise)
+    return measure_blur(levels_of(image) @ LUMA, noise).deviation
 
 
 @sweep(("width", "deviation"), [(width, blur) for width in (256, 512) for blur in (0.6, 0.8, 1.0, 1.5, 2.0, 3.0)])
@@ -36,5 +36,14 @@ def test_clean_edges_have_no_blur(width: int) -> None:
 
 
 def test_pictures_without_edges_have_no_blur() -> None:
-    assert measure_blur(np.full((80, 80), 120.0)) == 0.0
-    assert measure_blur(np.zeros((2, 300))) == 0.0
+    assert measure_blur(np.full((80, 80), 120.0)).deviation == 0.0
+    assert measure_blur(np.zeros((2, 300))).deviation == 0.0
+
+
+def test_a_blur_is_even_unless_some_edges_are_sharp() -> None:
+    sharp, soft = drawn(300), blurred(drawn(300), 2.0)
+    half = soft.copy()
+    half.paste(sharp.crop((0, 0, 100, 240)), (0, 0))
+    assert measure_blur(levels_of(soft) @ LUMA).is_even
+    found = measure_blur(levels_of(half) @ LUMA)
+    assert found.deviation > 1.5 and not found.is_even

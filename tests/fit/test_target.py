@@ -9,8 +9,10 @@ import torch
 from scenes import random_scene
 
 from warpvec.config.presets import make_config
-from warpvec.fit.target import Target, blank_error, halved, opaque_colors
+from warpvec.fit.target import Target, blank_error, blurred_step, halved, opaque_colors
 from warpvec.geometry.scene import Scene
+from warpvec.image.gaussian_blur import GaussianBlur
+from warpvec.rendering.exact import ExactRenderer
 
 HEIGHT, WIDTH = 40, 56
 
@@ -37,6 +39,35 @@ def test_a_transparent_image_is_compared_over_both_mattes(renderer: str) -> None
     errors = [single.squared_error(over) for single, over in over_mattes]
     torch.testing.assert_close(target.squared_error(scene), torch.stack(errors).mean(0))
     torch.testing.assert_close(target.squared_error(scene).mean() / 3, found.loss, rtol=1e-4, atol=0)
+
+
+def test_the_adjoint_of_a_blurred_step_equals_finite_differences() -> None:
+    tensors = random_scene(4, 3, 24, 30)
+    scene = Scene.uniform(
+        tensors.points, tensors.color, tensors.opacity, tensors.background,
+        generation=torch.zeros(3, dtype=torch.int64),
+    )  # fmt: skip
+    renderer, blur = ExactRenderer(24, 30, dtype=torch.float64), GaussianBlur(1.2)
+    pixels = torch.rand(24, 30, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(5))
+
+    def loss(some: Scene) -> float:
+        return float((blur(renderer.render(some)) - pixels).square().mean())
+
+    step = blurred_step(renderer, scene, pixels, blur)
+    assert float(step.loss) == pytest.approx(loss(scene), rel=1e-12)
+    for name in ("segments", "color", "opacity", "background"):
+        values = getattr(scene, name)
+        move = 1e-6 * torch.randn(values.shape, dtype=torch.float64, generator=torch.Generator().manual_seed(6))
+        rise = loss(replace(scene, **{name: values + move})) - loss(replace(scene, **{name: values - move}))
+        assert float((getattr(step, name) * move).sum()) == pytest.approx(rise / 2.0, rel=1e-5), name
+
+
+def test_a_blurred_target_is_explained_by_the_sharp_scene() -> None:
+    scene, config = scene_of(3), make_config()
+    sharp = ExactRenderer(HEIGHT, WIDTH).render(scene)
+    target = Target(GaussianBlur(1.5)(sharp), config, "cpu", 1.5)
+    assert float(target.squared_error(scene).max()) < 1e-9
+    assert float(target.fit_step(scene, False).loss) < 1e-9
 
 
 @pytest.mark.parametrize("channels", [3, 4])

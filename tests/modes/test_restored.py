@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from damage import drawn, enlarged, levels_of, noisy, unevenly_lit
+from damage import blurred, drawn, enlarged, levels_of, noisy, unevenly_lit
 from PIL import Image, ImageDraw
 from PIL.Image import Resampling
 
@@ -36,6 +36,25 @@ def test_an_enlarged_drawing_gets_the_edges_of_its_original() -> None:
     assert restored.metrics["condition"]["enlarged"]["width"] == WIDTH
     assert restored.metrics["psnr_as_fitted"] > restored.metrics["psnr"]
     assert as_is.metrics["condition"] is None
+
+
+def test_a_blurred_drawing_gets_sharp_edges() -> None:
+    text = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 96 80"><path fill="#06c" d="M9 70 40 9l47 50z"/></svg>'
+    original = Image.fromarray(draw(text, 96, 80))
+    sharp, as_is = (drawing_of(blurred(original, 1.5), blur=blur) for blur in ("1.5", "0"))
+    pixels = np.asarray(original)
+    errors = [psnr(draw(result.svg(), 96, 80), pixels) for result in (sharp, as_is)]
+    assert errors[0] > errors[1] + 3.0
+    assert len(sharp.scene.segments) < len(as_is.scene.segments)
+    assert sharp.metrics["blur_undone"] == pytest.approx(1.5) and as_is.metrics["blur_undone"] == 0.0
+    assert sharp.metrics["psnr_as_fitted"] > sharp.metrics["psnr"]
+
+
+def test_a_given_blur_is_in_pixels_of_the_picture() -> None:
+    pixels = (levels_of(enlarged(drawn(WIDTH), FACTOR, Resampling.BICUBIC)) / 255.0).astype(np.float32)
+    for as_is, expected in ((False, 1.0), (True, FACTOR)):
+        request = Request.of(pixels, FitConfig(blur=str(FACTOR), as_is=as_is))
+        assert restored(request, measured(request)).picture.blur == pytest.approx(expected)
 
 
 def test_a_clean_drawing_is_drawn_as_it_is() -> None:

@@ -99,7 +99,9 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     if metrics.get("colors"):
         lines.insert(1, f"{counted(len(metrics['colors']), 'colour')}: {', '.join(metrics['colors'])}")
     if metrics.get("psnr_as_fitted") is not None:
-        lines.append("PSNR {psnr_as_fitted:.2f} dB against the picture as it was before")
+        blur = metrics["blur_undone"]
+        before = f", if the file is blurred by {blur:.1f} px as well" if blur else " as it was before"
+        lines.append(f"PSNR {{psnr_as_fitted:.2f}} dB against the picture{before}")
     if "lines" in metrics:
         lines.insert(1, _lines_of(metrics))
     if metrics.get("start_psnr") is not None:

@@ -6,6 +6,9 @@ gives its deviation. Source: Zhuo and Sim, Defocus map estimation from a single 
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 from scipy.ndimage import gaussian_filter, maximum_filter
 
@@ -13,23 +16,40 @@ from warpvec.arrays import Floats
 from warpvec.condition.constants import CONDITION
 
 
-def measure_blur(gray: Floats, noise: float = 0.0) -> float:
-    """Return the standard deviation in pixels of the blur of ``gray`` [h, w] in [0, 255]; 0 if its edges are sharp.
+class EdgeBlur(NamedTuple):
+    """The blur of the edges of a picture.
 
-    ``noise`` is the standard deviation of the picture's noise.
+    Attributes:
+        deviation: standard deviation in pixels; 0 if edges are sharp.
+        is_even: whether nearly all edges have it, so that it came over the whole picture, and was not drawn.
     """
+
+    deviation: float
+    is_even: bool
+
+
+SHARP = EdgeBlur(0.0, False)
+"""No blur."""
+
+
+def measure_blur(gray: Floats, noise: float = 0.0) -> EdgeBlur:
+    """Return the blur of ``gray`` [h, w] in [0, 255]; ``noise`` is the standard deviation of the picture's noise."""
     tiles = _tiles(gray)
     if not len(tiles):
-        return 0.0
-    blur = 0.0
+        return SHARP
+    usual, least = 0.0, math.nan
     for fine, coarse in CONDITION.blur_pairs:
-        spread = _spread(tiles, fine, coarse, noise)
-        if spread is None:
+        spreads = _spreads(tiles, fine, coarse, noise)
+        if spreads is None:
             break
-        blur = max(blur, float(np.sqrt(max(spread - CONDITION.antialiasing, 0.0))))
-        if blur < fine * CONDITION.blur_reach:
+        low, middle = np.sqrt(np.maximum(spreads - CONDITION.antialiasing, 0.0)).tolist()
+        usual = max(usual, middle)
+        least = low if math.isnan(least) else least  # the finest pair tells best where edges are sharp
+        if usual < fine * CONDITION.blur_reach:
             break
-    return blur if blur >= CONDITION.blur_min else 0.0
+    if usual < CONDITION.blur_min:
+        return SHARP
+    return EdgeBlur(usual, least >= CONDITION.blur_even_share * usual)
 
 
 def _tiles(gray: Floats) -> Floats:
@@ -45,8 +65,8 @@ def _tiles(gray: Floats) -> Floats:
     return tiles[np.sort(chosen[activity[chosen] > 0])]
 
 
-def _spread(tiles: Floats, fine: float, coarse: float, noise: float) -> float | None:
-    """Return the usual variance of the edges of ``tiles`` [count, side, side]; None without edges."""
+def _spreads(tiles: Floats, fine: float, coarse: float, noise: float) -> Floats | None:
+    """Return the least and the usual variance [2] of the edges of ``tiles`` [count, side, side]; None without edges."""
     slopes = [_slope(tiles, deviation) for deviation in (fine, coarse)]
     margin = round(coarse) + 1
     is_top = slopes[0] >= maximum_filter(slopes[0], (1, 3, 3)) * 0.98
@@ -58,7 +78,7 @@ def _spread(tiles: Floats, fine: float, coarse: float, noise: float) -> float | 
         return None
     ratio = (slopes[0][chosen] / slopes[1][chosen].clip(1e-6)) ** 2
     variance = (coarse**2 - ratio * fine**2) / (ratio - 1.0).clip(1e-3)
-    return float(np.quantile(variance.clip(0.0, 400.0), CONDITION.blur_quantile))
+    return np.asarray(np.quantile(variance.clip(0.0, 400.0), [CONDITION.blur_least_quantile, CONDITION.blur_quantile]))
 
 
 def _slope(tiles: Floats, deviation: float) -> Floats:

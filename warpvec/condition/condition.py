@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.arrays import Floats32
-from warpvec.condition.blur import measure_blur
+from warpvec.condition.blur import SHARP, EdgeBlur, measure_blur
 from warpvec.condition.constants import CONDITION
 from warpvec.condition.enlargement import Enlargement, find_enlargement
 from warpvec.condition.jpeg import Jpeg, find_jpeg
@@ -27,7 +27,7 @@ class Condition:
 
     Attributes:
         enlargement: how it was enlarged; None if it was not.
-        blur: standard deviation of its blur, in pixels before the enlargement; 0 for none.
+        edge_blur: the blur of its edges, in pixels before the enlargement.
         noise: standard deviation of the noise of each channel, in levels of 255; zeros for none.
         jpeg: what it was saved as; None for no JPEG.
         palette: its few colours; None for many.
@@ -35,11 +35,16 @@ class Condition:
     """
 
     enlargement: Enlargement | None = None
-    blur: float = 0.0
+    edge_blur: EdgeBlur = SHARP
     noise: tuple[float, ...] = (0.0, 0.0, 0.0)
     jpeg: Jpeg | None = None
     palette: Palette | None = None
     light: Light | None = None
+
+    @property
+    def blur(self) -> float:
+        """Standard deviation of the blur, in pixels before the enlargement; 0 for none."""
+        return self.edge_blur.deviation
 
     @property
     def facts(self) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from warpvec.config.kinds import (
     parse_whole,
 )
 from warpvec.config.limits import (
+    BLUR_MAX,
     DETAIL_MAX,
     LEVEL_MAX,
     LINE_WIDTH_MAX,
@@ -81,6 +82,20 @@ def _check_line_width(name: str, value: object) -> str:
     return f"{width:g}"
 
 
+def _check_blur(name: str, value: object) -> str:
+    """Return "auto", or the text of a standard deviation in pixels."""
+    if value == "auto" and isinstance(value, str):
+        return "auto"
+    rule = f"must be auto or a standard deviation from 0 to {BLUR_MAX:g} pixels"
+    try:
+        deviation = float(value) if isinstance(value, str) else as_float(value)
+    except ValueError:
+        raise InputError(name, rule, show(value), "give 1.5") from None
+    if not 0.0 <= deviation <= BLUR_MAX:
+        raise InputError(name, rule, show(value), "give 1.5")
+    return f"{deviation:g}"
+
+
 def _check_device(name: str, value: object) -> str:
     """Return ``value``. The fit checks later that the device exists: finding out takes seconds."""
     if not isinstance(value, str):
@@ -91,6 +106,7 @@ def _check_device(name: str, value: object) -> str:
 _COUNT_OR_SHARE = Real(0.0, MAX_CURVES)
 _DETAIL = Positive(DETAIL_MAX, f"must be above 0 and at most {DETAIL_MAX:g} pixels", "give 0.1 to 1")
 _LINE_WIDTH = Custom(_check_line_width, parse_text, "X|auto", f"auto, above 0 to {LINE_WIDTH_MAX:g}", "float | str")
+_BLUR = Custom(_check_blur, parse_text, "X|auto", f"auto, 0 to {BLUR_MAX:g}", "float | str")
 _THRESHOLD = Custom(_check_threshold, parse_text, "auto|N", f"auto, 0 to {LEVEL_MAX}", "int | str")
 _CURVES = Custom(
     Whole(1, MAX_CURVES).check,
@@ -192,6 +208,13 @@ class CoreSettings:
         stated="if used",
     )
     """Draw the pixels as they are. Else drawings are made from the picture before it was enlarged, or in even light."""
+
+    blur: str = setting(
+        "auto", _BLUR, "Drawings: blur to undo, a deviation in pixels (0: none), or auto (as measured).", KIND,
+        modes=("flat", "mono"), stated="if used",
+    )  # fmt: skip
+    """Standard deviation in pixels of the picture's blur, as a number, or "auto" for the measured one. The file is
+    sharp: blurred by so much, it shows what the picture shows. "0" draws edges as soft as they are."""
 
     curves: int = setting(
         512, _CURVES, "Number of paths; auto: as many as clearly help. With a goal, and in flat art: the most.",

@@ -47,6 +47,9 @@ DETAIL_MAX = 10.0
 LINE_WIDTH_MAX = 1000.0
 """Largest width of a line in pixels. Wider ones cover a picture."""
 
+BLUR_MAX = 20.0
+"""Largest deviation of a blur in pixels. After more, nothing tells where an edge is."""
+
 LEVEL_MAX = 255
 """Largest level of a threshold, white."""
 

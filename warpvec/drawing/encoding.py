@@ -6,7 +6,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.stated import stated_settings
@@ -15,6 +17,8 @@ from warpvec.drawing.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.geometry.rounding import round_nodes
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.trim import trim
+from warpvec.image.alpha import is_transparent, premultiplied, straight
+from warpvec.image.gaussian_blur import GaussianBlur
 from warpvec.image.metrics import psnr
 from warpvec.image.picture import Picture
 from warpvec.svg.measure import draw_like
@@ -184,14 +188,23 @@ class Encoding:
     def psnr_as_fitted(self, text: str) -> float:
         """Return the PSNR in dB of the SVG ``text``, as resvg draws it, against what was fitted.
 
-        That is the picture, or a small copy of it as it was before it was enlarged.
+        That is the picture, or a small copy of it as it was before it was enlarged. If it is blurred, so is the file.
         """
-        image = self.picture.reduced if self.picture.is_restored else self.picture.pixels
-        return psnr(draw_like(text, image), image)
+        picture = self.picture
+        image = picture.reduced if picture.is_restored or picture.blur else picture.pixels
+        drawn = draw_like(text, image)
+        return psnr(_blurred(drawn, picture.blur) if picture.blur else drawn, image)
 
     def text_psnr(self, text: str) -> float:
         """Return the PSNR in dB of the SVG ``text`` against the picture, as resvg draws it."""
         return psnr(draw_like(text, self.picture.pixels), self.picture.pixels)
+
+
+def _blurred(drawn: NDArray[np.uint8], deviation: float) -> NDArray[np.float32]:
+    """Return ``drawn`` [h, w, 3 or 4], with straight alpha if four, blurred by ``deviation`` pixels, in [0, 1]."""
+    image, has_alpha = torch.from_numpy(drawn) / 255.0, is_transparent(drawn)
+    blurred: NDArray[np.float32] = GaussianBlur(deviation)(premultiplied(image) if has_alpha else image).numpy()
+    return straight(blurred) if has_alpha else blurred
 
 
 def flat_units(settings: FitConfig) -> int:

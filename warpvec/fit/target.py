@@ -18,12 +18,13 @@ from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.registry import LINEAR
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import ALPHA_MIN, MATTES, is_transparent, over, premultiplied
+from warpvec.image.gaussian_blur import GaussianBlur
 from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.outline_adjoint import OutlineAdjoint
 from warpvec.rendering.registry import make_renderer
 from warpvec.rendering.stages.pixel_slopes import HitSlopes
-from warpvec.rendering.tile_renderer import Adjoints, mean_adjoints
+from warpvec.rendering.tile_renderer import Adjoints, TileRenderer, mean_adjoints
 
 
 class OutlineStep(NamedTuple):
@@ -46,15 +47,21 @@ class Target:
     background. One renderer draws both; on the CPU it covers the paths once for them. The opacity that paths need
     follows from the two together: the more a path lets through, the more its pixels differ between the mattes.
 
+    If the image is blurred, scenes are blurred as it is before both are compared, so that the scene that explains it is
+    sharp. Renders and areas are those of the sharp scene.
+
     Attributes:
         device: where the image is.
+        blur: how scenes are blurred; None for not at all.
         fits: [1] float64 on the device, or None where every step fits. It is 1, or -1 from the first step on that
             exceeded the renderer's capacity until :meth:`make_room`. Paths and optimizer state must then not change:
             the adjoints of such a step are zero.
     """
 
-    def __init__(self, image: Tensor, config: FitConfig, device: str) -> None:
+    def __init__(self, image: Tensor, config: FitConfig, device: str, blur: float = 0.0) -> None:
+        """Compare scenes with ``image``, whose blur has this standard deviation in pixels."""
         self.device = device
+        self.blur = GaussianBlur(blur) if blur > 0.0 else None
         self._views = list(_views(image.to(device, torch.float32)))
         height, width = image.shape[:2]
         self._renderer = make_renderer(
@@ -72,14 +79,12 @@ class Target:
     def fit_step(self, scene: Scene, want_removal_cost: bool) -> Adjoints:
         """Return the loss (mean squared error) of ``scene``, its adjoints and, on request, each path's removal cost.
 
-        The next step overwrites the memory of all but the loss.
+        The next step overwrites the memory of all but the loss. If the image is blurred, the quadratic part of a
+        removal cost is that of a sharp one.
         """
-        if self._views[0][1] is not None and self.fits is None:
+        if self._views[0][1] is not None and self.fits is None and self.blur is None:
             return self._renderer.mean_fit_step(scene, self._mattes(), want_removal_cost)
-        parts = zip(self._steps, self._prepared, strict=True)
-        return _mean_adjoints(
-            [self._take(step, _over(scene, matte), prepared, want_removal_cost) for step, (prepared, matte) in parts]
-        )
+        return _mean_adjoints([self._take(view, scene, want_removal_cost) for view in range(len(self._views))])
 
     def _mattes(self) -> list[tuple[Tensor, Tensor]]:
         return [(prepared, matte) for prepared, matte in self._prepared if matte is not None]
@@ -112,16 +117,22 @@ class Target:
         Only the exact renderer can.
         """
         parts, outlines = [], []
-        for step, (prepared, matte) in zip(self._steps, self._prepared, strict=True):
-            parts.append(self._take(step, _over(scene, matte), prepared, True))
+        for view in range(len(self._views)):
+            parts.append(self._take(view, scene, True))
             outlines.append(self._exact.outline_adjoint(scene))
         adjoints = _mean_adjoints(parts)
         contrast = adjoints.contrast(scene.opacity)
         outline = OutlineStep(reduce(OutlineAdjoint.averaged, outlines), contrast.cpu().double())
         return adjoints, outline
 
-    def _take(self, step: RecordedStep, scene: Scene, prepared: Tensor, want_removal_cost: bool) -> Adjoints:
-        adjoints = step.take(scene, prepared, want_removal_cost)
+    def _take(self, view: int, scene: Scene, want_removal_cost: bool) -> Adjoints:
+        prepared, matte = self._prepared[view]
+        shown = _over(scene, matte)
+        if self.blur is None:
+            adjoints = self._steps[view].take(shown, prepared, want_removal_cost)
+        else:
+            pixels = self._views[view][0]
+            adjoints = blurred_step(self._renderer, shown, pixels, self.blur, want_removal_cost)
         if self.fits is not None:  # the renderer tells of its last drawing only
             torch.minimum(self.fits, self._renderer.fits, out=self.fits)
         return adjoints
@@ -162,16 +173,21 @@ class Target:
         shape, share = self._views[0][0].shape, len(self._views) ** -0.5
         for _, matte in self._views:
             signs = torch.randint(0, 2, shape, generator=generator, dtype=torch.int8).to(scene.segments)
-            yield self._renderer.adjoint(_over(scene, matte), share * (2.0 * signs - 1.0))
+            adj_image = share * (2.0 * signs - 1.0)
+            yield self._renderer.adjoint(_over(scene, matte), self._blurred(adj_image))
 
     def pixel_slopes(self, scene: Scene) -> Iterator[HitSlopes]:
         """Yield how pixels change with the paints and the windings of the paths of ``scene``, some tiles at a time.
 
-        Only the exact renderer can. If there are mattes, the scene lies over a grey one; see `matte_scale`.
+        Only the exact renderer can. If there are mattes, the scene lies over a grey one; see `matte_scale`. Blur
+        spreads a change over the pixels around. Here the pixel has a change whose square is the sum of theirs, which is
+        good enough for a matrix that steers steps.
         """
         if self._views[0][1] is not None:
             scene = replace(scene, background=torch.full_like(scene.background, sum(MATTES) / 2.0))
-        yield from self._exact.pixel_slopes(scene)
+        spread = 1.0 if self.blur is None else self.blur.edge_share**0.5
+        for part in self._exact.pixel_slopes(scene):
+            yield part if self.blur is None else part._replace(slopes=spread * part.slopes)
 
     @property
     def matte_scale(self) -> float:
@@ -229,7 +245,7 @@ class Target:
 
     def _residual(self, scene: Scene) -> Tensor:
         """Return dL/d(image) [h, w, 3] of the loss, averaged over the mattes."""
-        return torch.stack([2.0 * self.error_scale * each for each in self._differences(scene)]).mean(0)
+        return torch.stack([2.0 * self.error_scale * self._blurred(each) for each in self._differences(scene)]).mean(0)
 
     def squared_error(self, scene: Scene) -> Tensor:
         """Return the squared error of ``scene`` in each pixel [h, w], summed over the channels.
@@ -241,7 +257,25 @@ class Target:
     def _differences(self, scene: Scene) -> Iterator[Tensor]:
         """Yield ``scene``, over each matte if there are any, less what it is compared with [h, w, 3]."""
         for aim, (_, matte) in zip(self._aims, self._views, strict=True):
-            yield self._renderer.render(_over(scene, matte)) - aim
+            yield self._blurred(self._renderer.render(_over(scene, matte))) - aim
+
+    def _blurred(self, image: Tensor) -> Tensor:
+        return image if self.blur is None else self.blur(image)
+
+
+def blurred_step(
+    renderer: TileRenderer, scene: Scene, pixels: Tensor, blur: GaussianBlur, want_removal_cost: bool = False
+) -> Adjoints:
+    """Return the mean squared error of ``scene``, blurred, against ``pixels`` [h, w, 3], and its adjoints.
+
+    With B for the blur, the error (B f - p)^2 of the image f has the adjoint 2 B (B f - p), because B is symmetric. It
+    is that of the squared error against f - B (B f - p), which a step of ``renderer`` takes.
+    """
+    image = renderer.render(scene)
+    rest = blur(image) - pixels
+    adjoints = renderer.fit_step(scene, renderer.prepare_target(image - blur(rest)), want_removal_cost)
+    loss = rest.square().mean(dtype=torch.float64).to(adjoints.canvas_sums)
+    return replace(adjoints, canvas_sums=torch.cat([adjoints.canvas_sums[:3], loss[None]]))
 
 
 def _over(scene: Scene, matte: Tensor | None) -> Scene:

@@ -63,6 +63,7 @@ class FlatDrawing:
             more, or that is plainly no flat art, is refused, see `NotFlatArtError`. None to draw it in any case.
         known: outlines that are known already; None to find them.
         tracing: outlines that were traced in another way; None to trace those of the regions.
+        blur: standard deviation in pixels of the blur of the picture, which the drawing is without.
     """
 
     image: Tensor
@@ -71,6 +72,7 @@ class FlatDrawing:
     unexplained_max: float | None = None
     known: FlatOutlines | None = None
     tracing: Scene | None = None
+    blur: float = 0.0
 
     @property
     def is_small(self) -> bool:
@@ -80,7 +82,7 @@ class FlatDrawing:
     @cached_property
     def critic(self) -> Critic:
         """The judge of all changes."""
-        return Critic(self.image, self.config)
+        return Critic(self.image, self.config, self.blur)
 
     @cached_property
     def outlines(self) -> FlatOutlines:

@@ -31,7 +31,7 @@ class MonoTracing:
         scene: one compound path in black, without a background; no path if the picture has no ink.
         threshold: level in [0, 255] below which a pixel is ink.
         coverage: share of ink in each pixel [h, w], in [0, 1].
-        is_clean: whether the coverage is that of a renderer: it tells where in a pixel each edge lies.
+        is_clean: whether the coverage is that of a renderer, blurred at most: it tells where in a pixel each edge lies.
         speck_count: number of specks and of holes that were left out, because they were too small.
     """
 
@@ -48,6 +48,7 @@ def mono_tracing(
     *,
     tolerance: float | None = None,
     min_area: float = MONO.area_min,
+    is_blurred: bool = False,
     watch: Watch = UNWATCHED,
 ) -> MonoTracing:
     """Trace what is darker than ``threshold`` in an image, over white, as one compound path in black.
@@ -59,6 +60,7 @@ def mono_tracing(
         threshold: a level in [0, 255]; "auto" for the middle between ink and paper, which Otsu's threshold tells apart.
         tolerance: largest distance in pixels between an outline and its curves; None for one that suits the noise.
         min_area: specks and holes of fewer square pixels are left out.
+        is_blurred: whether the blur of the image is known.
         watch: the watch over the run. When it is over, the outlines so far must do, the largest first.
 
     Raises:
@@ -76,7 +78,7 @@ def mono_tracing(
     else:
         noise_tolerance = MONO.noise_deviations * _noise(coverage) / MONO.edge_slope
         is_sharp = _pure_share(coverage) >= MONO.sharp_share
-        is_clean = is_sharp and noise_tolerance <= CURVES.tolerance
+        is_clean = (is_sharp or is_blurred) and noise_tolerance <= CURVES.tolerance
         scale = 1.0 if is_sharp else MONO.soft_scale
         is_small = is_sharp and max(coverage.shape) <= DRAWING.small_side
         least = DRAWING.small_tolerance if is_small else CURVES.tolerance

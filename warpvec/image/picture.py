@@ -20,12 +20,14 @@ class Picture:
         reduced: its copy, reduced to the size of a fit.
         title: title of its drawing; None for none.
         is_restored: whether the copy shows the picture as it was before something happened to it.
+        blur: standard deviation in pixels of the blur of the copy, which its drawing is to be without; 0 for none.
     """
 
     pixels: NDArray[np.float32]
     reduced: NDArray[np.float32]
     title: str | None = None
     is_restored: bool = False
+    blur: float = 0.0
 
     @staticmethod
     def of(pixels: NDArray[np.float32], fit_size: int, title: str | None = None) -> Picture:

@@ -34,6 +34,8 @@ class Keywords(TypedDict, total=False):
     """Lines: width of all strokes in pixels, or auto (as in the picture)."""
     as_is: bool
     """Drawings: do not undo an enlargement or uneven light."""
+    blur: float | str
+    """Drawings: blur to undo, a deviation in pixels (0: none), or auto (as measured)."""
     colors: int
     """Most colours, 0 for any; makes paths opaque."""
     palette: str | Sequence[str] | None

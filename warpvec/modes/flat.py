@@ -30,8 +30,8 @@ class KnownOutlines:
     def begin(self, request: Request, settings: FitConfig, unexplained_max: float | None) -> FlatDrawing:
         """Return the work on a picture with ``settings``: with the known outlines if they are right for it."""
         image, watch, known = torch.from_numpy(request.picture.reduced), request.watch, self._work
-        work = FlatDrawing(image, settings, watch, unexplained_max)
-        if known is None or not torch.equal(known.image, image):
+        work = FlatDrawing(image, settings, watch, unexplained_max, blur=request.picture.blur)
+        if known is None or known.blur != work.blur or not torch.equal(known.image, image):
             return work
         same = {name: getattr(settings, name) for name in ("detail", "cutout", "strokes", "minify")}
         like_known = replace(known.config, **same)

@@ -37,6 +37,7 @@ class Mono:
                 "auto" if threshold == "auto" else float(threshold),
                 tolerance=None if detail == FitConfig.detail else CURVES.tolerance * detail / FitConfig.detail,
                 min_area=max(MONO.area_min, settings.min_area),
+                is_blurred=request.picture.blur > 0.0,
                 watch=request.watch,
             )
             if tracing.is_clean and 0 < tracing.scene.structure.loop_count <= MONO.form_loops_max:
@@ -54,7 +55,8 @@ def _fitted(tracing: MonoTracing, request: Request, settings: FitConfig, detail:
     coverage = torch.from_numpy(tracing.coverage).float()
     ink = torch.cat([coverage.new_zeros(*coverage.shape, 3), coverage[..., None]], 2)
     settings = replace(settings, opacity="opaque")
-    scene, left_out = FlatDrawing(ink, settings, request.watch, tracing=tracing.scene).draw(detail)
+    work = FlatDrawing(ink, settings, request.watch, tracing=tracing.scene, blur=request.picture.blur)
+    scene, left_out = work.draw(detail)
     return replace(scene, color=torch.zeros_like(scene.color), opacity=torch.ones_like(scene.opacity)), left_out
 
 
@@ -64,5 +66,5 @@ def _with_forms(scene: Scene, request: Request, settings: FitConfig, detail: flo
         return scene
     image = torch.from_numpy(request.picture.reduced)
     seen = over_white(scene) if image.shape[2] == 3 else scene
-    found = find_forms(seen, Critic(image, settings), request.watch, detail)
+    found = find_forms(seen, Critic(image, settings, request.picture.blur), request.watch, detail)
     return replace(found, background=scene.background, transparent=True)

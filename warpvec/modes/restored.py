@@ -1,4 +1,4 @@
-"""Give drawing modes the picture as it was before it was enlarged, unevenly lit or noisy."""
+"""Give drawing modes the picture as it was before it was enlarged, unevenly lit or noisy, and say how blurred it is."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.condition.constants import CONDITION
 from warpvec.image.alpha import is_transparent
-from warpvec.image.picture import reduce_image
+from warpvec.image.picture import Picture, reduce_image
 from warpvec.modes.request import Request
 from warpvec.watch.progress import Progress
 
@@ -72,11 +73,38 @@ def measured(request: Request) -> Condition | None:
 def restored(request: Request, condition: Condition | None) -> Request:
     """Return ``request`` with the picture as it was before its enlargement and noise, or in even light, as its copy.
 
-    The file keeps the size of the given picture. A goal for the quality is about the picture as it is, and so is a
-    threshold that is given: it is one level for the whole picture.
+    The blur of the copy stays in it, and its deviation is stated. The file keeps the size of the given picture. A goal
+    for the quality is about the picture as it is, and so is a threshold that is given: it is one level for the whole
+    picture.
     """
-    if condition is None or request.goal.quality is not None:
+    if request.goal.quality is not None:
         return request
+    before = request if condition is None else _before(request, condition)
+    blur = _blur_of_copy(before, condition)
+    return before if blur == 0.0 else _with_picture(before, replace(before.picture, blur=blur))
+
+
+def _blur_of_copy(request: Request, condition: Condition | None) -> float:
+    """Return the deviation in pixels of the blur of the copy of the picture; 0 for none, or so little as not to count.
+
+    Where light is uneven, paper and shades are as soft as blur.
+    """
+    if request.settings.blur != "auto":
+        given = float(request.settings.blur)
+    elif condition is None or not condition.edge_blur.is_even or condition.light is not None:
+        given = 0.0
+    else:
+        given = condition.blur * (1.0 if condition.enlargement is None else condition.enlargement.factor)
+    blur = given * request.picture.reduction[0]
+    return blur if blur >= CONDITION.blur_min else 0.0
+
+
+def _with_picture(request: Request, picture: Picture) -> Request:
+    return replace(request, encoding=replace(request.encoding, picture=picture))
+
+
+def _before(request: Request, condition: Condition) -> Request:
+    """Return ``request`` with the picture as it was before its enlargement and noise, or in even light, as its copy."""
     picture, pixels = request.picture, request.picture.pixels
     is_noisy = any(condition.noise) and condition.light is None
     if condition.enlargement is not None:
@@ -92,9 +120,7 @@ def restored(request: Request, condition: Condition | None) -> Request:
     reduced = reduce_image(pixels, request.settings.fit_size)
     if is_noisy:
         reduced = _without_noise(reduced, condition.noise, reduced[..., 0].size / pixels[..., 0].size)
-    return replace(
-        request, encoding=replace(request.encoding, picture=replace(picture, reduced=reduced, is_restored=True))
-    )
+    return _with_picture(request, replace(picture, reduced=reduced, is_restored=True))
 
 
 def _without_noise(reduced: NDArray[np.float32], noise: tuple[float, ...], share: float) -> NDArray[np.float32]:

@@ -23,19 +23,26 @@ class Critic:
     Attributes:
         image: the picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
         config: settings of the fit.
+        blur: standard deviation in pixels of the blur of the picture; 0 for none.
     """
 
     image: Tensor
     config: FitConfig
+    blur: float = 0.0
 
     @cached_property
     def target(self) -> Target:
         """The picture with its exact renderer."""
-        return Target(self.image, self.config, "cpu")
+        return Target(self.image, self.config, "cpu", self.blur)
 
     def error(self, scene: Scene) -> Floats32:
-        """Return the squared error of ``scene`` in each pixel [h, w], summed over the channels."""
-        return self.target.squared_error(scene).numpy()
+        """Return the squared error of ``scene`` in each pixel [h, w], summed over the channels.
+
+        That of a blurred picture is raised to what the same moves of outlines would cause in a sharp one.
+        """
+        share = 1.0 if self.target.blur is None else self.target.blur.edge_share
+        error: Floats32 = (self.target.squared_error(scene) / share).numpy()
+        return error
 
     def removal_costs(self, scene: Scene) -> Floats:
         """Return the rise of the squared error, summed over pixels and channels, without each path [N]."""
