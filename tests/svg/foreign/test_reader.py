@@ -173,15 +173,30 @@ def test_outlines_in_many_nested_clip_paths_are_measured_with_limited_effort(mon
     assert read_svg(square_file(content)).omitted == ["2 clip paths: left out"]
 
 
-def test_more_use_than_a_drawing_needs_is_refused(monkeypatch):
-    levels = "".join(f'<g id="a{i + 1}">' + f'<use href="#a{i}"/>' * 10 + "</g>" for i in range(9))
-    text = square_file(f'<defs><path id="a0"/>{levels}</defs><use href="#a9"/>')
+LEVELS = "".join(f'<g id="a{i + 1}">' + f'<use href="#a{i}"/>' * 10 + "</g>" for i in range(9))
+BOMB = f'<defs><path id="a0" d="M0 0h9v9z"/>{LEVELS}</defs><use href="#a9"/>'
+"""Draws a billion paths."""
+
+
+@pytest.mark.parametrize("content", [BOMB, BOMB + "<style>g{fill:red}</style>"])
+def test_more_use_than_a_drawing_needs_is_refused(content, monkeypatch):
     monkeypatch.setattr(reader, "MAX_ELEMENTS", 1000)
-    assert "at most 1000 elements, " in refusal(read_svg, text)
+    assert "at most 1000 elements, " in refusal(read_svg, square_file(content))
+
+
+def test_more_use_than_a_drawing_needs_is_refused_before_it_is_drawn(monkeypatch):
+    monkeypatch.delattr(reader.Painter, "draw")
+    assert "at most 32768 elements, " in refusal(read_svg, square_file(BOMB))
+
+
+@pytest.mark.parametrize("attribute", ['display="none"', 'style="display:none"'])
+def test_hidden_use_counts_as_nothing(attribute):
+    assert len(read_svg(square_file(BOMB.replace('<use href="#a9"/>', f'<use href="#a9" {attribute}/>'))).scene) == 0
 
 
 def test_more_elements_than_can_be_read_soon_are_refused(monkeypatch):
     monkeypatch.setattr(reader, "MAX_ELEMENTS", 10)
+    assert len(read_svg(square_file('<path d="M0 0h9v9z"/>' * 10)).scene) == 10
     assert "at most 10 elements" in refusal(read_svg, square_file('<path d="M0 0h9v9z"/>' * 11))
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from warpvec.errors import InputError
 from warpvec.geometry.stops import STOPS_MAX
 from warpvec.svg.document import layer_level, local_name
+from warpvec.svg.foreign.budget import ElementCounter, reference_of
 from warpvec.svg.foreign.clip import Clips
 from warpvec.svg.foreign.fill import Fills, fraction
 from warpvec.svg.foreign.painter import Painter
@@ -90,6 +91,10 @@ class ForeignReader:
         self._in_use: set[str] = set()
         self._element_count = self._number_count = 0
         self._omitted["style rule"] += len(self._sheet.unknown)
+        if self._sheet.is_empty:
+            counter = ElementCounter(self._by_id, _DRAWN, MAX_USE_DEPTH)
+            if sum(map(counter.count, root)) > MAX_ELEMENTS:
+                raise _too_many_elements()
         self._walk_layers(root)
 
     @property
@@ -160,19 +165,19 @@ class ForeignReader:
 
     def _visit_target(self, use: Element, state: State) -> None:
         """Visit the element that <use> refers to, at the place of <use>; a symbol is drawn like an <svg>."""
-        href = next((value for key, value in use.attrib.items() if key.rpartition("}")[2] == "href"), "").strip()
-        target = self._by_id.get(href[1:])
-        if target is None or href in self._in_use:
+        name = reference_of(use)
+        target = self._by_id.get(name)
+        if target is None or name in self._in_use:
             self._omitted["reference to nothing"] += 1
             return
         state = replace(state, matrix=compose(state.matrix, _shift(use, state)))
-        self._in_use.add(href)
+        self._in_use.add(name)
         if local_name(target.tag) in ("symbol", "svg"):
             state = replace(state, properties=self._sheet.properties(target, state.properties))
             self._visit_children(target, "g", self._placed(target, state, use))
         else:
             self._visit(target, state)
-        self._in_use.remove(href)
+        self._in_use.remove(name)
 
     def _moved(self, matrix: NDArray[np.float64], transform: str) -> NDArray[np.float64]:
         try:
@@ -210,14 +215,18 @@ class ForeignReader:
         """
         self._element_count += 1
         if self._element_count > MAX_ELEMENTS or state.depth > MAX_USE_DEPTH:
-            rule = f"must draw at most {MAX_ELEMENTS} elements, {MAX_USE_DEPTH} deep, counting each <use>"
-            raise InputError("SVG", rule, "more", "simplify it")
+            raise _too_many_elements()
         self._number_count += sum(map(len, element.attrib.values())) // _LETTERS_PER_NUMBER
         for name in ("d", "points"):
             self._number_count += sum(1 for _ in _NUMBER.finditer(element.get(name, "")))
         if self._number_count > MAX_NUMBERS:
             rule = f"must draw at most {MAX_NUMBERS} numbers, counting each <use>"
             raise InputError("SVG", rule, "more", "simplify it")
+
+
+def _too_many_elements() -> InputError:
+    rule = f"must draw at most {MAX_ELEMENTS} elements, {MAX_USE_DEPTH} deep, counting each <use>"
+    return InputError("SVG", rule, "more", "simplify it")
 
 
 def _shift(element: Element, state: State) -> NDArray[np.float64]:

@@ -64,6 +64,11 @@ class StyleSheet:
                 else:
                     self.unknown.append(selector.strip())
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether no rule applies to any element."""
+        return not self._rules
+
     def _from_rules(self, element: Element) -> Properties:
         """Return the declarations of all rules for ``element``; more specific selectors win (CSS 2.1, 6.4.3)."""
         if not self._rules:
