@@ -85,9 +85,16 @@ TRANSPARENT = ("default", "splat", "palette", "levels")
     ("case", "transparent"), [*((case, False) for case in CASES), *((case, True) for case in TRANSPARENT)]
 )
 def test_a_fit_whose_steps_are_dropped_ends_the_same(
-    case: str, transparent: bool, device: str, renderers: list[TileRenderer], request: pytest.FixtureRequest
+    case: str,
+    transparent: bool,
+    device: str,
+    renderers: list[TileRenderer],
+    request: pytest.FixtureRequest,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     image = small_photo(transparent)
+    if transparent:  # a step that is not recorded covers the paths once for both mattes, and rounds differently
+        monkeypatch.setattr(graph, "_can_record", lambda device: True)
     states: list[list[Any]] = [[], []]
     want = fit(image, settings_of(case, device), saving=Saving(7, lambda state: states[0].append(deepcopy(state))))
     request.getfixturevalue("records")
