@@ -202,7 +202,6 @@ class Result:
         """
         drawing, opacity, picture = self.drawing, self.scene.opacity, self.picture
         rows, columns = picture.reduced_size
-        is_restored = picture.is_restored or picture.blur > 0.0
         return {
             **evaluate(drawing.text, picture.pixels),
             **self._sizes(),
@@ -231,7 +230,7 @@ class Result:
             "not_kept": not_kept(drawing),
             "condition": None if drawing.condition is None else drawing.condition.facts,
             "condition_words": None if drawing.condition is None else drawing.condition.words,
-            "psnr_as_fitted": drawing.encoding.psnr_as_fitted(drawing.text) if is_restored else None,
+            "psnr_as_fitted": drawing.psnr_as_fitted if picture.is_damage_undone else None,
             "blur_undone": picture.blur / picture.reduction[0],
             "levels": self._levels() if self.config.lod else None,
         }

@@ -48,6 +48,7 @@ def test_a_blurred_drawing_gets_sharp_edges() -> None:
     assert len(sharp.scene.segments) < len(as_is.scene.segments)
     assert sharp.metrics["blur_undone"] == pytest.approx(1.5) and as_is.metrics["blur_undone"] == 0.0
     assert sharp.metrics["psnr_as_fitted"] > sharp.metrics["psnr"]
+    assert "texture" not in sharp.metrics["not_kept"]
 
 
 def test_a_given_blur_is_in_pixels_of_the_picture() -> None:
@@ -82,6 +83,8 @@ def test_what_is_known_of_a_picture_is_not_measured_again(monkeypatch) -> None:
     assert again.request.settings.mode == "mono"
     for_quality = Request.of(pixels, FitConfig(), make_goal(target_psnr=20.0))
     assert not Restoration.of(for_quality, known).request.picture.is_restored
+    stated = Request.of(pixels, FitConfig(mode="mono", blur="3"))
+    assert Restoration.of(stated, known).request.picture.blur == 3.0
     with pytest.raises(ImportError):
         Restoration.of(Request.of(pixels.copy(), FitConfig()), known)
 

@@ -94,6 +94,12 @@ class Drawing:
         """PSNR in dB of the file against the picture, as resvg draws it."""
         return self.encoding.text_psnr(self.text)
 
+    @cached_property
+    def psnr_as_fitted(self) -> float:
+        """PSNR in dB of the file against what was fitted; see `Encoding.psnr_as_fitted`."""
+        is_other = self.encoding.picture.is_damage_undone
+        return self.encoding.psnr_as_fitted(self.text) if is_other else self.psnr
+
 
 def _visible_paths(scene: Scene, encoding: Encoding) -> Scene:
     """Return ``scene`` without the paths that change no pixel of the file, as resvg draws it."""

@@ -191,7 +191,7 @@ class Encoding:
         That is the picture, or a small copy of it as it was before it was enlarged. If it is blurred, so is the file.
         """
         picture = self.picture
-        image = picture.reduced if picture.is_restored or picture.blur else picture.pixels
+        image = picture.reduced if picture.is_damage_undone else picture.pixels
         drawn = draw_like(text, image)
         return psnr(_blurred(drawn, picture.blur) if picture.blur else drawn, image)
 

@@ -60,12 +60,9 @@ def _shades(drawing: Drawing) -> str | None:
 
 
 def _texture(drawing: Drawing) -> str | None:
-    encoding = drawing.encoding
-    if encoding.settings.mode not in ("photo", "flat") or _colors(drawing):
+    if drawing.encoding.settings.mode not in ("photo", "flat") or _colors(drawing):
         return None
-    is_restored = encoding.picture.is_restored
-    psnr = encoding.psnr_as_fitted(drawing.text) if is_restored else drawing.psnr
-    return "fine texture, which is smooth" if psnr < TEXTURE_PSNR else None
+    return "fine texture, which is smooth" if drawing.psnr_as_fitted < TEXTURE_PSNR else None
 
 
 def _noise(drawing: Drawing) -> str | None:

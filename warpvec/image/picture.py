@@ -53,6 +53,11 @@ class Picture:
         return self.reduced.shape[0], self.reduced.shape[1]
 
     @property
+    def is_damage_undone(self) -> bool:
+        """Whether a drawing shows the picture as it was before something happened to it, its blur included."""
+        return self.is_restored or self.blur > 0.0
+
+    @property
     def enlargement(self) -> tuple[float, float]:
         """Width and height of the picture over those of its copy."""
         rows, columns = self.reduced_size

@@ -181,7 +181,7 @@ def _is_too_far(drawing: Drawing, request: Request) -> bool:
     is_bounded = bool(request.goal) or is_cut_short or settings.curves < FitConfig.curves
     has_paints = _has_paints(settings) or settings.gradients == 0.0
     is_free = settings.mode == "flat" and not (has_paints or is_bounded or settings.cutout)
-    return is_free and drawing.encoding.psnr_as_fitted(drawing.text) < FLAT_PSNR_MIN
+    return is_free and drawing.psnr_as_fitted < FLAT_PSNR_MIN
 
 
 def _is_like_picture(settings: FitConfig) -> bool:

@@ -43,8 +43,7 @@ class Restoration:
             condition = known.condition
             if known._suits(request):
                 picture = replace(known.request.picture, title=request.picture.title)
-                found = replace(request, encoding=replace(request.encoding, picture=picture))
-                return Restoration(request, condition, found)
+                return Restoration(request, condition, _with_picture(request, picture))
         return Restoration(request, condition, restored(request, condition))
 
     def _is_of(self, request: Request) -> bool:
@@ -55,9 +54,8 @@ class Restoration:
     def _suits(self, request: Request) -> bool:
         """Return whether ``request`` gets the same copy of its picture; see `restored`."""
         one, other = self.given, request
-        is_same = all(
-            getattr(one.settings, name) == getattr(other.settings, name) for name in ("threshold", "fit_size")
-        )
+        deciding = ("threshold", "fit_size", "blur")
+        is_same = all(getattr(one.settings, name) == getattr(other.settings, name) for name in deciding)
         return is_same and (one.goal.quality is None) == (other.goal.quality is None)
 
 
