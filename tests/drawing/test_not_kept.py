@@ -1,4 +1,4 @@
-"""What a drawing could not keep of its picture, from what its run has found out."""
+"""A drawing says what of its picture is lost: words too small, colours, shades, noise."""
 
 from __future__ import annotations
 

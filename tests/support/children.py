@@ -84,7 +84,7 @@ def runs(number: int) -> bool:
 
 
 def descendants(number: int) -> list[int]:
-    """Return the processes that a process has started, and those that they have. Empty where there is no /proc."""
+    """Return the children of a process, their children, and so on. Empty where there is no /proc."""
     found: list[int] = []
     for path in glob(f"/proc/{number}/task/*/children"):
         with suppress(OSError), open(path) as file:

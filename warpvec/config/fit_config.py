@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -70,30 +71,27 @@ def _check_threshold(name: str, value: object) -> str:
 
 def _check_line_width(name: str, value: object) -> str:
     """Return "auto", or the text of a width in pixels."""
-    if value == "auto" and isinstance(value, str):
-        return "auto"
     rule = f"must be auto or a width above 0 and at most {LINE_WIDTH_MAX:g} pixels"
-    try:
-        width = float(value) if isinstance(value, str) else as_float(value)
-    except ValueError:
-        raise InputError(name, rule, show(value), "give 2.5") from None
-    if not 0.0 < width <= LINE_WIDTH_MAX:
-        raise InputError(name, rule, show(value), "give 2.5")
-    return f"{width:g}"
+    return _auto_or_number(name, value, lambda width: 0.0 < width <= LINE_WIDTH_MAX, rule, "give 2.5")
 
 
 def _check_blur(name: str, value: object) -> str:
     """Return "auto", or the text of a standard deviation in pixels."""
+    rule = f"must be auto or a standard deviation from 0 to {BLUR_MAX:g} pixels"
+    return _auto_or_number(name, value, lambda deviation: 0.0 <= deviation <= BLUR_MAX, rule, "give 1.5")
+
+
+def _auto_or_number(name: str, value: object, is_allowed: Callable[[float], bool], rule: str, remedy: str) -> str:
+    """Return "auto", or the text of a number that is allowed; ``rule`` and ``remedy`` are those of the error."""
     if value == "auto" and isinstance(value, str):
         return "auto"
-    rule = f"must be auto or a standard deviation from 0 to {BLUR_MAX:g} pixels"
     try:
-        deviation = float(value) if isinstance(value, str) else as_float(value)
+        number = float(value) if isinstance(value, str) else as_float(value)
     except ValueError:
-        raise InputError(name, rule, show(value), "give 1.5") from None
-    if not 0.0 <= deviation <= BLUR_MAX:
-        raise InputError(name, rule, show(value), "give 1.5")
-    return f"{deviation:g}"
+        raise InputError(name, rule, show(value), remedy) from None
+    if not is_allowed(number):
+        raise InputError(name, rule, show(value), remedy)
+    return f"{number:g}"
 
 
 def _check_device(name: str, value: object) -> str:

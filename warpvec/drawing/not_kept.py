@@ -19,7 +19,7 @@ COLORED_MIN = 48.0 / 255.0
 def not_kept(drawing: Drawing) -> dict[str, str]:
     """Return what the ``drawing`` could not keep: a short name that stays, and words for people.
 
-    A drawing that was fitted from another one keeps what that one had.
+    Nothing is said of a refined drawing: it has no less than the drawing that came in.
     """
     if drawing.start_psnr is not None:
         return {}
@@ -99,4 +99,4 @@ _KINDS: dict[str, Callable[[Drawing], str | None]] = {
     "text": _text, "areas": _areas, "colors": _colors, "shades": _shades, "texture": _texture, "noise": _noise,
     "light": _light, "specks": _specks, "translucency": _translucency, "size": _size,
 }  # fmt: skip
-"""Name of what may be lost -> what says it, in the order in which people are told."""
+"""Name of what may be lost -> function that says so in words. People are told in this order."""

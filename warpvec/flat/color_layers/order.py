@@ -53,7 +53,7 @@ def _largest_share(taken: int, waiting: int) -> float:
 
 
 def _greedy(group: Integers, lower: NDArray[np.bool_], left: Integers, worth: _Choose) -> list[list[int]]:
-    """Return the layers if each next one is that after which its group needs fewer, or else that of most ``worth``."""
+    """Return layers, each the best one left: its group then needs fewer, or else it has most ``worth``."""
     waiting = {number: np.flatnonzero(group == number).tolist() for number in dict.fromkeys(group.tolist())}
     is_done = np.zeros(len(group), bool)
     layers: list[list[int]] = []

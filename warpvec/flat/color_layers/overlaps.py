@@ -1,4 +1,4 @@
-"""Which paths of a drawing overlap, so that their order shows."""
+"""Find the paths of a drawing that overlap. Their order shows."""
 
 from __future__ import annotations
 

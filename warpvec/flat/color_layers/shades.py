@@ -1,4 +1,4 @@
-"""Which paints of a drawing are shades of one colour, so that they share a layer."""
+"""Find the paints that are shades of one colour. They share a layer."""
 
 from __future__ import annotations
 
@@ -38,5 +38,5 @@ def _places(scene: Scene) -> Floats:
 
 
 def _as_written(color: Floats) -> Floats:
-    """Return colours as the file has them, so that equal ones are the same number."""
+    """Return colours rounded as in the file. Colours that look equal there become equal numbers."""
     return np.rint(255.0 * color.clip(0.0, 1.0)) / 255.0
