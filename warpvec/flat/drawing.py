@@ -23,10 +23,12 @@ from warpvec.flat.regions.small_text import small_word_count
 from warpvec.flat.scene_building import scene_of
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.fewer_paths import with_fewer_paths
+from warpvec.flat.simplification.fewer_stops import with_fewer_stops
 from warpvec.flat.simplification.forms import find_forms
 from warpvec.flat.simplification.path_removal import remove_paths
 from warpvec.flat.simplification.regularity import regularize
 from warpvec.flat.simplification.simplify import simplify
+from warpvec.flat.simplification.whole_levels import with_whole_levels
 from warpvec.flat.strokes.recognition import find_strokes
 from warpvec.flat.strokes.stroke import set_apart, with_strokes
 from warpvec.geometry.paints.registry import FLAT
@@ -117,7 +119,9 @@ class FlatDrawing:
             count = len(scene.segments)
             scene = simplify(scene, self.critic, watch, fine)
             left_out["node"] = count - len(scene.segments)
+            scene = with_fewer_stops(scene, self.critic, watch)
             scene = self._polished(scene, DRAWING.last_iterations)
+            scene = with_whole_levels(scene, self.critic, watch)
             # Last, as a fit would undo exact circles and level lines.
             scene = regularize(scene, self.critic, watch, detail)
             # A file of parts without overlaps has outlines only.
@@ -187,8 +191,9 @@ class FlatDrawing:
         snap = math.inf if self.config.colors or self.config.palette else DRAWING.snap
         is_shared = (color[:, None] == color[None]).all(2).sum(1) > 1
         is_near = is_shared | ((scene.color - color).abs().amax(1) <= snap)
-        if scene.gradients is not None:
-            is_near &= scene.gradients.kind == FLAT
+        for gradients, rows in ((scene.gradients, slice(None)), (traced.gradients, scene.generation)):
+            if gradients is not None:
+                is_near &= (gradients.kind == FLAT)[rows]
         canvas = traced.background
         background = canvas if bool((scene.background - canvas).abs().amax() <= snap) else scene.background
         return replace(scene, color=torch.where(is_near[:, None], color, scene.color), background=background)

@@ -52,6 +52,7 @@ def polish(
     values_exact_max: int = VALUES_EXACT_MAX,
     locked: Tensor | None = None,
     gain_min: float = GAIN_MIN,
+    keeps_stops: bool = False,
 ) -> FitResult:
     """Fit ``start`` to ``target`` and keep its structure; the loss of the result is at most its own.
 
@@ -69,6 +70,7 @@ def polish(
         values_exact_max: most values that are fitted by Gauss-Newton steps.
         locked: paths [N] (bool) that keep their form and paint; None for none.
         gain_min: Gauss-Newton steps end once the last ones have gained a smaller share of the loss.
+        keeps_stops: keep the colours and opacities of the stops of gradients.
 
     Raises:
         InputError: the device does not exist.
@@ -77,7 +79,9 @@ def polish(
     part = Watch(time_budget=config.time_budget).part() if part is None else part
     with on_warps_stream(device), single_torch_thread(), torch.no_grad(), part:
         locked = None if locked is None else locked.to(device)
-        run = _Polish(target, start.to(device), config, part, iterations, free, locked)
+        here = start.to(device)
+        variables = Variables(here, target, config, free=free, locked=locked, keeps_stops=keeps_stops)
+        run = _Polish(target, here, config, part, iterations, variables, free)
         try:
             run.take(values_exact_max, gain_min)
         except KeyboardInterrupt:
@@ -95,11 +99,11 @@ class _Polish:
         config: FitConfig,
         part: Part,
         iterations: int,
+        variables: Variables,
         free: bool,
-        locked: Tensor | None,
     ) -> None:
         self._start, self._config, self._part, self._iteration_count = start, config, part, iterations
-        self._variables = Variables(start, target, config, free=free, locked=locked)
+        self._variables = variables
         self._start_loss = float(target.fit_step(start, False).loss)
         self._guard = FoldGuard(start, self._variables, config.precision, is_on=not free)
         self._best: Evaluation | None = None

@@ -19,6 +19,7 @@ from warpvec.geometry.form_slopes import form_derivative
 from warpvec.geometry.forms.form import ANGLE, CORNER, FIRST, SECOND
 from warpvec.geometry.joint_slopes import curve_derivative
 from warpvec.geometry.joints import Joints
+from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.path_forms import is_used
 from warpvec.geometry.scene import Scene
 from warpvec.polish.stop_variables import bound_stops, free_stops, stop_parts
@@ -50,7 +51,7 @@ class Variables:
     """The free values of ``scene``: a vector of anchors, handles, colours, opacities, background, gradients and forms.
 
     The points of a path with a form are not free: they follow from its parameters. ``locked`` paths [N] (bool) keep all
-    their values.
+    their values. With ``keeps_stops``, gradients keep the colours and opacities of their stops.
 
     Attributes:
         start: the values of ``scene`` [K].
@@ -62,8 +63,9 @@ class Variables:
     """
 
     def __init__(
-        self, scene: Scene, target: Target, config: FitConfig, *, free: bool = False, locked: Tensor | None = None
-    ) -> None:
+        self, scene: Scene, target: Target, config: FitConfig, *, free: bool = False, locked: Tensor | None = None,
+        keeps_stops: bool = False,
+    ) -> None:  # fmt: skip
         self._scene, self.target, self.joints = scene, target, Joints.of(scene, keep=not free)
         parts = [*self.joints.values(scene), scene.color, scene.opacity, scene.background]
         if scene.gradients is not None:
@@ -92,6 +94,8 @@ class Variables:
             own = scene.forms.is_form
             self.is_free &= ~self.points_of(own[scene.structure.segment_path.long()])
             self._of(self.is_free)[-1].copy_(is_used(scene.forms.parameters, scene.forms.kind))
+        if keeps_stops and scene.gradients is not None:
+            self.is_free &= ~self._stop_colors_of(scene.gradients.kind != FLAT)
         self.locked = locked
         self._locked = None if locked is None else self._values_of(locked)
         if self._locked is not None:
@@ -209,6 +213,14 @@ class Variables:
         mask = self.points_of(paths[self._scene.structure.segment_path.long()])
         _, _, _, color, opacity, _, *paints = self._of(mask)
         for part in (color, opacity, *paints):
+            part[paths] = True
+        return mask
+
+    def _stop_colors_of(self, paths: Tensor) -> Tensor:
+        """Return which values are colours or opacities of the stops of ``paths`` (a mask [N]): a mask [K]."""
+        mask = torch.zeros_like(self.is_free)
+        stops = self._stops_of(mask)
+        for part in (self._of(mask)[3], self._of(mask)[6], *stops[:1], *stops[2:3]):
             part[paths] = True
         return mask
 

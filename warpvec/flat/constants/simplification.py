@@ -240,5 +240,33 @@ class SimplificationConstants:
     arc_smooth_degrees: float = 6.0
     """Largest angle between a line and the handle of the curve that follows it."""
 
+    # Fewer stops of gradients (simplification/fewer_stops.py)
+
+    stop_rounds: int = 6
+    """Most times that gradients are offered fewer stops: a gradient of eight may lose all."""
+
+    stop_iterations: int = 12
+    """Iterations of the fit of the paints that are offered."""
+
+    stop_gap: float = 0.01
+    """Distance of two stops, as a share of the gradient, below which they are one bend, or a jump."""
+
+    stop_alike: float = 3.0 / 255
+    """Root mean square by which a ramp of fewer stops may differ before it is fitted. A fit moves its other stops,
+    which makes up for more than half of that."""
+
+    stop_samples_max: int = 4_000
+    """Most pixels of a path whose colours are compared."""
+
+    stop_noise: float = 0.005
+    stop_share: float = 0.01
+    """Rise of the squared error in the pixels of a path that a stop less may cause: so much, and a share of the error
+    that is there. It is below what rounding leaves of an area of a thousand pixels."""
+
+    # Whole levels (simplification/whole_levels.py)
+
+    level_iterations: int = 12
+    """Iterations of the fit of gradients whose colours are whole levels."""
+
 
 SIMPLIFICATION = SimplificationConstants()
