@@ -64,3 +64,11 @@ def test_dot_of_an_i_stays_though_it_has_hardly_a_pixel_of_ink() -> None:
     dot = letters(box(35.2, 13.0, 36.0, 14.0))
     regions = regions_on_white(covered + dot)
     assert np.abs(ink_in(regions) - covered - dot).max() < 0.02
+
+
+def test_two_shapes_of_two_inks_that_touch_keep_their_inks() -> None:
+    """An eye and its brow: the paler one is no thin part of the darker one, as it has pixels of equal neighbours."""
+    brow, eye = letters(box(20.0, 20.0, 30.0, 23.4)), letters(box(22.6, 23.4, 28.3, 28.7))
+    regions = regions_on_white(0.9 * brow + eye)
+    shown = regions.paints.color[np.unique(regions.label[20:29, 20:30])][:, 0]
+    np.testing.assert_allclose(np.sort(shown), [0.0, 0.1, 1.0], atol=0.01)

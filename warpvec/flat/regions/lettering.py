@@ -34,6 +34,7 @@ class _Mark:
         direction: direction of the ink from the ground [4], of length 1.
         height: how far each pixel is from the ground in this direction [n].
         box: first row, first column, and the last ones [4].
+        shape: height and width of the picture.
     """
 
     pixels: Places
@@ -42,6 +43,7 @@ class _Mark:
     direction: Floats32
     height: Floats32
     box: Integers
+    shape: tuple[int, int]
 
     @property
     def depth(self) -> float:
@@ -52,6 +54,35 @@ class _Mark:
     def is_solid(self) -> bool:
         """Whether most of it lies in pixels as pure as its purest one."""
         return not _is_thin(self.height / self.depth)
+
+    @property
+    def shows_ink(self) -> bool:
+        """Whether a pixel is as pure as its purest one with its four neighbours: only whole ink looks so.
+
+        A line narrower than a pixel may lie evenly between two rows, but not in three.
+        """
+        least, _ = self._around()
+        return bool((least >= LETTERING.pure_share * self.depth).any())
+
+    def shows_two_inks(self, tolerance: float) -> bool:
+        """Return whether a pixel is equal to its four neighbours, within ``tolerance``, and less pure than the purest.
+
+        Then it is two shapes of two inks that touch, such as an eye and its brow.
+        """
+        least, most = self._around()
+        is_even = most - least <= tolerance
+        is_other = (least >= LETTERING.ink_contrast_min) & (most < LETTERING.pure_share * self.depth)
+        return bool((is_even & is_other).any())
+
+    def _around(self) -> tuple[Floats32, Floats32]:
+        """Return the least and the largest height of each inner pixel of its box and its four neighbours."""
+        rows, columns = np.unravel_index(self.pixels, self.shape)
+        heights = np.zeros(self.box[2:] - self.box[:2] + 3, np.float32)
+        heights[rows - self.box[0] + 1, columns - self.box[1] + 1] = self.height
+        inner = heights[1:-1, 1:-1]
+        beside = [heights[:-2, 1:-1], heights[2:, 1:-1], heights[1:-1, :-2], heights[1:-1, 2:]]
+        five = np.stack([inner, *beside])
+        return five.min(0), five.max(0)
 
     @property
     def is_weak(self) -> bool:
@@ -127,7 +158,7 @@ def _marks(picture: Floats32, label: Integers32, paints: Paints, tolerances: Tol
         behind = paints.at(np.full(len(y), beside[0]), x + np.float32(0.5), y + np.float32(0.5))
         corners = np.array([rows.start, columns.start, rows.stop - 1, columns.stop - 1], np.int64)
         pixels = np.ravel_multi_index((y, x), grounds.shape)
-        mark = _mark(picture[y, x], behind, pixels, int(beside[0]), corners, tolerances)
+        mark = _mark(picture[y, x], behind, pixels, int(beside[0]), corners, tolerances, (height, width))
         if mark is not None:
             marks.append(mark)
     return marks
@@ -149,8 +180,9 @@ def _grounds(picture: Floats32, label: Integers32, paints: Paints, tolerances: T
 
 
 def _mark(
-    colors: Floats32, behind: Floats32, pixels: Places, ground: int, box: Integers, tolerances: Tolerances
-) -> _Mark | None:
+    colors: Floats32, behind: Floats32, pixels: Places, ground: int, box: Integers, tolerances: Tolerances,
+    shape: tuple[int, int],
+) -> _Mark | None:  # fmt: skip
     """Return the mark of ``pixels`` [n], or None if they are no mixes of one ink.
 
     Args:
@@ -160,6 +192,7 @@ def _mark(
         ground: region of the ground.
         box: first row, first column, and the last ones.
         tolerances: those of the picture.
+        shape: its height and width.
     """
     offset = colors - behind
     if np.abs(offset).max() < LETTERING.ink_contrast_min:
@@ -171,7 +204,8 @@ def _mark(
     is_mix = (rest <= tolerances.mix) & (height >= -tolerances.mix)
     if is_mix.mean() < LETTERING.mix_part:
         return None
-    return _Mark(pixels, ground, behind.mean(0), direction, height, box)
+    mark = _Mark(pixels, ground, behind.mean(0), direction, height, box, shape)
+    return None if mark.shows_two_inks(tolerances.paint) else mark
 
 
 def _words(marks: list[_Mark]) -> list[list[_Mark]]:
@@ -182,7 +216,9 @@ def _words(marks: list[_Mark]) -> list[list[_Mark]]:
     is_near = _are_near(marks, gaps, box[:, 2] - box[:, 0] + 1.0)
     # A weak mark belongs to the nearest one that is not.
     is_weak, is_solid = np.array([mark.is_weak for mark in marks]), np.array([mark.is_solid for mark in marks])
-    least = np.where(is_solid[:, None] | is_solid, LETTERING.pure_share, LETTERING.depth_share_min)
+    shows_ink = np.array([mark.shows_ink for mark in marks])
+    is_sure = is_solid[:, None] | is_solid | (shows_ink[:, None] & shows_ink)
+    least = np.where(is_sure, LETTERING.pure_share, LETTERING.depth_share_min)
     is_alike = np.minimum(depth[:, None], depth) >= least * np.maximum(depth[:, None], depth)
     is_linked = is_near & is_alike & (is_weak[:, None] == is_weak)
     distance = np.where(is_near & ~is_weak, np.hypot(*gaps.clip(0.0).transpose(2, 0, 1)), np.inf)
@@ -238,7 +274,8 @@ def _nearness(word: list[_Mark]) -> float:
     """Return the share of an ink known from elsewhere that the purest pixel of a ``word`` of this ink has at least."""
     if len(word) > 1:
         return LETTERING.ink_near
-    return LETTERING.pure_share if word[0].is_solid and not word[0].is_weak else LETTERING.lone_ink_near
+    is_sure = word[0].shows_ink or (word[0].is_solid and not word[0].is_weak)
+    return LETTERING.pure_share if is_sure else LETTERING.lone_ink_near
 
 
 def _ink(mark: _Mark, known: Floats32, near: float, tolerances: Tolerances) -> _Ink:
