@@ -11,8 +11,10 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.stops import STOPS_MAX
 from warpvec.polish.gauss_newton import gauss_newton
 from warpvec.polish.polish import polish
+from warpvec.polish.stop_variables import bounded_offset_step
 from warpvec.polish.variables import Variables
 from warpvec.rendering.draw import draw_pixels
 from warpvec.svg.read import read_svg
@@ -128,3 +130,24 @@ def test_a_shade_of_one_colour_that_fades_is_found_again() -> None:
     found = polish(Target(picture, CONFIG, "cpu"), start, CONFIG, iterations=60).scene
     errors = [float((_picture(each) - picture).square().mean()) for each in (start, found)]
     assert errors[1] < 1e-2 * errors[0]
+
+
+def _padded(*values: float, rest: float) -> torch.Tensor:
+    return torch.tensor([[*values, *[rest] * (STOPS_MAX - len(values))]])
+
+
+@pytest.mark.parametrize(
+    ("offset", "step", "expected"),
+    [
+        ((0.0, 0.6, 1.0), (0.0, 0.1, 0.0), (0.0, 0.7, 1.0)),  # no gap loses a half: as it is
+        ((0.0, 0.6, 1.0), (0.0, 0.8, 0.0), (0.0, 0.8, 1.0)),
+        ((0.2, 0.6, 1.0), (-0.8, 0.4, 0.0), (0.1, 0.65, 1.0)),  # the gap before the first stop, for both
+        ((0.0, 0.5, 0.5, 1.0), (0.0, 0.2, 0.1, 0.0), (0.0, 0.7, 0.6, 1.0)),  # a jump holds nothing
+    ],
+)
+def test_a_step_takes_at_most_half_of_a_gap(
+    offset: tuple[float, ...], step: tuple[float, ...], expected: tuple[float, ...]
+) -> None:
+    before, count = _padded(*offset, rest=1.0), torch.tensor([len(offset)])
+    moved = before + bounded_offset_step(before, _padded(*step, rest=0.0), count)
+    assert moved[0, : len(expected)].tolist() == pytest.approx(expected)

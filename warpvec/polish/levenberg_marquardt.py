@@ -159,6 +159,7 @@ class LevenbergMarquardt:
             extra = torch.where(excess > 1.0, extra * EXCESS_DAMPING * excess**1.5, extra)
         step[:bound] /= excess.clamp_min(1.0).repeat_interleave(2)
         step = self._variables.with_bounded_forms(step, MOVE_MAX * self._scale)
+        step = self._variables.with_bounded_stops(self._here.x, step)
         return step.to(self._here.x.dtype)
 
     def _limits(self) -> Tensor:

@@ -17,6 +17,9 @@ OPAQUE = 1.0 - 1e-3
 BREADTH_MIN = 0.1
 """Smallest radius of an elliptic gradient in pixels across its axis: that of a file has one decimal."""
 
+GAP_SHARE, GAP_LEAST = 0.5, 1e-3
+"""Share of the gap between two stops that a step may take, and the gap below which they make a jump."""
+
 
 def stop_parts(gradients: Gradients | None) -> list[Tensor]:
     """Return the values of the stops: inner colours [N, 6, 3], offsets [N, 8], opacities [N, 8], breadth [N]."""
@@ -39,6 +42,25 @@ def free_stops(gradients: Gradients, *, are_translucent_free: bool, free: bool) 
     inner = is_before_last[:, 1:-1, None].expand_as(stops.inner_color)
     opacity = is_used & ((stops.opacity < OPAQUE) | free) & are_translucent_free
     return [inner, is_before_last & ((number > 0) | is_centre), opacity, torch.isin(gradients.kind, needs_breadth)]
+
+
+def bounded_offset_step(offset: Tensor, step: Tensor, count: Tensor) -> Tensor:
+    """Return a ``step`` of the offsets [N, 8], made smaller where it would bring two stops of a path together.
+
+    Each step may take ``GAP_SHARE`` of a gap, that before the first stop included. Stops that meet would stay together,
+    as they say nothing of their places then. Gaps that are none, below ``GAP_LEAST``, do not hold the others.
+
+    Args:
+        offset: offsets [N, 8] before the step, in order.
+        step: of the offsets [N, 8].
+        count: stops of each path [N].
+    """
+    is_used = torch.arange(STOPS_MAX, device=count.device) < count[:, None]
+    gap = torch.where(is_used, offset, 1.0).diff(dim=1, prepend=torch.zeros_like(offset[:, :1]))
+    loss = -torch.where(is_used, step, 0.0).diff(dim=1, prepend=torch.zeros_like(step[:, :1]))
+    is_held = is_used & (gap > GAP_LEAST) & (loss > 0.0)
+    share = torch.where(is_held, GAP_SHARE * gap / loss.clamp_min(1e-12), 1.0)
+    return step * share.amin(1, keepdim=True).clamp_max(1.0)
 
 
 def bound_stops(parts: Sequence[Tensor], is_free: Sequence[Tensor], gradients: Gradients) -> None:

@@ -22,7 +22,7 @@ from warpvec.geometry.joints import Joints
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.path_forms import is_used
 from warpvec.geometry.scene import Scene
-from warpvec.polish.stop_variables import bound_stops, free_stops, stop_parts
+from warpvec.polish.stop_variables import bound_stops, bounded_offset_step, free_stops, stop_parts
 
 OPAQUE = 1.0 - 1e-3
 """A path of at least this opacity is opaque and stays so, unless all values are free."""
@@ -170,6 +170,17 @@ class Variables:
         reach = parameters[:, FIRST : SECOND + 1].abs().amax(1)
         sizes = moves[:, :2].norm(dim=1) + moves[:, FIRST : SECOND + 1].abs().amax(1) + moves[:, CORNER].abs()
         moves *= (most / (sizes + moves[:, ANGLE].abs() * reach).clamp_min(1e-9)).clamp_max(1.0)[:, None]
+        return step
+
+    def with_bounded_stops(self, x: Tensor, step: Tensor) -> Tensor:
+        """Return ``step`` [K] from ``x`` on with stops of gradients that stay apart; see `bounded_offset_step`."""
+        if not self._stops_of(step):
+            return step
+        gradients = self._scene.gradients
+        assert gradients is not None
+        step = step.clone()
+        moves = self._stops_of(step)[1]
+        moves.copy_(bounded_offset_step(self._stops_of(x)[1], moves, gradients.all_stops().count))
         return step
 
     def held(self, found: Evaluation) -> tuple[Tensor, Tensor]:
