@@ -1,93 +1,81 @@
-"""Measure LPIPS (Zhang et al. 2018) with the package ``lpips`` and backbone weights from a file.
+"""Measure LPIPS (Zhang et al. 2018, version 0.1) with VGG16 and AlexNet, from the weights of `lpips_weights`.
 
-The package contains its own calibrated layers but downloads the backbone. Here the backbone comes from a file that the
-user names; without one there is no LPIPS, and no other number takes its place.
+Features after the five stages of the backbone are divided by their length in each pixel. The squared differences of two
+images are summed over the channels with calibrated weights, averaged over the pixels, and summed over the stages.
 """
 
 from __future__ import annotations
 
-import hashlib
-import warnings
-from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
-import click
 import numpy as np
+import torch
+from lpips_weights import NETWORKS, weights_path
 from numpy.typing import NDArray
+from torch import Tensor
+from torch.nn.functional import conv2d, max_pool2d, relu
 
-NOT_FOUND = "weights not found: give --lpips-weights PATH"
-"""Text of a table cell without a value."""
+_SHIFT, _SCALE = (-0.030, -0.088, -0.188), (0.458, 0.448, 0.450)
+"""Mean and deviation of the channels of an image in [-1, 1], as the backbones were trained."""
 
-# The last convolution of torchvision's backbones, which shows the backbone that a file holds.
-_LAST_LAYER = {"features.28.weight": "vgg", "features.10.weight": "alex"}
+
+class _Convolution(NamedTuple):
+    """Stride and padding of a convolution, the side and stride of the pooling before it, and whether a stage ends."""
+
+    stride: int = 1
+    padding: int = 1
+    pooling: tuple[int, int] | None = None
+    is_stage: bool = True
+
+
+_VGG = [_Convolution(pooling=(2, 2) if k == 0 and block else None, is_stage=k == size - 1)
+        for block, size in enumerate((2, 2, 3, 3, 3)) for k in range(size)]  # fmt: skip
+_ALEX = [_Convolution(4, 2), _Convolution(padding=2, pooling=(3, 2)), _Convolution(pooling=(3, 2)),
+         _Convolution(), _Convolution()]  # fmt: skip
+_LAYERS = {"vgg": _VGG, "alex": _ALEX}
 
 
 class Lpips:
-    """LPIPS with the backbone in the file ``path``: torchvision's state dict of VGG16 or AlexNet.
+    """LPIPS with the backbone ``network``, "vgg" or "alex", and the ``weights`` by name; see `lpips_weights`."""
 
-    Bezier Splatting's evaluation uses VGG16.
-
-    Attributes:
-        name: the backbone and a digest of its file.
-
-    Raises:
-        click.UsageError: the package is missing, or the file is not such a state dict.
-    """
-
-    def __init__(self, path: Path) -> None:
-        weights = _read_weights(path)
-        net = next((net for layer, net in _LAST_LAYER.items() if layer in weights), None)
-        if net is None:
-            raise click.UsageError(f"--lpips-weights must be torchvision's VGG16 or AlexNet, but {path} is neither")
-        self.name = f"{net} {hashlib.sha256(path.read_bytes()).hexdigest()[:12]}"
-        self._model = _make_model(net)
-        _load_backbone(self._model.net, weights, path)
+    def __init__(self, network: str, weights: dict[str, NDArray[np.float32]]) -> None:
+        self._layers = _LAYERS[network]
+        self._weights = {name: torch.from_numpy(values) for name, values in weights.items()}
 
     def __call__(self, a: NDArray[np.uint8], b: NDArray[np.uint8]) -> float:
-        """Return the LPIPS of two images [h, w, 3]."""
-        import torch
-
+        """Return the LPIPS of two images [h, w, 3], at least 32 pixels high and wide."""
         with torch.no_grad():
-            return float(self._model(_to_input(a), _to_input(b)))
+            stages = zip(self._features(a), self._features(b), strict=True)
+            return sum(self._distance(number, *pair) for number, pair in enumerate(stages))
+
+    def _distance(self, stage: int, a: Tensor, b: Tensor) -> float:
+        channels = self._weights[f"channels{stage}"][:, None, None]
+        return float((channels * (a - b).square()).sum(0).double().mean())
+
+    def _features(self, image: NDArray[np.uint8]) -> list[Tensor]:
+        """Return the features of each stage [channels, h, w], of length 1 in each pixel."""
+        values = torch.from_numpy(image / np.float32(127.5) - np.float32(1.0)).permute(2, 0, 1)
+        values = (values - torch.tensor(_SHIFT)[:, None, None]) / torch.tensor(_SCALE)[:, None, None]
+        found = []
+        for number, layer in enumerate(self._layers):
+            if layer.pooling is not None:
+                values = max_pool2d(values[None], *layer.pooling)[0]
+            kernel, bias = (self._weights[f"{name}{number}"] for name in ("kernel", "bias"))
+            values = relu(conv2d(values[None], kernel, bias, layer.stride, layer.padding))[0]
+            if layer.is_stage:
+                found.append(values / (values.norm(dim=0) + 1e-10))
+        return found
 
 
-def _read_weights(path: Path) -> Mapping[str, Any]:
-    import torch
-
-    try:
-        weights = torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:  # torch raises many kinds of errors for a wrong file
-        raise click.UsageError(f"--lpips-weights must be a state dict that torch saved, but {path} is not") from error
-    if not isinstance(weights, Mapping):
-        raise click.UsageError(f"--lpips-weights must be a state dict, but {path} holds a {type(weights).__name__}")
-    return weights
+@cache
+def _loaded(network: str, path: Path) -> Lpips:
+    with np.load(path) as weights:
+        return Lpips(network, dict(weights))
 
 
-def _make_model(net: str) -> Any:
-    try:
-        import lpips
-    except ImportError as error:
-        raise click.UsageError(
-            f"--lpips-weights needs the package lpips ({error}); pip install lpips and the torchvision of your torch"
-        ) from error
-    with warnings.catch_warnings():
-        # It calls torchvision in a way that torchvision reports as deprecated.
-        warnings.simplefilter("ignore")
-        return lpips.LPIPS(net=net, pnet_rand=True, verbose=False).eval()
-
-
-def _load_backbone(backbone: Any, weights: Mapping[str, Any], path: Path) -> None:
-    """Fill ``backbone``, whose name for torchvision's layer features.N.x is sliceS.N.x."""
-    names = {name: "features." + name.partition(".")[2] for name in backbone.state_dict()}
-    try:
-        backbone.load_state_dict({name: weights[source] for name, source in names.items()})
-    except (KeyError, RuntimeError) as error:
-        raise click.UsageError(f"--lpips-weights must hold every layer of its backbone, but {path} does not") from error
-
-
-def _to_input(image: NDArray[np.uint8]) -> Any:
-    """Convert an image to [1, 3, h, w] in [-1, 1], the input of the package."""
-    import torch
-
-    return torch.from_numpy(image / np.float32(127.5) - np.float32(1.0)).permute(2, 0, 1)[None]
+def lpips_metrics() -> dict[str, Lpips]:
+    """Return LPIPS by network; nothing if their weights are not in the cache."""
+    paths = {network: weights_path(network) for network in NETWORKS}
+    return {network: _loaded(network, path) for network, path in paths.items() if path.exists()}

@@ -18,7 +18,7 @@ import numpy as np
 from bench_scenes import load_scene, save_scene
 from fits import InProcess, ResultFile, Row, find_images, fit_key, results_of, warm_up
 from harness import source_digest
-from lpips_metric import NOT_FOUND, Lpips
+from looks import NAMES, measures
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -39,10 +39,10 @@ from warpvec.watch.watch import Watch
 
 Pixels = NDArray[np.uint8]
 
-_MEASURES = tuple(f"{image}_{name}" for image in ("soft", "file") for name in ("psnr", "ssim", "lpips"))
+_MEASURES = tuple(f"{image}_{name}" for image in ("soft", "file") for name in ("psnr", "ssim", *NAMES))
 
 FIELDS = (
-    "key", "image", "width", "height", "preset", "curves", "settings", *_MEASURES, "lpips_weights",
+    "key", "image", "width", "height", "preset", "curves", "settings", *_MEASURES,
     "bytes", "iterations", "seconds", "device", "source",
 )  # fmt: skip
 """Columns of the CSV. ``settings`` are those that differ from the preset, without the curves; ``seconds`` are those of
@@ -126,9 +126,9 @@ class Case:
 class Fits:
     """The fits in the CSV file ``out``, with their scenes and files in the folder of that name beside it."""
 
-    def __init__(self, out: Path, lpips: Lpips | None = None, engine: Engine | None = None) -> None:
+    def __init__(self, out: Path, engine: Engine | None = None) -> None:
         self._engine = engine or InProcess()
-        self._results, self._folder, self._lpips = ResultFile(out, FIELDS), out.with_suffix(".fits"), lpips
+        self._results, self._folder = ResultFile(out, FIELDS), out.with_suffix(".fits")
         self._done = self._results.read()
         self._warm: set[object] = set()
 
@@ -141,8 +141,8 @@ class Fits:
         key = case.key
         if self._is_missing(case):
             self.fill([case])
-        elif self._lpips is not None and self._done[key]["lpips_weights"] != self._lpips.name:
-            self._add({**self._done[key], **self._distances(case, self._images(case))})
+        elif any(not self._done[key][f"file_{name}"] for name in measures()):  # its needs have come since
+            self._add({**self._done[key], **_looks(case, self._images(case))})
         return self._done[key]
 
     def fill(self, cases: Iterable[Case]) -> None:
@@ -196,7 +196,7 @@ class Fits:
             raise click.Abort
         self._keep(case, result, frames)
         images = self._images(case)
-        row = {**_facts(case, result), **_qualities(case, images), **self._distances(case, images)}
+        row = {**_facts(case, result), **_qualities(case, images), **_looks(case, images)}
         click.echo(
             f"{case.photo.name} {case.preset} {case.config.curves} {row['settings']}: soft {row['soft_psnr']:.2f} dB, "
             f"file {row['file_psnr']:.2f} dB, {row['seconds']:.1f} s",
@@ -224,17 +224,21 @@ class Fits:
     def _images(self, case: Case) -> dict[str, Pixels]:
         return {"soft": self.soft(case), "file": self.file(case)}
 
-    def _distances(self, case: Case, images: Mapping[str, Pixels]) -> dict[str, Any]:
-        if self._lpips is None:
-            return {**dict.fromkeys((f"{name}_lpips" for name in images), ""), "lpips_weights": NOT_FOUND}
-        distances = {f"{name}_lpips": self._lpips(image, case.photo.pixels) for name, image in images.items()}
-        return {**distances, "lpips_weights": self._lpips.name}
-
 
 def _qualities(case: Case, images: Mapping[str, Pixels]) -> dict[str, float]:
     photo = case.photo.pixels
     psnrs = {f"{name}_psnr": psnr(image, photo) for name, image in images.items()}
     return {**psnrs, **{f"{name}_ssim": ssim(image, photo) for name, image in images.items()}}
+
+
+def _looks(case: Case, images: Mapping[str, Pixels]) -> dict[str, Any]:
+    """Return how alike the images and the photo look, with nothing for measures that cannot be taken here."""
+    known, photo = measures(), case.photo.pixels
+    return {
+        f"{name}_{measure}": known[measure](image, photo) if measure in known else ""
+        for name, image in images.items()
+        for measure in NAMES
+    }
 
 
 def soft_image(scene: Scene, case: Case) -> Pixels:

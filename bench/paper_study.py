@@ -19,7 +19,6 @@ from harness import (
     parse_settings,
     settings_option,
 )
-from lpips_metric import Lpips
 from paper_fits import Case, Fits, Photo, choose_photos
 
 from warpvec.errors import InputError
@@ -82,10 +81,6 @@ def experiment(
             help=f"Of every fit [{fallbacks['iterations']}]; dT stays the same, --set inflation_gap=N changes it.",
         ),
         click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="CSV file [in a temp folder]."),
-        click.option(
-            "--lpips-weights", type=click.Path(exists=True, dir_okay=False, path_type=Path),
-            help="State dict of torchvision's VGG16 or AlexNet, for LPIPS.",
-        ),
         jobs_option,
         settings_option,
     )  # fmt: skip
@@ -124,7 +119,6 @@ def _run(
     curves: list[int],
     iterations: list[int],
     out: Path | None,
-    lpips_weights: Path | None,
     jobs: int,
     assignments: tuple[str, ...],
     **own: Any,
@@ -134,7 +128,7 @@ def _run(
     facts = machine_facts(resolve_device(settings.get("device", "auto")))
     out = out or default_cache() / "paper" / f"{body.__name__}.csv"
     photos = choose_photos(folder, None if images is None else images.split(","), scale)
-    fits = Fits(out, Lpips(lpips_weights) if lpips_weights else None, engine)
+    fits = Fits(out, engine)
     study = Study(photos, curves, iterations, settings, out, fits)
     table = body(study, **own)
     footer = f"scale {scale:g}, iterations {iterations or 'of the presets'}, settings {json.dumps(settings)}"

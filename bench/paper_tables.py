@@ -9,11 +9,13 @@ from typing import NamedTuple
 
 from fits import Row
 from harness import markdown_table
-from lpips_metric import NOT_FOUND
+from looks import NAMES, NEEDS, TITLES
 from paper_values import Quantitative, Sweep
 
 PSNR = ".2f"
-_METRICS = {"psnr": PSNR, "ssim": ".3f", "lpips": ".3f"}
+_FORMS = {"psnr": PSNR, "ssim": ".3f", "lpips_vgg": ".3f", "lpips_alex": ".3f", "ssimulacra2": ".1f"}
+_PAPER = {"psnr": "psnr", "ssim": "ssim", "lpips_vgg": "lpips"}
+"""The measures that the paper prints. It does not name the network of its LPIPS."""
 
 
 class Line(NamedTuple):
@@ -44,22 +46,28 @@ def _paper(value: float | None, form: str) -> str:
 
 def quality_table(groups: Mapping[tuple[str, int], Sequence[Row]], paper: Quantitative) -> str:
     """Return the means over the images for each (preset, curves); PSNRs are averaged in decibels, as in the paper."""
-    names = [f"{metric.upper()} {source}" for metric in _METRICS for source in ("soft", "file", "paper")]
+    names = []
+    for metric in _FORMS:
+        title = TITLES.get(metric, metric.upper())
+        names += [f"{title} soft", f"{title} file", *([f"{title} paper"] if metric in _PAPER else [])]
     header = ("preset", "curves", "images", *names, "fit s")
-    return markdown_table(header, [_quality_line(group, rows, paper) for group, rows in groups.items()])
+    table = markdown_table(header, [_quality_line(group, rows, paper) for group, rows in groups.items()])
+    missing = {NEEDS[name] for rows in groups.values() for row in rows for name in NAMES if not row[f"file_{name}"]}
+    return "\n".join([table, *(f"\nMissing: {command}" for command in sorted(missing))])
 
 
 def _quality_line(group: tuple[str, int], rows: Sequence[Row], paper: Quantitative) -> list[object]:
     cells: list[object] = [*group, len(rows)]
-    for metric, form in _METRICS.items():
+    for metric, form in _FORMS.items():
         cells += [_mean(rows, f"{image}_{metric}", form) for image in ("soft", "file")]
-        cells.append(_paper(getattr(paper[group], metric) if group in paper else None, form))
+        if metric in _PAPER:
+            cells.append(_paper(getattr(paper[group], _PAPER[metric]) if group in paper else None, form))
     return [*cells, _mean(rows, "seconds", ".1f")]
 
 
 def _mean(rows: Sequence[Row], name: str, form: str) -> str:
-    """Return the mean of a column, or a note if a value is missing, which only happens for LPIPS."""
-    return format(fmean(float(row[name]) for row in rows), form) if all(row[name] for row in rows) else NOT_FOUND
+    """Return the mean of a column, or a dash if a value is missing."""
+    return format(fmean(float(row[name]) for row in rows), form) if all(row[name] for row in rows) else "-"
 
 
 # Table 3
