@@ -43,6 +43,7 @@ RUNS = {
     "flat art": (["flat", "LOGOS", "--sizes", "32", "--methods", "auto,bicubic", "--svgo", "none"], "| bicubic |"),
     "the icon gate": (["gate", "FAMILIES", "--size", "32", "--json", "OUT/gate.json"], "| auto | logos | 1 |"),
     "lines": (["lines", "--icons", "STROKES", "--count", "1", "--methods", "warpvec"], "| warpvec | 1 |"),
+    "what is hidden": (["hidden", "LOGOS", "--size", "64"], "| logo |"),
     "cutting": (["cutout", "LOGOS", "--size", "64"], "| logo |"),
     "placeholders": (["placeholder", "PHOTOS", "--limit", "1"], "warpvec"),
     "quality over bytes": (

@@ -68,7 +68,7 @@ def sample_outlines(scene: Scene, height: int, width: int, threads: int | None =
         points,
         np.linalg.norm(slopes, axis=-1) / SIMPLIFICATION.segment_samples,
         _contrast(scene, height, width, threads),
-        _top_paths(scene, height, width, threads),
+        top_paths(scene, height, width, threads),
     )
 
 
@@ -128,7 +128,7 @@ def _contrast(scene: Scene, height: int, width: int, threads: int | None) -> Flo
     return np.where(length > 1e-6, total, 0.0)
 
 
-def _top_paths(scene: Scene, height: int, width: int, threads: int | None) -> Integers:
+def top_paths(scene: Scene, height: int, width: int, threads: int | None) -> Integers:
     """Return the topmost path in each pixel [h, w], where that is all that the pixel shows; else -1.
 
     Each path is painted in its number and in two colours that are far from those of its neighbours, so that a mix of
