@@ -57,7 +57,7 @@ def join_pieces(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: Float
 
 
 def rough_pieces(nodes: Nodes, pieces: Pieces) -> Floats:
-    """Return control points [R, 3, 2] of the pieces without a fit, for when there is no time: smooth at smooth nodes."""
+    """Return control points [R, 3, 2] of the pieces without a fit, smooth at smooth nodes."""
     start, end = nodes.point[pieces.start], nodes.point[pieces.end]
     third = (end - start) / 3.0
     reach = np.linalg.norm(third, axis=1, keepdims=True)
