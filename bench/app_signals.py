@@ -98,7 +98,6 @@ def run(folder: Path, number: signal.Signals, chance: Random) -> str:
 SECONDS: list[float] = []
 """The seconds that each server took to end."""
 
-END = b"</svg>"
 _HARMLESS = ("said 'Ctrl-C ends it.\\n'",)
 
 
