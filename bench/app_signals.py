@@ -86,7 +86,7 @@ def run(folder: Path, number: signal.Signals, chance: Random) -> str:
     half = [
         path.name
         for path in picture.parent.iterdir()
-        if path != picture and not path.read_bytes().rstrip().endswith(END)
+        if path != picture and not path.read_bytes().rstrip().endswith(b"</svg>")
     ]
     faults = {
         f"exit code {code}": code != 128 + number, f"{left} processes left": left > 0, f"left {rest}": bool(rest),
