@@ -184,6 +184,8 @@ def main() -> None:
         if fault:
             faults += 1
             print(f"run {index}, {number.name}: {fault}", flush=True)
+        if index % 10 == 9:
+            print(f"{index + 1} of {asked.runs} runs, {faults} faults", file=sys.stderr, flush=True)
     longest = max(SECONDS, default=0.0)
     print(f"{asked.runs} runs, seed {asked.seed}, {dict(count)}: {faults} faults, the slowest ended in {longest:.1f} s")
 
