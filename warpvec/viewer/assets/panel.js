@@ -206,7 +206,7 @@ export class Panel {
   *measuring(layers) {
     const { app } = this;
     yield* app.figures.measuring(layers);
-    if (app.meter) setText("shown-psnr", formatDb(app.figures.psnrOf(layers)));
+    if (app.meter && app.pathCount) setText("shown-psnr", formatDb(app.figures.psnrOf(layers)));
     this.showFigures();
     this.layerTable.show();
     app.live.onChange?.();
