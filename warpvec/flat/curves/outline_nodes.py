@@ -217,10 +217,13 @@ def _parabola(offsets: Integers) -> Floats:
 
 
 def _distance_on_cycle(places: Integers, corners: Integers, count: int) -> Integers:
+    """Return how many samples each of ``places`` [n] is from the nearest of ``corners`` [k] on a loop of ``count``."""
     if not len(corners):
         return np.full(len(places), count)
-    apart = np.abs(places[:, None] - corners)
-    return np.minimum(apart, count - apart).min(1)
+    known = np.sort(corners)
+    around = np.concatenate([known[-1:] - count, known, known[:1] + count])
+    after = np.searchsorted(around, places).clip(1, len(around) - 1)
+    return np.minimum(np.abs(around[after] - places), np.abs(places - around[after - 1]))
 
 
 def unit(vectors: Floats) -> Floats:
