@@ -21,6 +21,7 @@ from PIL import Image
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
 from browser import CHROMIUM
+from children import take_default_signals
 from desk_browser import DeskPage, DeskServer
 
 WINDOW = {"width": 1200, "height": 800}
@@ -150,6 +151,7 @@ def main(photo: Path, logo: Path, out: Path, node_at: tuple[float, float]) -> No
     """Write photo.png, logo.png, nodes.png, phone.png, dark.png and desk.png, a sheet of them, to the folder OUT."""
     from playwright.sync_api import sync_playwright
 
+    take_default_signals()  # a background job of a script ignores SIGINT, and so would its server
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as runtime, sync_playwright() as driver:
         server = DeskServer(Path(runtime))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from warpvec.flat.curves.contours import contours_of
 from warpvec.flat.curves.curve_fitting import fit_loops
+from warpvec.flat.curves.outline_nodes import _distance_on_cycle
 
 Floats = NDArray[np.float64]
 
@@ -141,3 +142,10 @@ def test_holes_run_the_other_way() -> None:
     ]
     assert sorted(np.abs(areas)) == pytest.approx([np.pi * 36, 24.3**2], rel=0.01)
     assert areas[0] * areas[1] < 0
+
+
+@pytest.mark.parametrize("corners", [[7], [0, 9], [9, 2, 2], [4, 0, 8, 1]])
+def test_the_nearest_corner_may_lie_beyond_the_start_of_a_loop(corners: list[int]) -> None:
+    steps = [[min((place - corner) % 10, (corner - place) % 10) for corner in corners] for place in range(10)]
+    found = _distance_on_cycle(np.arange(10), np.array(corners), 10)
+    assert found.tolist() == [min(row) for row in steps]

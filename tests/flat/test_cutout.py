@@ -10,11 +10,14 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
+from warpvec.flat.cutting import cutout
 from warpvec.flat.cutting.cutout import cut_out
+from warpvec.flat.cutting.noding import Chords, noded
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
 from warpvec.svg.read import read_svg
 from warpvec.svg.write import write_svg
+from warpvec.watch.watch import Watch
 
 SIDE = 64
 
@@ -150,6 +153,21 @@ def test_translucent_paths_are_mixed_and_counted() -> None:
     found = {tuple(np.round(color, 2)): round(opacity, 2) for color, opacity in
              zip(cut.scene.color.tolist(), cut.scene.opacity.tolist(), strict=True)}  # fmt: skip
     assert found == {(0.0, 0.0, 1.0): 1.0, (0.25, 0.0, 0.75): 1.0, (1.0, 0.0, 0.0): 0.25}
+
+
+def test_cutting_takes_fewer_steps_once_the_time_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    counts, stacked = list[int](), _scene(HALVES + STACK)
+
+    def noded_and_counted(chords: Chords) -> Chords:
+        counts.append(len(chords))
+        return noded(chords)
+
+    monkeypatch.setattr(cutout, "noded", noded_and_counted)
+    cut_out(stacked, SIDE, SIDE)
+    cut = cut_out(stacked, SIDE, SIDE, watch=Watch(time_budget=1e-9))
+    in_time, late = counts[0], counts[-1]
+    assert late < 0.5 * in_time
+    assert _areas(cut.scene).sum() == pytest.approx(SIDE * SIDE, rel=1e-4)
 
 
 def test_many_wild_paths_tile_the_canvas() -> None:

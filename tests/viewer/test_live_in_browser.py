@@ -70,6 +70,28 @@ def test_another_document_replaces_the_first(open_page) -> None:
     assert viewer.page.locator("#layers tbody tr").count() == 1
 
 
+def test_what_a_drawing_could_not_keep_is_listed_with_it(open_page) -> None:
+    viewer = open_page(drawing(), not_kept=["noise", "3 words of letters too small to be read"])
+    box = viewer.page.locator("#not-kept-box")
+    assert box.locator("li").all_inner_texts() == ["noise", "3 words of letters too small to be read"]
+    call(viewer, "showDrawing", FRAME)
+    assert box.is_hidden()  # a frame has no facts yet
+    call(viewer, "finishDrawing", {"svg": FRAME, "facts": {"figures": {}, "notKept": ["fine texture"]}})
+    assert box.locator("li").all_inner_texts() == ["fine texture"]
+    viewer.press("Control+z")
+    assert box.locator("li").count() == 2
+    call(viewer, "open", {"svg": drawing(), "name": "other"})
+    assert box.is_hidden()
+
+
+def test_a_page_without_a_shape_is_not_compared_with_the_picture(open_page, tmp_path: Path) -> None:
+    photo = tmp_path / "photo.png"
+    Image.new("RGB", (WIDTH, HEIGHT), "#888").save(photo)
+    viewer = open_page(drawing({}), photo=photo)
+    assert viewer.text("summary") == "0 paths"
+    assert viewer.text("shown-psnr") == ""
+
+
 def test_a_measurement_ends_with_the_drawing_that_it_measures(open_page, tmp_path: Path) -> None:
     photo = tmp_path / "photo.png"
     Image.new("RGB", (WIDTH, HEIGHT), "#888").save(photo)

@@ -173,12 +173,10 @@ class Routes:
 
     async def reshape(self, request: Request) -> Response:
         """Return the shapes in the body as strokes, outlines or forms."""
-        from warpvec.app.reshaping import reshape  # not above: it brings the stages of flat art, which few pages need
-
         texts = _object(await _body(request, MAX_TEXT_BYTES)).get("shapes")
         if not isinstance(texts, list) or not all(map(_is_text, texts)):
             raise InputError("shapes", "must be a list of SVG texts", "something else", "reload the page")
-        found = await asyncio.to_thread(reshape, texts, request.query_params.get("to", ""))
+        found = await asyncio.to_thread(_reshaped, texts, request.query_params.get("to", ""))
         return JSONResponse({"shapes": found})
 
     async def export(self, request: Request) -> Response:
@@ -269,6 +267,13 @@ def _whole(text: str | None) -> int | None:
     if text is None or (text.isdecimal() and len(text) < 8):
         return None if text is None else int(text)
     raise InputError("width", "must be a whole number of pixels", repr(text), "give another")
+
+
+def _reshaped(texts: list[str], words: str) -> list[dict[str, Any]]:
+    """Return `reshape` of shapes. It brings the stages of flat art, which few pages need, and takes seconds to load."""
+    from warpvec.app.reshaping import reshape
+
+    return reshape(texts, words)
 
 
 def _size_of(data: bytes) -> tuple[int, int]:

@@ -18,7 +18,7 @@ from warpvec.geometry.scene import Scene
 from warpvec.goals.search import meet
 from warpvec.modes.detail import Detail
 from warpvec.modes.request import Request
-from warpvec.watch.watch import UNWATCHED
+from warpvec.watch.watch import UNWATCHED, Watch
 
 
 @dataclass
@@ -90,7 +90,7 @@ def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, 
     """Return the drawing of ``scene``, in pixels of the reduced picture, in layers and, if asked, without overlaps."""
     encoding, left_out = request.encoding.of_drawing(), dict(left_out)
     if request.settings.cutout:
-        scene, more = _without_overlaps(scene, encoding)
+        scene, more = _without_overlaps(scene, encoding, request.watch)
         left_out |= more
     settings = replace(request.settings, detail=detail)
     # Who asks for colours, or cuts them out of a material each, wants them apart.
@@ -100,10 +100,10 @@ def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, 
     return Drawing.of(scene, encoding, "cpu", left_out=left_out)
 
 
-def _without_overlaps(scene: Scene, encoding: Encoding) -> tuple[Scene, dict[str, int]]:
+def _without_overlaps(scene: Scene, encoding: Encoding, watch: Watch) -> tuple[Scene, dict[str, int]]:
     """Return ``scene`` without overlaps, with points where the file has ticks, and the number of parts left out."""
     size = encoding.picture.reduced_size
     ticks = [side / whole / 10**encoding.precision for side, whole in zip(size, encoding.size, strict=True)]
-    cut = cut_out(scene, size[1], size[0], (ticks[1], ticks[0]))
+    cut = cut_out(scene, size[1], size[0], (ticks[1], ticks[0]), watch)
     parts = {"hidden path": cut.hidden_count, "sliver": cut.sliver_count, "translucent fill": cut.blended_count}
     return cut.scene, parts

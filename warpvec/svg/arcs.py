@@ -105,6 +105,8 @@ def runs(rows: Floats, is_line: NDArray[np.bool_], ends: Floats) -> Iterator[tup
         is_line: which are lines [S].
         ends: the end of each row [S, 2].
     """
+    if len(rows) - is_line.sum() < 2:
+        return
     x, y, radius = _own_circles(rows, ends)
     tolerance = 2.0 + 0.02 * radius
     alike = np.hypot(x[1:] - x[:-1], y[1:] - y[:-1]) + np.abs(radius[1:] - radius[:-1]) <= tolerance[1:]
@@ -123,8 +125,8 @@ def _own_circles(rows: Floats, ends: Floats) -> tuple[Floats, Floats, Floats]:
     middle = (start + 3.0 * rows[:, 1] + 3.0 * rows[:, 2] + ends) / 8.0
     with np.errstate(all="ignore"):
         found = _through(start, middle, ends)
-    x, y, radius = (np.nan_to_num(part, nan=np.inf, posinf=np.inf, neginf=np.inf) for part in found)
-    is_straight = ~np.isfinite(radius)
+    x, y, radius = (np.where(np.isfinite(part), part, np.inf) for part in found)
+    is_straight = np.isinf(radius)
     return np.where(is_straight, 0.0, x), np.where(is_straight, 0.0, y), np.where(is_straight, -1.0, radius)
 
 

@@ -333,7 +333,14 @@ def _ticks_of(numbers: str, decimals: int) -> Ticks:
 
 
 def _numbers(ticks: Ticks, decimals: int) -> str:
-    return _number_lists(np.asarray(ticks), np.array([len(ticks)]), decimals)[0]
+    """Format a few ``ticks`` [N] as an SVG number list; `_number_lists` takes longer to begin."""
+    text, had_point = "", False
+    for value in np.asarray(ticks).tolist():
+        word = format_number(value, decimals)
+        needs_space = text and word[0] != "-" and not (word[0] == "." and had_point)
+        text += " " + word if needs_space else word
+        had_point = "." in word
+    return text
 
 
 def _number_lists(ticks: Ticks, counts: NDArray[np.int64], decimals: int) -> list[str]:

@@ -48,6 +48,7 @@ def write_page(
     background: str | None = None,
     history: Sequence[Mapping[str, object]] | None = None,
     name: str | None = None,
+    not_kept: Sequence[str] = (),
 ) -> None:
     """Write the page of an SVG to ``path``, completely or not at all.
 
@@ -59,6 +60,7 @@ def write_page(
         history: records of the fit as in `warpvec.Result.history`; without them there is no convergence plot. Records
             with an infinite PSNR, or with None in its place, are not plotted.
         name: title of the page and name of the file that it saves; by default the name of ``path``.
+        not_kept: what the drawing could not keep of its picture, in words; see `warpvec.drawing.not_kept`.
 
     Raises:
         InputError: ``svg`` is not an SVG, is refused as unsafe (see `warpvec.svg.measure.draw`) or does not have the
@@ -68,7 +70,8 @@ def write_page(
     check_writable(path, "path")
     records = _checked_history(history or [])
     pixels = None if photo is None else read_image(photo, background, name="photo")
-    data = {"name": name or Path(path).stem, "history": records, **page_data(svg, pixels)}
+    facts = {"notKept": list(not_kept)}
+    data = {"name": name or Path(path).stem, "history": records, "facts": facts, **page_data(svg, pixels)}
     write_atomic(path, _page(data).encode())
 
 
@@ -138,7 +141,8 @@ def embedded_data(data: dict[str, Any]) -> str:
     """Return JSON of ``data`` for ``<script type="application/json" id="data">``.
 
     Args:
-        data: "name", and optionally "history" and what `page_data` returns. Without "svg" the page starts empty.
+        data: "name", and optionally "history", "facts" and what `page_data` returns. Without "svg" the page starts
+            empty.
     """
     # In a script element only "<" can end the text or start a comment.
     return json.dumps(data, allow_nan=False).replace("<", "\\u003c")

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from warpvec.flat.constants.cutting import CUTTING
+from warpvec.flat.cutting import noding
 from warpvec.flat.cutting.cut_edges import CutEdges
 from warpvec.flat.cutting.noding import Chords, chords_of, noded
 from warpvec.flat.cutting.planar_map import PlanarMap, planar_map
@@ -49,6 +52,40 @@ def test_a_line_through_the_end_of_another_is_broken_there() -> None:
     cubics, _ = _lines([(0, 0), (8, 0)], [(4, 0), (4, 5)])
     chords = noded(chords_of(cubics[[0, 2]], np.ones(2, bool)))
     assert len(chords) == 3
+
+
+def test_only_chords_that_are_near_are_compared(monkeypatch: pytest.MonkeyPatch) -> None:
+    side, compared, parts = 24, 0, noding._parts
+    squares = [_square(8 * x, 8 * y, 8 * x + 4, 8 * y + 4) for x in range(side) for y in range(side)]
+
+    def counted(counts: np.ndarray) -> object:
+        nonlocal compared
+        compared += int(counts.sum())
+        return parts(counts)
+
+    monkeypatch.setattr(noding, "_parts", counted)
+    cubics, _ = _lines(*squares)
+    chords = chords_of(cubics, np.ones(len(cubics), bool))
+    assert len(noded(chords)) == len(chords) == 4 * side**2
+    assert compared < 4 * len(chords)  # each side of a square has two neighbours, and is in two strips
+
+
+@pytest.mark.parametrize("most", [1, 50, 10**6])
+def test_all_pairs_of_chords_whose_boxes_overlap_are_found_once(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(noding, "CUTTING", replace(CUTTING, pairs_at_once=most))
+    generator = np.random.default_rng(5)
+    start = generator.integers(-9, 60, (40, 2)) * CUTTING.units
+    end = start + generator.integers(-12, 12, (40, 2)) * CUTTING.units
+    chords = Chords(start, end, np.arange(40), np.zeros(40), np.ones(40))
+    low, high = np.minimum(start, end) - 1, np.maximum(start, end) + 1
+    wanted = [
+        (one, two)
+        for one in range(40)
+        for two in range(one + 1, 40)
+        if (low[one] <= high[two]).all() and (low[two] <= high[one]).all()
+    ]
+    found = zip(*noding._near_pairs(chords), strict=True)
+    assert sorted(tuple(sorted(map(int, pair))) for pair in found) == wanted
 
 
 def test_chords_stay_near_their_curve() -> None:

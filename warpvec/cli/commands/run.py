@@ -162,10 +162,12 @@ def _fit(
             failure = error
         recorder.end(result)
     if options["page"] is not None:
+        from warpvec.drawing.not_kept import not_kept
         from warpvec.viewer.page import write_page
 
         svg, history, name = result.svg().encode(), result.history, None if out == "-" else Path(out).stem
-        SideFile("--report").attempt(write_page, options["page"], svg, photo=photo, history=history, name=name)
+        facts = {"history": history, "name": name, "not_kept": list(not_kept(result.drawing).values())}
+        SideFile("--report").attempt(write_page, options["page"], svg, photo=photo, **facts)
     if failure is not None:  # only now, so that the video and the page are there
         raise failure
     return result

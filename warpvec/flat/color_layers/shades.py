@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.cluster.hierarchy import fcluster, linkage
 
 from warpvec.arrays import Floats, Integers
 from warpvec.flat.constants.drawing import DRAWING
@@ -20,6 +19,8 @@ def shade_groups(scene: Scene) -> Integers:
     places, kind = np.unique(_places(scene), axis=0, return_inverse=True)
     if len(places) < 2:
         return np.zeros(len(scene), np.int64)
+    from scipy.cluster.hierarchy import fcluster, linkage  # a fifth of a second, which pictures of one colour need not
+
     groups = fcluster(linkage(places, "complete"), DRAWING.shades_apart, "distance")
     return groups[kind.reshape(-1)] - 1
 

@@ -23,10 +23,17 @@ class CuttingConstants:
     """Units of the grid in a pixel. The error, half a thousandth of a pixel, is below what files state."""
 
     chord_error: float = 0.005
-    """Largest distance in pixels between a chord and its curve."""
+    chord_error_late: float = 0.05
+    """Largest distance in pixels between a chord and its curve, and the same once the time is over. Then curves are
+    followed by a third as many chords, and a twentieth of a pixel of two curves that nearly touch may overlap."""
 
     vertex_near: float = 0.75
     """A chord that passes a vertex at so many units of the grid or less goes through it."""
+
+    strip_units: int = 4096
+    pairs_at_once: int = 4_000_000
+    """Height of the strips in which chords are compared, 4 pixels: most chords are shorter, so that few are in many.
+    And how many pairs of boxes are looked at together, in 150 MB."""
 
     passes_max: int = 30
     """Most rounds of breaking. Two or three suffice, since chords move by less than a unit when they are broken."""

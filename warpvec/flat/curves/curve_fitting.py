@@ -11,7 +11,7 @@ from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cycle_search import cheapest_cycle
 from warpvec.flat.curves.outline_nodes import find_nodes, roughness, sample_loops
-from warpvec.flat.curves.piece_joining import Pieces, join_pieces
+from warpvec.flat.curves.piece_joining import Pieces, join_pieces, rough_pieces
 from warpvec.flat.curves.span_costs import span_costs
 from warpvec.watch.watch import UNWATCHED, Watch
 
@@ -24,8 +24,8 @@ def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance, watc
 
     The pieces of a loop are those of the cheapest cycle through nodes along it (`find_nodes`): few pieces, lines
     rather than cubics, each within ``tolerance`` pixels of the outline, and few kinks where it is smooth. A rough
-    outline, such as that of a compressed picture, has a larger tolerance. Once the ``watch`` is
-    over, the pieces are short.
+    outline, such as that of a compressed picture, has a larger tolerance. Once the ``watch`` is over, the pieces are
+    short, and only roughly smooth.
     """
     if not loops:
         return []
@@ -35,7 +35,7 @@ def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance, watc
     spans = span_costs(samples, nodes, allowed, watch)
     cycles = [first + np.array(cheapest_cycle(spans.cost[first:stop])) for first, stop in pairwise(nodes.first)]
     pieces = _pieces(nodes.first, cycles, spans.is_line)
-    segments = join_pieces(samples, nodes, pieces, allowed)
+    segments = rough_pieces(nodes, pieces) if watch.is_over() else join_pieces(samples, nodes, pieces, allowed)
     stops = np.cumsum([len(cycle) for cycle in cycles])[:-1]
     return list(zip(np.split(segments, stops), np.split(pieces.is_line, stops), strict=True))
 

@@ -118,9 +118,9 @@ def _corners(xy: Floats, step: float) -> _LoopNodes:
     turn = turn[chosen]
     ahead, behind = Side(ahead.point[chosen], ahead.away[chosen]), Side(behind.point[chosen], behind.away[chosen])
     if len(xy) >= 4 * (CURVES.sharp_gap + CURVES.short_side):
-        far_ahead, far_behind = _side(xy, 1, CURVES.sharp_gap), _side(xy, -1, CURVES.sharp_gap)
-        ahead = _where_sharp(turn, chosen, far_ahead, ahead)
-        behind = _where_sharp(turn, chosen, far_behind, behind)
+        far_ahead, far_behind = (_side(xy, sign, CURVES.sharp_gap, chosen) for sign in (1, -1))
+        ahead = _where_sharp(turn, far_ahead, ahead)
+        behind = _where_sharp(turn, far_behind, behind)
     reach = min(CURVES.corner_reach_max, CURVES.corner_reach_share * len(xy) * step)
     point = _intersections(xy, ahead, behind, chosen, reach)
     half = np.maximum((np.pi - turn) / 2.0, 0.05)
@@ -135,9 +135,12 @@ def _corners(xy: Floats, step: float) -> _LoopNodes:
     return chosen, point, direction, ones.astype(bool), np.rint(trim).astype(np.int64), ones
 
 
-def sides_of(xy: Floats) -> tuple[Side, Side]:
-    """Return where a loop of even samples [n, 2] goes ahead of and behind each of them, without what corners round."""
-    return _side(xy, 1, CURVES.corner_gap), _side(xy, -1, CURVES.corner_gap)
+def sides_of(xy: Floats, chosen: Integers | None = None) -> tuple[Side, Side]:
+    """Return where a loop of even samples [n, 2] goes ahead of and behind the ``chosen`` ones, or each of them.
+
+    It is without what corners round.
+    """
+    return _side(xy, 1, CURVES.corner_gap, chosen), _side(xy, -1, CURVES.corner_gap, chosen)
 
 
 def turns_of(ahead: Side, behind: Side) -> Floats:
@@ -145,17 +148,18 @@ def turns_of(ahead: Side, behind: Side) -> Floats:
     return np.arccos(np.clip(-(ahead.away * behind.away).sum(1), -1.0, 1.0))
 
 
-def _where_sharp(turn: Floats, chosen: Integers, far: Side, near: Side) -> Side:
-    """Return ``near`` [k], and where corners are sharp the entries ``chosen`` [k] of ``far``."""
+def _where_sharp(turn: Floats, far: Side, near: Side) -> Side:
+    """Return ``near``, and where corners are sharp ``far``."""
     is_sharp = (turn > CURVES.sharp_turn)[:, None]
-    return Side(np.where(is_sharp, far.point[chosen], near.point), np.where(is_sharp, far.away[chosen], near.away))
+    return Side(np.where(is_sharp, far.point, near.point), np.where(is_sharp, far.away, near.away))
 
 
-def _side(xy: Floats, sign: int, gap: int) -> Side:
-    """Return where the outline lies ahead of (``sign`` 1) or behind (-1) each sample, beyond the gap."""
+def _side(xy: Floats, sign: int, gap: int, chosen: Integers | None = None) -> Side:
+    """Return where the outline lies ahead of (``sign`` 1) or behind (-1) the ``chosen`` samples, beyond the gap."""
     count = len(xy)
     long = min(CURVES.long_side, max(CURVES.short_side, count // 6))
-    rows = (np.arange(count) + sign * np.arange(gap, gap + long)[:, None]) % count
+    places = np.arange(count) if chosen is None else chosen
+    rows = (places + sign * np.arange(gap, gap + long)[:, None]) % count
     near = np.ascontiguousarray(xy.T[:, rows])  # [2, long, n]: einsum is ten times as fast along long rows
     offsets = np.arange(long)
     basis = np.stack([offsets**0, offsets, offsets**2], 1).astype(np.float64)
@@ -213,10 +217,13 @@ def _parabola(offsets: Integers) -> Floats:
 
 
 def _distance_on_cycle(places: Integers, corners: Integers, count: int) -> Integers:
+    """Return how many samples each of ``places`` [n] is from the nearest of ``corners`` [k] on a loop of ``count``."""
     if not len(corners):
         return np.full(len(places), count)
-    apart = np.abs(places[:, None] - corners)
-    return np.minimum(apart, count - apart).min(1)
+    known = np.sort(corners)
+    around = np.concatenate([known[-1:] - count, known, known[:1] + count])
+    after = np.searchsorted(around, places).clip(1, len(around) - 1)
+    return np.minimum(np.abs(around[after] - places), np.abs(places - around[after - 1]))
 
 
 def unit(vectors: Floats) -> Floats:

@@ -56,6 +56,18 @@ def join_pieces(samples: Samples, nodes: Nodes, pieces: Pieces, tolerance: Float
     return _joined(samples, _softened(samples, nodes, pieces.start[is_slight]), pieces, tolerance).segments
 
 
+def rough_pieces(nodes: Nodes, pieces: Pieces) -> Floats:
+    """Return control points [R, 3, 2] of the pieces without a fit, smooth at smooth nodes."""
+    start, end = nodes.point[pieces.start], nodes.point[pieces.end]
+    third = (end - start) / 3.0
+    reach = np.linalg.norm(third, axis=1, keepdims=True)
+    leaving, arriving = (
+        np.where((pieces.is_line | nodes.is_corner[node])[:, None], third, reach * nodes.direction[node])
+        for node in (pieces.start, pieces.end)
+    )
+    return np.stack([start, start + leaving, end - arriving], 1)
+
+
 def _softened(samples: Samples, nodes: Nodes, chosen: Integers) -> Nodes:
     """Return the nodes with the corners ``chosen`` as smooth nodes on the outline."""
     loop = np.searchsorted(nodes.first, chosen, side="right") - 1

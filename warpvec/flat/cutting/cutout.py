@@ -25,6 +25,7 @@ from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.stops import STOPS_MAX
 from warpvec.geometry.structure import Structure
+from warpvec.watch.watch import UNWATCHED, Watch
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,13 @@ class Cutout:
     blended_count: int
 
 
-def cut_out(scene: Scene, width: int, height: int, tick: tuple[float, float] | None = None) -> Cutout:
+def cut_out(
+    scene: Scene,
+    width: int,
+    height: int,
+    tick: tuple[float, float] | None = None,
+    watch: Watch = UNWATCHED,
+) -> Cutout:
     """Return ``scene``, whose canvas is ``width`` x ``height`` pixels, without overlaps, and cut at the canvas.
 
     Where the background shows, there is no path: a page is not cut. A white background is left out, as files are seen
@@ -54,6 +61,7 @@ def cut_out(scene: Scene, width: int, height: int, tick: tuple[float, float] | N
     Args:
         tick: last decimals of the file in pixels, across and down. Points are rounded to them, so that the file states
             both sides of an edge alike; None to round nothing.
+        watch: the watch over the run. Once it is over, curves are followed less closely, and spurs stay.
     """
     stacked = _with_background(scene.detach().cpu(), width, height)
     cubics, is_line, path = _curves(stacked, width, height)
@@ -67,10 +75,11 @@ def cut_out(scene: Scene, width: int, height: int, tick: tuple[float, float] | N
         owners, keys = _numbered(_visible_stacks(mapped.winding != 0, is_opaque))
         return mapped, *without_slivers(mapped, owners, path[mapped.curve]), keys
 
-    chords = noded(chords_of(cubics, is_line))
+    error = CUTTING.chord_error_late if watch.is_over() else CUTTING.chord_error
+    chords = noded(chords_of(cubics, is_line, error))
     mapped, owners, sliver_count, keys = owned(chords)
     for _ in range(CUTTING.spur_rounds_max):
-        mouths = spur_mouths(mapped, owners)
+        mouths = spur_mouths(mapped, owners) if not watch.is_over() else np.zeros((0, 2, 2))
         if not len(mouths):
             break
         thirds = np.linspace(0.0, 1.0, 4)[None, :, None]

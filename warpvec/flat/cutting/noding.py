@@ -7,6 +7,7 @@ Hobby, "Practical segment intersection with finite precision output", 1999.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,11 +47,14 @@ class Chords:
         return Chords(start, end, np.concatenate([self.curve, other.curve + curve_count]), t_start, t_end)
 
 
-def chords_of(cubics: Floats, is_line: Mask) -> Chords:
-    """Return the chords of ``cubics`` [R, 4, 2] in pixels, on the grid; a line is one chord."""
+def chords_of(cubics: Floats, is_line: Mask, error: float = CUTTING.chord_error) -> Chords:
+    """Return the chords of ``cubics`` [R, 4, 2] in pixels, on the grid; a line is one chord.
+
+    Chords are at most ``error`` pixels from their curve.
+    """
     bend = np.abs(cubics[:, :-2] - 2 * cubics[:, 1:-1] + cubics[:, 2:]).max(1)
     # The distance of n chords from a cubic is at most 6 / 8 of its largest second difference over n^2.
-    counts = np.ceil(np.sqrt(0.75 * np.hypot(*bend.T) / CUTTING.chord_error)).astype(np.int64)
+    counts = np.ceil(np.sqrt(0.75 * np.hypot(*bend.T) / error)).astype(np.int64)
     counts = np.where(is_line, 1, np.clip(counts, 1, 1000))
     curve = np.repeat(np.arange(len(cubics)), counts)
     number = np.arange(len(curve)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -105,16 +109,50 @@ def _breaks(chords: Chords) -> tuple[Integers, Integers]:
 
 
 def _near_pairs(chords: Chords) -> tuple[Integers, Integers]:
-    """Return the pairs of chords [n], [n] whose boxes, a unit larger on each side, overlap."""
+    """Return the pairs of chords [n], [n] whose boxes, a unit larger on each side, overlap, in order of their left.
+
+    Each box is compared with those that begin to the right of it in the same strip of the picture, which are few.
+    """
+    if not len(chords):
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
     low, high = np.minimum(chords.start, chords.end) - 1, np.maximum(chords.start, chords.end) + 1
     order = np.argsort(low[:, 0], kind="stable")
     low, high = low[order], high[order]
-    stop = np.searchsorted(low[:, 0], high[:, 0], side="right")
-    counts = stop - np.arange(len(order)) - 1
-    one = np.repeat(np.arange(len(order)), counts)
-    two = one + 1 + np.arange(len(one)) - np.repeat(np.cumsum(counts) - counts, counts)
-    overlap = (low[one, 1] <= high[two, 1]) & (low[two, 1] <= high[one, 1])
-    return order[one[overlap]], order[two[overlap]]
+    first, last = low[:, 1] // CUTTING.strip_units, high[:, 1] // CUTTING.strip_units
+    row = np.repeat(np.arange(len(order)), last - first + 1)
+    strip = first[row] + _counted(last - first + 1)
+    by_strip = np.argsort(strip, kind="stable")
+    row, strip = row[by_strip], strip[by_strip]
+    # One number holds a strip and a place across in it.
+    base = (strip - strip[0]) * (high[:, 0].max() - low[0, 0] + 1) - low[0, 0]
+    counts = np.searchsorted(base + low[row, 0], base + high[row, 0], side="right") - np.arange(len(row)) - 1
+    pairs = []
+    for part in _parts(counts):
+        place = np.repeat(np.arange(part.start, part.stop), counts[part])
+        one, two = row[place], row[place + 1 + _counted(counts[part])]
+        # A pair that is in several strips counts in the first.
+        is_new = np.maximum(first[one], first[two]) == strip[place]
+        overlap = is_new & (low[one, 1] <= high[two, 1]) & (low[two, 1] <= high[one, 1])
+        pairs.append((one[overlap], two[overlap]))
+    one, two = (np.concatenate(each) for each in zip(*pairs, strict=True))
+    by_left = np.lexsort((two, one))
+    return order[one[by_left]], order[two[by_left]]
+
+
+def _counted(counts: Integers) -> Integers:
+    """Return 0, 1, ... for each of ``counts`` [n], one after the other."""
+    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
+def _parts(counts: Integers) -> Iterator[slice]:
+    """Yield consecutive slices of ``counts`` [n], each with a sum that takes little memory, or one entry."""
+    total = np.cumsum(counts)
+    start = 0
+    while start < len(counts):
+        before = total[start - 1] if start else 0
+        stop = max(start + 1, int(np.searchsorted(total, before + CUTTING.pairs_at_once, side="right")))
+        yield slice(start, stop)
+        start = stop
 
 
 def _crossings(chords: Chords, one: Integers, two: Integers) -> tuple[Mask, Integers]:

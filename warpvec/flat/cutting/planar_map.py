@@ -55,11 +55,10 @@ def planar_map(chords: Chords, path_of_curve: Integers, path_count: int) -> Plan
         path_count: number of paths, N.
     """
     ends = np.concatenate([chords.start, chords.end])
-    vertex, index = np.unique(ends, axis=0, return_inverse=True)
+    vertex, index = _different_rows(ends)
     start, end = index.reshape(2, -1)
     pair = np.stack([np.minimum(start, end), np.maximum(start, end)], 1)
-    pairs, edge = np.unique(pair, axis=0, return_inverse=True)
-    edge = edge.reshape(-1)
+    pairs, edge = _different_rows(pair)
     delta = np.zeros((len(pairs), path_count), np.int64)
     path = path_of_curve[chords.curve]
     is_outline = path >= 0
@@ -77,6 +76,17 @@ def planar_map(chords: Chords, path_of_curve: Integers, path_count: int) -> Plan
     following = _following(vertex, tail)
     face, winding = _faces(vertex, tail, following, delta[matters])
     return PlanarMap(vertex, tail, following, face, winding, chords.curve[chosen][matters], t[matters])
+
+
+def _different_rows(values: Integers) -> tuple[Integers, Integers]:
+    """Return the different rows of ``values`` [n, 2] in order, and the number of each row among them [n].
+
+    It is `numpy.unique` along an axis, but five times as fast, since both columns make one number.
+    """
+    low = values.min(0, initial=0)
+    span = int(values[:, 1].max(initial=0)) - int(low[1]) + 1
+    keys, number = np.unique((values[:, 0] - low[0]) * span + values[:, 1] - low[1], return_inverse=True)
+    return np.stack([keys // span, keys % span], 1) + low, number
 
 
 def _following(vertex: Integers, tail: Integers) -> Integers:

@@ -106,11 +106,10 @@ def _junctions_of(
         places = np.nonzero(neighbour != np.roll(neighbour, 1))[0]
         if not len(places):
             continue
-        ahead, behind = sides_of(xy)
-        back, forth = behind.away[places], ahead.away[places]
-        turn = turns_of(ahead, behind)[places]
-        own = np.full(len(places), region)
-        yield Junctions(own, neighbour[places - 1], neighbour[places], turn, xy[places] + corner, back, forth)
+        ahead, behind = sides_of(xy, places)
+        turn, own = turns_of(ahead, behind), np.full(len(places), region)
+        at = xy[places] + corner
+        yield Junctions(own, neighbour[places - 1], neighbour[places], turn, at, behind.away, ahead.away)
 
 
 def boxes_of(regions: Regions) -> list[tuple[slice, slice] | None]:

@@ -156,8 +156,9 @@ export class Panel {
 
   showFigures() {
     const { app } = this;
-    // While a fit is running, the figures are those of its frames, beside its progress.
-    const figures = app.live.isOn ? {} : app.figures.all;
+    // While a fit is running, the figures are those of its frames, beside its progress. Without a shape there are none:
+    // before the first frame, the empty page would be compared with the picture.
+    const figures = app.live.isOn || !app.pathCount ? {} : app.figures.all;
     const rows = [
       ["Paths", app.pathCount.toLocaleString("en")],
       ["Layers", String(app.drawing.layers.filter(({ items }) => items.length).length)],
@@ -198,14 +199,14 @@ export class Panel {
     const { app } = this;
     this.stopMeasuring();
     const known = app.meter && app.figures.psnrOf(layers);
-    setText("shown-psnr", app.live.isOn || !app.meter ? "" : known === undefined ? MEASURING : formatDb(known));
+    setText("shown-psnr", app.live.isOn || !app.meter || !app.pathCount ? "" : known === undefined ? MEASURING : formatDb(known));
     if (!app.live.isOn) this.timer = setTimeout(() => this.measure(this.measuring(layers)), MEASURE_DELAY_MS);
   }
 
   *measuring(layers) {
     const { app } = this;
     yield* app.figures.measuring(layers);
-    if (app.meter) setText("shown-psnr", formatDb(app.figures.psnrOf(layers)));
+    if (app.meter && app.pathCount) setText("shown-psnr", formatDb(app.figures.psnrOf(layers)));
     this.showFigures();
     this.layerTable.show();
     app.live.onChange?.();
