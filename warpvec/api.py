@@ -17,7 +17,7 @@ from warpvec.keywords.signature import with_keywords
 from warpvec.keywords.table import FILE_OPTIONS
 from warpvec.keywords.typed import Keywords
 from warpvec.modes.choice import draw_picture
-from warpvec.modes.refine import Refine, refine_settings
+from warpvec.modes.refine import Refine, blur_to_undo, refine_settings
 from warpvec.modes.request import Request
 from warpvec.rendering.launch import resolve_device
 from warpvec.result import Result
@@ -93,7 +93,8 @@ def refine(
         preset, background, metadata, on_progress: as in `vectorize`.
         options: as in `vectorize`. ``recycle_gap`` is 0 by default, ``precision`` that of the file, and ``iterations``
             at most 500 without a goal; 0 writes the drawing as it was read. ``opacity="opaque"`` first makes every path
-            opaque, which may make the drawing worse.
+            opaque, which may make the drawing worse. ``blur`` is "0" by default: with a deviation in pixels or "auto",
+            the drawing is blurred by it before it is compared with the picture, and the file is sharp.
 
     Raises:
         InputError: the picture or the SVG cannot be read, they do not match, or a setting is wrong.
@@ -105,7 +106,8 @@ def refine(
     resolve_device(config.device)
     pixels, watch = read_image(image, background, name="image"), Watch(on_progress, config.time_budget)
     request = Request.of(pixels, config, goal, title=title_of(image), options=file_options, watch=watch)
-    return Result(Refine(drawing, data, iterations, free).draw(request), watch.facts())
+    mode = Refine(drawing, data, iterations, free, blur=blur_to_undo(asked))
+    return Result(mode.draw(request), watch.facts())
 
 
 def title_of(image: ImageSource) -> str | None:

@@ -8,7 +8,8 @@ import numpy as np
 
 import warpvec
 from warpvec.condition.condition import Condition
-from warpvec.drawing.not_kept import not_kept
+from warpvec.drawing.not_kept import LEGIBLE_HEIGHT, not_kept
+from warpvec.flat.constants.lettering import LETTERING
 
 RAMP = np.full((32, 32, 3), 255, np.uint8)
 RAMP[6:26, 6:26] = np.linspace((0, 0, 160), (0, 0, 96), 20)[:, None]
@@ -29,5 +30,6 @@ def test_what_was_removed_is_said() -> None:
     noisy = replace(drawing, condition=Condition(noise=(9.0, 9.0, 9.0)))
     assert not_kept(noisy) == {}  # measured, but left alone
     found = not_kept(replace(noisy, encoding=encoding, left_out={"speck": 3, "node": 9}, roughly={"small word": 1}))
-    assert found["specks"].startswith("3 specks") and found["text"].startswith("1 word ")
+    assert found["specks"].startswith("3 specks") and found["text"].endswith("below 7 px, not legible in 1 place")
     assert set(found) == {"text", "noise", "specks"}
+    assert LETTERING.legible_height == LEGIBLE_HEIGHT

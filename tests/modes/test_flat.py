@@ -20,6 +20,7 @@ from warpvec.flat.color_layers.layering import color_name
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions import regions
 from warpvec.modes import choice
+from warpvec.modes.flat import on_paper
 from warpvec.svg.measure import draw as draw_svg
 from warpvec.svg.write import write_svg
 from warpvec.watch.progress import Progress
@@ -250,3 +251,14 @@ def test_black_and_white_art_of_forms_has_forms_and_else_one_path(shapes: str, f
     metrics = warpvec.vectorize(picture, mode="mono", threads=1).metrics
     assert (metrics["circles"], metrics["rects"]) == forms
     assert metrics["curves"] == max(sum(forms), 1) and metrics["psnr"] > 35
+
+
+def test_paper_is_white_or_left_out() -> None:
+    grey = np.minimum(badge(), 232)
+    kept, removed = (warpvec.vectorize(grey, threads=1, paper=paper) for paper in ("keep", "remove"))
+    assert [each.metrics["mode"] for each in (kept, removed)] == ["flat", "flat"]
+    assert '<rect id="background" width="64" height="64" fill="#fff"/>' in kept.svg()
+    assert "background" not in removed.svg() and "#e8e8e8" not in removed.svg()
+    on_navy = replace(kept.scene, background=torch.tensor([0.0, 0.0, 0.5]))
+    assert on_paper(on_navy, "keep") is on_navy
+    assert not on_paper(replace(on_navy, transparent=True), "keep").transparent

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from damage import blurred
+from PIL import Image
 from short_fits import Photo
 
 import warpvec
@@ -188,3 +190,22 @@ def test_forms_stay_forms_unless_paths_are_asked_for() -> None:
     assert found.metrics["circles"] == found.metrics["rects"] == 1 and found.metrics["psnr"] > 45
     plain = warpvec.refine(image, found.svg(), iterations=0, plain_paths=True, threads=1)
     assert plain.svg().count("<path") == 2 and "<circle" not in plain.svg()
+
+
+def test_a_drawing_of_a_blurred_picture_stays_sharp() -> None:
+    size = 96
+    original = Image.fromarray(draw(_wavy(size), size, size))
+    photo = np.asarray(blurred(original, 1.5))
+    results = [warpvec.refine(photo, _moved(_wavy(size)), iterations=30, threads=1, blur=blur) for blur in ("0", 1.5)]
+    errors = [psnr(draw(result.svg(), size, size), np.asarray(original)) for result in results]
+    assert errors[1] > errors[0] + 6.0
+    assert results[1].metrics["psnr_as_fitted"] > results[1].metrics["start_psnr"] + 6.0
+
+
+def test_a_drawing_that_is_right_before_a_measured_blur_stays_as_it_is() -> None:
+    photo = np.asarray(blurred(Image.fromarray(draw(_wavy(96), 96, 96)), 1.5))
+    result = warpvec.refine(photo, _wavy(96), iterations=10, threads=1, blur="auto")
+    assert result.metrics["blur_undone"] == pytest.approx(1.5, rel=0.1)
+    assert psnr(draw(result.svg(), 96, 96), draw(_wavy(96), 96, 96)) > 45.0
+    with pytest.raises(warpvec.InputError, match="^blur must not be given where paths are added"):
+        warpvec.refine(photo, _wavy(96), 9, blur="auto")

@@ -49,11 +49,12 @@ OTHER_DEFAULTS = {
         "segments": "that of the drawing",
         "iterations": "500",
         "recycle_gap": "0",
+        "blur": "0",
     },
 }
 """Command -> option -> default in the help, for defaults that the command decides instead of FitConfig."""
 
-REFUSED = {"refine": ("mode", "detail", "cutout", "strokes", "threshold", "line_width", "as_is", "blur")}
+REFUSED = {"refine": ("mode", "detail", "cutout", "strokes", "threshold", "line_width", "as_is", "paper")}
 """Command -> options that the help of the command leaves out: the command refuses all values but the default."""
 
 RARE = (

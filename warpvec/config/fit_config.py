@@ -214,6 +214,14 @@ class CoreSettings:
     """Standard deviation in pixels of the picture's blur, as a number, or "auto" for the measured one. The file is
     sharp: blurred by so much, it shows what the picture shows. "0" draws edges as soft as they are."""
 
+    paper: str = setting(
+        "auto", Choice(("auto", "keep", "remove")),
+        "Flat, mono: paper below the drawing: keep (white), remove (transparent), or auto.", KIND,
+        modes=("flat", "mono"), stated="if used",
+    )  # fmt: skip
+    """"keep": the drawing lies on white paper; coloured grounds stay. "remove": nothing lies below it. "auto": flat art
+    has the ground of the picture, and black and white art has none."""
+
     curves: int = setting(
         512, _CURVES, "Number of paths; auto: as many as clearly help. With a goal, and in flat art: the most.",
         GOAL, is_daily=True,

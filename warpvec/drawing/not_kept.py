@@ -12,6 +12,10 @@ from warpvec.drawing.drawing import Drawing
 TEXTURE_PSNR = 30.0
 """Closeness in dB below which a drawing lacks texture that one sees beside the picture."""
 
+LEGIBLE_HEIGHT = 7
+"""Height of letters in pixels, with their soft edges, below which flat art counts a word as small. The reasons stand at
+`LETTERING.legible_height` in the room of flat art, which imports this one."""
+
 COLORED_MIN = 48.0 / 255.0
 """Difference of a pixel's channels from which it is coloured: ink and paper in photos of scans have up to 40 levels."""
 
@@ -29,7 +33,7 @@ def not_kept(drawing: Drawing) -> dict[str, str]:
 
 def _text(drawing: Drawing) -> str | None:
     count = drawing.roughly.get("small word", 0)
-    return f"{counted(count, 'word')} of letters too small to be read" if count else None
+    return f"text of letters below {LEGIBLE_HEIGHT} px, not legible in {counted(count, 'place')}" if count else None
 
 
 def _areas(drawing: Drawing) -> str | None:
@@ -60,7 +64,8 @@ def _shades(drawing: Drawing) -> str | None:
 
 
 def _texture(drawing: Drawing) -> str | None:
-    if drawing.encoding.settings.mode not in ("photo", "flat") or _colors(drawing):
+    settings = drawing.encoding.settings
+    if settings.mode not in ("photo", "flat") or settings.paper != "auto" or _colors(drawing):
         return None
     return "fine texture, which is smooth" if drawing.psnr_as_fitted < TEXTURE_PSNR else None
 

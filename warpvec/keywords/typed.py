@@ -36,6 +36,8 @@ class Keywords(TypedDict, total=False):
     """Drawings: do not undo an enlargement or uneven light."""
     blur: float | str
     """Drawings: blur to undo, a deviation in pixels (0: none), or auto (as measured)."""
+    paper: Literal["auto", "keep", "remove"]
+    """Flat, mono: paper below the drawing: keep (white), remove (transparent), or auto."""
     colors: int
     """Most colours, 0 for any; makes paths opaque."""
     palette: str | Sequence[str] | None

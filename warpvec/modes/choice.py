@@ -180,13 +180,14 @@ def _is_too_far(drawing: Drawing, request: Request) -> bool:
     is_cut_short = request.watch.facts().interrupted or settings.time_budget is not None
     is_bounded = bool(request.goal) or is_cut_short or settings.curves < FitConfig.curves
     has_paints = _has_paints(settings) or settings.gradients == 0.0
-    is_free = settings.mode == "flat" and not (has_paints or is_bounded or settings.cutout)
+    is_other = settings.cutout or settings.paper != "auto"
+    is_free = settings.mode == "flat" and not (has_paints or is_bounded or is_other)
     return is_free and drawing.psnr_as_fitted < FLAT_PSNR_MIN
 
 
 def _is_like_picture(settings: FitConfig) -> bool:
     """Return whether a drawing with these settings is to look like its picture, so that differences tell something."""
-    return not (_has_paints(settings) or settings.cutout)
+    return not (_has_paints(settings) or settings.cutout or settings.paper != "auto")
 
 
 def _has_paints(settings: FitConfig) -> bool:

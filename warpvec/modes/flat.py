@@ -12,6 +12,7 @@ from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
 from warpvec.fit.loop import single_torch_thread
 from warpvec.flat.color_layers.layering import layered
+from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.cutting.cutout import cut_out
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.geometry.scene import Scene
@@ -33,7 +34,7 @@ class KnownOutlines:
         work = FlatDrawing(image, settings, watch, unexplained_max, blur=request.picture.blur)
         if known is None or known.blur != work.blur or not torch.equal(known.image, image):
             return work
-        same = {name: getattr(settings, name) for name in ("detail", "cutout", "strokes", "minify")}
+        same = {name: getattr(settings, name) for name in ("detail", "cutout", "strokes", "minify", "paper")}
         like_known = replace(known.config, **same)
         return replace(work, known=known.outlines) if like_known == settings else work
 
@@ -95,9 +96,25 @@ def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, 
     settings = replace(request.settings, detail=detail)
     # Who asks for colours, or cuts them out of a material each, wants them apart.
     is_by_color = settings.cutout or settings.colors > 0 or settings.palette is not None
+    scene = on_paper(scene, settings.paper)
     scene, names = layered(scene, *encoding.picture.reduced_size, joins_shades=not is_by_color)
     encoding = replace(encoding, settings=settings, layer_names=names)
     return Drawing.of(scene, encoding, "cpu", left_out=left_out)
+
+
+def on_paper(scene: Scene, paper: str) -> Scene:
+    """Return ``scene`` on white paper if ``paper`` is "keep", on none if it is "remove", and else as it is.
+
+    Paper is what has no colour of its own and is light; other grounds stay.
+    """
+    if paper == "remove":
+        return replace(scene, background=torch.zeros(3), transparent=True)
+    ground = torch.ones(3) if scene.transparent else scene.background
+    is_light = bool(ground.amin() >= DRAWING.paper_light_min)
+    is_gray = bool(ground.amax() - ground.amin() <= DRAWING.paper_tint_max)
+    if paper == "keep" and is_light and is_gray:
+        return replace(scene, background=torch.ones(3), transparent=False)
+    return scene
 
 
 def _without_overlaps(scene: Scene, encoding: Encoding, watch: Watch) -> tuple[Scene, dict[str, int]]:

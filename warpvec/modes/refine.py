@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from warpvec.config.cross_rules import require_scaffolding
-from warpvec.config.fit_config import FitConfig
+from warpvec.config.fit_config import SETTINGS, FitConfig
 from warpvec.config.presets import MINIFIED
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
@@ -21,6 +21,7 @@ from warpvec.goals.search import check_possible
 from warpvec.modes.path_count import CORRECTION_RATE
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Request
+from warpvec.modes.restored import measured, with_blur
 from warpvec.svg.document import read_text
 from warpvec.svg.read import LoadedSvg
 from warpvec.svg.stroke_outlines import without_strokes
@@ -39,6 +40,8 @@ class Refine:
         iterations: 0 to write the drawing as it was read; None for the iterations of the settings.
         free: let smooth nodes become corners, lines curves, opaque paths translucent, and paths cross themselves.
         name: the drawing's name in messages.
+        blur: blur of the picture that the drawing is to be without: a standard deviation in pixels, as a number, or
+            "auto" for the measured one.
     """
 
     drawing: LoadedSvg
@@ -46,6 +49,7 @@ class Refine:
     iterations: int | None = None
     free: bool = False
     name: str = "svg"
+    blur: str = "0"
 
     def draw(self, request: Request) -> Drawing:
         """Return the refined drawing.
@@ -64,17 +68,24 @@ class Refine:
         start = place_on_picture(self.drawing, request.picture, self.name)
         check_possible(request.goal, request.encoding)
         keeps = keeps_structure(request.settings, start, request.goal)
+        condition = measured(request) if self.blur == "auto" else None
+        request = with_blur(request, self.blur, condition)
         if self.iterations == 0:
             from warpvec.polish.whole_drawing import drawing_as_read  # loads SciPy, which a photo does not need
 
             found = drawing_as_read(start, self._encoding(request))
         elif keeps:
             found = self._polished(request, start)
+        elif self.blur != "0":
+            remedy = "leave it out, or the option that changes them"
+            raise InputError("blur", "must not be given where paths are added, removed or painted anew", remedy=remedy)
         else:
             found = self._fitted_on(request, start)
-        given = request.encoding.text_psnr(read_text(self.data))
-        found = replace(found, start_psnr=given)
-        if not keeps or self.iterations == 0 or self._must_change(request) or given < found.psnr:
+        encoding = request.encoding
+        psnr = encoding.psnr_as_fitted if request.picture.blur else encoding.text_psnr
+        given = psnr(read_text(self.data))
+        found = replace(found, start_psnr=given, condition=condition)
+        if not keeps or self.iterations == 0 or self._must_change(request) or given < found.psnr_as_fitted:
             return found
         return replace(found, given=read_text(self.data))
 
@@ -141,9 +152,19 @@ def refine_settings(
     """
     has_goal = any(options.get(name) is not None for name in QUANTITIES) or is_auto(options.get("curves"))
     is_fitted = has_goal or options.get("iterations") != 0
-    kept = {name: value for name, value in options.items() if is_fitted or name != "iterations"}
+    kept = {name: value for name, value in options.items() if name != "blur" and (is_fitted or name != "iterations")}
     config, goal = settings_and_goal(preset, with_drawing_settings(kept, drawing))
     return _completed(config, options, goal, drawing), goal, None if is_fitted else 0
+
+
+def blur_to_undo(options: Mapping[str, object]) -> str:
+    """Return the blur of the picture that the given ``options`` ask to undo: as `Refine`, "0" if they do not.
+
+    Raises:
+        InputError: it is out of range.
+    """
+    blur: str = SETTINGS["blur"].kind.check("blur", options.get("blur", "0"))
+    return blur
 
 
 def with_drawing_settings(given: Mapping[str, object], drawing: LoadedSvg) -> dict[str, Any]:

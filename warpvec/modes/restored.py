@@ -78,23 +78,34 @@ def restored(request: Request, condition: Condition | None) -> Request:
     if request.goal.quality is not None:
         return request
     before = request if condition is None else _before(request, condition)
-    blur = _blur_of_copy(before, condition)
-    return before if blur == 0.0 else _with_picture(before, replace(before.picture, blur=blur))
+    return with_blur(before, request.settings.blur, condition)
 
 
-def _blur_of_copy(request: Request, condition: Condition | None) -> float:
+def with_blur(request: Request, blur: str, condition: Condition | None) -> Request:
+    """Return ``request`` with a picture whose copy states its blur.
+
+    Args:
+        request: what to draw.
+        blur: deviation in pixels of the picture as it is, as a number, or "auto" for that of ``condition``.
+        condition: what has happened to the picture; None if nobody looked.
+    """
+    deviation = _blur_of_copy(request, blur, condition)
+    return request if deviation == 0.0 else _with_picture(request, replace(request.picture, blur=deviation))
+
+
+def _blur_of_copy(request: Request, blur: str, condition: Condition | None) -> float:
     """Return the deviation in pixels of the blur of the copy of the picture; 0 for none, or so little as not to count.
 
-    Where light is uneven, paper and shades are as soft as blur.
+    Where light is uneven, paper and shades are as soft as blur. Arguments as `with_blur`.
     """
-    if request.settings.blur != "auto":
-        given = float(request.settings.blur)
+    if blur != "auto":
+        given = float(blur)
     elif condition is None or not condition.edge_blur.is_even or condition.light is not None:
         given = 0.0
     else:
         given = condition.blur * (1.0 if condition.enlargement is None else condition.enlargement.factor)
-    blur = given * request.picture.reduction[0]
-    return blur if blur >= CONDITION.blur_min else 0.0
+    of_copy = given * request.picture.reduction[0]
+    return of_copy if of_copy >= CONDITION.blur_min else 0.0
 
 
 def _with_picture(request: Request, picture: Picture) -> Request:

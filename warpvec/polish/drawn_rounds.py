@@ -14,6 +14,7 @@ from torch import Tensor
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.file_options import DEFAULT_FILE_OPTIONS
 from warpvec.fit.target import Target
+from warpvec.image.gaussian_blur import GaussianBlur
 from warpvec.polish.rounds import Rounds
 from warpvec.rendering.draw import draw_exactly
 from warpvec.svg.measure import draw_like
@@ -38,9 +39,9 @@ def polish_as_drawn(drawing: Drawing, rounds: Rounds) -> Drawing:
     for number in range(ROUNDS):
         if not rounds.are_left:
             break
-        target = Target(_as_fitted(last), rounds.config, rounds.target.device)
+        target = Target(_as_fitted(last), rounds.config, rounds.target.device, picture.blur)
         last = drawing.with_fitted(rounds.polished(last.fitted, ITERATIONS, target))
-        gain = last.psnr - best.psnr
+        gain = last.psnr_as_fitted - best.psnr_as_fitted
         if gain > 0.0:
             best = last
         if rounds.watch.is_stopped() or (number >= 2 and gain < GAIN_MIN):
@@ -49,9 +50,14 @@ def polish_as_drawn(drawing: Drawing, rounds: Rounds) -> Drawing:
 
 
 def _as_fitted(drawing: Drawing) -> Tensor:
-    """Return the picture minus the difference between the file of ``drawing`` and the exact areas of its paths."""
+    """Return the picture minus the difference between the file of ``drawing`` and the exact areas of its paths.
+
+    The difference is as blurred as the picture.
+    """
     encoding, picture = drawing.encoding, drawing.encoding.picture
     plain = Drawing.of(drawing.fitted, replace(encoding, options=DEFAULT_FILE_OPTIONS), drawing.device)
     drawn = torch.from_numpy(draw_like(plain.text, picture.pixels)).float() / 255.0
     exact = torch.from_numpy(draw_exactly(plain.scene, picture.height, picture.width, encoding.settings.threads))
-    return torch.from_numpy(picture.reduced) - (drawn - exact)
+    difference = drawn - exact
+    blur = None if picture.blur == 0.0 else GaussianBlur(picture.blur)
+    return torch.from_numpy(picture.reduced) - (difference if blur is None else blur(difference))

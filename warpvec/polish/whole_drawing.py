@@ -32,6 +32,8 @@ def polish_drawing(
 ) -> Drawing:
     """Fit ``start``, in pixels of the picture, and return it or what was fitted, whichever is better.
 
+    If the picture states a blur, the drawing is blurred by it before it is compared with the picture.
+
     If the settings ask for opaque paths, ``start`` is made opaque before; the file may then be worse than the drawing
     was.
 
@@ -47,12 +49,12 @@ def polish_drawing(
     device = resolve_device(settings.device)
     begun = _with_opacity(_on_canvas(start.scaled(*picture.reduction), picture.is_transparent), settings.opacity)
     with watch:
-        target = Target(torch.from_numpy(picture.reduced), settings, device)
+        target = Target(torch.from_numpy(picture.reduced), settings, device, picture.blur)
         rounds = Rounds(target, settings, watch, iterations, free, locked)
         fitted = polish_with_gradients(begun, rounds) if settings.gradients else rounds.polished(begun)
         drawing = polish_as_drawn(Drawing.of(fitted, encoding, device), rounds)
     first = Drawing.of(begun, encoding, device)
-    return drawing if drawing.psnr >= first.psnr else first
+    return drawing if drawing.psnr_as_fitted >= first.psnr_as_fitted else first
 
 
 def drawing_as_read(start: Scene, encoding: Encoding) -> Drawing:

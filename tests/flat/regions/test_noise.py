@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import io
+
 import numpy as np
 import pytest
 from flat_pictures import opaque
+from PIL import Image
 
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.noise import measure_noise, measure_reach, measure_tolerances
@@ -43,3 +46,17 @@ def test_regions_reach_across_edges_of_known_width(width: int, reach: int) -> No
     """The rise of a straight ramp over its slope is its width, and regions reach twice as far."""
     profile = np.clip((np.arange(96) - 47.5) / width + 0.5, 0.0, 1.0)
     assert measure_reach(opaque(np.tile(profile, (96, 1)))) == (min(reach, 8) if width > 2 else REGIONS.sharp_reach)
+
+
+@pytest.mark.parametrize(("is_webp", "noise"), [(True, REGIONS.noise_min), (False, 0.0)])
+def test_edges_that_ring_as_in_webp_are_noise(is_webp: bool, noise: float) -> None:
+    y, x = np.indices((1024, 1024))
+    is_disk = ((x // 8 % 32 - 16) ** 2 + (y // 8 % 32 - 16) ** 2)[..., None] < 120
+    large = np.where(is_disk, [55.0, 110.0, 128.0], [140.0, 175.0, 191.0])
+    image = Image.fromarray(np.uint8(large)).resize((256, 256), Image.Resampling.BICUBIC)
+    if is_webp:
+        file = io.BytesIO()
+        image.save(file, "WEBP", quality=80)
+        image = Image.open(file).convert("RGB")
+    alpha = np.ones((256, 256, 1), np.float32)
+    assert measure_noise(np.concatenate([np.float32(image) / np.float32(255), alpha], 2)) == noise

@@ -38,7 +38,8 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     the layers and the paths of the drawing: lines stay lines, smooth nodes stay smooth, opaque paths stay opaque, and
     no path crosses itself more often. --free lifts these bounds. The result is never worse than the drawing: if the fit
     finds nothing better, OUT is the drawing, unchanged. --iterations 0 writes the drawing as it was read. --opaque
-    first makes every path opaque, which may make the drawing worse.
+    first makes every path opaque, which may make the drawing worse. With --blur, the drawing is blurred before it is
+    compared with the image: OUT is sharp.
 
     If --curves is above the number of paths, new paths are added on top where the picture is worst. If --curves is
     below, the paths that matter least are removed. With a new number of paths, a goal, --recycle-gap, --colors,
@@ -52,12 +53,13 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     check_cutting(options)
     with quick_loading():
         from warpvec.drawing.given import place_on_picture, read_drawing
-        from warpvec.modes.refine import Refine, refine_settings
+        from warpvec.modes.refine import Refine, blur_to_undo, refine_settings
         from warpvec.modes.request import Request
 
     data = read_svg_bytes(drawing, "--from")
     loaded = read_drawing(data, "--from")
-    config, goal, iterations = refine_settings(loaded, options["preset"], given_options(options))
+    given = given_options(options)
+    config, goal, iterations = refine_settings(loaded, options["preset"], given)
     for text in loaded.omitted:
         click.echo(in_one_line(f"warpvec: {drawing}: {text}"), err=True)
     from warpvec.cli.progress import show_progress
@@ -68,7 +70,7 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     resolve_device(config.device)
     pixels = read_photo(source, options["background"], "IN")
     title = None if source == "-" else Path(source).stem
-    mode = Refine(loaded, data, iterations, free, name="--from")
+    mode = Refine(loaded, data, iterations, free, name="--from", blur=blur_to_undo(given))
     with show_progress(sys.stderr, quiet=options["quiet"]) as show:
         watch = Watch(show, config.time_budget, listener())
         request = Request.of(pixels, config, goal, title=title, options=file_options(options), watch=watch)

@@ -36,6 +36,13 @@ class DrawingConstants:
     """A fitted colour that differs by less in every channel from what the inside of its region shows is that colour:
     white stays #fff."""
 
+    # Paper (modes/flat.py)
+
+    paper_light_min: float = 0.6
+    paper_tint_max: float = 0.16
+    """Least channel of paper, and largest difference of its channels: yellowed paper has up to 40 of 255 levels, and
+    recycled paper some 170."""
+
     # Layers of a scene (scene_building.py)
 
     layers_min: int = 16

@@ -74,20 +74,24 @@ def measure_noise(picture: Floats32) -> float:
     edge = np.zeros(luma.shape, bool)
     edge[:, 1:] |= np.abs(np.diff(luma, axis=1)) > REGIONS.noise_edge_step
     edge[1:] |= np.abs(np.diff(luma, axis=0)) > REGIONS.noise_edge_step
-    distance_of_band = (2 * REGIONS.noise_band_near + 1, 2 * REGIONS.noise_band_far + 1)
-    near, far = (ndimage.maximum_filter(edge, size) for size in distance_of_band)
+    distances = (REGIONS.mixed_reach, REGIONS.noise_band_near, REGIONS.noise_band_far)
+    mixed, near, far = (ndimage.maximum_filter(edge, 2 * distance + 1) for distance in distances)
     band = far & ~near
     if band.sum() < REGIONS.noise_band_area_min:
         band = ~near
     if not band.any():
         return 0.0
-    difference = second_difference(luma)[band]
-    quiet, loud = np.quantile(difference, [REGIONS.quiet_share, REGIONS.loud_share])
-    murmurs = (difference > REGIONS.murmur[0]) & (difference < REGIONS.murmur[1])
-    is_small = max(luma.shape) < REGIONS.murmur_side
-    is_noisy = quiet > REGIONS.quiet or (not is_small and murmurs.mean() > REGIONS.murmur_share)
-    least = REGIONS.noise_min_small if is_small else REGIONS.noise_min
-    return float(loud) if is_noisy and loud > least else 0.0
+    difference = second_difference(luma)
+    is_murmur = (difference > REGIONS.murmur[0]) & (difference < REGIONS.murmur[1])
+    quiet, loud = np.quantile(difference[band], [REGIONS.quiet_share, REGIONS.loud_share])
+    murmurs = float(is_murmur[band].mean())
+    if max(luma.shape) < REGIONS.murmur_side:
+        return float(loud) if quiet > REGIONS.quiet and loud > REGIONS.noise_min_small else 0.0
+    if (quiet > REGIONS.quiet or murmurs > REGIONS.murmur_share) and loud > REGIONS.noise_min:
+        return float(loud)
+    ring = near & ~mixed
+    rings = ring.any() and float(is_murmur[ring].mean()) > REGIONS.ring_share
+    return REGIONS.noise_min if rings and murmurs > REGIONS.ring_murmur_share else 0.0
 
 
 def luma_over_white(picture: Floats32) -> Floats32:
