@@ -166,8 +166,10 @@ def _fit(
         from warpvec.viewer.page import write_page
 
         svg, history, name = result.svg().encode(), result.history, None if out == "-" else Path(out).stem
-        facts = {"history": history, "name": name, "not_kept": list(not_kept(result.drawing).values())}
-        SideFile("--report").attempt(write_page, options["page"], svg, photo=photo, **facts)
+        lost = list(not_kept(result.drawing).values())
+        SideFile("--report").attempt(
+            write_page, options["page"], svg, photo=photo, history=history, name=name, not_kept=lost
+        )
     if failure is not None:  # only now, so that the video and the page are there
         raise failure
     return result
