@@ -74,7 +74,9 @@ def _peel_areas(
     while waiting and not watch.is_over():
         index, depth = waiting.pop()
         pixels = areas[index]
-        if depth == 0 or not _may_be_several(len(pixels), fits.values[index], fits.errors[index], tolerances.noise):
+        # What noise leaves of a ramp is less than its loudest differences; of flat areas, ringing leaves about as much.
+        noise = tolerances.noise * (REGIONS.noise_deviation if index in fits.ramps else 1.0)
+        if depth == 0 or not _may_be_several(len(pixels), fits.values[index], fits.errors[index], noise):
             continue
         found = peel(_points(pixels, width), colors[pixels, :3].astype(np.float64), _stop_limit(tolerances))
         if found is None:
