@@ -106,4 +106,5 @@ def _without_overlaps(scene: Scene, encoding: Encoding) -> tuple[Scene, dict[str
     ticks = [side / whole / 10**encoding.precision for side, whole in zip(size, encoding.size, strict=True)]
     cut = cut_out(scene, size[1], size[0], (ticks[1], ticks[0]))
     parts = {"hidden path": cut.hidden_count, "sliver": cut.sliver_count, "translucent fill": cut.blended_count}
+    parts["blur"] = cut.sharpened_count
     return cut.scene, parts
