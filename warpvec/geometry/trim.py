@@ -36,8 +36,8 @@ def trim(scene: Scene, height: int, width: int) -> Scene:
 
     Each loop is cut along the four edges in turn. Each part outside an edge is replaced by a straight line along the
     edge, which keeps the winding numbers inside, and with them the filled area. Paths that lie wholly outside are
-    gone. Paths that lie wholly inside stay as they are, and soft ones, whose blur brings in what lies outside. Torch does not differentiate
-    through it.
+    gone. Paths that lie wholly inside stay as they are, and so do soft ones: what lies outside is blurred into the
+    picture. Torch does not differentiate through it.
     """
     scene = scene.detach()
     size = np.array([width, height], np.float64)

@@ -14,6 +14,7 @@ from warpvec.fit.loop import single_torch_thread
 from warpvec.flat.color_layers.layering import layered
 from warpvec.flat.cutting.cutout import cut_out
 from warpvec.flat.drawing import FlatDrawing
+from warpvec.flat.soft_drawing import SoftDrawing
 from warpvec.geometry.scene import Scene
 from warpvec.goals.search import meet
 from warpvec.modes.detail import Detail
@@ -66,8 +67,10 @@ class Flat:
         with single_torch_thread(), torch.no_grad():
             work = self.outlines.begin(request, reduced_settings(request), self.unexplained_max)
 
+            soft = SoftDrawing(work)
+
             def draw(detail: float) -> Drawing:
-                scene, left_out = work.draw(detail)
+                scene, left_out = soft.draw(detail)
                 self.outlines.keep(work, request)
                 return replace(finished(request, scene, detail, left_out), roughly=work.outlines.roughly)
 
