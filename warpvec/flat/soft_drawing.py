@@ -30,14 +30,19 @@ class SoftDrawing:
     """The work on a picture that may have a shadow.
 
     Attributes:
-        work: the same without looking for one.
+        hard: the same without looking for one.
     """
 
-    work: FlatDrawing
+    hard: FlatDrawing
+
+    @cached_property
+    def work(self) -> FlatDrawing:
+        """The work on the picture as it is: a shadow makes it look blurred."""
+        return replace(self.hard, blur=0.0) if self.hard.blur else self.hard
 
     def draw(self, detail: float) -> tuple[Scene, dict[str, int]]:
         """Return what `FlatDrawing.draw` does, or the better drawing with a soft path."""
-        hard, left_out = self.work.draw(detail)
+        hard, left_out = self.hard.draw(detail)
         if not self._may_be_soft or self.work.watch.is_over() or self._shadow is None:
             return hard, left_out
         sharp, more = self._clean.draw(detail)
@@ -51,7 +56,7 @@ class SoftDrawing:
         config, image = self.work.config, self.work.image
         is_free = config.opacity == "free" and config.gradients != 0.0 and not config.cutout
         is_free = is_free and config.palette is None and not config.colors
-        return is_free and image.shape[2] == 3 and self.work.tracing is None and self.work.blur == 0.0
+        return is_free and image.shape[2] == 3 and self.work.tracing is None and self.hard.blur <= SOFTNESS.blur_max
 
     @cached_property
     def _shadow(self) -> Shadow | None:
@@ -97,8 +102,9 @@ class SoftDrawing:
 
     def _is_better(self, soft: Scene, hard: Scene) -> bool:
         """Return whether ``soft`` is the shorter description: of fewer bytes at an error that is as good."""
-        critic, (height, width) = self.work.critic, self.work.image.shape[:2]
-        before, after = (float(critic.error(scene).sum()) for scene in (hard, soft))
+        height, width = self.work.image.shape[:2]
+        judged = ((self.hard, hard), (self.work, soft))
+        before, after = (float(work.critic.target.squared_error(scene).sum()) for work, scene in judged)
         bytes_before, bytes_after = (len(write_svg(scene, width, height)) for scene in (hard, soft))
         if bytes_after < bytes_before:
             return after < SOFTNESS.error_max * before

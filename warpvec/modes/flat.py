@@ -66,15 +66,21 @@ class Flat:
         """
         with single_torch_thread(), torch.no_grad():
             work = self.outlines.begin(request, reduced_settings(request), self.unexplained_max)
-
             soft = SoftDrawing(work)
 
             def draw(detail: float) -> Drawing:
                 scene, left_out = soft.draw(detail)
                 self.outlines.keep(work, request)
-                return replace(finished(request, scene, detail, left_out), roughly=work.outlines.roughly)
+                made_for = request if scene.softness is None else _as_it_is(request)
+                return replace(finished(made_for, scene, detail, left_out), roughly=work.outlines.roughly)
 
             return drawn(request, draw)
+
+
+def _as_it_is(request: Request) -> Request:
+    """Return ``request`` for a picture that is not blurred: a drawing with soft paths explains what seemed to be."""
+    picture = replace(request.encoding.picture, blur=0.0)
+    return replace(request, encoding=replace(request.encoding, picture=picture))
 
 
 def drawn(request: Request, draw: Callable[[float], Drawing]) -> Drawing:

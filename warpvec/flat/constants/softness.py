@@ -48,6 +48,10 @@ class SoftnessNumbers:
     bytes_max: float = 1.1
     """Factor by which the bytes of a drawing may rise for a shadow that gains more than 1 dB."""
 
+    blur_max: float = 1.0
+    """Largest blur in pixels that a picture may seem to have because of its shadow; the sharp edges in front of a
+    shadow of 5 px look blurred by 0.6 px."""
+
     coarse_side: int = 128
     """Side in pixels of the small copy on which a shadow is looked for first. It tells most gradients from shadows."""
 
