@@ -56,6 +56,6 @@ def test_a_shadow_becomes_one_soft_path() -> None:
     config = FitConfig(mode="flat", opacity="free", threads=1, device="cpu")
     with torch.no_grad():
         scene, _ = SoftDrawing(FlatDrawing(torch.from_numpy(image), config)).draw(0.1)
-    assert len(scene) <= 3 and scene.softness is not None
+    assert len(scene) == 2 and scene.softness is not None
     assert [each for each in scene.softness.sigma.tolist() if each] == [pytest.approx(3.0, rel=0.1)]
     assert np.abs(draw_8_bits(scene, SIDE, SIDE, 1) / 255.0 - image).mean() < 0.003

@@ -82,9 +82,11 @@ def find_shadow(image: Floats32) -> Shadow | None:
     shade = _moved_blur(cast, offset, sigma)[..., None] * amplitude
     # Nothing else is on the ground, or it is no part of the shadow and stays.
     clean = levels - (1.0 - covered[..., None]) * shade
+    edge = near & ~(casters & (plateaus > 0))
+    clean[edge] = _unshaded(levels, color, shade, casters & (plateaus > 0), edge)
     clean[~near & (np.abs(clean - color).max(2) <= 3.0 * SOFTNESS.alike)] = color
-    clean = (np.clip(clean, 0.0, 255.0) / 255.0).astype(np.float32)
-    return Shadow(cast, color / 255.0, amplitude / 255.0, offset, sigma, clean)
+    cleaned: Floats32 = (np.clip(clean, 0.0, 255.0) / 255.0).astype(np.float32)
+    return Shadow(cast, color / 255.0, amplitude / 255.0, offset, sigma, cleaned)
 
 
 def _plateaus(levels: Floats) -> tuple[NDArray[np.int32], int]:
@@ -143,6 +145,17 @@ def _coverage(levels: Floats, casters: Mask, near: Mask, ground: Floats) -> Floa
     span = own - beside
     share = ((levels - beside) * span).sum(2) / np.maximum((span * span).sum(2), 1.0)
     return np.where(casters, 1.0, np.where(near, np.clip(share, 0.0, 1.0), 0.0))
+
+
+def _unshaded(levels: Floats, ground: Floats, shade: Floats, pure: Mask, edge: Mask) -> Floats:
+    """Return the colours of the pixels at an ``edge`` [K, 3] as they mix the nearest ``pure`` colour and the ground."""
+    _, (y, x) = ndimage.distance_transform_edt(~pure, return_indices=True)
+    own, beside = levels[y, x][edge], (ground + shade)[edge]
+    span = own - beside
+    share = ((levels[edge] - beside) * span).sum(1) / np.maximum((span * span).sum(1), 1.0)
+    share = np.clip(share, 0.0, 1.0)[:, None]
+    mixed: Floats = share * own + (1.0 - share) * ground
+    return mixed
 
 
 def _moved_blur(mask: Floats, offset: tuple[float, float], sigma: float) -> Floats:
