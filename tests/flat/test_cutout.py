@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -14,6 +15,7 @@ from warpvec.flat.cutting import cutout
 from warpvec.flat.cutting.cutout import cut_out
 from warpvec.flat.cutting.noding import Chords, noded
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.softness import Softness
 from warpvec.svg.measure import draw
 from warpvec.svg.read import read_svg
 from warpvec.svg.write import write_svg
@@ -185,3 +187,11 @@ def test_many_wild_paths_tile_the_canvas() -> None:
     assert _areas(cut).sum() == pytest.approx(SIDE * SIDE, rel=1e-4)
     before, after = _drawn(stacked, 4).astype(int), _drawn(cut, 4).astype(int)
     assert (np.abs(before - after).max(2) > 128).mean() < 2e-3
+
+
+def test_soft_paths_are_cut_along_their_outlines_and_counted() -> None:
+    scene = _scene(STACK)
+    soft = replace(scene, softness=Softness(torch.tensor([2.0, *[0.0] * (len(scene) - 1)])))
+    sharp, cut = cut_out(scene, SIDE, SIDE), cut_out(soft, SIDE, SIDE)
+    assert (sharp.sharpened_count, cut.sharpened_count) == (0, 1)
+    assert cut.scene.softness is None and torch.equal(cut.scene.segments, sharp.scene.segments)

@@ -109,6 +109,13 @@ def test_what_will_go_wrong_is_named() -> None:
     assert not cut_warnings(read_parts(DRAWING), 0.5, PLAIN)
 
 
+def test_the_blur_of_a_soft_path_is_named() -> None:
+    blur = '<defs><filter id="b"><feGaussianBlur stdDeviation="2"/></filter></defs>'
+    head = '<svg xmlns="http://www.w3.org/2000/svg" width="40" height="40">'
+    soft = f'{head}{blur}<path filter="url(#b)" d="M9 9h20v20z"/></svg>'
+    assert "1 soft path will be cut along the outline, without the blur" in cut_warnings(read_parts(soft), 0.5, PLAIN)
+
+
 def test_narrow_places_are_removed_by_choice() -> None:
     plain, wide = (sheets_of(read_parts(HAIRS), SheetOptions(min_width=width))["#000000"] for width in (0.0, 0.5))
     assert area(plain) - area(wide) == pytest.approx(20 * 0.2, rel=0.05)

@@ -71,12 +71,13 @@ def stroked_scene(
 def reference_image(scene: Scene, renderer: ExactRenderer) -> Tensor:
     """Return the reference's image of a scene with strokes, with the chords of the last drawing by ``renderer``."""
     height, width = renderer.grid.height, renderer.grid.width
-    polygons = _polygons(scene, renderer)
+    polygons = reference_polygons(scene, renderer)
     stack = [coverage(sum(signed_coverage(polygon, height, width) for polygon in path)) for path in polygons]
     return composite(torch.stack(stack), scene.color, scene.opacity, scene.background)
 
 
-def _polygons(scene: Scene, renderer: ExactRenderer) -> list[list[Tensor]]:
+def reference_polygons(scene: Scene, renderer: ExactRenderer) -> list[list[Tensor]]:
+    """Return the polygons [V, 2] of each path, with the chords of the last drawing by ``renderer``."""
     flattening, structure = renderer._flattening, scene.structure
     first = torch.from_numpy(flattening.segment_first_vertex.numpy()[: len(scene.segments) + 1].copy()).long()
     plan = torch.from_numpy(flattening._stroking._plan.numpy()[: len(scene.segments)].copy()).long()

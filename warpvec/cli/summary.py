@@ -12,7 +12,7 @@ import click
 from warpvec.checks import counted, in_one_line
 from warpvec.config.modes import MODES
 from warpvec.goals.goal import describe
-from warpvec.writers.registry import SVG_SUFFIXES, writer_of
+from warpvec.writers.registry import HARD_SUFFIXES, SVG_SUFFIXES, writer_of
 
 if TYPE_CHECKING:
     from warpvec.result import Result
@@ -127,6 +127,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.append("the picture: {condition_words}")
     if metrics.get("not_kept"):
         lines.append(f"not kept: {'; '.join(metrics['not_kept'].values())}")
+    if metrics.get("soft") and writer_of(out).suffix in HARD_SUFFIXES:
+        lines.append(f"not kept in {writer_of(out).suffix}: the blur of {counted(metrics['soft'], 'soft path')}")
     removed = [counted(count, _REMOVED.get(name, name)) for name, count in metrics.get("left_out", {}).items() if count]
     if removed:
         lines.append(f"{', '.join(removed)} removed")

@@ -94,6 +94,11 @@ def _translucency(drawing: Drawing) -> str | None:
     return "translucent places" if is_transparent and settings.opacity == "opaque" else None
 
 
+def _softness(drawing: Drawing) -> str | None:
+    count = drawing.left_out.get("blur", 0)
+    return f"the blur of {counted(count, 'soft path')}, cut along the outlines" if count else None
+
+
 def _size(drawing: Drawing) -> str | None:
     rows, columns = drawing.encoding.picture.reduced_size
     is_reduced = drawing.encoding.picture.enlargement[0] > 1.0 and not drawing.encoding.picture.is_restored
@@ -102,6 +107,6 @@ def _size(drawing: Drawing) -> str | None:
 
 _KINDS: dict[str, Callable[[Drawing], str | None]] = {
     "text": _text, "areas": _areas, "colors": _colors, "shades": _shades, "texture": _texture, "noise": _noise,
-    "light": _light, "specks": _specks, "translucency": _translucency, "size": _size,
+    "light": _light, "specks": _specks, "translucency": _translucency, "softness": _softness, "size": _size,
 }  # fmt: skip
 """Name of what may be lost -> function that says so in words. People are told in this order."""

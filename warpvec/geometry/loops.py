@@ -19,6 +19,7 @@ from warpvec.geometry.paints.kind import GEOMETRY_SIZE
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.scene import Scene, straightened
+from warpvec.geometry.softness import Softness
 from warpvec.geometry.stops import Stops
 from warpvec.geometry.strokes import BUTT, MITER, MITER_LIMIT, Strokes
 from warpvec.geometry.structure import Structure
@@ -90,6 +91,7 @@ class Outline:
         form: None unless the outline is a circle, an ellipse or a rectangle.
         stroke: None for a fill.
         is_open: the loops that are open lines, of which the last cubic is only the end; None if there are none.
+        softness: standard deviation of its blur in pixels, 0 for none.
     """
 
     points: NDArray[np.float64]
@@ -102,6 +104,7 @@ class Outline:
     form: OutlineForm | None = None
     stroke: OutlineStroke | None = None
     is_open: tuple[bool, ...] | None = None
+    softness: float = 0.0
 
     @staticmethod
     def of_form(form: OutlineForm, color: Color, opacity: float, generation: int) -> Outline:
@@ -142,6 +145,7 @@ def make_scene(outlines: Sequence[Outline], background: Color | None) -> Scene:
         transparent=background is None,
         gradients=_gradients_of(outlines),
         strokes=_strokes_of(outlines),
+        softness=_softness_of(outlines),
     )
     return scene.with_forms(_forms_of(outlines))
 
@@ -207,6 +211,11 @@ def _strokes_of(outlines: Sequence[Outline]) -> Strokes | None:
         torch.tensor([getattr(stroke, name) for stroke in strokes], dtype=torch.int32) for name in ("cap", "join")
     )
     return Strokes(width, cap, join, limit)
+
+
+def _softness_of(outlines: Sequence[Outline]) -> Softness | None:
+    sigma = torch.tensor([outline.softness for outline in outlines], dtype=torch.float64).float()
+    return Softness(sigma).or_none()
 
 
 def _colors(colors: Sequence[Color]) -> Tensor:

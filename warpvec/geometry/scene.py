@@ -15,6 +15,7 @@ from warpvec.geometry.gradients import Gradients, check_shape
 from warpvec.geometry.lines import thirds
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.path_forms import Forms
+from warpvec.geometry.softness import Softness
 from warpvec.geometry.strokes import Strokes
 from warpvec.geometry.structure import Structure
 
@@ -40,6 +41,7 @@ class Scene:
         strokes: the widths, caps and joins of stroked paths; None if all are filled.
         forms: the paths that are a circle, an ellipse or a rectangle; None if there are none. Their rows always are
             those of their parameters. `outlined` drops the forms, for code that moves rows.
+        softness: how far a Gaussian blurs each path; None if all are sharp.
 
     Raises:
         InputError: the shapes do not agree.
@@ -55,6 +57,7 @@ class Scene:
     gradients: Gradients | None = None
     strokes: Strokes | None = None
     forms: Forms | None = None
+    softness: Softness | None = None
 
     def __post_init__(self) -> None:
         if self.structure.loop_first_segment.device != self.segments.device:
@@ -112,6 +115,7 @@ class Scene:
             "gradient": None if self.gradients is None else self.gradients.kind != FLAT,
             "stroke": None if self.strokes is None else self.strokes.is_stroked,
             "form": None if self.forms is None else self.forms.is_form,
+            "soft path": None if self.softness is None else self.softness.is_soft,
         }
         counts += [counted(int(mask.sum()), noun) for noun, mask in masks.items() if mask is not None]
         backdrop = "transparent" if self.transparent else f"background {self.background.tolist()}"
@@ -212,8 +216,8 @@ class Scene:
     def to_dict(self) -> dict[str, Any]:
         """Return the scene as tensors, numbers and None by name; `from_dict` takes it back.
 
-        The values are not copied. Numbers of rows are int64, as files have them, and masks uint8. Strokes are not
-        among them: no fit of a photo has any.
+        The values are not copied. Numbers of rows are int64, as files have them, and masks uint8. Strokes and
+        softness are not among them: no fit of a photo has any.
         """
         structure, gradients, forms = self.structure, self.gradients, self.forms
         loops = None if self.is_uniform else structure.loop_first_segment.long()
@@ -253,8 +257,8 @@ class Scene:
         """Return the scene with the outlines of other paths, and what ``change`` makes of the values of each path."""
         paths: dict[str, Any] = {name: change(getattr(self, name)) for name in ("color", "opacity", "generation")}
         groups = self._groups(lambda group: group.map(change))
-        if self.forms is not None:
-            groups["forms"] = groups["forms"].or_none()
+        for name in ("forms", "softness"):
+            groups[name] = None if groups[name] is None else groups[name].or_none()
         return replace(self, segments=segments, structure=structure, **groups, **paths)
 
     def _groups(self, change: Callable[[Any], Any]) -> dict[str, Any]:
@@ -295,6 +299,6 @@ def straightened(segments: Tensor, structure: Structure) -> Tensor:
 
 _TENSORS = ("segments", "color", "opacity", "background", "generation")
 
-_GROUPS: dict[str, Any] = {"gradients": Gradients, "strokes": Strokes, "forms": Forms}
+_GROUPS: dict[str, Any] = {"gradients": Gradients, "strokes": Strokes, "forms": Forms, "softness": Softness}
 """Values of each path that only some scenes have: a field of the scene -> its class. Each class has ``none``, ``map``,
 ``joined``, ``scaled`` and ``moved``."""

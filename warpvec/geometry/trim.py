@@ -36,13 +36,15 @@ def trim(scene: Scene, height: int, width: int) -> Scene:
 
     Each loop is cut along the four edges in turn. Each part outside an edge is replaced by a straight line along the
     edge, which keeps the winding numbers inside, and with them the filled area. Paths that lie wholly outside are
-    gone. Paths that lie wholly inside stay as they are. Torch does not differentiate
-    through it.
+    gone. Paths that lie wholly inside stay as they are, and so do soft ones: what lies outside is blurred into the
+    picture. Torch does not differentiate through it.
     """
     scene = scene.detach()
     size = np.array([width, height], np.float64)
     segments = scene.segments.double().cpu().numpy()
     outside: NDArray[np.bool_] = np.any((segments < 0.0) | (segments > size), (1, 2))
+    if scene.softness is not None:
+        outside &= ~scene.softness.is_soft.cpu().numpy()[scene.structure.segment_path.cpu().numpy()]
     if not outside.any():
         return scene
     is_line, loops = scene.structure.lines.cpu().numpy(), []

@@ -34,6 +34,9 @@ def cut_warnings(drawing: Sheet, min_width: float, options: SheetOptions) -> lis
 def _of_paints(drawing: Sheet) -> Iterator[str]:
     gradients = sum(part.has_gradient for part in drawing.parts)
     translucent = sum(not part.is_opaque for part in drawing.parts)
+    soft = sum(part.is_soft for part in drawing.parts)
+    if soft:
+        yield f"{counted(soft, 'soft path')} will be cut along the outline, without the blur"
     if gradients:
         yield f"{counted(gradients, 'gradient')} will be cut in one colour, the mean of its stops"
     if translucent:

@@ -136,6 +136,7 @@ class Part:
         has_gradient: whether it has more than one colour.
         is_opaque: whether nothing shows through it.
         layer: name of its layer; None for its colour.
+        is_soft: whether it is blurred.
     """
 
     color: str
@@ -144,6 +145,7 @@ class Part:
     has_gradient: bool = False
     is_opaque: bool = True
     layer: str | None = None
+    is_soft: bool = False
 
     def mapped(self, change: Callable[[Shape], Shape]) -> Part:
         """Return the part with what ``change`` makes of each shape."""
@@ -177,7 +179,8 @@ def read_parts(svg: str, per_inch: float = 96.0) -> Sheet:
     if scene.gradients is not None:
         has_gradient, opacity = scene.gradients.kind != FLAT, opacity * scene.gradients.least_opacity()
     rows = (_colors(scene), shapes, _strokes(scene, scale), has_gradient.tolist(), (opacity >= 1.0).tolist())
-    parts = [Part(*each) for each in zip(*rows, strict=True)]
+    is_soft = [False] * len(scene) if scene.softness is None else scene.softness.is_soft.tolist()
+    parts = [replace(Part(*each), is_soft=soft) for *each, soft in zip(*rows, is_soft, strict=True)]
     return Sheet(tuple(part for part in parts if part.shapes and not _is_page(part, width, height)), width, height)
 
 

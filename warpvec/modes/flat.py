@@ -15,6 +15,7 @@ from warpvec.flat.color_layers.layering import layered
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.cutting.cutout import cut_out
 from warpvec.flat.drawing import FlatDrawing
+from warpvec.flat.soft_drawing import SoftDrawing
 from warpvec.geometry.scene import Scene
 from warpvec.goals.search import meet
 from warpvec.modes.detail import Detail
@@ -66,13 +67,21 @@ class Flat:
         """
         with single_torch_thread(), torch.no_grad():
             work = self.outlines.begin(request, reduced_settings(request), self.unexplained_max)
+            soft = SoftDrawing(work)
 
             def draw(detail: float) -> Drawing:
-                scene, left_out = work.draw(detail)
+                scene, left_out = soft.draw(detail)
                 self.outlines.keep(work, request)
-                return replace(finished(request, scene, detail, left_out), roughly=work.outlines.roughly)
+                made_for = request if scene.softness is None else _as_it_is(request)
+                return replace(finished(made_for, scene, detail, left_out), roughly=work.outlines.roughly)
 
             return drawn(request, draw)
+
+
+def _as_it_is(request: Request) -> Request:
+    """Return ``request`` for a picture that is not blurred: a drawing with soft paths explains what seemed to be."""
+    picture = replace(request.encoding.picture, blur=0.0)
+    return replace(request, encoding=replace(request.encoding, picture=picture))
 
 
 def drawn(request: Request, draw: Callable[[float], Drawing]) -> Drawing:
@@ -123,4 +132,5 @@ def _without_overlaps(scene: Scene, encoding: Encoding, watch: Watch) -> tuple[S
     ticks = [side / whole / 10**encoding.precision for side, whole in zip(size, encoding.size, strict=True)]
     cut = cut_out(scene, size[1], size[0], (ticks[1], ticks[0]), watch)
     parts = {"hidden path": cut.hidden_count, "sliver": cut.sliver_count, "translucent fill": cut.blended_count}
+    parts["blur"] = cut.sharpened_count
     return cut.scene, parts

@@ -62,6 +62,10 @@ class SplatRenderer(TileRenderer):
             raise InputError(
                 "scene", "must have flat fills for the renderer splat", "gradients", "render it with exact"
             )
+        if scene.softness is not None:
+            raise InputError(
+                "scene", "must have sharp paths for the renderer splat", "soft ones", "render it with exact"
+            )
         self._splatting.run(scene.points, scene.opacity)
         self._binning.bin_splats(self._splatting, len(scene))
         self._coverage.run(self._splatting, self._binning, scene.opacity)

@@ -62,6 +62,8 @@ def _row_derivative(variables: Variables, scene: Scene, x: Tensor, held: Tensor,
         rows = np.arange(len(path))
         parts.append((CURVE_VALUES * rows + CURVE_VALUES - 1, count + path, np.ones(len(path))))
         count += len(scene)
+    if scene.softness is not None:  # left out of the matrix, as are the outlines of soft paths
+        count += len(scene)
     by_forms = variables.form_derivative(x)
     if by_forms is not None:
         found = by_forms.tocoo()

@@ -37,6 +37,16 @@ brought the loss below this share. Tracings of emoji_u1f988 and emoji_u1f36f gai
 RESTART_ROOM = 40
 """Fewest iterations that must be left for a new start."""
 
+TURNS_SOFT = 3
+"""Most turns of a drawing with soft paths: first all others by damped Gauss-Newton steps, whose matrix knows no blur,
+then the soft ones by gradients."""
+
+ITERATIONS_SOFT = 60
+"""Most iterations of the soft paths in a turn. A shadow of ten nodes needs some thirty."""
+
+GAIN_SOFT_MIN = 0.01
+"""Share of the loss below which the gain of a turn is that of the last one."""
+
 HISTORY_GAP = 10
 """Iterations between entries of the history."""
 
@@ -79,9 +89,7 @@ def polish(
     part = Watch(time_budget=config.time_budget).part() if part is None else part
     with on_warps_stream(device), single_torch_thread(), torch.no_grad(), part:
         locked = None if locked is None else locked.to(device)
-        here = start.to(device)
-        variables = Variables(here, target, config, free=free, locked=locked, keeps_stops=keeps_stops)
-        run = _Polish(target, here, config, part, iterations, variables, free)
+        run = _Polish(target, start.to(device), config, part, iterations, free, locked, keeps_stops)
         try:
             run.take(values_exact_max, gain_min)
         except KeyboardInterrupt:
@@ -99,24 +107,55 @@ class _Polish:
         config: FitConfig,
         part: Part,
         iterations: int,
-        variables: Variables,
         free: bool,
+        locked: Tensor | None,
+        keeps_stops: bool,
     ) -> None:
-        self._start, self._config, self._part, self._iteration_count = start, config, part, iterations
-        self._variables = variables
-        self._start_loss = float(target.fit_step(start, False).loss)
-        self._guard = FoldGuard(start, self._variables, config.precision, is_on=not free)
-        self._best: Evaluation | None = None
+        self._target, self._config, self._part, self._iteration_count = target, config, part, iterations
+        self._free, self._locked, self._keeps_stops = free, locked, keeps_stops
         self._iteration = 0
+        self._begin(start, locked)
+
+    def _begin(self, start: Scene, locked: Tensor | None) -> None:
+        """Go on from ``start``, with the paths ``locked`` [N] as they are."""
+        self._start = start
+        self._variables = Variables(
+            start, self._target, self._config, free=self._free, locked=locked, keeps_stops=self._keeps_stops
+        )
+        self._start_loss = float(self._target.fit_step(start, False).loss)
+        self._guard = FoldGuard(start, self._variables, self._config.precision, is_on=not self._free)
+        self._best: Evaluation | None = None
 
     def take(self, values_exact_max: int, gain_min: float) -> None:
         """Take the iterations; raise KeyboardInterrupt once the user asks for the best result so far."""
         if self._iteration_count == 0:
             return
+        if self._start.softness is not None and bool(self._start.softness.is_soft.any()):
+            self._take_by_turns(self._start.softness.is_soft, values_exact_max, gain_min)
+        else:
+            self._take_whole(values_exact_max, gain_min)
+
+    def _take_whole(self, values_exact_max: int, gain_min: float) -> None:
         if self._variables.value_count <= values_exact_max and len(self._start) <= PATHS_EXACT_MAX:
             self._take_exactly(gain_min)
         else:
             self._take_by_gradients()
+
+    def _take_by_turns(self, is_soft: Tensor, values_exact_max: int, gain_min: float) -> None:
+        """Fit the sharp and the ``is_soft`` paths [N] in turns."""
+        for _ in range(TURNS_SOFT):
+            before = self._best_loss
+            if not bool(is_soft.all()):
+                self._begin(self.scene(), is_soft if self._locked is None else is_soft | self._locked)
+                self._take_whole(values_exact_max, gain_min)
+            self._begin(self.scene(), ~is_soft if self._locked is None else ~is_soft | self._locked)
+            left = min(ITERATIONS_SOFT, self._iteration_count - self._iteration)
+            if left > 1:
+                descent = Descent(self._variables, self._best_x, self._config.seed, self._config.lr_scale)
+                for found in descent.by_curvature(left):
+                    self._see(found)
+            if self._best_loss > (1.0 - GAIN_SOFT_MIN) * before:
+                return
 
     def _take_exactly(self, gain_min: float) -> None:
         """Take Gauss-Newton steps, which fold nothing, and start anew from the best while that pays."""

@@ -22,6 +22,7 @@ from warpvec.geometry.joints import Joints
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.path_forms import is_used
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.softness import SIGMA_MAX
 from warpvec.polish.stop_variables import bound_stops, bounded_offset_step, free_stops, stop_parts
 
 OPAQUE = 1.0 - 1e-3
@@ -32,6 +33,9 @@ OPACITY_MIN = 0.01
 
 WIDTH_MIN = 0.1
 """Least width of a stroke in pixels. A thinner one can hardly be seen, and one of no width would be filled."""
+
+SIGMA_FIT_MIN = 0.2
+"""Least standard deviation of a soft path in pixels: with less it could never become soft again."""
 
 STRENGTH_MIN = 0.01
 """Smallest strength of a value, as a share of the mean strength of its kind. Without this, values that hardly show,
@@ -73,6 +77,9 @@ class Variables:
         self._width_part = len(parts)
         if scene.strokes is not None:
             parts.append(scene.strokes.width)
+        self._sigma_part = len(parts)
+        if scene.softness is not None:
+            parts.append(scene.softness.sigma)
         if scene.forms is not None:
             parts.append(scene.forms.parameters)
         self._shapes = [part.shape for part in parts]
@@ -90,6 +97,8 @@ class Variables:
                 part.copy_(mask)
         if scene.strokes is not None:
             self._of(self.is_free)[self._width_part].copy_(scene.strokes.is_stroked)
+        if scene.softness is not None:
+            self._of(self.is_free)[self._sigma_part].copy_(scene.softness.is_soft)
         if scene.forms is not None:
             own = scene.forms.is_form
             self.is_free &= ~self.points_of(own[scene.structure.segment_path.long()])
@@ -144,6 +153,9 @@ class Variables:
         if self._scene.strokes is not None:
             widths = self._of(diagonal)[self._width_part]
             self._of(floor)[self._width_part].fill_(STRENGTH_MIN * widths.mean() + 1e-12)
+        if self._scene.softness is not None:
+            sigmas = self._of(diagonal)[self._sigma_part]
+            self._of(floor)[self._sigma_part].fill_(STRENGTH_MIN * sigmas.mean() + 1e-12)
         if self._scene.forms is not None:
             part, own = self._of(diagonal)[-1], self._of(self.is_free)[-1]
             mean = (part * own).sum(0) / own.sum(0).clamp_min(1)
@@ -205,6 +217,9 @@ class Variables:
         if self._scene.strokes is not None:
             width = self._of(x)[self._width_part]
             width.copy_(torch.where(self._scene.strokes.is_stroked, width.clamp_min(WIDTH_MIN), 0.0))
+        if self._scene.softness is not None:
+            sigma, is_soft = self._of(x)[self._sigma_part], self._scene.softness.is_soft
+            sigma.copy_(torch.where(is_soft, sigma.clamp(SIGMA_FIT_MIN, SIGMA_MAX), 0.0))
         if self._scene.forms is not None:
             paints[-1].copy_(replace(self._scene.forms, parameters=paints[-1]).bounded().parameters)
         if self._scene.gradients is not None:
@@ -297,6 +312,8 @@ class Variables:
             shown += zip(own, paints[: len(own)], strict=True)
         if scene.strokes is not None:
             shown.append((scene.strokes.width, limited[self._width_part]))
+        if scene.softness is not None:
+            shown.append((scene.softness.sigma, limited[self._sigma_part]))
         if scene.forms is not None:
             shown.append((scene.forms.parameters, paints[-1]))
         for memory, values in shown:
@@ -315,5 +332,7 @@ class Variables:
                 parts += [adjoint.flatten() for adjoint in of_stops]
         if self._scene.strokes is not None:
             parts.append(adjoints.width)
+        if self._scene.softness is not None:
+            parts.append(adjoints.softness)
         parts += [adjoint.flatten() for adjoint in adj_forms]
         return torch.cat(parts) * self.is_free

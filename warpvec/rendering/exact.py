@@ -21,6 +21,7 @@ from warpvec.rendering.stages.compositing import Paint
 from warpvec.rendering.stages.coverage import Coverage
 from warpvec.rendering.stages.flattening import Flattening
 from warpvec.rendering.stages.pixel_slopes import HitSlopes, PixelSlopes
+from warpvec.rendering.stages.softening import Softening
 from warpvec.rendering.tile_renderer import Adjoints, Hits, TileRenderer
 
 
@@ -40,24 +41,35 @@ class ExactRenderer(TileRenderer):
         self._binning = Binning(self._launch, self._lanes, self.grid)
         self._coverage = Coverage(self._launch, self._lanes)
         self._slopes = PixelSlopes(self._launch, self._lanes, self.grid)
+        self._softening = Softening(self._launch, self._lanes, self.grid)
 
     def _cover(self, scene: Scene) -> Hits:
         self._flattening.run(scene.segments, scene.structure, scene.strokes)
-        self._binning.run(self._flattening, len(scene))
+        self._bin(scene)
         self._coverage.run(self._flattening, self._binning)
+        self._softening.run(self._binning, self._coverage.slot_winding)
         paint = Paint(scene.color, scene.opacity, scene.background, self._lanes, scene.gradients)
         visible = self._compositing.find_visible(self._binning, paint)
         return self._binning, visible, self._coverage.slot_winding, paint
+
+    def _bin(self, scene: Scene) -> None:
+        reach = self._softening.begin(scene)
+        self._binning.run(self._flattening, len(scene), reach)
 
     def _collect(self, scene: Scene, adjoints: Adjoints) -> None:
         adj_edges = self._coverage.adjoint(self._flattening, self._binning, len(scene.segments))
         self._flattening.adjoint(adj_edges, adjoints.segments)
         if adjoints.width is not None:
             self._flattening.widths_adjoint(adjoints.width)
+        winding = self._coverage.slot_winding
+        self._softening.adjoint(self._binning, winding, adjoints.segments, adjoints.width, adjoints.softness)
         self._adj_edges = adj_edges
 
     def outline_adjoint(self, scene: Scene) -> OutlineAdjoint:
-        """Return a copy of the adjoint of the outlines of ``scene``, whose adjoints were computed last."""
+        """Return a copy of the adjoint of the outlines of ``scene``, whose adjoints were computed last.
+
+        Those of soft paths are as if these were sharp.
+        """
         count = self._flattening.vertex_count
         first = wp.to_torch(self._flattening.segment_first_vertex)[: scene.structure.segment_count + 1]
         arrays = (self._flattening.vertices, self._adj_edges)
@@ -85,12 +97,13 @@ class ExactRenderer(TileRenderer):
             winding.copy_(plane.reshape(-1))
             adj_edges = self._coverage.adjoint(self._flattening, self._binning, len(scene.segments))
             self._flattening.adjoint(adj_edges, out)
+            self._softening.adjoint(self._binning, self._coverage.slot_winding, out)
         return found
 
     def covered_tiles(self, scene: Scene) -> tuple[Tensor, Tensor]:
         """Return the pairs [K] of a path and a tile, counted by rows, of which the path covers a part or all."""
         self._flattening.run(scene.segments, scene.structure, scene.strokes)
-        self._binning.run(self._flattening, len(scene))
+        self._bin(scene)
         count = int(wp.to_torch(self._binning.tile_first_hit)[self.grid.count])
         hits = (wp.to_torch(each)[:count].long().cpu() for each in (self._binning.hit_pair, self._binning.hit_tile))
         pair, tile = hits

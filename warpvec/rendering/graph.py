@@ -72,9 +72,10 @@ class RecordedStep:
         inputs = (scene, prepared_target)
         if want_removal_cost:
             return self._renderer.fit_step(*inputs, want_removal_cost)
-        # A step with strokes or stops makes tensors of its own, whose memory a graph would not keep.
-        has_stops = scene.gradients is not None and scene.gradients.stops is not None
-        if self.is_paused or not self._record or scene.strokes is not None or has_stops:
+        # A step with these makes tensors of its own, whose memory a graph would not keep.
+        has_own = scene.strokes is not None or scene.softness is not None
+        has_own = has_own or (scene.gradients is not None and scene.gradients.stops is not None)
+        if self.is_paused or not self._record or has_own:
             return self._renderer.fit_step(*inputs, out=self._out_for(scene))
         addresses = _addresses(scene, prepared_target)
         recording = self._recording
@@ -151,6 +152,7 @@ def _fits(out: Adjoints, scene: Scene) -> bool:
     same_paints = (out.end_color is None) == (paints is None)
     same_paints &= (out.offset is None) == (paints is None or paints.stops is None)
     same_paints = same_paints and (out.width is None) == (scene.strokes is None)
+    same_paints = same_paints and (out.softness is None) == (scene.softness is None)
     return same_paints and out.segments.shape == scene.segments.shape and len(out.color) == len(scene)
 
 

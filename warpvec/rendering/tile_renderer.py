@@ -35,6 +35,7 @@ class Adjoints:
         end_color, geometry: adjoints of the gradients, if the scene has some.
         width: adjoint of the widths of strokes [N], if the scene has some.
         inner_color, offset, stop_opacity, breadth: adjoints of their stops, if the scene has those.
+        softness: adjoint of the standard deviations of soft paths [N], if the scene has some.
     """
 
     segments: Tensor
@@ -49,6 +50,7 @@ class Adjoints:
     offset: Tensor | None = None
     stop_opacity: Tensor | None = None
     breadth: Tensor | None = None
+    softness: Tensor | None = None
 
     @property
     def whole_color(self) -> Tensor:
@@ -144,6 +146,8 @@ class TileRenderer(ABC):
         adjoints = Adjoints(make(scene.segments.shape), make((count, 3)), make(count), make(CANVAS_TERMS))
         if scene.strokes is not None:
             adjoints = replace(adjoints, width=make(count))
+        if scene.softness is not None:
+            adjoints = replace(adjoints, softness=make(count))
         if scene.gradients is None:
             return adjoints
         adjoints = replace(adjoints, end_color=make((count, 3)), geometry=make((count, 4)))
@@ -203,7 +207,7 @@ class TileRenderer(ABC):
             parts.append(self._paint_step(scene, over, prepared_target, want_removal_cost))
             total += coverage
         coverage.copy_(total / len(views))
-        adjoints = mean_adjoints(parts, without=("segments", "width"))
+        adjoints = mean_adjoints(parts, without=("segments", "width", "softness"))
         self._collect(scene, adjoints)
         return adjoints
 

@@ -74,7 +74,8 @@ def file_facts(svg: SvgSource) -> dict[str, Any]:
     """Count what is in an SVG. The sizes are the same if ``svg`` is gzipped.
 
     Keys: ``paths`` (painted elements), ``gradients`` (those with one), ``segments``, ``parameters`` (the numbers that
-    shape them, as `warpvec.svg.parameters` counts them), ``strokes`` (elements with a stroke, forms included),
+    shape them, as `warpvec.svg.parameters` counts them), ``soft`` (elements with a filter),
+    ``strokes`` (those with a stroke, forms included),
     ``circles``, ``ellipses`` and ``rects`` (the paths that are one), ``stroke_looks`` and ``found`` (the looks of the
     strokes, and all of this in words: `warpvec.svg.found`), ``kinds`` (the parts of these words by kind of path),
     ``millimeters`` (width and height, None for a size in pixels), ``bytes``, and ``gzip_bytes``.
@@ -97,6 +98,7 @@ def file_facts(svg: SvgSource) -> dict[str, Any]:
         "gradients": document.painted.gradient_count,
         "segments": sum(count.segments for count in counts) + document.painted.form_segment_count,
         "strokes": document.painted.stroke_count,
+        "soft": document.painted.soft_count,
         "parameters": parameters,
         **{name: document.painted.names[element] for name, element in FORM_COUNTS.items()},
         "stroke_looks": stroke_looks(shapes, scale),

@@ -24,8 +24,8 @@ from warpvec.svg.write import (
     Look,
     background_of,
     closes_by_lines,
-    fills_of,
     opacity_attribute,
+    paints_of,
     path_data,
     path_shape,
     runs_of,
@@ -55,14 +55,14 @@ def write_minified(
         ValueError: as `quantize`.
     """
     scene = quantize(scene, precision).cpu()
-    fills, definitions = fills_of(scene, short_ids=True)
+    fills, blurs, definitions = paints_of(scene, short_ids=True)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{sides[0]}" height="{sides[1]}"'
         f' viewBox="0 0 {width} {height}">',
         *definitions,
         *background_of(scene, width, height),
     ]
-    looks = zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), strokes_of(scene, precision), strict=True)
+    looks = zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), strokes_of(scene, precision), blurs, strict=True)
     elements = list(zip(itertools.starmap(Look, looks), _shapes(scene, precision), strict=True))
     generation = scene.generation.numpy()
     for start, stop in runs_of(generation if keeps_layers else np.zeros_like(generation)):

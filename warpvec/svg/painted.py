@@ -34,6 +34,7 @@ class PaintedCounter:
         count: the elements so far.
         gradient_count: those of them whose own fill refers to a gradient or a pattern.
         stroke_count: those of them with a stroke, their own or that of a group.
+        soft_count: those of them whose own attributes refer to a filter.
         form_segment_count: lines and arcs of all circles, ellipses and rectangles among them.
         form_parameter_count: numbers that shape the elements among them that are no paths.
         names: how many of each element there are.
@@ -41,7 +42,7 @@ class PaintedCounter:
     """
 
     def __init__(self) -> None:
-        self.stroke_count = 0
+        self.stroke_count = self.soft_count = 0
         self.count = self.gradient_count = self.form_segment_count = self.form_parameter_count = self._depth = 0
         self.names: Counter[str] = Counter()
         self.shapes: Counter[tuple[str, Look]] = Counter()
@@ -59,6 +60,7 @@ class PaintedCounter:
             self.count += 1
             self.gradient_count += _has_gradient(attributes)
             self.stroke_count += look.is_stroked
+            self.soft_count += "url(" in attributes.get("filter", "")
             self.names[name] += 1
             self.shapes[shape_kind(name, look), look] += 1
             self.form_parameter_count += form_parameters(name, attributes) or 0

@@ -23,6 +23,7 @@ from warpvec.geometry.paints.registry import KINDS
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.stops import STOPS_MAX
 from warpvec.geometry.strokes import BUTT, CAPS, JOINS, MITER, MITER_LIMIT, MITER_LIMIT_MAX
+from warpvec.svg.blurs import read_blur
 from warpvec.svg.document import layer_level, local_name, parse_svg, read_text
 from warpvec.svg.form_elements import FORM_ATTRIBUTES, FORM_ELEMENTS, form_decimals, read_form
 from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops
@@ -31,6 +32,14 @@ from warpvec.svg.units import check_pixels, stated_size
 from warpvec.svg.write import layer_id
 
 _Paint = tuple[Color, OutlineGradient | None]
+
+
+class _Definitions(NamedTuple):
+    """What paths refer to: by the fill, the first colour and the rest of a gradient; by the filter, its blur."""
+
+    paints: dict[str, _Paint]
+    blurs: dict[str, float]
+
 
 MAX_CHARACTERS = 2**26
 """Longest text. A path of four cubics takes about 80 characters, so this is a hundred times what warpvec fits."""
@@ -106,12 +115,13 @@ def _read_own(root: Element) -> LoadedSvg:
         raise _NotOurs
     width, height = box.groups()
     children = [child for child in root if local_name(child.tag) not in ("", *_UNDRAWN)]
-    gradients = _own_gradients(children.pop(0)) if children and local_name(children[0].tag) == "defs" else {}
+    has_definitions = bool(children) and local_name(children[0].tag) == "defs"
+    definitions = _own_definitions(children.pop(0)) if has_definitions else _Definitions({}, {})
     has_background = bool(children) and local_name(children[0].tag) == "rect" and "x" not in children[0].attrib
     background = _read_background(children.pop(0), width, height) if has_background else None
     elements = list(_own_paths(children))
     decimals = max((_own_decimals(path.element) for path in elements), default=0)
-    outlines = [_own_outline(path, decimals, gradients) for path in elements]
+    outlines = [_own_outline(path, decimals, definitions) for path in elements]
     return LoadedSvg(
         make_scene(outlines, background),
         float(width),
@@ -170,10 +180,11 @@ def _own_path(path: Element, generation: int, opacity: str) -> _OwnPath:
     name = local_name(path.tag)
     _expect(name in _SHAPES and len(path) == 0)
     if "stroke" in path.attrib:
-        _expect_attributes(path, ("id", "fill", "stroke", "stroke-opacity", *_OWN_STROKE, *_OWN_ATTRIBUTES[name]))
+        own = ("id", "fill", "stroke", "stroke-opacity", "filter", *_OWN_STROKE, *_OWN_ATTRIBUTES[name])
+        _expect_attributes(path, own)
         _expect(path.get("fill") == "none")
         return _OwnPath(path, generation, path.get("stroke-opacity", "1"))
-    _expect_attributes(path, ("id", "fill", "fill-opacity", *_OWN_ATTRIBUTES[name]))
+    _expect_attributes(path, ("id", "fill", "fill-opacity", "filter", *_OWN_ATTRIBUTES[name]))
     return _OwnPath(path, generation, path.get("fill-opacity", opacity))
 
 
@@ -192,19 +203,26 @@ def _own_layer_names(groups: Sequence[Element]) -> dict[int, str] | None:
     return names if groups and all(names.values()) and list(map(layer_id, names.values())) == identifiers else None
 
 
-def _own_outline(path: _OwnPath, decimals: int, gradients: dict[str, _Paint]) -> Outline:
+def _own_outline(path: _OwnPath, decimals: int, definitions: _Definitions) -> Outline:
+    softness, gradients = 0.0, definitions.paints
+    if "filter" in path.element.attrib:
+        blur = definitions.blurs.get(path.element.get("filter", ""))
+        if blur is None:
+            raise _NotOurs
+        softness = blur
     stroke, name = _own_stroke(path.element), local_name(path.element.tag)
     role = "fill" if stroke is None else "stroke"
     paint = path.element.get(role, "")
     color, gradient = gradients[paint] if paint in gradients else (_own_color(path.element, role), None)
     _expect(_OWN_OPACITY.fullmatch(path.opacity) is not None)
     if name == "path":
-        return replace(_own_loops(path, color, decimals), gradient=gradient, stroke=stroke)
+        outline = _own_loops(path, color, decimals)
+        return replace(outline, gradient=gradient, stroke=stroke, softness=softness)
     form = read_form(name, path.element.attrib, decimals)
     if form is None:
         raise _NotOurs
     outline = Outline.of_form(form, color, float(path.opacity), path.generation)
-    return replace(outline, gradient=gradient, stroke=stroke)
+    return replace(outline, gradient=gradient, stroke=stroke, softness=softness)
 
 
 def _own_loops(path: _OwnPath, color: Color, decimals: int) -> Outline:
@@ -233,11 +251,16 @@ def _number_of(word: str, words: Mapping[int, str]) -> int:
     return next(number for number, known in words.items() if known == word)
 
 
-def _own_gradients(definitions: Element) -> dict[str, _Paint]:
-    """Return, by the fill that refers to a gradient, the first colour and the rest of the gradient."""
+def _own_definitions(definitions: Element) -> _Definitions:
+    """Return the gradients and blurs of a file."""
     _expect_attributes(definitions, ("id",))
     paints: dict[str, _Paint] = {}
+    blurs: dict[str, float] = {}
     for element in definitions:
+        blur = read_blur(element)
+        if blur is not None:
+            blurs[f"url(#{element.get('id')})"] = blur
+            continue
         number, kind = _own_kind(element)
         _expect_attributes(element, ("id", "gradientUnits", *kind.sides))
         _expect(element.get("gradientUnits") == "userSpaceOnUse" and 2 <= len(element) <= STOPS_MAX)
@@ -248,7 +271,7 @@ def _own_gradients(definitions: Element) -> dict[str, _Paint]:
         geometry = tuple(float(text) for text in numbers)
         paint = OutlineGradient(number, geometry, stops[-1].color, stops)
         paints[f"url(#{element.get('id')})"] = stops[0].color, paint
-    return paints
+    return _Definitions(paints, blurs)
 
 
 def _own_kind(element: Element) -> tuple[int, GradientKind]:

@@ -20,6 +20,7 @@ from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.stops import STOPS_MAX
 from warpvec.geometry.strokes import BUTT, CAPS, JOINS, MITER, MITER_LIMIT
+from warpvec.svg.blurs import blurs_of
 from warpvec.svg.form_elements import Shape, form_shapes
 from warpvec.svg.path_data import Loop, format_curves, format_number, format_path
 from warpvec.svg.quantize import (
@@ -65,9 +66,9 @@ def write_svg(
         ValueError: as `quantize`, or ``metadata`` cannot be written as JSON.
     """
     scene = quantize(scene, precision).cpu()
-    fills, definitions = fills_of(scene)
+    fills, blurs, definitions = paints_of(scene)
     sides = sides or (str(width), str(height))
-    looks = zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), strokes_of(scene, precision), strict=True)
+    looks = zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), strokes_of(scene, precision), blurs, strict=True)
     shapes = shapes_of(scene, precision)
     elements = [shape_element(Look(*look), shape) for look, shape in zip(looks, shapes, strict=True)]
     lines = [
@@ -131,20 +132,24 @@ class Look(NamedTuple):
         paint: the colour of its fill or stroke, or a reference to a gradient.
         opacity: of the fill or stroke, in ticks.
         stroke: the attributes of a stroke but for its paint, each with a space before it; None for a fill.
+        blur: the attribute of a soft path, with the space before it.
     """
 
     paint: str
     opacity: int
     stroke: str | None
+    blur: str = ""
 
 
 def shape_element(look: Look, shape: Shape, shared: int = OPAQUE) -> str:
     """Return the element of a shape; the opacity of a fill is left out if its group states it as ``shared``."""
     if look.stroke is not None:
         opacity = "" if look.opacity == OPAQUE else opacity_attribute(look.opacity, "stroke")
-        return f'<{shape.element} fill="none" stroke="{look.paint}"{look.stroke}{opacity}{shape.attributes}/>'
+        return (
+            f'<{shape.element} fill="none" stroke="{look.paint}"{look.stroke}{opacity}{look.blur}{shape.attributes}/>'
+        )
     opacity = "" if look.opacity == shared else opacity_attribute(look.opacity)
-    return f'<{shape.element} fill="{look.paint}"{opacity}{shape.attributes}/>'
+    return f'<{shape.element} fill="{look.paint}"{opacity}{look.blur}{shape.attributes}/>'
 
 
 def opacity_attribute(ticks: int, role: str = "fill") -> str:
@@ -227,12 +232,24 @@ def _line_rows(scene: Scene) -> NDArray[np.bool_]:
     return np.zeros(len(scene.segments), np.bool_) if is_line is None else is_line.numpy()
 
 
-def fills_of(scene: Scene, *, short_ids: bool = False) -> tuple[list[str], list[str]]:
-    """Return the ``fill`` of each path, and the lines that define its gradients; equal gradients are one.
+def paints_of(scene: Scene, *, short_ids: bool = False) -> tuple[list[str], list[str], list[str]]:
+    """Return the ``fill`` of each path, the attribute that blurs it, and the lines of the definitions of both.
 
-    An id follows from its gradient, so that files on one page share an id only with an equal gradient; or it is as
-    short as can be.
+    Equal gradients are one, and so are equal blurs. An id follows from what it names, so that files on one page share
+    an id only with an equal one; or it is as short as can be.
     """
+
+    def blur_name(text: str, taken: list[str]) -> str:
+        return f"b{len(taken) + 1}" if short_ids else _content_id(text, taken, "b")
+
+    fills, gradients = _fills_of(scene, short_ids)
+    blurs, filters = blurs_of(scene, blur_name)
+    lines = [*gradients, *filters]
+    return fills, blurs, ["<defs>", *lines, "</defs>"] if lines else []
+
+
+def _fills_of(scene: Scene, short_ids: bool) -> tuple[list[str], list[str]]:
+    """Return the ``fill`` of each path, and the gradients."""
     fills = hex_colors(scene.color)
     if scene.gradients is None:
         return fills, []
@@ -245,14 +262,13 @@ def fills_of(scene: Scene, *, short_ids: bool = False) -> tuple[list[str], list[
             if text not in names:
                 names[text] = f"g{len(names) + 1}" if short_ids else _content_id(text, names.values())
             fills[row] = f"url(#{names[text]})"
-    lines = [text.replace(" ", f' id="{name}" ', 1) for text, name in names.items()]
-    return fills, ["<defs>", *lines, "</defs>"]
+    return fills, [text.replace(" ", f' id="{name}" ', 1) for text, name in names.items()]
 
 
-def _content_id(text: str, taken: Collection[str]) -> str:
-    """Return an id that follows from ``text``, and is none of those ``taken``."""
+def _content_id(text: str, taken: Collection[str], letter: str = "g") -> str:
+    """Return an id that begins with ``letter``, follows from ``text``, and is none of those ``taken``."""
     digits = sha256(text.encode()).hexdigest()
-    return next(name for count in range(6, len(digits)) if (name := "g" + digits[:count]) not in taken)
+    return next(name for count in range(6, len(digits)) if (name := letter + digits[:count]) not in taken)
 
 
 def _stop_lists(color: Tensor, gradients: Gradients) -> list[str]:

@@ -22,6 +22,9 @@ SVG_SUFFIXES = (svg.WRITER.suffix, svgz.WRITER.suffix)
 """Suffixes of files that hold the text of the SVG."""
 
 
+HARD_SUFFIXES = (".pdf", ".eps", ".dxf")
+"""Suffixes of files that draw soft paths sharp: CairoSVG does not know the filter, and a knife cuts no blur."""
+
 PAGE_SUFFIXES = (*SVG_SUFFIXES, ".jsx")
 """Suffixes of files that web pages include as text."""
 

@@ -37,12 +37,14 @@ class Cutout:
         hidden_count: number of paths of the drawing that nothing is left of, because others cover them.
         sliver_count: number of slivers that went to their neighbours.
         blended_count: number of translucent paths, which are mixed with the colours of what they cover.
+        sharpened_count: number of soft paths, which are cut along their outlines.
     """
 
     scene: Scene
     hidden_count: int
     sliver_count: int
     blended_count: int
+    sharpened_count: int = 0
 
 
 def cut_out(
@@ -101,6 +103,7 @@ def cut_out(
         hidden_count=len(stacked) - len(used),
         sliver_count=sliver_count,
         blended_count=sum(1 for row in used if _least_opacity(stacked)[row] < CUTTING.opaque),
+        sharpened_count=0 if scene.softness is None else int(scene.softness.is_soft.sum()),
     )
 
 

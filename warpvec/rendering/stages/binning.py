@@ -9,6 +9,7 @@ import warp as wp
 
 from warpvec.kernels import binning as kernels
 from warpvec.kernels import capacity as capacity_kernels
+from warpvec.kernels import softening as soft_kernels
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import Lanes
 from warpvec.rendering.launch import Launcher, check_total, exclusive_scan, read_total
@@ -51,23 +52,29 @@ class Binning:
     strip_count: int
     pair_count: int
     slot_count: int
+    _widening: list[Any] | None = None
 
     def __init__(self, launch: Launcher, lanes: Lanes, grid: TileGrid) -> None:
-        self._launch, self._grid = launch, grid
+        self._launch, self._grid, self._lanes = launch, grid, lanes
         self._kernels, self._capacity = kernels.make_kernels(lanes), capacity_kernels.make_kernels(lanes)
         self._needs_strips = lanes.width == 1  # on vector lanes a work item of the later stages is a path
         self._buffers = launch.make_buffers()
         self.tile_first_hit = self._buffers.get("tile_first_hit", grid.count + 1, wp.int32)
 
-    def run(self, flattening: Flattening, path_count: int) -> None:
-        """Bin the flattened paths."""
+    def run(self, flattening: Flattening, path_count: int, path_reach: wp.array | None = None) -> None:
+        """Bin the flattened paths, of which soft ones reach ``path_reach`` [N] px farther (int32; 0: a sharp path)."""
         polylines = flattening.polylines
         size = [self._grid.rows, self._grid.columns]
+        self._widening = None if path_reach is None else [*polylines, path_reach, *size]
         arrays = self._bound(path_count, self._kernels.bound_paths, [*polylines, *size])
         boxes = [self.path_tile_box, self.path_first_strip, self.path_first_pair]
         edges = [polylines[0], flattening.edge_end, *polylines[1:]]
         arguments = [*edges, self._grid.columns, self._grid.count, *boxes, *arrays.values()]
         self._launch.shared(self._kernels.classify_pairs, path_count, arguments)
+        if path_reach is not None:
+            pairs = [arrays[name] for name in ("class", "is_partial", "key")]
+            soft = [path_reach, self.path_tile_box, self.path_first_pair, self._grid.columns, *pairs]
+            self._launch(soft_kernels.make_kernels(self._lanes).mark_soft_pairs, path_count, soft)
         self._number_slots(arrays["is_partial"])
         self._sort()
 
@@ -77,7 +84,11 @@ class Binning:
         self.path_tile_box = get("path_tile_box", path_count, wp.vec4i)
         strip_count = get("path_strip_count", path_count + 1, wp.int32)
         pair_count = get("path_pair_count", path_count + 1, wp.int32)
-        self._launch(kernel, path_count, [*arguments, self.path_tile_box, strip_count, pair_count])
+        boxes = [self.path_tile_box, strip_count, pair_count]
+        self._launch(kernel, path_count, [*arguments, *boxes])
+        if self._widening is not None:
+            widen = soft_kernels.make_kernels(self._lanes).bound_soft_paths
+            self._launch(widen, path_count, [*self._widening, *boxes])
         is_read = self._launch.capacity.limit is None
         # A strip has at least one pair, so there are no more strips than pairs.
         check_total("path_pair_count", pair_count, path_count, self._grid.count, is_read)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 from types import SimpleNamespace
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from warpvec.errors import InputError
 from warpvec.geometry.stops import STOPS_MAX
 from warpvec.svg.document import layer_level, local_name
+from warpvec.svg.foreign.blur import read_filter
 from warpvec.svg.foreign.budget import ElementCounter, reference_of
 from warpvec.svg.foreign.clip import Clips
 from warpvec.svg.foreign.fill import Fills, fraction
@@ -48,6 +50,9 @@ _OMITTED_ELEMENTS = {
 }  # fmt: skip
 _REMARKS = {
     "group opacity": "given to each of its paths, which shows where they overlap",
+    "group blur": "given to each of its paths, which shows where they overlap",
+    "uneven blur": "made as wide both ways",
+    "blur beyond the limit": "made narrower",
     "self-crossing even-odd fill": "filled by the non-zero rule",
     "gradient of many stops": f"reduced to {STOPS_MAX}",
     "gradient beyond the limit of stops": "given its mean colour",
@@ -127,8 +132,7 @@ class ForeignReader:
         properties = self._sheet.properties(element, above.properties)
         if properties["display"] == "none":
             return
-        for effect in ("mask", "filter"):
-            self._omitted[effect] += properties[effect] != "none"
+        self._omitted["mask"] += properties["mask"] != "none"
         self._omitted["blend mode"] += properties["mix-blend-mode"] != "normal"
         state = replace(
             above,
@@ -137,10 +141,14 @@ class ForeignReader:
             opacity=above.opacity * fraction(properties["opacity"]),
             depth=above.depth + 1,
         )
+        blur = read_filter(properties["filter"], state.matrix, self._by_id, self._omitted)
+        state = replace(state, softness=math.hypot(above.softness, blur))
         painter = self.painter
         before, background = len(painter.outlines), painter.background
         if name in SHAPES:
             painter.draw(name, element.attrib, state)
+            for index in range(before, len(painter.outlines)):
+                painter.outlines[index] = replace(painter.outlines[index], softness=state.softness)
         else:
             self._visit_group(element, name, state)
         covered = painter.background is not None and background is None
@@ -155,6 +163,8 @@ class ForeignReader:
             state = self._placed(element, state) if name == "svg" else state
             self._visit_children(element, name, state)
         translucent = 0 < fraction(state.properties["opacity"]) < 1
+        is_blurred = state.properties["filter"] != "none" and state.softness > 0.0
+        self._omitted["group blur"] += is_blurred and len(self.painter.outlines) > before + 1
         self._omitted["group opacity"] += translucent and len(self.painter.outlines) > before + 1
 
     def _visit_children(self, element: Element, name: str, state: State) -> None:

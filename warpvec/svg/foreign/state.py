@@ -21,6 +21,7 @@ class State:
         generation: level of detail.
         viewport: width and height that percentages refer to.
         depth: number of elements around it.
+        softness: standard deviation in pixels of the blurs of the element and its parents.
     """
 
     matrix: NDArray[np.float64]
@@ -29,3 +30,4 @@ class State:
     generation: int
     viewport: tuple[float, float]
     depth: int = 0
+    softness: float = 0.0

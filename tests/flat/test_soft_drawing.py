@@ -1,0 +1,61 @@
+"""Shadows and glows of flat art: found in the picture, and drawn as one soft path."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.flat.drawing import FlatDrawing
+from warpvec.flat.soft_drawing import SoftDrawing
+from warpvec.flat.softness.shadows import find_shadow
+from warpvec.image.colors import parse_color
+from warpvec.rendering.draw import draw_8_bits
+from warpvec.svg.read import read_svg
+
+SIDE = 80
+
+SHADOWED = """<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80"><defs>
+<filter id="b" x="-100%" y="-100%" width="300%" height="300%" color-interpolation-filters="sRGB">
+<feGaussianBlur stdDeviation="{sigma}"/></filter></defs><rect width="80" height="80" fill="{ground}"/>
+<g transform="translate({x} {y})"><path filter="url(#b)" fill="{color}" fill-opacity=".6" d="M24 24h28v16h-12v14h-16z"/>
+</g><path fill="#2f7de0" d="M24 24h28v16h-12v14h-16z"/></svg>"""
+
+
+def picture(**values: object) -> np.ndarray:
+    text = SHADOWED.format(**{"sigma": 3, "ground": "#fff", "color": "#000", "x": 4, "y": 6, **values})
+    return draw_8_bits(read_svg(text).scene, SIDE, SIDE, 1).astype(np.float32) / 255.0
+
+
+@pytest.mark.parametrize(
+    ("sigma", "ground", "color", "offset"),
+    [(1.5, "#fff", "#000", (4.0, 5.0)), (6.0, "#2a3550", "#ffd75e", (0.0, 0.0)), (3.0, "#fff", "#204080", (-5.0, 3.0))],
+)
+def test_a_shadow_is_measured(sigma: float, ground: str, color: str, offset: tuple[float, float]) -> None:
+    pytest.importorskip("svgelements")
+    found = find_shadow(picture(sigma=sigma, ground=ground, color=color, x=offset[0], y=offset[1]))
+    assert found is not None
+    assert found.sigma == pytest.approx(sigma, rel=0.1)
+    assert found.offset == pytest.approx(offset, abs=0.3)
+    change = np.array(parse_color(color)) - np.array(parse_color(ground))
+    assert np.abs(found.amplitude - 0.6 * change).max() <= 6.0 / 255.0
+
+
+def test_a_picture_without_a_shadow_has_none() -> None:
+    image = picture(sigma=0.001, x=0, y=0)
+    assert find_shadow(image) is None
+    ramp = image.copy()  # a gradient on the shape is no shadow
+    ramp[24:40, 24:52] *= np.linspace(0.3, 1.0, 28, dtype=np.float32)[None, :, None]
+    assert find_shadow(ramp) is None
+
+
+def test_a_shadow_becomes_one_soft_path() -> None:
+    pytest.importorskip("svgelements")
+    image = picture()
+    config = FitConfig(mode="flat", opacity="free", threads=1, device="cpu")
+    with torch.no_grad():
+        scene, _ = SoftDrawing(FlatDrawing(torch.from_numpy(image), config)).draw(0.1)
+    assert len(scene) == 2 and scene.softness is not None
+    assert [each for each in scene.softness.sigma.tolist() if each] == [pytest.approx(3.0, rel=0.1)]
+    assert np.abs(draw_8_bits(scene, SIDE, SIDE, 1) / 255.0 - image).mean() < 0.003

@@ -1,0 +1,71 @@
+"""The tuned numbers of soft light in flat art: shadows and glows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SoftnessNumbers:
+    """The numbers of `warpvec.flat.softness`; lengths in pixels, colours in 8-bit levels."""
+
+    alike: float = 1.5
+    """Largest difference of neighbours in one plateau, and of a pixel from a flat ground: rounding is half a level."""
+
+    plateau_area: int = 9
+    """Fewest pixels of a plateau that may cast a shadow: three by three, which a blurred edge seldom has."""
+
+    jump: float = 12.0
+    """Least difference in levels across the edge of a shape that casts a shadow. The bands of a shadow of one level
+    each differ by one or two."""
+
+    sharpness: float = 1.6
+    """An edge is sharp if the first two pixels across it change the colour so many times as much as the next two. At a
+    blur of 1 px, which is the softest sharp edge, the ratio from a plateau outwards is 0.7."""
+
+    ground_share: float = 0.04
+    """Least share of the picture that the ground has on which a shadow lies. Smaller ones are parts of a drawing."""
+
+    zone_area: int = 60
+    """Fewest pixels of a soft zone: a shadow of 1 px around a shape of 20 px has as many."""
+
+    amplitude_min: float = 6.0
+    """Least difference in levels between a ground and its shadow. Fainter ones are rather a JPEG's traces."""
+
+    sigma_min: float = 0.7
+    """Least standard deviation of what is called soft; below, an edge is only less sharp than others."""
+
+    sigma_max: float = 60.0
+    """Largest one that is looked for."""
+
+    unexplained: float = 0.12
+    """Share of the energy of a soft zone that a shadow may leave unexplained. Shadows that were drawn leave below
+    0.02, gradients beside a shape 0.3 and more."""
+
+    error_max: float = 1.26
+    """Factor by which the error of a drawing may rise for a shadow that replaces paths: 1 dB."""
+
+    bytes_max: float = 1.1
+    """Factor by which the bytes of a drawing may rise for a shadow that gains more than 1 dB."""
+
+    blur_max: float = 1.0
+    """Largest blur in pixels that a picture may seem to have because of its shadow; the sharp edges in front of a
+    shadow of 5 px look blurred by 0.6 px."""
+
+    coarse_side: int = 128
+    """Side in pixels of the small copy on which a shadow is looked for first. It tells most gradients from shadows."""
+
+    coarse_unexplained: float = 0.3
+    """The same as ``unexplained`` in the small copy, whose masks are rough."""
+
+    plateaus_max: int = 1000
+    """Most plateaus of a picture that is looked at; more are the texture of a photo."""
+
+    mask_detail: float = 0.5
+    """Detail in pixels of the outline of what casts a shadow; its blur shows no more."""
+
+    iterations: int = 120
+    """Iterations of the fit of a whole drawing with its soft paths."""
+
+
+SOFTNESS = SoftnessNumbers()

@@ -1,0 +1,133 @@
+"""Draw flat art with its shadow or glow as one soft path, if that is the shorter description of the picture.
+
+The picture without the shadow is drawn like any other, and so is the mask of what casts it. The soft path takes the
+outline of the mask, is fitted to the picture, and competes with the drawing of bands and gradients.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from warpvec.flat.constants.softness import SOFTNESS
+from warpvec.flat.cutting.cutout import cut_out
+from warpvec.flat.drawing import FlatDrawing
+from warpvec.flat.softness.shadows import Shadow, find_shadow
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.softness import Softness
+from warpvec.geometry.structure import Structure
+from warpvec.polish.polish import polish
+from warpvec.svg.write import write_svg
+
+
+@dataclass(frozen=True)
+class SoftDrawing:
+    """The work on a picture that may have a shadow.
+
+    Attributes:
+        hard: the same without looking for one.
+    """
+
+    hard: FlatDrawing
+
+    @cached_property
+    def work(self) -> FlatDrawing:
+        """The work on the picture as it is: a shadow makes it look blurred."""
+        return replace(self.hard, blur=0.0) if self.hard.blur else self.hard
+
+    def draw(self, detail: float) -> tuple[Scene, dict[str, int]]:
+        """Return what `FlatDrawing.draw` does, or the better drawing with a soft path."""
+        hard, left_out = self.hard.draw(detail)
+        if not self._may_be_soft or self.work.watch.is_over() or self._shadow is None:
+            return hard, left_out
+        sharp, more = self._clean.draw(detail)
+        if self._outline is None or self.work.watch.is_over():
+            return hard, left_out
+        soft = self._fitted(_inserted(sharp, self._soft_path(self._shadow), self._shadow))
+        return (soft, more) if self._is_better(soft, hard) else (hard, left_out)
+
+    @property
+    def _may_be_soft(self) -> bool:
+        config, image = self.work.config, self.work.image
+        is_free = config.opacity == "free" and config.gradients != 0.0 and not config.cutout
+        is_free = is_free and config.palette is None and not config.colors
+        return is_free and image.shape[2] == 3 and self.work.tracing is None and self.hard.blur <= SOFTNESS.blur_max
+
+    @cached_property
+    def _shadow(self) -> Shadow | None:
+        return find_shadow(self.work.image.numpy())
+
+    @cached_property
+    def _clean(self) -> FlatDrawing:
+        assert self._shadow is not None
+        return replace(self.work, image=torch.from_numpy(self._shadow.clean), unexplained_max=None, known=None)
+
+    @cached_property
+    def _outline(self) -> Scene | None:
+        """One path around all that casts the shadow; None if its mask has no outline."""
+        assert self._shadow is not None
+        mask = torch.from_numpy(1.0 - self._shadow.casters).float()[..., None].expand(-1, -1, 3).contiguous()
+        config = replace(self.work.config, strokes="off", gradients=0.0)
+        drawn, _ = replace(self.work, image=mask, config=config, unexplained_max=None, known=None).draw(
+            SOFTNESS.mask_detail
+        )
+        height, width = mask.shape[:2]
+        parts = cut_out(replace(drawn.outlined(), strokes=None), width, height).scene
+        dark = (parts.color.amax(1) < 0.5).nonzero().flatten()
+        return _joined(parts.select(dark)) if len(dark) else None
+
+    def _soft_path(self, shadow: Shadow) -> Scene:
+        assert self._outline is not None
+        color, opacity = shadow.paint
+        return replace(
+            self._outline.moved(*shadow.offset),
+            color=torch.from_numpy(color).float()[None],
+            opacity=torch.tensor([opacity], dtype=torch.float32),
+            softness=Softness(torch.tensor([shadow.sigma], dtype=torch.float32)),
+        )
+
+    def _fitted(self, scene: Scene) -> Scene:
+        """Return ``scene`` with its soft paths fitted; a fit would undo exact circles and level lines of others."""
+        work = self.work
+        assert scene.softness is not None
+        count = min(SOFTNESS.iterations, work.config.iterations)
+        part = work.watch.part(planned=work.watch.iterations + count)
+        locked = ~scene.softness.is_soft
+        return polish(work.critic.target, scene, work.config, part, iterations=count, locked=locked).scene
+
+    def _is_better(self, soft: Scene, hard: Scene) -> bool:
+        """Return whether ``soft`` is the shorter description: of fewer bytes at an error that is as good."""
+        height, width = self.work.image.shape[:2]
+        judged = ((self.hard, hard), (self.work, soft))
+        before, after = (float(work.critic.target.squared_error(scene).sum()) for work, scene in judged)
+        bytes_before, bytes_after = (len(write_svg(scene, width, height)) for scene in (hard, soft))
+        if bytes_after < bytes_before:
+            return after < SOFTNESS.error_max * before
+        return SOFTNESS.error_max * after < before and bytes_after < SOFTNESS.bytes_max * bytes_before
+
+
+def _joined(parts: Scene) -> Scene:
+    """Return all paths of ``parts``, which do not overlap, as the loops of one path."""
+    structure = parts.structure
+    counts = structure.loop_first_segment.diff().tolist()
+    whole = Structure.of_loops([counts], structure.is_line, structure.is_open)
+    rest = {name: getattr(parts, name)[:1] for name in ("color", "opacity", "generation")}
+    return replace(parts, structure=whole, gradients=None, strokes=None, forms=None, softness=None, **rest)
+
+
+def _inserted(scene: Scene, path: Scene, shadow: Shadow) -> Scene:
+    """Return ``scene`` with ``path`` right above the ground: the page, or the lowest path if it has its colour."""
+    ground = torch.from_numpy(shadow.ground).float()
+    is_page = not scene.transparent and _is_near(scene.background, ground)
+    below = 0 if is_page or not len(scene) or not _is_near(scene.color[0], ground) else 1
+    lower, upper = scene.prefix(below), scene.select(torch.arange(below, len(scene)))
+    return lower.joined(path).joined(upper)
+
+
+def _is_near(color: Tensor, other: Tensor) -> bool:
+    return bool(np.abs((color - other).numpy()).max() <= SOFTNESS.alike / 255.0 + math.ulp(1.0))
