@@ -14,6 +14,7 @@ from warpvec.fit.loop import fit
 from warpvec.fit.visibility import visible_areas
 from warpvec.geometry.cubics import to_cubics
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.softness import Softness
 from warpvec.geometry.strokes import Strokes
 from warpvec.geometry.structure import Structure
 from warpvec.rendering.draw import draw_pixels
@@ -45,8 +46,10 @@ def compile_kernels(device: str = "auto") -> float:
         draw_pixels(scene, 16, 16, **config.render_settings)
         visible_areas(to_cubics(scene)[0], 16, 16)
     for where in {resolve_device(device), "cpu"}:
-        draw_adjoint(_stroke().to(where), torch.ones(16, 16, 3, device=where))
-        outline_slopes(_stroke().to(where), 16, 16)
+        stroke = _stroke().to(where)
+        outline_slopes(stroke, 16, 16)
+        for scene in (stroke, replace(stroke, softness=Softness(torch.ones(1, device=where)))):
+            draw_adjoint(scene, torch.ones(16, 16, 3, device=where))
     return time.perf_counter() - start
 
 

@@ -11,12 +11,11 @@ INKSCAPE_NAMESPACE = "http://www.inkscape.org/namespaces/inkscape"
 _SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
 _CONTAINERS = frozenset({"svg", "g", "a", "switch", "defs", "stop"})
 _GRADIENTS = frozenset({"linearGradient", "radialGradient"})
-_KEPT = _SHAPES | _CONTAINERS | _GRADIENTS
+_FILTERS = frozenset({"filter", "feGaussianBlur"})
+_KEPT = _SHAPES | _CONTAINERS | _GRADIENTS | _FILTERS
 _TEXTS = {"title": "title", "metadata": "metadata", "style": "css"}
 # These draw nothing by themselves, so they are left out without a note.
-_SILENT = frozenset(
-    {"", "desc", "script", "symbol", "clipPath", "mask", "marker", "pattern", "filter", "animate", "set"}
-)
+_SILENT = frozenset({"", "desc", "script", "symbol", "clipPath", "mask", "marker", "pattern", "animate", "set"})
 
 _GEOMETRY = "d points x y width height viewBox rx ry cx cy r x1 y1 x2 y2 transform"
 _STYLE = (
@@ -25,9 +24,10 @@ _STYLE = (
 )
 _REFERENCES = ("href", "{http://www.w3.org/1999/xlink}href")
 _GRADIENT = "gradientUnits gradientTransform spreadMethod offset fx fy"
+_FILTER = "stdDeviation in"
 # A browser applies "style" even in a document that it only parses, and reports an error where a policy forbids it.
 _RENAMED = {f"{{{INKSCAPE_NAMESPACE}}}label": "label", "style": "css"}
-_ATTRIBUTES = {name: name for name in f"id class {_GEOMETRY} {_STYLE} {_GRADIENT}".split()} | _RENAMED
+_ATTRIBUTES = {name: name for name in f"id class {_GEOMETRY} {_STYLE} {_GRADIENT} {_FILTER}".split()} | _RENAMED
 
 
 def sanitize(svg: SvgSource) -> tuple[Document, str]:

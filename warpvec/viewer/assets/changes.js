@@ -6,11 +6,11 @@ import { unionOfBoxes } from "viewer/paths.js";
 import { reachOf } from "viewer/raster.js";
 
 export function snapshotOf(items) {
-  return { items, states: items.map(({ shape, fill, opacity, stroke }) => ({ shape, fill, opacity, stroke })) };
+  return { items, states: items.map(({ shape, fill, opacity, stroke, softness }) => ({ shape, fill, opacity, stroke, softness })) };
 }
 
 export function sameState(a, b) {
-  return a.shape === b.shape && a.fill === b.fill && a.opacity === b.opacity && a.stroke === b.stroke;
+  return a.shape === b.shape && a.fill === b.fill && a.opacity === b.opacity && a.stroke === b.stroke && a.softness === b.softness;
 }
 
 /** Returns the box around everything that differs between two snapshots; without a difference, null. */

@@ -71,8 +71,8 @@ export class Commands {
 export function capture(items, layers, drawing = null) {
   const states = new Map();
   for (const item of items) {
-    const { layer, shape, fill, opacity, stroke } = item;
-    states.set(item, { layer, shape, fill, opacity, stroke });
+    const { layer, shape, fill, opacity, stroke, softness } = item;
+    states.set(item, { layer, shape, fill, opacity, stroke, softness });
   }
   const frame = drawing && { drawing, state: { ...drawing } };
   const lists = new Map(layers.map((layer) => [layer, { items: layer.items, id: layer.id, name: layer.name }]));

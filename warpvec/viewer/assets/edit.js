@@ -213,7 +213,7 @@ export function transformed(item, matrix) {
   const paint = item.stroke && transformFill(item.stroke.color, matrix);
   const stroke = item.stroke && { ...item.stroke, color: paint, width: item.stroke.width * scale };
   const shape = { ...transformShape(item.shape, matrix), form: transformForm(item.shape.form, matrix) };
-  return { shape, fill: transformFill(item.fill, matrix), stroke };
+  return { shape, fill: transformFill(item.fill, matrix), stroke, softness: (item.softness ?? 0) * scale };
 }
 
 /** Returns the paint of an item after a change; `fill` is for the first colour of a gradient, `endFill` for its last.

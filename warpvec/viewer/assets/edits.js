@@ -70,8 +70,8 @@ export function editsOf(drawing) {
   ];
 }
 
-function frozen({ layer, shape, fill, opacity, rule, stroke }) {
-  return { layer, shape, fill, opacity, rule, stroke, origin: null };
+function frozen({ layer, shape, fill, opacity, rule, stroke, softness }) {
+  return { layer, shape, fill, opacity, rule, stroke, softness, origin: null };
 }
 
 /** Returns the colours, of fills alone, of which every use has become the same other one. */

@@ -166,7 +166,7 @@ export function nameGradients(items, taken, decimals) {
     names.set(paint, byText.get(text));
   }
   const lines = [...byText].map(([text, name]) => text.replace(" ", ` id="${name}" `));
-  return { names, lines: lines.length ? ["<defs>", ...lines, "</defs>"] : [] };
+  return { names, lines };
 }
 
 /** Returns names that follow from a text: by its hash (FNV-1a), then with a number after it. */

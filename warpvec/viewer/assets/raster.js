@@ -9,6 +9,8 @@ export const PLAIN = { name: "plain", paper: null, colorOf: () => null };
 const BATCH = 24;
 // Strokes with sharp corners reach farther than half their width; of others, square ends reach farthest.
 const END_REACH = Math.SQRT2;
+// A blur reaches so many standard deviations: what lies beyond is a third of an 8-bit level of an edge.
+const BLUR_REACH = 3;
 
 /** Makes a canvas in main memory: its pixels are read back, and drawing costs the same on every machine. */
 export function newCanvas(width, height) {
@@ -38,9 +40,17 @@ export function* painting(context, items, palette, window) {
 
 function paintItem(context, item, palette) {
   context.globalAlpha = item.opacity;
+  if (item.softness) context.filter = `blur(${item.softness * scaleOf(context)}px)`;
   const color = palette.colorOf(item);
   if (item.fill) fillPath(context, path2dOf(item.shape), item.rule, color ?? item.fill);
   if (item.stroke) strokePath(context, path2dOf(item.shape), item.stroke, color ?? item.stroke.color);
+  if (item.softness) context.filter = "none";
+}
+
+/** Returns how many pixels a user unit has in the context's transform: a filter does not follow it. */
+function scaleOf(context) {
+  const { a, b, c, d } = context.getTransform();
+  return Math.sqrt(Math.abs(a * d - b * c));
 }
 
 // A canvas of one pixel, on which paths are asked for a point.
@@ -64,10 +74,10 @@ export function paints({ shape, fill, rule, stroke }, x, y, slack = 0) {
 }
 
 /** Returns the box of what an item paints. */
-export function reachOf({ shape, stroke }) {
-  if (!stroke) return shape.box;
-  const reach = (stroke.width / 2) * (stroke.join === "miter" ? Math.max(stroke.limit, END_REACH) : END_REACH);
-  return grownBox(shape.box, reach);
+export function reachOf({ shape, stroke, softness }) {
+  const ofStroke = stroke ? (stroke.width / 2) * (stroke.join === "miter" ? Math.max(stroke.limit, END_REACH) : END_REACH) : 0;
+  const reach = ofStroke + (softness ? BLUR_REACH * softness : 0);
+  return reach ? grownBox(shape.box, reach) : shape.box;
 }
 
 /** Draws white paper and the drawing's background. */

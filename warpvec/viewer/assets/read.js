@@ -5,10 +5,11 @@
  * to it, which undo restores with it: {facts, past, erased}, see live.js. Its base is what was read, to which edits.js
  * compares. A layer is {key, id, name,
  * generation, items, version, visible}; its version grows with each change. An item is {layer, shape, fill, opacity,
- * rule, stroke, origin}; fill and the colour of the stroke are as in gradients.js, and origin is the item as it was read, or
- * null. */
+ * rule, stroke, softness, origin}; fill and the colour of the stroke are as in gradients.js, the softness as in blurs.js, and
+ * origin is the item as it was read, or null. */
 
 import { multiply, parseTransform, pathDataOf } from "viewer/basics.js";
+import { readBlurs } from "viewer/blurs.js";
 import { clamp01, hexColor } from "viewer/colors.js";
 import { nextVersion } from "viewer/commands.js";
 import { formOf } from "viewer/forms.js";
@@ -20,9 +21,9 @@ const MAX_LAYERS = 64;
 export const LAYER_ID = /^layer-\d+-generation-(\d+)$/;
 export const IDENTITY = [1, 0, 0, 1, 0, 0];
 const CONTAINERS = new Set(["g", "a", "svg", "switch"]);
-const INVISIBLE = new Set(["title", "metadata", "css", "defs", "linearGradient", "radialGradient"]);
+const INVISIBLE = new Set(["title", "metadata", "css", "defs", "linearGradient", "radialGradient", "filter"]);
 export const PLAIN_STROKE = { cap: "butt", join: "miter", limit: 4 };
-const EFFECTS = ["clip-path", "mask", "filter", "stroke-dasharray"];
+const EFFECTS = ["clip-path", "mask", "stroke-dasharray"];
 
 export function readDrawing(text) {
   const parsed = new DOMParser().parseFromString(text, "image/svg+xml");
@@ -76,6 +77,7 @@ class Reader {
     this.notes = new Map();
     this.colors = new Map();
     this.styles = collectStyles(parsed);
+    this.blurs = readBlurs(parsed);
     this.gradients = new GradientReader(parsed, this, box);
     this.scratch = document.createElement("canvas").getContext("2d");
   }
@@ -145,6 +147,7 @@ class Reader {
       opacity: context.opacity * (fill ? context.fillOpacity : context.strokeOpacity),
       rule: context.rule,
       stroke: stroke && { color: stroke, width: context.strokeWidth * scale, ...context.strokeShape },
+      softness: context.softness,
     };
     layer.items.push({ ...item, origin: item });
   }
@@ -159,9 +162,10 @@ class Reader {
     }
     const groupOpacity = clamp01(number("opacity", 1));
     const transform = element.localName === "svg" ? null : element.getAttribute("transform");
+    const matrix = transform ? multiply(parent.matrix, parseTransform(transform)) : parent.matrix;
     return {
       own,
-      matrix: transform ? multiply(parent.matrix, parseTransform(transform)) : parent.matrix,
+      matrix,
       fill: this.paint(own("fill"), parent.fill),
       stroke: this.paint(own("stroke"), parent.stroke),
       strokeWidth: number("stroke-width", parent.strokeWidth),
@@ -175,7 +179,16 @@ class Reader {
       rule: { evenodd: "evenodd", nonzero: "nonzero" }[own("fill-rule")] ?? parent.rule,
       opacity: parent.opacity * groupOpacity,
       groupOpacity,
+      softness: Math.hypot(parent.softness, this.blur(own("filter") ?? "none", matrix)),
     };
+  }
+
+  /** Returns the standard deviation in user units of the canvas of the blur that a filter is; 0 for other filters. */
+  blur(filter, [a, b, c, d]) {
+    if (filter === "none") return 0;
+    const sigma = this.blurs.get(filter.match(/^url\(\s*["']?#([^"')]+)/)?.[1]);
+    if (sigma === undefined) this.note("filter, not shown");
+    return (sigma ?? 0) * Math.sqrt(Math.abs(a * d - b * c));
   }
 
   /** Returns a property from the style attribute, a style sheet or an attribute, in this order. */
@@ -230,7 +243,7 @@ class Reader {
 function initialContext() {
   return {
     matrix: IDENTITY, fill: "#000000", stroke: null, strokeWidth: 1, strokeShape: PLAIN_STROKE, fillOpacity: 1, strokeOpacity: 1,
-    rule: "nonzero", opacity: 1, groupOpacity: 1,
+    rule: "nonzero", opacity: 1, groupOpacity: 1, softness: 0,
   };
 }
 

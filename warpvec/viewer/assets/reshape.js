@@ -92,7 +92,8 @@ export function sent(item, to, box, on = item) {
   const paint = isStroke ? { fill: null, stroke, rule: "nonzero" } : { fill: "#000000", stroke: null };
   const moved = transformed({ ...item, ...paint }, matrix);
   const [width, height] = [right - left, bottom - top].map((side) => Math.ceil(scale * side) + 2 * MARGIN_PX);
-  const layer = { id: "layer-1", key: 0, generation: 0, name: "Layer 1", items: [{ ...item, ...paint, ...moved, opacity: 1 }] };
+  const items = [{ ...item, ...paint, ...moved, opacity: 1, softness: 0 }];
+  const layer = { id: "layer-1", key: 0, generation: 0, name: "Layer 1", items };
   const background = { fill: "#ffffff", opacity: 1 };
   const size = { width: String(width), height: String(height), box: [0, 0, width, height] };
   return { text: writeDrawing({ ...size, background, layers: [layer], title: "", metadata: "", settings: null }), matrix };
@@ -105,7 +106,7 @@ export function replacements({ item, svg, matrix }, to) {
   const { layer, opacity } = item;
   const made = shapes.map(({ shape, stroke, isStroke }) => {
     const painted = to === "outline" || to === "stroke" ? otherPaint(item, stroke, isStroke) : { fill: item.fill, stroke: item.stroke };
-    return { layer, shape, opacity, rule: "nonzero", origin: null, ...painted };
+    return { layer, shape, opacity, rule: "nonzero", softness: item.softness, origin: null, ...painted };
   });
   // The fill below a stroke that becomes an outline stays.
   return to === "outline" && item.fill ? [{ ...item, stroke: null, origin: null }, ...made] : made;

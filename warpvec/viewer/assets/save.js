@@ -1,5 +1,6 @@
 /* Writes a drawing as SVG text in the structure of warpvec: background, a group for each layer, a path or form per line. */
 
+import { nameBlurs } from "viewer/blurs.js";
 import { shortColor, writeOpacity } from "viewer/colors.js";
 import { writeForm } from "viewer/forms.js";
 import { isGradient, nameGradients } from "viewer/gradients.js";
@@ -15,16 +16,19 @@ export function writeDrawing(drawing) {
   const [x, y, width, height] = drawing.box.map((value) => formatNumber(value));
   const layers = drawing.layers.filter((layer) => layer.items.length);
   const items = layers.flatMap((layer) => layer.items);
-  const gradients = nameGradients(items, layers.map(({ id }) => id), decimals);
+  const ids = layers.map(({ id }) => id);
+  const gradients = nameGradients(items, ids, decimals);
+  const blurs = nameBlurs(items, [...ids, ...gradients.names.values()]);
+  const definitions = [...gradients.lines, ...blurs.lines];
   const size = ["width", "height"].map((name) => drawing[name] && ` ${name}="${escapeXml(drawing[name])}"`);
   const lines = [
     '<?xml version="1.0" encoding="UTF-8"?>',
     `<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="${INKSCAPE}"` +
       `${size.filter(Boolean).join("")} viewBox="${x} ${y} ${width} ${height}">`,
     ...writeDescription(drawing),
-    ...gradients.lines,
+    ...(definitions.length ? ["<defs>", ...definitions, "</defs>"] : []),
     ...writeBackground(drawing, [x, y, width, height]),
-    ...layers.flatMap((layer, i) => writeLayer(layer, i + 1, decimals, gradients.names)),
+    ...layers.flatMap((layer, i) => writeLayer(layer, i + 1, decimals, gradients.names, blurs.names)),
     "</svg>",
   ];
   return `${lines.join("\n")}\n`;
@@ -47,21 +51,22 @@ function writeBackground({ background }, [x, y, width, height]) {
   return [`<rect id="background"${corner} width="${width}" height="${height}" ${paint}/>`];
 }
 
-function writeLayer(layer, number, decimals, names) {
+function writeLayer(layer, number, decimals, names, blurs) {
   const count = `${layer.items.length} ${layer.items.length === 1 ? "path" : "paths"}`;
   const id = layer.id || `layer-${layer.key + 1}`;
   const label = LAYER_ID.test(id) ? `Layer ${number}: generation ${layer.generation}, ${count}` : layer.name;
   return [
     `<g id="${escapeXml(id)}" inkscape:groupmode="layer" inkscape:label="${escapeXml(label)}">`,
-    ...layer.items.map((item) => writeItem(item, decimals, names)),
+    ...layer.items.map((item) => writeItem(item, decimals, names, blurs)),
     "</g>",
   ];
 }
 
-function writeItem({ shape, fill, opacity, rule, stroke }, decimals, names) {
+function writeItem(item, decimals, names, blurs) {
+  const { shape, fill, opacity, rule, stroke } = item;
   const paint = fill ? `fill="${writePaint(fill, names)}"${writeOpacity("fill-opacity", opacity)}` : 'fill="none"';
   const evenOdd = rule === "evenodd" ? ' fill-rule="evenodd"' : "";
-  const look = `${paint}${evenOdd}${writeStroke(stroke, opacity, names)}`;
+  const look = `${paint}${evenOdd}${writeStroke(stroke, opacity, names)}${blurs.has(item) ? ` filter="url(#${blurs.get(item)})"` : ""}`;
   if (shape.form) return `<${shape.form.element} ${look}${writeForm(shape.form, decimals)}/>`;
   return `<path ${look} d="${escapeXml(writeShape(shape, decimals))}"/>`;
 }
