@@ -72,7 +72,7 @@ def test_eval_repeats_the_measures_of_run(photo: Path) -> None:
         metrics = json.loads(invoke("run", photo, out, "--json", *QUICK).stdout)
         again = json.loads(invoke("eval", photo, out, "--json").stdout)
         assert again == {name: metrics[name] for name in again}
-        counts = {"curves", "gradients", "segments", "parameters", "strokes", "circles", "ellipses", "rects"}
+        counts = {"curves", "gradients", "segments", "parameters", "soft", "strokes", "circles", "ellipses", "rects"}
         counts |= {"stroke_looks", "found", "kinds", "millimeters"}
         assert set(again) == counts | {"bytes", "gzip_bytes", "psnr", "ssim", "transparent"}
 

@@ -101,14 +101,12 @@ class SoftDrawing:
         return polish(work.critic.target, scene, work.config, part, iterations=count, locked=locked).scene
 
     def _is_better(self, soft: Scene, hard: Scene) -> bool:
-        """Return whether ``soft`` is the shorter description: of fewer bytes at an error that is as good."""
+        """Return whether ``soft`` is the better description, by its error and its bytes."""
         height, width = self.work.image.shape[:2]
         judged = ((self.hard, hard), (self.work, soft))
         before, after = (float(work.critic.target.squared_error(scene).sum()) for work, scene in judged)
         bytes_before, bytes_after = (len(write_svg(scene, width, height)) for scene in (hard, soft))
-        if bytes_after < bytes_before:
-            return after < SOFTNESS.error_max * before
-        return SOFTNESS.error_max * after < before and bytes_after < SOFTNESS.bytes_max * bytes_before
+        return after * bytes_after**SOFTNESS.byte_exponent < before * bytes_before**SOFTNESS.byte_exponent
 
 
 def _joined(parts: Scene) -> Scene:

@@ -21,6 +21,10 @@ _SIGMAS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 """Standard deviations from which the fit begins, each a factor of two apart."""
 
 
+_Found = tuple[tuple[float, float], float, Floats, float]
+"""Offset, standard deviation, amplitude [3] and the unexplained share of the energy of a shadow."""
+
+
 @dataclass(frozen=True)
 class Shadow:
     """A shadow or glow.
@@ -61,24 +65,24 @@ def find_shadow(image: Floats32) -> Shadow | None:
     casters = _casters(levels, plateaus, count, ground, is_ground)
     if casters is None:
         return None
-    near = ndimage.binary_dilation(casters, iterations=2)
-    zone = ~is_ground & ~near
-    if zone.sum() < SOFTNESS.zone_area:
+    found = _cast(levels - color, levels, casters, color, is_ground)
+    for _ in range(SOFTNESS.rounds):
+        if found is None:
+            return None
+        # Even parts of a shadow that lie between two shapes look like a shape with sharp edges.
+        real = _without_shaded(levels - color, casters, plateaus, found)
+        casters = casters if real is None else real
+        found = _cast(levels - color, levels, casters, color, is_ground, found[1])
+        if real is None:
+            break
+    if found is None:
         return None
-    covered = _coverage(levels, casters, near, color)
-    # A hole in the colour of the ground may be painted, and then casts a shadow too.
-    whole = ndimage.binary_fill_holes(casters)
-    masks = [(covered, ~near)]
-    if (whole & ~casters).any():
-        masks.append((np.where(whole, 1.0, covered), ~near & ~whole))
-    found = [(_fitted(levels - color, mask, is_seen), mask) for mask, is_seen in masks]
-    fitted, cast = min(found, key=lambda each: np.inf if each[0] is None else each[0][3])
-    if fitted is None:
-        return None
-    offset, sigma, amplitude, unexplained = fitted
+    cast, (offset, sigma, amplitude, unexplained) = found
     is_soft = sigma >= SOFTNESS.sigma_min and np.abs(amplitude).max() >= SOFTNESS.amplitude_min
     if not is_soft or unexplained > SOFTNESS.unexplained:
         return None
+    near = ndimage.binary_dilation(casters, iterations=2)
+    covered = _coverage(levels, casters, near, color)
     shade = _moved_blur(cast, offset, sigma)[..., None] * amplitude
     # Nothing else is on the ground, or it is no part of the shadow and stays.
     clean = levels - (1.0 - covered[..., None]) * shade
@@ -87,6 +91,47 @@ def find_shadow(image: Floats32) -> Shadow | None:
     clean[~near & (np.abs(clean - color).max(2) <= 3.0 * SOFTNESS.alike)] = color
     cleaned: Floats32 = (np.clip(clean, 0.0, 255.0) / 255.0).astype(np.float32)
     return Shadow(cast, color / 255.0, amplitude / 255.0, offset, sigma, cleaned)
+
+
+def _cast(
+    change: Floats, levels: Floats, casters: Mask, color: Floats, is_ground: Mask, rough: _Found | None = None
+) -> tuple[Floats, _Found] | None:
+    """Return the coverage [h, w] of what casts a shadow, and the shadow that fits best; None without a soft zone.
+
+    Args:
+        change: the picture minus its ground, in levels [h, w, 3].
+        levels: the picture [h, w, 3].
+        casters: pixels of shapes with sharp edges [h, w].
+        color: the ground [3].
+        is_ground: where the picture shows it [h, w].
+        rough: the shadow that a small copy shows; None to look for it in such a copy alone.
+    """
+    near = ndimage.binary_dilation(casters, iterations=2)
+    if (~is_ground & ~near).sum() < SOFTNESS.zone_area:
+        return None
+    covered = _coverage(levels, casters, near, color)
+    # A hole in the colour of the ground may be painted, and then casts a shadow too.
+    whole: Mask = ndimage.binary_fill_holes(casters)
+    masks = [(covered, ~near)]
+    if (whole & ~casters).any():
+        masks.append((np.where(whole, 1.0, covered), ~near & ~whole))
+    fits = [(mask, fit) for mask, is_seen in masks if (fit := _fitted(change, mask, is_seen, rough)) is not None]
+    return min(fits, key=lambda each: each[1][3]) if fits else None
+
+
+def _without_shaded(
+    change: Floats, casters: Mask, plateaus: NDArray[np.int32], found: tuple[Floats, _Found]
+) -> Mask | None:
+    """Return the ``casters`` [h, w] without the plateaus that are as dark as the shadow there; None if all are real."""
+    cast, (offset, sigma, amplitude, _) = found
+    rest = np.abs(change - _moved_blur(cast, offset, sigma)[..., None] * amplitude).max(2)
+    numbers = np.unique(plateaus[casters & (plateaus > 0)])
+    medians = ndimage.median(rest, plateaus, numbers)
+    shaded = numbers[medians < SOFTNESS.jump]
+    if not len(shaded) or len(shaded) == len(numbers):
+        return None
+    nearest = ndimage.distance_transform_edt(plateaus == 0, return_distances=False, return_indices=True)
+    return casters & ~np.isin(plateaus[tuple(nearest)], shaded)
 
 
 def _plateaus(levels: Floats) -> tuple[NDArray[np.int32], int]:
@@ -109,7 +154,7 @@ def _ground(levels: Floats, plateaus: NDArray[np.int32], count: int) -> int | No
 
 
 def _casters(levels: Floats, plateaus: NDArray[np.int32], count: int, ground: int, is_ground: Mask) -> Mask | None:
-    """Return the pixels of the plateaus with sharp edges, with what they enclose [h, w]; None if there are none."""
+    """Return the pixels of the plateaus with sharp edges [h, w]; None if there are none."""
     found = np.zeros(plateaus.shape, np.bool_)
     sizes = np.bincount(plateaus.ravel(), minlength=count + 1)
     boxes = ndimage.find_objects(plateaus)
@@ -132,9 +177,9 @@ def _casters(levels: Floats, plateaus: NDArray[np.int32], count: int, ground: in
             found[rows, columns] |= whole
     if not found.any():
         return None
-    # What lies between sharp parts, such as anti-aliased edges and thin lines, belongs to them.
-    closed = ndimage.binary_closing(np.pad(found, 4), iterations=2)[4:-4, 4:-4] & ~is_ground
-    return ndimage.binary_fill_holes(found | closed) & ~is_ground
+    # The anti-aliased edge between two sharp parts belongs to them. A shadow that they enclose does not.
+    closed: Mask = ndimage.binary_closing(np.pad(found, 4))[4:-4, 4:-4]
+    return (found | closed) & ~is_ground
 
 
 def _coverage(levels: Floats, casters: Mask, near: Mask, ground: Floats) -> Floats:
@@ -165,21 +210,23 @@ def _moved_blur(mask: Floats, offset: tuple[float, float], sigma: float) -> Floa
     return blurred
 
 
-_Found = tuple[tuple[float, float], float, Floats, float]
-"""Offset, standard deviation, amplitude [3] and the unexplained share of the energy of a shadow."""
+def _fitted(change: Floats, mask: Floats, is_seen: Mask, rough: _Found | None) -> _Found | None:
+    """Return the shadow that `_fit` finds in a small copy, or from a ``rough`` one on in the picture itself.
 
-
-def _fitted(change: Floats, mask: Floats, is_seen: Mask) -> _Found | None:
-    """Return the shadow that `_fit` finds, first in a small copy; None if that shows that there is none."""
+    It is None if the small copy shows that there is none.
+    """
     step = -(-max(mask.shape) // SOFTNESS.coarse_side)
+    if rough is not None:
+        (dx, dy), sigma, _, _ = rough
+        return _fit(change, mask, is_seen, (dx, dy, sigma))
     if step == 1:
         return _fit(change, mask, is_seen)
     small = [_reduced(each, step) for each in (change, mask, is_seen.astype(np.float64))]
     coarse = _fit(small[0], small[1], small[2] == 1.0)
     if coarse is None or coarse[3] > SOFTNESS.coarse_unexplained:
         return None
-    (dx, dy), sigma, _, _ = coarse
-    return _fit(change, mask, is_seen, (step * dx, step * dy, step * sigma))
+    (dx, dy), sigma, amplitude, unexplained = coarse
+    return (step * dx, step * dy), step * sigma, amplitude, unexplained
 
 
 def _reduced(values: Floats, step: int) -> Floats:
