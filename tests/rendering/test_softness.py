@@ -93,3 +93,10 @@ def test_the_renderer_of_the_paper_refuses_soft_paths() -> None:
     scene = Scene.uniform(torch.rand(1, 12, 2), *map(torch.rand, ((1, 3), (1,), (3,))), torch.zeros(1).long())
     with pytest.raises(InputError, match="must have sharp paths"):
         warpvec.render(replace(scene, softness=Softness(torch.ones(1))), 16, 16, renderer="splat")
+
+
+def test_layers_that_take_too_much_memory_are_refused() -> None:
+    scene = in_float32(soft_scene(0, HEIGHT, WIDTH)).select(torch.full((2000,), 3))
+    wide = replace(scene, softness=Softness(torch.full((2000,), 240.0)))
+    with pytest.raises(InputError, match="layers of at most"):
+        draw_exactly(wide, HEIGHT, WIDTH, 1)

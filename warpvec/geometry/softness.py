@@ -18,6 +18,10 @@ SIGMA_MAX = 250.0
 """Largest standard deviation in pixels. A path of it reaches 750 px farther than its outline, and its layer takes as
 much memory as the drawing of a large photo."""
 
+LAYERS_MAX = 2**27
+"""Most pixels of the layers of all soft paths of a drawing, each with what its blur reaches. A pixel takes 24 bytes, so
+that they take 3 GB; ten soft paths on a canvas of 12 megapixels have as many."""
+
 
 @dataclass(frozen=True)
 class Softness:

@@ -9,8 +9,10 @@ import torch
 import warp as wp
 from torch import Tensor
 
+from warpvec.errors import InputError
+from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.scene import Scene
-from warpvec.geometry.softness import SIGMA_MAX
+from warpvec.geometry.softness import LAYERS_MAX, SIGMA_MAX
 from warpvec.kernels import softening as kernels
 from warpvec.kernels import softening_adjoint as adjoint_kernels
 from warpvec.kernels.constants import GAUSSIAN_REACH, TILE
@@ -71,18 +73,34 @@ class Softening:
         self._scene: Scene | None = None
 
     def begin(self, scene: Scene) -> wp.array | None:
-        """Take the soft paths of ``scene``, and return how far each path reaches [N]; None if none is soft."""
+        """Take the soft paths of ``scene``, and return how far each path reaches [N]; None if none is soft.
+
+        Raises:
+            InputError: their layers have more than ``LAYERS_MAX`` pixels.
+        """
         self._scene = None
         paths = _soft_paths(scene)
         if paths is None or scene.softness is None:
             return None
         sigma = scene.softness.sigma.detach()[paths].clamp_max(SIGMA_MAX)
         self._taps = gaussian_taps(sigma)
+        self._check_layers(scene, paths)
         self._structure, self._rows = scene.structure.select(paths)
         self._paths, self._scene = paths, scene
         reach = torch.zeros(len(scene), dtype=torch.int32, device=paths.device)
         reach[paths] = self._taps.reach
         return as_warp(reach, wp.int32)
+
+    def _check_layers(self, scene: Scene, paths: Tensor) -> None:
+        """Refuse soft ``paths`` [S] whose layers take too much memory: a short file can ask for that."""
+        canvas = torch.tensor([self._grid.width, self._grid.height], device=paths.device)
+        boxes = path_boxes(scene)[paths]
+        sides = (boxes[:, 2:] - boxes[:, :2]).nan_to_num(torch.inf)
+        sides = torch.minimum(sides, canvas.to(sides)) + 2.0 * self._taps.reach[:, None] + 2.0 * TILE
+        pixels = float(sides.double().prod(1).sum())
+        if not pixels <= LAYERS_MAX:
+            rule = f"must have layers of at most {LAYERS_MAX:,} pixels together"
+            raise InputError("soft paths", rule, f"{pixels:,.0f}", "make fewer paths soft, or the drawing smaller")
 
     def run(self, binning: Binning, slot_winding: wp.array) -> None:
         """Replace the windings of soft paths in ``slot_winding`` by their blurred coverage."""
