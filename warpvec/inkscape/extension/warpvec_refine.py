@@ -61,7 +61,7 @@ class RefineEffect(WarpvecEffect):
     def _refined(
         self, shapes: Sequence[Any], image: Any, source: str, pixels: Size, to_pixels: Matrix, folder: str
     ) -> Any:
-        """Return warpvec's drawing of ``shapes``, and whether it is the given one."""
+        """Return warpvec's drawing of ``shapes``, and whether it is no closer to the image than these."""
         draft, out = os.path.join(folder, "draft.svg"), os.path.join(folder, "refined.svg")
         with open(draft, "wb") as file:
             file.write(draft_of(shapes, self.svg, pixels, to_pixels))
@@ -69,7 +69,9 @@ class RefineEffect(WarpvecEffect):
         title = f"Refining paths against {name_of(image)}"
         arguments += ["--plain-paths", "--json"]  # the outline of a shape is replaced by path data
         report: dict[str, Any] = fit("refine", source, out, "--from", draft, *arguments, title=title)
-        return read_drawing(out), report["unchanged"]
+        # Plain paths are another file than the one given even if nothing better is found. Equal pictures have no PSNR.
+        before, after = (float("inf") if report[key] is None else report[key] for key in ("start_psnr", "psnr"))
+        return read_drawing(out), after <= before
 
     def _replace(self, selected: Sequence[Any], shapes: Sequence[Any], refined: Any, to_root: Matrix) -> int:
         """Give the ``selected`` of the ``shapes`` their refined outlines; return for how many there was one."""
