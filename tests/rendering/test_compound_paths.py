@@ -5,7 +5,6 @@ from __future__ import annotations
 import weakref
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import pytest
 import reference
@@ -14,6 +13,7 @@ from assertions import assert_grad_close, assert_grad_present, check_gradients
 from backends import Backend
 from compound import compound_scene, ring, scene_of_loops, split_into_loops
 from drawn import EIGHT_BIT, ONE_PATH, near
+from exact_renderers import HEIGHT, WIDTH, in_float32, make_renderer
 from oracles import inputs
 from reference.compositing import composite
 from scenes import circle, random_scene
@@ -27,13 +27,7 @@ from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.graph import RecordedStep
 from warpvec.svg.measure import draw
 
-HEIGHT, WIDTH = 33, 50
 VALUES = ("segments", "color", "opacity", "background")
-
-
-def make_renderer(backend: Backend, dtype: torch.dtype = torch.float64) -> ExactRenderer:
-    settings: dict[str, Any] = {**backend._asdict(), "threads": 2, "dtype": dtype, "transmittance_min": 0.0}
-    return ExactRenderer(HEIGHT, WIDTH, **settings)
 
 
 def reference_image(scene: Scene, renderer: ExactRenderer) -> Tensor:
@@ -148,7 +142,3 @@ def test_a_recorded_step_keeps_the_arrays_of_its_structure() -> None:
     got, want = step.take(scene, target), plain.fit_step(scene, target)
     assert recorded() is not None  # the graph has read its arrays
     assert torch.equal(got.segments, want.segments) and torch.equal(got.color, want.color)
-
-
-def in_float32(scene: Scene) -> Scene:
-    return replace(scene, **{name: getattr(scene, name).float() for name in VALUES})

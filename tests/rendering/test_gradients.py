@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 import torch
 from assertions import assert_grad_close, assert_grad_present, check_gradients
-from backends import VECTOR, Backend
+from backends import Backend
 from compound import scene_of_loops
+from exact_renderers import HEIGHT, WIDTH, in_float32, make_renderer
 from paints import VALUES, painted, painted_scene, reference_image, values_of, with_values
 from reference import mean_squared_error
 from scenes import blob_scene, circle, rectangle
@@ -23,19 +24,11 @@ import warpvec
 from warpvec.geometry.paints.kind import RAMP_EXTENT_MIN
 from warpvec.geometry.paints.registry import FLAT, LINEAR, RADIAL
 from warpvec.geometry.scene import Scene
-from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.operator import _inputs
 from warpvec.rendering.tile_renderer import Adjoints
 from warpvec.svg.measure import draw
 from warpvec.svg.quantize import quantize
 from warpvec.svg.write import write_svg
-
-HEIGHT, WIDTH = 33, 50
-
-
-def make_renderer(backend: Backend = VECTOR, dtype: torch.dtype = torch.float64, **settings: Any) -> ExactRenderer:
-    settings = {**backend._asdict(), "threads": 2, "dtype": dtype, "transmittance_min": 0.0, **settings}
-    return ExactRenderer(HEIGHT, WIDTH, **settings)
 
 
 def leaves_of(scene: Scene) -> list[Tensor]:
@@ -194,10 +187,6 @@ def test_the_number_of_threads_changes_no_bit(lane_width: int) -> None:
         results.append([renderer.render(in_float32(scene)), *(v for v in vars(step).values() if v is not None)])
     for other in results[1:]:
         assert all(map(torch.equal, results[0], other))
-
-
-def in_float32(scene: Scene) -> Scene:
-    return with_values(scene, [value.float() for value in values_of(scene)])
 
 
 @sweep("seed", range(2))

@@ -9,8 +9,9 @@ from typing import Any
 import pytest
 import torch
 from assertions import assert_grad_close, assert_grad_present, check_gradients
-from backends import VECTOR, Backend
+from backends import Backend
 from compound import scene_of_loops
+from exact_renderers import HEIGHT, WIDTH, in_float32, make_renderer
 from paints import (
     STOP_VALUES,
     VALUES,
@@ -31,17 +32,10 @@ import warpvec
 from warpvec.geometry.paints.registry import ELLIPTIC, FLAT, LINEAR, RADIAL
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.stops import Stops
-from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.operator import _VALUES, _inputs
 from warpvec.rendering.tile_renderer import Adjoints
 
-HEIGHT, WIDTH = 33, 50
 NAMES = (*VALUES, *STOP_VALUES)
-
-
-def make_renderer(backend: Backend = VECTOR, dtype: torch.dtype = torch.float64, **settings: Any) -> ExactRenderer:
-    settings = {**backend._asdict(), "threads": 2, "dtype": dtype, "transmittance_min": 0.0, **settings}
-    return ExactRenderer(HEIGHT, WIDTH, **settings)
 
 
 def leaves_of(scene: Scene) -> list[Tensor]:
@@ -192,10 +186,6 @@ def test_the_number_of_threads_changes_no_bit(lane_width: int) -> None:
         results.append([renderer.render(scene), *(v for v in vars(step).values() if v is not None)])
     for other in results[1:]:
         assert all(map(torch.equal, results[0], other))
-
-
-def in_float32(scene: Scene) -> Scene:
-    return with_stop_values(scene, [value.float() for value in stop_values_of(scene)])
 
 
 def test_float32_is_near_the_reference(backend: Backend) -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pytest
 import torch
 from assertions import assert_grad_close, assert_grad_present, check_gradients
-from backends import VECTOR, Backend
+from backends import Backend
+from exact_renderers import HEIGHT, WIDTH, in_float32, make_renderer
 from strokes import VALUES, reference_image, stroked_scene, values_of, with_values
 from sweep import sweep
 
@@ -20,14 +20,6 @@ from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.strokes import BUTT, MITER, ROUND, SQUARE, Strokes
 from warpvec.geometry.structure import Structure
-from warpvec.rendering.exact import ExactRenderer
-
-HEIGHT, WIDTH = 33, 50
-
-
-def make_renderer(backend: Backend = VECTOR, dtype: torch.dtype = torch.float64, **settings: Any) -> ExactRenderer:
-    settings = {**backend._asdict(), "threads": 2, "dtype": dtype, "transmittance_min": 0.0, **settings}
-    return ExactRenderer(HEIGHT, WIDTH, **settings)
 
 
 @sweep("seed", range(4))
@@ -51,10 +43,6 @@ def test_float32_is_near_the_reference(seed: int, backend: Backend) -> None:
     # A miter of an angle that is just too sharp in one precision only, or one chord more, changes a few pixels.
     off = (image - exact.render(scene)).abs().amax(-1)
     assert off.quantile(0.99) < 1e-3 and off.mean() < 1e-4
-
-
-def in_float32(scene: Scene) -> Scene:
-    return scene._mapped(lambda tensor: tensor.float() if tensor.is_floating_point() else tensor)
 
 
 @sweep("seed", range(2))

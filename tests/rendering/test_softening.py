@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import pytest
 import torch
 from assertions import assert_grad_close, assert_grad_present, check_gradients
-from backends import VECTOR, Backend
+from backends import Backend
+from exact_renderers import HEIGHT, WIDTH, in_float32, make_renderer
 from softness import VALUES, reference_image, soft_scene, values_of, with_values
 from sweep import sweep
 
@@ -17,18 +17,6 @@ from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import Softness
 from warpvec.rendering.draw import draw_exactly
-from warpvec.rendering.exact import ExactRenderer
-
-HEIGHT, WIDTH = 33, 50
-
-
-def make_renderer(backend: Backend = VECTOR, dtype: torch.dtype = torch.float64, **settings: Any) -> ExactRenderer:
-    settings = {**backend._asdict(), "threads": 2, "dtype": dtype, "transmittance_min": 0.0, **settings}
-    return ExactRenderer(HEIGHT, WIDTH, **settings)
-
-
-def in_float32(scene: Scene) -> Scene:
-    return scene._mapped(lambda tensor: tensor.float() if tensor.is_floating_point() else tensor)
 
 
 @sweep("seed", range(2))
