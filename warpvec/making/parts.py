@@ -178,9 +178,10 @@ def read_parts(svg: str, per_inch: float = 96.0) -> Sheet:
     opacity = scene.opacity
     if scene.gradients is not None:
         has_gradient, opacity = scene.gradients.kind != FLAT, opacity * scene.gradients.least_opacity()
-    rows = (_colors(scene), shapes, _strokes(scene, scale), has_gradient.tolist(), (opacity >= 1.0).tolist())
+    looks = (has_gradient.tolist(), (opacity >= 1.0).tolist())
     is_soft = [False] * len(scene) if scene.softness is None else scene.softness.is_soft.tolist()
-    parts = [replace(Part(*each), is_soft=soft) for *each, soft in zip(*rows, is_soft, strict=True)]
+    rows = (_colors(scene), shapes, _strokes(scene, scale), *looks, [None] * len(scene), is_soft)
+    parts = [Part(*each) for each in zip(*rows, strict=True)]
     return Sheet(tuple(part for part in parts if part.shapes and not _is_page(part, width, height)), width, height)
 
 

@@ -179,9 +179,8 @@ def _is_too_far(drawing: Drawing, request: Request) -> bool:
     settings = request.settings
     is_cut_short = request.watch.facts().interrupted or settings.time_budget is not None
     is_bounded = bool(request.goal) or is_cut_short or settings.curves < FitConfig.curves
-    has_paints = _has_paints(settings) or settings.gradients == 0.0
-    is_other = settings.cutout or settings.paper != "auto"
-    is_free = settings.mode == "flat" and not (has_paints or is_bounded or is_other)
+    is_alike = _is_like_picture(settings) and settings.gradients != 0.0
+    is_free = settings.mode == "flat" and is_alike and not is_bounded
     return is_free and drawing.psnr_as_fitted < FLAT_PSNR_MIN
 
 

@@ -14,7 +14,6 @@ from torch import Tensor
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.file_options import DEFAULT_FILE_OPTIONS
 from warpvec.fit.target import Target
-from warpvec.image.gaussian_blur import GaussianBlur
 from warpvec.polish.rounds import Rounds
 from warpvec.rendering.draw import draw_exactly
 from warpvec.svg.measure import draw_like
@@ -39,7 +38,7 @@ def polish_as_drawn(drawing: Drawing, rounds: Rounds) -> Drawing:
     for number in range(ROUNDS):
         if not rounds.are_left:
             break
-        target = Target(_as_fitted(last), rounds.config, rounds.target.device, picture.blur)
+        target = Target(_as_fitted(last, rounds.target), rounds.config, rounds.target.device, picture.blur)
         last = drawing.with_fitted(rounds.polished(last.fitted, ITERATIONS, target))
         gain = last.psnr_as_fitted - best.psnr_as_fitted
         if gain > 0.0:
@@ -49,15 +48,14 @@ def polish_as_drawn(drawing: Drawing, rounds: Rounds) -> Drawing:
     return best
 
 
-def _as_fitted(drawing: Drawing) -> Tensor:
+def _as_fitted(drawing: Drawing, target: Target) -> Tensor:
     """Return the picture minus the difference between the file of ``drawing`` and the exact areas of its paths.
 
-    The difference is as blurred as the picture.
+    The difference is as blurred as the picture of ``target``.
     """
     encoding, picture = drawing.encoding, drawing.encoding.picture
     plain = Drawing.of(drawing.fitted, replace(encoding, options=DEFAULT_FILE_OPTIONS), drawing.device)
     drawn = torch.from_numpy(draw_like(plain.text, picture.pixels)).float() / 255.0
     exact = torch.from_numpy(draw_exactly(plain.scene, picture.height, picture.width, encoding.settings.threads))
     difference = drawn - exact
-    blur = None if picture.blur == 0.0 else GaussianBlur(picture.blur)
-    return torch.from_numpy(picture.reduced) - (difference if blur is None else blur(difference))
+    return torch.from_numpy(picture.reduced) - (difference if target.blur is None else target.blur(difference))

@@ -86,9 +86,9 @@ def quantize(scene: Scene, precision: int) -> Scene:
         scene,
         segments=_rounded_segments(scene.segments, scene.structure, precision),
         gradients=_rounded_gradients(scene.gradients),
-        color=_rounded(scene.color.clamp(0, 1), COLOR_LEVELS),
-        opacity=_rounded(scene.opacity.clamp(0, 1), 10**OPACITY_DECIMALS),
-        background=_rounded(scene.background.clamp(0, 1), COLOR_LEVELS),
+        color=rounded(scene.color.clamp(0, 1), COLOR_LEVELS),
+        opacity=rounded(scene.opacity.clamp(0, 1), 10**OPACITY_DECIMALS),
+        background=rounded(scene.background.clamp(0, 1), COLOR_LEVELS),
         strokes=_rounded_strokes(scene.strokes, precision),
         softness=_rounded_softness(scene.softness),
     ).with_forms(_rounded_forms(scene.forms, precision))
@@ -128,7 +128,8 @@ def ticks_of(values: Tensor, per_unit: int) -> Tensor:
     return (values.double() * per_unit).round().long()
 
 
-def _rounded(values: Tensor, per_unit: int) -> Tensor:
+def rounded(values: Tensor, per_unit: int) -> Tensor:
+    """Return ``values`` rounded to whole ticks of ``1 / per_unit``, as a file states them."""
     return (ticks_of(values, per_unit).double() / per_unit).to(values.dtype)
 
 
@@ -152,8 +153,8 @@ def _rounded_forms(forms: Forms | None, precision: int) -> Forms | None:
     parameters, is_lost = forms.parameters.clone(), torch.zeros_like(forms.is_form)
     for _, form, paths in forms.groups():
         exact = forms.parameters[paths].double()
-        numbers = form.drawable(_rounded(form.numbers(exact), 10**precision), 10.0**-precision)
-        angle = torch.deg2rad(_rounded(torch.rad2deg(exact[:, ANGLE]), 10**ANGLE_DECIMALS))
+        numbers = form.drawable(rounded(form.numbers(exact), 10**precision), 10.0**-precision)
+        angle = torch.deg2rad(rounded(torch.rad2deg(exact[:, ANGLE]), 10**ANGLE_DECIMALS))
         parameters[paths] = form.parameters(numbers, angle).to(parameters.dtype)
         is_lost[paths] = (numbers[:, 2:] <= 0.0).any(1)
     return replace(forms, parameters=parameters).without(is_lost)
@@ -193,10 +194,10 @@ def _without_far_gradients(scene: Scene) -> Scene:
 def _rounded_gradients(gradients: Gradients | None) -> Gradients | None:
     if gradients is None:
         return None
-    geometry = _rounded(gradients.whole_geometry, 10**GRADIENT_DECIMALS)
+    geometry = rounded(gradients.whole_geometry, 10**GRADIENT_DECIMALS)
     for number, paint in KINDS.items():
         geometry[gradients.kind == number, paint.number_count :] = 0.0  # unused, and not in the file
-    end_color = _rounded(gradients.end_color.clamp(0, 1), COLOR_LEVELS)
+    end_color = rounded(gradients.end_color.clamp(0, 1), COLOR_LEVELS)
     stops = None if gradients.stops is None else _rounded_stops(gradients.stops, geometry[:, 4].contiguous())
     return Gradients(gradients.kind, geometry[:, :4].contiguous(), end_color, stops)
 
@@ -207,9 +208,9 @@ def _rounded_stops(stops: Stops, breadth: Tensor) -> Stops:
     is_inner = is_used[:, 2:, None]  # a path of k stops has k - 2 between the first and the last
     return replace(
         stops,
-        offset=_rounded(stops.shown_offsets(), 10**OFFSET_DECIMALS),
-        inner_color=torch.where(is_inner, _rounded(stops.inner_color.clamp(0, 1), COLOR_LEVELS), 0.0),
-        opacity=torch.where(is_used, _rounded(stops.opacity.clamp(0, 1), 10**STOP_OPACITY_DECIMALS), 1.0),
+        offset=rounded(stops.shown_offsets(), 10**OFFSET_DECIMALS),
+        inner_color=torch.where(is_inner, rounded(stops.inner_color.clamp(0, 1), COLOR_LEVELS), 0.0),
+        opacity=torch.where(is_used, rounded(stops.opacity.clamp(0, 1), 10**STOP_OPACITY_DECIMALS), 1.0),
         breadth=breadth,
     )
 
@@ -222,8 +223,8 @@ def width_decimals(precision: int) -> int:
 def _rounded_strokes(strokes: Strokes | None, precision: int) -> Strokes | None:
     if strokes is None:
         return None
-    width = _rounded(strokes.width.clamp_min(0.0), 10 ** width_decimals(precision))
-    limit = _rounded(strokes.miter_limit.clamp(1.0, MITER_LIMIT_MAX), 10**MITER_DECIMALS)
+    width = rounded(strokes.width.clamp_min(0.0), 10 ** width_decimals(precision))
+    limit = rounded(strokes.miter_limit.clamp(1.0, MITER_LIMIT_MAX), 10**MITER_DECIMALS)
     # A file states no limit where the join is no miter.
     return replace(strokes, width=width, miter_limit=torch.where(strokes.join == MITER, limit, MITER_LIMIT))
 
@@ -235,7 +236,8 @@ def _rounded_softness(softness: Softness | None) -> Softness | None:
     bounded = torch.where(softness.is_soft, softness.sigma, 0.0)
     per_unit = 10**SIGMA_DECIMALS
     ticks = ticks_of(bounded, per_unit)
-    counts: list[list[float]] = [[t, n] for t, n in zip(*(u.tolist() for u in _counted(ticks)), strict=True) if t]
+    values, sizes = torch.unique(ticks, return_counts=True)
+    counts: list[list[float]] = [[t, n] for t, n in zip(values.tolist(), sizes.tolist(), strict=True) if t]
     groups = [[int(tick)] for tick, _ in counts]
     while len(groups) > SIGMAS_MAX:
         ratios = [after[0] / before[0] for before, after in pairwise(counts)]
@@ -247,12 +249,6 @@ def _rounded_softness(softness: Softness | None) -> Softness | None:
     for (tick, _), group in zip(counts, groups, strict=True):
         shown[torch.isin(ticks, torch.tensor(group, device=ticks.device))] = round(tick)
     return Softness((shown.double() / per_unit).to(softness.sigma.dtype)).or_none()
-
-
-def _counted(ticks: Tensor) -> tuple[Tensor, Tensor]:
-    """Return the different ``ticks`` in order, and how often each occurs."""
-    values, counts = torch.unique(ticks, return_counts=True)
-    return values, counts
 
 
 def _with_needed_strokes(scene: Scene) -> Scene:
@@ -273,7 +269,7 @@ def _with_needed_gradients(scene: Scene) -> Scene:
     is_flat, shows_end = gradients.kind == FLAT, gradients.is_degenerate()
     color = torch.where((shows_end & ~is_flat)[:, None], gradients.end_color, scene.color)
     last = gradients.last_opacity()
-    opacity = torch.where(shows_end & (last < 1.0), _rounded(scene.opacity * last, 10**OPACITY_DECIMALS), scene.opacity)
+    opacity = torch.where(shows_end & (last < 1.0), rounded(scene.opacity * last, 10**OPACITY_DECIMALS), scene.opacity)
     is_flat = is_flat | shows_end | gradients.is_one_color(color)
     if is_flat.all():
         return replace(scene, color=color, opacity=opacity, gradients=None)

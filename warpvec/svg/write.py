@@ -235,8 +235,8 @@ def _line_rows(scene: Scene) -> NDArray[np.bool_]:
 def paints_of(scene: Scene, *, short_ids: bool = False) -> tuple[list[str], list[str], list[str]]:
     """Return the ``fill`` of each path, the attribute that blurs it, and the lines of the definitions of both.
 
-    Equal gradients are one, and so are equal blurs. An id follows from what it names, so that files on one page share
-    an id only with an equal one; or it is as short as can be.
+    Equal gradients are one, and so are equal blurs. An id follows from the text of the gradient or blur, so
+    that two files on one page have the same id only for the same text. With ``short_ids``, ids are as short as can be.
     """
 
     def blur_name(text: str, taken: list[str]) -> str:

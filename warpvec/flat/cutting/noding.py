@@ -57,7 +57,7 @@ def chords_of(cubics: Floats, is_line: Mask, error: float = CUTTING.chord_error)
     counts = np.ceil(np.sqrt(0.75 * np.hypot(*bend.T) / error)).astype(np.int64)
     counts = np.where(is_line, 1, np.clip(counts, 1, 1000))
     curve = np.repeat(np.arange(len(cubics)), counts)
-    number = np.arange(len(curve)) - np.repeat(np.cumsum(counts) - counts, counts)
+    number = _counted(counts)
     t_start, t_end = number / counts[curve], (number + 1) / counts[curve]
     start, end = (np.rint(CUTTING.units * _points(cubics[curve], t)).astype(np.int64) for t in (t_start, t_end))
     return _without_empty(Chords(start, end, curve, t_start, t_end))

@@ -8,6 +8,7 @@ colour of all its marks.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy import ndimage
@@ -61,21 +62,22 @@ class _Mark:
 
         A line narrower than a pixel may lie evenly between two rows, but not in three.
         """
-        least, _ = self._around()
+        least, _ = self._around
         return bool((least >= LETTERING.pure_share * self.depth).any())
 
     def shows_two_inks(self, tolerance: float) -> bool:
         """Return whether a pixel is equal to its four neighbours, within ``tolerance``, and less pure than the purest.
 
-        Then it is two shapes of two inks that touch, such as an eye and its brow.
+        Two shapes of two inks touch there, such as an eye and its brow.
         """
-        least, most = self._around()
+        least, most = self._around
         is_even = most - least <= tolerance
         is_other = (least >= LETTERING.ink_contrast_min) & (most < LETTERING.pure_share * self.depth)
         return bool((is_even & is_other).any())
 
+    @cached_property
     def _around(self) -> tuple[Floats32, Floats32]:
-        """Return the least and the largest height of each inner pixel of its box and its four neighbours."""
+        """The least and the largest height of each inner pixel of its box and its four neighbours."""
         rows, columns = np.unravel_index(self.pixels, self.shape)
         heights = np.zeros(self.box[2:] - self.box[:2] + 3, np.float32)
         heights[rows - self.box[0] + 1, columns - self.box[1] + 1] = self.height

@@ -16,6 +16,7 @@ from warpvec.arrays import Floats, Integers
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.regions.ramp_fitting import stop_weights
 from warpvec.flat.simplification.critic import Critic
+from warpvec.flat.simplification.outline_samples import top_paths
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.kind import GEOMETRY_SIZE, WHOLE_SIZE
 from warpvec.geometry.paints.registry import FLAT, kind_of
@@ -124,7 +125,9 @@ def with_fewer_stops(scene: Scene, critic: Critic, watch: Watch) -> Scene:
     """
     if scene.gradients is None or not bool((scene.gradients.kind != FLAT).any()):
         return scene
-    top, work = critic.samples(scene).top, _Work(critic, watch, np.zeros(len(scene), np.int64))
+    height, width = critic.image.shape[:2]
+    top = top_paths(scene, height, width, critic.config.threads)
+    work = _Work(critic, watch, np.zeros(len(scene), np.int64))
     for _ in range(SIMPLIFICATION.stop_rounds):
         offered = {} if watch.is_over() else work.offers(scene, top)
         if not offered:

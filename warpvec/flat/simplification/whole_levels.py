@@ -15,7 +15,7 @@ from warpvec.flat.simplification.critic import Critic
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene
 from warpvec.polish.polish import polish
-from warpvec.svg.quantize import COLOR_LEVELS
+from warpvec.svg.quantize import COLOR_LEVELS, rounded
 from warpvec.watch.watch import Watch
 
 
@@ -44,4 +44,4 @@ def with_whole_levels(scene: Scene, critic: Critic, watch: Watch) -> Scene:
 
 
 def _levels(color: torch.Tensor) -> torch.Tensor:
-    return (color.clamp(0.0, 1.0) * COLOR_LEVELS).round() / COLOR_LEVELS
+    return rounded(color.clamp(0.0, 1.0), COLOR_LEVELS)
